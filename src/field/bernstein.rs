@@ -1,0 +1,81 @@
+//! Bernstein polynomials (2) on the unit interval and their products on the unit cube (3).
+
+/// Highest order that a model may have: (n + 1)³ unknowns an orientation are 1,331 then, far
+/// beyond what any table of measurements can answer.
+pub const MAX_ORDER: usize = 10;
+
+/// Number of coefficients of one value: `(n + 1)³`.
+pub const fn coefficient_count(order: usize) -> usize {
+    (order + 1).pow(3)
+}
+
+/// `B_0..B_n` at `x`, in the first `order + 1` places.
+///
+/// By the triangle recurrence, which adds only terms of one sign inside the interval and so keeps
+/// full relative accuracy there. Outside it is the same polynomial.
+pub fn basis(order: usize, x: f64) -> [f64; MAX_ORDER + 1] {
+    let mut b = [0.0; MAX_ORDER + 1];
+    b[0] = 1.0;
+    for n in 1..=order {
+        let mut carried = 0.0;
+        for value in &mut b[..n] {
+            let old = *value;
+            *value = carried + (1.0 - x) * old;
+            carried = x * old;
+        }
+        b[n] = carried;
+    }
+    b
+}
+
+/// All `B_i(x) B_j(y) B_k(z)`, i slowest, appended to `row`.
+pub fn push_products(order: usize, unit_position: &nalgebra::Vector3<f64>, row: &mut Vec<f64>) {
+    let [bx, by, bz] = [0, 1, 2].map(|k| basis(order, unit_position[k]));
+    for x in &bx[..=order] {
+        for y in &by[..=order] {
+            for z in &bz[..=order] {
+                row.push(x * y * z);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn binomial(n: usize, k: usize) -> f64 {
+        (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64)
+    }
+
+    #[test]
+    fn agrees_with_the_definition() {
+        for n in 0..=MAX_ORDER {
+            for x in [-0.3, 0.0, 0.2, 0.5, 0.9, 1.0, 1.4_f64] {
+                let b = basis(n, x);
+                for (i, value) in b[..=n].iter().enumerate() {
+                    let exact = binomial(n, i) * x.powi(i as i32) * (1.0 - x).powi((n - i) as i32);
+                    assert!((value - exact).abs() <= 1e-13 * exact.abs().max(1.0));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn is_a_partition_of_unity() {
+        for n in 0..=MAX_ORDER {
+            for x in [0.0, 0.1, 0.37, 1.0] {
+                let sum: f64 = basis(n, x)[..=n].iter().sum();
+                assert!((sum - 1.0).abs() < 1e-15 * (n + 1) as f64);
+            }
+        }
+    }
+
+    #[test]
+    fn a_row_has_one_product_a_coefficient_and_adds_to_one() {
+        let mut row = Vec::new();
+        push_products(4, &nalgebra::Vector3::new(0.1, 0.6, 0.9), &mut row);
+        assert_eq!(row.len(), coefficient_count(4));
+        assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,281 @@
+//! Fits a distortion model to samples (4): per direction, as the paper does, or jointly on (8).
+
+use super::bernstein::{MAX_ORDER, coefficient_count, push_products};
+use super::least_squares::{LeastSquares, NoConvergence};
+use super::model::{Coefficient, DistortionModel, ModelError, OutsidePolicy};
+use super::samples::{MapKind, Sample, SampleSet};
+use crate::geometry::bounds::Bounds;
+use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Singular values below this part of the largest count as zero unless told otherwise.
+pub const DEFAULT_RCOND: f64 = 1e-10;
+
+/// How the orientations share the samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FitMethod {
+    /// Each basis orientation by itself, over the samples with weight on it, rows scaled by that
+    /// weight: the paper's.
+    #[default]
+    PerDirection,
+    /// All orientations at once, on equation (8) itself.
+    Joint,
+}
+
+/// What to fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitSettings {
+    pub order: usize,
+    pub directions: DirectionSet,
+    pub method: FitMethod,
+    pub map: MapKind,
+    pub weighting: Weighting,
+    pub ridge: f64,
+    pub rcond: f64,
+}
+
+impl FitSettings {
+    pub fn new(order: usize, directions: DirectionSet) -> Self {
+        Self {
+            order,
+            directions,
+            method: FitMethod::default(),
+            map: MapKind::Distortion,
+            weighting: Weighting::default(),
+            ridge: 0.0,
+            rcond: DEFAULT_RCOND,
+        }
+    }
+}
+
+/// Root mean squares of the errors' norms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Residuals {
+    pub position_rms_mm: f64,
+    /// `None` where orientations were not measured.
+    pub angle_rms_rad: Option<f64>,
+}
+
+/// A fitted model, and everything that says how far to trust it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    pub model: DistortionModel,
+    pub samples: usize,
+    pub before: Residuals,
+    pub after: Residuals,
+    /// One an orientation, or one for a joint fit; none at order 0.
+    pub systems: Vec<SystemReport>,
+    /// Samples with opposite axes.
+    pub ambiguous: usize,
+}
+
+/// One least-squares system of a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SystemReport {
+    pub samples: usize,
+    pub unknowns: usize,
+    pub rank: usize,
+    /// Largest singular value over the smallest kept; 0 where nothing was kept.
+    pub condition: f64,
+}
+
+impl SystemReport {
+    pub fn is_underdetermined(&self) -> bool {
+        self.samples < self.unknowns
+    }
+}
+
+/// Why samples cannot be fitted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FitError {
+    #[error("no samples to fit")]
+    NoSamples,
+    #[error("order is {0}, expected 0 to {MAX_ORDER}")]
+    Order(usize),
+    #[error("the samples have no orientations, so {0} basis orientations cannot be fitted, expected 1")]
+    NeedsOneDirection(usize),
+    #[error("ridge is {0}, expected a finite number of zero or more")]
+    Ridge(f64),
+    #[error("rcond is {0}, expected a number from 0 to below 1")]
+    Rcond(f64),
+    #[error(transparent)]
+    NoConvergence(#[from] NoConvergence),
+    #[error(transparent)]
+    Model(#[from] ModelError),
+}
+
+/// Fits a model in the samples' bounding box, or in `bounds` where given.
+///
+/// # Errors
+/// See [`FitError`]. Too few samples are no error: the solution of least norm is given, and
+/// [`Fit::systems`] says so.
+pub fn fit(
+    set: &SampleSet,
+    settings: &FitSettings,
+    bounds: Option<Bounds>,
+) -> Result<Fit, FitError> {
+    check(set, settings)?;
+    let bounds = bounds
+        .or_else(|| Bounds::around(set.samples.iter().map(|s| s.position_mm)))
+        .ok_or(FitError::NoSamples)?;
+    let (model, systems) = if settings.order == 0 {
+        (DistortionModel::zero(bounds, settings.map), Vec::new())
+    } else {
+        let rows = weighted_rows(&set.samples, settings, &bounds);
+        let (coefficients, systems) = match settings.method {
+            FitMethod::PerDirection => fit_each_direction(&rows, settings)?,
+            FitMethod::Joint => fit_jointly(&rows, settings)?,
+        };
+        let model = DistortionModel::new(
+            settings.order,
+            settings.directions,
+            settings.weighting,
+            settings.map,
+            bounds,
+            coefficients,
+        )?;
+        (model, systems)
+    };
+    let zero = DistortionModel::zero(bounds, settings.map);
+    Ok(Fit {
+        samples: set.samples.len(),
+        before: residuals(&zero, set, OutsidePolicy::Clamp),
+        after: residuals(&model, set, OutsidePolicy::Clamp),
+        model,
+        systems,
+        ambiguous: set.ambiguous,
+    })
+}
+
+/// What a model leaves of the samples' errors.
+pub fn residuals(
+    model: &DistortionModel,
+    set: &SampleSet,
+    outside: OutsidePolicy,
+) -> Residuals {
+    let squares = set.samples.iter().fold((0.0, 0.0), |sum, s| {
+        let e = model.evaluate(&s.position_mm, &s.axis, outside).error;
+        (
+            sum.0 + (s.error.position_mm - e.position_mm).norm_squared(),
+            sum.1 + (s.error.rotation_rad - e.rotation_rad).norm_squared(),
+        )
+    });
+    let n = set.samples.len() as f64;
+    Residuals {
+        position_rms_mm: (squares.0 / n).sqrt(),
+        angle_rms_rad: set.has_rotations.then(|| (squares.1 / n).sqrt()),
+    }
+}
+
+fn check(set: &SampleSet, settings: &FitSettings) -> Result<(), FitError> {
+    if set.samples.is_empty() {
+        return Err(FitError::NoSamples);
+    }
+    if settings.order > MAX_ORDER {
+        return Err(FitError::Order(settings.order));
+    }
+    if !set.has_rotations && settings.directions != DirectionSet::One {
+        return Err(FitError::NeedsOneDirection(settings.directions.len()));
+    }
+    if !(settings.ridge.is_finite() && settings.ridge >= 0.0) {
+        return Err(FitError::Ridge(settings.ridge));
+    }
+    if !(0.0..1.0).contains(&settings.rcond) {
+        return Err(FitError::Rcond(settings.rcond));
+    }
+    Ok(())
+}
+
+/// A sample as a row wants it.
+struct WeightedRow {
+    unit_position: Vector3<f64>,
+    weights: DirectionWeights,
+    values: [f64; 6],
+}
+
+fn weighted_rows(samples: &[Sample], settings: &FitSettings, bounds: &Bounds) -> Vec<WeightedRow> {
+    samples
+        .iter()
+        .map(|s| {
+            let (p, r) = (s.error.position_mm, s.error.rotation_rad);
+            WeightedRow {
+                unit_position: bounds.to_unit(&s.position_mm),
+                weights: settings.directions.weights(&s.axis, settings.weighting),
+                values: [p.x, p.y, p.z, r.x, r.y, r.z],
+            }
+        })
+        .collect()
+}
+
+type Systems = (Vec<Coefficient>, Vec<SystemReport>);
+
+fn fit_each_direction(rows: &[WeightedRow], settings: &FitSettings) -> Result<Systems, FitError> {
+    let unknowns = coefficient_count(settings.order);
+    let parts: Vec<_> = (0..settings.directions.len())
+        .into_par_iter()
+        .map(|direction| {
+            let mut system = LeastSquares::new(unknowns);
+            for row in rows {
+                let w = row.weights.of(direction);
+                if w > 0.0 {
+                    system.push(
+                        |out| push_scaled(settings.order, row, w, out),
+                        row.values.map(|v| w * v),
+                    );
+                }
+            }
+            solve(system, unknowns, settings)
+        })
+        .collect::<Result<_, _>>()?;
+    let (coefficients, systems): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+    Ok((coefficients.concat(), systems))
+}
+
+fn fit_jointly(rows: &[WeightedRow], settings: &FitSettings) -> Result<Systems, FitError> {
+    let per_direction = coefficient_count(settings.order);
+    let unknowns = settings.directions.len() * per_direction;
+    let mut system = LeastSquares::new(unknowns);
+    for row in rows {
+        let fill = |out: &mut Vec<f64>| {
+            let start = out.len();
+            out.resize(start + unknowns, 0.0);
+            let mut products = Vec::with_capacity(per_direction);
+            push_scaled(settings.order, row, 1.0, &mut products);
+            for (&direction, &w) in row.weights.directions.iter().zip(&row.weights.weights) {
+                let block = &mut out[start + direction * per_direction..][..per_direction];
+                for (entry, product) in block.iter_mut().zip(&products) {
+                    *entry += w * product;
+                }
+            }
+        };
+        system.push(fill, row.values);
+    }
+    let (coefficients, report) = solve(system, unknowns, settings)?;
+    Ok((coefficients, vec![report]))
+}
+
+fn push_scaled(order: usize, row: &WeightedRow, weight: f64, out: &mut Vec<f64>) {
+    let start = out.len();
+    push_products(order, &row.unit_position, out);
+    for entry in &mut out[start..] {
+        *entry *= weight;
+    }
+}
+
+fn solve(
+    system: LeastSquares,
+    unknowns: usize,
+    settings: &FitSettings,
+) -> Result<(Vec<Coefficient>, SystemReport), FitError> {
+    let samples = system.rows();
+    let solution = system.solve(settings.rcond, settings.ridge)?;
+    let report = SystemReport {
+        samples,
+        unknowns,
+        rank: solution.rank,
+        condition: solution.condition,
+    };
+    Ok((solution.unknowns, report))
+}

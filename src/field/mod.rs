@@ -1,0 +1,11 @@
+//! A distorted room: Bernstein basis, distortion model, its fit, and where it came from.
+
+pub mod bernstein;
+pub mod environment;
+pub mod fit;
+mod least_squares;
+pub mod model;
+pub mod samples;
+
+pub use environment::Environment;
+pub use model::{DistortionModel, OutsidePolicy};

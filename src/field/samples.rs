@@ -1,0 +1,117 @@
+//! Measurement error (1): what a tracker read against what it should have read.
+
+use crate::geometry::pose::Pose;
+use crate::geometry::rotation::{axis_rotation, log_quaternion};
+use nalgebra::{Point3, Unit, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// Six error values of a sensor in tracker axes: `e_pos` and `e_ori` of equation (1).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PoseError {
+    pub position_mm: Vector3<f64>,
+    /// A rotation vector in radians.
+    pub rotation_rad: Vector3<f64>,
+}
+
+/// A sensor's ideal pose beside the measured one, in the tracker frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    pub tracker_from_ideal: Pose,
+    pub tracker_from_measured: Pose,
+}
+
+/// Measurements, and how much of them is information.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasurementSet {
+    pub measurements: Vec<Measurement>,
+    pub content: MeasurementContent,
+}
+
+/// How much of a table's poses the tracker really measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum MeasurementContent {
+    /// No orientations at all: needs a model with a single direction.
+    PositionOnly,
+    /// Position and local z; roll is noise.
+    FiveDof,
+    SixDof,
+}
+
+/// Which pose the error is a function of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum MapKind {
+    /// Of the ideal pose, to simulate.
+    Distortion,
+    /// Of the measured pose, to compensate.
+    Correction,
+}
+
+/// One row of a fit: an error and where it belongs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    pub position_mm: Point3<f64>,
+    pub axis: Unit<Vector3<f64>>,
+    pub error: PoseError,
+}
+
+/// Samples ready to be fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SampleSet {
+    pub samples: Vec<Sample>,
+    /// Whether the rotation errors mean anything.
+    pub has_rotations: bool,
+    /// Samples whose axes are opposite, so that their rotation error was chosen, not measured.
+    pub ambiguous: usize,
+}
+
+impl MeasurementSet {
+    /// The errors as a function of the ideal or the measured pose.
+    pub fn samples(&self, map: MapKind) -> SampleSet {
+        let mut ambiguous = 0;
+        let samples = self
+            .measurements
+            .iter()
+            .map(|m| {
+                let (rotation_rad, is_ambiguous) = self.rotation_error(m);
+                ambiguous += usize::from(is_ambiguous);
+                let at = match map {
+                    MapKind::Distortion => &m.tracker_from_ideal,
+                    MapKind::Correction => &m.tracker_from_measured,
+                };
+                Sample {
+                    position_mm: at.translation.vector.into(),
+                    axis: at.rotation * Vector3::z_axis(),
+                    error: PoseError {
+                        position_mm: m.tracker_from_measured.translation.vector
+                            - m.tracker_from_ideal.translation.vector,
+                        rotation_rad,
+                    },
+                }
+            })
+            .collect();
+        SampleSet {
+            samples,
+            has_rotations: self.content != MeasurementContent::PositionOnly,
+            ambiguous,
+        }
+    }
+
+    fn rotation_error(&self, m: &Measurement) -> (Vector3<f64>, bool) {
+        match self.content {
+            MeasurementContent::PositionOnly => (Vector3::zeros(), false),
+            MeasurementContent::FiveDof => {
+                let turn = axis_rotation(
+                    &(m.tracker_from_ideal.rotation * Vector3::z_axis()),
+                    &(m.tracker_from_measured.rotation * Vector3::z_axis()),
+                );
+                (turn.vector_rad, turn.is_ambiguous)
+            }
+            MeasurementContent::SixDof => (
+                log_quaternion(
+                    &(m.tracker_from_measured.rotation * m.tracker_from_ideal.rotation.inverse()),
+                ),
+                false,
+            ),
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Axis-aligned boxes in millimetres: the model's box, its unit cube, and what lies outside.
+
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// How far beyond the box, relative to its size, still counts as inside: round-off of the box
+/// of the samples themselves.
+pub const INSIDE_TOLERANCE: f64 = 1e-9;
+
+/// A box along the tracker's axes, in millimetres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "([f64; 3], [f64; 3])", into = "([f64; 3], [f64; 3])")]
+pub struct Bounds {
+    pub min_mm: Point3<f64>,
+    pub max_mm: Point3<f64>,
+}
+
+impl Bounds {
+    /// The smallest box around the points; `None` without any.
+    pub fn around(points: impl IntoIterator<Item = Point3<f64>>) -> Option<Self> {
+        points.into_iter().fold(None, |bounds: Option<Self>, p| {
+            Some(match bounds {
+                None => Self {
+                    min_mm: p,
+                    max_mm: p,
+                },
+                Some(b) => Self {
+                    min_mm: b.min_mm.inf(&p),
+                    max_mm: b.max_mm.sup(&p),
+                },
+            })
+        })
+    }
+
+    pub fn size_mm(&self) -> Vector3<f64> {
+        self.max_mm - self.min_mm
+    }
+
+    pub fn center_mm(&self) -> Point3<f64> {
+        nalgebra::center(&self.min_mm, &self.max_mm)
+    }
+
+    pub fn diagonal_mm(&self) -> f64 {
+        self.size_mm().norm()
+    }
+
+    /// Position in the unit cube; an axis without extent maps to 0.
+    pub fn to_unit(&self, point_mm: &Point3<f64>) -> Vector3<f64> {
+        let size = self.size_mm();
+        (point_mm - self.min_mm).zip_map(&size, |d, s| if s > 0.0 { d / s } else { 0.0 })
+    }
+
+    /// The nearest point of the closed box.
+    pub fn clamp(&self, point_mm: &Point3<f64>) -> Point3<f64> {
+        point_mm.sup(&self.min_mm).inf(&self.max_mm)
+    }
+
+    /// Whether the point is in the box, give or take [`INSIDE_TOLERANCE`] of its size.
+    pub fn contains(&self, point_mm: &Point3<f64>) -> bool {
+        let slack = self.size_mm() * INSIDE_TOLERANCE;
+        (0..3).all(|k| {
+            point_mm[k] >= self.min_mm[k] - slack[k] && point_mm[k] <= self.max_mm[k] + slack[k]
+        })
+    }
+
+    /// The eight corners, x fastest.
+    pub fn corners_mm(&self) -> [Point3<f64>; 8] {
+        std::array::from_fn(|i| {
+            Point3::from(Vector3::from_fn(|k, _| {
+                if i >> k & 1 == 0 {
+                    self.min_mm[k]
+                } else {
+                    self.max_mm[k]
+                }
+            }))
+        })
+    }
+}
+
+impl From<([f64; 3], [f64; 3])> for Bounds {
+    fn from((min, max): ([f64; 3], [f64; 3])) -> Self {
+        Self {
+            min_mm: min.into(),
+            max_mm: max.into(),
+        }
+    }
+}
+
+impl From<Bounds> for ([f64; 3], [f64; 3]) {
+    fn from(b: Bounds) -> Self {
+        (b.min_mm.coords.into(), b.max_mm.coords.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cube() -> Bounds {
+        Bounds::from(([-1.0, -2.0, -3.0], [1.0, 2.0, 3.0]))
+    }
+
+    #[test]
+    fn corners_map_to_the_corners_of_the_unit_cube() {
+        let corners = cube().corners_mm();
+        assert_eq!(cube().to_unit(&corners[0]), Vector3::zeros());
+        assert_eq!(cube().to_unit(&corners[7]), Vector3::repeat(1.0));
+    }
+
+    #[test]
+    fn round_off_beyond_the_box_counts_as_inside_and_more_does_not() {
+        assert!(cube().contains(&Point3::new(1.0 + 1e-9, 0.0, 0.0)));
+        assert!(!cube().contains(&Point3::new(1.0 + 1e-8, 0.0, 0.0)));
+        assert!(!cube().contains(&Point3::new(f64::NAN, 0.0, 0.0)));
+    }
+
+    #[test]
+    fn a_flat_box_still_normalises() {
+        let flat = Bounds::from(([0.0; 3], [1.0, 0.0, 1.0]));
+        assert_eq!(flat.to_unit(&Point3::new(0.5, 0.0, 1.0)), Vector3::new(0.5, 0.0, 1.0));
+    }
+}

@@ -1,0 +1,238 @@
+//! The range of motion: the grid of tool poses that a study visits.
+
+use crate::geometry::pose::{Pose, pose_from_parts};
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// Most poses a study visits. At 16 bytes a pose the figures of so many take 1.6 GB.
+pub const MAX_TRIALS: f64 = 1e8;
+
+/// How close to a whole step the last value of an axis may be and still count.
+const STEP_TOLERANCE: f64 = 1e-9;
+
+/// The values of one axis: `min + k step` up to `max`; mm for x, y, z and degrees for rx, ry, rz.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisRange {
+    pub min: f64,
+    pub max: f64,
+    pub step: f64,
+}
+
+/// How the tool moves about its pose: translations along the CRF's axes, and
+/// `R = Rz(rz) Ry(ry) Rx(rx) R0` about the CRF's axes at the tool's origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Motion {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x: Option<AxisRange>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<AxisRange>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<AxisRange>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rx: Option<AxisRange>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ry: Option<AxisRange>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rz: Option<AxisRange>,
+}
+
+/// Why a range of motion cannot be visited.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MotionError {
+    #[error("motion.{axis}: step is {step}, expected zero or more")]
+    NegativeStep { axis: &'static str, step: f64 },
+    #[error("motion.{axis}: min, max and step are {min}, {max}, {step}, expected finite numbers")]
+    NotFinite {
+        axis: &'static str,
+        min: f64,
+        max: f64,
+        step: f64,
+    },
+    #[error("the range of motion has {trials:.4e} poses, expected at most {MAX_TRIALS:e}; widen the steps")]
+    TooManyTrials { trials: f64 },
+}
+
+impl Motion {
+    /// The axes by name, in the order in which the grid runs, slowest first.
+    pub fn axes(&self) -> [(&'static str, Option<AxisRange>); 6] {
+        [
+            ("x", self.x),
+            ("y", self.y),
+            ("z", self.z),
+            ("rx", self.rx),
+            ("ry", self.ry),
+            ("rz", self.rz),
+        ]
+    }
+
+    /// The grid of poses about `crf_from_tool`.
+    ///
+    /// # Errors
+    /// A negative step, a number that is not finite, or more than [`MAX_TRIALS`] poses.
+    pub fn grid(&self, crf_from_tool: &Pose) -> Result<MotionGrid, MotionError> {
+        let mut counts = [1_usize; 6];
+        let mut trials = 1.0;
+        let mut lengths = [1.0; 6];
+        for (k, (axis, range)) in self.axes().into_iter().enumerate() {
+            lengths[k] = axis_length(axis, range)?;
+            trials *= lengths[k];
+        }
+        if trials > MAX_TRIALS {
+            return Err(MotionError::TooManyTrials { trials });
+        }
+        for (count, length) in counts.iter_mut().zip(lengths) {
+            *count = length as usize;
+        }
+        Ok(MotionGrid {
+            motion: *self,
+            counts,
+            crf_from_tool: *crf_from_tool,
+        })
+    }
+}
+
+/// Number of values of an axis, as a float so that absurd ranges do not overflow.
+fn axis_length(axis: &'static str, range: Option<AxisRange>) -> Result<f64, MotionError> {
+    let Some(AxisRange { min, max, step }) = range else {
+        return Ok(1.0);
+    };
+    if !(min.is_finite() && max.is_finite() && step.is_finite()) {
+        return Err(MotionError::NotFinite {
+            axis,
+            min,
+            max,
+            step,
+        });
+    }
+    if step < 0.0 {
+        return Err(MotionError::NegativeStep { axis, step });
+    }
+    if step == 0.0 || max <= min {
+        return Ok(1.0);
+    }
+    Ok(((max - min) / step + STEP_TOLERANCE).floor() + 1.0)
+}
+
+/// The poses of a range of motion, each made when asked for.
+#[derive(Clone, Debug)]
+pub struct MotionGrid {
+    motion: Motion,
+    counts: [usize; 6],
+    crf_from_tool: Pose,
+}
+
+impl MotionGrid {
+    pub fn trials(&self) -> usize {
+        self.counts.iter().product()
+    }
+
+    /// Number of values along x, y, z, rx, ry, rz.
+    pub fn counts(&self) -> [usize; 6] {
+        self.counts
+    }
+
+    /// `crf_from_tool` of a trial; x runs slowest, rz fastest.
+    pub fn pose(&self, trial: usize) -> Pose {
+        let mut values = [0.0; 6];
+        let mut rest = trial;
+        for (k, (_, range)) in self.motion.axes().into_iter().enumerate().rev() {
+            let index = rest % self.counts[k];
+            rest /= self.counts[k];
+            values[k] = range.map_or(0.0, |r| r.min + index as f64 * r.step);
+        }
+        let [x, y, z, rx, ry, rz] = values;
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), rz.to_radians())
+            * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), ry.to_radians())
+            * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), rx.to_radians());
+        pose_from_parts(
+            self.crf_from_tool.translation.vector + Vector3::new(x, y, z),
+            turn * self.crf_from_tool.rotation,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn range(min: f64, max: f64, step: f64) -> Option<AxisRange> {
+        Some(AxisRange { min, max, step })
+    }
+
+    fn count(axis: Option<AxisRange>) -> usize {
+        let motion = Motion {
+            x: axis,
+            ..Motion::default()
+        };
+        motion.grid(&Pose::identity()).unwrap().trials()
+    }
+
+    #[test]
+    fn an_axis_runs_to_its_max_within_a_billionth_of_a_step() {
+        assert_eq!(count(range(0.0, 0.3, 0.1)), 4);
+        assert_eq!(count(range(0.0, 0.3 - 1e-8, 0.1)), 3);
+        assert_eq!(count(range(-50.0, 50.0, 30.0)), 4);
+    }
+
+    #[test]
+    fn no_step_or_no_length_gives_min_alone() {
+        assert_eq!(count(range(5.0, 9.0, 0.0)), 1);
+        assert_eq!(count(range(5.0, 5.0, 1.0)), 1);
+        assert_eq!(count(range(5.0, 4.0, 1.0)), 1);
+        assert_eq!(count(None), 1);
+    }
+
+    #[test]
+    fn x_runs_slowest_and_rz_fastest() {
+        let motion = Motion {
+            x: range(-1.0, 1.0, 1.0),
+            rz: range(0.0, 90.0, 45.0),
+            ..Motion::default()
+        };
+        let grid = motion.grid(&Pose::translation(10.0, 0.0, 0.0)).unwrap();
+        assert_eq!(grid.trials(), 9);
+        assert_eq!(grid.pose(2).translation.x, 9.0);
+        assert_eq!(grid.pose(3).translation.x, 10.0);
+        assert!((grid.pose(5).rotation.angle().to_degrees() - 90.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn turns_are_about_the_crf_axes_x_first() {
+        let motion = Motion {
+            rx: range(90.0, 0.0, 0.0),
+            rz: range(90.0, 0.0, 0.0),
+            ..Motion::default()
+        };
+        let pose = motion.grid(&Pose::identity()).unwrap().pose(0);
+        // Rx takes y to z, Rz leaves z alone.
+        assert!((pose.rotation * Vector3::y() - Vector3::z()).norm() < 1e-15);
+    }
+
+    #[test]
+    fn a_million_million_poses_are_refused_with_their_count() {
+        let axis = range(0.0, 99.0, 1.0);
+        let motion = Motion {
+            x: axis,
+            y: axis,
+            z: axis,
+            rx: axis,
+            ry: axis,
+            rz: axis,
+        };
+        let error = motion.grid(&Pose::identity()).unwrap_err();
+        assert_eq!(error, MotionError::TooManyTrials { trials: 1e12 });
+        assert!(error.to_string().contains("1.0000e12"), "{error}");
+    }
+
+    #[test]
+    fn a_negative_step_names_its_axis() {
+        let motion = Motion {
+            ry: range(0.0, 1.0, -1.0),
+            ..Motion::default()
+        };
+        let error = motion.grid(&Pose::identity()).unwrap_err();
+        assert!(error.to_string().starts_with("motion.ry: step is -1"));
+    }
+}

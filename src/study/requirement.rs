@@ -1,0 +1,53 @@
+//! What a design has to reach, and whether it does.
+
+use super::statistics::Statistics;
+use serde::{Deserialize, Serialize};
+
+/// Upper bounds on a study's figures; any of them may be left open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Requirement {
+    #[serde(rename = "position_rms", default, skip_serializing_if = "Option::is_none")]
+    pub position_rms_mm: Option<f64>,
+    #[serde(rename = "position_p95", default, skip_serializing_if = "Option::is_none")]
+    pub position_p95_mm: Option<f64>,
+    #[serde(rename = "position_max", default, skip_serializing_if = "Option::is_none")]
+    pub position_max_mm: Option<f64>,
+    #[serde(rename = "angle_rms", default, skip_serializing_if = "Option::is_none")]
+    pub angle_rms_deg: Option<f64>,
+    #[serde(rename = "angle_max", default, skip_serializing_if = "Option::is_none")]
+    pub angle_max_deg: Option<f64>,
+}
+
+/// One bound and the figure that it is held against.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// The bound's name in a design file.
+    pub name: &'static str,
+    pub value: f64,
+    pub limit: f64,
+    pub met: bool,
+}
+
+impl Requirement {
+    /// Each bound against its figure. A figure that is not a number meets nothing.
+    pub fn checks(&self, position_mm: &Statistics, angle_deg: &Statistics) -> Vec<Check> {
+        [
+            ("position_rms", self.position_rms_mm, position_mm.rms),
+            ("position_p95", self.position_p95_mm, position_mm.p95),
+            ("position_max", self.position_max_mm, position_mm.max),
+            ("angle_rms", self.angle_rms_deg, angle_deg.rms),
+            ("angle_max", self.angle_max_deg, angle_deg.max),
+        ]
+        .into_iter()
+        .filter_map(|(name, limit, value)| {
+            limit.map(|limit| Check {
+                name,
+                value,
+                limit,
+                met: value <= limit,
+            })
+        })
+        .collect()
+    }
+}

@@ -1,0 +1,99 @@
+//! Rigid bodies with sensors, in the body's own frame.
+
+use crate::geometry::pose::{Pose, pose_from_parts};
+use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+
+/// A tool or a coordinate reference frame (CRF): sensors held rigidly together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigidBody {
+    pub name: String,
+    /// What the body is for, in its frame, millimetres; the origin where nothing else is said.
+    pub tip_in_body: Option<Point3<f64>>,
+    pub sensors: Vec<Sensor>,
+}
+
+impl RigidBody {
+    /// The point whose error is judged.
+    pub fn judged_tip_in_body(&self) -> Point3<f64> {
+        self.tip_in_body.unwrap_or_else(Point3::origin)
+    }
+}
+
+/// One coil assembly and where it sits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensor {
+    pub name: String,
+    /// Millimetres, body frame.
+    pub position_in_body: Point3<f64>,
+    pub orientation: SensorOrientation,
+    pub coil: Option<Coil>,
+}
+
+/// How a sensor is turned in its body, and how much of that it can measure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SensorOrientation {
+    /// A unit axis, the sensor's local z. Its roll carries no information.
+    FiveDof(Unit<Vector3<f64>>),
+    /// `body_from_sensor` as a full rotation.
+    SixDof(UnitQuaternion<f64>),
+}
+
+/// Size of a sensor's coil in millimetres.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Coil {
+    #[serde(rename = "diameter")]
+    pub diameter_mm: f64,
+    #[serde(rename = "length")]
+    pub length_mm: f64,
+}
+
+impl Sensor {
+    /// The sensor's local z in the body frame.
+    pub fn axis_in_body(&self) -> Unit<Vector3<f64>> {
+        self.orientation.axis()
+    }
+
+    /// The sensor's pose; for a 5-DOF sensor one of the many with its axis.
+    pub fn body_from_sensor(&self) -> Pose {
+        pose_from_parts(self.position_in_body.coords, self.orientation.any_rotation())
+    }
+}
+
+impl SensorOrientation {
+    pub fn axis(&self) -> Unit<Vector3<f64>> {
+        match self {
+            Self::FiveDof(axis) => *axis,
+            Self::SixDof(rotation) => rotation * Vector3::z_axis(),
+        }
+    }
+
+    /// A rotation whose z is the axis: the smallest from z for a 5-DOF sensor.
+    pub fn any_rotation(&self) -> UnitQuaternion<f64> {
+        match self {
+            Self::SixDof(rotation) => *rotation,
+            Self::FiveDof(axis) => UnitQuaternion::rotation_between_axis(&Vector3::z_axis(), axis)
+                .unwrap_or_else(|| {
+                    UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+                }),
+        }
+    }
+
+    /// The orientation after a rotation in the body frame.
+    pub fn rotated_by(&self, rotation: &UnitQuaternion<f64>) -> Self {
+        match self {
+            Self::FiveDof(axis) => {
+                Self::FiveDof(Unit::new_normalize(rotation * axis.into_inner()))
+            }
+            Self::SixDof(own) => Self::SixDof(UnitQuaternion::new_normalize(
+                (rotation * own).into_inner(),
+            )),
+        }
+    }
+
+    pub fn degrees_of_freedom(&self) -> u8 {
+        match self {
+            Self::FiveDof(_) => 5,
+            Self::SixDof(_) => 6,
+        }
+    }
+}
