@@ -56,6 +56,8 @@ impl Environment {
     pub fn orientation_weight_mm(&self) -> f64 {
         self.jitter
             .filter(|j| j.position_mm > 0.0 && j.angle_rad > 0.0)
-            .map_or(DEFAULT_ORIENTATION_WEIGHT_MM, |j| j.position_mm / j.angle_rad)
+            .map_or(DEFAULT_ORIENTATION_WEIGHT_MM, |j| {
+                j.position_mm / j.angle_rad
+            })
     }
 }

@@ -94,7 +94,9 @@ pub enum FitError {
     NoSamples,
     #[error("order is {0}, expected 0 to {MAX_ORDER}")]
     Order(usize),
-    #[error("the samples have no orientations, so {0} basis orientations cannot be fitted, expected 1")]
+    #[error(
+        "the samples have no orientations, so {0} basis orientations cannot be fitted, expected 1"
+    )]
     NeedsOneDirection(usize),
     #[error("ridge is {0}, expected a finite number of zero or more")]
     Ridge(f64),
@@ -150,11 +152,7 @@ pub fn fit(
 }
 
 /// What a model leaves of the samples' errors.
-pub fn residuals(
-    model: &DistortionModel,
-    set: &SampleSet,
-    outside: OutsidePolicy,
-) -> Residuals {
+pub fn residuals(model: &DistortionModel, set: &SampleSet, outside: OutsidePolicy) -> Residuals {
     let squares = set.samples.iter().fold((0.0, 0.0), |sum, s| {
         let e = model.evaluate(&s.position_mm, &s.axis, outside).error;
         (

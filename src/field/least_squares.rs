@@ -62,7 +62,11 @@ impl LeastSquares {
         fill(&mut self.pending);
         self.pending.extend(values);
         self.rows += 1;
-        debug_assert_eq!(self.pending.len() % self.width(), 0, "a row has one entry an unknown");
+        debug_assert_eq!(
+            self.pending.len() % self.width(),
+            0,
+            "a row has one entry an unknown"
+        );
         let block = MIN_BLOCK_ROWS.max(BLOCK_PER_UNKNOWN * self.unknowns);
         if self.pending.len() >= block * self.width() {
             self.fold();
@@ -112,9 +116,7 @@ impl LeastSquares {
         }
         let x = svd.V() * rotated;
         Ok(Solution {
-            unknowns: (0..p)
-                .map(|i| std::array::from_fn(|k| x[(i, k)]))
-                .collect(),
+            unknowns: (0..p).map(|i| std::array::from_fn(|k| x[(i, k)])).collect(),
             rank: kept.len(),
             condition: largest / kept.iter().copied().fold(f64::INFINITY, f64::min),
         })
@@ -157,11 +159,17 @@ mod tests {
     fn problem(rows: usize, unknowns: usize) -> (Vec<Vec<f64>>, Vec<[f64; VALUES]>) {
         let mut state = 1_u64;
         let mut next = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
-        let a = (0..rows).map(|_| (0..unknowns).map(|_| next()).collect()).collect();
-        let x = (0..unknowns).map(|_| std::array::from_fn(|_| next())).collect();
+        let a = (0..rows)
+            .map(|_| (0..unknowns).map(|_| next()).collect())
+            .collect();
+        let x = (0..unknowns)
+            .map(|_| std::array::from_fn(|_| next()))
+            .collect();
         (a, x)
     }
 

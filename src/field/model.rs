@@ -50,7 +50,9 @@ pub struct Evaluation {
 pub enum ModelError {
     #[error("order is {0}, expected 0 to {MAX_ORDER}")]
     Order(usize),
-    #[error("{found} coefficients, expected {expected} for {directions} orientations of order {order}")]
+    #[error(
+        "{found} coefficients, expected {expected} for {directions} orientations of order {order}"
+    )]
     CoefficientCount {
         found: usize,
         expected: usize,
@@ -367,12 +369,18 @@ mod tests {
                 vec![[0.0; 6]; count],
             )
         };
-        assert!(matches!(new(11, 1728, bounds()), Err(ModelError::Order(11))));
+        assert!(matches!(
+            new(11, 1728, bounds()),
+            Err(ModelError::Order(11))
+        ));
         assert!(matches!(
             new(2, 26, bounds()),
             Err(ModelError::CoefficientCount { expected: 27, .. })
         ));
         let upside_down = Bounds::from(([1.0; 3], [0.0; 3]));
-        assert!(matches!(new(1, 8, upside_down), Err(ModelError::Bounds { .. })));
+        assert!(matches!(
+            new(1, 8, upside_down),
+            Err(ModelError::Bounds { .. })
+        ));
     }
 }

@@ -117,6 +117,9 @@ mod tests {
     #[test]
     fn a_flat_box_still_normalises() {
         let flat = Bounds::from(([0.0; 3], [1.0, 0.0, 1.0]));
-        assert_eq!(flat.to_unit(&Point3::new(0.5, 0.0, 1.0)), Vector3::new(0.5, 0.0, 1.0));
+        assert_eq!(
+            flat.to_unit(&Point3::new(0.5, 0.0, 1.0)),
+            Vector3::new(0.5, 0.0, 1.0)
+        );
     }
 }

@@ -241,11 +241,8 @@ fn corners(set: DirectionSet) -> Vec<Unit<Vector3<f64>>> {
             })
         })
     };
-    let cube_corners = || {
-        (0..8).map(|i| {
-            Vector3::from_fn(|k, _| if i >> k & 1 == 0 { 1.0 } else { -1.0 })
-        })
-    };
+    let cube_corners =
+        || (0..8).map(|i| Vector3::from_fn(|k, _| if i >> k & 1 == 0 { 1.0 } else { -1.0 }));
     let vectors: Vec<Vector3<f64>> = match set {
         DirectionSet::One => vec![Vector3::z()],
         DirectionSet::Six => axes().collect(),

@@ -36,7 +36,10 @@ impl SurfaceMesh {
 
     /// The box around the instrument, without anatomy; `None` for an empty mesh.
     pub fn body_bounds(&self) -> Option<Bounds> {
-        Bounds::around(self.body_parts().flat_map(|part| part.positions_mm.iter().copied()))
+        Bounds::around(
+            self.body_parts()
+                .flat_map(|part| part.positions_mm.iter().copied()),
+        )
     }
 
     /// Direction in which the instrument is longest: a unit axis of the body frame, its sign the
@@ -92,7 +95,10 @@ mod tests {
         let mesh = SurfaceMesh {
             parts: vec![
                 part("shaft", &[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 0.0, 90.0]]),
-                part("anatomy-head", &[[0.0; 3], [500.0, 0.0, 0.0], [0.0, 9.0, 0.0]]),
+                part(
+                    "anatomy-head",
+                    &[[0.0; 3], [500.0, 0.0, 0.0], [0.0, 9.0, 0.0]],
+                ),
             ],
         };
         assert_eq!(mesh.body_bounds().unwrap().max_mm.z, 90.0);

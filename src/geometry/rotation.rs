@@ -120,7 +120,9 @@ mod tests {
         let from = axis();
         let to = Unit::new_normalize(Vector3::new(-0.2, 0.1, 0.9));
         let turn = axis_rotation(&from, &to);
-        assert!((exp_vector(&turn.vector_rad) * from.into_inner() - to.into_inner()).norm() < 1e-15);
+        assert!(
+            (exp_vector(&turn.vector_rad) * from.into_inner() - to.into_inner()).norm() < 1e-15
+        );
         assert!(turn.vector_rad.dot(&from).abs() < 1e-15);
     }
 

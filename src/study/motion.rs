@@ -50,7 +50,9 @@ pub enum MotionError {
         max: f64,
         step: f64,
     },
-    #[error("the range of motion has {trials:.4e} poses, expected at most {MAX_TRIALS:e}; widen the steps")]
+    #[error(
+        "the range of motion has {trials:.4e} poses, expected at most {MAX_TRIALS:e}; widen the steps"
+    )]
     TooManyTrials { trials: f64 },
 }
 

@@ -7,11 +7,23 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Requirement {
-    #[serde(rename = "position_rms", default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        rename = "position_rms",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub position_rms_mm: Option<f64>,
-    #[serde(rename = "position_p95", default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        rename = "position_p95",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub position_p95_mm: Option<f64>,
-    #[serde(rename = "position_max", default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        rename = "position_max",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub position_max_mm: Option<f64>,
     #[serde(rename = "angle_rms", default, skip_serializing_if = "Option::is_none")]
     pub angle_rms_deg: Option<f64>,

@@ -55,7 +55,10 @@ impl Sensor {
 
     /// The sensor's pose; for a 5-DOF sensor one of the many with its axis.
     pub fn body_from_sensor(&self) -> Pose {
-        pose_from_parts(self.position_in_body.coords, self.orientation.any_rotation())
+        pose_from_parts(
+            self.position_in_body.coords,
+            self.orientation.any_rotation(),
+        )
     }
 }
 
@@ -81,12 +84,10 @@ impl SensorOrientation {
     /// The orientation after a rotation in the body frame.
     pub fn rotated_by(&self, rotation: &UnitQuaternion<f64>) -> Self {
         match self {
-            Self::FiveDof(axis) => {
-                Self::FiveDof(Unit::new_normalize(rotation * axis.into_inner()))
+            Self::FiveDof(axis) => Self::FiveDof(Unit::new_normalize(rotation * axis.into_inner())),
+            Self::SixDof(own) => {
+                Self::SixDof(UnitQuaternion::new_normalize((rotation * own).into_inner()))
             }
-            Self::SixDof(own) => Self::SixDof(UnitQuaternion::new_normalize(
-                (rotation * own).into_inner(),
-            )),
         }
     }
 
