@@ -1,5 +1,23 @@
-//! Scenario in, outcome out: the three modes, statistics, requirements, work counted.
+//! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
 
+pub mod cancel;
+pub mod figures;
 pub mod motion;
 pub mod requirement;
+mod run;
+pub mod scenario;
+pub mod slice;
 pub mod statistics;
+pub mod trial;
+pub mod work;
+
+pub use cancel::CancelToken;
+pub use figures::{FigureRow, Figures, figure_rows};
+pub use motion::{AxisRange, Motion};
+pub use requirement::Requirement;
+pub use run::{Outcome, StudyError, run};
+pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};
+pub use slice::{SliceOutcome, SlicePlan, sample_slice};
+pub use statistics::Statistics;
+pub use trial::{BodyDetail, PoseDetail, SensorDetail, Trial, look};
+pub use work::Work;

@@ -1,3 +1,9 @@
 //! Rigid bodies and sensors, frame fitting, tool in CRF, uncertainty, what is not determined.
 
 pub mod body;
+pub mod frame_fit;
+pub mod tool_in_crf;
+pub mod uncertainty;
+
+pub use body::{Coil, RigidBody, Sensor, SensorOrientation};
+pub use frame_fit::Determination;

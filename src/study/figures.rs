@@ -1,0 +1,135 @@
+//! A study's figures, and the one way in which they are written for a person.
+
+use super::requirement::Check;
+use super::statistics::Statistics;
+use serde::Serialize;
+
+/// What a study comes to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figures {
+    pub trials: usize,
+    /// Trials with a sensor of tool or CRF outside the model's box.
+    pub outside: usize,
+    /// Trials with a sensor outside the tracker's measurement volume.
+    pub out_of_volume: usize,
+    /// Trials that were left out of the statistics.
+    pub rejected: usize,
+    pub position_mm: Statistics,
+    pub angle_deg: Statistics,
+    pub worst: Worst,
+    /// One a bound of the requirement; none without a requirement.
+    pub checks: Vec<Check>,
+    pub free_axis: Option<FreeAxis>,
+    /// The part of the position error that the free rotation cannot change.
+    pub position_mm_determined: Option<Statistics>,
+    pub poorly_determined: bool,
+}
+
+/// The trial with the largest position error, the first of equals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Worst {
+    /// Its row in the log, from 0.
+    pub trial: usize,
+    pub position_mm: f64,
+    pub angle_deg: f64,
+}
+
+/// A rotation that a body's sensors do not determine.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FreeAxis {
+    /// `tool` or `crf`.
+    pub body: &'static str,
+    /// In that body's frame; `None` where no rotation is determined at all.
+    #[serde(rename = "axis")]
+    pub axis_in_body: Option<[f64; 3]>,
+}
+
+/// One figure for a person: the command line and the editor show the same digits.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FigureRow {
+    pub label: &'static str,
+    pub value: String,
+    pub unit: &'static str,
+}
+
+impl Figures {
+    /// Whether every bound is met; `None` without a requirement.
+    pub fn requirement_met(&self) -> Option<bool> {
+        (!self.checks.is_empty()).then(|| self.checks.iter().all(|c| c.met))
+    }
+}
+
+/// The figures as rows of label, value and unit.
+pub fn figure_rows(figures: &Figures) -> Vec<FigureRow> {
+    let row = |label, value: f64, unit| FigureRow {
+        label,
+        value: format!("{value:.4}"),
+        unit,
+    };
+    let count = |label, value: usize| FigureRow {
+        label,
+        value: with_separators(value),
+        unit: "",
+    };
+    let (p, a) = (&figures.position_mm, &figures.angle_deg);
+    let mut rows = vec![
+        row("tip error RMS", p.rms, "mm"),
+        row("tip error mean", p.mean, "mm"),
+        row("tip error median", p.median, "mm"),
+        row("tip error 95th percentile", p.p95, "mm"),
+        row("tip error max", p.max, "mm"),
+        row("tip error min", p.min, "mm"),
+        row("tip error std", p.std, "mm"),
+        row("angle error RMS", a.rms, "°"),
+        row("angle error mean", a.mean, "°"),
+        row("angle error median", a.median, "°"),
+        row("angle error 95th percentile", a.p95, "°"),
+        row("angle error max", a.max, "°"),
+        row("angle error min", a.min, "°"),
+        row("angle error std", a.std, "°"),
+    ];
+    if let Some(d) = &figures.position_mm_determined {
+        rows.push(row("tip error RMS, determined part", d.rms, "mm"));
+        rows.push(row("tip error max, determined part", d.max, "mm"));
+    }
+    rows.push(count("trials", figures.trials));
+    rows.push(count("worst trial", figures.worst.trial));
+    rows.push(count(
+        "trials with a sensor outside the model's box",
+        figures.outside,
+    ));
+    rows.push(count(
+        "trials with a sensor out of the volume",
+        figures.out_of_volume,
+    ));
+    if figures.rejected > 0 {
+        rows.push(count("trials left out", figures.rejected));
+    }
+    rows
+}
+
+/// A count with a comma every three digits.
+pub fn with_separators(count: usize) -> String {
+    let digits = count.to_string();
+    let mut out = String::with_capacity(digits.len() * 4 / 3);
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_have_a_comma_every_three_digits() {
+        assert_eq!(with_separators(0), "0");
+        assert_eq!(with_separators(999), "999");
+        assert_eq!(with_separators(3375), "3,375");
+        assert_eq!(with_separators(1_000_000), "1,000,000");
+    }
+}

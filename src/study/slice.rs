@@ -1,0 +1,114 @@
+//! A slice through the room: position error on a lattice in one plane.
+
+use super::cancel::CancelToken;
+use super::run::StudyError;
+use super::work::Work;
+use crate::field::{Environment, OutsidePolicy};
+use crate::geometry::bounds::Bounds;
+use nalgebra::{Point3, Unit, Vector3};
+use rayon::prelude::*;
+
+/// Where to sample: a plane across one of the tracker's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlicePlan {
+    /// 0, 1 or 2: the plane lies across x, y or z.
+    pub normal_axis: usize,
+    pub position_mm: f64,
+    /// The axis of the sensor that is imagined at each point.
+    pub sensor_axis: Unit<Vector3<f64>>,
+    /// Points along the two other axes, in the order of the axes; at least 2 each.
+    pub counts: [usize; 2],
+    /// The lattice spans this box.
+    pub bounds: Bounds,
+}
+
+/// A sampled slice. Values run along the first of the two axes fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SliceOutcome {
+    pub plan: SlicePlan,
+    pub position_error_mm: Vec<f64>,
+    /// Whether each point lies in the model's box.
+    pub is_inside: Vec<bool>,
+    /// Largest error inside the box, 0 where nothing is inside.
+    pub max_mm: f64,
+    pub work: Work,
+}
+
+impl SlicePlan {
+    /// The two axes that the plane spans.
+    pub fn plane_axes(&self) -> [usize; 2] {
+        match self.normal_axis {
+            0 => [1, 2],
+            1 => [0, 2],
+            _ => [0, 1],
+        }
+    }
+
+    /// A point of the lattice, tracker frame, mm.
+    pub fn point_mm(&self, u: usize, v: usize) -> Point3<f64> {
+        let mut point = Point3::origin();
+        point[self.normal_axis.min(2)] = self.position_mm;
+        for (axis, (index, count)) in self
+            .plane_axes()
+            .into_iter()
+            .zip([(u, self.counts[0]), (v, self.counts[1])])
+        {
+            let (min, max) = (self.bounds.min_mm[axis], self.bounds.max_mm[axis]);
+            // The last point is the box's own number, not one that rounding makes of it.
+            point[axis] = if index + 1 == count {
+                max
+            } else {
+                min + (max - min) * index as f64 / (count.max(2) - 1) as f64
+            };
+        }
+        point
+    }
+}
+
+/// Position error of a sensor at each point of the plan.
+///
+/// # Errors
+/// [`StudyError::Cancelled`].
+pub fn sample_slice(
+    environment: &Environment,
+    plan: &SlicePlan,
+    cancel: &CancelToken,
+) -> Result<SliceOutcome, StudyError> {
+    let [nu, nv] = plan.counts;
+    let rows: Option<Vec<Vec<(f64, bool)>>> = (0..nv)
+        .into_par_iter()
+        .map(|v| {
+            if cancel.is_cancelled() {
+                return None;
+            }
+            Some(
+                (0..nu)
+                    .map(|u| {
+                        let e = environment.model.evaluate(
+                            &plan.point_mm(u, v),
+                            &plan.sensor_axis,
+                            OutsidePolicy::Clamp,
+                        );
+                        (e.error.position_mm.norm(), e.is_inside)
+                    })
+                    .collect(),
+            )
+        })
+        .collect();
+    let values = rows.ok_or(StudyError::Cancelled)?.concat();
+    let max_mm = values
+        .iter()
+        .filter(|(_, is_inside)| *is_inside)
+        .fold(0.0_f64, |max, (value, _)| max.max(*value));
+    let (position_error_mm, is_inside) = values.into_iter().unzip();
+    Ok(SliceOutcome {
+        plan: *plan,
+        position_error_mm,
+        is_inside,
+        max_mm,
+        work: Work {
+            slice_evaluations: (nu * nv) as u64,
+            ..Work::default()
+        },
+    })
+}
