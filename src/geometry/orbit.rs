@@ -143,6 +143,12 @@ impl OrbitCamera {
         ])
     }
 
+    /// Millimetres that a pixel spans at the depth of a point; `None` behind the camera.
+    pub fn mm_per_px(&self, point_mm: &Point3<f64>, view_px: [f64; 2]) -> Option<f64> {
+        let depth = -(self.tracker_from_camera().inverse() * point_mm).z;
+        (depth > 0.0).then(|| 2.0 * depth * (VERTICAL_FOV_RAD / 2.0).tan() / view_px[1].max(1.0))
+    }
+
     /// Part of the way to another camera, the short way round.
     pub fn towards(&self, other: &Self, fraction: f64) -> Self {
         let mix = |a: f64, b: f64| a + (b - a) * fraction;
@@ -250,6 +256,16 @@ mod tests {
         assert!((wrap_angle(turned.azimuth_rad - 0.7).abs() - std::f64::consts::PI).abs() < 1e-9);
         turned.orbit([0.0, 5000.0], VIEW);
         assert_eq!(turned.elevation_rad, MAX_ELEVATION_RAD);
+    }
+
+    #[test]
+    fn a_pixel_spans_what_projection_says() {
+        let point = Point3::new(60.0, 40.0, -250.0);
+        let right = camera().tracker_from_camera().rotation * Vector3::x();
+        let step = camera().mm_per_px(&point, VIEW).unwrap() * 10.0;
+        let a = camera().project(&point, VIEW).unwrap();
+        let b = camera().project(&(point + right * step), VIEW).unwrap();
+        assert!((b[0] - a[0] - 10.0).abs() < 1e-9);
     }
 
     #[test]

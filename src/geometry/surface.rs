@@ -30,6 +30,21 @@ impl Ray {
         }
     }
 
+    /// Where along a line through `point_mm` the line passes nearest to the ray; `None` where the
+    /// two are parallel.
+    pub fn nearest_on_line(
+        &self,
+        point_mm: &Point3<f64>,
+        direction: &Unit<Vector3<f64>>,
+    ) -> Option<f64> {
+        let cosine = self.direction.dot(direction);
+        let sine2 = 1.0 - cosine * cosine;
+        let between = point_mm - self.origin_mm;
+        (sine2 > 1e-6).then(|| {
+            (cosine * between.dot(&self.direction) - between.dot(direction)) / sine2
+        })
+    }
+
     /// Where the ray meets a plane; `None` where it runs along it or away from it.
     pub fn meets_plane(
         &self,
@@ -426,6 +441,18 @@ pub(crate) mod tests {
         let closest = surface.closest(&Point3::new(0.0, 0.0, 40.0));
         assert!((closest.position_mm - Point3::new(0.0, 0.0, 40.0)).norm() < 2.0);
         assert!((closest.position_mm.z - 40.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_nearest_place_on_a_line_is_where_the_gap_is_perpendicular_to_both() {
+        let ray = ray([10.0, 3.0, 0.0], [-1.0, 0.2, 0.1]);
+        let line = Unit::new_normalize(Vector3::new(0.1, 0.3, 1.0));
+        let start = Point3::new(1.0, 2.0, 3.0);
+        let place = start + line.into_inner() * ray.nearest_on_line(&start, &line).unwrap();
+        let along_ray = (place - ray.origin_mm).dot(&ray.direction);
+        let gap = place - ray.at(along_ray);
+        assert!(gap.dot(&line).abs() < 1e-9 && gap.dot(&ray.direction).abs() < 1e-9);
+        assert!(ray.nearest_on_line(&start, &ray.direction).is_none());
     }
 
     #[test]
