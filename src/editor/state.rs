@@ -83,6 +83,21 @@ pub enum FileRequest {
     SaveAs(PathBuf),
     /// Closes the window.
     Quit,
+    /// Goes on with what would lose the open document: the person gave it up.
+    Discard(Box<FileRequest>),
+    /// Saves, and goes on once that is done.
+    SaveThen(Box<FileRequest>),
+    /// Saves although other designs use a body that changed.
+    SaveShared(SharedChoice),
+}
+
+/// What becomes of a changed body that other designs use too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SharedChoice {
+    /// The body's file changes, for all of them.
+    Overwrite,
+    /// This design gets a body file of its own.
+    Copy,
 }
 
 /// The newest results that the panels and the scene show.
