@@ -4,6 +4,7 @@
 //! [`EditRequest`], [`ViewRequest`] or [`FileRequest`], and never change it themselves.
 
 use crate::design::view::{ColorMap, View};
+pub use crate::geometry::orbit::Axis;
 use crate::design::{BodyRole, Edit};
 use crate::store::World as StoreWorld;
 use crate::study::{Outcome, PoseDetail, SliceOutcome};
@@ -67,14 +68,6 @@ pub enum ViewRequest {
     /// The camera glides to what is selected, or to everything.
     FrameSelection,
     LookAlong(Axis),
-}
-
-/// An axis of the tracker.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Axis {
-    X,
-    Y,
-    Z,
 }
 
 /// Asks for work with files; what may lose something asks the person first.
