@@ -5,7 +5,7 @@ use super::widgets::{NumberChange, NumberField, number_ui, section_ui};
 use crate::design::view::{ColorMap, SliceAxis, SliceView, View};
 use crate::editor::state::ViewRequest;
 use crate::geometry::bounds::Bounds;
-use bevy_egui::egui::{self, ComboBox, Slider, Ui};
+use bevy_egui::egui::{self, ComboBox, Slider, SliderClamping, Ui};
 
 /// What the section shows.
 pub struct SlicePanelView<'a> {
@@ -49,11 +49,11 @@ pub fn slice_ui(ui: &mut Ui, panel: &SlicePanelView) -> Vec<PanelAction> {
     range_ui(ui, panel.max_mm, &mut slice);
     row_ui(ui, "colours", |ui| {
         ComboBox::from_id_salt("color map")
-            .selected_text(map_name(slice.color_map))
+            .selected_text(slice.color_map.name())
             .width(90.0)
             .show_ui(ui, |ui| {
                 for map in ColorMap::ALL {
-                    ui.selectable_value(&mut slice.color_map, map, map_name(map));
+                    ui.selectable_value(&mut slice.color_map, map, map.name());
                 }
             });
     });
@@ -83,6 +83,7 @@ fn position_ui(ui: &mut Ui, bounds: &Bounds, slice: &mut SliceView) {
         ui.spacing_mut().slider_width = (ui.available_width() - 4.0).max(40.0);
         let slider = Slider::new(&mut position_mm, range)
             .show_value(false)
+            .clamping(SliderClamping::Never)
             .step_by(1.0);
         if ui.add(slider).changed() {
             slice.position_mm = position_mm;
@@ -132,11 +133,3 @@ fn row_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) {
     });
 }
 
-/// What a person calls a colour map.
-pub fn map_name(map: ColorMap) -> &'static str {
-    match map {
-        ColorMap::Viridis => "viridis",
-        ColorMap::Inferno => "inferno",
-        ColorMap::Cividis => "cividis",
-    }
-}
