@@ -2,6 +2,7 @@
 
 pub mod design;
 pub mod field;
+pub mod formats;
 pub mod geometry;
 pub mod study;
 pub mod tracking;

@@ -1,6 +1,7 @@
 //! The panels around the 3D view. Each panel is a pure function from a view of the state to
 //! what the person asked for; `layout` alone knows Bevy.
 
+pub mod baseline;
 pub mod dialogs;
 pub mod folder;
 pub mod inspector;
@@ -14,7 +15,7 @@ pub mod theme;
 pub mod top_bar;
 pub mod widgets;
 
-pub use layout::{PanelsShown, UiPlugin};
+pub use layout::{PanelsShown, UiPlugin, UiSystems};
 
 use super::state::{EditRequest, FileRequest, Selected, ViewRequest};
 use crate::design::Edit;
