@@ -4,5 +4,6 @@ pub mod design;
 pub mod field;
 pub mod formats;
 pub mod geometry;
+pub mod store;
 pub mod study;
 pub mod tracking;
