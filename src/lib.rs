@@ -14,6 +14,7 @@
 
 pub mod geometry;
 
+pub mod design;
 pub mod field;
 
 pub mod tracking;

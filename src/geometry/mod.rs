@@ -2,6 +2,7 @@
 
 pub mod bounds;
 pub mod directions;
+pub mod mesh;
 pub mod pose;
 pub mod rotation;
 pub mod svd3;
