@@ -1,5 +1,6 @@
 //! Designs electromagnetically tracked surgical tools without building them.
 
+pub mod calibration;
 pub mod design;
 pub mod field;
 pub mod formats;
