@@ -69,3 +69,27 @@ pub const GHOST: Rgb = Rgb::hex(0x45_D3_E8);
 pub const AXIS_X: Rgb = Rgb::hex(0xE0_6C_6C);
 pub const AXIS_Y: Rgb = Rgb::hex(0x7C_C4_7C);
 pub const AXIS_Z: Rgb = Rgb::hex(0x6C_9C_F0);
+pub const VOLUME: Rgb = Rgb::hex(0x8F_B4_E8);
+pub const MODEL_BOX: Rgb = Rgb::hex(0x8A_93_A0);
+pub const GRID: Rgb = Rgb::hex(0x4A_53_60);
+/// Error vectors over coloured maps.
+pub const ERROR_VECTOR_ON_MAP: Rgb = Rgb::hex(0xFF_FF_FF);
+
+// Light.
+pub const KEY_LIGHT: Rgb = Rgb::hex(0xFF_F6_EA);
+pub const FILL_LIGHT: Rgb = Rgb::hex(0xD6_E4_FF);
+pub const ROOM_ABOVE: Rgb = Rgb::hex(0xF2_F5_FA);
+pub const ROOM_AROUND: Rgb = Rgb::hex(0x7C_86_94);
+pub const ROOM_BELOW: Rgb = Rgb::hex(0x2A_2E_36);
+
+/// The colour of a part of a body: the lightness of its own material in the hue of its role, so
+/// that grips stay dark and shafts stay bright.
+pub fn of_part(role: crate::design::BodyRole, own: bevy::color::LinearRgba) -> Color {
+    use bevy::color::{Hsla, LinearRgba, Luminance};
+    let role_color = match role {
+        crate::design::BodyRole::Tool => TOOL.color(),
+        crate::design::BodyRole::Crf => CRF.color(),
+    };
+    let lightness = Hsla::from(LinearRgba { alpha: 1.0, ..own }).lightness;
+    Color::from(Hsla::from(role_color).with_luminance(lightness.clamp(0.08, 0.85)))
+}
