@@ -1,4 +1,6 @@
 //! All integration tests in one crate, so that what they need is linked once.
 
+#[cfg(feature = "editor")]
+mod editor;
 mod oracle;
 mod support;
