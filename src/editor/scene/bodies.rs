@@ -14,6 +14,10 @@ const ANATOMY_ALPHA: f32 = 0.25;
 /// Draws both bodies at their poses.
 pub struct BodiesPlugin;
 
+/// When the bodies' entities are there and placed.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct BodiesSystems;
+
 /// A part of a body's mesh.
 #[derive(Component, Clone, Copy, Debug)]
 pub struct BodyPart {
@@ -29,9 +33,10 @@ impl Plugin for BodiesPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             Update,
-            (spawn_bodies, place_bodies, show_anatomy)
+            (spawn_bodies, ApplyDeferred, place_bodies, show_anatomy)
                 .chain()
                 .run_if(resource_exists_and_changed::<OpenWorld>)
+                .in_set(BodiesSystems)
                 .in_set(EditorSystems::Draw),
         );
     }

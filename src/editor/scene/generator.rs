@@ -2,7 +2,7 @@
 
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::convert;
-use crate::formats::gltf::read_mesh;
+use crate::formats::gltf;
 use crate::geometry::mesh::SurfaceMesh;
 use bevy::prelude::*;
 
@@ -41,7 +41,7 @@ fn show(
     if !shown.is_empty() {
         return Ok(());
     }
-    let mesh: SurfaceMesh = read_mesh(MESH)?;
+    let mesh: SurfaceMesh = gltf::parse(MESH)?;
     let mut root = commands.spawn((
         Name::new("field generator"),
         Generator,
