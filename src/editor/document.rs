@@ -6,7 +6,7 @@ use super::state::{
 };
 use super::ui::dialogs::{Dialog, Dialogs};
 use crate::design::{Design, Origin};
-use crate::store;
+use crate::store::{self, SaveReport, StoreError};
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowCloseRequested};
 use std::path::{Path, PathBuf};
@@ -178,7 +178,7 @@ impl Desk<'_> {
         }
     }
 
-    fn open(&mut self, opened: Result<store::World, store::StoreError>) {
+    fn open(&mut self, opened: Result<store::World, StoreError>) {
         match opened {
             Ok(opened) => {
                 let Some(world) = &mut self.world else { return };
@@ -204,18 +204,21 @@ impl Desk<'_> {
             self.dialogs.show(Dialog::shared_bodies(&shared));
             return;
         }
-        self.write(|world| store::save(world).map(|_| ()));
+        self.write(store::save);
     }
 
     fn save_as(&mut self, path: &Path) {
         let path = with_extension(path);
-        self.write(|world| store::save_as(world, &path).map(|_| ()));
+        self.write(|world| store::save_as(world, &path));
     }
 
-    fn write(&mut self, write: impl FnOnce(&mut store::World) -> Result<(), store::StoreError>) {
+    fn write(
+        &mut self,
+        write: impl FnOnce(&mut store::World) -> Result<SaveReport, StoreError>,
+    ) {
         let Some(world) = &mut self.world else { return };
         match write(&mut world.0) {
-            Ok(()) => {
+            Ok(_) => {
                 self.notice.0 = Some(format!("Saved {}", file_name(world.0.document.origin())));
                 if let Some(then) = self.after_save.0.take() {
                     self.go_on(then);
@@ -226,6 +229,13 @@ impl Desk<'_> {
                 self.dialogs
                     .show(Dialog::error("The design cannot be saved", &error));
             }
+        }
+    }
+
+    fn save_shared(&mut self, choice: SharedChoice) {
+        match choice {
+            SharedChoice::Overwrite => self.write(store::save),
+            SharedChoice::Copy => self.write(store::save_with_copies),
         }
     }
 

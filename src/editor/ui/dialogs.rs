@@ -6,6 +6,7 @@ use super::theme;
 use super::widgets::{Row, quiet_ui, row_ui, warning_ui};
 use crate::editor::palette;
 use crate::editor::state::{FileRequest, SharedChoice};
+use crate::store::SharedBody;
 use bevy::prelude::Resource;
 use bevy_egui::egui::{self, Align, Key, Layout, RichText, ScrollArea, TextEdit, Ui, vec2};
 use std::path::{Path, PathBuf};
@@ -81,6 +82,24 @@ impl Dialog {
 
     pub fn unsaved(file: String, then: FileRequest) -> Self {
         Self::Unsaved { file, then }
+    }
+
+    /// Names the designs that a save would change too.
+    pub fn shared_bodies(shared: &[SharedBody]) -> Self {
+        let name = |path: &PathBuf| {
+            path.file_name().map_or_else(
+                || path.display().to_string(),
+                |name| name.to_string_lossy().into_owned(),
+            )
+        };
+        let lines = shared
+            .iter()
+            .map(|body| {
+                let designs: Vec<String> = body.designs.iter().map(name).collect();
+                format!("{} is also used by {}", name(&body.file), designs.join(", "))
+            })
+            .collect();
+        Self::SharedBodies { lines }
     }
 }
 
