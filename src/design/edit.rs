@@ -152,7 +152,7 @@ impl Edit {
             }
             Self::SetTip { body, tip_in_body } => {
                 let rigid = &mut body_of(design, body)?.rigid;
-                for tip in &tip_in_body {
+                if let Some(tip) = &tip_in_body {
                     check_finite("the tip", tip.iter())?;
                 }
                 rigid.tip_in_body = tip_in_body;
@@ -167,19 +167,19 @@ impl Edit {
                 design.tool.crf_from_tool = pose;
             }
             Self::SetMotion(motion) => {
-                for motion in &motion {
+                if let Some(motion) = &motion {
                     motion.grid(&Pose::identity())?;
                 }
                 design.motion = motion;
             }
             Self::SetRequirement(requirement) => {
-                for requirement in &requirement {
+                if let Some(requirement) = &requirement {
                     check_requirement(requirement)?;
                 }
                 design.requirement = requirement;
             }
             Self::SetOrientationWeight(weight_mm) => {
-                for weight_mm in weight_mm {
+                if let Some(weight_mm) = weight_mm {
                     check_not_negative("the orientation weight", weight_mm)?;
                 }
                 design.orientation_weight_mm = weight_mm;

@@ -1,0 +1,282 @@
+//! Designs, `*.design.ron`: which bodies stand where in which room, and what is asked of them.
+
+use super::error::FormatError;
+use super::ron_text::{self, PoseEntry};
+use crate::design::{Design, Target, View};
+use crate::geometry::pose::Pose;
+use crate::study::motion::Motion;
+use crate::study::requirement::Requirement;
+use ron::extensions::Extensions;
+use ron::ser::PrettyConfig;
+use serde::Deserialize;
+use std::fmt::Write;
+
+/// What a design file holds: the design with its bodies by file name only, and its view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DesignFile {
+    pub name: String,
+    pub environment: String,
+    pub crf: Option<CrfReference>,
+    pub tool_body: String,
+    pub crf_from_tool: Pose,
+    pub motion: Option<Motion>,
+    pub orientation_weight_mm: Option<f64>,
+    pub requirement: Option<Requirement>,
+    pub view: View,
+}
+
+/// A CRF by its file's name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrfReference {
+    pub body: String,
+    pub tracker_from_crf: Pose,
+    pub targets: Vec<Target>,
+    pub motion: Option<Motion>,
+    pub requirement: Option<Requirement>,
+}
+
+impl DesignFile {
+    /// What a design's own file holds of it.
+    pub fn of(design: &Design, view: &View) -> Self {
+        Self {
+            name: design.name.clone(),
+            environment: design.environment.clone(),
+            crf: design.crf.as_ref().map(|crf| CrfReference {
+                body: crf.body.reference.clone(),
+                tracker_from_crf: crf.tracker_from_crf,
+                targets: crf.targets.clone(),
+                motion: crf.motion,
+                requirement: crf.requirement,
+            }),
+            tool_body: design.tool.body.reference.clone(),
+            crf_from_tool: design.tool.crf_from_tool,
+            motion: design.motion,
+            orientation_weight_mm: design.orientation_weight_mm,
+            requirement: design.requirement,
+            view: view.clone(),
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(rename = "Design")]
+struct DesignEntry {
+    #[expect(dead_code, reason = "checked before the rest is read")]
+    version: u64,
+    name: String,
+    environment: String,
+    crf: Option<CrfEntry>,
+    tool: ToolEntry,
+    motion: Option<Motion>,
+    orientation_weight: Option<f64>,
+    requirement: Option<Requirement>,
+    view: Option<View>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename = "Crf")]
+struct CrfEntry {
+    body: String,
+    pose: PoseEntry,
+    targets: Option<Vec<TargetEntry>>,
+    motion: Option<Motion>,
+    requirement: Option<Requirement>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename = "Tool")]
+struct ToolEntry {
+    body: String,
+    pose: PoseEntry,
+}
+
+#[derive(Deserialize)]
+#[serde(rename = "Target")]
+struct TargetEntry {
+    name: String,
+    position: [f64; 3],
+}
+
+/// Reads a design.
+///
+/// # Errors
+/// Anything that leaves a doubt about what the design is; see [`FormatError`].
+pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
+    let entry: DesignEntry = ron_text::parse(bytes)?;
+    check_motion("", entry.motion.as_ref())?;
+    check_requirement("requirement", entry.requirement.as_ref())?;
+    if let Some(weight) = entry.orientation_weight {
+        check_not_negative("orientation_weight", weight)?;
+    }
+    let view = entry.view.unwrap_or_default();
+    view.check()?;
+    Ok(DesignFile {
+        name: entry.name,
+        environment: file_name("environment", entry.environment)?,
+        crf: entry.crf.map(read_crf).transpose()?,
+        tool_body: file_name("tool.body", entry.tool.body)?,
+        crf_from_tool: entry.tool.pose.check("tool.pose")?,
+        motion: entry.motion,
+        orientation_weight_mm: entry.orientation_weight,
+        requirement: entry.requirement,
+        view,
+    })
+}
+
+fn read_crf(entry: CrfEntry) -> Result<CrfReference, FormatError> {
+    check_motion("crf.", entry.motion.as_ref())?;
+    check_requirement("crf.requirement", entry.requirement.as_ref())?;
+    let read_target = |(index, target): (usize, TargetEntry)| {
+        let field = format!("crf.targets[{index}] {:?}: position", target.name);
+        Ok(Target {
+            position_in_crf: ron_text::point(&field, target.position)?,
+            name: target.name,
+        })
+    };
+    Ok(CrfReference {
+        body: file_name("crf.body", entry.body)?,
+        tracker_from_crf: entry.pose.check("crf.pose")?,
+        targets: entry
+            .targets
+            .unwrap_or_default()
+            .into_iter()
+            .enumerate()
+            .map(read_target)
+            .collect::<Result<_, FormatError>>()?,
+        motion: entry.motion,
+        requirement: entry.requirement,
+    })
+}
+
+fn file_name(field: &str, name: String) -> Result<String, FormatError> {
+    if name.trim().is_empty() {
+        Err(FormatError::field(field, "empty", "a file"))
+    } else {
+        Ok(name)
+    }
+}
+
+fn check_motion(prefix: &'static str, motion: Option<&Motion>) -> Result<(), FormatError> {
+    // The grid itself knows which ranges can be visited; where it starts does not matter.
+    motion.map_or(Ok(()), |motion| match motion.grid(&Pose::identity()) {
+        Ok(_) => Ok(()),
+        Err(source) => Err(FormatError::Motion { prefix, source }),
+    })
+}
+
+fn check_requirement(field: &str, requirement: Option<&Requirement>) -> Result<(), FormatError> {
+    for (name, limit) in requirement.into_iter().flat_map(limits) {
+        if let Some(limit) = limit {
+            check_not_negative(&format!("{field}.{name}"), limit)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_not_negative(field: &str, value: f64) -> Result<(), FormatError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(())
+    } else {
+        Err(FormatError::field(field, value, "zero or more"))
+    }
+}
+
+/// The bounds of a requirement by their names in a file.
+fn limits(requirement: &Requirement) -> [(&'static str, Option<f64>); 5] {
+    [
+        ("position_rms", requirement.position_rms_mm),
+        ("position_p95", requirement.position_p95_mm),
+        ("position_max", requirement.position_max_mm),
+        ("angle_rms", requirement.angle_rms_deg),
+        ("angle_max", requirement.angle_max_deg),
+    ]
+}
+
+/// Writes a design; what is absent or has its default is left out.
+pub fn write(design: &DesignFile) -> String {
+    let mut out = Lines::default();
+    out.line(0, "(");
+    out.field(1, "version", "1");
+    out.field(1, "name", &ron_text::string(&design.name));
+    out.field(1, "environment", &ron_text::string(&design.environment));
+    if let Some(crf) = &design.crf {
+        out.line(1, "crf: (");
+        out.field(2, "body", &ron_text::string(&crf.body));
+        out.field(2, "pose", &ron_text::pose(&crf.tracker_from_crf));
+        if !crf.targets.is_empty() {
+            out.line(2, "targets: [");
+            for target in &crf.targets {
+                let name = ron_text::string(&target.name);
+                let position = ron_text::tuple(target.position_in_crf.coords.as_slice());
+                out.line(3, &format!("(name: {name}, position: {position}),"));
+            }
+            out.line(2, "],");
+        }
+        out.motion(2, crf.motion.as_ref());
+        out.requirement(2, crf.requirement.as_ref());
+        out.line(1, "),");
+    }
+    out.line(1, "tool: (");
+    out.field(2, "body", &ron_text::string(&design.tool_body));
+    out.field(2, "pose", &ron_text::pose(&design.crf_from_tool));
+    out.line(1, "),");
+    out.motion(1, design.motion.as_ref());
+    if let Some(weight_mm) = design.orientation_weight_mm {
+        out.field(1, "orientation_weight", &format!("{weight_mm:?}"));
+    }
+    out.requirement(1, design.requirement.as_ref());
+    out.view(1, &design.view);
+    out.line(0, ")");
+    out.0
+}
+
+/// A file in the making.
+#[derive(Default)]
+struct Lines(String);
+
+impl Lines {
+    fn line(&mut self, depth: usize, text: &str) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.0, "{:1$}{text}", "", 4 * depth);
+    }
+
+    fn field(&mut self, depth: usize, name: &str, value: &str) {
+        self.line(depth, &format!("{name}: {value},"));
+    }
+
+    fn motion(&mut self, depth: usize, motion: Option<&Motion>) {
+        let Some(motion) = motion else { return };
+        self.line(depth, "motion: (");
+        for (axis, range) in motion.axes() {
+            if let Some(r) = range {
+                let range = format!("(min: {:?}, max: {:?}, step: {:?})", r.min, r.max, r.step);
+                self.field(depth + 1, axis, &range);
+            }
+        }
+        self.line(depth, "),");
+    }
+
+    fn requirement(&mut self, depth: usize, requirement: Option<&Requirement>) {
+        let Some(requirement) = requirement else {
+            return;
+        };
+        let bounds: Vec<_> = limits(requirement)
+            .into_iter()
+            .filter_map(|(name, limit)| limit.map(|limit| format!("{name}: {limit:?}")))
+            .collect();
+        self.field(depth, "requirement", &format!("({})", bounds.join(", ")));
+    }
+
+    fn view(&mut self, depth: usize, view: &View) {
+        if *view == View::default() {
+            return;
+        }
+        let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+        let config = PrettyConfig::new().new_line("\n").depth_limit(1);
+        // A view is numbers, flags and names, all of which RON can hold.
+        if let Ok(text) = options.to_string_pretty(view, config) {
+            let indented = text.replace('\n', &format!("\n{:1$}", "", 4 * depth));
+            self.field(depth, "view", &indented);
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Environments, `*.env.ron`: a room's distortion model, its volume, and where it came from.
+
+use super::error::FormatError;
+use super::ron_text;
+use crate::field::bernstein::coefficient_count;
+use crate::field::environment::{Jitter, Provenance};
+use crate::field::{DistortionModel, Environment};
+use crate::geometry::volume::Volume;
+use ron::extensions::Extensions;
+use ron::ser::PrettyConfig;
+use serde::{Deserialize, Serialize};
+use std::fmt::Write;
+
+#[derive(Deserialize)]
+#[serde(rename = "Environment")]
+struct EnvironmentEntry {
+    #[expect(dead_code, reason = "checked before the rest is read")]
+    version: u64,
+    name: String,
+    volume: Option<Volume>,
+    jitter: Option<Jitter>,
+    provenance: Option<Provenance>,
+    model: DistortionModel,
+}
+
+/// Reads an environment.
+///
+/// # Errors
+/// Anything that leaves a doubt about what the room is; see [`FormatError`].
+pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
+    let entry: EnvironmentEntry = ron_text::parse(bytes)?;
+    if let Some(Volume::Box(bounds)) = &entry.volume {
+        let (min, max) = (bounds.min_mm, bounds.max_mm);
+        ron_text::point("volume: min", min.coords.into())?;
+        ron_text::point("volume: max", max.coords.into())?;
+        if (0..3).any(|k| min[k] > max[k]) {
+            let found = format!("from {min} to {max}");
+            return Err(FormatError::field("volume", found, "min below max"));
+        }
+    }
+    if let Some(jitter) = &entry.jitter {
+        for (name, value) in [
+            ("jitter.position_mm", jitter.position_mm),
+            ("jitter.angle_rad", jitter.angle_rad),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(FormatError::field(name, value, "zero or more"));
+            }
+        }
+    }
+    Ok(Environment {
+        name: entry.name,
+        model: entry.model,
+        volume: entry.volume,
+        jitter: entry.jitter,
+        provenance: entry.provenance,
+    })
+}
+
+/// Writes an environment, a coefficient's six values a line.
+pub fn write(environment: &Environment) -> String {
+    let mut out = String::from("(\n    version: 1,\n");
+    push_field(&mut out, 1, "name", &ron_text::string(&environment.name));
+    if let Some(volume) = &environment.volume {
+        push_field(&mut out, 1, "volume", &value(volume, 0));
+    }
+    if let Some(jitter) = &environment.jitter {
+        push_field(&mut out, 1, "jitter", &value(jitter, 0));
+    }
+    if let Some(provenance) = &environment.provenance {
+        push_field(&mut out, 1, "provenance", &value(provenance, 1));
+    }
+    out.push_str("    model: (\n");
+    push_model(&mut out, &environment.model);
+    out.push_str("    ),\n)\n");
+    out
+}
+
+fn push_model(out: &mut String, model: &DistortionModel) {
+    let bounds = model.bounds();
+    let [min, max] = [bounds.min_mm, bounds.max_mm].map(|p| ron_text::tuple(p.coords.as_slice()));
+    push_field(out, 2, "order", &model.order().to_string());
+    push_field(out, 2, "directions", &model.directions().len().to_string());
+    push_field(out, 2, "weighting", &value(&model.weighting(), 0));
+    push_field(out, 2, "map", &value(&model.map(), 0));
+    push_field(out, 2, "box", &format!("({min}, {max})"));
+    out.push_str("        coefficients: [\n");
+    let per_direction = coefficient_count(model.order());
+    for (index, coefficient) in model.coefficients().iter().enumerate() {
+        if index % per_direction == 0 {
+            let direction = model.directions().directions()[index / per_direction];
+            // Writing to a string cannot fail.
+            let _ = writeln!(
+                out,
+                "            // {} of {}: axis ({:.4}, {:.4}, {:.4})",
+                index / per_direction + 1,
+                model.directions().len(),
+                direction.x,
+                direction.y,
+                direction.z
+            );
+        }
+        let _ = writeln!(out, "            {},", ron_text::tuple(coefficient));
+    }
+    out.push_str("        ],\n");
+}
+
+fn push_field(out: &mut String, depth: usize, name: &str, value: &str) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "{:1$}{name}: {value},", "", 4 * depth);
+}
+
+/// A small value on one line, or with its fields on lines of their own.
+fn value<T: Serialize>(value: &T, depth: usize) -> String {
+    let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    let config = PrettyConfig::new().new_line("\n").depth_limit(depth);
+    // Numbers, flags and names, all of which RON can hold.
+    let text = options.to_string_pretty(value, config).unwrap_or_default();
+    text.replace('\n', "\n    ")
+}

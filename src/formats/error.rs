@@ -1,0 +1,87 @@
+//! What can be wrong with a file's content: where, what was found, what was expected.
+
+use super::gltf::GltfError;
+use crate::design::view::ViewError;
+use crate::study::motion::MotionError;
+
+/// Why bytes are not the file they should be. The file's name is added by who read it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FormatError {
+    #[error("line {line}, column {column}: found a byte that is not UTF-8, expected text")]
+    NotUtf8 { line: usize, column: usize },
+    #[error("line {line}, column {column}: {problem}")]
+    Syntax {
+        line: usize,
+        column: usize,
+        /// "found …, expected …".
+        problem: String,
+    },
+    #[error("{field} is {found}, expected {expected}")]
+    Field {
+        field: String,
+        found: String,
+        expected: &'static str,
+    },
+    #[error("line {line}: {field} is {found}, expected {expected}")]
+    Cell {
+        line: u64,
+        field: String,
+        found: String,
+        expected: &'static str,
+    },
+    #[error("line {line}: found {found}, expected {expected}")]
+    Line {
+        line: u64,
+        found: String,
+        expected: String,
+    },
+    #[error("line 1: found no column {}, expected {expected}", missing.join(", "))]
+    MissingColumns {
+        missing: Vec<&'static str>,
+        expected: &'static str,
+    },
+    #[error("line 1: found column {0} twice, expected it once")]
+    RepeatedColumn(&'static str),
+    #[error("found no rows, expected at least one")]
+    NoRows,
+    #[error("{prefix}{source}")]
+    Motion {
+        /// "crf." for the motion of the CRF's own study, else nothing.
+        prefix: &'static str,
+        source: MotionError,
+    },
+    #[error(transparent)]
+    View(#[from] ViewError),
+    #[error(transparent)]
+    Gltf(#[from] GltfError),
+}
+
+impl FormatError {
+    /// A field with a value that it cannot have.
+    pub(super) fn field(
+        field: impl Into<String>,
+        found: impl ToString,
+        expected: &'static str,
+    ) -> Self {
+        Self::Field {
+            field: field.into(),
+            found: found.to_string(),
+            expected,
+        }
+    }
+}
+
+/// The bytes as text, without a byte order mark.
+pub(super) fn text(bytes: &[u8]) -> Result<&str, FormatError> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Ok(text.strip_prefix('\u{feff}').unwrap_or(text)),
+        Err(error) => {
+            let good = &bytes[..error.valid_up_to()];
+            let line_start = good.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
+            Err(FormatError::NotUtf8 {
+                line: 1 + good.iter().filter(|&&b| b == b'\n').count(),
+                column: 1 + good.len() - line_start,
+            })
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! Bytes to types and back: one parser and writer a file format, no disk.
+
+pub mod body;
+pub mod design_file;
+pub mod environment;
+mod error;
+pub mod gltf;
+pub mod input;
+pub mod jhu_cis;
+pub mod log;
+pub mod measurements;
+pub mod number;
+pub mod poses;
+mod ron_text;
+pub mod table;
+
+pub use body::BodyFile;
+pub use design_file::DesignFile;
+pub use error::FormatError;

@@ -1,0 +1,46 @@
+//! Pose tables: `x, y, z, qw, qx, qy, qz`, and what `distort` adds to them.
+
+use super::error::FormatError;
+use super::number::shortest;
+use super::table::{PoseColumns, Table};
+use crate::geometry::pose::{Pose, pose_to_array};
+use std::io::{self, Write};
+
+const EXPECTED: &str = "the columns of a poses table (x, y, z, qw, qx, qy, qz)";
+
+/// Reads a table of poses.
+///
+/// # Errors
+/// Missing columns, cells that are no numbers, quaternions off unit length, no rows.
+pub fn parse(bytes: &[u8]) -> Result<Vec<Pose>, FormatError> {
+    let table = Table::parse(bytes)?;
+    let [x, y, z, qw, qx, qy, qz] =
+        table.columns(["x", "y", "z", "qw", "qx", "qy", "qz"], EXPECTED)?;
+    let columns = PoseColumns {
+        position: [x, y, z],
+        rotation: Some([qw, qx, qy, qz]),
+    };
+    table.rows()?.map(|row| row.pose(&columns)).collect()
+}
+
+/// Writes poses, each with whether it was outside the model's box.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_with_outside(
+    out: &mut dyn Write,
+    rows: impl IntoIterator<Item = (Pose, bool)>,
+) -> io::Result<()> {
+    writeln!(out, "x,y,z,qw,qx,qy,qz,outside")?;
+    for (pose, is_outside) in rows {
+        write_pose(out, &pose)?;
+        writeln!(out, ",{}", u8::from(is_outside))?;
+    }
+    Ok(())
+}
+
+/// Writes a pose's seven cells, without a line end.
+pub(super) fn write_pose(out: &mut dyn Write, pose: &Pose) -> io::Result<()> {
+    let cells = pose_to_array(pose).map(shortest);
+    out.write_all(cells.join(",").as_bytes())
+}

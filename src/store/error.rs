@@ -1,0 +1,46 @@
+//! What can go wrong with files, in the words that the command line and the editor show.
+
+use crate::formats::FormatError;
+use std::io;
+use std::path::PathBuf;
+
+/// A file that could not be used. Nothing was changed by the attempt.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    #[error("{}: found {}, expected {expected}", file.display(), what_happened(source))]
+    Read {
+        file: PathBuf,
+        expected: &'static str,
+        source: io::Error,
+    },
+    #[error("{}: {source}", file.display())]
+    Format { file: PathBuf, source: FormatError },
+    #[error("{}: cannot be written: {}", file.display(), what_happened(source))]
+    Write { file: PathBuf, source: io::Error },
+    #[error("{}: found more than {limit} bytes, expected {expected}", file.display())]
+    TooLarge {
+        file: PathBuf,
+        limit: u64,
+        expected: &'static str,
+    },
+    #[error("{name}: found no built-in design of this name, expected one of {names}")]
+    NoSuchBuiltIn { name: String, names: String },
+    #[error("the built-in design {0} is read-only, expected Save as and a file of your own")]
+    ReadOnly(&'static str),
+    #[error("{}: tool and CRF are the same file but differ now, expected one to be saved as another file", file.display())]
+    BodiesDiffer { file: PathBuf },
+    #[error("{}: the design itself uses this file, expected another one to save as", file.display())]
+    InUse { file: PathBuf },
+}
+
+/// An I/O error without its number.
+fn what_happened(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "no such file or folder".to_owned(),
+        io::ErrorKind::PermissionDenied => "no permission".to_owned(),
+        io::ErrorKind::IsADirectory => "a folder".to_owned(),
+        io::ErrorKind::NotADirectory => "a file where a folder should be".to_owned(),
+        io::ErrorKind::StorageFull => "no space left".to_owned(),
+        _ => error.to_string(),
+    }
+}

@@ -1,0 +1,23 @@
+//! The disk: designs with all that they refer to, atomic writes, and the built-in world.
+
+mod builtin;
+mod error;
+mod open;
+mod place;
+mod read;
+mod resolve;
+mod save;
+mod shared;
+mod write;
+
+pub use builtin::{DEFAULT_BUILTIN, builtin_names};
+pub use error::StoreError;
+pub use open::{World, open_builtin, open_design, refresh_environment};
+pub use read::{
+    read_calbody, read_calreadings, read_environment, read_input, read_measurements, read_mesh,
+    read_poses,
+};
+pub use resolve::resolve;
+pub use save::{SaveReport, save, save_as, save_with_copies};
+pub use shared::{SharedBody, shared_bodies};
+pub use write::{write_atomic, write_environment};

@@ -1,0 +1,72 @@
+//! Reads one file of a kind; every error names the file.
+
+use super::error::StoreError;
+use super::place::Place;
+use crate::field::Environment;
+use crate::field::samples::MeasurementSet;
+use crate::formats::jhu_cis::{CalBody, CalReadings};
+use crate::formats::{
+    FormatError, environment, gltf, input, jhu_cis, measurements, poses,
+};
+use crate::geometry::mesh::SurfaceMesh;
+use crate::geometry::pose::Pose;
+use crate::study::InputTrial;
+use std::path::Path;
+
+/// # Errors
+/// See [`StoreError`], here and below.
+pub fn read_environment(file: &Path) -> Result<Environment, StoreError> {
+    read(Place::Disk, file, "an environment", environment::parse)
+}
+
+pub fn read_measurements(file: &Path) -> Result<MeasurementSet, StoreError> {
+    read(Place::Disk, file, "a measurement table", measurements::parse)
+}
+
+pub fn read_poses(file: &Path) -> Result<Vec<Pose>, StoreError> {
+    read(Place::Disk, file, "a poses table", poses::parse)
+}
+
+/// Input data; the CRF's columns count only for a design that has one.
+pub fn read_input(file: &Path, design_has_crf: bool) -> Result<Vec<InputTrial>, StoreError> {
+    read(Place::Disk, file, "an input table", |bytes| {
+        input::parse(bytes, design_has_crf)
+    })
+}
+
+pub fn read_calbody(file: &Path) -> Result<CalBody, StoreError> {
+    read(Place::Disk, file, "a calbody file", jhu_cis::parse_calbody)
+}
+
+pub fn read_calreadings(file: &Path) -> Result<CalReadings, StoreError> {
+    read(
+        Place::Disk,
+        file,
+        "a calreadings file",
+        jhu_cis::parse_calreadings,
+    )
+}
+
+pub fn read_mesh(file: &Path) -> Result<SurfaceMesh, StoreError> {
+    read_mesh_at(Place::Disk, file)
+}
+
+pub(super) fn read_mesh_at(place: Place, file: &Path) -> Result<SurfaceMesh, StoreError> {
+    read(place, file, "a mesh", |bytes| Ok(gltf::parse(bytes)?))
+}
+
+/// Reads a file and parses it; `expected` names the kind of file, with its article.
+pub(super) fn read<T>(
+    place: Place,
+    file: &Path,
+    expected: &'static str,
+    parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
+) -> Result<T, StoreError> {
+    let bytes = place
+        .read(file)
+        .map_err(|failure| failure.into_error(file, expected))?;
+    parse(&bytes).map_err(|source| StoreError::Format {
+        file: file.to_owned(),
+        source,
+    })
+}

@@ -1,0 +1,305 @@
+//! Saves a design and its bodies: only what changed, bodies first, each file whole or not at all.
+
+use super::error::StoreError;
+use super::open::{World, home};
+use super::place::{Place, absolute, relative};
+use super::shared::shared_bodies;
+use super::write::{folder_of, write_bytes};
+use crate::design::{BodyRole, Design, DesignBody, Origin, View};
+use crate::formats::{BodyFile, DesignFile, body, design_file};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What Save did.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SaveReport {
+    /// The files written, in order; none where nothing had changed.
+    pub written: Vec<PathBuf>,
+}
+
+/// Saves a design where it came from: changed bodies first, then the design itself if it changed.
+///
+/// # Errors
+/// [`StoreError::ReadOnly`] for a built-in design, [`StoreError::BodiesDiffer`], or a file that
+/// could not be written; the document then still counts as changed.
+pub fn save(world: &mut World) -> Result<SaveReport, StoreError> {
+    let file = own_file(world)?;
+    let report = write_changes(world, &file, false)?;
+    world.document.mark_saved();
+    Ok(report)
+}
+
+/// Saves like [`save`], except that changed bodies which other designs use are saved as copies.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_with_copies(world: &mut World) -> Result<SaveReport, StoreError> {
+    let file = own_file(world)?;
+    let mut taken = Vec::new();
+    let mut names = Vec::new();
+    for shared in shared_bodies(world) {
+        let copy = free_name(&shared.file, |path| !path.exists() && !taken.contains(path));
+        names.push((shared.role, relative(&folder_of(&file), &copy)));
+        taken.push(copy);
+    }
+    let has_copies = !names.is_empty();
+    let before = world.document.clone();
+    if has_copies {
+        world
+            .document
+            .relocate(Origin::File(file.clone()), |design| {
+                for (role, reference) in &names {
+                    if let Some(body) = design.body_mut(*role) {
+                        body.reference.clone_from(reference);
+                    }
+                }
+            });
+    }
+    match write_changes(world, &file, has_copies) {
+        Ok(report) => {
+            world.document.mark_saved();
+            Ok(report)
+        }
+        Err(error) => {
+            world.document = before;
+            Err(error)
+        }
+    }
+}
+
+/// Saves a design as another file, which is the document's own from then on.
+///
+/// What came from the disk stays where it is and is referred to from the new place, except for
+/// bodies that changed: those are saved beside the new design, so that the old one stays as it
+/// is. From the built-in world everything is saved beside the new design.
+///
+/// # Errors
+/// A file that could not be read or written, or [`StoreError::InUse`]; the document is then as
+/// it was.
+pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError> {
+    if let Origin::File(own) = world.document.origin()
+        && absolute(own) == absolute(file)
+    {
+        return save(world);
+    }
+    let (place, old_file) = home(world.document.origin())?;
+    refuse_own_parts(world, place, &old_file, file)?;
+    let mut mover = Mover {
+        place,
+        old_file,
+        folder: folder_of(file),
+        report: SaveReport::default(),
+    };
+    let design = world.document.design();
+    let mut moved = Vec::new();
+    for (role, body) in design.bodies() {
+        moved.push((role, mover.move_body(body, is_changed(world, role))?));
+    }
+    let environment = mover.move_environment(&design.environment)?;
+    let old_environment = design.environment.clone();
+    let rewrite = |design: &mut Design| {
+        for (role, (reference, mesh)) in &moved {
+            if let Some(body) = design.body_mut(*role) {
+                body.reference.clone_from(reference);
+                body.mesh.clone_from(mesh);
+            }
+        }
+        design.environment = if design.environment == old_environment {
+            environment.clone()
+        } else {
+            mover.reference(&design.environment)
+        };
+    };
+    let mut copy = design.clone();
+    rewrite(&mut copy);
+    let text = design_text(&copy, world.document.view());
+    write_bytes(file, text.as_bytes())?;
+    world
+        .document
+        .relocate(Origin::File(file.to_owned()), rewrite);
+    world.document.mark_saved();
+    world.environment_is_current();
+    mover.report.written.push(file.to_owned());
+    Ok(mover.report)
+}
+
+/// Whether Save would write the body of a role.
+pub(super) fn is_changed(world: &World, role: BodyRole) -> bool {
+    let (saved, _) = world.document.saved();
+    saved.body(role).map(body_text) != world.document.design().body(role).map(body_text)
+}
+
+fn own_file(world: &World) -> Result<PathBuf, StoreError> {
+    match world.document.origin() {
+        Origin::BuiltIn(name) => Err(StoreError::ReadOnly(name)),
+        Origin::File(file) => Ok(file.clone()),
+    }
+}
+
+fn body_text(body: &DesignBody) -> String {
+    body::write(&BodyFile {
+        rigid: body.rigid.clone(),
+        mesh: body.mesh.clone(),
+    })
+}
+
+fn design_text(design: &Design, view: &View) -> String {
+    design_file::write(&DesignFile::of(design, view))
+}
+
+fn write_changes(
+    world: &World,
+    file: &Path,
+    is_design_changed: bool,
+) -> Result<SaveReport, StoreError> {
+    let design = world.document.design();
+    let bodies: Vec<_> = design
+        .bodies()
+        .map(|(role, body)| {
+            let body_file = Place::Disk.resolve(file, &body.reference);
+            (body_file, body_text(body), is_changed(world, role))
+        })
+        .collect();
+    if let [(tool_file, tool, _), (crf_file, crf, _)] = &bodies[..]
+        && tool != crf
+        && absolute(tool_file) == absolute(crf_file)
+    {
+        return Err(StoreError::BodiesDiffer {
+            file: tool_file.clone(),
+        });
+    }
+    let mut report = SaveReport::default();
+    for (body_file, text, is_changed) in bodies {
+        if is_changed && !report.written.contains(&body_file) {
+            write_bytes(&body_file, text.as_bytes())?;
+            report.written.push(body_file);
+        }
+    }
+    let (saved, saved_view) = world.document.saved();
+    let text = design_text(design, world.document.view());
+    if is_design_changed || text != design_text(saved, saved_view) {
+        write_bytes(file, text.as_bytes())?;
+        report.written.push(file.to_owned());
+    }
+    Ok(report)
+}
+
+/// Refuses to write a design over its own body or environment.
+fn refuse_own_parts(
+    world: &World,
+    place: Place,
+    old_file: &Path,
+    file: &Path,
+) -> Result<(), StoreError> {
+    let design = world.document.design();
+    let mut parts = design
+        .bodies()
+        .map(|(_, body)| &body.reference)
+        .chain([&design.environment])
+        .map(|reference| place.resolve(old_file, reference));
+    let file = absolute(file);
+    if place == Place::Disk && parts.any(|part| absolute(&part) == file) {
+        return Err(StoreError::InUse { file });
+    }
+    Ok(())
+}
+
+/// Brings what a design refers to within reach of a new folder.
+struct Mover {
+    place: Place,
+    old_file: PathBuf,
+    folder: PathBuf,
+    report: SaveReport,
+}
+
+impl Mover {
+    /// The body's reference from the new folder, and its mesh's from the body.
+    fn move_body(
+        &mut self,
+        body: &DesignBody,
+        is_changed: bool,
+    ) -> Result<(String, Option<String>), StoreError> {
+        let old_file = self.place.resolve(&self.old_file, &body.reference);
+        if self.place == Place::Disk && !is_changed {
+            return Ok((relative(&self.folder, &old_file), body.mesh.clone()));
+        }
+        let mesh = match &body.mesh {
+            Some(mesh) if is_absolute(mesh) => Some(mesh.clone()),
+            Some(mesh) => Some(self.move_mesh(&self.place.resolve(&old_file, mesh))?),
+            None => None,
+        };
+        let copy = DesignBody {
+            mesh: mesh.clone(),
+            ..body.clone()
+        };
+        let reference = self.copy(&body.reference, body_text(&copy).as_bytes())?;
+        Ok((reference, mesh))
+    }
+
+    fn move_mesh(&mut self, old_file: &Path) -> Result<String, StoreError> {
+        match self.place {
+            Place::Disk => Ok(relative(&self.folder, old_file)),
+            Place::BuiltIn => self.copy_built_in(old_file, "a mesh"),
+        }
+    }
+
+    fn copy_built_in(&mut self, file: &Path, kind: &'static str) -> Result<String, StoreError> {
+        let bytes = self
+            .place
+            .read(file)
+            .map_err(|failure| failure.into_error(file, kind))?;
+        self.copy(&file.to_string_lossy(), &bytes)
+    }
+
+    /// Writes a copy into the new folder under its old name, or under one like it where that
+    /// name is another file's; the name.
+    fn copy(&mut self, old_reference: &str, bytes: &[u8]) -> Result<String, StoreError> {
+        let name = Path::new(old_reference).file_name().unwrap_or_default();
+        let is_same = |path: &Path| fs::read(path).is_ok_and(|found| found == bytes);
+        let copy = free_name(&self.folder.join(name), |path| {
+            !path.exists() || is_same(path)
+        });
+        if !is_same(&copy) {
+            write_bytes(&copy, bytes)?;
+            self.report.written.push(copy.clone());
+        }
+        let name = copy.file_name().unwrap_or_default();
+        Ok(name.to_string_lossy().into_owned())
+    }
+
+    /// The environment's reference from the new folder, to where it was copied if it had to be.
+    fn move_environment(&mut self, reference: &str) -> Result<String, StoreError> {
+        if self.place == Place::Disk || is_absolute(reference) {
+            return Ok(self.reference(reference));
+        }
+        self.copy_built_in(&self.place.resolve(&self.old_file, reference), "an environment")
+    }
+
+    /// What a reference of the old design's is from the new folder.
+    fn reference(&self, reference: &str) -> String {
+        match self.place {
+            _ if is_absolute(reference) => reference.to_owned(),
+            Place::Disk => relative(&self.folder, &self.place.resolve(&self.old_file, reference)),
+            // Only ever undone to; nothing else of the built-in world is copied.
+            Place::BuiltIn => reference.to_owned(),
+        }
+    }
+}
+
+fn is_absolute(reference: &str) -> bool {
+    Path::new(reference).is_absolute()
+}
+
+/// The path, or the first of `name-2.ext`, `name-3.ext`, … that will do.
+fn free_name(path: &Path, will_do: impl Fn(&PathBuf) -> bool) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // "pointer.body.ron" is "pointer" and ".body.ron".
+    let (stem, extension) = name.split_at(name.find('.').unwrap_or(name.len()));
+    let mut candidate = path.to_owned();
+    let mut number = 2;
+    while !will_do(&candidate) {
+        candidate = path.with_file_name(format!("{stem}-{number}{extension}"));
+        number += 1;
+    }
+    candidate
+}
