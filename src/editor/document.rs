@@ -147,7 +147,8 @@ impl Desk<'_> {
             | FileRequest::Quit
                 if self.is_dirty() =>
             {
-                self.dialogs.show(Dialog::unsaved(self.name(), request));
+                let file = self.name();
+                self.dialogs.show(Dialog::unsaved(file, request));
             }
             FileRequest::Discard(then) => self.go_on(*then),
             FileRequest::SaveThen(then) => {
