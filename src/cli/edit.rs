@@ -1,7 +1,7 @@
 //! `trackwright [DESIGN]`: the editor, on the built-in design where none is named.
 
-use crate::editor::preflight::{self, Missing};
 use crate::editor::app;
+use crate::editor::preflight::{self, Missing};
 use crate::store;
 use std::path::Path;
 

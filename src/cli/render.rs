@@ -7,7 +7,6 @@ use crate::store::{self, World};
 use anyhow::{Context, bail};
 use bevy::math::UVec2;
 use clap::{Args, ValueEnum};
-use std::io::Write;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -64,7 +63,8 @@ impl FromStr for PictureSize {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let expected = || format!("expected WxH, each from {LEAST_PX} to {MOST_PX}, as in 1440x900");
+        let expected =
+            || format!("expected WxH, each from {LEAST_PX} to {MOST_PX}, as in 1440x900");
         let (width, height) = text.split_once('x').ok_or_else(expected)?;
         let side = |text: &str| {
             let side: u32 = text.parse().map_err(|_| expected())?;
@@ -83,7 +83,11 @@ impl FromStr for LayerList {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let mut layers = every_layer(false);
-        for name in text.split(',').map(str::trim).filter(|name| !name.is_empty()) {
+        for name in text
+            .split(',')
+            .map(str::trim)
+            .filter(|name| !name.is_empty())
+        {
             let layer = match name {
                 "all" => {
                     layers = every_layer(true);
@@ -134,7 +138,10 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<()> {
         .extension()
         .is_none_or(|e| !e.eq_ignore_ascii_case("png"))
     {
-        bail!("{}: expected a name that ends in .png", args.output.display());
+        bail!(
+            "{}: expected a name that ends in .png",
+            args.output.display()
+        );
     }
     let mut world = open(&args.design)?;
     preflight::adapter().context("cannot render")?;
@@ -201,7 +208,15 @@ mod tests {
     #[test]
     fn sizes_are_two_numbers_within_what_adapters_paint() {
         assert_eq!("320x240".parse(), Ok(PictureSize(UVec2::new(320, 240))));
-        for wrong in ["320", "0x240", "320x", "9000x240", "axb", "-1x2", "320x240x3"] {
+        for wrong in [
+            "320",
+            "0x240",
+            "320x",
+            "9000x240",
+            "axb",
+            "-1x2",
+            "320x240x3",
+        ] {
             assert!(wrong.parse::<PictureSize>().is_err(), "{wrong}");
         }
     }
@@ -211,6 +226,9 @@ mod tests {
         let LayerList(layers) = "slice, ghost".parse().unwrap();
         assert!(layers.slice && layers.ghost && !layers.volume && !layers.labels);
         assert!("all".parse::<LayerList>().unwrap().0.labels);
-        assert_eq!("sliec".parse::<LayerList>(), Err("no layer sliec".to_owned()));
+        assert_eq!(
+            "sliec".parse::<LayerList>(),
+            Err("no layer sliec".to_owned())
+        );
     }
 }

@@ -390,7 +390,10 @@ fn place(
 /// The view's rectangle in physical pixels, within the window; `None` where nothing is left.
 fn physical_viewport(view: &ViewportRect, scale: f32, most: Option<UVec2>) -> Option<Viewport> {
     let min = (view.min * scale).round().max(Vec2::ZERO).as_uvec2();
-    let mut max = ((view.min + view.size) * scale).round().max(Vec2::ZERO).as_uvec2();
+    let mut max = ((view.min + view.size) * scale)
+        .round()
+        .max(Vec2::ZERO)
+        .as_uvec2();
     if let Some(most) = most {
         max = max.min(most);
     }

@@ -7,7 +7,6 @@ use super::camera::OrbitRig;
 use super::pick::Surfaces;
 use super::scene::bodies::mesh_of;
 use super::scene::{BodyRoot, SensorMark};
-use super::slice::SliceHandle;
 use super::state::{
     ActiveDrag, DragReadout, DragText, EditRequest, EditorSystems, Hovered, OpenWorld, Selected,
     Selection, ViewportRect,
@@ -201,7 +200,12 @@ impl Grip<'_> {
     fn take(&self, mark: &SensorMark, at: Vec2) -> Option<Held> {
         let world = &self.world.as_ref()?.0;
         let design = world.document.design();
-        let start = design.body(mark.body)?.rigid.sensors.get(mark.index)?.clone();
+        let start = design
+            .body(mark.body)?
+            .rigid
+            .sensors
+            .get(mark.index)?
+            .clone();
         let tracker_from_body = design.tracker_from_body(mark.body)?;
         let ray = self.ray(at, &tracker_from_body)?;
         let pose = start.body_from_sensor();
@@ -217,11 +221,7 @@ impl Grip<'_> {
         Some(Held {
             body: mark.body,
             index: mark.index,
-            in_plane: PlaneDrag::new(
-                pose,
-                &ray,
-                tracker_from_body.rotation.inverse() * forward,
-            ),
+            in_plane: PlaneDrag::new(pose, &ray, tracker_from_body.rotation.inverse() * forward),
             start,
             tracker_from_body,
             on_surface,
@@ -275,7 +275,10 @@ fn on_drag(
         let Some(taken) = grip.take(mark, at - drag.distance) else {
             return;
         };
-        edits.write(EditRequest::Begin(format!("Move sensor {}", taken.start.name)));
+        edits.write(EditRequest::Begin(format!(
+            "Move sensor {}",
+            taken.start.name
+        )));
         selection.set_if_neq(Selection(Some(Selected::Sensor(mark.body, mark.index))));
         active.set_if_neq(ActiveDrag(true));
         held.0 = Some(taken);
@@ -362,10 +365,19 @@ mod tests {
     #[test]
     fn shift_slows_the_pointer_down_without_a_jump() {
         let mut pointer = FinePointer::new(Vec2::ZERO);
-        assert_eq!(pointer.at(Vec2::new(10.0, 0.0), false), Vec2::new(10.0, 0.0));
+        assert_eq!(
+            pointer.at(Vec2::new(10.0, 0.0), false),
+            Vec2::new(10.0, 0.0)
+        );
         assert_eq!(pointer.at(Vec2::new(10.0, 0.0), true), Vec2::new(10.0, 0.0));
         assert_eq!(pointer.at(Vec2::new(20.0, 0.0), true), Vec2::new(11.0, 0.0));
-        assert_eq!(pointer.at(Vec2::new(30.0, 0.0), false), Vec2::new(12.0, 0.0));
-        assert_eq!(pointer.at(Vec2::new(31.0, 0.0), false), Vec2::new(13.0, 0.0));
+        assert_eq!(
+            pointer.at(Vec2::new(30.0, 0.0), false),
+            Vec2::new(12.0, 0.0)
+        );
+        assert_eq!(
+            pointer.at(Vec2::new(31.0, 0.0), false),
+            Vec2::new(13.0, 0.0)
+        );
     }
 }

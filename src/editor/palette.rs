@@ -36,7 +36,6 @@ impl Rgb {
     }
 }
 
-
 // The interface.
 pub const BACKGROUND: Rgb = Rgb::hex(0x12_15_1A);
 pub const PANEL: Rgb = Rgb::hex(0x19_1D_24);

@@ -5,8 +5,8 @@
 //! works in f64 on the document, so that a coil inside a shaft can be picked and nothing has to
 //! be marked as not to be picked.
 
-use super::scene::bodies::mesh_of;
 use super::camera::OrbitRig;
+use super::scene::bodies::mesh_of;
 use super::scene::{BodyRoot, SensorMark, sensors};
 use super::slice::SliceHandle;
 use super::state::{MainCamera, OpenWorld, ViewportRect};

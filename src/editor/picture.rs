@@ -56,11 +56,11 @@ pub fn png(world: World, size: UVec2, has_panels: bool) -> Result<Vec<u8>, Pictu
     for _ in 0..SETTLING_FRAMES {
         frame(&mut app);
     }
-    app.world_mut()
-        .spawn(Screenshot::image(target))
-        .observe(|on: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
+    app.world_mut().spawn(Screenshot::image(target)).observe(
+        |on: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
             captured.0 = Some(on.image.clone());
-        });
+        },
+    );
     for _ in 0..READBACK_FRAMES {
         frame(&mut app);
         if let Some(image) = app.world_mut().resource_mut::<Captured>().0.take() {
@@ -95,8 +95,8 @@ fn is_idle(world: &bevy::prelude::World) -> bool {
 
 fn is_complete(world: &bevy::prelude::World) -> bool {
     let results = world.resource::<Results>();
-    let has_slice = results.slice.is_some()
-        || !world.resource::<OpenWorld>().0.document.view().layers.slice;
+    let has_slice =
+        results.slice.is_some() || !world.resource::<OpenWorld>().0.document.view().layers.slice;
     let has_figures = results.study.is_some() && results.pose.is_some();
     is_idle(world) && (results.problem.is_some() || has_figures && has_slice)
 }
@@ -118,6 +118,8 @@ fn encode(image: Image) -> Result<Vec<u8>, PictureError> {
     let format = ImageFormat::Png
         .as_image_crate_format()
         .ok_or_else(|| error(&"this build has no PNG"))?;
-    picture.write_to(&mut bytes, format).map_err(|e| error(&e))?;
+    picture
+        .write_to(&mut bytes, format)
+        .map_err(|e| error(&e))?;
     Ok(bytes.into_inner())
 }

@@ -28,7 +28,9 @@ pub enum Missing {
         library: &'static str,
         package: &'static str,
     },
-    #[error("no graphics adapter with Vulkan (a software one is enough: Debian package mesa-vulkan-drivers)")]
+    #[error(
+        "no graphics adapter with Vulkan (a software one is enough: Debian package mesa-vulkan-drivers)"
+    )]
     Adapter,
 }
 
@@ -71,7 +73,10 @@ fn display() -> Result<(), Missing> {
         Missing::Display(reason)
     })?;
     for (library, package) in LIBRARIES {
-        #[expect(unsafe_code, reason = "whether a library is there shows only in loading it")]
+        #[expect(
+            unsafe_code,
+            reason = "whether a library is there shows only in loading it"
+        )]
         // SAFETY: these libraries' initialisers do nothing but set up their own tables, and
         // the window system's client loads the same ones later.
         let loaded = unsafe { libloading::Library::new(library) };

@@ -4,7 +4,7 @@
 //! interpolated and then coloured, so that a point of the lattice has exactly the colour that
 //! the colour bar gives its value.
 
-use super::camera::{OrbitRig, ScenePointer};
+use super::camera::OrbitRig;
 use super::materials::{GlowMaterial, Shown};
 use super::scene::screen_size::{ScreenSized, SizeBounds};
 use super::scene::shapes::GlyphShapes;
@@ -22,9 +22,7 @@ use bevy::mesh::Indices;
 use bevy::picking::events::{Drag, DragEnd, DragStart, Pointer};
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
-use bevy::render::render_resource::{
-    Extent3d, PrimitiveTopology, TextureDimension, TextureFormat,
-};
+use bevy::render::render_resource::{Extent3d, PrimitiveTopology, TextureDimension, TextureFormat};
 use nalgebra::{Point3, Unit, Vector3};
 
 /// Texels between neighbouring points of the lattice.
@@ -115,7 +113,10 @@ fn draw(
         *last = None;
         return;
     };
-    if last.as_ref().is_some_and(|(old, with)| *with == *scale && *old == slice.value) {
+    if last
+        .as_ref()
+        .is_some_and(|(old, with)| *with == *scale && *old == slice.value)
+    {
         return;
     }
     for entity in &drawn {
@@ -146,14 +147,22 @@ fn plane(slice: &SliceOutcome) -> Mesh {
     let (lo, hi) = ([inset_u, inset_v], [1.0 - inset_u, 1.0 - inset_v]);
     let mut normal = [0.0; 3];
     normal[slice.plan.normal_axis.min(2)] = 1.0;
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners.to_vec())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![normal; 4])
-        .with_inserted_attribute(
-            Mesh::ATTRIBUTE_UV_0,
-            vec![[lo[0], lo[1]], [hi[0], lo[1]], [hi[0], hi[1]], [lo[0], hi[1]]],
-        )
-        .with_inserted_indices(Indices::U32(vec![0, 1, 2, 0, 2, 3]))
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners.to_vec())
+    .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![normal; 4])
+    .with_inserted_attribute(
+        Mesh::ATTRIBUTE_UV_0,
+        vec![
+            [lo[0], lo[1]],
+            [hi[0], lo[1]],
+            [hi[0], hi[1]],
+            [lo[0], hi[1]],
+        ],
+    )
+    .with_inserted_indices(Indices::U32(vec![0, 1, 2, 0, 2, 3]))
 }
 
 fn texels(points: usize) -> usize {
@@ -197,7 +206,12 @@ fn color_at(slice: &SliceOutcome, scale: ColorScale, x: usize, y: usize) -> [u8;
     if !slice.is_inside[nearest(y, nv) * nu + nearest(x, nu)] {
         return NO_VALUE_SRGB;
     }
-    let cell = |t: usize| (t / TEXELS_PER_CELL, (t % TEXELS_PER_CELL) as f64 / TEXELS_PER_CELL as f64);
+    let cell = |t: usize| {
+        (
+            t / TEXELS_PER_CELL,
+            (t % TEXELS_PER_CELL) as f64 / TEXELS_PER_CELL as f64,
+        )
+    };
     let ((u, fu), (v, fv)) = (cell(x), cell(y));
     let value = |u: usize, v: usize| slice.position_error_mm[v.min(nv - 1) * nu + u.min(nu - 1)];
     let mix = |a: f64, b: f64, f: f64| if f == 0.0 { a } else { a + (b - a) * f };
@@ -321,8 +335,8 @@ fn on_drag(
     let mut view = world.0.document.view().clone();
     let bounds = world.0.environment.model.bounds();
     let axis = view.slice.axis.index();
-    let position_mm = (held.start_mm + now - held.grabbed_at_mm)
-        .clamp(bounds.min_mm[axis], bounds.max_mm[axis]);
+    let position_mm =
+        (held.start_mm + now - held.grabbed_at_mm).clamp(bounds.min_mm[axis], bounds.max_mm[axis]);
     // Whole millimetres: nobody needs a slice at 0.37 mm, and round numbers read better.
     view.slice = SliceView {
         position_mm: position_mm.round(),
@@ -382,7 +396,10 @@ mod tests {
             let color = color_at(&slice(), scale, u * TEXELS_PER_CELL, v * TEXELS_PER_CELL);
             assert_eq!(color, ColorMap::Viridis.srgb_of_value(*value, 4.0));
         }
-        assert_eq!(color_at(&slice(), scale, 2 * TEXELS_PER_CELL, TEXELS_PER_CELL), NO_VALUE_SRGB);
+        assert_eq!(
+            color_at(&slice(), scale, 2 * TEXELS_PER_CELL, TEXELS_PER_CELL),
+            NO_VALUE_SRGB
+        );
         let between = color_at(&slice(), scale, TEXELS_PER_CELL / 2, 0);
         assert_eq!(between, ColorMap::Viridis.srgb_of_value(0.5, 4.0));
     }

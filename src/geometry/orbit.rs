@@ -155,7 +155,11 @@ impl OrbitCamera {
         let along = b - a;
         let fraction = (Vector2::from(pixel) - a).dot(&along) / along.norm_squared();
         // Both ends on one pixel: that pixel.
-        let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
+        let fraction = if fraction.is_finite() {
+            fraction.clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         Some((Vector2::from(pixel) - a - along * fraction).norm())
     }
 
@@ -286,7 +290,10 @@ mod tests {
 
     #[test]
     fn distances_on_the_screen_are_to_the_segment_and_not_to_its_line() {
-        let [a, b] = [Point3::new(20.0, 0.0, -300.0), Point3::new(60.0, 40.0, -250.0)];
+        let [a, b] = [
+            Point3::new(20.0, 0.0, -300.0),
+            Point3::new(60.0, 40.0, -250.0),
+        ];
         let [pa, pb] = [a, b].map(|p| camera().project(&p, VIEW).unwrap());
         let at = |t: f64| [pa[0] + (pb[0] - pa[0]) * t, pa[1] + (pb[1] - pa[1]) * t];
         let length = ((pb[0] - pa[0]).powi(2) + (pb[1] - pa[1]).powi(2)).sqrt();

@@ -88,7 +88,8 @@ impl Builder {
         }
         for i in 0..SIDES {
             let a = base + 2 * i;
-            self.triangles.extend([[a, a + 2, a + 1], [a + 1, a + 2, a + 3]]);
+            self.triangles
+                .extend([[a, a + 2, a + 1], [a + 1, a + 2, a + 3]]);
         }
     }
 

@@ -3,9 +3,7 @@
 use crate::design::BodyRole;
 use crate::design::view::Magnification;
 use crate::editor::camera::OrbitRig;
-use crate::editor::state::{
-    ActiveDrag, EditorSystems, OpenWorld, Results, ShownMagnification,
-};
+use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld, Results, ShownMagnification};
 use crate::geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
 use crate::geometry::pose::Pose;
 use crate::study::PoseDetail;

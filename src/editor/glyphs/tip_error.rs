@@ -129,7 +129,11 @@ fn show_sphere(
         }
         commands.entity(entity).despawn();
     }
-    let color = if is_met { palette::MET } else { palette::MISSED };
+    let color = if is_met {
+        palette::MET
+    } else {
+        palette::MISSED
+    };
     let material = GlowMaterial::translucent(color.color(), 0.05, 0.75)
         .shown(Shown::InFront)
         .order(100.0);

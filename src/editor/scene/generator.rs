@@ -1,7 +1,7 @@
 //! The field generator, where the tracker's frame has its origin.
 
-use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::convert;
+use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::formats::gltf;
 use crate::geometry::mesh::SurfaceMesh;
 use bevy::prelude::*;

@@ -171,7 +171,12 @@ fn spawn_sensor(
     let mut sensor = commands.spawn((Name::new("sensor"), mark, look));
     sensor.with_children(|sensor| {
         sensor
-            .spawn((Part(mark), size, Transform::default(), Visibility::default()))
+            .spawn((
+                Part(mark),
+                size,
+                Transform::default(),
+                Visibility::default(),
+            ))
             .with_children(|coil| spawn_coil(coil, mark, shapes, materials));
         let length = bounds(look.coil.length_mm * AXIS_TO_COIL, AXIS_LENGTH_PX);
         let axes = ScreenSized {
@@ -180,7 +185,12 @@ fn spawn_sensor(
             ..size
         };
         sensor
-            .spawn((Part(mark), axes, Transform::default(), Visibility::default()))
+            .spawn((
+                Part(mark),
+                axes,
+                Transform::default(),
+                Visibility::default(),
+            ))
             .with_children(|axes| {
                 if look.degrees_of_freedom == 6 {
                     let quarter = std::f32::consts::FRAC_PI_2;
@@ -203,7 +213,10 @@ fn spawn_coil(
     materials: &SensorMaterials,
 ) {
     for material in &materials.coil {
-        coil.spawn((Mesh3d(shapes.coil.clone()), MeshMaterial3d(material.clone())));
+        coil.spawn((
+            Mesh3d(shapes.coil.clone()),
+            MeshMaterial3d(material.clone()),
+        ));
     }
     coil.spawn((
         Outline(mark),
@@ -296,10 +309,7 @@ fn outline(
     }
 }
 
-fn mark_outside(
-    results: Res<Results>,
-    mut rings: Query<(&OutsideRing, &mut Visibility)>,
-) {
+fn mark_outside(results: Res<Results>, mut rings: Query<(&OutsideRing, &mut Visibility)>) {
     let detail = results.pose.as_ref().map(|pose| &pose.value);
     for (OutsideRing(mark), mut visibility) in &mut rings {
         let body: Option<&BodyDetail> = detail.and_then(|detail| match mark.body {
