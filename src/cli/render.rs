@@ -132,7 +132,7 @@ fn every_layer(is_on: bool) -> Layers {
 ///
 /// # Errors
 /// A design that cannot be opened, no graphics adapter, or a file that cannot be written.
-pub fn render(args: &RenderArgs) -> anyhow::Result<()> {
+pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     if args
         .output
         .extension()

@@ -1,6 +1,7 @@
 //! Puts the editor together, for a window or for a picture.
 
 use super::camera::SceneTarget;
+use super::diagnostics::{Explain, ExplainLine};
 use super::egui_camera::EguiTarget;
 use super::preflight::BACKENDS;
 use super::state::{OpenWorld, Presentation, ViewportRect};
@@ -27,7 +28,7 @@ const LEAST_SIZE: [f32; 2] = [960.0, 600.0];
 
 /// Opens the editor and stays until its window closes. Ask
 /// [`preflight::window`](super::preflight::window) first: Bevy panics without a display.
-pub fn run(world: World) -> AppExit {
+pub fn run(world: World, explain: Option<ExplainLine>) -> AppExit {
     let mut app = App::new();
     let title = document::title(&world.document, &state::Results::default());
     let window = WindowPlugin {
@@ -53,6 +54,9 @@ pub fn run(world: World) -> AppExit {
             focused_mode: UpdateMode::reactive_low_power(Duration::MAX),
             unfocused_mode: UpdateMode::reactive_low_power(Duration::MAX),
         });
+    if let Some(line) = explain {
+        app.insert_resource(Explain(line));
+    }
     add_editor(&mut app, world, Presentation::default());
     app.run()
 }

@@ -11,6 +11,7 @@ use bevy::render::render_resource::PollType;
 use bevy::render::renderer::RenderDevice;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use std::io::Cursor;
+use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 
 /// Longest that a picture waits for its results; a study of a million poses takes seconds.
@@ -47,12 +48,13 @@ struct Captured(Option<Image>);
 pub fn png(world: World, size: UVec2, has_panels: bool) -> Result<Vec<u8>, PictureError> {
     let (mut app, target) = offscreen(world, size, has_panels);
     app.init_resource::<Captured>();
+    let answers = wake_on_answers(&app);
     while app.plugins_state() == PluginsState::Adding {
         bevy::tasks::tick_global_task_pools_on_main_thread();
     }
     app.finish();
     app.cleanup();
-    wait_for_results(&mut app)?;
+    wait_for_results(&mut app, &answers)?;
     for _ in 0..SETTLING_FRAMES {
         frame(&mut app);
     }
@@ -70,7 +72,19 @@ pub fn png(world: World, size: UVec2, has_panels: bool) -> Result<Vec<u8>, Pictu
     Err(PictureError::NoPicture)
 }
 
-fn wait_for_results(app: &mut App) -> Result<(), PictureError> {
+/// A channel that gets a word whenever the solver has an answer.
+fn wake_on_answers(app: &App) -> Receiver<()> {
+    let (sender, receiver) = mpsc::channel();
+    if let Some(handle) = app.world().get_resource::<SolverHandle>() {
+        // Nobody listens any more once the picture is made.
+        handle.solver.wake_with(Box::new(move || {
+            let _ = sender.send(());
+        }));
+    }
+    receiver
+}
+
+fn wait_for_results(app: &mut App, answers: &Receiver<()>) -> Result<(), PictureError> {
     let start = Instant::now();
     loop {
         frame(app);
@@ -82,7 +96,7 @@ fn wait_for_results(app: &mut App) -> Result<(), PictureError> {
         }
         // Painting more frames would take the cores from the solver.
         while start.elapsed() < PATIENCE && !is_idle(app.world()) {
-            std::thread::sleep(Duration::from_millis(2));
+            let _ = answers.recv_timeout(Duration::from_millis(20));
         }
     }
 }

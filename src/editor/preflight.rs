@@ -7,15 +7,27 @@ use std::task::{Context, Poll, Waker};
 /// Graphics interfaces that the editor draws with.
 pub const BACKENDS: wgpu::Backends = wgpu::Backends::PRIMARY;
 
-/// What the window system's client loads at run time, and the Debian package that has it.
+/// Whether a library that the window system's client loads at run time is there.
 #[cfg(target_os = "linux")]
-const LIBRARIES: [(&str, &str); 6] = [
-    ("libX11.so.6", "libx11-6"),
-    ("libX11-xcb.so.1", "libx11-xcb1"),
-    ("libXcursor.so.1", "libxcursor1"),
-    ("libXi.so.6", "libxi6"),
-    ("libxkbcommon.so.0", "libxkbcommon0"),
-    ("libxkbcommon-x11.so.0", "libxkbcommon-x11-0"),
+type Load = fn() -> bool;
+
+/// Those libraries, and the Debian packages that have them.
+#[cfg(target_os = "linux")]
+const LIBRARIES: [(&str, &str, Load); 6] = [
+    ("libX11", "libx11-6", || x11_dl::xlib::Xlib::open().is_ok()),
+    ("libX11-xcb", "libx11-xcb1", || {
+        x11_dl::xlib_xcb::Xlib_xcb::open().is_ok()
+    }),
+    ("libXcursor", "libxcursor1", || {
+        x11_dl::xcursor::Xcursor::open().is_ok()
+    }),
+    ("libXi", "libxi6", || x11_dl::xinput2::XInput2::open().is_ok()),
+    ("libxkbcommon", "libxkbcommon0", || {
+        xkbcommon_dl::xkbcommon_option().is_some()
+    }),
+    ("libxkbcommon-x11", "libxkbcommon-x11-0", || {
+        xkbcommon_dl::x11::xkbcommon_x11_option().is_some()
+    }),
 ];
 
 /// What is missing, in one line.
@@ -72,15 +84,10 @@ fn display() -> Result<(), Missing> {
         };
         Missing::Display(reason)
     })?;
-    for (library, package) in LIBRARIES {
-        #[expect(
-            unsafe_code,
-            reason = "whether a library is there shows only in loading it"
-        )]
-        // SAFETY: these libraries' initialisers do nothing but set up their own tables, and
-        // the window system's client loads the same ones later.
-        let loaded = unsafe { libloading::Library::new(library) };
-        loaded.map_err(|_| Missing::Library { library, package })?;
+    for (library, package, load) in LIBRARIES {
+        if !load() {
+            return Err(Missing::Library { library, package });
+        }
     }
     Ok(())
 }
@@ -106,7 +113,7 @@ mod tests {
         for missing in [
             Missing::Display("DISPLAY is not set".to_owned()),
             Missing::Library {
-                library: "libXi.so.6",
+                library: "libXi",
                 package: "libxi6",
             },
             Missing::Adapter,

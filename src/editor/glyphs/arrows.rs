@@ -12,6 +12,9 @@ const SIDES: u32 = 16;
 /// Vectors shorter than this on the screen are no arrows any more and are left out.
 const LEAST_PX: f64 = 1.5;
 
+/// Vectors longer than this share of the view's height are cut there and end in two heads.
+const MOST_SHARE: f64 = 0.22;
+
 /// From a point by a vector, tracker frame, millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrow {
@@ -31,19 +34,25 @@ pub struct ArrowStyle {
 pub fn arrows_mesh(arrows: &[Arrow], style: ArrowStyle, rig: &OrbitRig) -> Mesh {
     let mut builder = Builder::default();
     for arrow in arrows {
-        let end = arrow.start_mm + arrow.vector_mm;
-        let mm_per_px = rig.mm_per_px(&nalgebra::center(&arrow.start_mm, &end));
-        let length = arrow.vector_mm.norm();
-        if !(length > LEAST_PX * mm_per_px) {
+        let mm_per_px = rig.mm_per_px(&arrow.start_mm);
+        let whole = arrow.vector_mm.norm();
+        if whole.is_nan() || whole <= LEAST_PX * mm_per_px {
             continue;
         }
         let axis = Unit::new_normalize(arrow.vector_mm);
+        let length = whole.min(MOST_SHARE * rig.view_px[1] * mm_per_px);
+        let end = arrow.start_mm + axis.into_inner() * length;
         // A short arrow is all head, in proportion.
         let head = (style.head_length_px * mm_per_px).min(length);
         let shrink = head / (style.head_length_px * mm_per_px);
         let head_radius = style.head_width_px / 2.0 * mm_per_px * shrink;
         let shaft_radius = style.shaft_px / 2.0 * mm_per_px * shrink;
         let neck = arrow.start_mm + axis.into_inner() * (length - head);
+        if length < whole {
+            let second = axis.into_inner() * (0.8 * head);
+            builder.cone(neck - second, neck - second, &axis, [shaft_radius, head_radius]);
+            builder.cone(neck - second, end - second, &axis, [head_radius, 0.0]);
+        }
         builder.cone(arrow.start_mm, neck, &axis, [0.0, shaft_radius]);
         builder.cone(arrow.start_mm, neck, &axis, [shaft_radius, shaft_radius]);
         builder.cone(neck, neck, &axis, [shaft_radius, head_radius]);

@@ -3,7 +3,7 @@
 use super::arrows::{Arrow, ArrowStyle, arrows_mesh};
 use super::magnify::ToolErrors;
 use crate::editor::camera::OrbitRig;
-use crate::editor::materials::{GlowMaterial, Shown};
+use crate::editor::materials::GlowMaterial;
 use crate::editor::scene::shapes::GlyphShapes;
 use crate::editor::state::{EditorSystems, OpenWorld, Results, ShownMagnification};
 use crate::editor::{convert, palette};
@@ -19,6 +19,15 @@ const STYLE: ArrowStyle = ArrowStyle {
 
 const HIDDEN_ALPHA: f32 = 0.6;
 const ORDER_MM: f32 = 16_000.0;
+
+/// The sphere is little more than its outline, so that it hides nothing.
+const SPHERE_ALPHA: f32 = 0.015;
+const SPHERE_RIM_ALPHA: f32 = 0.8;
+const SPHERE_RIM: f32 = 5.0;
+
+/// A sphere with a larger radius than this share of the view's height would be a frame around
+/// everything: the vector ends so deep inside it that it says nothing.
+const LARGEST_SHARE: f64 = 0.6;
 
 /// Draws the tip's error while its layer is on.
 pub struct TipErrorPlugin;
@@ -106,12 +115,18 @@ fn show_sphere(
     world: Res<OpenWorld>,
     results: Res<Results>,
     shown: Res<ShownMagnification>,
+    rig: Res<OrbitRig>,
     mut drawn: Query<(Entity, &mut Transform, &RequirementSphere)>,
     shapes: Res<GlyphShapes>,
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
     let requirement = world.0.document.design().requirement;
-    let wanted = errors(&world, &results).zip(requirement.and_then(radius_mm));
+    let wanted = errors(&world, &results)
+        .zip(requirement.and_then(radius_mm))
+        .filter(|(errors, radius_mm)| {
+            let radius_px = radius_mm * shown.times / rig.mm_per_px(&errors.tip_mm());
+            radius_px < LARGEST_SHARE * rig.view_px[1]
+        });
     let Some((errors, radius_mm)) = wanted else {
         for (entity, ..) in &drawn {
             commands.entity(entity).despawn();
@@ -134,8 +149,8 @@ fn show_sphere(
     } else {
         palette::MISSED
     };
-    let material = GlowMaterial::translucent(color.color(), 0.05, 0.75)
-        .shown(Shown::InFront)
+    let material = GlowMaterial::translucent(color.color(), SPHERE_ALPHA, SPHERE_RIM_ALPHA)
+        .rim(SPHERE_RIM)
         .order(100.0);
     commands.spawn((
         Name::new("requirement"),

@@ -2,11 +2,8 @@
 
 use crate::editor::convert;
 use crate::editor::state::{EditorSystems, OpenWorld};
-use crate::formats::gltf;
-use crate::geometry::mesh::SurfaceMesh;
+use crate::store;
 use bevy::prelude::*;
-
-const MESH: &[u8] = include_bytes!("../../../assets/meshes/field-generator.glb");
 
 /// Draws the generator while its layer is on.
 pub struct GeneratorPlugin;
@@ -41,7 +38,7 @@ fn show(
     if !shown.is_empty() {
         return Ok(());
     }
-    let mesh: SurfaceMesh = gltf::parse(MESH)?;
+    let mesh = store::generator_mesh()?;
     let mut root = commands.spawn((
         Name::new("field generator"),
         Generator,

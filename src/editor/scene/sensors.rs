@@ -23,15 +23,15 @@ pub const USUAL_COIL: Coil = Coil {
 };
 
 /// On the screen a coil is at least this wide and long, and at most this.
-const COIL_WIDTH_PX: [f64; 2] = [11.0, 60.0];
-const COIL_LENGTH_PX: [f64; 2] = [24.0, 220.0];
+const COIL_WIDTH_PX: [f64; 2] = [8.0, 60.0];
+const COIL_LENGTH_PX: [f64; 2] = [20.0, 220.0];
 
 /// Opacity of what shines through.
 const HIDDEN_ALPHA: f32 = 0.72;
 
 /// How long axes are, in coil lengths and on the screen.
 const AXIS_TO_COIL: f64 = 1.25;
-const AXIS_LENGTH_PX: [f64; 2] = [36.0, 260.0];
+const AXIS_LENGTH_PX: [f64; 2] = [30.0, 260.0];
 
 /// Widths and lengths in axis lengths.
 const AXIS_WIDTH: f32 = 0.085;
