@@ -29,11 +29,11 @@ const PIXELS_PER_NOTCH: f32 = 40.0;
 
 /// From where a design is looked at first: the viewer sits a little above and to the side, so
 /// that shafts, which lie along an axis more often than not, are not seen end on.
-const FIRST_AZIMUTH_RAD: f64 = -62.0 * std::f64::consts::PI / 180.0;
-const FIRST_ELEVATION_RAD: f64 = 17.0 * std::f64::consts::PI / 180.0;
+const FIRST_AZIMUTH_RAD: f64 = -28.0 * std::f64::consts::PI / 180.0;
+const FIRST_ELEVATION_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
 
 /// How much of the surroundings the first view shows around tool and CRF.
-const FIRST_SURROUNDINGS: f64 = 1.3;
+const FIRST_SURROUNDINGS: f64 = 1.12;
 
 /// Spawns and moves the camera of the 3D view.
 pub struct CameraPlugin;
@@ -390,7 +390,10 @@ fn place(
 /// The view's rectangle in physical pixels, within the window; `None` where nothing is left.
 fn physical_viewport(view: &ViewportRect, scale: f32, most: Option<UVec2>) -> Option<Viewport> {
     let min = (view.min * scale).round().max(Vec2::ZERO).as_uvec2();
-    let mut max = ((view.min + view.size) * scale).round().max(Vec2::ZERO).as_uvec2();
+    let mut max = ((view.min + view.size) * scale)
+        .round()
+        .max(Vec2::ZERO)
+        .as_uvec2();
     if let Some(most) = most {
         max = max.min(most);
     }

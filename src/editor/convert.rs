@@ -60,8 +60,11 @@ pub fn triangle_mesh(
 ) -> Mesh {
     let positions: Vec<[f32; 3]> = positions_mm.iter().map(|p| point(p).to_array()).collect();
     let normals: Vec<[f32; 3]> = normals.iter().map(|n| vec3(n).to_array()).collect();
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
-        .with_inserted_indices(Indices::U32(triangles.iter().flatten().copied().collect()))
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+    .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
+    .with_inserted_indices(Indices::U32(triangles.iter().flatten().copied().collect()))
 }

@@ -222,10 +222,7 @@ impl Desk<'_> {
         self.write(|world| store::save_as(world, &path));
     }
 
-    fn write(
-        &mut self,
-        write: impl FnOnce(&mut store::World) -> Result<SaveReport, StoreError>,
-    ) {
+    fn write(&mut self, write: impl FnOnce(&mut store::World) -> Result<SaveReport, StoreError>) {
         let Some(world) = &mut self.world else { return };
         match write(&mut world.0) {
             Ok(_) => {

@@ -36,7 +36,6 @@ impl Rgb {
     }
 }
 
-
 // The interface.
 pub const BACKGROUND: Rgb = Rgb::hex(0x12_15_1A);
 pub const PANEL: Rgb = Rgb::hex(0x19_1D_24);
@@ -62,6 +61,7 @@ pub const CRF: Rgb = Rgb::hex(0x4F_8C_8A);
 pub const BONE: Rgb = Rgb::hex(0xE3_D9_C6);
 pub const GENERATOR: Rgb = Rgb::hex(0x3A_3F_47);
 pub const SENSOR: Rgb = Rgb::hex(0xF2_B1_34);
+pub const SENSOR_AXIS: Rgb = Rgb::hex(0xFF_D8_8A);
 pub const SELECTED: Rgb = Rgb::hex(0xFF_FF_FF);
 pub const OUTSIDE: Rgb = Rgb::hex(0xE0_4F_4F);
 pub const ERROR_VECTOR: Rgb = Rgb::hex(0xE6_3F_B8);

@@ -123,7 +123,9 @@ fn submit(
             handle.newest = Newest::default();
         }
         handle.submitted = Some(stamp);
-        handle.solver.submit(stamp, Job::Pose(Arc::clone(&scenario)));
+        handle
+            .solver
+            .submit(stamp, Job::Pose(Arc::clone(&scenario)));
         let mode = mode(&scenario);
         handle
             .solver

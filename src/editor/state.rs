@@ -4,8 +4,8 @@
 //! [`EditRequest`], [`ViewRequest`] or [`FileRequest`], and never change it themselves.
 
 use crate::design::view::{ColorMap, View};
-pub use crate::geometry::orbit::Axis;
 use crate::design::{BodyRole, Edit};
+pub use crate::geometry::orbit::Axis;
 use crate::store::World as StoreWorld;
 use crate::study::{Outcome, PoseDetail, SliceOutcome};
 use bevy::prelude::*;

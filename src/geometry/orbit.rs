@@ -2,7 +2,7 @@
 
 use super::pose::Pose;
 use super::surface::Ray;
-use nalgebra::{Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector2, Vector3};
 
 /// Full vertical angle of view: narrow, so that lengths in depth compare well by eye.
 pub const VERTICAL_FOV_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
@@ -143,6 +143,26 @@ impl OrbitCamera {
         ])
     }
 
+    /// Distance on the screen from a pixel to a segment; `None` where an end is behind the camera.
+    pub fn distance_px(
+        &self,
+        pixel: [f64; 2],
+        ends_mm: [Point3<f64>; 2],
+        view_px: [f64; 2],
+    ) -> Option<f64> {
+        let [a, b] = ends_mm.map(|end| self.project(&end, view_px).map(Vector2::from));
+        let (a, b) = (a?, b?);
+        let along = b - a;
+        let fraction = (Vector2::from(pixel) - a).dot(&along) / along.norm_squared();
+        // Both ends on one pixel: that pixel.
+        let fraction = if fraction.is_finite() {
+            fraction.clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        Some((Vector2::from(pixel) - a - along * fraction).norm())
+    }
+
     /// Millimetres that a pixel spans at the depth of a point; `None` behind the camera.
     pub fn mm_per_px(&self, point_mm: &Point3<f64>, view_px: [f64; 2]) -> Option<f64> {
         let depth = -(self.tracker_from_camera().inverse() * point_mm).z;
@@ -266,6 +286,21 @@ mod tests {
         let a = camera().project(&point, VIEW).unwrap();
         let b = camera().project(&(point + right * step), VIEW).unwrap();
         assert!((b[0] - a[0] - 10.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn distances_on_the_screen_are_to_the_segment_and_not_to_its_line() {
+        let [a, b] = [
+            Point3::new(20.0, 0.0, -300.0),
+            Point3::new(60.0, 40.0, -250.0),
+        ];
+        let [pa, pb] = [a, b].map(|p| camera().project(&p, VIEW).unwrap());
+        let at = |t: f64| [pa[0] + (pb[0] - pa[0]) * t, pa[1] + (pb[1] - pa[1]) * t];
+        let length = ((pb[0] - pa[0]).powi(2) + (pb[1] - pa[1]).powi(2)).sqrt();
+        assert!(camera().distance_px(at(0.3), [a, b], VIEW).unwrap() < 1e-9);
+        let beyond = camera().distance_px(at(1.5), [a, b], VIEW).unwrap();
+        assert!((beyond - length / 2.0).abs() < 1e-9);
+        assert!(camera().distance_px(pa, [a, a], VIEW).unwrap() < 1e-9);
     }
 
     #[test]

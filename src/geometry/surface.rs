@@ -40,9 +40,8 @@ impl Ray {
         let cosine = self.direction.dot(direction);
         let sine2 = 1.0 - cosine * cosine;
         let between = point_mm - self.origin_mm;
-        (sine2 > 1e-6).then(|| {
-            (cosine * between.dot(&self.direction) - between.dot(direction)) / sine2
-        })
+        (sine2 > 1e-6)
+            .then(|| (cosine * between.dot(&self.direction) - between.dot(direction)) / sine2)
     }
 
     /// Where the ray meets a plane; `None` where it runs along it or away from it.

@@ -100,6 +100,12 @@ impl GlowMaterial {
         self
     }
 
+    /// How narrow the rim is; 2 unless told.
+    pub fn rim(mut self, power: f32) -> Self {
+        self.glow.shape.z = power;
+        self
+    }
+
     pub fn order(mut self, order_mm: f32) -> Self {
         self.order_mm = order_mm;
         self

@@ -8,9 +8,7 @@ use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{THIN_SPACE, count, length};
 use crate::field::Environment;
 use crate::geometry::magnification::MAX_GHOST_TURN_RAD;
-use bevy_egui::egui::{
-    Align2, Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2,
-};
+use bevy_egui::egui::{Align2, Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
 
 /// Distance of legends from the view's edges.
 pub const MARGIN: f32 = 12.0;
@@ -100,12 +98,7 @@ fn scale_bar(painter: &Painter, view: &OverlayView, left_bottom: Pos2) -> Rect {
     label.union(Rect::from_two_pos(at, end)).expand(3.0)
 }
 
-fn color_bar(
-    painter: &Painter,
-    view: &OverlayView,
-    scale: ColorScale,
-    right_bottom: Pos2,
-) -> Rect {
+fn color_bar(painter: &Painter, view: &OverlayView, scale: ColorScale, right_bottom: Pos2) -> Rect {
     let largest_mm = view.slice_max_mm.unwrap_or(scale.max_mm);
     let is_clipped = largest_mm > scale.max_mm * (1.0 + 1e-9);
     let size = vec2(
@@ -115,7 +108,13 @@ fn color_bar(
     let frame = Rect::from_min_max(right_bottom - size, right_bottom);
     plate(painter, frame);
     let at = frame.left_top() + vec2(PADDING, PADDING);
-    text(painter, at, Align2::LEFT_TOP, "position error", palette::TEXT);
+    text(
+        painter,
+        at,
+        Align2::LEFT_TOP,
+        "position error",
+        palette::TEXT,
+    );
     if is_clipped {
         text(
             painter,
@@ -150,7 +149,13 @@ fn color_bar(
         } else {
             Align2::CENTER_TOP
         };
-        text(painter, pos2(x, bar.bottom() + 3.0), align, &label, palette::TEXT);
+        text(
+            painter,
+            pos2(x, bar.bottom() + 3.0),
+            align,
+            &label,
+            palette::TEXT,
+        );
     }
     frame
 }

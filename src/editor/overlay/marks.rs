@@ -132,10 +132,8 @@ fn warnings(view: &OverlayView, labels: &mut Vec<Label>) {
 
 fn tip(view: &OverlayView, labels: &mut Vec<Label>) {
     let role = BodyRole::Tool;
-    let (Some(body), Some(pose)) = (
-        view.design.body(role),
-        view.design.tracker_from_body(role),
-    ) else {
+    let (Some(body), Some(pose)) = (view.design.body(role), view.design.tracker_from_body(role))
+    else {
         return;
     };
     let tip = pose * body.rigid.judged_tip_in_body();
@@ -200,10 +198,9 @@ fn targets(view: &OverlayView, labels: &mut Vec<Label>) {
 /// The bodies' names, away from the tip: at the sensors' far end.
 fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
     for role in roles(view) {
-        let (Some(body), Some(pose)) = (
-            view.design.body(role),
-            view.design.tracker_from_body(role),
-        ) else {
+        let (Some(body), Some(pose)) =
+            (view.design.body(role), view.design.tracker_from_body(role))
+        else {
             continue;
         };
         let tip = body.rigid.judged_tip_in_body();
@@ -337,4 +334,3 @@ fn readout(painter: &Painter, view: Rect, at: Pos2, text: &str) -> Rect {
     );
     rect
 }
-

@@ -33,7 +33,11 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
             None => headline.name.to_owned(),
             Some((limit, is_met)) => {
                 let limit = with_unit(&format!("{limit:.2}"), headline.unit);
-                let (sign, word) = if is_met { ("✓", "met") } else { ("✗", "missed") };
+                let (sign, word) = if is_met {
+                    ("✓", "met")
+                } else {
+                    ("✗", "missed")
+                };
                 format!("{}, {sign} {word}: at most {limit}", headline.name)
             }
         };

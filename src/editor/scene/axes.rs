@@ -1,7 +1,7 @@
 //! The tracker's axes at its origin, and a ground grid that fades with distance.
 
-use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::palette;
+use crate::editor::state::{EditorSystems, OpenWorld};
 use bevy::prelude::*;
 
 const AXIS_LENGTH_MM: f32 = 120.0;
@@ -91,8 +91,14 @@ fn grid() -> GizmoAsset {
             let across = i as f32 * SPACING_MM;
             let (from, to) = (j as f32 * SPACING_MM, (j + 1) as f32 * SPACING_MM);
             for [a, b] in [
-                [Vec3::new(across, from, GROUND_Z_MM), Vec3::new(across, to, GROUND_Z_MM)],
-                [Vec3::new(from, across, GROUND_Z_MM), Vec3::new(to, across, GROUND_Z_MM)],
+                [
+                    Vec3::new(across, from, GROUND_Z_MM),
+                    Vec3::new(across, to, GROUND_Z_MM),
+                ],
+                [
+                    Vec3::new(from, across, GROUND_Z_MM),
+                    Vec3::new(to, across, GROUND_Z_MM),
+                ],
             ] {
                 if a.truncate().length().min(b.truncate().length()) < reach {
                     grid.line_gradient(a, b, color(a), color(b));

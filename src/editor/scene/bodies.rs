@@ -2,17 +2,23 @@
 
 use super::BodyRoot;
 use crate::design::BodyRole;
+use crate::editor::materials::GlowMaterial;
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::{convert, palette};
 use crate::geometry::mesh::{MeshPart, SurfaceMesh};
 use bevy::prelude::*;
 use std::sync::Arc;
 
-/// How opaque anatomy is: what it hides has to be seen through it.
-const ANATOMY_ALPHA: f32 = 0.25;
+/// How opaque anatomy is, where it faces the viewer and at its rim: what it hides has to be seen
+/// through it, and its shape has to be read all the same.
+const ANATOMY_ALPHA: [f32; 2] = [0.13, 0.62];
 
 /// Draws both bodies at their poses.
 pub struct BodiesPlugin;
+
+/// When the bodies' entities are there and placed.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct BodiesSystems;
 
 /// A part of a body's mesh.
 #[derive(Component, Clone, Copy, Debug)]
@@ -29,9 +35,10 @@ impl Plugin for BodiesPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             Update,
-            (spawn_bodies, place_bodies, show_anatomy)
+            (spawn_bodies, ApplyDeferred, place_bodies, show_anatomy)
                 .chain()
                 .run_if(resource_exists_and_changed::<OpenWorld>)
+                .in_set(BodiesSystems)
                 .in_set(EditorSystems::Draw),
         );
     }
@@ -52,6 +59,7 @@ fn spawn_bodies(
     roots: Query<(Entity, &BodyRoot, &MadeFrom)>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
+    mut glows: ResMut<Assets<GlowMaterial>>,
 ) {
     for role in BodyRole::ALL {
         let mesh = mesh_of(&world.0, role);
@@ -77,15 +85,22 @@ fn spawn_bodies(
             MadeFrom(mesh.cloned()),
         ));
         for part in mesh.iter().flat_map(|mesh| &mesh.parts) {
-            root.with_child((
+            let shape = (
                 Name::new(part.name.clone()),
                 BodyPart {
                     body: role,
                     is_anatomy: part.is_anatomy(),
                 },
                 Mesh3d(meshes.add(convert::mesh(part))),
-                MeshMaterial3d(materials.add(material(role, part))),
-            ));
+            );
+            if part.is_anatomy() {
+                let [middle, rim] = ANATOMY_ALPHA;
+                let look = GlowMaterial::translucent(palette::BONE.color(), middle, rim);
+                root.with_child((shape, MeshMaterial3d(glows.add(look))));
+            } else {
+                let look = material(role, part);
+                root.with_child((shape, MeshMaterial3d(materials.add(look))));
+            }
         }
     }
 }
@@ -113,16 +128,6 @@ fn show_anatomy(world: Res<OpenWorld>, mut parts: Query<(&BodyPart, &mut Visibil
 
 /// Parts keep what their file says of metal, roughness and lightness; the hue is the role's.
 fn material(role: BodyRole, part: &MeshPart) -> StandardMaterial {
-    if part.is_anatomy() {
-        return StandardMaterial {
-            base_color: palette::BONE.color_alpha(ANATOMY_ALPHA),
-            alpha_mode: AlphaMode::Blend,
-            perceptual_roughness: 0.85,
-            metallic: 0.0,
-            reflectance: 0.2,
-            ..default()
-        };
-    }
     let [r, g, b, _] = part.base_color;
     StandardMaterial {
         base_color: palette::of_part(role, LinearRgba::rgb(r, g, b)),

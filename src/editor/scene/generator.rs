@@ -1,12 +1,9 @@
 //! The field generator, where the tracker's frame has its origin.
 
-use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::convert;
-use crate::formats::gltf::read_mesh;
-use crate::geometry::mesh::SurfaceMesh;
+use crate::editor::state::{EditorSystems, OpenWorld};
+use crate::store;
 use bevy::prelude::*;
-
-const MESH: &[u8] = include_bytes!("../../../assets/meshes/field-generator.glb");
 
 /// Draws the generator while its layer is on.
 pub struct GeneratorPlugin;
@@ -41,7 +38,7 @@ fn show(
     if !shown.is_empty() {
         return Ok(());
     }
-    let mesh: SurfaceMesh = read_mesh(MESH)?;
+    let mesh = store::generator_mesh()?;
     let mut root = commands.spawn((
         Name::new("field generator"),
         Generator,

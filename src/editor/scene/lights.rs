@@ -55,7 +55,11 @@ fn spawn(
         })
         .with_children(|camera| {
             camera.spawn(light(palette::KEY_LIGHT, KEY_LUX, Vec3::new(0.9, 1.3, 1.2)));
-            camera.spawn(light(palette::FILL_LIGHT, FILL_LUX, Vec3::new(-1.4, 0.1, 0.7)));
+            camera.spawn(light(
+                palette::FILL_LIGHT,
+                FILL_LUX,
+                Vec3::new(-1.4, 0.1, 0.7),
+            ));
         });
 }
 

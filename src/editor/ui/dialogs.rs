@@ -96,7 +96,11 @@ impl Dialog {
             .iter()
             .map(|body| {
                 let designs: Vec<String> = body.designs.iter().map(name).collect();
-                format!("{} is also used by {}", name(&body.file), designs.join(", "))
+                format!(
+                    "{} is also used by {}",
+                    name(&body.file),
+                    designs.join(", ")
+                )
             })
             .collect();
         Self::SharedBodies { lines }

@@ -34,8 +34,8 @@ impl Entry {
 /// # Errors
 /// The system's, in words that name the folder.
 pub fn list(folder: &Path) -> Result<Vec<Entry>, String> {
-    let found = std::fs::read_dir(folder)
-        .map_err(|error| format!("{}: {error}", folder.display()))?;
+    let found =
+        std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut entries: Vec<Entry> = found
         .flatten()
         .filter_map(|entry| {

@@ -85,12 +85,7 @@ fn right_ui<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
         .inner
 }
 
-fn body_ui(
-    ui: &mut Ui,
-    inspector: &InspectorView,
-    role: BodyRole,
-    actions: &mut Vec<PanelAction>,
-) {
+fn body_ui(ui: &mut Ui, inspector: &InspectorView, role: BodyRole, actions: &mut Vec<PanelAction>) {
     let design = inspector.design;
     let Some(body) = design.body(role) else {
         return;
@@ -129,12 +124,7 @@ fn pose_ui(ui: &mut Ui, role: BodyRole, pose: &Pose, actions: &mut Vec<PanelActi
     });
 }
 
-fn tip_of_body_ui(
-    ui: &mut Ui,
-    role: BodyRole,
-    body: &DesignBody,
-    actions: &mut Vec<PanelAction>,
-) {
+fn tip_of_body_ui(ui: &mut Ui, role: BodyRole, body: &DesignBody, actions: &mut Vec<PanelAction>) {
     section_ui(ui, "Tip");
     let mut has_tip = body.rigid.tip_in_body.is_some();
     if ui

@@ -109,11 +109,7 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
     ui.horizontal(|ui| {
         let color = theme::verdict_color(headline.limit.map(|(_, is_met)| is_met));
         let value = with_unit(&format!("{:.2}", headline.value), headline.unit);
-        ui.label(
-            RichText::new(value)
-                .font(theme::figure_font())
-                .color(color),
-        );
+        ui.label(RichText::new(value).font(theme::figure_font()).color(color));
         if let Some(before) = result.before {
             let change = headline.value - before;
             let text = signed(change, 2);

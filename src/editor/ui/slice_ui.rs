@@ -132,4 +132,3 @@ fn row_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) {
         add(ui);
     });
 }
-

@@ -31,7 +31,11 @@ pub fn status_bar_ui(ui: &mut Ui, status: &StatusView) {
             if let Some((trials, took)) = status.study {
                 quiet_ui(
                     ui,
-                    format!("{} in {}", counted(trials, "trial", "trials"), duration(took)),
+                    format!(
+                        "{} in {}",
+                        counted(trials, "trial", "trials"),
+                        duration(took)
+                    ),
                 );
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {

@@ -84,11 +84,7 @@ fn visuals() -> Visuals {
     visuals.text_cursor.blink = false;
     let widgets = &mut visuals.widgets;
     for (state, fill, text) in [
-        (
-            &mut widgets.noninteractive,
-            palette::PANEL,
-            palette::TEXT,
-        ),
+        (&mut widgets.noninteractive, palette::PANEL, palette::TEXT),
         (&mut widgets.inactive, palette::WIDGET, palette::TEXT),
         (
             &mut widgets.hovered,

@@ -1,7 +1,7 @@
 //! The bar at the top: menus, the program's and the file's name.
 
-use super::widgets::quiet_ui;
 use super::PanelAction;
+use super::widgets::quiet_ui;
 use crate::design::view::{Magnification, View};
 use crate::editor::palette;
 use crate::editor::state::{Axis, EditRequest, FileRequest, ViewRequest};
@@ -149,4 +149,3 @@ fn lower_first(text: &str) -> String {
         first.to_lowercase().chain(chars).collect()
     })
 }
-

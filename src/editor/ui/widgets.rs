@@ -219,9 +219,7 @@ pub fn quiet_ui(ui: &mut Ui, text: impl Into<String>) -> Response {
 /// A warning in words, with a sign before it.
 pub fn warning_ui(ui: &mut Ui, text: &str) -> Response {
     let color = palette::MISSED.color32();
-    ui.add(
-        egui::Label::new(RichText::new(format!("⚠ {text}")).color(color)).wrap(),
-    )
+    ui.add(egui::Label::new(RichText::new(format!("⚠ {text}")).color(color)).wrap())
 }
 
 /// What a row of a list looks like.

@@ -1,0 +1,73 @@
+//! Makes the built-in 3D meshes: `cargo run --example make-meshes -- [folder]`.
+//!
+//! Lengths are millimetres until `glb` writes metres. A tool's tip is at the origin and its +z runs
+//! back along the shaft; the reference frame and the field generator say their axes in their files.
+
+#[cfg(test)]
+mod checks;
+mod endoscope;
+mod field_generator;
+mod glb;
+mod head;
+mod implicit;
+mod model;
+mod pod;
+mod pointer;
+mod profile;
+mod reference_frame;
+mod shape;
+mod shaver;
+mod vector;
+mod windowed_tube;
+
+use std::path::PathBuf;
+use std::{env, fs, io};
+
+use model::Model;
+
+/// Where the meshes belong when no folder is named, seen from the repository's root.
+const DEFAULT_FOLDER: &str = "assets/meshes";
+
+fn main() -> io::Result<()> {
+    let folder = env::args_os()
+        .nth(1)
+        .map_or_else(|| PathBuf::from(DEFAULT_FOLDER), PathBuf::from);
+    fs::create_dir_all(&folder)?;
+    for model in models() {
+        let path = folder.join(format!("{}.glb", model.name));
+        let bytes = glb::to_bytes(&model);
+        fs::write(&path, &bytes)?;
+        let triangles: usize = model
+            .parts
+            .iter()
+            .map(|part| part.shape.triangles.len())
+            .sum();
+        println!(
+            "{}: {triangles} triangles, {} bytes",
+            path.display(),
+            bytes.len()
+        );
+    }
+    Ok(())
+}
+
+fn models() -> [Model; 5] {
+    [
+        pointer::pointer(),
+        endoscope::endoscope(),
+        shaver::shaver(),
+        reference_frame::head_crf(),
+        field_generator::field_generator(),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn making_everything_twice_gives_the_same_bytes() {
+        let bytes = || models().map(|model| glb::to_bytes(&model));
+        assert!(bytes() == bytes());
+    }
+}
