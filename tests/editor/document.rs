@@ -25,7 +25,9 @@ fn move_sensor(app: &mut App, z_mm: f64) {
 
 fn sensor_z(app: &App) -> f64 {
     let document = &app.world().resource::<OpenWorld>().0.document;
-    document.design().tool.body.rigid.sensors[0].position_in_body.z
+    document.design().tool.body.rigid.sensors[0]
+        .position_in_body
+        .z
 }
 
 fn drag(app: &mut App) {

@@ -1,12 +1,12 @@
 //! The panels as functions: what they say, and what they ask for when they are used.
 
 use super::support::{design, environment, world};
+use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
-use bevy_egui::egui;
 use trackwright::design::view::View;
 use trackwright::design::{BodyRole, Design, Edit};
 use trackwright::editor::state::{
@@ -176,7 +176,7 @@ fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
         };
         assert!(harness.query_all_by_label(&text).count() >= 1, "{text}");
     }
-    let sign = if is_met { "✓ met" } else { "✗ missed" };
+    let sign = if is_met { "✔ met" } else { "✖ missed" };
     assert_eq!(harness.query_all_by_label_contains(sign).count(), 1);
     harness.get_by_label("15 trials");
 }

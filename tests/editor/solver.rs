@@ -1,6 +1,7 @@
 //! What the solver computes, counts and shows.
 
 use super::support::{create_app, request, settle};
+use std::sync::{Arc, Mutex};
 use trackwright::design::view::View;
 use trackwright::design::{BodyRole, Edit};
 use trackwright::editor::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
@@ -8,10 +9,15 @@ use trackwright::editor::solve::slice_plan;
 use trackwright::editor::state::{EditRequest, OpenWorld, Results, ViewRequest};
 use trackwright::geometry::pose::Pose;
 use trackwright::study::{AxisRange, CancelToken, Mode, Motion, figure_rows, run};
-use std::sync::{Arc, Mutex};
 
 fn set_slice(app: &mut bevy::prelude::App, is_on: bool) {
-    let mut view: View = app.world().resource::<OpenWorld>().0.document.view().clone();
+    let mut view: View = app
+        .world()
+        .resource::<OpenWorld>()
+        .0
+        .document
+        .view()
+        .clone();
     view.layers.slice = is_on;
     app.world_mut().write_message(ViewRequest::Set(view));
     settle(app);
@@ -30,7 +36,10 @@ fn figures_are_those_that_the_study_itself_gives() {
     let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
     let results = app.world().resource::<Results>();
     let study = results.study.as_ref().unwrap();
-    assert_eq!(figure_rows(&study.value.figures), figure_rows(&outcome.figures));
+    assert_eq!(
+        figure_rows(&study.value.figures),
+        figure_rows(&outcome.figures)
+    );
     assert_eq!(study.value.figures.trials, 15);
     assert!(results.pose.is_some());
 }
@@ -88,13 +97,20 @@ fn long_motion() -> Motion {
 #[test]
 fn an_older_study_never_overwrites_a_newer_one() {
     let mut app = create_app();
-    request(&mut app, EditRequest::Apply(Edit::SetMotion(Some(long_motion()))));
+    request(
+        &mut app,
+        EditRequest::Apply(Edit::SetMotion(Some(long_motion()))),
+    );
     app.update();
     let mut shown = 0;
     for k in 0..40 {
         request(
             &mut app,
-            EditRequest::Apply(Edit::SetToolPose(Pose::translation(f64::from(k), 0.0, 30.0))),
+            EditRequest::Apply(Edit::SetToolPose(Pose::translation(
+                f64::from(k),
+                0.0,
+                30.0,
+            ))),
         );
         std::thread::sleep(std::time::Duration::from_millis(5));
         app.update();
@@ -117,12 +133,19 @@ fn an_older_study_never_overwrites_a_newer_one() {
 #[test]
 fn every_edit_of_a_drag_gets_its_pose_while_a_long_study_runs() {
     let mut app = create_app();
-    request(&mut app, EditRequest::Apply(Edit::SetMotion(Some(long_motion()))));
+    request(
+        &mut app,
+        EditRequest::Apply(Edit::SetMotion(Some(long_motion()))),
+    );
     settle_pose(&mut app);
     for k in 0..10 {
         request(
             &mut app,
-            EditRequest::Apply(Edit::SetToolPose(Pose::translation(f64::from(k), 0.5, 30.0))),
+            EditRequest::Apply(Edit::SetToolPose(Pose::translation(
+                f64::from(k),
+                0.5,
+                30.0,
+            ))),
         );
         settle_pose(&mut app);
         let results = app.world().resource::<Results>();
@@ -179,11 +202,27 @@ fn explain_tells_frames_figures_and_counters() {
         })));
     settle(&mut app);
     let lines = lines.lock().unwrap();
-    assert_eq!(lines.iter().filter(|l| l.starts_with("frame 1")).count().min(1), 1);
-    let study = app.world().resource::<Results>().study.as_ref().unwrap().value.clone();
+    assert_eq!(
+        lines
+            .iter()
+            .filter(|l| l.starts_with("frame 1"))
+            .count()
+            .min(1),
+        1
+    );
+    let study = app
+        .world()
+        .resource::<Results>()
+        .study
+        .as_ref()
+        .unwrap()
+        .value
+        .clone();
     for row in figure_rows(&study.figures) {
         let tail = format!("{}={}{}", row.label, row.value, row.unit);
-        let told = lines.iter().filter(|l| l.starts_with("result") && l.ends_with(&tail));
+        let told = lines
+            .iter()
+            .filter(|l| l.starts_with("result") && l.ends_with(&tail));
         assert_eq!(told.count(), 1, "{tail}");
     }
     assert!(lines.iter().any(|l| l.starts_with("counters ")));
