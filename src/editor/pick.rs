@@ -15,7 +15,7 @@ use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::surface::Surface;
 use bevy::picking::PickingSystems;
 use bevy::picking::backend::{HitData, PointerHits};
-use bevy::picking::pointer::{PointerId, PointerLocation};
+use bevy::picking::pointer::{PointerAction, PointerId, PointerInput, PointerLocation};
 use bevy::prelude::*;
 use nalgebra::Point3;
 use std::sync::Arc;
@@ -34,6 +34,7 @@ impl Plugin for PickPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Surfaces>()
             .add_message::<PointerHits>()
+            .add_message::<PointerInput>()
             .add_systems(
                 PreUpdate,
                 (
@@ -79,8 +80,14 @@ fn pick(
     sensors: Query<(Entity, &SensorMark)>,
     roots: Query<(Entity, &BodyRoot)>,
     handles: Query<(Entity, &SliceHandle)>,
+    mut inputs: MessageReader<PointerInput>,
     mut hits: MessageWriter<PointerHits>,
 ) {
+    let presses: Vec<(PointerId, Vec2)> = inputs
+        .read()
+        .filter(|input| matches!(input.action, PointerAction::Press(_)))
+        .map(|input| (input.pointer_id, input.location.position))
+        .collect();
     let (Some(view), Some(camera)) = (view, camera) else {
         return;
     };
@@ -89,10 +96,14 @@ fn pick(
         let Some(location) = location.location() else {
             continue;
         };
-        if !view.contains(location.position) {
+        // Between two slow frames a pointer can press and move on: what counts is where it
+        // pressed.
+        let pressed = presses.iter().rev().find(|press| press.0 == *id);
+        let at = pressed.map_or(location.position, |press| press.1);
+        if !view.contains(at) {
             continue;
         }
-        let pixel = view.pixel(location.position);
+        let pixel = view.pixel(at);
         let ray = rig.camera.ray(pixel, rig.view_px);
         let mut picks = Vec::new();
         let mut add = |entity: Entity, depth: f64| {

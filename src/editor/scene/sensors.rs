@@ -27,7 +27,7 @@ const COIL_WIDTH_PX: [f64; 2] = [8.0, 60.0];
 const COIL_LENGTH_PX: [f64; 2] = [20.0, 220.0];
 
 /// Opacity of what shines through.
-const HIDDEN_ALPHA: f32 = 0.72;
+const HIDDEN_ALPHA: f32 = 0.8;
 
 /// How long axes are, in coil lengths and on the screen.
 const AXIS_TO_COIL: f64 = 1.25;
@@ -39,7 +39,7 @@ const ARROW_WIDTH: f32 = 0.26;
 const ARROW_LENGTH: f32 = 0.30;
 
 /// Of coils.
-const OUTLINE_SCALE: Vec3 = Vec3::new(1.5, 1.5, 1.16);
+const OUTLINE_SCALE: Vec3 = Vec3::new(1.45, 1.45, 1.14);
 const RING_SCALE: Vec3 = Vec3::new(1.0, 1.0, 0.2);
 
 /// Later than everything else that is translucent.
@@ -96,7 +96,11 @@ impl Plugin for SensorsPlugin {
 
 fn make_materials(mut commands: Commands, mut materials: ResMut<Assets<GlowMaterial>>) {
     let mut both = |color: palette::Rgb| {
-        let hidden = GlowMaterial::shining_through(color.color(), HIDDEN_ALPHA).order(ORDER_MM);
+        // Also over what is seen anyway: it covers the middle of the outline, which is drawn
+        // before it.
+        let hidden = GlowMaterial::translucent(color.color(), HIDDEN_ALPHA, HIDDEN_ALPHA)
+            .shown(Shown::Always)
+            .order(ORDER_MM);
         [
             materials.add(GlowMaterial::solid(color.color())),
             materials.add(hidden),
