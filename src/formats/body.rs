@@ -170,3 +170,205 @@ fn push_sensor(out: &mut String, sensor: &Sensor) {
         "        (name: {name}, kind: {kind}, position: {position}, {turn}{coil}),"
     );
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+    use proptest::prelude::*;
+
+    const EXAMPLE: &str = r#"(
+    version: 1,
+    name: "Pointer",
+    mesh: Some("../../assets/meshes/pointer.glb"),     // opt
+    tip: (0.0, 0.0, 0.0),
+    sensors: [
+        (name: "shaft", kind: FiveDof, position: (0.0, 0.0, 120.0), axis: (0, 0, 2)),
+        (name: "handle", kind: SixDof, position: (12.0, 0.0, 150.0), rotation: (2.0, 0.0, 0.0, 0.0), coil: (diameter: 0.8, length: 9.0)),
+    ],
+)
+"#;
+
+    fn error(text: &str) -> String {
+        parse(text.as_bytes()).unwrap_err().to_string()
+    }
+
+    fn example_with(from: &str, to: &str) -> String {
+        assert!(EXAMPLE.contains(from), "{from}");
+        EXAMPLE.replace(from, to)
+    }
+
+    #[test]
+    fn the_example_of_the_contract_is_read_and_normalised() {
+        let body = parse(EXAMPLE.as_bytes()).unwrap();
+        assert_eq!(
+            body.mesh.as_deref(),
+            Some("../../assets/meshes/pointer.glb")
+        );
+        assert_eq!(body.rigid.tip_in_body, Some(Point3::origin()));
+        let [shaft, handle] = &body.rigid.sensors[..] else {
+            panic!("{:?}", body.rigid.sensors)
+        };
+        assert_eq!(
+            shaft.orientation,
+            SensorOrientation::FiveDof(Vector3::z_axis())
+        );
+        assert_eq!(
+            handle.orientation,
+            SensorOrientation::SixDof(UnitQuaternion::identity())
+        );
+        assert_eq!(handle.coil.unwrap().length_mm, 9.0);
+    }
+
+    #[test]
+    fn fields_of_later_versions_are_skipped_and_absent_ones_absent() {
+        let text = example_with(
+            "tip: (0.0, 0.0, 0.0),",
+            "tip: None, maker: (name: \"x\", years: [1, 2], kind: Own(3)),",
+        );
+        let body = parse(text.as_bytes()).unwrap();
+        assert_eq!(body.rigid.tip_in_body, None);
+    }
+
+    #[test]
+    fn every_wrong_field_is_named_with_what_was_found_and_expected() {
+        for (from, to, message) in [
+            ("version: 1", "version: 2", "version is 2, expected 1"),
+            (
+                "version: 1,",
+                "",
+                "line 10, column 1: found no field `version`, expected it",
+            ),
+            (
+                "axis: (0, 0, 2)",
+                "axis: (0, 0, 0)",
+                "sensors[0] \"shaft\": axis is (0, 0, 0), expected a direction",
+            ),
+            (
+                "axis: (0, 0, 2)",
+                "axis: (0, NaN, 2)",
+                "sensors[0] \"shaft\": axis is (0, NaN, 2), expected a direction",
+            ),
+            (
+                ", axis: (0, 0, 2)",
+                "",
+                "sensors[0] \"shaft\": axis is missing, expected one with kind FiveDof",
+            ),
+            (
+                "rotation: (2.0, 0.0, 0.0, 0.0)",
+                "rotation: (0, 0, 0, 0)",
+                "sensors[1] \"handle\": rotation is (0, 0, 0, 0), expected a quaternion (w, x, y, z)",
+            ),
+            (
+                "position: (12.0, 0.0, 150.0)",
+                "position: (inf, 0.0, 150.0)",
+                "sensors[1] \"handle\": position is (inf, 0, 150), expected finite numbers",
+            ),
+            (
+                "\"handle\"",
+                "\"shaft\"",
+                "sensors[1]: name is \"shaft\", the name of sensors[0], expected each name once",
+            ),
+            (
+                "\"handle\"",
+                "\" \"",
+                "sensors[1]: name is empty, expected a name",
+            ),
+            (
+                "diameter: 0.8",
+                "diameter: 0",
+                "sensors[1] \"handle\": coil.diameter is 0, expected a length above zero",
+            ),
+            (
+                "tip: (0.0, 0.0, 0.0)",
+                "tip: (0.0, 1e999, 0.0)",
+                "tip is (0, inf, 0), expected finite numbers",
+            ),
+        ] {
+            assert_eq!(error(&example_with(from, to)), message);
+        }
+    }
+
+    #[test]
+    fn broken_syntax_is_found_at_its_line_and_column() {
+        for (from, to, start) in [
+            ("kind: FiveDof", "kind: SevenDof", "line 7, column "),
+            ("name: \"Pointer\",", "name: \"Pointer\"", "line 4, column "),
+            ("axis: (0, 0, 2)", "axis: (0, 2)", "line 7, column "),
+            (
+                "position: (0.0, 0.0, 120.0)",
+                "position: (0.0, 0.0, \"a\")",
+                "line 7, column ",
+            ),
+        ] {
+            let message = error(&example_with(from, to));
+            assert!(message.starts_with(start), "{message}");
+            assert!(
+                message.contains("found ") && message.contains("expected "),
+                "{message}"
+            );
+        }
+        let message = error(&EXAMPLE[..EXAMPLE.len() / 2]);
+        assert!(message.contains("found the end of the file"), "{message}");
+        assert_eq!(
+            error("(version: 1, name: \"x\", sensors: [])"),
+            "sensors is empty, expected at least one sensor"
+        );
+        let message = parse(b"(\n  \xff").unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "line 2, column 3: found a byte that is not UTF-8, expected text"
+        );
+    }
+
+    fn any_finite() -> impl Strategy<Value = f64> {
+        any::<f64>().prop_filter("finite", |v| v.is_finite())
+    }
+
+    fn sensor() -> impl Strategy<Value = Sensor> {
+        let direction = prop::array::uniform4(-1.0..1.0_f64);
+        let coil = prop::option::of((1e-3..1e3, 1e-3..1e3_f64));
+        let position = prop::array::uniform3(any_finite());
+        (any::<bool>(), position, direction, coil).prop_map(
+            |(is_six, position, [w, x, y, z], coil)| {
+                let vector = Vector3::new(x, y, z + 2.0);
+                Sensor {
+                    name: String::new(),
+                    position_in_body: position.into(),
+                    orientation: if is_six {
+                        let q = nalgebra::Quaternion::new(w.abs() + 1.0, x, y, z);
+                        SensorOrientation::SixDof(UnitQuaternion::new_normalize(q))
+                    } else {
+                        SensorOrientation::FiveDof(Unit::new_normalize(vector))
+                    },
+                    coil: coil.map(|(diameter_mm, length_mm)| Coil {
+                        diameter_mm,
+                        length_mm,
+                    }),
+                }
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_reads_back_to_the_bit(
+            name in any::<String>(),
+            mesh in prop::option::of("[^ ].{0,20}"),
+            tip in prop::option::of(prop::array::uniform3(any_finite())),
+            mut sensors in prop::collection::vec(sensor(), 1..5),
+        ) {
+            for (i, sensor) in sensors.iter_mut().enumerate() {
+                sensor.name = format!("sensor \"{i}\" \\ {name}");
+            }
+            let body = BodyFile {
+                rigid: RigidBody { name, tip_in_body: tip.map(Point3::from), sensors },
+                mesh,
+            };
+            let text = write(&body);
+            let back = parse(text.as_bytes()).unwrap();
+            prop_assert_eq!(&back, &body);
+            prop_assert_eq!(write(&back), text);
+        }
+    }
+}

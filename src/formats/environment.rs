@@ -118,3 +118,116 @@ fn value<T: Serialize>(value: &T, depth: usize) -> String {
     let text = options.to_string_pretty(value, config).unwrap_or_default();
     text.replace('\n', "\n    ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::environment::HoldoutProvenance;
+    use crate::field::fit::{FitMethod, Residuals};
+    use crate::field::samples::MapKind;
+    use crate::geometry::bounds::Bounds;
+    use crate::geometry::directions::{DirectionSet, Weighting};
+
+    fn room() -> Environment {
+        let coefficients = (0..6 * 8)
+            .map(|i| std::array::from_fn(|k| f64::from(i * 7 + k as i32) / 3.0 - 40.0))
+            .collect();
+        let model = DistortionModel::new(
+            1,
+            DirectionSet::Six,
+            Weighting::Gnomonic,
+            MapKind::Distortion,
+            Bounds::from(([-1.0, -2.0, -300.5], [1.0, 2.0, -0.1])),
+            coefficients,
+        );
+        let residuals = |position_rms_mm, angle_rms_rad| Residuals {
+            position_rms_mm,
+            angle_rms_rad,
+        };
+        Environment {
+            name: "A \"room\"".to_owned(),
+            model: model.unwrap(),
+            volume: Some(Volume::AuroraCube),
+            jitter: Some(Jitter {
+                position_mm: 0.1,
+                angle_rad: 0.001,
+            }),
+            provenance: Some(Provenance {
+                data: "data.csv".to_owned(),
+                samples: 12,
+                method: FitMethod::Joint,
+                ridge: 1e-7,
+                train_before: residuals(2.5, Some(0.01)),
+                train_after: residuals(1.0 / 3.0, None),
+                holdout: Some(HoldoutProvenance {
+                    data: "other.csv".to_owned(),
+                    samples: 3,
+                    before: residuals(2.0, None),
+                    after: residuals(1.5, None),
+                }),
+            }),
+        }
+    }
+
+    #[test]
+    fn what_is_written_reads_back_to_the_bit() {
+        let mut room = room();
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        room.volume = Some(Volume::Box(Bounds::from(([0.0; 3], [1.0; 3]))));
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        room.volume = None;
+        room.jitter = None;
+        room.provenance = None;
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+    }
+
+    #[test]
+    fn an_ideal_room_has_no_coefficients() {
+        let mut room = room();
+        room.model = DistortionModel::zero(*room.model.bounds(), MapKind::Distortion);
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+    }
+
+    #[test]
+    fn a_coefficient_is_one_line() {
+        assert_eq!(write(&room()).matches("            (").count(), 48);
+    }
+
+    #[test]
+    fn rooms_that_cannot_be_are_refused() {
+        let text = write(&room());
+        for (from, to, part) in [
+            ("version: 1", "version: 3", "version is 3, expected 1"),
+            (
+                "directions: 6",
+                "directions: 12",
+                "48 coefficients, expected 96",
+            ),
+            (
+                "directions: 6",
+                "directions: 7",
+                "no set of 7 basis orientations",
+            ),
+            ("order: 1", "order: 99", "order is 99, expected 0 to"),
+            ("order: 1", "order: 99999999999", "order is 99999999999"),
+            ("(-40.0,", "(NaN,", "coefficient 0 is not finite"),
+            ("-300.5", "300.5", "the box is not a box"),
+            (
+                "position_mm: 0.1",
+                "position_mm: -0.1",
+                "jitter.position_mm is -0.1",
+            ),
+            (
+                "volume: AuroraCube",
+                "volume: Box(((0, 0, 0), (1, -1, 1)))",
+                "volume is from",
+            ),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let message = parse(text.replacen(from, to, 1).as_bytes())
+                .unwrap_err()
+                .to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}

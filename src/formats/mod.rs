@@ -13,6 +13,8 @@ pub mod number;
 pub mod poses;
 mod ron_text;
 pub mod table;
+#[cfg(test)]
+mod tests;
 
 pub use body::BodyFile;
 pub use design_file::DesignFile;

@@ -1,6 +1,9 @@
 //! The built-in world, embedded in the program: designs, and all that they refer to.
 
 use super::error::StoreError;
+use super::place::Place;
+use super::read::read_mesh_at;
+use crate::geometry::mesh::SurfaceMesh;
 use std::path::{Path, PathBuf};
 
 /// What opens where no file is named.
@@ -24,11 +27,26 @@ const FILES: &[(&str, &[u8])] = embedded![
     "assets/bodies/endoscope.body.ron",
     "assets/bodies/head-crf.body.ron",
     "assets/environments/operating-table.env.ron",
+    "assets/meshes/pointer.glb",
+    "assets/meshes/shaver.glb",
+    "assets/meshes/endoscope.glb",
+    "assets/meshes/head-crf.glb",
+    "assets/meshes/field-generator.glb",
 ];
+
+const GENERATOR_MESH: &str = "assets/meshes/field-generator.glb";
 
 /// The built-in designs' names.
 pub fn builtin_names() -> impl Iterator<Item = &'static str> {
     NAMES.into_iter()
+}
+
+/// The field generator, in the tracker frame.
+///
+/// # Errors
+/// None, as long as the embedded mesh is one.
+pub fn generator_mesh() -> Result<SurfaceMesh, StoreError> {
+    read_mesh_at(Place::BuiltIn, Path::new(GENERATOR_MESH))
 }
 
 /// The embedded file at a path without dots.
@@ -49,4 +67,160 @@ pub(super) fn design_file(name: &str) -> Result<(&'static str, PathBuf), StoreEr
             names: NAMES.join(", "),
         })?;
     Ok((name, PathBuf::from(format!("designs/{name}.design.ron"))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::BodyRole;
+    use crate::field::environment::{HoldoutProvenance, Provenance};
+    use crate::field::fit::{FitSettings, fit, residuals};
+    use crate::field::samples::MapKind;
+    use crate::field::{Environment, OutsidePolicy};
+    use crate::formats::{body, design_file, environment};
+    use crate::geometry::directions::DirectionSet;
+    use crate::geometry::volume::Volume;
+    use crate::store::{open_builtin, read_measurements, resolve, write_environment};
+    use crate::study::{CancelToken, Mode, run};
+
+    const ENVIRONMENT: &str = "assets/environments/operating-table.env.ron";
+
+    fn in_repository(path: &str) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+    }
+
+    /// The room of the cube data, as `fit` would make it.
+    fn fitted() -> Environment {
+        let read = |name: &str| {
+            read_measurements(&in_repository("assets/environments/data").join(name)).unwrap()
+        };
+        let settings = FitSettings::new(2, DirectionSet::FortyTwo);
+        let fit = fit(
+            &read("cube-fit.csv").samples(MapKind::Distortion),
+            &settings,
+            None,
+        )
+        .unwrap();
+        let holdout = read("cube-holdout.csv").samples(MapKind::Distortion);
+        let zero = crate::field::DistortionModel::zero(*fit.model.bounds(), MapKind::Distortion);
+        Environment {
+            name: "Operating table".to_owned(),
+            volume: Some(Volume::AuroraCube),
+            jitter: None,
+            provenance: Some(Provenance {
+                data: "cube-fit.csv".to_owned(),
+                samples: fit.samples,
+                method: settings.method,
+                ridge: settings.ridge,
+                train_before: fit.before,
+                train_after: fit.after,
+                holdout: Some(HoldoutProvenance {
+                    data: "cube-holdout.csv".to_owned(),
+                    samples: holdout.samples.len(),
+                    before: residuals(&zero, &holdout, OutsidePolicy::Clamp),
+                    after: residuals(&fit.model, &holdout, OutsidePolicy::Clamp),
+                }),
+            }),
+            model: fit.model,
+        }
+    }
+
+    /// `UPDATE_BUILTIN=1` writes the environment anew, after a change of the fit.
+    #[test]
+    fn the_environment_is_the_fit_of_the_cube_data() {
+        let fitted = fitted();
+        if std::env::var_os("UPDATE_BUILTIN").is_some() {
+            return write_environment(&in_repository(ENVIRONMENT), &fitted).unwrap();
+        }
+        let stored = environment::parse(bytes(Path::new(ENVIRONMENT)).unwrap()).unwrap();
+        assert_eq!(stored.model.bounds(), fitted.model.bounds());
+        let pairs = stored
+            .model
+            .coefficients()
+            .iter()
+            .zip(fitted.model.coefficients());
+        for (stored, fitted) in pairs {
+            for (s, f) in stored.iter().zip(fitted) {
+                assert!((s - f).abs() <= 1e-9 * f.abs().max(1.0), "{s} {f}");
+            }
+        }
+        let holdout = stored.provenance.unwrap().holdout.unwrap();
+        assert!(
+            (holdout.before.position_rms_mm - 2.48).abs() < 0.01,
+            "{holdout:?}"
+        );
+        assert!(
+            (holdout.after.position_rms_mm - 1.34).abs() < 0.01,
+            "{holdout:?}"
+        );
+    }
+
+    /// `UPDATE_BUILTIN=1` writes them anew.
+    #[test]
+    fn every_file_is_as_the_program_would_write_it() {
+        for (path, bytes) in FILES {
+            let text = if path.ends_with(".body.ron") {
+                body::write(&body::parse(bytes).unwrap())
+            } else if path.ends_with(".design.ron") {
+                design_file::write(&design_file::parse(bytes).unwrap())
+            } else if path.ends_with(".env.ron") && !bytes.is_empty() {
+                environment::write(&environment::parse(bytes).unwrap())
+            } else {
+                continue;
+            };
+            if std::env::var_os("UPDATE_BUILTIN").is_some() && !path.ends_with(".env.ron") {
+                std::fs::write(in_repository(path), text).unwrap();
+            } else {
+                assert_eq!(text, std::str::from_utf8(bytes).unwrap(), "{path}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_design_opens_and_all_its_sensors_are_where_the_tracker_measures() {
+        for name in builtin_names() {
+            let world = open_builtin(name).unwrap();
+            let scenario = resolve(world.document.design(), &world.environment);
+            let outcome = run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap();
+            assert_eq!(
+                (outcome.figures.outside, outcome.figures.out_of_volume),
+                (0, 0),
+                "{name}"
+            );
+            let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
+            assert_eq!(outcome.figures.trials, 3375, "{name}");
+            assert_eq!(outcome.figures.out_of_volume, 0, "{name}");
+            assert!(outcome.figures.free_axis.is_none(), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_generator_stands_behind_the_origin_of_the_tracker_frame() {
+        let bounds = generator_mesh().unwrap().body_bounds().unwrap();
+        assert!(
+            bounds.min_mm.z > -1.0 && bounds.max_mm.z > 10.0,
+            "{bounds:?}"
+        );
+    }
+
+    #[test]
+    fn sensors_sit_within_their_bodies() {
+        for name in builtin_names() {
+            let world = open_builtin(name).unwrap();
+            for (role, body) in world.document.design().bodies() {
+                let mesh = match role {
+                    BodyRole::Tool => &world.tool_mesh,
+                    BodyRole::Crf => &world.crf_mesh,
+                };
+                let bounds = mesh.as_ref().unwrap().body_bounds().unwrap();
+                for sensor in &body.rigid.sensors {
+                    assert!(
+                        bounds.contains(&sensor.position_in_body),
+                        "{name}: {}",
+                        sensor.name
+                    );
+                }
+            }
+        }
+    }
 }

@@ -10,7 +10,7 @@ mod save;
 mod shared;
 mod write;
 
-pub use builtin::{DEFAULT_BUILTIN, builtin_names};
+pub use builtin::{DEFAULT_BUILTIN, builtin_names, generator_mesh};
 pub use error::StoreError;
 pub use open::{World, open_builtin, open_design, refresh_environment};
 pub use read::{

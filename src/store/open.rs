@@ -4,9 +4,7 @@ use super::builtin;
 use super::error::StoreError;
 use super::place::Place;
 use super::read::{read, read_mesh_at};
-use crate::design::{
-    BodyRole, CrfPlacement, Design, DesignBody, Document, Origin, ToolPlacement,
-};
+use crate::design::{BodyRole, CrfPlacement, Design, DesignBody, Document, Origin, ToolPlacement};
 use crate::field::Environment;
 use crate::formats::{BodyFile, body, design_file, environment};
 use crate::geometry::mesh::SurfaceMesh;

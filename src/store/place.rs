@@ -105,7 +105,10 @@ pub(super) fn relative(folder: &Path, target: &Path) -> String {
         from.next();
         to.next();
     }
-    if from.peek().is_some_and(|c| matches!(c, Component::Prefix(_))) {
+    if from
+        .peek()
+        .is_some_and(|c| matches!(c, Component::Prefix(_)))
+    {
         return target.to_string_lossy().into_owned();
     }
     let ups = from.map(|_| "..".to_owned());
@@ -142,7 +145,10 @@ mod tests {
     fn references_go_up_as_far_as_needed_and_down_again() {
         let relative = |from: &str, to: &str| relative(Path::new(from), Path::new(to));
         assert_eq!(relative("/nowhere/a/b", "/nowhere/a/b/x.ron"), "x.ron");
-        assert_eq!(relative("/nowhere/a/b", "/nowhere/c/x.ron"), "../../c/x.ron");
+        assert_eq!(
+            relative("/nowhere/a/b", "/nowhere/c/x.ron"),
+            "../../c/x.ron"
+        );
         assert_eq!(relative("/nowhere", "/nowhere/c/x.ron"), "c/x.ron");
     }
 }

@@ -5,9 +5,7 @@ use super::place::Place;
 use crate::field::Environment;
 use crate::field::samples::MeasurementSet;
 use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
-use crate::formats::{
-    FormatError, environment, gltf, input, jhu_cis, measurements, poses,
-};
+use crate::formats::{FormatError, environment, gltf, input, jhu_cis, measurements, poses};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::pose::Pose;
 use crate::study::InputTrial;
@@ -20,7 +18,12 @@ pub fn read_environment(file: &Path) -> Result<Environment, StoreError> {
 }
 
 pub fn read_measurements(file: &Path) -> Result<MeasurementSet, StoreError> {
-    read(Place::Disk, file, "a measurement table", measurements::parse)
+    read(
+        Place::Disk,
+        file,
+        "a measurement table",
+        measurements::parse,
+    )
 }
 
 pub fn read_poses(file: &Path) -> Result<Vec<Pose>, StoreError> {

@@ -272,7 +272,10 @@ impl Mover {
         if self.place == Place::Disk || is_absolute(reference) {
             return Ok(self.reference(reference));
         }
-        self.copy_built_in(&self.place.resolve(&self.old_file, reference), "an environment")
+        self.copy_built_in(
+            &self.place.resolve(&self.old_file, reference),
+            "an environment",
+        )
     }
 
     /// What a reference of the old design's is from the new folder.

@@ -34,10 +34,7 @@ pub(super) fn write_bytes(file: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     write_atomic(file, |out| out.write_all(bytes))
 }
 
-fn try_write(
-    file: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> io::Result<()> {
+fn try_write(file: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     // A link stays a link: the file that it leads to is the one to replace.
     let file = file.canonicalize().unwrap_or_else(|_| file.to_owned());
     let before = fs::metadata(&file).ok();
