@@ -1,6 +1,6 @@
 //! Fitted models: residuals, values, corrections, what lies outside, and too few samples.
 
-use super::golden::{GOLDEN, count, list, number, numbers, pose, vector};
+use crate::support::golden::{GOLDEN, count, list, number, numbers, pose, vector};
 use crate::support::close::{self, assert_all_close, assert_close};
 use crate::support::data::own;
 use nalgebra::Vector3;

@@ -2,5 +2,4 @@
 
 mod fits;
 mod frames;
-mod golden;
 mod weights;
