@@ -3,51 +3,24 @@
 //! The first line holds counts and the file's name, every other one `x, y, z` in millimetres.
 
 use super::error::{FormatError, text};
+use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use nalgebra::Point3;
 
 /// Most points of a file: far above any real one, far below what would fill the memory.
 const MAX_POINTS: usize = 100_000_000;
 
-/// `*-calbody`: the calibration object's and the base's markers, each in its own frame.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CalBody {
-    /// `d`: optical markers on the field generator.
-    pub base_mm: Vec<Point3<f64>>,
-    /// `a`: optical markers on the calibration object.
-    pub object_mm: Vec<Point3<f64>>,
-    /// `c`: electromagnetic markers on the calibration object.
-    pub em_mm: Vec<Point3<f64>>,
-}
-
-/// `*-calreadings`: what the optical and the electromagnetic tracker saw.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CalReadings {
-    pub frames: Vec<CalFrame>,
-}
-
-/// One frame of a `calreadings` file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CalFrame {
-    /// `D`: the base's markers, optical tracker frame.
-    pub base_mm: Vec<Point3<f64>>,
-    /// `A`: the calibration object's optical markers, optical tracker frame.
-    pub object_mm: Vec<Point3<f64>>,
-    /// `C`: its electromagnetic markers, distorted, EM tracker frame.
-    pub em_mm: Vec<Point3<f64>>,
-}
-
 /// Reads a `calbody` file: counts `N_D, N_A, N_C, name`, then the points.
 ///
 /// # Errors
 /// Counts that are none, lines that are no points, too few or too many of them.
-pub fn parse_calbody(bytes: &[u8]) -> Result<CalBody, FormatError> {
+pub fn parse_calbody(bytes: &[u8]) -> Result<CalibrationBody, FormatError> {
     let mut file = Points::open(bytes)?;
     let [base, object, em] = file.counts("three counts and a name (N_D, N_A, N_C, name)")?;
     file.expect_total([base, object, em, 1])?;
-    let body = CalBody {
-        base_mm: file.take(base)?,
-        object_mm: file.take(object)?,
-        em_mm: file.take(em)?,
+    let body = CalibrationBody {
+        optical_on_base: file.take(base)?,
+        optical_on_object: file.take(object)?,
+        em_on_object: file.take(em)?,
     };
     file.finish()?;
     Ok(body)
@@ -58,22 +31,22 @@ pub fn parse_calbody(bytes: &[u8]) -> Result<CalBody, FormatError> {
 ///
 /// # Errors
 /// As [`parse_calbody`].
-pub fn parse_calreadings(bytes: &[u8]) -> Result<CalReadings, FormatError> {
+pub fn parse_calreadings(bytes: &[u8]) -> Result<Vec<CalibrationFrame>, FormatError> {
     let mut file = Points::open(bytes)?;
     let [base, object, em, frames] =
         file.counts("four counts and a name (N_D, N_A, N_C, N_frames, name)")?;
     file.expect_total([base, object, em, frames])?;
     let frames = (0..frames)
         .map(|_| {
-            Ok(CalFrame {
-                base_mm: file.take(base)?,
-                object_mm: file.take(object)?,
-                em_mm: file.take(em)?,
+            Ok(CalibrationFrame {
+                optical_on_base: file.take(base)?,
+                optical_on_object: file.take(object)?,
+                em_on_object: file.take(em)?,
             })
         })
         .collect::<Result<_, FormatError>>()?;
     file.finish()?;
-    Ok(CalReadings { frames })
+    Ok(frames)
 }
 
 /// The lines of a file that still have to be read; empty ones are skipped.

@@ -23,17 +23,21 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Pose>, FormatError> {
     table.rows()?.map(|row| row.pose(&columns)).collect()
 }
 
-/// Writes poses, each with whether it was outside the model's box.
+/// Writes poses, each with whether it was outside the model's box; a pose that was left out has
+/// empty cells.
 ///
 /// # Errors
 /// Those of the writer.
 pub fn write_with_outside(
     out: &mut dyn Write,
-    rows: impl IntoIterator<Item = (Pose, bool)>,
+    rows: impl IntoIterator<Item = (Option<Pose>, bool)>,
 ) -> io::Result<()> {
     writeln!(out, "x,y,z,qw,qx,qy,qz,outside")?;
     for (pose, is_outside) in rows {
-        write_pose(out, &pose)?;
+        match pose {
+            Some(pose) => write_pose(out, &pose)?,
+            None => out.write_all(b",,,,,,")?,
+        }
         writeln!(out, ",{}", u8::from(is_outside))?;
     }
     Ok(())

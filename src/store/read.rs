@@ -4,7 +4,7 @@ use super::error::StoreError;
 use super::place::Place;
 use crate::field::Environment;
 use crate::field::samples::MeasurementSet;
-use crate::formats::jhu_cis::{CalBody, CalReadings};
+use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use crate::formats::{FormatError, environment, gltf, input, jhu_cis, measurements, poses};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::pose::Pose;
@@ -37,11 +37,11 @@ pub fn read_input(file: &Path, design_has_crf: bool) -> Result<Vec<InputTrial>, 
     })
 }
 
-pub fn read_calbody(file: &Path) -> Result<CalBody, StoreError> {
+pub fn read_calbody(file: &Path) -> Result<CalibrationBody, StoreError> {
     read(Place::Disk, file, "a calbody file", jhu_cis::parse_calbody)
 }
 
-pub fn read_calreadings(file: &Path) -> Result<CalReadings, StoreError> {
+pub fn read_calreadings(file: &Path) -> Result<Vec<CalibrationFrame>, StoreError> {
     read(
         Place::Disk,
         file,

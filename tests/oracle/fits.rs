@@ -6,7 +6,7 @@ use crate::support::data::own;
 use nalgebra::Vector3;
 use serde_json::Value;
 use trackwright::field::fit::{Fit, FitMethod, FitSettings, Residuals, fit, residuals};
-use trackwright::field::samples::{MapKind, MeasurementContent, MeasurementSet, SampleSet};
+use trackwright::field::samples::{MapKind, MeasurementSet, SampleSet};
 use trackwright::field::{DistortionModel, OutsidePolicy};
 use trackwright::formats::measurements;
 use trackwright::geometry::bounds::Bounds;
@@ -18,7 +18,7 @@ const FLOOR: f64 = 1e-6;
 
 fn measured(name: &str) -> MeasurementSet {
     let bytes = std::fs::read(own(&format!("room-a/{name}"))).unwrap();
-    measurements::parse(&bytes, MeasurementContent::FiveDof).unwrap()
+    measurements::parse(&bytes).unwrap()
 }
 
 fn samples(name: &str, map: MapKind) -> SampleSet {

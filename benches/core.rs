@@ -1,0 +1,2 @@
+//! The core's speed; see docs/measurements.md.
+fn main() {}

@@ -1,0 +1,360 @@
+//! `fit`: measurements to an environment, and what the fit leaves.
+
+use super::output::{self, Format};
+use crate::field::environment::{HoldoutProvenance, Provenance};
+use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals, fit, residuals};
+use crate::field::model::OutsidePolicy;
+use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet};
+use crate::field::{DistortionModel, Environment};
+use crate::geometry::directions::{DirectionSet, Weighting};
+use crate::geometry::volume::Volume;
+use crate::store;
+use crate::study::figures::with_separators;
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct FitArgs {
+    /// Measurement table (CSV): ideal_x … ideal_qz, measured_x … measured_qz; mm, unit quaternions
+    data: PathBuf,
+
+    /// Environment to write (*.env.ron)
+    #[arg(short, long, value_name = "ENV")]
+    output: PathBuf,
+
+    /// Order of the Bernstein polynomials; 0 is no correction
+    #[arg(long, value_name = "N")]
+    order: usize,
+
+    /// Number of basis orientations: 1, 6, 12, 14, 26 or 42; 1 ignores orientation
+    #[arg(long, value_name = "M", default_value_if("order", "0", "1"), required_unless_present = "order")]
+    directions: Option<usize>,
+
+    /// How the orientations share the samples
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodArg,
+
+    /// Which pose the error is a function of: the ideal one to simulate, the measured one to compensate
+    #[arg(long, value_enum, default_value_t)]
+    map: MapArg,
+
+    /// What the table's quaternions mean
+    #[arg(long, value_enum, default_value_t)]
+    sensors: SensorsArg,
+
+    /// How an axis is shared among the three orientations around it
+    #[arg(long, value_enum, default_value_t)]
+    weights: WeightsArg,
+
+    /// Ridge, as a part of the largest singular value
+    #[arg(long, default_value_t = 0.0, value_name = "R")]
+    ridge: f64,
+
+    /// Singular values below this part of the largest count as zero
+    #[arg(long, default_value_t = crate::field::fit::DEFAULT_RCOND, value_name = "R")]
+    rcond: f64,
+
+    /// Measurements that are not fitted, to judge the model on
+    #[arg(long, value_name = "DATA2.csv")]
+    holdout: Option<PathBuf>,
+
+    /// The tracker's measurement volume, where it is known
+    #[arg(long, value_enum)]
+    volume: Option<VolumeArg>,
+
+    /// How to print the figures
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum MethodArg {
+    /// Each orientation by itself, the paper's
+    #[default]
+    PerDirection,
+    /// All orientations at once
+    Joint,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum MapArg {
+    #[default]
+    Distortion,
+    Correction,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum SensorsArg {
+    /// Only the sensors' local z was measured
+    #[default]
+    #[value(name = "5dof")]
+    FiveDof,
+    /// Full rotations were measured
+    #[value(name = "6dof")]
+    SixDof,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum WeightsArg {
+    /// Areas of spherical triangles, the paper's
+    #[default]
+    Area,
+    /// Coordinates in the triangle's plane, continuous
+    Gnomonic,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum VolumeArg {
+    /// 500 mm in front of a planar generator
+    AuroraCube,
+}
+
+/// A model's figures on measurements that it was not fitted to.
+struct Holdout {
+    samples: usize,
+    before: Residuals,
+    after: Residuals,
+}
+
+/// Fits, writes the environment, and prints the residuals.
+///
+/// # Errors
+/// Files that can't be used, settings that make no fit.
+pub fn run(args: &FitArgs) -> anyhow::Result<()> {
+    let settings = settings(args)?;
+    let set = read(&args.data, args.sensors)?;
+    let holdout_set = args.holdout.as_ref().map(|f| read(f, args.sensors)).transpose()?;
+    let bar = output::progress(1, "fitting");
+    let fitted = fit(&set.samples(settings.map), &settings, None)
+        .with_context(|| args.data.display().to_string())?;
+    bar.finish_and_clear();
+    let holdout = holdout_set.map(|set| judge(&fitted.model, &set));
+    let environment = environment(args, &fitted, &settings, holdout.as_ref());
+    store::write_environment(&args.output, &environment)?;
+    for warning in warnings(&fitted) {
+        output::note(&format!("warning: {warning}"));
+    }
+    match args.format {
+        Format::Json => output::print_json(&as_json(&settings, &fitted, holdout.as_ref())),
+        Format::Text => output::print(&as_text(args, &settings, &fitted, holdout.as_ref())),
+    }
+}
+
+fn settings(args: &FitArgs) -> anyhow::Result<FitSettings> {
+    let directions = args.directions.unwrap_or(1);
+    Ok(FitSettings {
+        order: args.order,
+        directions: DirectionSet::try_from(directions).context("--directions")?,
+        method: match args.method {
+            MethodArg::PerDirection => FitMethod::PerDirection,
+            MethodArg::Joint => FitMethod::Joint,
+        },
+        map: match args.map {
+            MapArg::Distortion => MapKind::Distortion,
+            MapArg::Correction => MapKind::Correction,
+        },
+        weighting: match args.weights {
+            WeightsArg::Area => Weighting::Area,
+            WeightsArg::Gnomonic => Weighting::Gnomonic,
+        },
+        ridge: args.ridge,
+        rcond: args.rcond,
+    })
+}
+
+fn read(file: &Path, sensors: SensorsArg) -> anyhow::Result<MeasurementSet> {
+    let mut set = store::read_measurements(file)?;
+    if matches!(sensors, SensorsArg::SixDof) {
+        if set.content == MeasurementContent::PositionOnly {
+            bail!(
+                "{}: found no quaternions, expected them with --sensors 6dof",
+                file.display()
+            );
+        }
+        set.content = MeasurementContent::SixDof;
+    }
+    Ok(set)
+}
+
+fn judge(model: &DistortionModel, set: &MeasurementSet) -> Holdout {
+    let samples = set.samples(model.map());
+    let zero = DistortionModel::zero(*model.bounds(), model.map());
+    Holdout {
+        samples: samples.samples.len(),
+        before: residuals(&zero, &samples, OutsidePolicy::Clamp),
+        after: residuals(model, &samples, OutsidePolicy::Clamp),
+    }
+}
+
+fn environment(
+    args: &FitArgs,
+    fitted: &Fit,
+    settings: &FitSettings,
+    holdout: Option<&Holdout>,
+) -> Environment {
+    Environment {
+        name: stem(&args.output),
+        model: fitted.model.clone(),
+        volume: args.volume.map(|VolumeArg::AuroraCube| Volume::AuroraCube),
+        jitter: None,
+        provenance: Some(Provenance {
+            data: file_name(&args.data),
+            samples: fitted.samples,
+            method: settings.method,
+            ridge: settings.ridge,
+            train_before: fitted.before,
+            train_after: fitted.after,
+            holdout: holdout.zip(args.holdout.as_ref()).map(|(h, file)| HoldoutProvenance {
+                data: file_name(file),
+                samples: h.samples,
+                before: h.before,
+                after: h.after,
+            }),
+        }),
+    }
+}
+
+/// A file's name without its folder.
+fn file_name(file: &Path) -> String {
+    file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+}
+
+/// `room` of `folder/room.env.ron`.
+fn stem(file: &Path) -> String {
+    let name = file_name(file);
+    let stem = name.strip_suffix(".ron").unwrap_or(&name);
+    stem.strip_suffix(".env").unwrap_or(stem).to_owned()
+}
+
+fn warnings(fitted: &Fit) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let few: Vec<_> = fitted.systems.iter().filter(|s| s.is_underdetermined()).collect();
+    if let Some(least) = few.iter().min_by_key(|s| s.samples) {
+        warnings.push(format!(
+            "{} of {} orientations have fewer samples than the {} coefficients, the least {}; \
+             the solution of least norm was taken",
+            few.len(),
+            fitted.systems.len(),
+            least.unknowns,
+            with_separators(least.samples),
+        ));
+    }
+    let deficient = fitted
+        .systems
+        .iter()
+        .filter(|s| !s.is_underdetermined() && s.rank < s.unknowns)
+        .count();
+    if deficient > 0 {
+        warnings.push(format!(
+            "{deficient} of {} orientations do not determine all their coefficients; the solution \
+             of least norm was taken",
+            fitted.systems.len()
+        ));
+    }
+    if fitted.ambiguous > 0 {
+        warnings.push(format!(
+            "{} samples have opposite axes, so that their orientation error is ambiguous",
+            with_separators(fitted.ambiguous)
+        ));
+    }
+    warnings
+}
+
+fn method_name(method: FitMethod) -> &'static str {
+    match method {
+        FitMethod::PerDirection => "per-direction",
+        FitMethod::Joint => "joint",
+    }
+}
+
+fn map_name(map: MapKind) -> &'static str {
+    match map {
+        MapKind::Distortion => "distortion",
+        MapKind::Correction => "correction",
+    }
+}
+
+fn as_json(settings: &FitSettings, fitted: &Fit, holdout: Option<&Holdout>) -> Value {
+    let residuals = |r: &Residuals| {
+        json!({
+            "position_rms_mm": r.position_rms_mm,
+            "angle_rms_deg": r.angle_rms_rad.map(f64::to_degrees),
+        })
+    };
+    let before_after = |before, after| json!({"before": residuals(before), "after": residuals(after)});
+    let one_or_all = |values: Vec<Value>| match (settings.method, values.as_slice()) {
+        (FitMethod::Joint, [one]) => one.clone(),
+        _ => Value::Array(values),
+    };
+    let mut value = json!({
+        "samples": fitted.samples,
+        "order": settings.order,
+        "directions": settings.directions.len(),
+        "method": method_name(settings.method),
+        "map": map_name(settings.map),
+        "train": before_after(&fitted.before, &fitted.after),
+        "holdout": holdout.map(|h| before_after(&h.before, &h.after)),
+        "rank": one_or_all(fitted.systems.iter().map(|s| json!(s.rank)).collect()),
+        "condition": one_or_all(fitted.systems.iter().map(|s| json!(s.condition)).collect()),
+    });
+    value["system_samples"] = one_or_all(fitted.systems.iter().map(|s| json!(s.samples)).collect());
+    value["ambiguous"] = json!(fitted.ambiguous);
+    value
+}
+
+fn as_text(
+    args: &FitArgs,
+    settings: &FitSettings,
+    fitted: &Fit,
+    holdout: Option<&Holdout>,
+) -> String {
+    let mut lines = vec![format!(
+        "{}: {} samples, order {}, {} orientation{}, {}, {} map",
+        file_name(&args.data),
+        with_separators(fitted.samples),
+        settings.order,
+        settings.directions.len(),
+        if settings.directions.len() == 1 { "" } else { "s" },
+        method_name(settings.method),
+        map_name(settings.map),
+    )];
+    lines.push(format!("{:<22}{:>12}  {:>12}", "", "before", "after"));
+    let mut rows = |name: &str, before: &Residuals, after: &Residuals| {
+        lines.push(format!(
+            "{:<22}{:>9.4} mm  {:>9.4} mm",
+            format!("{name} position RMS"),
+            before.position_rms_mm,
+            after.position_rms_mm
+        ));
+        if let (Some(b), Some(a)) = (before.angle_rms_rad, after.angle_rms_rad) {
+            lines.push(format!(
+                "{:<22}{:>9.4} °   {:>9.4} °",
+                format!("{name} angle RMS"),
+                b.to_degrees(),
+                a.to_degrees()
+            ));
+        }
+    };
+    rows("trained", &fitted.before, &fitted.after);
+    if let Some(h) = holdout {
+        rows("held out", &h.before, &h.after);
+    }
+    if let (Some(least), Some(most)) = (
+        fitted.systems.iter().min_by(|a, b| a.condition.total_cmp(&b.condition)),
+        fitted.systems.iter().max_by(|a, b| a.condition.total_cmp(&b.condition)),
+    ) {
+        let rank = fitted.systems.iter().map(|s| s.rank).min().unwrap_or(0);
+        let samples = fitted.systems.iter().map(|s| s.samples).min().unwrap_or(0);
+        lines.push(format!(
+            "least rank {rank} of {}, least samples {}, condition {:.1} to {:.1}",
+            least.unknowns,
+            with_separators(samples),
+            least.condition,
+            most.condition
+        ));
+    }
+    lines.push(format!("written to {}", args.output.display()));
+    lines.join("\n")
+}

@@ -1,0 +1,84 @@
+//! The command line: one file a subcommand, each a function that a test can call.
+
+mod distort;
+#[cfg(feature = "editor")]
+mod edit;
+mod fit;
+mod import;
+mod output;
+#[cfg(feature = "editor")]
+mod render;
+mod simulate;
+
+use clap::{Parser, Subcommand};
+use std::path::PathBuf;
+
+pub use output::{Format, OutsideArg};
+
+/// Designs electromagnetically tracked surgical tools: simulates how far off a tool's tip is in a
+/// measured, distorted field, and lets sensors be dragged while the error follows
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+
+    /// Design to open in the editor (*.design.ron); the built-in one where none is named
+    design: Option<PathBuf>,
+
+    /// Print what is drawn and computed, and the figures shown, to standard error
+    #[arg(long)]
+    explain: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Fit a distortion model to measurements and write it as an environment
+    Fit(fit::FitArgs),
+    /// Distort poses as the tracker of an environment would measure them
+    Distort(distort::DistortArgs),
+    /// Simulate a design at one pose, over its range of motion, or at given poses
+    Simulate(simulate::SimulateArgs),
+    /// Make a measurement table from another program's files
+    #[command(subcommand)]
+    Import(import::ImportCommand),
+    /// Draw a design's 3D view to a PNG file, without a window
+    #[cfg(feature = "editor")]
+    Render(render::RenderArgs),
+}
+
+/// Runs what the command line asks for.
+///
+/// # Errors
+/// Whatever the command cannot do, as one readable message.
+pub fn run(cli: &Cli) -> anyhow::Result<()> {
+    match &cli.command {
+        Some(Command::Fit(args)) => fit::run(args),
+        Some(Command::Distort(args)) => distort::run(args),
+        Some(Command::Simulate(args)) => simulate::run(args),
+        Some(Command::Import(command)) => import::run(command),
+        #[cfg(feature = "editor")]
+        Some(Command::Render(args)) => render::run(args),
+        None => open_editor(cli),
+    }
+}
+
+/// Opens the editor; where there can be none, says why in one line and does the main job.
+fn open_editor(cli: &Cli) -> anyhow::Result<()> {
+    #[cfg(feature = "editor")]
+    let missing = match edit::run(cli.design.as_deref(), cli.explain)? {
+        edit::Opened::Closed => return Ok(()),
+        edit::Opened::Missing(missing) => missing,
+    };
+    #[cfg(not(feature = "editor"))]
+    let missing = "this program was built without the editor";
+    output::note(&format!(
+        "no editor: {missing}; simulating the design instead"
+    ));
+    simulate::main_job(cli.design.as_deref())
+}
+
+/// Prints why a command failed.
+pub fn report(error: &anyhow::Error) {
+    output::note(&format!("error: {error:#}"));
+}

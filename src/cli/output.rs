@@ -1,0 +1,81 @@
+//! What all commands share: formats, policies, tables of text, notes, and progress.
+
+use crate::field::OutsidePolicy;
+use anyhow::Context;
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use std::io::{IsTerminal, Write};
+
+/// How figures are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For a person
+    #[default]
+    Text,
+    /// For a program
+    Json,
+}
+
+/// What happens to positions outside the model's box.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum OutsideArg {
+    /// The nearest point of the box stands for them
+    #[default]
+    Clamp,
+    /// The polynomial is used as it is
+    Extrapolate,
+    /// They are left out and counted
+    Reject,
+}
+
+impl From<OutsideArg> for OutsidePolicy {
+    fn from(arg: OutsideArg) -> Self {
+        match arg {
+            OutsideArg::Clamp => Self::Clamp,
+            OutsideArg::Extrapolate => Self::Extrapolate,
+            OutsideArg::Reject => Self::Reject,
+        }
+    }
+}
+
+/// Prints a result to standard output; nothing else goes there.
+pub fn print(text: &str) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        // A reader that has had enough (`| head`) is no failure.
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        other => other.context("standard output cannot be written"),
+    }
+}
+
+/// Prints a result as JSON.
+pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+    print(&serde_json::to_string_pretty(value)?)
+}
+
+/// Says something beside the result, on standard error.
+pub fn note(text: &str) {
+    // Nowhere to say it is no reason to fail.
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Rows of label, value and unit, aligned.
+pub fn aligned(rows: &[(String, String, String)]) -> String {
+    let label = rows.iter().map(|r| r.0.chars().count()).max().unwrap_or(0);
+    let value = rows.iter().map(|r| r.1.chars().count()).max().unwrap_or(0);
+    rows.iter()
+        .map(|(l, v, u)| format!("{l:<label$}  {v:>value$} {u}").trim_end().to_owned())
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+/// A progress bar on a terminal's standard error, and nothing anywhere else.
+pub fn progress(len: u64, what: &'static str) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {human_pos}/{human_len} {eta}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(len).with_style(style).with_message(what)
+}

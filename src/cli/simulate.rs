@@ -1,0 +1,242 @@
+//! `simulate`: the paper's three modes, with summary statistics and a log.
+
+use super::output::{self, Format, OutsideArg};
+use crate::field::samples::MapKind;
+use crate::formats::log;
+use crate::geometry::pose::pose_to_array;
+use crate::store::{self, World};
+use crate::study::{
+    self, CancelToken, Figures, Mode, Outcome, Scenario, StudyError, Trial, figure_rows,
+};
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
+use std::io;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct SimulateArgs {
+    /// Design (*.design.ron)
+    design: PathBuf,
+
+    /// Which poses to visit
+    #[arg(long, value_enum)]
+    mode: ModeArg,
+
+    /// Poses for `--mode input` (CSV): crf_x … crf_qz in the tracker frame, tool_x … tool_qz in the CRF frame
+    #[arg(long, required_if_eq("mode", "input"), value_name = "FILE")]
+    input: Option<PathBuf>,
+
+    /// Table to write, one row a trial
+    #[arg(long, value_name = "OUT.csv")]
+    log: Option<PathBuf>,
+
+    /// What happens to sensors outside the model's box; rejected trials are left out and counted
+    #[arg(long, value_enum, default_value_t)]
+    outside: OutsideArg,
+
+    /// How to print the figures
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ModeArg {
+    /// The design's own pose
+    Single,
+    /// The design's range of motion
+    Motion,
+    /// Poses from a file
+    Input,
+}
+
+/// Simulates, writes the log, and prints the figures.
+///
+/// # Errors
+/// Files that can't be used, a range of motion that can't be visited.
+pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
+    let world = store::open_design(&args.design)?;
+    let mode = match (args.mode, &args.input) {
+        (ModeArg::Single, _) => Mode::Single,
+        (ModeArg::Motion, _) => Mode::Motion,
+        (ModeArg::Input, Some(file)) => {
+            let has_crf = world.document.design().crf.is_some();
+            Mode::Input(store::read_input(file, has_crf)?.into())
+        }
+        (ModeArg::Input, None) => anyhow::bail!("--mode input needs --input FILE"),
+    };
+    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    scenario.outside = args.outside.into();
+    note_map(&world);
+    let (outcome, last) = simulate(&scenario, &mode, args.log.as_deref())
+        .with_context(|| args.design.display().to_string())?;
+    let single = last.filter(|_| args.mode == ModeArg::Single);
+    match args.format {
+        Format::Json => output::print_json(&as_json(&outcome.figures, single.as_ref())),
+        Format::Text => output::print(&as_text(&world, &outcome.figures, single.as_ref())),
+    }
+}
+
+/// What the program does where there can be no editor: the design's own study, printed.
+///
+/// # Errors
+/// As [`run`].
+pub fn main_job(design: Option<&Path>) -> anyhow::Result<()> {
+    let world = match design {
+        Some(file) => store::open_design(file)?,
+        None => store::open_builtin(store::DEFAULT_BUILTIN)?,
+    };
+    let scenario = store::resolve(world.document.design(), &world.environment);
+    let mode = if scenario.motion.is_some() { Mode::Motion } else { Mode::Single };
+    let (outcome, last) = simulate(&scenario, &mode, None)?;
+    let single = last.filter(|_| matches!(mode, Mode::Single));
+    output::print(&as_text(&world, &outcome.figures, single.as_ref()))
+}
+
+/// Simulating with a model of the measured pose is the paper's shortcut: worth knowing.
+fn note_map(world: &World) {
+    if world.environment.model.map() == MapKind::Correction {
+        output::note(
+            "note: the environment is a correction map, a function of the measured pose; \
+             it is used as a distortion map",
+        );
+    }
+}
+
+/// Runs with progress and, where asked, a log; gives the last trial beside the outcome.
+fn simulate(
+    scenario: &Scenario,
+    mode: &Mode,
+    log_file: Option<&Path>,
+) -> anyhow::Result<(Outcome, Option<Trial>)> {
+    let trials = match (mode, &scenario.motion) {
+        (Mode::Motion, Some(motion)) => motion.grid(&scenario.crf_from_tool)?.trials(),
+        (Mode::Input(trials), _) => trials.len(),
+        _ => 1,
+    };
+    let bar = output::progress(trials as u64, "simulating");
+    let mut last = None;
+    let mut visit = |trial: &Trial| {
+        bar.inc(1);
+        last = Some(*trial);
+    };
+    let cancel = CancelToken::default();
+    let outcome = match log_file {
+        None => study::run(scenario, mode, &cancel, Some(&mut visit))?,
+        Some(file) => run_logged(scenario, mode, &cancel, file, &mut visit)?,
+    };
+    bar.finish_and_clear();
+    Ok((outcome, last))
+}
+
+/// Runs while writing the log; no log appears where the study or the writing fails.
+fn run_logged(
+    scenario: &Scenario,
+    mode: &Mode,
+    cancel: &CancelToken,
+    file: &Path,
+    visit: &mut dyn FnMut(&Trial),
+) -> anyhow::Result<Outcome> {
+    let mut result: Option<Result<Outcome, StudyError>> = None;
+    let written = store::write_atomic(file, |out| {
+        log::write_header(out)?;
+        let mut failure = None;
+        let mut write = |trial: &Trial| {
+            visit(trial);
+            if failure.is_none()
+                && let Err(error) = log::write_trial(out, trial)
+            {
+                failure = Some(error);
+                cancel.cancel();
+            }
+        };
+        let outcome = study::run(scenario, mode, cancel, Some(&mut write));
+        if let Some(error) = failure {
+            return Err(error);
+        }
+        let is_ok = outcome.is_ok();
+        result = Some(outcome);
+        if is_ok { Ok(()) } else { Err(io::Error::other("no outcome")) }
+    });
+    match (result, written) {
+        (Some(Err(study)), _) => Err(study.into()),
+        (_, Err(store)) => Err(store.into()),
+        (Some(Ok(outcome)), Ok(())) => Ok(outcome),
+        (None, Ok(())) => anyhow::bail!("{}: the log was not written", file.display()),
+    }
+}
+
+fn as_json(figures: &Figures, single: Option<&Trial>) -> Value {
+    let mut value = json!({
+        "trials": figures.trials,
+        "outside": figures.outside,
+        "out_of_volume": figures.out_of_volume,
+        "rejected": figures.rejected,
+        "position_mm": figures.position_mm,
+        "angle_deg": figures.angle_deg,
+        "worst": figures.worst,
+        "requirement": figures.requirement_met().map(|met| {
+            json!({"met": met, "checks": figures.checks})
+        }),
+        "poorly_determined": figures.poorly_determined,
+    });
+    if let Some(free) = &figures.free_axis {
+        value["free_axis"] = json!(free);
+        value["position_mm_determined"] = json!(figures.position_mm_determined);
+    }
+    if let Some(trial) = single {
+        let e = trial.tip_error_in_crf_mm;
+        value["error_mm"] = json!([e.x, e.y, e.z]);
+        value["true"] = json!(pose_to_array(&trial.crf_from_tool));
+        value["simulated"] = json!(pose_to_array(&trial.crf_from_tool_simulated));
+    }
+    value
+}
+
+fn as_text(world: &World, figures: &Figures, single: Option<&Trial>) -> String {
+    let design = world.document.design();
+    let mut rows: Vec<_> = figure_rows(figures)
+        .into_iter()
+        .map(|r| (r.label.to_owned(), r.value, r.unit.to_owned()))
+        .collect();
+    if let Some(trial) = single {
+        let e = trial.tip_error_in_crf_mm;
+        for (axis, value) in ["x", "y", "z"].into_iter().zip([e.x, e.y, e.z]) {
+            rows.push((format!("tip error {axis}"), format!("{value:.4}"), "mm".to_owned()));
+        }
+        for (name, pose) in [
+            ("true pose", &trial.crf_from_tool),
+            ("simulated pose", &trial.crf_from_tool_simulated),
+        ] {
+            let [x, y, z, qw, qx, qy, qz] = pose_to_array(pose);
+            rows.push((
+                name.to_owned(),
+                format!("({x:.4}, {y:.4}, {z:.4}) mm, ({qw:.6}, {qx:.6}, {qy:.6}, {qz:.6})"),
+                String::new(),
+            ));
+        }
+    }
+    let mut lines = vec![format!("{} in {}", design.name, world.environment.name)];
+    lines.push(output::aligned(&rows));
+    lines.extend(figures.checks.iter().map(|c| {
+        let (verdict, relation) = if c.met { ("met", "≤") } else { ("missed", ">") };
+        let unit = if c.name.starts_with("angle") { "°" } else { "mm" };
+        format!(
+            "requirement {}: {verdict}, {:.4} {unit} {relation} {} {unit}",
+            c.name, c.value, c.limit
+        )
+    }));
+    if let Some(free) = &figures.free_axis {
+        lines.push(match free.axis_in_body {
+            Some([x, y, z]) => format!(
+                "the {}'s sensors do not determine its rotation about ({x:.4}, {y:.4}, {z:.4})",
+                free.body
+            ),
+            None => format!("the {}'s sensors determine no rotation at all", free.body),
+        });
+    }
+    if figures.poorly_determined {
+        lines.push("a rotation is poorly determined: noise in the readings decides it".to_owned());
+    }
+    lines.join("\n")
+}
