@@ -61,7 +61,6 @@ impl DesignFile {
 #[derive(Deserialize)]
 #[serde(rename = "Design")]
 struct DesignEntry {
-    #[expect(dead_code, reason = "checked before the rest is read")]
     version: u64,
     name: String,
     environment: String,
@@ -71,6 +70,12 @@ struct DesignEntry {
     orientation_weight: Option<f64>,
     requirement: Option<Requirement>,
     view: Option<View>,
+}
+
+impl ron_text::Versioned for DesignEntry {
+    fn version(&self) -> u64 {
+        self.version
+    }
 }
 
 #[derive(Deserialize)]

@@ -2,9 +2,9 @@
 
 use super::error::StoreError;
 use super::place::Place;
+use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use crate::field::Environment;
 use crate::field::samples::MeasurementSet;
-use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use crate::formats::{FormatError, environment, gltf, input, jhu_cis, measurements, poses};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::pose::Pose;

@@ -185,7 +185,7 @@ fn designs_that_share_a_changed_body_are_named_and_can_be_spared() {
     assert_eq!(shared.len(), 1);
     assert_eq!(
         (shared[0].role, &shared[0].designs),
-        (BodyRole::Tool, &vec![other.clone()])
+        (BodyRole::Tool, &vec![other])
     );
     let before = fs::read(folder.path().join("pointer.body.ron")).unwrap();
     let report = save_with_copies(&mut world).unwrap();
