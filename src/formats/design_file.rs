@@ -165,7 +165,7 @@ fn check_motion(prefix: &'static str, motion: Option<&Motion>) -> Result<(), For
     // The grid itself knows which ranges can be visited; where it starts does not matter.
     motion.map_or(Ok(()), |motion| match motion.grid(&Pose::identity()) {
         Ok(_) => Ok(()),
-        Err(source) => Err(FormatError::Motion { prefix, source }),
+        Err(cause) => Err(FormatError::Motion { prefix, cause }),
     })
 }
 

@@ -68,8 +68,8 @@ pub(super) fn read<T>(
     let bytes = place
         .read(file)
         .map_err(|failure| failure.into_error(file, expected))?;
-    parse(&bytes).map_err(|source| StoreError::Format {
+    parse(&bytes).map_err(|cause| StoreError::Format {
         file: file.to_owned(),
-        source,
+        cause,
     })
 }

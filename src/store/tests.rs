@@ -286,6 +286,7 @@ fn every_file_that_cannot_be_used_is_named() {
             "{error}"
         );
         assert!(error.contains(part), "{error}");
+        assert_eq!(error.matches("expected").count(), 1, "{error}");
         fs::write(&file, before).unwrap();
     }
     let error = open_design(folder.path()).unwrap_err().to_string();
