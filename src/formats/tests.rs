@@ -249,10 +249,10 @@ fn calibration_files_are_split_into_their_markers() {
         (1, 1, 2)
     );
     assert_eq!(body.em_on_object[1].coords, Vector3::new(10.0, 11.0, 12.0));
-    let readings = jhu_cis::parse_calreadings(CALREADINGS.as_bytes()).unwrap();
-    assert_eq!(readings.len(), 2);
+    let frames = jhu_cis::parse_calreadings(CALREADINGS.as_bytes()).unwrap();
+    assert_eq!(frames.len(), 2);
     assert_eq!(
-        readings[1].em_on_object[0].coords,
+        frames[1].em_on_object[0].coords,
         Vector3::new(7.0, 8.0, 9.0)
     );
 }
@@ -335,8 +335,14 @@ fn the_log_is_one_row_a_trial_with_a_positive_scalar() {
 #[test]
 fn distorted_poses_say_whether_they_were_outside() {
     let mut out = Vec::new();
-    let rows = [(Some(Pose::translation(1.0, 2.0, 3.0)), true), (None, true)];
+    let rows = [
+        (Some(Pose::translation(1.0, 2.0, 3.0)), false),
+        (None, true),
+    ];
     poses::write_with_outside(&mut out, rows).unwrap();
     let text = String::from_utf8(out).unwrap();
-    assert_eq!(text, "x,y,z,qw,qx,qy,qz,outside\n1,2,3,1,0,0,0,1\n,,,,,,,1\n");
+    assert_eq!(
+        text,
+        "x,y,z,qw,qx,qy,qz,outside\n1,2,3,1,0,0,0,0\n,,,,,,,1\n"
+    );
 }

@@ -140,10 +140,12 @@ fn a_body_without_sensors_or_with_two_of_one_name_is_refused() {
 
 #[test]
 fn an_environment_that_does_not_exist_is_named() {
-    spoil(
-        "pointer-on-head.design.ron",
-        replace("room.env.ron", "elsewhere.env.ron"),
-        &[],
+    let scratch = working();
+    fs::rename(scratch.path("d/room.env.ron"), scratch.path("d/else.env.ron")).unwrap();
+    let design = scratch.arg("d/pointer-on-head.design.ron");
+    assert_says(
+        &fail(&["simulate", &design, "--mode", "motion"]),
+        &["room.env.ron", "found no such file", "expected an environment"],
     );
 }
 
@@ -151,7 +153,7 @@ fn an_environment_that_does_not_exist_is_named() {
 fn missing_columns_no_rows_and_bad_cells_of_an_input_table_are_named() {
     spoil("input.csv", replace("tool_qz", "tool_q"), &["tool_qz", "column"]);
     spoil("input.csv", |b| b[..=b.iter().position(|&c| c == b'\n').unwrap()].to_vec(), &["no rows"]);
-    spoil("input.csv", replace("\n2", "\nx2"), &["line 2", "crf_x", "expected"]);
+    spoil("input.csv", replace("\n2", "\nx2"), &["line 10", "crf_x", "x2.97", "expected"]);
 }
 
 #[test]
