@@ -28,4 +28,7 @@ pub mod design;
 
 pub mod store;
 
+#[cfg(feature = "editor")]
+pub mod editor;
+
 pub mod cli;

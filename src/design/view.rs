@@ -1,5 +1,6 @@
 //! How a design is looked at: camera, layers, magnification, slice. Saved with it, never undone.
 
+pub use crate::geometry::colormap::ColorMap;
 use serde::{Deserialize, Serialize};
 
 /// The view of a design. Anything that a file leaves out has its default.
@@ -114,19 +115,6 @@ impl SliceAxis {
     pub fn index(self) -> usize {
         self as usize
     }
-}
-
-/// A perceptually even colour map.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum ColorMap {
-    #[default]
-    Viridis,
-    Inferno,
-    Cividis,
-}
-
-impl ColorMap {
-    pub const ALL: [Self; 3] = [Self::Viridis, Self::Inferno, Self::Cividis];
 }
 
 /// A number of a view that cannot be drawn.

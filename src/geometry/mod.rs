@@ -1,9 +1,14 @@
 //! Poses, rotations, basis orientations and their spherical weights, volumes, surfaces: f64, mm.
 
 pub mod bounds;
+pub mod colormap;
 pub mod directions;
+pub mod magnification;
 pub mod mesh;
+pub mod orbit;
 pub mod pose;
 pub mod rotation;
+pub mod surface;
+pub mod surface_drag;
 pub mod svd3;
 pub mod volume;

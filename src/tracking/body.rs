@@ -3,6 +3,9 @@
 use crate::geometry::pose::{Pose, pose_from_parts};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
+/// Turns below this come from the rounding of products of rotations.
+const MIN_TURN_RAD: f64 = 1e-12;
+
 /// A tool or a coordinate reference frame (CRF): sensors held rigidly together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
@@ -51,6 +54,18 @@ impl Sensor {
     /// The sensor's local z in the body frame.
     pub fn axis_in_body(&self) -> Unit<Vector3<f64>> {
         self.orientation.axis()
+    }
+
+    /// The sensor after its pose was moved from `start` to `now` in the body frame; where the
+    /// turn is round-off the orientation stays as it was.
+    pub fn moved(&self, start: &Pose, now: &Pose) -> Self {
+        let turn = now.rotation * start.rotation.inverse();
+        let mut sensor = self.clone();
+        sensor.position_in_body = now.translation.vector.into();
+        if turn.angle() > MIN_TURN_RAD {
+            sensor.orientation = self.orientation.rotated_by(&turn);
+        }
+        sensor
     }
 
     /// The sensor's pose; for a 5-DOF sensor one of the many with its axis.

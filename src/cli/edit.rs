@@ -1,0 +1,37 @@
+//! `trackwright [DESIGN]`: the editor, on the built-in design where none is named.
+
+use super::output;
+use crate::editor::app;
+use crate::editor::diagnostics::ExplainLine;
+use crate::editor::preflight::{self, Missing};
+use crate::store;
+use bevy::app::AppExit;
+use std::path::Path;
+
+/// How it went with the editor.
+pub enum Opened {
+    /// It was open, and its window was closed.
+    Closed,
+    /// It cannot open here: the caller does what can be done without it.
+    Missing(Missing),
+}
+
+/// Opens the editor and stays until its window closes. With `explain` it tells what is drawn and
+/// computed on standard error.
+///
+/// # Errors
+/// A design that cannot be opened; that the editor failed.
+pub fn run(design: Option<&Path>, explain: bool) -> anyhow::Result<Opened> {
+    let world = match design {
+        Some(path) => store::open_design(path)?,
+        None => store::open_builtin(store::DEFAULT_BUILTIN)?,
+    };
+    if let Err(missing) = preflight::window() {
+        return Ok(Opened::Missing(missing));
+    }
+    let explain: Option<ExplainLine> = explain.then(|| Box::new(output::note) as ExplainLine);
+    match app::run(world, explain) {
+        AppExit::Success => Ok(Opened::Closed),
+        AppExit::Error(code) => anyhow::bail!("the editor failed with code {code}"),
+    }
+}

@@ -1,0 +1,234 @@
+//! `trackwright render`: the 3D view as a picture, without a window.
+
+use crate::design::view::{CameraView, Layers, View};
+use crate::editor::{picture, preflight};
+use crate::geometry::orbit::{Axis, OrbitCamera};
+use crate::store::{self, World};
+use anyhow::{Context, bail};
+use bevy::math::UVec2;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Widest and highest picture that adapters paint into one texture.
+const MOST_PX: u32 = 8192;
+const LEAST_PX: u32 = 64;
+
+#[derive(Args, Clone, Debug)]
+pub struct RenderArgs {
+    /// The design, or the name of a built-in one
+    pub design: PathBuf,
+    /// The picture to write, a PNG
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Width and height in pixels
+    #[arg(long, default_value = "1440x900", value_name = "WxH")]
+    pub size: PictureSize,
+    /// With the panels around it, as in the window
+    #[arg(long)]
+    pub window: bool,
+    /// From where to look; the design's own view unless told
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub view: Option<ViewName>,
+    /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
+    /// tip-error, ghost, slice, labels; or all, or none
+    #[arg(long, value_name = "LIST")]
+    pub layers: Option<LayerList>,
+}
+
+/// Width and height in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PictureSize(pub UVec2);
+
+/// From where to look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ViewName {
+    /// Tool and CRF with what is around them
+    Overview,
+    /// Along the tracker's y axis
+    Front,
+    /// Along the tracker's x axis
+    Side,
+    /// From above, along the tracker's z axis
+    Top,
+    /// Near the tip
+    Tip,
+}
+
+/// The layers that are on; all others are off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LayerList(pub Layers);
+
+impl FromStr for PictureSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected =
+            || format!("expected WxH, each from {LEAST_PX} to {MOST_PX}, as in 1440x900");
+        let (width, height) = text.split_once('x').ok_or_else(expected)?;
+        let side = |text: &str| {
+            let side: u32 = text.parse().map_err(|_| expected())?;
+            if (LEAST_PX..=MOST_PX).contains(&side) {
+                Ok(side)
+            } else {
+                Err(expected())
+            }
+        };
+        Ok(Self(UVec2::new(side(width)?, side(height)?)))
+    }
+}
+
+impl FromStr for LayerList {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut layers = every_layer(false);
+        for name in text
+            .split(',')
+            .map(str::trim)
+            .filter(|name| !name.is_empty())
+        {
+            let layer = match name {
+                "all" => {
+                    layers = every_layer(true);
+                    continue;
+                }
+                "none" => {
+                    layers = every_layer(false);
+                    continue;
+                }
+                "volume" => &mut layers.volume,
+                "generator" => &mut layers.generator,
+                "grid" => &mut layers.grid,
+                "anatomy" => &mut layers.anatomy,
+                "sensor-errors" => &mut layers.sensor_errors,
+                "tip-error" => &mut layers.tip_error,
+                "ghost" => &mut layers.ghost,
+                "slice" => &mut layers.slice,
+                "labels" => &mut layers.labels,
+                other => return Err(format!("no layer {other}")),
+            };
+            *layer = true;
+        }
+        Ok(Self(layers))
+    }
+}
+
+fn every_layer(is_on: bool) -> Layers {
+    Layers {
+        volume: is_on,
+        generator: is_on,
+        grid: is_on,
+        anatomy: is_on,
+        sensor_errors: is_on,
+        tip_error: is_on,
+        ghost: is_on,
+        slice: is_on,
+        labels: is_on,
+    }
+}
+
+/// Writes the picture, whole or not at all.
+///
+/// # Errors
+/// A design that cannot be opened, no graphics adapter, or a file that cannot be written.
+pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
+    if args
+        .output
+        .extension()
+        .is_none_or(|e| !e.eq_ignore_ascii_case("png"))
+    {
+        bail!(
+            "{}: expected a name that ends in .png",
+            args.output.display()
+        );
+    }
+    let mut world = open(&args.design)?;
+    preflight::adapter().context("cannot render")?;
+    let size = args.size.0;
+    let mut view = world.document.view().clone();
+    if let Some(LayerList(layers)) = args.layers {
+        view.layers = layers;
+    }
+    if let Some(name) = args.view {
+        aim(&mut view, name, &world, size);
+    }
+    world.document.set_view(view);
+    let png = picture::png(world, size, args.window)?;
+    store::write_atomic(&args.output, |file| file.write_all(&png))
+        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    Ok(())
+}
+
+/// A file, or a built-in design where no file has that name.
+fn open(design: &std::path::Path) -> anyhow::Result<World> {
+    let name = design.to_string_lossy();
+    if !design.exists() && store::builtin_names().any(|builtin| builtin == name) {
+        return Ok(store::open_builtin(&name)?);
+    }
+    Ok(store::open_design(design)?)
+}
+
+fn aim(view: &mut View, name: ViewName, world: &World, size: UVec2) {
+    use crate::editor::scene::extent;
+    use crate::editor::state::Selected;
+    let view_px = [f64::from(size.x), f64::from(size.y)];
+    let target = match name {
+        ViewName::Tip => Some(Selected::Tip(crate::design::BodyRole::Tool)),
+        _ => None,
+    };
+    let Some(sphere) = extent::of_selection(world, target) else {
+        view.camera = None;
+        return;
+    };
+    let mut camera: OrbitCamera = crate::editor::camera::OrbitRig::default().camera;
+    match name {
+        ViewName::Overview => {
+            view.camera = None;
+            return;
+        }
+        ViewName::Front => camera.look_along(Axis::Y),
+        ViewName::Side => camera.look_along(Axis::X),
+        ViewName::Top => camera.look_along(Axis::Z),
+        ViewName::Tip => {}
+    }
+    camera.frame_sphere(sphere.center_mm, sphere.radius_mm, view_px);
+    view.camera = Some(CameraView {
+        focus_mm: camera.focus_mm.coords.into(),
+        distance_mm: camera.distance_mm,
+        azimuth_rad: camera.azimuth_rad,
+        elevation_rad: camera.elevation_rad,
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_two_numbers_within_what_adapters_paint() {
+        assert_eq!("320x240".parse(), Ok(PictureSize(UVec2::new(320, 240))));
+        for wrong in [
+            "320",
+            "0x240",
+            "320x",
+            "9000x240",
+            "axb",
+            "-1x2",
+            "320x240x3",
+        ] {
+            assert!(wrong.parse::<PictureSize>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_list_of_layers_turns_all_others_off() {
+        let LayerList(layers) = "slice, ghost".parse().unwrap();
+        assert!(layers.slice && layers.ghost && !layers.volume && !layers.labels);
+        assert!("all".parse::<LayerList>().unwrap().0.labels);
+        assert_eq!(
+            "sliec".parse::<LayerList>(),
+            Err("no layer sliec".to_owned())
+        );
+    }
+}

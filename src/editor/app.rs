@@ -1,0 +1,130 @@
+//! Puts the editor together, for a window or for a picture.
+
+use super::camera::SceneTarget;
+use super::diagnostics::{Explain, ExplainLine};
+use super::egui_camera::EguiTarget;
+use super::preflight::BACKENDS;
+use super::state::{OpenWorld, Presentation, ViewportRect};
+use super::{EditorPlugins, document, state};
+use crate::store::World;
+use bevy::app::AppExit;
+use bevy::camera::RenderTarget;
+use bevy::log::{Level, LogPlugin};
+use bevy::prelude::*;
+use bevy::render::RenderPlugin;
+use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
+use bevy::render::render_resource::TextureFormat;
+use bevy::render::settings::{RenderCreation, WgpuSettings};
+use bevy::window::{ExitCondition, WindowResolution};
+use bevy::winit::{UpdateMode, WinitPlugin, WinitSettings};
+use bevy_egui::EguiPlugin;
+use std::time::Duration;
+
+/// Size of a new window, logical pixels.
+const WINDOW_SIZE: [u32; 2] = [1440, 900];
+
+/// Below this the panels leave no room for the scene.
+const LEAST_SIZE: [f32; 2] = [960.0, 600.0];
+
+/// Opens the editor and stays until its window closes. Ask
+/// [`preflight::window`](super::preflight::window) first: Bevy panics without a display.
+pub fn run(world: World, explain: Option<ExplainLine>) -> AppExit {
+    let mut app = App::new();
+    let title = document::title(&world.document, &state::Results::default());
+    let window = WindowPlugin {
+        primary_window: Some(Window {
+            title,
+            name: Some("trackwright".to_owned()),
+            resolution: WindowResolution::new(WINDOW_SIZE[0], WINDOW_SIZE[1]),
+            resize_constraints: bevy::window::WindowResizeConstraints {
+                min_width: LEAST_SIZE[0],
+                min_height: LEAST_SIZE[1],
+                ..default()
+            },
+            ..default()
+        }),
+        // The document asks first whether to save.
+        close_when_requested: false,
+        exit_condition: ExitCondition::OnPrimaryClosed,
+        ..default()
+    };
+    app.add_plugins(DefaultPlugins.set(window).set(render()).set(log()))
+        // Sleeps until something happens, and never ticks by itself.
+        .insert_resource(WinitSettings {
+            focused_mode: UpdateMode::reactive_low_power(Duration::MAX),
+            unfocused_mode: UpdateMode::reactive_low_power(Duration::MAX),
+        });
+    if let Some(line) = explain {
+        app.insert_resource(Explain(line));
+    }
+    add_editor(&mut app, world, Presentation::default());
+    app.run()
+}
+
+/// An app without a window that paints into an image, to be driven by hand.
+pub(super) fn offscreen(world: World, size: UVec2, has_panels: bool) -> (App, Handle<Image>) {
+    let mut app = App::new();
+    let window = WindowPlugin {
+        primary_window: None,
+        exit_condition: ExitCondition::DontExit,
+        ..default()
+    };
+    app.add_plugins(
+        DefaultPlugins
+            .set(window)
+            .set(render())
+            .set(log())
+            // It panics where there is no display.
+            .disable::<WinitPlugin>()
+            // One frame after the other, so that the last one asked for is the one captured.
+            .disable::<PipelinedRenderingPlugin>(),
+    );
+    let image = Image::new_target_texture(size.x, size.y, TextureFormat::Rgba8UnormSrgb, None);
+    let image = app.world_mut().resource_mut::<Assets<Image>>().add(image);
+    let target = RenderTarget::Image(image.clone().into());
+    app.insert_resource(SceneTarget(target.clone()))
+        .insert_resource(EguiTarget(target));
+    if !has_panels {
+        app.insert_resource(ViewportRect {
+            min: Vec2::ZERO,
+            size: size.as_vec2(),
+        });
+    }
+    let presentation = Presentation {
+        panels: has_panels,
+        window: false,
+    };
+    add_editor(&mut app, world, presentation);
+    (app, image)
+}
+
+fn add_editor(app: &mut App, world: World, presentation: Presentation) {
+    app.add_plugins(EguiPlugin::default())
+        .insert_resource(presentation)
+        .insert_resource(OpenWorld(world))
+        .add_plugins(EditorPlugins)
+        // What goes wrong in one system is reported and does not end a person's work.
+        .set_error_handler(bevy::ecs::error::warn);
+}
+
+fn render() -> RenderPlugin {
+    RenderPlugin {
+        render_creation: RenderCreation::Automatic(Box::new(WgpuSettings {
+            backends: Some(BACKENDS),
+            ..default()
+        })),
+        // Otherwise things stay missing until the next event: nothing wakes a sleeping window
+        // when a pipeline is ready.
+        synchronous_pipeline_compilation: true,
+        ..default()
+    }
+}
+
+fn log() -> LogPlugin {
+    LogPlugin {
+        level: Level::WARN,
+        // Drivers and window systems say more than anyone can act on.
+        filter: "wgpu=error,naga=error,bevy_winit=error,calloop=error,bevy_egui=error".to_owned(),
+        ..default()
+    }
+}

@@ -1,0 +1,70 @@
+//! The only way from the core's f64 to the renderer's f32.
+//!
+//! A scene unit is a millimetre, and the scene's axes are the tracker's: whatever the core says in
+//! the tracker frame is drawn where it says. f32 keeps 0.0001 mm at a metre's distance.
+
+use crate::geometry::mesh::MeshPart;
+use crate::geometry::orbit::OrbitCamera;
+use crate::geometry::pose::Pose;
+use bevy::asset::RenderAssetUsages;
+use bevy::mesh::{Indices, PrimitiveTopology};
+use bevy::prelude::*;
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+pub fn vec3(vector: &Vector3<f64>) -> Vec3 {
+    Vec3::new(vector.x as f32, vector.y as f32, vector.z as f32)
+}
+
+pub fn point(point_mm: &Point3<f64>) -> Vec3 {
+    vec3(&point_mm.coords)
+}
+
+pub fn length(length_mm: f64) -> f32 {
+    length_mm as f32
+}
+
+pub fn quat(rotation: &UnitQuaternion<f64>) -> Quat {
+    let q = rotation.quaternion();
+    Quat::from_xyzw(q.i as f32, q.j as f32, q.k as f32, q.w as f32).normalize()
+}
+
+/// Where a body's or sensor's entity goes.
+pub fn transform(target_from_source: &Pose) -> Transform {
+    Transform {
+        translation: vec3(&target_from_source.translation.vector),
+        rotation: quat(&target_from_source.rotation),
+        scale: Vec3::ONE,
+    }
+}
+
+/// Where the camera's entity goes.
+pub fn camera_transform(camera: &OrbitCamera) -> Transform {
+    transform(&camera.tracker_from_camera())
+}
+
+/// A pixel position.
+pub fn pixel(position: Vec2) -> [f64; 2] {
+    [f64::from(position.x), f64::from(position.y)]
+}
+
+/// A part of a body for the renderer. Nothing picks on it, so only the renderer keeps it.
+pub fn mesh(part: &MeshPart) -> Mesh {
+    triangle_mesh(&part.positions_mm, &part.normals, &part.triangles)
+}
+
+/// Triangles for the renderer.
+pub fn triangle_mesh(
+    positions_mm: &[Point3<f64>],
+    normals: &[Vector3<f64>],
+    triangles: &[[u32; 3]],
+) -> Mesh {
+    let positions: Vec<[f32; 3]> = positions_mm.iter().map(|p| point(p).to_array()).collect();
+    let normals: Vec<[f32; 3]> = normals.iter().map(|n| vec3(n).to_array()).collect();
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+    .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
+    .with_inserted_indices(Indices::U32(triangles.iter().flatten().copied().collect()))
+}

@@ -1,0 +1,78 @@
+//! Counts what the editor does, and tells whoever asked for it, one line an event.
+
+use crate::study::{FigureRow, Work};
+use bevy::prelude::*;
+
+/// What was done since the start.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Diagnostics {
+    /// Frames of the window.
+    pub frames: u64,
+    pub work: Work,
+    pub poses: u64,
+    pub studies: u64,
+    pub studies_cancelled: u64,
+    pub slices: u64,
+    /// Results that came too late to be shown.
+    pub dropped: u64,
+}
+
+/// Gets one line an event, without a line break.
+pub type ExplainLine = Box<dyn FnMut(&str) + Send + Sync>;
+
+/// Where events are told; absent where nobody asked.
+#[derive(Resource)]
+pub struct Explain(pub ExplainLine);
+
+impl Explain {
+    pub fn line(&mut self, text: &str) {
+        (self.0)(text);
+    }
+
+    /// The counters of the work done so far.
+    pub fn counters(&mut self, diagnostics: &Diagnostics) {
+        let Work {
+            study_evaluations,
+            pose_evaluations,
+            slice_evaluations,
+            frame_fits,
+        } = diagnostics.work;
+        self.line(&format!(
+            "counters frames={} studies={} studies_cancelled={} poses={} slices={} \
+             study_evaluations={study_evaluations} pose_evaluations={pose_evaluations} \
+             slice_evaluations={slice_evaluations} frame_fits={frame_fits}",
+            diagnostics.frames,
+            diagnostics.studies,
+            diagnostics.studies_cancelled,
+            diagnostics.poses,
+            diagnostics.slices,
+        ));
+    }
+
+    /// The figures as the result panel shows them.
+    pub fn figures(&mut self, revision: u64, rows: &[FigureRow]) {
+        for row in rows {
+            self.line(&format!(
+                "result revision={revision} {}={}{}",
+                row.label, row.value, row.unit
+            ));
+        }
+    }
+}
+
+/// Counts frames and tells them.
+pub struct DiagnosticsPlugin;
+
+impl Plugin for DiagnosticsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Diagnostics>()
+            .add_systems(Last, count_frame);
+    }
+}
+
+fn count_frame(mut diagnostics: ResMut<Diagnostics>, explain: Option<ResMut<Explain>>) {
+    diagnostics.frames += 1;
+    if let Some(mut explain) = explain {
+        explain.line(&format!("frame {}", diagnostics.frames));
+    }
+}

@@ -1,0 +1,369 @@
+//! Applies requests to the open document, and does what the File menu asks for.
+
+use super::state::{
+    EditRequest, EditorSystems, FileRequest, OpenWorld, Results, Selected, Selection, SharedChoice,
+    ViewRequest,
+};
+use super::ui::dialogs::{Dialog, Dialogs};
+use crate::design::{Design, Origin};
+use crate::store::{self, SaveReport, StoreError};
+use bevy::prelude::*;
+use bevy::window::{PrimaryWindow, WindowCloseRequested};
+use std::path::{Path, PathBuf};
+
+/// Applies [`EditRequest`], [`ViewRequest`] and [`FileRequest`] in [`EditorSystems::Edit`], keeps
+/// the window's title, and asks before anything unsaved is lost.
+pub struct DocumentPlugin;
+
+/// How many worlds were opened; grows when another design takes the place of the open one.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WorldGeneration(pub u64);
+
+/// One line for the status bar: why an edit was refused, or what was saved where.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Notice(pub Option<String>);
+
+/// What to go on with once the design is saved.
+#[derive(Resource, Default)]
+struct AfterSave(Option<FileRequest>);
+
+impl Plugin for DocumentPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<WorldGeneration>()
+            .init_resource::<Notice>()
+            .init_resource::<AfterSave>()
+            .init_resource::<Dialogs>()
+            .init_resource::<Selection>()
+            .init_resource::<Results>()
+            .add_message::<EditRequest>()
+            .add_message::<ViewRequest>()
+            .add_message::<FileRequest>()
+            .add_message::<WindowCloseRequested>()
+            .add_systems(
+                Update,
+                (
+                    ask_before_closing,
+                    apply_edits,
+                    apply_views,
+                    apply_files,
+                    drop_lost_selection,
+                    show_title,
+                )
+                    .chain()
+                    .in_set(EditorSystems::Edit),
+            );
+    }
+}
+
+fn ask_before_closing(
+    mut closed: MessageReader<WindowCloseRequested>,
+    mut files: MessageWriter<FileRequest>,
+) {
+    if closed.read().last().is_some() {
+        files.write(FileRequest::Quit);
+    }
+}
+
+fn apply_edits(
+    mut requests: MessageReader<EditRequest>,
+    world: Option<ResMut<OpenWorld>>,
+    mut notice: ResMut<Notice>,
+) {
+    let Some(mut world) = world else {
+        requests.clear();
+        return;
+    };
+    for request in requests.read() {
+        // The world counts as changed only if it did: the scene is rebuilt from that.
+        let document = &mut world.bypass_change_detection().0.document;
+        let outcome = match request.clone() {
+            EditRequest::Begin(label) => {
+                document.begin(label);
+                Ok(false)
+            }
+            EditRequest::Apply(edit) => document.apply(edit),
+            EditRequest::Commit => Ok(document.commit()),
+            EditRequest::Cancel => Ok(document.cancel()),
+            EditRequest::Undo => Ok(document.undo().is_some()),
+            EditRequest::Redo => Ok(document.redo().is_some()),
+        };
+        match outcome {
+            Ok(is_changed) => {
+                notice.set_if_neq(Notice(None));
+                if is_changed {
+                    world.set_changed();
+                }
+            }
+            Err(error) => {
+                notice.set_if_neq(Notice(Some(error.to_string())));
+            }
+        }
+    }
+}
+
+fn apply_views(mut requests: MessageReader<ViewRequest>, world: Option<ResMut<OpenWorld>>) {
+    let Some(mut world) = world else {
+        requests.clear();
+        return;
+    };
+    for request in requests.read() {
+        if let ViewRequest::Set(view) = request
+            && world
+                .bypass_change_detection()
+                .0
+                .document
+                .set_view(view.clone())
+        {
+            world.set_changed();
+        }
+    }
+}
+
+/// What the file commands work on.
+#[derive(bevy::ecs::system::SystemParam)]
+struct Desk<'w> {
+    world: Option<ResMut<'w, OpenWorld>>,
+    generation: ResMut<'w, WorldGeneration>,
+    selection: ResMut<'w, Selection>,
+    dialogs: ResMut<'w, Dialogs>,
+    notice: ResMut<'w, Notice>,
+    after_save: ResMut<'w, AfterSave>,
+    exit: MessageWriter<'w, AppExit>,
+}
+
+fn apply_files(mut requests: MessageReader<FileRequest>, mut desk: Desk) {
+    let requests: Vec<FileRequest> = requests.read().cloned().collect();
+    for request in requests {
+        desk.answer(request);
+    }
+}
+
+impl Desk<'_> {
+    fn answer(&mut self, request: FileRequest) {
+        match request {
+            FileRequest::ShowOpen
+            | FileRequest::Open(_)
+            | FileRequest::OpenBuiltIn(_)
+            | FileRequest::Quit
+                if self.is_dirty() =>
+            {
+                let file = self.name();
+                self.dialogs.show(Dialog::unsaved(file, request));
+            }
+            FileRequest::Discard(then) => self.go_on(*then),
+            FileRequest::SaveThen(then) => {
+                self.after_save.0 = Some(*then);
+                self.save();
+            }
+            FileRequest::Save => self.save(),
+            FileRequest::SaveShared(choice) => self.save_shared(choice),
+            FileRequest::ShowSaveAs => self.show_save_as(),
+            FileRequest::SaveAs(path) => self.save_as(&path),
+            other => self.go_on(other),
+        }
+    }
+
+    /// Does what loses the open document, which was saved or given up.
+    fn go_on(&mut self, request: FileRequest) {
+        match request {
+            FileRequest::ShowOpen => {
+                let folder = self.folder();
+                self.dialogs.show(Dialog::open(folder));
+            }
+            FileRequest::Open(path) => self.open(store::open_design(&path)),
+            FileRequest::OpenBuiltIn(name) => self.open(store::open_builtin(&name)),
+            FileRequest::Quit => {
+                self.exit.write(AppExit::Success);
+            }
+            _ => {}
+        }
+    }
+
+    fn open(&mut self, opened: Result<store::World, StoreError>) {
+        match opened {
+            Ok(opened) => {
+                let Some(world) = &mut self.world else { return };
+                world.0 = opened;
+                self.generation.0 += 1;
+                *self.selection = Selection::default();
+                self.notice.0 = None;
+            }
+            Err(error) => self
+                .dialogs
+                .show(Dialog::error("The design cannot be opened", &error)),
+        }
+    }
+
+    fn save(&mut self) {
+        let Some(world) = &self.world else { return };
+        if matches!(world.0.document.origin(), Origin::BuiltIn(_)) {
+            self.show_save_as();
+            return;
+        }
+        let shared = store::shared_bodies(&world.0);
+        if !shared.is_empty() {
+            self.dialogs.show(Dialog::shared_bodies(&shared));
+            return;
+        }
+        self.write(store::save);
+    }
+
+    fn save_as(&mut self, path: &Path) {
+        let path = with_extension(path);
+        self.write(|world| store::save_as(world, &path));
+    }
+
+    fn write(&mut self, write: impl FnOnce(&mut store::World) -> Result<SaveReport, StoreError>) {
+        let Some(world) = &mut self.world else { return };
+        match write(&mut world.0) {
+            Ok(_) => {
+                self.notice.0 = Some(format!("Saved {}", file_name(world.0.document.origin())));
+                if let Some(then) = self.after_save.0.take() {
+                    self.go_on(then);
+                }
+            }
+            Err(error) => {
+                self.after_save.0 = None;
+                self.dialogs
+                    .show(Dialog::error("The design cannot be saved", &error));
+            }
+        }
+    }
+
+    fn save_shared(&mut self, choice: SharedChoice) {
+        match choice {
+            SharedChoice::Overwrite => self.write(store::save),
+            SharedChoice::Copy => self.write(store::save_with_copies),
+        }
+    }
+
+    fn show_save_as(&mut self) {
+        let Some(world) = &self.world else { return };
+        let name = match world.0.document.origin() {
+            Origin::File(path) => path
+                .file_name()
+                .map(|n| n.to_string_lossy().into_owned())
+                .unwrap_or_default(),
+            Origin::BuiltIn(name) => format!("{name}{DESIGN_EXTENSION}"),
+        };
+        let folder = self.folder();
+        self.dialogs.show(Dialog::save_as(folder, &name));
+    }
+
+    fn is_dirty(&self) -> bool {
+        self.world.as_ref().is_some_and(|w| w.0.document.is_dirty())
+    }
+
+    fn name(&self) -> String {
+        self.world
+            .as_ref()
+            .map(|w| file_name(w.0.document.origin()))
+            .unwrap_or_default()
+    }
+
+    /// Where the dialogs begin: the folder of the open file, else the working folder.
+    fn folder(&self) -> PathBuf {
+        let of_file = self
+            .world
+            .as_ref()
+            .and_then(|w| match w.0.document.origin() {
+                Origin::File(path) => path.parent().map(Path::to_path_buf),
+                Origin::BuiltIn(_) => None,
+            });
+        of_file
+            .filter(|folder| !folder.as_os_str().is_empty())
+            .or_else(|| std::env::current_dir().ok())
+            .unwrap_or_else(|| PathBuf::from("/"))
+    }
+}
+
+/// What design files are called.
+pub const DESIGN_EXTENSION: &str = ".design.ron";
+
+/// The path with the extension of designs where a person left it out.
+fn with_extension(path: &Path) -> PathBuf {
+    let name = path.as_os_str().to_string_lossy();
+    if name.ends_with(".ron") {
+        path.to_path_buf()
+    } else {
+        PathBuf::from(format!("{name}{DESIGN_EXTENSION}"))
+    }
+}
+
+/// What a person calls the file that a document came from.
+pub fn file_name(origin: &Origin) -> String {
+    match origin {
+        Origin::BuiltIn(name) => format!("{name} (built in)"),
+        Origin::File(path) => path.file_name().map_or_else(
+            || path.display().to_string(),
+            |n| n.to_string_lossy().into_owned(),
+        ),
+    }
+}
+
+/// Undo can take a sensor away that was selected.
+fn drop_lost_selection(world: Option<Res<OpenWorld>>, mut selection: ResMut<Selection>) {
+    let Some(world) = world else { return };
+    if selection
+        .0
+        .is_some_and(|s| !exists(world.0.document.design(), s))
+    {
+        selection.0 = None;
+    }
+}
+
+fn exists(design: &Design, selected: Selected) -> bool {
+    match selected {
+        Selected::Body(role) => design.body(role).is_some(),
+        Selected::Tip(role) => design
+            .body(role)
+            .is_some_and(|body| body.rigid.tip_in_body.is_some()),
+        Selected::Sensor(role, index) => design
+            .body(role)
+            .is_some_and(|body| index < body.rigid.sensors.len()),
+    }
+}
+
+fn show_title(
+    world: Option<Res<OpenWorld>>,
+    results: Res<Results>,
+    window: Option<Single<&mut Window, With<PrimaryWindow>>>,
+) {
+    let (Some(world), Some(mut window)) = (world, window) else {
+        return;
+    };
+    let title = title(&world.0.document, &results);
+    if window.title != title {
+        window.title = title;
+    }
+}
+
+/// `pointer.design.ron * — 0.49 mm RMS — trackwright`.
+pub fn title(document: &crate::design::Document, results: &Results) -> String {
+    let mut title = file_name(document.origin());
+    if document.is_dirty() {
+        title.push_str(" *");
+    }
+    if let Some(study) = &results.study {
+        let rms_mm = study.value.figures.position_mm.rms;
+        title.push_str(&format!(" — {rms_mm:.2} mm RMS"));
+    }
+    title + " — trackwright"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_without_extension_becomes_a_design() {
+        assert_eq!(
+            with_extension(Path::new("a/b")),
+            Path::new("a/b.design.ron")
+        );
+        assert_eq!(
+            with_extension(Path::new("a/b.design.ron")),
+            Path::new("a/b.design.ron")
+        );
+    }
+}

@@ -1,0 +1,73 @@
+//! The tool as the tracker believes it to be: translucent, with a bright rim.
+
+use super::magnify::ToolErrors;
+use crate::editor::materials::GlowMaterial;
+use crate::editor::state::{EditorSystems, OpenWorld, Results, ShownMagnification};
+use crate::editor::{convert, palette};
+use crate::geometry::mesh::SurfaceMesh;
+use bevy::prelude::*;
+use std::sync::Arc;
+
+const MIDDLE_ALPHA: f32 = 0.16;
+const RIM_ALPHA: f32 = 0.95;
+const HIDDEN_ALPHA: f32 = 0.10;
+const ORDER_MM: f32 = 200.0;
+
+/// Draws the ghost while its layer is on.
+pub struct GhostPlugin;
+
+/// The ghost, and the mesh that it was made from.
+#[derive(Component)]
+#[require(Transform, Visibility)]
+struct GhostRoot(Arc<SurfaceMesh>);
+
+impl Plugin for GhostPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            Update,
+            show.run_if(super::tip_error::anything_moved)
+                .in_set(EditorSystems::Draw),
+        );
+    }
+}
+
+fn show(
+    mut commands: Commands,
+    world: Res<OpenWorld>,
+    results: Res<Results>,
+    shown: Res<ShownMagnification>,
+    mut ghosts: Query<(Entity, &mut Transform, &GhostRoot)>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<GlowMaterial>>,
+) {
+    let is_on = world.0.document.view().layers.ghost;
+    let pose = results.pose.as_ref().filter(|_| is_on);
+    let errors = pose.and_then(|pose| ToolErrors::of(&world, &pose.value));
+    let (Some(errors), Some(mesh)) = (errors, world.0.tool_mesh.as_ref()) else {
+        for (entity, ..) in &ghosts {
+            commands.entity(entity).despawn();
+        }
+        return;
+    };
+    let place = convert::transform(&errors.ghost(shown.times).world_from_body);
+    if let Some((entity, mut transform, made_from)) = ghosts.iter_mut().next() {
+        if Arc::ptr_eq(&made_from.0, mesh) {
+            transform.set_if_neq(place);
+            return;
+        }
+        commands.entity(entity).despawn();
+    }
+    let color = palette::GHOST.color();
+    let looks = [
+        GlowMaterial::translucent(color, MIDDLE_ALPHA, RIM_ALPHA).order(ORDER_MM),
+        GlowMaterial::shining_through(color, HIDDEN_ALPHA).order(ORDER_MM),
+    ]
+    .map(|material| materials.add(material));
+    let mut root = commands.spawn((Name::new("ghost"), GhostRoot(Arc::clone(mesh)), place));
+    for part in mesh.body_parts() {
+        let handle = meshes.add(convert::mesh(part));
+        for look in &looks {
+            root.with_child((Mesh3d(handle.clone()), MeshMaterial3d(look.clone())));
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! The tip's error vector, and the sphere of the requirement's radius that it should end in.
+
+use super::arrows::{Arrow, ArrowStyle, arrows_mesh};
+use super::magnify::ToolErrors;
+use crate::editor::camera::OrbitRig;
+use crate::editor::materials::GlowMaterial;
+use crate::editor::scene::shapes::GlyphShapes;
+use crate::editor::state::{EditorSystems, OpenWorld, Results, ShownMagnification};
+use crate::editor::{convert, palette};
+use crate::study::requirement::Requirement;
+use bevy::camera::visibility::NoFrustumCulling;
+use bevy::prelude::*;
+
+const STYLE: ArrowStyle = ArrowStyle {
+    shaft_px: 4.5,
+    head_width_px: 15.0,
+    head_length_px: 17.0,
+};
+
+const HIDDEN_ALPHA: f32 = 0.6;
+const ORDER_MM: f32 = 16_000.0;
+
+/// The sphere is little more than its outline, so that it hides nothing.
+const SPHERE_ALPHA: f32 = 0.015;
+const SPHERE_RIM_ALPHA: f32 = 0.8;
+const SPHERE_RIM: f32 = 5.0;
+
+/// A sphere with a larger radius than this share of the view's height would be a frame around
+/// everything: the vector ends so deep inside it that it says nothing.
+const LARGEST_SHARE: f64 = 0.6;
+
+/// Draws the tip's error while its layer is on.
+pub struct TipErrorPlugin;
+
+#[derive(Component)]
+struct TipArrow;
+
+/// The sphere, and whether it was drawn for a tip inside it.
+#[derive(Component)]
+struct RequirementSphere {
+    is_met: bool,
+}
+
+impl Plugin for TipErrorPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            Update,
+            (show_arrow, show_sphere)
+                .run_if(anything_moved)
+                .in_set(EditorSystems::Draw),
+        );
+    }
+}
+
+/// Whether glyphs may look different from before.
+pub fn anything_moved(
+    world: Option<Res<OpenWorld>>,
+    results: Res<Results>,
+    shown: Res<ShownMagnification>,
+    rig: Res<OrbitRig>,
+) -> bool {
+    world.is_some_and(|world| world.is_changed())
+        || results.is_changed()
+        || shown.is_changed()
+        || rig.is_changed()
+}
+
+fn show_arrow(
+    mut commands: Commands,
+    world: Res<OpenWorld>,
+    results: Res<Results>,
+    shown: Res<ShownMagnification>,
+    rig: Res<OrbitRig>,
+    drawn: Query<(Entity, &Mesh3d), With<TipArrow>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<GlowMaterial>>,
+) {
+    let mesh = errors(&world, &results)
+        .and_then(|errors| arrows_mesh(&[tip_arrow(&errors, shown.times)], STYLE, &rig));
+    let Some(mesh) = mesh else {
+        for (entity, _) in &drawn {
+            commands.entity(entity).despawn();
+        }
+        return;
+    };
+    if let Some((_, handle)) = drawn.iter().next() {
+        if let Some(mut old) = meshes.get_mut(&handle.0) {
+            *old = mesh;
+        }
+        return;
+    }
+    let handle = meshes.add(mesh);
+    let color = palette::ERROR_VECTOR.color();
+    for material in [
+        GlowMaterial::solid(color),
+        GlowMaterial::shining_through(color, HIDDEN_ALPHA).order(ORDER_MM),
+    ] {
+        commands.spawn((
+            Name::new("tip error"),
+            TipArrow,
+            NoFrustumCulling,
+            Mesh3d(handle.clone()),
+            MeshMaterial3d(materials.add(material)),
+        ));
+    }
+}
+
+/// From the tip to the ghost's.
+fn tip_arrow(errors: &ToolErrors, times: f64) -> Arrow {
+    let start_mm = errors.tip_mm();
+    let end_mm = errors.ghost(times).world_from_body * errors.tip_in_tool;
+    Arrow {
+        start_mm,
+        vector_mm: end_mm - start_mm,
+    }
+}
+
+fn show_sphere(
+    mut commands: Commands,
+    world: Res<OpenWorld>,
+    results: Res<Results>,
+    shown: Res<ShownMagnification>,
+    rig: Res<OrbitRig>,
+    mut drawn: Query<(Entity, &mut Transform, &RequirementSphere)>,
+    shapes: Res<GlyphShapes>,
+    mut materials: ResMut<Assets<GlowMaterial>>,
+) {
+    let requirement = world.0.document.design().requirement;
+    let wanted = errors(&world, &results)
+        .zip(requirement.and_then(radius_mm))
+        .filter(|(errors, radius_mm)| {
+            let radius_px = radius_mm * shown.times / rig.mm_per_px(&errors.tip_mm());
+            radius_px < LARGEST_SHARE * rig.view_px[1]
+        });
+    let Some((errors, radius_mm)) = wanted else {
+        for (entity, ..) in &drawn {
+            commands.entity(entity).despawn();
+        }
+        return;
+    };
+    let believed = errors.tracker_from_tool_believed * errors.tip_in_tool;
+    let is_met = (believed - errors.tip_mm()).norm() <= radius_mm;
+    let place = Transform::from_translation(convert::point(&errors.tip_mm()))
+        .with_scale(Vec3::splat(convert::length(radius_mm * shown.times)));
+    if let Some((entity, mut transform, sphere)) = drawn.iter_mut().next() {
+        if sphere.is_met == is_met {
+            transform.set_if_neq(place);
+            return;
+        }
+        commands.entity(entity).despawn();
+    }
+    let color = if is_met {
+        palette::MET
+    } else {
+        palette::MISSED
+    };
+    let material = GlowMaterial::translucent(color.color(), SPHERE_ALPHA, SPHERE_RIM_ALPHA)
+        .rim(SPHERE_RIM)
+        .order(100.0);
+    commands.spawn((
+        Name::new("requirement"),
+        RequirementSphere { is_met },
+        Mesh3d(shapes.sphere.clone()),
+        MeshMaterial3d(materials.add(material)),
+        place,
+    ));
+}
+
+/// `None` while the layer is off or nothing is known.
+fn errors(world: &OpenWorld, results: &Results) -> Option<ToolErrors> {
+    let pose = results.pose.as_ref()?;
+    let is_on = world.0.document.view().layers.tip_error;
+    is_on.then(|| ToolErrors::of(world, &pose.value)).flatten()
+}
+
+/// The bound on a single position error: the largest allowed, else what most or the mean may be.
+fn radius_mm(requirement: Requirement) -> Option<f64> {
+    requirement
+        .position_max_mm
+        .or(requirement.position_p95_mm)
+        .or(requirement.position_rms_mm)
+}

@@ -1,0 +1,70 @@
+//! The editor: everything that knows Bevy or egui, and nothing that computes.
+
+pub mod app;
+pub mod camera;
+pub mod convert;
+pub mod diagnostics;
+pub mod document;
+pub mod drag;
+pub mod egui_camera;
+pub mod glyphs;
+pub mod materials;
+pub mod overlay;
+pub mod palette;
+pub mod pick;
+pub mod picture;
+pub mod preflight;
+pub mod scene;
+pub mod shortcuts;
+pub mod slice;
+pub mod solve;
+pub mod solver;
+pub mod state;
+pub mod ui;
+pub mod wake;
+
+use bevy::app::{PluginGroup, PluginGroupBuilder};
+
+/// The editor, on top of Bevy's default plugins and bevy_egui.
+///
+/// | plugin | what it adds |
+/// | --- | --- |
+/// | [`state::StatePlugin`] | shared resources, requests, the phases of a frame |
+/// | [`document::DocumentPlugin`] | the only place where the open document changes |
+/// | [`solve::SolverPlugin`] | the solver thread and its results |
+/// | [`diagnostics::DiagnosticsPlugin`] | counts of frames and evaluations |
+/// | [`camera::CameraPlugin`] | the 3D camera and its gestures |
+/// | [`pick::PickPlugin`] | what is under the pointer |
+/// | [`drag::DragPlugin`] | hovering, selecting, dragging sensors |
+/// | [`materials::GlowPlugin`] | the material of glyphs |
+/// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
+/// | [`glyphs::GlyphsPlugin`] | magnified errors and the ghost |
+/// | [`slice::SlicePlugin`] | the coloured plane through the room |
+/// | [`egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
+/// | [`ui::UiPlugin`] | the panels |
+/// | [`overlay::OverlayPlugin`] | labels and legends over the scene |
+/// | [`shortcuts::ShortcutsPlugin`] | keys |
+/// | [`wake::WakePlugin`] | rest while nothing changes |
+pub struct EditorPlugins;
+
+impl PluginGroup for EditorPlugins {
+    fn build(self) -> PluginGroupBuilder {
+        PluginGroupBuilder::start::<Self>()
+            .add(state::StatePlugin)
+            .add(document::DocumentPlugin)
+            .add(solve::SolverPlugin)
+            .add(diagnostics::DiagnosticsPlugin)
+            .add(camera::CameraPlugin)
+            .add(pick::PickPlugin)
+            .add(drag::DragPlugin)
+            .add(materials::GlowPlugin)
+            .add(scene::ScenePlugin)
+            .add(glyphs::GlyphsPlugin)
+            .add(slice::SlicePlugin)
+            .add(egui_camera::EguiCameraPlugin)
+            .add(ui::UiPlugin)
+            .add(overlay::OverlayPlugin)
+            .add(shortcuts::ShortcutsPlugin)
+            .add(wake::WakePlugin)
+    }
+}

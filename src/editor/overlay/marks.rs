@@ -1,0 +1,336 @@
+//! Labels in the scene: names, warnings on the spot, lengths of the volume, letters of axes.
+
+use super::OverlayView;
+use super::labels::{Wanted, leader, place};
+use crate::design::BodyRole;
+use crate::editor::palette::{self, Rgb};
+use crate::editor::state::Selected;
+use crate::editor::ui::inspector::determination_text;
+use crate::editor::ui::outliner::{detail, sensor_trouble};
+use crate::editor::ui::theme;
+use crate::editor::ui::widgets::{THIN_SPACE, length};
+use crate::geometry::bounds::Bounds;
+use bevy_egui::egui::{Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
+use nalgebra::{Point3, Vector3};
+
+/// Where the letters of the tracker's axes stand: just beyond the arrows.
+const AXIS_LETTER_MM: f64 = 130.0;
+
+/// A label in the scene.
+struct Label {
+    at: Pos2,
+    text: String,
+    color: Rgb,
+    /// Warnings and what the person works on.
+    is_needed: bool,
+    has_plate: bool,
+}
+
+/// Paints the labels around what is covered already.
+pub fn paint(painter: &Painter, view: &OverlayView, covered: &[Rect]) {
+    let mut labels = Vec::new();
+    warnings(view, &mut labels);
+    if view.layers.labels {
+        tip(view, &mut labels);
+        sensors(view, &mut labels);
+        targets(view, &mut labels);
+        bodies(view, &mut labels);
+        room(view, &mut labels);
+    }
+    let mut covered = covered.to_vec();
+    if let Some((at, text)) = view.readout {
+        covered.push(readout(painter, view.rect, at, text));
+    }
+    paint_labels(painter, view, &labels, &covered);
+}
+
+fn paint_labels(painter: &Painter, view: &OverlayView, labels: &[Label], covered: &[Rect]) {
+    let galleys: Vec<_> = labels
+        .iter()
+        .map(|label| {
+            painter.layout_no_wrap(
+                label.text.clone(),
+                theme::label_font(),
+                label.color.color32(),
+            )
+        })
+        .collect();
+    let wanted: Vec<Wanted> = labels
+        .iter()
+        .zip(&galleys)
+        .map(|(label, galley)| Wanted {
+            anchor: label.at,
+            size: galley.size() + vec2(8.0, 4.0),
+            is_needed: label.is_needed,
+        })
+        .collect();
+    let places = place(&wanted, covered, view.rect.shrink(4.0));
+    for ((label, galley), rect) in labels.iter().zip(galleys).zip(places) {
+        let Some(rect) = rect else { continue };
+        if label.has_plate {
+            if let Some(line) = leader(label.at, rect) {
+                painter.line_segment(line, Stroke::new(1.0, label.color.color32_alpha(140)));
+            }
+            painter.rect_filled(rect, 3.0, palette::BACKGROUND.color32_alpha(190));
+        }
+        if label.is_needed && label.color == palette::MISSED {
+            let stroke = Stroke::new(1.0, label.color.color32());
+            painter.rect_stroke(rect, 3.0, stroke, StrokeKind::Inside);
+        }
+        painter.galley(rect.min + vec2(4.0, 2.0), galley, label.color.color32());
+    }
+}
+
+/// The point of a sensor in the tracker frame.
+fn sensor_point(view: &OverlayView, role: BodyRole, index: usize) -> Option<Point3<f64>> {
+    let body = view.design.body(role)?;
+    let sensor = body.rigid.sensors.get(index)?;
+    Some(view.design.tracker_from_body(role)? * sensor.position_in_body)
+}
+
+fn roles(view: &OverlayView) -> impl Iterator<Item = BodyRole> {
+    BodyRole::ALL
+        .into_iter()
+        .filter(|role| view.design.body(*role).is_some())
+}
+
+/// What is wrong, said where it is wrong.
+fn warnings(view: &OverlayView, labels: &mut Vec<Label>) {
+    for role in roles(view) {
+        let Some(detail) = detail(view.pose, role) else {
+            continue;
+        };
+        let Some(body) = view.design.body(role) else {
+            continue;
+        };
+        for (index, sensor) in body.rigid.sensors.iter().enumerate() {
+            let Some(trouble) = sensor_trouble(detail, index) else {
+                continue;
+            };
+            let at = sensor_point(view, role, index).and_then(|p| view.project(&p));
+            labels.extend(at.map(|at| Label {
+                at,
+                text: format!("{}: {trouble}", sensor.name),
+                color: palette::MISSED,
+                is_needed: true,
+                has_plate: true,
+            }));
+        }
+        if let Some(text) = determination_text(&detail.determination)
+            && let Some(at) = view.project(&detail.tracker_from_body.translation.vector.into())
+        {
+            labels.push(Label {
+                at,
+                text: text.to_owned(),
+                color: palette::MISSED,
+                is_needed: true,
+                has_plate: true,
+            });
+        }
+    }
+}
+
+fn tip(view: &OverlayView, labels: &mut Vec<Label>) {
+    let role = BodyRole::Tool;
+    let (Some(body), Some(pose)) = (view.design.body(role), view.design.tracker_from_body(role))
+    else {
+        return;
+    };
+    let tip = pose * body.rigid.judged_tip_in_body();
+    let Some(at) = view.project(&tip) else { return };
+    let text = match view.pose {
+        Some(detail) => format!("tip error {}", length(detail.trial.tip_error_mm)),
+        None => "tip".to_owned(),
+    };
+    labels.push(Label {
+        at,
+        text,
+        color: palette::TEXT_STRONG,
+        is_needed: view.selected == Some(Selected::Tip(role)),
+        has_plate: true,
+    });
+}
+
+fn sensors(view: &OverlayView, labels: &mut Vec<Label>) {
+    for role in roles(view) {
+        let Some(body) = view.design.body(role) else {
+            continue;
+        };
+        for (index, sensor) in body.rigid.sensors.iter().enumerate() {
+            // A sensor in trouble has its label already.
+            if detail(view.pose, role).is_some_and(|d| sensor_trouble(d, index).is_some()) {
+                continue;
+            }
+            let what = Selected::Sensor(role, index);
+            let at = sensor_point(view, role, index).and_then(|p| view.project(&p));
+            let Some(at) = at else { continue };
+            let degrees_of_freedom = sensor.orientation.degrees_of_freedom();
+            let is_looked_at = view.selected == Some(what) || view.hovered == Some(what);
+            labels.push(Label {
+                at,
+                text: format!("{} · {degrees_of_freedom} DOF", sensor.name),
+                color: if is_looked_at {
+                    palette::SELECTED
+                } else {
+                    palette::SENSOR
+                },
+                is_needed: is_looked_at,
+                has_plate: true,
+            });
+        }
+    }
+}
+
+fn targets(view: &OverlayView, labels: &mut Vec<Label>) {
+    let Some(crf) = &view.design.crf else { return };
+    for target in &crf.targets {
+        let point = crf.tracker_from_crf * target.position_in_crf;
+        labels.extend(view.project(&point).map(|at| Label {
+            at,
+            text: target.name.clone(),
+            color: palette::TEXT_QUIET,
+            is_needed: false,
+            has_plate: true,
+        }));
+    }
+}
+
+/// The bodies' names, away from the tip: at the sensors' far end.
+fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
+    for role in roles(view) {
+        let (Some(body), Some(pose)) =
+            (view.design.body(role), view.design.tracker_from_body(role))
+        else {
+            continue;
+        };
+        let tip = body.rigid.judged_tip_in_body();
+        let far = body
+            .rigid
+            .sensors
+            .iter()
+            .map(|s| s.position_in_body)
+            .max_by(|a, b| (a - tip).norm().total_cmp(&(b - tip).norm()))
+            .unwrap_or(tip);
+        let Some(at) = view.project(&(pose * far)) else {
+            continue;
+        };
+        let (kind, color) = match role {
+            BodyRole::Tool => ("tool", palette::TOOL),
+            BodyRole::Crf => ("CRF", palette::CRF),
+        };
+        let name = &body.rigid.name;
+        let text = if name.to_lowercase().contains(&kind.to_lowercase()) {
+            name.clone()
+        } else {
+            format!("{name} ({kind})")
+        };
+        labels.push(Label {
+            at,
+            text,
+            color,
+            is_needed: view.selected == Some(Selected::Body(role)),
+            has_plate: true,
+        });
+    }
+}
+
+fn room(view: &OverlayView, labels: &mut Vec<Label>) {
+    if view.layers.volume
+        && let Some(volume) = &view.environment.volume
+    {
+        volume_lengths(view, &volume.bounds(), volume.name(), labels);
+    }
+    if view.layers.generator {
+        let behind = Point3::new(0.0, 0.0, 40.0);
+        labels.extend(view.project(&behind).map(|at| Label {
+            at,
+            text: "field generator".to_owned(),
+            color: palette::TEXT_QUIET,
+            is_needed: false,
+            has_plate: true,
+        }));
+    }
+    for (axis, letter, color) in [
+        (Vector3::x(), "x", palette::AXIS_X),
+        (Vector3::y(), "y", palette::AXIS_Y),
+        (Vector3::z(), "z", palette::AXIS_Z),
+    ] {
+        labels.extend(
+            view.project(&(axis * AXIS_LETTER_MM).into())
+                .map(|at| Label {
+                    at,
+                    text: letter.to_owned(),
+                    color,
+                    is_needed: false,
+                    has_plate: false,
+                }),
+        );
+    }
+}
+
+/// The edge along each axis that is lowest on the screen says how long it is.
+fn volume_lengths(view: &OverlayView, bounds: &Bounds, name: &str, labels: &mut Vec<Label>) {
+    let corners = [bounds.min_mm, bounds.max_mm];
+    for axis in 0..3 {
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        let middles = (0..4).filter_map(|k: usize| {
+            let mut middle = bounds.center_mm();
+            middle[u] = corners[k & 1][u];
+            middle[v] = corners[k >> 1][v];
+            view.project(&middle)
+        });
+        // Vertical edges are told apart by how far out they are instead.
+        let outwards = |p: &Pos2| p.y + 0.3 * (p.x - view.rect.center().x).abs();
+        let Some(at) = middles.max_by(|a, b| outwards(a).total_cmp(&outwards(b))) else {
+            continue;
+        };
+        let size_mm = bounds.size_mm()[axis];
+        labels.push(Label {
+            at,
+            text: format!("{size_mm:.0}{THIN_SPACE}mm"),
+            color: palette::TEXT_QUIET,
+            is_needed: false,
+            has_plate: true,
+        });
+    }
+    let top = bounds
+        .corners_mm()
+        .iter()
+        .filter_map(|corner| view.project(corner))
+        .filter(|at| view.rect.contains(*at))
+        .min_by(|a, b| a.y.total_cmp(&b.y));
+    labels.extend(top.map(|at| Label {
+        at,
+        text: format!("measurement volume ({name})"),
+        color: palette::TEXT_QUIET,
+        is_needed: false,
+        has_plate: true,
+    }));
+}
+
+/// The number next to the pointer; what it covers.
+fn readout(painter: &Painter, view: Rect, at: Pos2, text: &str) -> Rect {
+    let galley = painter.layout(
+        text.to_owned(),
+        theme::body_font(),
+        palette::TEXT_STRONG.color32(),
+        320.0,
+    );
+    let size = galley.size() + vec2(14.0, 8.0);
+    let mut rect = Rect::from_min_size(at + vec2(18.0, 14.0), size);
+    if rect.right() > view.right() - 4.0 {
+        rect = Rect::from_min_size(pos2(at.x - 18.0 - size.x, rect.top()), size);
+    }
+    if rect.bottom() > view.bottom() - 4.0 {
+        rect = Rect::from_min_size(pos2(rect.left(), at.y - 14.0 - size.y), size);
+    }
+    painter.rect_filled(rect, 4.0, palette::PANEL.color32_alpha(235));
+    let stroke = Stroke::new(1.0, palette::ACCENT.color32());
+    painter.rect_stroke(rect, 4.0, stroke, StrokeKind::Inside);
+    painter.galley(
+        rect.min + vec2(7.0, 4.0),
+        galley,
+        palette::TEXT_STRONG.color32(),
+    );
+    rect
+}

@@ -1,0 +1,137 @@
+//! What is written over the 3D view: labels, legends, warnings on the spot, the drag's number.
+//!
+//! Painted with egui, so that the window and offscreen pictures show the same.
+
+mod labels;
+mod legend;
+mod marks;
+mod ruler;
+mod summary;
+
+pub use legend::caption;
+
+use super::camera::OrbitRig;
+use super::state::{
+    ColorScale, DragReadout, Hovered, OpenWorld, Presentation, Results, Selected, Selection,
+    ShownMagnification, ViewportRect,
+};
+use super::ui::UiSystems;
+use crate::design::Design;
+use crate::design::view::Layers;
+use crate::field::Environment;
+use crate::geometry::orbit::OrbitCamera;
+use crate::study::{Figures, PoseDetail};
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy_egui::egui::{self, LayerId, Painter, pos2, vec2};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+use nalgebra::Point3;
+
+/// Paints over the 3D view, in [`UiSystems::Overlay`].
+pub struct OverlayPlugin;
+
+impl Plugin for OverlayPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Selection>()
+            .init_resource::<Hovered>()
+            .init_resource::<Results>()
+            .init_resource::<DragReadout>()
+            .init_resource::<Presentation>()
+            .add_systems(EguiPrimaryContextPass, draw.in_set(UiSystems::Overlay));
+    }
+}
+
+/// Everything that the overlay depends on.
+pub struct OverlayView<'a> {
+    /// The 3D view in egui's points.
+    pub rect: egui::Rect,
+    pub camera: OrbitCamera,
+    pub design: &'a Design,
+    pub environment: &'a Environment,
+    pub layers: Layers,
+    pub pose: Option<&'a PoseDetail>,
+    pub figures: Option<&'a Figures>,
+    pub selected: Option<Selected>,
+    pub hovered: Option<Selected>,
+    pub magnification: Option<ShownMagnification>,
+    pub color_scale: Option<ColorScale>,
+    /// The largest error on the slice.
+    pub slice_max_mm: Option<f64>,
+    /// Text and its place while something is dragged.
+    pub readout: Option<(egui::Pos2, &'a str)>,
+    /// Without panels the picture has to say the result itself.
+    pub has_summary: bool,
+}
+
+impl OverlayView<'_> {
+    /// Where a point of the tracker frame is on the screen.
+    pub fn project(&self, point_mm: &Point3<f64>) -> Option<egui::Pos2> {
+        let size = self.rect.size();
+        let view_px = [f64::from(size.x.max(1.0)), f64::from(size.y.max(1.0))];
+        let [x, y] = self.camera.project(point_mm, view_px)?;
+        Some(self.rect.min + vec2(x as f32, y as f32))
+    }
+}
+
+/// Paints everything.
+pub fn paint(painter: &Painter, view: &OverlayView) {
+    let mut covered = legend::paint(painter, view);
+    if view.has_summary {
+        covered.push(summary::paint(painter, view));
+    }
+    marks::paint(painter, view, &covered);
+}
+
+/// What the scene decided, where there is a scene.
+#[derive(SystemParam)]
+struct Scene<'w> {
+    rig: Option<Res<'w, OrbitRig>>,
+    rect: Option<Res<'w, ViewportRect>>,
+    magnification: Option<Res<'w, ShownMagnification>>,
+    color_scale: Option<Res<'w, ColorScale>>,
+    readout: Res<'w, DragReadout>,
+    selection: Res<'w, Selection>,
+    hovered: Res<'w, Hovered>,
+    presentation: Res<'w, Presentation>,
+}
+
+fn draw(
+    mut contexts: EguiContexts,
+    world: Option<Res<OpenWorld>>,
+    results: Res<Results>,
+    scene: Scene,
+) -> Result {
+    let (Some(world), Some(rig), Some(rect)) = (world, &scene.rig, &scene.rect) else {
+        return Ok(());
+    };
+    let ctx = contexts.ctx_mut()?;
+    let scale = 1.0 / ctx.zoom_factor();
+    let place = |at: Vec2| pos2(at.x * scale, at.y * scale);
+    let rect = egui::Rect::from_min_max(place(rect.min), place(rect.min + rect.size));
+    let document = &world.0.document;
+    let view = OverlayView {
+        rect,
+        camera: rig.camera,
+        design: document.design(),
+        environment: &world.0.environment,
+        layers: document.view().layers,
+        pose: results.pose.as_ref().map(|p| &p.value),
+        figures: results.study.as_ref().map(|s| &s.value.figures),
+        selected: scene.selection.0,
+        hovered: scene.hovered.0,
+        magnification: scene.magnification.as_deref().copied(),
+        color_scale: scene.color_scale.as_deref().copied(),
+        slice_max_mm: results.slice.as_ref().map(|s| s.value.max_mm),
+        readout: scene
+            .readout
+            .0
+            .as_ref()
+            .map(|readout| (place(readout.at), readout.text.as_str())),
+        has_summary: !scene.presentation.panels,
+    };
+    let painter = ctx
+        .layer_painter(LayerId::background())
+        .with_clip_rect(rect);
+    paint(&painter, &view);
+    Ok(())
+}

@@ -1,0 +1,159 @@
+//! Which entity is under the pointer: sensors by their distance on the screen, bodies by the
+//! core's own surfaces.
+//!
+//! A backend for Bevy's picking, whose events the observers of drags and selection receive. It
+//! works in f64 on the document, so that a coil inside a shaft can be picked and nothing has to
+//! be marked as not to be picked.
+
+use super::camera::OrbitRig;
+use super::scene::bodies::mesh_of;
+use super::scene::{BodyRoot, SensorMark, sensors};
+use super::slice::SliceHandle;
+use super::state::{MainCamera, OpenWorld, ViewportRect};
+use crate::design::BodyRole;
+use crate::geometry::mesh::SurfaceMesh;
+use crate::geometry::surface::Surface;
+use bevy::picking::PickingSystems;
+use bevy::picking::backend::{HitData, PointerHits};
+use bevy::picking::pointer::{PointerAction, PointerId, PointerInput, PointerLocation};
+use bevy::prelude::*;
+use nalgebra::Point3;
+use std::sync::Arc;
+
+/// How near to a sensor's axis the pointer takes hold of it, in pixels.
+const REACH_PX: f64 = 9.0;
+
+/// Answers Bevy's picking from the core's geometry.
+pub struct PickPlugin;
+
+/// The surfaces of both bodies, made once a mesh.
+#[derive(Resource, Default)]
+pub struct Surfaces([Option<(Arc<SurfaceMesh>, Option<Arc<Surface>>)>; 2]);
+
+impl Plugin for PickPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Surfaces>()
+            .add_message::<PointerHits>()
+            .add_message::<PointerInput>()
+            .add_systems(
+                PreUpdate,
+                (
+                    make_surfaces.run_if(resource_exists_and_changed::<OpenWorld>),
+                    pick.run_if(resource_exists::<OpenWorld>),
+                )
+                    .chain()
+                    .in_set(PickingSystems::Backend),
+            );
+    }
+}
+
+impl Surfaces {
+    /// The surface of a body; `None` where it has no mesh with an area.
+    pub fn of(&self, role: BodyRole) -> Option<&Arc<Surface>> {
+        self.0[role as usize].as_ref()?.1.as_ref()
+    }
+}
+
+fn make_surfaces(world: Res<OpenWorld>, mut surfaces: ResMut<Surfaces>) {
+    for role in BodyRole::ALL {
+        let mesh = mesh_of(&world.0, role);
+        let has = surfaces.0[role as usize].as_ref().map(|(mesh, _)| mesh);
+        let is_current = match (has, mesh) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (None, None) => true,
+            _ => false,
+        };
+        if !is_current {
+            surfaces.0[role as usize] =
+                mesh.map(|mesh| (Arc::clone(mesh), Surface::new(mesh).map(Arc::new)));
+        }
+    }
+}
+
+fn pick(
+    pointers: Query<(&PointerId, &PointerLocation)>,
+    world: Res<OpenWorld>,
+    rig: Res<OrbitRig>,
+    view: Option<Res<ViewportRect>>,
+    surfaces: Res<Surfaces>,
+    camera: Option<Single<Entity, With<MainCamera>>>,
+    sensors: Query<(Entity, &SensorMark)>,
+    roots: Query<(Entity, &BodyRoot)>,
+    handles: Query<(Entity, &SliceHandle)>,
+    mut inputs: MessageReader<PointerInput>,
+    mut hits: MessageWriter<PointerHits>,
+) {
+    let presses: Vec<(PointerId, Vec2)> = inputs
+        .read()
+        .filter(|input| matches!(input.action, PointerAction::Press(_)))
+        .map(|input| (input.pointer_id, input.location.position))
+        .collect();
+    let (Some(view), Some(camera)) = (view, camera) else {
+        return;
+    };
+    let design = world.0.document.design();
+    for (id, location) in &pointers {
+        let Some(location) = location.location() else {
+            continue;
+        };
+        // Between two slow frames a pointer can press and move on: what counts is where it
+        // pressed.
+        let pressed = presses.iter().rev().find(|press| press.0 == *id);
+        let at = pressed.map_or(location.position, |press| press.1);
+        if !view.contains(at) {
+            continue;
+        }
+        let pixel = view.pixel(at);
+        let ray = rig.camera.ray(pixel, rig.view_px);
+        let mut picks = Vec::new();
+        let mut add = |entity: Entity, depth: f64| {
+            picks.push((entity, HitData::new(*camera, depth as f32, None, None)));
+        };
+        for (entity, handle) in &handles {
+            if let Some(distance) = distance_px(&rig, pixel, [handle.at_mm; 2])
+                && distance <= super::slice::HANDLE_PX
+            {
+                add(entity, distance);
+            }
+        }
+        for (entity, mark) in &sensors {
+            let sensor = design
+                .body(mark.body)
+                .and_then(|body| body.rigid.sensors.get(mark.index));
+            let (Some(sensor), Some(pose)) = (sensor, design.tracker_from_body(mark.body)) else {
+                continue;
+            };
+            let coil = sensor.coil.unwrap_or(sensors::USUAL_COIL);
+            let middle = pose * sensor.position_in_body;
+            let mm_per_px = rig.mm_per_px(&middle);
+            let half_mm = sensors::coil_length(&coil).mm(mm_per_px) / 2.0;
+            let radius_px = sensors::coil_width(&coil).mm(mm_per_px) / mm_per_px / 2.0;
+            let axis = pose.rotation * sensor.axis_in_body().into_inner() * half_mm;
+            if let Some(distance) = distance_px(&rig, pixel, [middle - axis, middle + axis])
+                && distance <= REACH_PX.max(radius_px + 2.0)
+            {
+                // In front of every body, the nearest on the screen first.
+                add(entity, distance);
+            }
+        }
+        for (entity, BodyRoot(role)) in &roots {
+            let (Some(surface), Some(pose)) = (surfaces.of(*role), design.tracker_from_body(*role))
+            else {
+                continue;
+            };
+            if let Some(hit) = surface.cast(&ray.transformed_by(&pose.inverse())) {
+                let depth = (pose * hit.position_mm - ray.origin_mm).norm();
+                add(entity, BODIES_FROM + depth);
+            }
+        }
+        hits.write(PointerHits::new(*id, picks, 0.0));
+    }
+}
+
+/// Depth at which bodies begin: sensors come before all of them.
+const BODIES_FROM: f64 = 1000.0;
+
+/// Distance on the screen from a pixel to a segment of the tracker frame.
+fn distance_px(rig: &OrbitRig, pixel: [f64; 2], ends_mm: [Point3<f64>; 2]) -> Option<f64> {
+    rig.camera.distance_px(pixel, ends_mm, rig.view_px)
+}

@@ -1,0 +1,139 @@
+//! Pictures of the 3D view without a window: PNG bytes, the same each time on one adapter.
+
+use super::app::offscreen;
+use super::solve::SolverHandle;
+use super::state::{OpenWorld, Results};
+use crate::store::World;
+use bevy::app::PluginsState;
+use bevy::image::ImageFormat;
+use bevy::prelude::*;
+use bevy::render::render_resource::PollType;
+use bevy::render::renderer::RenderDevice;
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
+use std::io::Cursor;
+use std::sync::mpsc::{self, Receiver};
+use std::time::{Duration, Instant};
+
+/// Longest that a picture waits for its results; a study of a million poses takes seconds.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// Frames from the results to the picture: entities, then labels that are placed by them, then
+/// what egui lays out from those.
+const SETTLING_FRAMES: usize = 4;
+
+/// Frames from asking for a picture to its bytes.
+const READBACK_FRAMES: usize = 20;
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    #[error("no results after {} s", PATIENCE.as_secs())]
+    NoResults,
+    #[error("the graphics adapter gave no picture")]
+    NoPicture,
+    #[error("the picture cannot be written as PNG: {0}")]
+    Encode(String),
+}
+
+/// The picture as the screenshot's observer leaves it.
+#[derive(Resource, Default)]
+struct Captured(Option<Image>);
+
+/// Paints the world at a size, with the panels of the window if asked for.
+///
+/// Ask [`preflight::adapter`](super::preflight::adapter) first: Bevy panics without an adapter.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn png(world: World, size: UVec2, has_panels: bool) -> Result<Vec<u8>, PictureError> {
+    let (mut app, target) = offscreen(world, size, has_panels);
+    app.init_resource::<Captured>();
+    let answers = wake_on_answers(&app);
+    while app.plugins_state() == PluginsState::Adding {
+        bevy::tasks::tick_global_task_pools_on_main_thread();
+    }
+    app.finish();
+    app.cleanup();
+    wait_for_results(&mut app, &answers)?;
+    for _ in 0..SETTLING_FRAMES {
+        frame(&mut app);
+    }
+    app.world_mut().spawn(Screenshot::image(target)).observe(
+        |on: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
+            captured.0 = Some(on.image.clone());
+        },
+    );
+    for _ in 0..READBACK_FRAMES {
+        frame(&mut app);
+        if let Some(image) = app.world_mut().resource_mut::<Captured>().0.take() {
+            return encode(image);
+        }
+    }
+    Err(PictureError::NoPicture)
+}
+
+/// A channel that gets a word whenever the solver has an answer.
+fn wake_on_answers(app: &App) -> Receiver<()> {
+    let (sender, receiver) = mpsc::channel();
+    if let Some(handle) = app.world().get_resource::<SolverHandle>() {
+        // Nobody listens any more once the picture is made.
+        handle.solver.wake_with(Box::new(move || {
+            let _ = sender.send(());
+        }));
+    }
+    receiver
+}
+
+fn wait_for_results(app: &mut App, answers: &Receiver<()>) -> Result<(), PictureError> {
+    let start = Instant::now();
+    loop {
+        frame(app);
+        if is_complete(app.world()) {
+            return Ok(());
+        }
+        if start.elapsed() > PATIENCE {
+            return Err(PictureError::NoResults);
+        }
+        // Painting more frames would take the cores from the solver.
+        while start.elapsed() < PATIENCE && !is_idle(app.world()) {
+            let _ = answers.recv_timeout(Duration::from_millis(20));
+        }
+    }
+}
+
+fn is_idle(world: &bevy::prelude::World) -> bool {
+    world
+        .get_resource::<SolverHandle>()
+        .is_none_or(|handle| handle.solver.is_idle())
+}
+
+fn is_complete(world: &bevy::prelude::World) -> bool {
+    let results = world.resource::<Results>();
+    let has_slice =
+        results.slice.is_some() || !world.resource::<OpenWorld>().0.document.view().layers.slice;
+    let has_figures = results.study.is_some() && results.pose.is_some();
+    is_idle(world) && (results.problem.is_some() || has_figures && has_slice)
+}
+
+fn frame(app: &mut App) {
+    app.update();
+    // A device that is lost shows as a picture that never comes.
+    let _ = app
+        .world()
+        .resource::<RenderDevice>()
+        .wgpu_device()
+        .poll(PollType::wait_indefinitely());
+}
+
+fn encode(image: Image) -> Result<Vec<u8>, PictureError> {
+    let error = |error: &dyn std::fmt::Display| PictureError::Encode(error.to_string());
+    let picture = image.try_into_dynamic().map_err(|e| error(&e))?.to_rgb8();
+    let mut bytes = Cursor::new(Vec::new());
+    let format = ImageFormat::Png
+        .as_image_crate_format()
+        .ok_or_else(|| error(&"this build has no PNG"))?;
+    picture
+        .write_to(&mut bytes, format)
+        .map_err(|e| error(&e))?;
+    Ok(bytes.into_inner())
+}

@@ -1,0 +1,110 @@
+//! The tracker's axes at its origin, and a ground grid that fades with distance.
+
+use crate::editor::palette;
+use crate::editor::state::{EditorSystems, OpenWorld};
+use bevy::prelude::*;
+
+const AXIS_LENGTH_MM: f32 = 120.0;
+
+/// Where the ground is: under the generator, which is 70 mm deep.
+const GROUND_Z_MM: f32 = 72.0;
+const SPACING_MM: f32 = 50.0;
+const LINES_EACH_WAY: i32 = 18;
+const GRID_ALPHA: f32 = 0.5;
+
+/// Draws axes and grid while the grid's layer is on.
+pub struct AxesPlugin;
+
+#[derive(Component)]
+struct Ground;
+
+impl Plugin for AxesPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Startup, spawn_axes).add_systems(
+            Update,
+            show_grid
+                .run_if(resource_exists_and_changed::<OpenWorld>)
+                .in_set(EditorSystems::Draw),
+        );
+    }
+}
+
+fn spawn_axes(mut commands: Commands, mut gizmos: ResMut<Assets<GizmoAsset>>) {
+    let mut axes = GizmoAsset::default();
+    for (direction, color) in [
+        (Vec3::X, palette::AXIS_X),
+        (Vec3::Y, palette::AXIS_Y),
+        (Vec3::Z, palette::AXIS_Z),
+    ] {
+        axes.arrow(Vec3::ZERO, direction * AXIS_LENGTH_MM, color.color())
+            .with_tip_length(10.0);
+    }
+    commands.spawn((
+        Name::new("tracker axes"),
+        Gizmo {
+            handle: gizmos.add(axes),
+            line_config: GizmoLineConfig {
+                width: 2.5,
+                ..default()
+            },
+            depth_bias: -0.002,
+        },
+    ));
+}
+
+fn show_grid(
+    mut commands: Commands,
+    world: Res<OpenWorld>,
+    shown: Query<Entity, With<Ground>>,
+    mut gizmos: ResMut<Assets<GizmoAsset>>,
+) {
+    if !world.0.document.view().layers.grid {
+        for entity in &shown {
+            commands.entity(entity).despawn();
+        }
+    } else if shown.is_empty() {
+        commands.spawn((
+            Name::new("ground"),
+            Ground,
+            Gizmo {
+                handle: gizmos.add(grid()),
+                line_config: GizmoLineConfig {
+                    width: 1.0,
+                    ..default()
+                },
+                ..default()
+            },
+        ));
+    }
+}
+
+/// Lines in pieces, each end as faint as it is far from the middle.
+fn grid() -> GizmoAsset {
+    let mut grid = GizmoAsset::default();
+    let reach = SPACING_MM * LINES_EACH_WAY as f32;
+    let color = |at: Vec3| {
+        let nearness = (1.0 - at.truncate().length() / reach).max(0.0);
+        palette::GRID.color_alpha(GRID_ALPHA * nearness * nearness)
+    };
+    for i in -LINES_EACH_WAY..=LINES_EACH_WAY {
+        for j in -LINES_EACH_WAY..LINES_EACH_WAY {
+            let across = i as f32 * SPACING_MM;
+            let (from, to) = (j as f32 * SPACING_MM, (j + 1) as f32 * SPACING_MM);
+            for [a, b] in [
+                [
+                    Vec3::new(across, from, GROUND_Z_MM),
+                    Vec3::new(across, to, GROUND_Z_MM),
+                ],
+                [
+                    Vec3::new(from, across, GROUND_Z_MM),
+                    Vec3::new(to, across, GROUND_Z_MM),
+                ],
+            ] {
+                if a.truncate().length().min(b.truncate().length()) < reach {
+                    grid.line_gradient(a, b, color(a), color(b));
+                }
+            }
+        }
+    }
+    grid
+}

@@ -1,0 +1,138 @@
+//! Meshes of tool and CRF, and the anatomy that the CRF sits on.
+
+use super::BodyRoot;
+use crate::design::BodyRole;
+use crate::editor::materials::GlowMaterial;
+use crate::editor::state::{EditorSystems, OpenWorld};
+use crate::editor::{convert, palette};
+use crate::geometry::mesh::{MeshPart, SurfaceMesh};
+use bevy::prelude::*;
+use std::sync::Arc;
+
+/// How opaque anatomy is, where it faces the viewer and at its rim: what it hides has to be seen
+/// through it, and its shape has to be read all the same.
+const ANATOMY_ALPHA: [f32; 2] = [0.13, 0.62];
+
+/// Draws both bodies at their poses.
+pub struct BodiesPlugin;
+
+/// When the bodies' entities are there and placed.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct BodiesSystems;
+
+/// A part of a body's mesh.
+#[derive(Component, Clone, Copy, Debug)]
+pub struct BodyPart {
+    pub body: BodyRole,
+    pub is_anatomy: bool,
+}
+
+/// The mesh that a body's parts were made from.
+#[derive(Component)]
+struct MadeFrom(Option<Arc<SurfaceMesh>>);
+
+impl Plugin for BodiesPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            Update,
+            (spawn_bodies, ApplyDeferred, place_bodies, show_anatomy)
+                .chain()
+                .run_if(resource_exists_and_changed::<OpenWorld>)
+                .in_set(BodiesSystems)
+                .in_set(EditorSystems::Draw),
+        );
+    }
+}
+
+/// The mesh of a body, if it has one.
+pub fn mesh_of(world: &crate::store::World, role: BodyRole) -> Option<&Arc<SurfaceMesh>> {
+    match role {
+        BodyRole::Tool => world.tool_mesh.as_ref(),
+        BodyRole::Crf => world.crf_mesh.as_ref(),
+    }
+}
+
+/// One root a body; its parts anew when it got another mesh.
+fn spawn_bodies(
+    mut commands: Commands,
+    world: Res<OpenWorld>,
+    roots: Query<(Entity, &BodyRoot, &MadeFrom)>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut glows: ResMut<Assets<GlowMaterial>>,
+) {
+    for role in BodyRole::ALL {
+        let mesh = mesh_of(&world.0, role);
+        let existing = roots.iter().find(|(_, root, _)| root.0 == role);
+        let is_wanted = world.0.document.design().body(role).is_some();
+        if let Some((entity, _, made_from)) = existing {
+            let is_current = match (&made_from.0, mesh) {
+                (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+                (None, None) => true,
+                _ => false,
+            };
+            if is_wanted && is_current {
+                continue;
+            }
+            commands.entity(entity).despawn();
+        }
+        if !is_wanted {
+            continue;
+        }
+        let mut root = commands.spawn((
+            Name::new(role.name()),
+            BodyRoot(role),
+            MadeFrom(mesh.cloned()),
+        ));
+        for part in mesh.iter().flat_map(|mesh| &mesh.parts) {
+            let shape = (
+                Name::new(part.name.clone()),
+                BodyPart {
+                    body: role,
+                    is_anatomy: part.is_anatomy(),
+                },
+                Mesh3d(meshes.add(convert::mesh(part))),
+            );
+            if part.is_anatomy() {
+                let [middle, rim] = ANATOMY_ALPHA;
+                let look = GlowMaterial::translucent(palette::BONE.color(), middle, rim);
+                root.with_child((shape, MeshMaterial3d(glows.add(look))));
+            } else {
+                let look = material(role, part);
+                root.with_child((shape, MeshMaterial3d(materials.add(look))));
+            }
+        }
+    }
+}
+
+fn place_bodies(world: Res<OpenWorld>, mut roots: Query<(&BodyRoot, &mut Transform)>) {
+    let design = world.0.document.design();
+    for (root, mut transform) in &mut roots {
+        if let Some(pose) = design.tracker_from_body(root.0) {
+            transform.set_if_neq(convert::transform(&pose));
+        }
+    }
+}
+
+fn show_anatomy(world: Res<OpenWorld>, mut parts: Query<(&BodyPart, &mut Visibility)>) {
+    let is_shown = world.0.document.view().layers.anatomy;
+    for (part, mut visibility) in &mut parts {
+        let wanted = if part.is_anatomy && !is_shown {
+            Visibility::Hidden
+        } else {
+            Visibility::Inherited
+        };
+        visibility.set_if_neq(wanted);
+    }
+}
+
+/// Parts keep what their file says of metal, roughness and lightness; the hue is the role's.
+fn material(role: BodyRole, part: &MeshPart) -> StandardMaterial {
+    let [r, g, b, _] = part.base_color;
+    StandardMaterial {
+        base_color: palette::of_part(role, LinearRgba::rgb(r, g, b)),
+        metallic: part.metallic,
+        perceptual_roughness: part.roughness.clamp(0.15, 1.0),
+        ..default()
+    }
+}

@@ -1,0 +1,75 @@
+//! How much room things take, for cameras that frame them.
+
+use crate::design::BodyRole;
+use crate::editor::state::Selected;
+use crate::geometry::bounds::Bounds;
+use crate::store::World;
+use nalgebra::Point3;
+
+/// What a single sensor or tip is framed with, millimetres around it.
+const POINT_RADIUS_MM: f64 = 25.0;
+
+/// A ball in the tracker frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    pub center_mm: Point3<f64>,
+    pub radius_mm: f64,
+}
+
+/// Tool and CRF with whatever their meshes show.
+pub fn of_bodies(world: &World) -> Option<Sphere> {
+    around(BodyRole::ALL.iter().flat_map(|role| points(world, *role)))
+}
+
+/// What is selected, or everything.
+pub fn of_selection(world: &World, selected: Option<Selected>) -> Option<Sphere> {
+    let design = world.document.design();
+    match selected {
+        None => of_bodies(world),
+        Some(Selected::Body(role)) => around(points(world, role).into_iter()),
+        Some(Selected::Sensor(role, index)) => {
+            let sensor = design.body(role)?.rigid.sensors.get(index)?;
+            Some(at(design.tracker_from_body(role)? * sensor.position_in_body))
+        }
+        Some(Selected::Tip(role)) => {
+            let tip = design.body(role)?.rigid.judged_tip_in_body();
+            Some(at(design.tracker_from_body(role)? * tip))
+        }
+    }
+}
+
+fn at(center_mm: Point3<f64>) -> Sphere {
+    Sphere {
+        center_mm,
+        radius_mm: POINT_RADIUS_MM,
+    }
+}
+
+fn around(points: impl Iterator<Item = Point3<f64>>) -> Option<Sphere> {
+    let bounds = Bounds::around(points)?;
+    Some(Sphere {
+        center_mm: bounds.center_mm(),
+        radius_mm: (bounds.diagonal_mm() / 2.0).max(POINT_RADIUS_MM),
+    })
+}
+
+/// Mesh corners, sensors and tip of a body, tracker frame.
+fn points(world: &World, role: BodyRole) -> Vec<Point3<f64>> {
+    let design = world.document.design();
+    let (Some(body), Some(pose)) = (design.body(role), design.tracker_from_body(role)) else {
+        return Vec::new();
+    };
+    let mesh = match role {
+        BodyRole::Tool => &world.tool_mesh,
+        BodyRole::Crf => &world.crf_mesh,
+    };
+    let corners = mesh
+        .iter()
+        .flat_map(|mesh| mesh.parts.iter().flat_map(|part| part.positions_mm.iter()));
+    let sensors = body.rigid.sensors.iter().map(|s| &s.position_in_body);
+    corners
+        .chain(sensors)
+        .chain(body.rigid.tip_in_body.iter())
+        .map(|p| pose * p)
+        .collect()
+}

@@ -1,0 +1,54 @@
+//! What is there: bodies, sensors, the room. A projection of the document that carries ids.
+
+pub mod axes;
+pub mod bodies;
+pub mod extent;
+pub mod generator;
+pub mod lights;
+pub mod screen_size;
+pub mod sensors;
+pub mod shapes;
+pub mod volume;
+
+use crate::design::BodyRole;
+use bevy::prelude::*;
+
+/// Draws the bodies, their sensors and the room around them.
+///
+/// | plugin | what it draws |
+/// | --- | --- |
+/// | [`lights::LightsPlugin`] | key, fill and surrounding light, fixed to the viewer |
+/// | [`bodies::BodiesPlugin`] | meshes of tool and CRF, and the anatomy |
+/// | [`sensors::SensorsPlugin`] | coils, their axes, outlines and marks |
+/// | [`volume::VolumePlugin`] | measurement volume and the model's box |
+/// | [`generator::GeneratorPlugin`] | the field generator |
+/// | [`axes::AxesPlugin`] | the tracker's axes and the ground grid |
+pub struct ScenePlugin;
+
+impl Plugin for ScenePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins((
+            shapes::ShapesPlugin,
+            screen_size::ScreenSizePlugin,
+            lights::LightsPlugin,
+            bodies::BodiesPlugin,
+            sensors::SensorsPlugin,
+            volume::VolumePlugin,
+            generator::GeneratorPlugin,
+            axes::AxesPlugin,
+        ));
+    }
+}
+
+/// The entity of a body: its transform is the body's pose in the tracker frame.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+#[require(Transform, Visibility)]
+pub struct BodyRoot(pub BodyRole);
+
+/// The entity of a sensor, child of its body's.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+#[require(Transform, Visibility)]
+pub struct SensorMark {
+    pub body: BodyRole,
+    pub index: usize,
+}

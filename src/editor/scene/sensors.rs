@@ -1,0 +1,332 @@
+//! Sensors: an amber coil with one axis (5-DOF) or a triad (6-DOF), its outline when selected,
+//! its mark when outside.
+//!
+//! A coil is drawn at its true size within bounds on the screen. What a shaft hides of it shines
+//! through, dimmed and still amber.
+
+use super::screen_size::{ScreenSized, SizeBounds};
+use super::shapes::GlyphShapes;
+use super::{BodyRoot, SensorMark};
+use crate::design::BodyRole;
+use crate::editor::materials::{GlowMaterial, Shown};
+use crate::editor::state::{EditorSystems, Hovered, OpenWorld, Results, Selected, Selection};
+use crate::editor::{convert, palette};
+use crate::study::BodyDetail;
+use crate::tracking::body::{Coil, Sensor};
+use bevy::prelude::*;
+use nalgebra::Point3;
+
+/// The coil that is drawn where a body file says none: a common 5-DOF sensor.
+pub const USUAL_COIL: Coil = Coil {
+    diameter_mm: 0.8,
+    length_mm: 9.0,
+};
+
+/// On the screen a coil is at least this wide and long, and at most this.
+const COIL_WIDTH_PX: [f64; 2] = [8.0, 60.0];
+const COIL_LENGTH_PX: [f64; 2] = [20.0, 220.0];
+
+/// Opacity of what shines through.
+const HIDDEN_ALPHA: f32 = 0.8;
+
+/// How long axes are, in coil lengths and on the screen.
+const AXIS_TO_COIL: f64 = 1.25;
+const AXIS_LENGTH_PX: [f64; 2] = [30.0, 260.0];
+
+/// Widths and lengths in axis lengths.
+const AXIS_WIDTH: f32 = 0.085;
+const ARROW_WIDTH: f32 = 0.26;
+const ARROW_LENGTH: f32 = 0.30;
+
+/// Of coils.
+const OUTLINE_SCALE: Vec3 = Vec3::new(1.45, 1.45, 1.14);
+const RING_SCALE: Vec3 = Vec3::new(1.0, 1.0, 0.2);
+
+/// Later than everything else that is translucent.
+const ORDER_MM: f32 = 20_000.0;
+
+/// Draws the sensors of both bodies.
+pub struct SensorsPlugin;
+
+/// What a sensor's entity was made for: anything else makes it anew.
+#[derive(Component, Clone, Copy, Debug, PartialEq)]
+struct Look {
+    degrees_of_freedom: u8,
+    coil: Coil,
+}
+
+/// Shown while its sensor is selected or hovered.
+#[derive(Component)]
+struct Outline(SensorMark);
+
+/// Shown while its sensor is outside the model's box or the measurement volume.
+#[derive(Component)]
+struct OutsideRing(SensorMark);
+
+/// Coil or axes, each scaled to its own size on the screen.
+#[derive(Component)]
+struct Part(SensorMark);
+
+#[derive(Resource)]
+struct SensorMaterials {
+    coil: [Handle<GlowMaterial>; 2],
+    axis: [Handle<GlowMaterial>; 2],
+    triad: [[Handle<GlowMaterial>; 2]; 3],
+    selected: Handle<GlowMaterial>,
+    outside: Handle<GlowMaterial>,
+}
+
+impl Plugin for SensorsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(PreStartup, make_materials).add_systems(
+            Update,
+            (
+                (spawn_sensors, ApplyDeferred, place_sensors)
+                    .chain()
+                    .run_if(resource_exists_and_changed::<OpenWorld>),
+                outline,
+                mark_outside.run_if(resource_changed::<Results>),
+            )
+                .chain()
+                .after(super::bodies::BodiesSystems)
+                .in_set(EditorSystems::Draw),
+        );
+    }
+}
+
+fn make_materials(mut commands: Commands, mut materials: ResMut<Assets<GlowMaterial>>) {
+    let mut both = |color: palette::Rgb| {
+        // Also over what is seen anyway: it covers the middle of the outline, which is drawn
+        // before it.
+        let hidden = GlowMaterial::translucent(color.color(), HIDDEN_ALPHA, HIDDEN_ALPHA)
+            .shown(Shown::Always)
+            .order(ORDER_MM);
+        [
+            materials.add(GlowMaterial::solid(color.color())),
+            materials.add(hidden),
+        ]
+    };
+    let coil = both(palette::SENSOR);
+    let axis = both(palette::SENSOR_AXIS);
+    let triad = [palette::AXIS_X, palette::AXIS_Y, palette::AXIS_Z].map(&mut both);
+    commands.insert_resource(SensorMaterials {
+        coil,
+        axis,
+        triad,
+        selected: materials
+            .add(GlowMaterial::outline(palette::SELECTED.color()).order(ORDER_MM - 1000.0)),
+        outside: materials.add(
+            GlowMaterial::translucent(palette::OUTSIDE.color(), 0.95, 0.95)
+                .shown(Shown::Always)
+                .order(ORDER_MM),
+        ),
+    });
+}
+
+fn spawn_sensors(
+    mut commands: Commands,
+    world: Res<OpenWorld>,
+    roots: Query<(Entity, &BodyRoot)>,
+    drawn: Query<(Entity, &SensorMark, &Look, &ChildOf)>,
+    shapes: Res<GlyphShapes>,
+    materials: Res<SensorMaterials>,
+) {
+    for (root, BodyRoot(role)) in &roots {
+        let Some(body) = world.0.document.design().body(*role) else {
+            continue;
+        };
+        let sensors = &body.rigid.sensors;
+        let mut has = vec![false; sensors.len()];
+        for (entity, mark, look, _) in drawn.iter().filter(|(.., of)| of.parent() == root) {
+            if sensors.get(mark.index).map(look_of) == Some(*look) && mark.body == *role {
+                has[mark.index] = true;
+            } else {
+                commands.entity(entity).despawn();
+            }
+        }
+        for (index, sensor) in sensors.iter().enumerate().filter(|(i, _)| !has[*i]) {
+            let mark = SensorMark { body: *role, index };
+            let entity = spawn_sensor(&mut commands, mark, look_of(sensor), &shapes, &materials);
+            commands.entity(root).add_child(entity);
+        }
+    }
+}
+
+fn look_of(sensor: &Sensor) -> Look {
+    Look {
+        degrees_of_freedom: sensor.orientation.degrees_of_freedom(),
+        coil: sensor.coil.unwrap_or(USUAL_COIL),
+    }
+}
+
+/// A coil along z and its axes, each with its own size on the screen.
+fn spawn_sensor(
+    commands: &mut Commands,
+    mark: SensorMark,
+    look: Look,
+    shapes: &GlyphShapes,
+    materials: &SensorMaterials,
+) -> Entity {
+    let size = ScreenSized {
+        at_mm: Point3::origin(),
+        across: coil_width(&look.coil),
+        along: coil_length(&look.coil),
+    };
+    let mut sensor = commands.spawn((Name::new("sensor"), mark, look));
+    sensor.with_children(|sensor| {
+        sensor
+            .spawn((
+                Part(mark),
+                size,
+                Transform::default(),
+                Visibility::default(),
+            ))
+            .with_children(|coil| spawn_coil(coil, mark, shapes, materials));
+        let length = bounds(look.coil.length_mm * AXIS_TO_COIL, AXIS_LENGTH_PX);
+        let axes = ScreenSized {
+            across: length,
+            along: length,
+            ..size
+        };
+        sensor
+            .spawn((
+                Part(mark),
+                axes,
+                Transform::default(),
+                Visibility::default(),
+            ))
+            .with_children(|axes| {
+                if look.degrees_of_freedom == 6 {
+                    let quarter = std::f32::consts::FRAC_PI_2;
+                    let [x, y, z] = &materials.triad;
+                    spawn_axis(axes, x, Quat::from_rotation_y(quarter), shapes);
+                    spawn_axis(axes, y, Quat::from_rotation_x(-quarter), shapes);
+                    spawn_axis(axes, z, Quat::IDENTITY, shapes);
+                } else {
+                    spawn_axis(axes, &materials.axis, Quat::IDENTITY, shapes);
+                }
+            });
+    });
+    sensor.id()
+}
+
+fn spawn_coil(
+    coil: &mut ChildSpawnerCommands,
+    mark: SensorMark,
+    shapes: &GlyphShapes,
+    materials: &SensorMaterials,
+) {
+    for material in &materials.coil {
+        coil.spawn((
+            Mesh3d(shapes.coil.clone()),
+            MeshMaterial3d(material.clone()),
+        ));
+    }
+    coil.spawn((
+        Outline(mark),
+        Visibility::Hidden,
+        Mesh3d(shapes.cylinder.clone()),
+        MeshMaterial3d(materials.selected.clone()),
+        Transform::from_scale(OUTLINE_SCALE),
+    ));
+    coil.spawn((
+        OutsideRing(mark),
+        Visibility::Hidden,
+        Mesh3d(shapes.ring.clone()),
+        MeshMaterial3d(materials.outside.clone()),
+        Transform::from_scale(RING_SCALE),
+    ));
+}
+
+/// From the middle of the coil along `turn * z`.
+fn spawn_axis(
+    axes: &mut ChildSpawnerCommands,
+    materials: &[Handle<GlowMaterial>; 2],
+    turn: Quat,
+    shapes: &GlyphShapes,
+) {
+    let rod_length = 1.0 - ARROW_LENGTH;
+    let rod = Transform::from_translation(turn * Vec3::Z * (rod_length / 2.0))
+        .with_rotation(turn)
+        .with_scale(Vec3::new(AXIS_WIDTH, AXIS_WIDTH, rod_length));
+    let head = Transform::from_translation(turn * Vec3::Z * rod_length)
+        .with_rotation(turn)
+        .with_scale(Vec3::new(ARROW_WIDTH, ARROW_WIDTH, ARROW_LENGTH));
+    for (mesh, at) in [(&shapes.cylinder, rod), (&shapes.cone, head)] {
+        for material in materials {
+            axes.spawn((Mesh3d(mesh.clone()), MeshMaterial3d(material.clone()), at));
+        }
+    }
+}
+
+fn place_sensors(
+    world: Res<OpenWorld>,
+    mut sensors: Query<(&SensorMark, &mut Transform)>,
+    mut parts: Query<(&Part, &mut ScreenSized)>,
+) {
+    let design = world.0.document.design();
+    let sensor_of = |mark: &SensorMark| design.body(mark.body)?.rigid.sensors.get(mark.index);
+    for (mark, mut transform) in &mut sensors {
+        if let Some(sensor) = sensor_of(mark) {
+            transform.set_if_neq(convert::transform(&sensor.body_from_sensor()));
+        }
+    }
+    for (Part(mark), mut size) in &mut parts {
+        if let (Some(sensor), Some(pose)) = (sensor_of(mark), design.tracker_from_body(mark.body)) {
+            let at_mm = pose * sensor.position_in_body;
+            size.set_if_neq(ScreenSized { at_mm, ..*size });
+        }
+    }
+}
+
+/// How wide a coil is drawn.
+pub fn coil_width(coil: &Coil) -> SizeBounds {
+    bounds(coil.diameter_mm, COIL_WIDTH_PX)
+}
+
+/// How long a coil is drawn.
+pub fn coil_length(coil: &Coil) -> SizeBounds {
+    bounds(coil.length_mm, COIL_LENGTH_PX)
+}
+
+fn bounds(true_mm: f64, [least_px, most_px]: [f64; 2]) -> SizeBounds {
+    SizeBounds {
+        true_mm,
+        least_px,
+        most_px,
+    }
+}
+
+fn outline(
+    selection: Res<Selection>,
+    hovered: Res<Hovered>,
+    mut outlines: Query<(&Outline, &mut Visibility)>,
+) {
+    for (Outline(mark), mut visibility) in &mut outlines {
+        let me = Some(Selected::Sensor(mark.body, mark.index));
+        let wanted = if selection.0 == me || hovered.0 == me {
+            Visibility::Inherited
+        } else {
+            Visibility::Hidden
+        };
+        visibility.set_if_neq(wanted);
+    }
+}
+
+fn mark_outside(results: Res<Results>, mut rings: Query<(&OutsideRing, &mut Visibility)>) {
+    let detail = results.pose.as_ref().map(|pose| &pose.value);
+    for (OutsideRing(mark), mut visibility) in &mut rings {
+        let body: Option<&BodyDetail> = detail.and_then(|detail| match mark.body {
+            BodyRole::Tool => Some(&detail.tool),
+            BodyRole::Crf => detail.crf.as_ref(),
+        });
+        let is_outside = body
+            .and_then(|body| body.sensors.get(mark.index))
+            .is_some_and(|sensor| !(sensor.is_inside && sensor.is_in_volume));
+        visibility.set_if_neq(if is_outside {
+            Visibility::Inherited
+        } else {
+            Visibility::Hidden
+        });
+    }
+}

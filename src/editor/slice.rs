@@ -1,0 +1,406 @@
+//! A plane through the room coloured by position error, and the handle that moves it.
+//!
+//! Sampling is the solver's; this only draws. The texture is finer than the lattice: values are
+//! interpolated and then coloured, so that a point of the lattice has exactly the colour that
+//! the colour bar gives its value.
+
+use super::camera::OrbitRig;
+use super::materials::{GlowMaterial, Shown};
+use super::scene::screen_size::{ScreenSized, SizeBounds};
+use super::scene::shapes::GlyphShapes;
+use super::state::{
+    ActiveDrag, ColorScale, DragReadout, DragText, EditorSystems, OpenWorld, Results, ViewRequest,
+    ViewportRect,
+};
+use super::{convert, palette};
+use crate::design::view::SliceView;
+use crate::geometry::colormap::{ColorMap, NO_VALUE_SRGB};
+use crate::study::SliceOutcome;
+use bevy::asset::RenderAssetUsages;
+use bevy::image::{ImageFilterMode, ImageSampler, ImageSamplerDescriptor};
+use bevy::mesh::Indices;
+use bevy::picking::events::{Drag, DragEnd, DragStart, Pointer};
+use bevy::picking::pointer::PointerButton;
+use bevy::prelude::*;
+use bevy::render::render_resource::{Extent3d, PrimitiveTopology, TextureDimension, TextureFormat};
+use nalgebra::{Point3, Unit, Vector3};
+
+/// Texels between neighbouring points of the lattice.
+const TEXELS_PER_CELL: usize = 4;
+
+/// Radius of the handle on the screen; inside it the pointer takes hold of it.
+pub const HANDLE_PX: f64 = 9.0;
+
+/// Draws the slice while its layer is on.
+pub struct SlicePlugin;
+
+#[derive(Component)]
+struct Slice;
+
+/// A ball on the slice's edge: dragging it moves the slice along its normal.
+#[derive(Component, Clone, Copy, Debug, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct SliceHandle {
+    pub at_mm: Point3<f64>,
+    pub normal: Unit<Vector3<f64>>,
+}
+
+/// A slice that is being moved: where it and the pointer were on the line along its normal.
+#[derive(Resource, Default)]
+struct SliceDrag(Option<HeldSlice>);
+
+#[derive(Clone, Copy, Debug)]
+struct HeldSlice {
+    handle: SliceHandle,
+    start_mm: f64,
+    grabbed_at_mm: f64,
+}
+
+impl Plugin for SlicePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<SliceDrag>()
+            .insert_resource(ColorScale {
+                map: ColorMap::default(),
+                max_mm: 0.0,
+            })
+            .add_observer(on_drag_start)
+            .add_observer(on_drag)
+            .add_observer(on_drag_end)
+            .add_systems(
+                Update,
+                (
+                    choose_scale.in_set(EditorSystems::Sample),
+                    (draw, place_handle).chain().in_set(EditorSystems::Draw),
+                )
+                    .run_if(needs_drawing),
+            );
+    }
+}
+
+fn needs_drawing(world: Option<Res<OpenWorld>>, results: Res<Results>) -> bool {
+    world.is_some_and(|world| world.is_changed() || results.is_changed())
+}
+
+fn choose_scale(world: Res<OpenWorld>, results: Res<Results>, mut scale: ResMut<ColorScale>) {
+    let view = &world.0.document.view().slice;
+    let max_mm = view
+        .range_mm
+        .or(results.slice.as_ref().map(|slice| slice.value.max_mm))
+        .unwrap_or(0.0);
+    scale.set_if_neq(ColorScale {
+        map: view.color_map,
+        max_mm,
+    });
+}
+
+/// Mesh and picture anew with every result: there is one only when something changed.
+fn draw(
+    mut commands: Commands,
+    world: Res<OpenWorld>,
+    results: Res<Results>,
+    scale: Res<ColorScale>,
+    drawn: Query<Entity, With<Slice>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut images: ResMut<Assets<Image>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut last: Local<Option<(SliceOutcome, ColorScale)>>,
+) {
+    let is_on = world.0.document.view().layers.slice;
+    let Some(slice) = results.slice.as_ref().filter(|_| is_on) else {
+        for entity in &drawn {
+            commands.entity(entity).despawn();
+        }
+        *last = None;
+        return;
+    };
+    if last
+        .as_ref()
+        .is_some_and(|(old, with)| *with == *scale && *old == slice.value)
+    {
+        return;
+    }
+    for entity in &drawn {
+        commands.entity(entity).despawn();
+    }
+    *last = Some((slice.value.clone(), *scale));
+    commands.spawn((
+        Name::new("slice"),
+        Slice,
+        Mesh3d(meshes.add(plane(&slice.value))),
+        MeshMaterial3d(materials.add(StandardMaterial {
+            base_color_texture: Some(images.add(picture(&slice.value, *scale))),
+            unlit: true,
+            cull_mode: None,
+            double_sided: true,
+            ..default()
+        })),
+    ));
+}
+
+/// The lattice's rectangle. Texels sit on its points, so it reaches half a texel into the
+/// outermost ones.
+fn plane(slice: &SliceOutcome) -> Mesh {
+    let [nu, nv] = slice.plan.counts;
+    let corners = [(0, 0), (nu - 1, 0), (nu - 1, nv - 1), (0, nv - 1)]
+        .map(|(u, v)| convert::point(&slice.plan.point_mm(u, v)).to_array());
+    let [inset_u, inset_v] = [nu, nv].map(|n| 0.5 / texels(n) as f32);
+    let (lo, hi) = ([inset_u, inset_v], [1.0 - inset_u, 1.0 - inset_v]);
+    let mut normal = [0.0; 3];
+    normal[slice.plan.normal_axis.min(2)] = 1.0;
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners.to_vec())
+    .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![normal; 4])
+    .with_inserted_attribute(
+        Mesh::ATTRIBUTE_UV_0,
+        vec![
+            [lo[0], lo[1]],
+            [hi[0], lo[1]],
+            [hi[0], hi[1]],
+            [lo[0], hi[1]],
+        ],
+    )
+    .with_inserted_indices(Indices::U32(vec![0, 1, 2, 0, 2, 3]))
+}
+
+fn texels(points: usize) -> usize {
+    (points - 1) * TEXELS_PER_CELL + 1
+}
+
+fn picture(slice: &SliceOutcome, scale: ColorScale) -> Image {
+    let [nu, nv] = slice.plan.counts;
+    let (width, height) = (texels(nu), texels(nv));
+    let mut data = Vec::with_capacity(width * height * 4);
+    for y in 0..height {
+        for x in 0..width {
+            let [r, g, b] = color_at(slice, scale, x, y);
+            data.extend([r, g, b, 255]);
+        }
+    }
+    let mut image = Image::new(
+        Extent3d {
+            width: width as u32,
+            height: height as u32,
+            depth_or_array_layers: 1,
+        },
+        TextureDimension::D2,
+        data,
+        TextureFormat::Rgba8UnormSrgb,
+        RenderAssetUsages::RENDER_WORLD,
+    );
+    image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
+        mag_filter: ImageFilterMode::Linear,
+        min_filter: ImageFilterMode::Linear,
+        ..default()
+    });
+    image
+}
+
+/// The colour of a texel: of the value interpolated between the lattice points around it, grey
+/// where the nearest of them is outside the box.
+fn color_at(slice: &SliceOutcome, scale: ColorScale, x: usize, y: usize) -> [u8; 3] {
+    let [nu, nv] = slice.plan.counts;
+    let nearest = |t: usize, n: usize| ((t + TEXELS_PER_CELL / 2) / TEXELS_PER_CELL).min(n - 1);
+    if !slice.is_inside[nearest(y, nv) * nu + nearest(x, nu)] {
+        return NO_VALUE_SRGB;
+    }
+    let cell = |t: usize| {
+        (
+            t / TEXELS_PER_CELL,
+            (t % TEXELS_PER_CELL) as f64 / TEXELS_PER_CELL as f64,
+        )
+    };
+    let ((u, fu), (v, fv)) = (cell(x), cell(y));
+    let value = |u: usize, v: usize| slice.position_error_mm[v.min(nv - 1) * nu + u.min(nu - 1)];
+    let mix = |a: f64, b: f64, f: f64| if f == 0.0 { a } else { a + (b - a) * f };
+    let lower = mix(value(u, v), value(u + 1, v), fu);
+    let upper = mix(value(u, v + 1), value(u + 1, v + 1), fu);
+    scale.map.srgb_of_value(mix(lower, upper, fv), scale.max_mm)
+}
+
+/// In the middle of the edge of the lattice where both of its axes are... smallest.
+fn handle_of(slice: &SliceOutcome) -> SliceHandle {
+    let [nu, nv] = slice.plan.counts;
+    let mut normal = Vector3::zeros();
+    normal[slice.plan.normal_axis.min(2)] = 1.0;
+    SliceHandle {
+        at_mm: nalgebra::center(
+            &slice.plan.point_mm(nu - 1, 0),
+            &slice.plan.point_mm(nu - 1, nv - 1),
+        ),
+        normal: Unit::new_unchecked(normal),
+    }
+}
+
+fn place_handle(
+    mut commands: Commands,
+    world: Res<OpenWorld>,
+    results: Res<Results>,
+    mut drawn: Query<(Entity, &mut SliceHandle, &mut Transform, &mut ScreenSized)>,
+    shapes: Res<GlyphShapes>,
+    mut materials: ResMut<Assets<GlowMaterial>>,
+) {
+    let is_on = world.0.document.view().layers.slice;
+    let Some(slice) = results.slice.as_ref().filter(|_| is_on) else {
+        for (entity, ..) in &drawn {
+            commands.entity(entity).despawn();
+        }
+        return;
+    };
+    let handle = handle_of(&slice.value);
+    let radius = SizeBounds {
+        true_mm: 0.1,
+        least_px: HANDLE_PX * 0.75,
+        most_px: HANDLE_PX * 0.75,
+    };
+    let size = ScreenSized {
+        at_mm: handle.at_mm,
+        across: radius,
+        along: radius,
+    };
+    if let Some((_, mut old, mut transform, mut old_size)) = drawn.iter_mut().next() {
+        old.set_if_neq(handle);
+        old_size.set_if_neq(size);
+        let at = convert::point(&handle.at_mm);
+        if transform.translation != at {
+            transform.translation = at;
+        }
+        return;
+    }
+    let material = GlowMaterial::translucent(palette::TEXT_STRONG.color(), 0.9, 0.9)
+        .shown(Shown::Always)
+        .order(18_000.0);
+    commands.spawn((
+        Name::new("slice handle"),
+        handle,
+        size,
+        Mesh3d(shapes.sphere.clone()),
+        MeshMaterial3d(materials.add(material)),
+        Transform::from_translation(convert::point(&handle.at_mm)),
+    ));
+}
+
+fn on_drag_start(
+    mut drag: On<Pointer<DragStart>>,
+    handles: Query<&SliceHandle>,
+    world: Option<Res<OpenWorld>>,
+    rig: Res<OrbitRig>,
+    view: Option<Res<ViewportRect>>,
+    mut held: ResMut<SliceDrag>,
+    mut active: ResMut<ActiveDrag>,
+) {
+    let (Ok(handle), Some(world), Some(view)) = (handles.get(drag.entity), world, view) else {
+        return;
+    };
+    drag.propagate(false);
+    if drag.button != PointerButton::Primary {
+        return;
+    }
+    let pixel = view.pixel(drag.pointer_location.position);
+    let ray = rig.camera.ray(pixel, rig.view_px);
+    if let Some(grabbed_at_mm) = ray.nearest_on_line(&handle.at_mm, &handle.normal) {
+        active.set_if_neq(ActiveDrag(true));
+        held.0 = Some(HeldSlice {
+            handle: *handle,
+            start_mm: world.0.document.view().slice.position_mm,
+            grabbed_at_mm,
+        });
+    }
+}
+
+fn on_drag(
+    mut drag: On<Pointer<Drag>>,
+    handles: Query<&SliceHandle>,
+    world: Option<Res<OpenWorld>>,
+    rig: Res<OrbitRig>,
+    view: Option<Res<ViewportRect>>,
+    held: Res<SliceDrag>,
+    mut readout: ResMut<DragReadout>,
+    mut views: MessageWriter<ViewRequest>,
+) {
+    let (Some(held), Some(world), Some(viewport)) = (held.0, world, view) else {
+        return;
+    };
+    if !handles.contains(drag.entity) {
+        return;
+    }
+    drag.propagate(false);
+    let at = drag.pointer_location.position;
+    let ray = rig.camera.ray(viewport.pixel(at), rig.view_px);
+    let Some(now) = ray.nearest_on_line(&held.handle.at_mm, &held.handle.normal) else {
+        return;
+    };
+    let mut view = world.0.document.view().clone();
+    let bounds = world.0.environment.model.bounds();
+    let axis = view.slice.axis.index();
+    let position_mm =
+        (held.start_mm + now - held.grabbed_at_mm).clamp(bounds.min_mm[axis], bounds.max_mm[axis]);
+    // Whole millimetres: nobody needs a slice at 0.37 mm, and round numbers read better.
+    view.slice = SliceView {
+        position_mm: position_mm.round(),
+        ..view.slice
+    };
+    readout.set_if_neq(DragReadout(Some(DragText {
+        at,
+        text: format!("{:.0}\u{2009}mm", view.slice.position_mm).replace('-', "\u{2212}"),
+    })));
+    views.write(ViewRequest::Set(view));
+}
+
+fn on_drag_end(
+    mut drag: On<Pointer<DragEnd>>,
+    handles: Query<&SliceHandle>,
+    mut held: ResMut<SliceDrag>,
+    mut active: ResMut<ActiveDrag>,
+    mut readout: ResMut<DragReadout>,
+) {
+    if handles.contains(drag.entity) && held.0.take().is_some() {
+        drag.propagate(false);
+        active.set_if_neq(ActiveDrag(false));
+        readout.set_if_neq(DragReadout(None));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::bounds::Bounds;
+    use crate::study::{SlicePlan, Work};
+
+    fn slice() -> SliceOutcome {
+        SliceOutcome {
+            plan: SlicePlan {
+                normal_axis: 2,
+                position_mm: 5.0,
+                sensor_axis: Vector3::z_axis(),
+                counts: [3, 2],
+                bounds: Bounds::from(([0.0; 3], [10.0, 20.0, 30.0])),
+            },
+            position_error_mm: vec![0.0, 1.0, 2.0, 3.0, 4.0, 0.5],
+            is_inside: vec![true, true, true, true, true, false],
+            max_mm: 4.0,
+            work: Work::default(),
+        }
+    }
+
+    #[test]
+    fn a_point_of_the_lattice_has_the_colour_of_its_value() {
+        let scale = ColorScale {
+            map: ColorMap::Viridis,
+            max_mm: 4.0,
+        };
+        for (i, value) in slice().position_error_mm.iter().enumerate().take(5) {
+            let (u, v) = (i % 3, i / 3);
+            let color = color_at(&slice(), scale, u * TEXELS_PER_CELL, v * TEXELS_PER_CELL);
+            assert_eq!(color, ColorMap::Viridis.srgb_of_value(*value, 4.0));
+        }
+        assert_eq!(
+            color_at(&slice(), scale, 2 * TEXELS_PER_CELL, TEXELS_PER_CELL),
+            NO_VALUE_SRGB
+        );
+        let between = color_at(&slice(), scale, TEXELS_PER_CELL / 2, 0);
+        assert_eq!(between, ColorMap::Viridis.srgb_of_value(0.5, 4.0));
+    }
+}

@@ -1,0 +1,284 @@
+//! Hands changed designs to the solver and shows what comes back, never an older result over a
+//! newer one.
+
+use super::diagnostics::{Diagnostics, Explain};
+use super::document::WorldGeneration;
+use super::solver::{Answer, Job, Solved, Solver, Stamp};
+use super::state::{EditorSystems, OpenWorld, Results, Stamped};
+use crate::design::view::{SliceView, View};
+use crate::field::Environment;
+use crate::store;
+use crate::study::{Mode, Scenario, SlicePlan, StudyError, figure_rows};
+use bevy::prelude::*;
+use bevy::winit::{EventLoopProxyWrapper, WinitUserEvent};
+use nalgebra::{Unit, Vector3};
+use std::sync::Arc;
+
+/// Points of the slice along the longer side of the model's box.
+pub const SLICE_POINTS: usize = 81;
+
+/// Computes in the background what the open design comes to.
+///
+/// Runs in [`EditorSystems::Solve`]; needs [`OpenWorld`], and does nothing until there is one.
+pub struct SolverPlugin;
+
+/// The solver thread, and what it was asked for last.
+#[derive(Resource)]
+pub struct SolverHandle {
+    pub solver: Solver,
+    submitted: Option<Stamp>,
+    slice: Option<SliceKey>,
+    newest: Newest,
+}
+
+/// The revisions of the newest pose and study that were answered, errors included.
+#[derive(Clone, Copy, Debug, Default)]
+struct Newest {
+    pose: u64,
+    study: u64,
+}
+
+/// What a slice depends on: equal keys have equal slices.
+#[derive(Clone, Debug)]
+struct SliceKey {
+    generation: u64,
+    environment: Arc<Environment>,
+    plan: SlicePlan,
+}
+
+impl PartialEq for SliceKey {
+    fn eq(&self, other: &Self) -> bool {
+        self.generation == other.generation
+            && Arc::ptr_eq(&self.environment, &other.environment)
+            && self.plan == other.plan
+    }
+}
+
+impl Plugin for SolverPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Diagnostics>()
+            .init_resource::<Results>()
+            .init_resource::<WorldGeneration>();
+        match Solver::start() {
+            Ok(solver) => {
+                app.insert_resource(SolverHandle {
+                    solver,
+                    submitted: None,
+                    slice: None,
+                    newest: Newest::default(),
+                })
+                .add_systems(
+                    Update,
+                    (connect_waker, submit, show)
+                        .chain()
+                        .in_set(EditorSystems::Solve),
+                );
+            }
+            Err(error) => {
+                let problem = format!("cannot start the solver's thread: {error}");
+                app.world_mut().resource_mut::<Results>().problem = Some(problem);
+            }
+        }
+    }
+}
+
+/// The solver wakes the window's event loop, where there is one.
+fn connect_waker(handle: Res<SolverHandle>, proxy: Option<Res<EventLoopProxyWrapper>>) {
+    if let Some(proxy) = proxy
+        && !handle.solver.has_waker()
+    {
+        let proxy = (**proxy).clone();
+        handle.solver.wake_with(Box::new(move || {
+            // The loop is gone only when the window is.
+            let _ = proxy.send_event(WinitUserEvent::WakeUp);
+        }));
+    }
+}
+
+fn submit(
+    mut handle: ResMut<SolverHandle>,
+    world: Option<Res<OpenWorld>>,
+    generation: Res<WorldGeneration>,
+    mut results: ResMut<Results>,
+) {
+    let Some(world) = world else { return };
+    let document = &world.0.document;
+    let stamp = Stamp {
+        generation: generation.0,
+        revision: document.revision(),
+    };
+    let is_new = handle.submitted != Some(stamp);
+    let key = slice_key(stamp.generation, &world.0.environment, document.view());
+    let is_slice_new = handle.slice != key;
+    if !is_new && !is_slice_new {
+        return;
+    }
+    let scenario = Arc::new(store::resolve(document.design(), &world.0.environment));
+    if is_new {
+        if handle
+            .submitted
+            .is_some_and(|s| s.generation != stamp.generation)
+        {
+            *results = Results::default();
+            handle.newest = Newest::default();
+        }
+        handle.submitted = Some(stamp);
+        handle
+            .solver
+            .submit(stamp, Job::Pose(Arc::clone(&scenario)));
+        let mode = mode(&scenario);
+        handle
+            .solver
+            .submit(stamp, Job::Study(Arc::clone(&scenario), mode));
+    }
+    if is_slice_new {
+        match &key {
+            Some(key) => handle.solver.submit(stamp, Job::Slice(scenario, key.plan)),
+            None => {
+                // A layer that is off costs nothing, not even the memory of its map.
+                handle.solver.drop_slice();
+                results.slice = None;
+            }
+        }
+        handle.slice = key;
+    }
+}
+
+/// The study that the result panel is about: the range of motion where the design has one.
+pub fn mode(scenario: &Scenario) -> Mode {
+    match scenario.motion {
+        Some(_) => Mode::Motion,
+        None => Mode::Single,
+    }
+}
+
+fn slice_key(generation: u64, environment: &Arc<Environment>, view: &View) -> Option<SliceKey> {
+    view.layers.slice.then(|| SliceKey {
+        generation,
+        environment: Arc::clone(environment),
+        plan: slice_plan(environment, &view.slice),
+    })
+}
+
+/// The lattice of a slice: over the model's box, its cells as square as the counts allow.
+pub fn slice_plan(environment: &Environment, slice: &SliceView) -> SlicePlan {
+    let bounds = *environment.model.bounds();
+    let mut plan = SlicePlan {
+        normal_axis: slice.axis.index(),
+        position_mm: slice.position_mm,
+        sensor_axis: Unit::try_new(Vector3::from(slice.sensor_axis), 1e-12)
+            .unwrap_or_else(Vector3::z_axis),
+        counts: [SLICE_POINTS; 2],
+        bounds,
+    };
+    let size = plan.plane_axes().map(|axis| bounds.size_mm()[axis]);
+    let longest = size[0].max(size[1]);
+    if longest > 0.0 {
+        plan.counts = size.map(|s| {
+            let points = (s / longest * (SLICE_POINTS - 1) as f64).round() as usize + 1;
+            points.max(2)
+        });
+    }
+    plan
+}
+
+fn show(
+    mut handle: ResMut<SolverHandle>,
+    generation: Res<WorldGeneration>,
+    mut results: ResMut<Results>,
+    mut diagnostics: ResMut<Diagnostics>,
+    mut explain: Option<ResMut<Explain>>,
+) {
+    for answer in handle.solver.answers() {
+        let stamp = answer.stamp;
+        let plan = handle.slice.as_ref().map(|key| key.plan);
+        let is_study = matches!(answer.result, Solved::Study(Ok(_)));
+        count(&answer, &mut diagnostics);
+        let is_shown = stamp.generation == generation.0
+            && accept(answer, plan, &mut handle.newest, &mut results);
+        if !is_shown {
+            diagnostics.dropped += 1;
+        }
+        if let Some(explain) = explain.as_deref_mut() {
+            if is_shown
+                && is_study
+                && let Some(study) = &results.study
+            {
+                explain.figures(stamp.revision, &figure_rows(&study.value.figures));
+            }
+            explain.counters(&diagnostics);
+        }
+    }
+}
+
+fn count(answer: &Answer, diagnostics: &mut Diagnostics) {
+    match &answer.result {
+        Solved::Pose(value) => {
+            diagnostics.poses += 1;
+            diagnostics.work += value.work;
+        }
+        Solved::Study(Ok(value)) => {
+            diagnostics.studies += 1;
+            diagnostics.work += value.work;
+        }
+        Solved::Study(Err(StudyError::Cancelled)) => diagnostics.studies_cancelled += 1,
+        Solved::Study(Err(_)) | Solved::Slice(Err(_)) => {}
+        Solved::Slice(Ok(value)) => {
+            diagnostics.slices += 1;
+            diagnostics.work += value.work;
+        }
+    }
+}
+
+/// Takes an answer unless a newer one is shown; `plan` is the slice that is wanted now.
+fn accept(
+    answer: Answer,
+    plan: Option<SlicePlan>,
+    newest: &mut Newest,
+    results: &mut Results,
+) -> bool {
+    let revision = answer.stamp.revision;
+    let took = answer.took;
+    let stamped_is_new = |newest: &mut u64| {
+        let is_new = revision >= *newest;
+        *newest = revision.max(*newest);
+        is_new
+    };
+    match answer.result {
+        Solved::Pose(value) => {
+            let is_new = stamped_is_new(&mut newest.pose);
+            if is_new {
+                results.pose = Some(Stamped {
+                    revision,
+                    value,
+                    took,
+                });
+            }
+            is_new
+        }
+        Solved::Study(Err(StudyError::Cancelled)) | Solved::Slice(Err(_)) => false,
+        Solved::Study(result) => {
+            let is_new = stamped_is_new(&mut newest.study);
+            if is_new {
+                results.problem = result.as_ref().err().map(ToString::to_string);
+                results.study = result.ok().map(|value| Stamped {
+                    revision,
+                    value,
+                    took,
+                });
+            }
+            is_new
+        }
+        Solved::Slice(Ok(value)) => {
+            let is_wanted = plan == Some(value.plan);
+            if is_wanted {
+                results.slice = Some(Stamped {
+                    revision,
+                    value,
+                    took,
+                });
+            }
+            is_wanted
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! One thread that computes everything the editor shows, the newest wish winning.
+//!
+//! There is one slot a kind of work. A new job replaces the one that waits in its slot and
+//! cancels the one of its kind that runs, so the thread is never more than one job behind. It
+//! takes the pose first (cheap, and the hand feels it), then the study, then the slice. Results
+//! carry the revision and the generation they were computed for.
+
+use crate::study::{
+    CancelToken, Mode, Outcome, PoseDetail, Scenario, SliceOutcome, SlicePlan, StudyError, look,
+    run, sample_slice,
+};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How long a running study is left alone although a newer one waits: short studies then finish
+/// while the hand moves, and their figures follow it instead of standing still until it rests.
+pub const PATIENCE: Duration = Duration::from_millis(100);
+
+/// What a result belongs to. Generations count the worlds that were opened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Stamp {
+    pub generation: u64,
+    pub revision: u64,
+}
+
+/// Work for the solver.
+pub enum Job {
+    Pose(Arc<Scenario>),
+    Study(Arc<Scenario>, Mode),
+    Slice(Arc<Scenario>, SlicePlan),
+}
+
+/// What came of a job.
+pub struct Answer {
+    pub stamp: Stamp,
+    pub took: Duration,
+    pub result: Solved,
+}
+
+/// A result by kind. Cancelled work says so, in order that it can be counted.
+pub enum Solved {
+    Pose(PoseDetail),
+    Study(Result<Outcome, StudyError>),
+    Slice(Result<SliceOutcome, StudyError>),
+}
+
+/// Called from the solver's thread after each answer.
+pub type Waker = Box<dyn Fn() + Send + Sync>;
+
+/// The handle to the thread; dropping it stops the thread.
+pub struct Solver {
+    shared: Arc<Shared>,
+    answers: Mutex<Receiver<Answer>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+struct Shared {
+    slots: Mutex<Slots>,
+    changed: Condvar,
+    waker: OnceLock<Waker>,
+}
+
+#[derive(Default)]
+struct Slots {
+    pose: Option<Waiting>,
+    study: Option<Waiting>,
+    slice: Option<Waiting>,
+    running: Option<Running>,
+    is_stopped: bool,
+}
+
+struct Waiting {
+    stamp: Stamp,
+    job: Job,
+}
+
+struct Running {
+    kind: Kind,
+    generation: u64,
+    since: Instant,
+    cancel: CancelToken,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Pose,
+    Study,
+    Slice,
+}
+
+impl Job {
+    fn kind(&self) -> Kind {
+        match self {
+            Self::Pose(_) => Kind::Pose,
+            Self::Study(..) => Kind::Study,
+            Self::Slice(..) => Kind::Slice,
+        }
+    }
+}
+
+impl Solver {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// The system's, where it has no thread to give.
+    pub fn start() -> std::io::Result<Self> {
+        let shared = Arc::new(Shared {
+            slots: Mutex::default(),
+            changed: Condvar::new(),
+            waker: OnceLock::new(),
+        });
+        let (sender, answers) = channel();
+        let thread = std::thread::Builder::new().name("solver".into()).spawn({
+            let shared = Arc::clone(&shared);
+            move || work(&shared, &sender)
+        })?;
+        Ok(Self {
+            shared,
+            answers: Mutex::new(answers),
+            thread: Some(thread),
+        })
+    }
+
+    /// Names whom to wake after each answer; only the first name counts.
+    pub fn wake_with(&self, waker: Waker) {
+        // A second waker would wake the same loop once more.
+        let _ = self.shared.waker.set(waker);
+    }
+
+    pub fn has_waker(&self) -> bool {
+        self.shared.waker.get().is_some()
+    }
+
+    /// Hands a job over; one of its kind that still waits is forgotten.
+    pub fn submit(&self, stamp: Stamp, job: Job) {
+        let mut slots = self.shared.slots();
+        let kind = job.kind();
+        if let Some(running) = &slots.running
+            && running.kind == kind
+            && (running.generation != stamp.generation
+                || kind != Kind::Study
+                || running.since.elapsed() >= PATIENCE)
+        {
+            running.cancel.cancel();
+        }
+        *slots.slot(kind) = Some(Waiting { stamp, job });
+        drop(slots);
+        self.shared.changed.notify_one();
+    }
+
+    /// Forgets the slice that waits and cancels the one that runs.
+    pub fn drop_slice(&self) {
+        let mut slots = self.shared.slots();
+        slots.slice = None;
+        if let Some(running) = &slots.running
+            && running.kind == Kind::Slice
+        {
+            running.cancel.cancel();
+        }
+    }
+
+    /// Answers since the last call, in the order in which they were found.
+    pub fn answers(&self) -> Vec<Answer> {
+        let answers = self.answers.lock().unwrap_or_else(PoisonError::into_inner);
+        answers.try_iter().collect()
+    }
+
+    /// Whether nothing waits and nothing runs.
+    pub fn is_idle(&self) -> bool {
+        let slots = self.shared.slots();
+        slots.pose.is_none()
+            && slots.study.is_none()
+            && slots.slice.is_none()
+            && slots.running.is_none()
+    }
+}
+
+impl Drop for Solver {
+    fn drop(&mut self) {
+        {
+            let mut slots = self.shared.slots();
+            slots.is_stopped = true;
+            if let Some(running) = &slots.running {
+                running.cancel.cancel();
+            }
+        }
+        self.shared.changed.notify_one();
+        if let Some(thread) = self.thread.take() {
+            // A panic of the thread has been reported by the panic hook.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Shared {
+    fn slots(&self) -> MutexGuard<'_, Slots> {
+        self.slots.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Slots {
+    fn slot(&mut self, kind: Kind) -> &mut Option<Waiting> {
+        match kind {
+            Kind::Pose => &mut self.pose,
+            Kind::Study => &mut self.study,
+            Kind::Slice => &mut self.slice,
+        }
+    }
+
+    fn take(&mut self) -> Option<Waiting> {
+        self.pose
+            .take()
+            .or_else(|| self.study.take())
+            .or_else(|| self.slice.take())
+    }
+}
+
+fn work(shared: &Shared, sender: &Sender<Answer>) {
+    loop {
+        let (waiting, cancel) = {
+            let mut slots = shared.slots();
+            slots.running = None;
+            loop {
+                if slots.is_stopped {
+                    return;
+                }
+                if let Some(waiting) = slots.take() {
+                    let cancel = CancelToken::default();
+                    slots.running = Some(Running {
+                        kind: waiting.job.kind(),
+                        generation: waiting.stamp.generation,
+                        since: Instant::now(),
+                        cancel: cancel.clone(),
+                    });
+                    break (waiting, cancel);
+                }
+                slots = shared
+                    .changed
+                    .wait(slots)
+                    .unwrap_or_else(PoisonError::into_inner);
+            }
+        };
+        let start = Instant::now();
+        let result = match waiting.job {
+            Job::Pose(scenario) => Solved::Pose(look(&scenario)),
+            Job::Study(scenario, mode) => Solved::Study(run(&scenario, &mode, &cancel, None)),
+            Job::Slice(scenario, plan) => {
+                Solved::Slice(sample_slice(&scenario.environment, &plan, &cancel))
+            }
+        };
+        let answer = Answer {
+            stamp: waiting.stamp,
+            took: start.elapsed(),
+            result,
+        };
+        if sender.send(answer).is_err() {
+            return;
+        }
+        if let Some(wake) = shared.waker.get() {
+            wake();
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! What the editor's plugins share: the open world, the selection, requests, results.
+//!
+//! The document in [`OpenWorld`] is the only truth. Plugins read it, ask for changes by writing
+//! [`EditRequest`], [`ViewRequest`] or [`FileRequest`], and never change it themselves.
+
+use crate::design::view::{ColorMap, View};
+use crate::design::{BodyRole, Edit};
+pub use crate::geometry::orbit::Axis;
+use crate::store::World as StoreWorld;
+use crate::study::{Outcome, PoseDetail, SliceOutcome};
+use bevy::prelude::*;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Phases of a frame, in order, chained in [`Update`].
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EditorSystems {
+    /// Turns keys and pointer into requests.
+    Input,
+    /// Applies requests to the open document.
+    Edit,
+    /// Hands changed designs to the solver thread and takes its results.
+    Solve,
+    /// Turns results into what glyphs and maps are made of.
+    Sample,
+    /// Writes entities, cameras and meshes.
+    Draw,
+}
+
+/// The one open document with its room and meshes.
+#[derive(Resource)]
+pub struct OpenWorld(pub StoreWorld);
+
+/// What the person works on; outliner, inspector and scene agree on it.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Selection(pub Option<Selected>);
+
+/// What the pointer is over, in the scene or in the outliner.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Hovered(pub Option<Selected>);
+
+/// A thing that can be selected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Selected {
+    Body(BodyRole),
+    Sensor(BodyRole, usize),
+    Tip(BodyRole),
+}
+
+/// Asks for a change of the design; the only way in which it changes.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum EditRequest {
+    /// Opens an undo step of many edits (a drag), with the label that undo shows.
+    Begin(String),
+    Apply(Edit),
+    /// Closes the undo step.
+    Commit,
+    /// Takes back everything since `Begin`, to the bit.
+    Cancel,
+    Undo,
+    Redo,
+}
+
+/// Asks for a change of how the design is looked at.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum ViewRequest {
+    Set(View),
+    /// The camera glides to what is selected, or to everything.
+    FrameSelection,
+    LookAlong(Axis),
+}
+
+/// Asks for work with files; what may lose something asks the person first.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum FileRequest {
+    /// Shows the dialog that chooses a file to open.
+    ShowOpen,
+    Open(PathBuf),
+    OpenBuiltIn(String),
+    Save,
+    /// Shows the dialog that chooses where to save.
+    ShowSaveAs,
+    SaveAs(PathBuf),
+    /// Closes the window.
+    Quit,
+    /// Goes on with what would lose the open document: the person gave it up.
+    Discard(Box<FileRequest>),
+    /// Saves, and goes on once that is done.
+    SaveThen(Box<FileRequest>),
+    /// Saves although other designs use a body that changed.
+    SaveShared(SharedChoice),
+}
+
+/// What becomes of a changed body that other designs use too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SharedChoice {
+    /// The body's file changes, for all of them.
+    Overwrite,
+    /// This design gets a body file of its own.
+    Copy,
+}
+
+/// The newest results that the panels and the scene show.
+#[derive(Resource, Default)]
+pub struct Results {
+    pub study: Option<Stamped<Outcome>>,
+    pub pose: Option<Stamped<PoseDetail>>,
+    pub slice: Option<Stamped<SliceOutcome>>,
+    /// Why there are no figures, in words.
+    pub problem: Option<String>,
+}
+
+/// A result and what it belongs to.
+#[derive(Clone, Debug)]
+pub struct Stamped<T> {
+    /// The document's revision that it was computed for.
+    pub revision: u64,
+    pub value: T,
+    pub took: Duration,
+}
+
+/// The hole between the panels, in logical pixels of the window: the 3D view.
+#[derive(Resource, Clone, Copy, Debug, PartialEq)]
+pub struct ViewportRect {
+    pub min: Vec2,
+    pub size: Vec2,
+}
+
+/// The number next to the pointer while something is dragged.
+#[derive(Resource, Clone, Debug, Default, PartialEq)]
+pub struct DragReadout(pub Option<DragText>);
+
+/// A line of text at a place in the window, logical pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DragText {
+    pub at: Vec2,
+    pub text: String,
+}
+
+/// Whether a drag in the scene is under way.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ActiveDrag(pub bool);
+
+/// The magnification of errors, ghost and vectors as drawn.
+#[derive(Resource, Clone, Copy, Debug, PartialEq)]
+pub struct ShownMagnification {
+    pub times: f64,
+    /// The ghost's turn would be too large and is drawn smaller.
+    pub is_capped: bool,
+}
+
+/// The colour scale of the error map as drawn.
+#[derive(Resource, Clone, Copy, Debug, PartialEq)]
+pub struct ColorScale {
+    pub map: ColorMap,
+    pub max_mm: f64,
+}
+
+/// The scene's 3D camera.
+#[derive(Component, Clone, Copy, Debug, Default)]
+pub struct MainCamera;
+
+/// What is drawn: a window with panels, or an offscreen picture.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Presentation {
+    pub panels: bool,
+    pub window: bool,
+}
+
+impl Default for Presentation {
+    fn default() -> Self {
+        Self {
+            panels: true,
+            window: true,
+        }
+    }
+}
+
+/// Registers the shared resources and messages.
+pub struct StatePlugin;
+
+impl Plugin for StatePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Selection>()
+            .init_resource::<Hovered>()
+            .init_resource::<Results>()
+            .init_resource::<DragReadout>()
+            .init_resource::<ActiveDrag>()
+            .init_resource::<Presentation>()
+            .add_message::<EditRequest>()
+            .add_message::<ViewRequest>()
+            .add_message::<FileRequest>()
+            .configure_sets(
+                Update,
+                (
+                    EditorSystems::Input,
+                    EditorSystems::Edit,
+                    EditorSystems::Solve,
+                    EditorSystems::Sample,
+                    EditorSystems::Draw,
+                )
+                    .chain(),
+            );
+    }
+}

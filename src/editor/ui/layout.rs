@@ -1,0 +1,369 @@
+//! Lays the panels out around the 3D view and turns what they asked for into messages.
+
+use super::baseline::{Baseline, note_baseline};
+use super::dialogs::{DialogAnswer, Dialogs, dialog_ui};
+use super::inspector::{InspectorView, inspector_ui};
+use super::outliner::{OutlinerView, outliner_ui};
+use super::result::{ResultView, headline, result_ui};
+use super::slice_ui::{SlicePanelView, slice_ui};
+use super::status_bar::{StatusView, hint, status_bar_ui};
+use super::top_bar::{TopBarView, top_bar_ui};
+use super::{PanelAction, theme};
+use crate::design::{Design, View};
+use crate::editor::document::{Notice, file_name};
+use crate::editor::state::{
+    ActiveDrag, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, Presentation, Results,
+    Selected, Selection, ViewRequest, ViewportRect,
+};
+use crate::field::Environment;
+use crate::store;
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+use bevy_egui::egui::{self, Id, LayerId, Margin, Panel, ScrollArea, UiBuilder};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+/// The panels around the 3D view.
+///
+/// Draws in [`EguiPrimaryContextPass`], writes [`ViewportRect`] and requests, changes no design.
+pub struct UiPlugin;
+
+/// Which side panels are unfolded.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PanelsShown {
+    pub left: bool,
+    pub right: bool,
+}
+
+impl Default for PanelsShown {
+    fn default() -> Self {
+        Self {
+            left: true,
+            right: true,
+        }
+    }
+}
+
+/// Order of what is drawn with egui.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum UiSystems {
+    Panels,
+    Overlay,
+    Dialogs,
+}
+
+impl Plugin for UiPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<PanelsShown>()
+            .init_resource::<Presentation>()
+            .init_resource::<Selection>()
+            .init_resource::<Hovered>()
+            .init_resource::<ActiveDrag>()
+            .init_resource::<Results>()
+            .init_resource::<Notice>()
+            .init_resource::<Baseline>()
+            .init_resource::<Dialogs>()
+            .add_message::<EditRequest>()
+            .add_message::<ViewRequest>()
+            .add_message::<FileRequest>()
+            .add_message::<RequestRedraw>()
+            .configure_sets(
+                EguiPrimaryContextPass,
+                (UiSystems::Panels, UiSystems::Overlay, UiSystems::Dialogs).chain(),
+            )
+            .add_systems(Update, note_baseline.before(EditorSystems::Edit))
+            .add_systems(
+                EguiPrimaryContextPass,
+                (
+                    (set_style, panels).chain().in_set(UiSystems::Panels),
+                    dialogs.in_set(UiSystems::Dialogs),
+                ),
+            );
+    }
+}
+
+/// Once: a style set every frame would ask for the next frame.
+fn set_style(mut contexts: EguiContexts, mut is_set: Local<bool>) -> Result {
+    if !*is_set {
+        let ctx = contexts.ctx_mut()?;
+        theme::apply(ctx);
+        ctx.options_mut(|options| options.zoom_with_keyboard = false);
+        *is_set = true;
+    }
+    Ok(())
+}
+
+/// What the panels show.
+#[derive(SystemParam)]
+struct Shown<'w> {
+    world: Option<Res<'w, OpenWorld>>,
+    results: Res<'w, Results>,
+    baseline: Res<'w, Baseline>,
+    notice: Res<'w, Notice>,
+    drag: Res<'w, ActiveDrag>,
+    presentation: Res<'w, Presentation>,
+}
+
+/// Where what the person asked for goes.
+#[derive(SystemParam)]
+struct Asked<'w> {
+    shown: ResMut<'w, PanelsShown>,
+    selection: ResMut<'w, Selection>,
+    hovered: ResMut<'w, Hovered>,
+    edits: MessageWriter<'w, EditRequest>,
+    views: MessageWriter<'w, ViewRequest>,
+    files: MessageWriter<'w, FileRequest>,
+    redraw: MessageWriter<'w, RequestRedraw>,
+}
+
+fn panels(
+    mut commands: Commands,
+    mut contexts: EguiContexts,
+    shown: Shown,
+    mut asked: Asked,
+    viewport: Option<Res<ViewportRect>>,
+    mut hovered_here: Local<Option<Selected>>,
+) -> Result {
+    let ctx = contexts.ctx_mut()?;
+    let mut root = egui::Ui::new(
+        ctx.clone(),
+        Id::new("root"),
+        UiBuilder::new()
+            .layer_id(LayerId::background())
+            .max_rect(ctx.viewport_rect()),
+    );
+    let mut actions = Vec::new();
+    if let (true, Some(world)) = (shown.presentation.panels, &shown.world) {
+        let desk = Desk {
+            world: &world.0,
+            shown: &shown,
+            selected: asked.selection.0,
+            hovered: asked.hovered.0,
+            sides: *asked.shown,
+        };
+        desk.all_ui(&mut root, &mut actions);
+    }
+    let hole = root.available_rect_before_wrap();
+    // egui may be zoomed; the window's logical pixels are not.
+    let rect = ViewportRect {
+        min: Vec2::new(hole.min.x, hole.min.y) * ctx.zoom_factor(),
+        size: Vec2::new(hole.width().max(1.0), hole.height().max(1.0)) * ctx.zoom_factor(),
+    };
+    if viewport.is_none_or(|old| *old != rect) {
+        commands.insert_resource(rect);
+        asked.redraw.write(RequestRedraw);
+    }
+    asked.answer(actions, &mut hovered_here);
+    Ok(())
+}
+
+/// Everything that the panels read, in one place.
+struct Desk<'a> {
+    world: &'a store::World,
+    shown: &'a Shown<'a>,
+    selected: Option<Selected>,
+    hovered: Option<Selected>,
+    sides: PanelsShown,
+}
+
+impl Desk<'_> {
+    fn design(&self) -> &Design {
+        self.world.document.design()
+    }
+
+    fn view(&self) -> &View {
+        self.world.document.view()
+    }
+
+    fn environment(&self) -> &Environment {
+        &self.world.environment
+    }
+
+    fn all_ui(&self, root: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        Panel::top("top bar")
+            .exact_size(theme::TOP_BAR_HEIGHT)
+            .frame(theme::panel_frame(Margin::symmetric(6, 0)))
+            .show(root, |ui| actions.extend(self.top_ui(ui)));
+        Panel::bottom("status")
+            .exact_size(theme::STATUS_BAR_HEIGHT)
+            .frame(theme::panel_frame(Margin::symmetric(6, 0)))
+            .show(root, |ui| self.status_ui(ui));
+        if self.sides.left {
+            Panel::left("left")
+                .exact_size(theme::LEFT_WIDTH)
+                .resizable(false)
+                .frame(theme::panel_frame(Margin::symmetric(8, 0)))
+                .show(root, |ui| self.left_ui(ui, actions));
+        }
+        if self.sides.right {
+            Panel::right("right")
+                .exact_size(theme::RIGHT_WIDTH)
+                .resizable(false)
+                .frame(theme::panel_frame(Margin::ZERO))
+                .show(root, |ui| self.right_ui(ui, actions));
+        }
+    }
+
+    fn top_ui(&self, ui: &mut egui::Ui) -> Vec<PanelAction> {
+        let document = &self.world.document;
+        let builtins: Vec<&str> = store::builtin_names().collect();
+        top_bar_ui(
+            ui,
+            &TopBarView {
+                file: &file_name(document.origin()),
+                is_dirty: document.is_dirty(),
+                undo_label: document.undo_label(),
+                redo_label: document.redo_label(),
+                builtins: &builtins,
+                view: self.view(),
+                is_left_shown: self.sides.left,
+                is_right_shown: self.sides.right,
+            },
+        )
+    }
+
+    fn status_ui(&self, ui: &mut egui::Ui) {
+        let study = self.shown.results.study.as_ref();
+        status_bar_ui(
+            ui,
+            &StatusView {
+                hint: hint(self.design(), self.hovered, self.shown.drag.0),
+                study: study.map(|s| (s.value.figures.trials, s.took)),
+                outside: study.map_or(0, |s| s.value.figures.outside),
+                notice: self.shown.notice.0.as_deref(),
+            },
+        );
+    }
+
+    fn left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            actions.extend(outliner_ui(
+                ui,
+                &OutlinerView {
+                    design: self.design(),
+                    environment: self.environment(),
+                    view: self.view(),
+                    selected: self.selected,
+                    hovered: self.hovered,
+                    pose: self.shown.results.pose.as_ref().map(|p| &p.value),
+                },
+            ));
+            if self.view().layers.slice {
+                actions.extend(slice_ui(
+                    ui,
+                    &SlicePanelView {
+                        view: self.view(),
+                        bounds: *self.environment().model.bounds(),
+                        max_mm: self.shown.results.slice.as_ref().map(|s| s.value.max_mm),
+                    },
+                ));
+            }
+            ui.add_space(8.0);
+        });
+    }
+
+    fn right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        let results = &self.shown.results;
+        let study = results.study.as_ref();
+        let before = study.and_then(|study| {
+            let now = headline(&study.value.figures);
+            let (name, value) = self.shown.baseline.0?;
+            (name == now.name).then_some(value)
+        });
+        let revision = self.world.document.revision();
+        Panel::bottom("result")
+            .resizable(false)
+            .frame(super::result::frame())
+            .show(ui, |ui| {
+                let result = ResultView {
+                    results,
+                    before,
+                    is_computing: study.is_some_and(|s| s.revision != revision),
+                };
+                result_ui(ui, &result);
+            });
+        egui::Frame::new()
+            .inner_margin(Margin::symmetric(12, 0))
+            .show(ui, |ui| {
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    actions.extend(inspector_ui(
+                        ui,
+                        &InspectorView {
+                            design: self.design(),
+                            selected: self.selected,
+                            pose: results.pose.as_ref().map(|p| &p.value),
+                            default_weight_mm: self.environment().orientation_weight_mm(),
+                        },
+                    ));
+                    ui.add_space(8.0);
+                });
+            });
+    }
+}
+
+impl Asked<'_> {
+    fn answer(&mut self, actions: Vec<PanelAction>, hovered_here: &mut Option<Selected>) {
+        let mut hovered = None;
+        let mut is_asked = false;
+        for action in actions {
+            is_asked |= !matches!(action, PanelAction::Hover(_));
+            match action {
+                PanelAction::Edit(request) => {
+                    self.edits.write(request);
+                }
+                PanelAction::View(request) => {
+                    self.views.write(request);
+                }
+                PanelAction::File(request) => {
+                    self.files.write(request);
+                }
+                PanelAction::Select(what) => self.selection.0 = what,
+                PanelAction::Hover(what) => hovered = Some(what),
+                PanelAction::ToggleLeft => self.shown.left = !self.shown.left,
+                PanelAction::ToggleRight => self.shown.right = !self.shown.right,
+            }
+        }
+        // The scene hovers too: only what was hovered here is taken back here.
+        if hovered != *hovered_here {
+            self.hovered.set_if_neq(Hovered(hovered));
+            *hovered_here = hovered;
+            is_asked = true;
+        }
+        if is_asked {
+            self.redraw.write(RequestRedraw);
+        }
+    }
+}
+
+fn dialogs(
+    mut contexts: EguiContexts,
+    mut dialogs: ResMut<Dialogs>,
+    mut files: MessageWriter<FileRequest>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) -> Result {
+    let ctx = contexts.ctx_mut()?;
+    // Writing to the resource would mark it as changed in every frame.
+    let open = dialogs.bypass_change_detection();
+    let Some(dialog) = &mut open.current else {
+        return Ok(());
+    };
+    let modal = egui::Modal::new(Id::new("dialog"))
+        .backdrop_color(crate::editor::palette::SHADOW.color32_alpha(140))
+        .show(ctx, |ui| dialog_ui(ui, dialog));
+    let is_closed = modal.should_close();
+    let answer = match modal.inner {
+        None if is_closed => Some(DialogAnswer::Close),
+        answer => answer,
+    };
+    let Some(answer) = answer else { return Ok(()) };
+    redraw.write(RequestRedraw);
+    open.current = match answer {
+        DialogAnswer::Close => None,
+        DialogAnswer::Become(dialog) => Some(dialog),
+        DialogAnswer::Request(request) => {
+            files.write(request);
+            None
+        }
+    };
+    Ok(())
+}

@@ -1,0 +1,61 @@
+//! The panels around the 3D view. Each panel is a pure function from a view of the state to
+//! what the person asked for; `layout` alone knows Bevy.
+
+pub mod baseline;
+pub mod dialogs;
+pub mod folder;
+pub mod inspector;
+mod layout;
+pub mod motion_ui;
+pub mod outliner;
+pub mod result;
+pub mod slice_ui;
+pub mod status_bar;
+pub mod theme;
+pub mod top_bar;
+pub mod widgets;
+
+pub use layout::{PanelsShown, UiPlugin, UiSystems};
+
+use super::state::{EditRequest, FileRequest, Selected, ViewRequest};
+use crate::design::Edit;
+use widgets::NumberChange;
+
+/// What a person asked a panel for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PanelAction {
+    Edit(EditRequest),
+    View(ViewRequest),
+    File(FileRequest),
+    Select(Option<Selected>),
+    Hover(Selected),
+    /// Folds or unfolds the panels at the left.
+    ToggleLeft,
+    /// Folds or unfolds the panels at the right.
+    ToggleRight,
+}
+
+impl PanelAction {
+    /// One edit that is one undo step.
+    pub fn apply(edit: Edit) -> Self {
+        Self::Edit(EditRequest::Apply(edit))
+    }
+}
+
+/// Turns what a number field reported into requests; `edit` makes the edit of a value.
+fn number_edits(
+    changes: &[NumberChange],
+    actions: &mut Vec<PanelAction>,
+    label: &str,
+    edit: impl Fn(f64) -> Option<Edit>,
+) {
+    for change in changes {
+        match change {
+            NumberChange::Begin => {
+                actions.push(PanelAction::Edit(EditRequest::Begin(label.to_owned())));
+            }
+            NumberChange::Set(value) => actions.extend(edit(*value).map(PanelAction::apply)),
+            NumberChange::Commit => actions.push(PanelAction::Edit(EditRequest::Commit)),
+        }
+    }
+}

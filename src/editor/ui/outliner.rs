@@ -1,0 +1,198 @@
+//! What is in the design: bodies with their sensors and tips, the room, the layers.
+
+use super::PanelAction;
+use super::widgets::{Row, counted, length, quiet_ui, row_ui, section_ui};
+use crate::design::view::{Layers, View};
+use crate::design::{BodyRole, Design, Edit};
+use crate::editor::palette;
+use crate::editor::state::{Selected, ViewRequest};
+use crate::field::environment::Environment;
+use crate::study::{BodyDetail, PoseDetail};
+use bevy_egui::egui::{Response, Ui};
+
+/// What the outliner shows.
+pub struct OutlinerView<'a> {
+    pub design: &'a Design,
+    pub environment: &'a Environment,
+    pub view: &'a View,
+    pub selected: Option<Selected>,
+    pub hovered: Option<Selected>,
+    /// Says which sensors are outside the box or the volume.
+    pub pose: Option<&'a PoseDetail>,
+}
+
+/// Draws bodies, room and layers.
+pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<PanelAction> {
+    let mut actions = Vec::new();
+    ui.spacing_mut().item_spacing.y = 0.0;
+    section_ui(ui, "Design");
+    let design = Row {
+        label: &outliner.design.name,
+        is_selected: outliner.selected.is_none(),
+        ..Row::default()
+    };
+    if row_ui(ui, &design).clicked() {
+        actions.push(PanelAction::Select(None));
+    }
+    section_ui(ui, "Tool");
+    body_ui(ui, outliner, BodyRole::Tool, &mut actions);
+    if outliner.design.crf.is_some() {
+        section_ui(ui, "Coordinate reference frame");
+        body_ui(ui, outliner, BodyRole::Crf, &mut actions);
+    }
+    section_ui(ui, "Room");
+    room_ui(ui, outliner.environment);
+    section_ui(ui, "Layers");
+    layers_ui(ui, outliner.view, &mut actions);
+    actions
+}
+
+fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut Vec<PanelAction>) {
+    let Some(body) = outliner.design.body(role) else {
+        return;
+    };
+    let color = match role {
+        BodyRole::Tool => palette::TOOL,
+        BodyRole::Crf => palette::CRF,
+    };
+    let selectable = |ui: &mut Ui, what: Selected, row: Row, actions: &mut Vec<PanelAction>| {
+        let row = Row {
+            is_selected: outliner.selected == Some(what),
+            is_hovered: outliner.hovered == Some(what),
+            ..row
+        };
+        answer(&row_ui(ui, &row), what, actions);
+    };
+    let head = Row {
+        label: &body.rigid.name,
+        mark: Some(("■", color.color32())),
+        ..Row::default()
+    };
+    selectable(ui, Selected::Body(role), head, actions);
+    for (index, sensor) in body.rigid.sensors.iter().enumerate() {
+        let degrees_of_freedom = format!("{} DOF", sensor.orientation.degrees_of_freedom());
+        let trouble = detail(outliner.pose, role).and_then(|d| sensor_trouble(d, index));
+        let row = Row {
+            label: &sensor.name,
+            note: trouble.unwrap_or(&degrees_of_freedom),
+            note_color: trouble.map(|_| palette::MISSED.color32()),
+            indent: 1,
+            mark: Some(("●", palette::SENSOR.color32())),
+            ..Row::default()
+        };
+        selectable(ui, Selected::Sensor(role, index), row, actions);
+    }
+    if body.rigid.tip_in_body.is_some() {
+        let row = Row {
+            label: "tip",
+            indent: 1,
+            mark: Some(("◆", palette::ERROR_VECTOR.color32())),
+            ..Row::default()
+        };
+        selectable(ui, Selected::Tip(role), row, actions);
+    }
+    if let (BodyRole::Crf, Some(crf)) = (role, &outliner.design.crf) {
+        for target in &crf.targets {
+            let row = Row {
+                label: &target.name,
+                note: "target",
+                indent: 1,
+                mark: Some(("◇", palette::TEXT_QUIET.color32())),
+                ..Row::default()
+            };
+            row_ui(ui, &row);
+        }
+    }
+    let add = Row {
+        label: "Add sensor",
+        indent: 1,
+        mark: Some(("+", palette::TEXT_QUIET.color32())),
+        ..Row::default()
+    };
+    if row_ui(ui, &add).clicked() {
+        let sensor = super::inspector::new_sensor(&body.rigid);
+        let index = body.rigid.sensors.len();
+        actions.push(PanelAction::apply(Edit::AddSensor { body: role, sensor }));
+        actions.push(PanelAction::Select(Some(Selected::Sensor(role, index))));
+    }
+}
+
+fn answer(response: &Response, what: Selected, actions: &mut Vec<PanelAction>) {
+    if response.hovered() {
+        actions.push(PanelAction::Hover(what));
+    }
+    if response.clicked() {
+        actions.push(PanelAction::Select(Some(what)));
+    }
+}
+
+/// The detail of a body at the design's own pose.
+pub fn detail(pose: Option<&PoseDetail>, role: BodyRole) -> Option<&BodyDetail> {
+    match role {
+        BodyRole::Tool => pose.map(|p| &p.tool),
+        BodyRole::Crf => pose.and_then(|p| p.crf.as_ref()),
+    }
+}
+
+/// What is wrong with where a sensor is, in a few words.
+pub fn sensor_trouble(detail: &BodyDetail, index: usize) -> Option<&'static str> {
+    let sensor = detail.sensors.get(index)?;
+    match (sensor.is_inside, sensor.is_in_volume) {
+        (_, false) => Some("outside the volume"),
+        (false, true) => Some("outside the box"),
+        (true, true) => None,
+    }
+}
+
+fn room_ui(ui: &mut Ui, environment: &Environment) {
+    let row = Row {
+        label: &environment.name,
+        ..Row::default()
+    };
+    row_ui(ui, &row);
+    ui.indent("room", |ui| match &environment.provenance {
+        None => {
+            quiet_ui(ui, "ideal, never measured");
+        }
+        Some(from) => {
+            quiet_ui(ui, counted(from.samples, "sample", "samples"));
+            if let Some(holdout) = &from.holdout {
+                quiet_ui(
+                    ui,
+                    format!("held-out error {}", length(holdout.after.position_rms_mm)),
+                );
+            }
+        }
+    });
+}
+
+/// A layer's name and where its switch is.
+type Layer = (&'static str, fn(&mut Layers) -> &mut bool);
+
+const LAYERS: [Layer; 9] = [
+    ("Volume", |l| &mut l.volume),
+    ("Field generator", |l| &mut l.generator),
+    ("Ground grid", |l| &mut l.grid),
+    ("Anatomy", |l| &mut l.anatomy),
+    ("Sensor errors", |l| &mut l.sensor_errors),
+    ("Tip error", |l| &mut l.tip_error),
+    ("Ghost", |l| &mut l.ghost),
+    ("Error slice", |l| &mut l.slice),
+    ("Labels", |l| &mut l.labels),
+];
+
+fn layers_ui(ui: &mut Ui, view: &View, actions: &mut Vec<PanelAction>) {
+    for (name, switch) in LAYERS {
+        let mut layers = view.layers;
+        ui.horizontal(|ui| {
+            ui.add_space(6.0);
+            if ui.checkbox(switch(&mut layers), name).changed() {
+                let view = View {
+                    layers,
+                    ..view.clone()
+                };
+                actions.push(PanelAction::View(ViewRequest::Set(view)));
+            }
+        });
+    }
+}

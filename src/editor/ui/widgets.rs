@@ -1,0 +1,341 @@
+//! Widgets that several panels share: values with units, number fields, section heads, badges.
+
+use super::theme;
+use crate::editor::palette;
+use bevy_egui::egui::{self, Color32, DragValue, Response, RichText, Sense, Ui, vec2};
+
+/// Stands between a value and its unit.
+pub const THIN_SPACE: char = '\u{2009}';
+/// A true minus sign.
+pub const MINUS: char = '\u{2212}';
+/// Width of the fields in rows of numbers.
+pub const FIELD_WIDTH: f32 = 76.0;
+
+/// `value` with so many decimals and a true minus sign; never a negative zero.
+pub fn decimal(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.bytes().all(|b| matches!(b, b'0' | b'.')) => rest.to_owned(),
+        Some(rest) => format!("{MINUS}{rest}"),
+        None => text,
+    }
+}
+
+/// `0.49 mm`, `1.20°`: a thin space before the unit, none before a degree sign.
+pub fn with_unit(value: &str, unit: &str) -> String {
+    match unit {
+        "" => value.to_owned(),
+        "°" => format!("{value}°"),
+        "deg" => format!("{value}°"),
+        _ => format!("{value}{THIN_SPACE}{unit}"),
+    }
+}
+
+/// A length in millimetres, two decimals.
+pub fn length(value_mm: f64) -> String {
+    with_unit(&decimal(value_mm, 2), "mm")
+}
+
+/// `3,375`.
+pub fn count(value: usize) -> String {
+    let digits = value.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// `1 trial`, `3,375 trials`.
+pub fn counted(value: usize, one: &str, many: &str) -> String {
+    format!("{} {}", count(value), if value == 1 { one } else { many })
+}
+
+/// A change with its sign: `−0.08`, `+0.31`, `±0.00`.
+pub fn signed(value: f64, decimals: usize) -> String {
+    let text = decimal(value, decimals);
+    if text.starts_with(MINUS) {
+        text
+    } else if text.bytes().all(|b| matches!(b, b'0' | b'.')) {
+        format!("±{text}")
+    } else {
+        format!("+{text}")
+    }
+}
+
+/// What a number field asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NumberChange {
+    /// The pointer began to drag the value: open an undo step.
+    Begin,
+    /// The value is now this.
+    Set(f64),
+    /// The pointer let go: close the undo step.
+    Commit,
+}
+
+/// What a number field shows and allows.
+#[derive(Clone, Copy, Debug)]
+pub struct NumberField<'a> {
+    /// For people who cannot see the field, and for tests.
+    pub name: &'a str,
+    pub unit: &'static str,
+    pub decimals: usize,
+    /// Change of the value a pixel of dragging.
+    pub speed: f64,
+    pub min: f64,
+    pub max: f64,
+    pub width: f32,
+}
+
+impl<'a> NumberField<'a> {
+    /// A length in millimetres.
+    pub fn length(name: &'a str) -> Self {
+        Self {
+            name,
+            unit: "mm",
+            decimals: 2,
+            speed: 0.1,
+            min: -1e6,
+            max: 1e6,
+            width: FIELD_WIDTH,
+        }
+    }
+
+    /// An angle in degrees.
+    pub fn angle(name: &'a str) -> Self {
+        Self {
+            unit: "°",
+            speed: 0.5,
+            min: -360.0,
+            max: 360.0,
+            ..Self::length(name)
+        }
+    }
+
+    /// A number without a unit.
+    pub fn plain(name: &'a str) -> Self {
+        Self {
+            unit: "",
+            decimals: 3,
+            speed: 0.01,
+            min: -1.0,
+            max: 1.0,
+            ..Self::length(name)
+        }
+    }
+
+    pub fn positive(self) -> Self {
+        Self { min: 0.0, ..self }
+    }
+
+    pub fn width(self, width: f32) -> Self {
+        Self { width, ..self }
+    }
+}
+
+/// A number that can be typed or dragged. A typed number is one change; a drag is many between
+/// a `Begin` and a `Commit`. A number typed as it was shown is no change: the field shows fewer
+/// digits than the value has.
+pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChange> {
+    let mut changes = Vec::new();
+    let mut edited = value;
+    let decimals = field.decimals;
+    let suffix = with_unit("", field.unit);
+    let response = ui
+        .scope(|ui| {
+            ui.spacing_mut().interact_size.x = field.width;
+            ui.add_sized(
+                vec2(field.width, ui.spacing().interact_size.y),
+                DragValue::new(&mut edited)
+                    .speed(field.speed)
+                    .range(field.min..=field.max)
+                    .clamp_existing_to_range(false)
+                    .suffix(suffix)
+                    .update_while_editing(false)
+                    .max_decimals(decimals)
+                    .custom_formatter(move |v, _| decimal(v, decimals))
+                    .custom_parser(parse_number),
+            )
+        })
+        .inner;
+    let id = response.id;
+    ui.ctx().accesskit_node_builder(id, |node| {
+        node.set_label(field.name.to_owned());
+    });
+    if response.drag_started() {
+        changes.push(NumberChange::Begin);
+    }
+    if response.changed()
+        && edited.is_finite()
+        && decimal(edited, decimals) != decimal(value, decimals)
+    {
+        changes.push(NumberChange::Set(edited));
+    }
+    if response.drag_stopped() {
+        changes.push(NumberChange::Commit);
+    }
+    changes
+}
+
+/// A number as people type it: a unit behind it, a comma for the decimal point, a true minus.
+fn parse_number(text: &str) -> Option<f64> {
+    let text: String = text
+        .chars()
+        .filter(|c| !c.is_whitespace())
+        .map(|c| match c {
+            MINUS => '-',
+            ',' => '.',
+            c => c,
+        })
+        .collect();
+    let text = text.trim_end_matches("mm").trim_end_matches('°');
+    text.parse().ok().filter(|v: &f64| v.is_finite())
+}
+
+/// The head of a section: small, quiet, with a line above all but the first.
+pub fn section_ui(ui: &mut Ui, title: &str) {
+    ui.add_space(8.0);
+    ui.label(
+        RichText::new(title)
+            .font(theme::label_font())
+            .color(palette::TEXT_QUIET.color32()),
+    );
+    ui.add_space(1.0);
+}
+
+/// Small, quiet text.
+pub fn quiet_ui(ui: &mut Ui, text: impl Into<String>) -> Response {
+    ui.label(
+        RichText::new(text)
+            .font(theme::label_font())
+            .color(palette::TEXT_QUIET.color32()),
+    )
+}
+
+/// A warning in words, with a sign before it.
+pub fn warning_ui(ui: &mut Ui, text: &str) -> Response {
+    let color = palette::MISSED.color32();
+    ui.add(egui::Label::new(RichText::new(format!("⚠ {text}")).color(color)).wrap())
+}
+
+/// What a row of a list looks like.
+#[derive(Clone, Debug, Default)]
+pub struct Row<'a> {
+    pub label: &'a str,
+    /// Quiet text at the right end.
+    pub note: &'a str,
+    pub indent: usize,
+    pub is_selected: bool,
+    pub is_hovered: bool,
+    /// A mark before the label.
+    pub mark: Option<(&'a str, Color32)>,
+    pub note_color: Option<Color32>,
+}
+
+const INDENT: f32 = 14.0;
+const MARK_WIDTH: f32 = 16.0;
+
+/// A row that can be clicked, as wide as the panel; long labels end in an ellipsis.
+pub fn row_ui(ui: &mut Ui, row: &Row) -> Response {
+    let (rect, response) = ui.allocate_exact_size(
+        vec2(ui.available_width(), theme::ROW_HEIGHT),
+        Sense::click(),
+    );
+    response.widget_info(|| {
+        egui::WidgetInfo::selected(
+            egui::WidgetType::SelectableLabel,
+            ui.is_enabled(),
+            row.is_selected,
+            row.label,
+        )
+    });
+    if !ui.is_rect_visible(rect) {
+        return response;
+    }
+    let fill = if row.is_selected {
+        Some(ui.visuals().selection.bg_fill)
+    } else if response.hovered() || row.is_hovered {
+        Some(palette::WIDGET_HOVERED.color32())
+    } else {
+        None
+    };
+    if let Some(fill) = fill {
+        ui.painter().rect_filled(rect, 3.0, fill);
+    }
+    let mut x = rect.left() + 6.0 + row.indent as f32 * INDENT;
+    if let Some((mark, color)) = row.mark {
+        ui.painter().text(
+            egui::pos2(x, rect.center().y),
+            egui::Align2::LEFT_CENTER,
+            mark,
+            theme::body_font(),
+            color,
+        );
+        x += MARK_WIDTH;
+    }
+    let note = ui.painter().layout_no_wrap(
+        row.note.to_owned(),
+        theme::label_font(),
+        row.note_color.unwrap_or(palette::TEXT_QUIET.color32()),
+    );
+    let note_left = rect.right() - 6.0 - note.size().x;
+    let text_color = if row.is_selected {
+        palette::TEXT_STRONG
+    } else {
+        palette::TEXT
+    };
+    let mut job = egui::text::LayoutJob::simple_singleline(
+        row.label.to_owned(),
+        theme::body_font(),
+        text_color.color32(),
+    );
+    job.wrap = egui::text::TextWrapping::truncate_at_width((note_left - x - 6.0).max(8.0));
+    let label = ui.painter().layout_job(job);
+    let label_y = rect.center().y - label.size().y / 2.0;
+    let note_y = rect.center().y - note.size().y / 2.0;
+    ui.painter()
+        .galley(egui::pos2(x, label_y), label, text_color.color32());
+    ui.painter()
+        .galley(egui::pos2(note_left, note_y), note, text_color.color32());
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_true_minus_signs_and_no_negative_zero() {
+        assert_eq!(decimal(-1.234, 2), "−1.23");
+        assert_eq!(decimal(-0.001, 2), "0.00");
+        assert_eq!(signed(-0.08, 2), "−0.08");
+        assert_eq!(signed(0.31, 2), "+0.31");
+        assert_eq!(signed(0.001, 2), "±0.00");
+    }
+
+    #[test]
+    fn units_follow_a_thin_space_and_degrees_none() {
+        assert_eq!(length(0.49), "0.49\u{2009}mm");
+        assert_eq!(with_unit("1.20", "°"), "1.20°");
+    }
+
+    #[test]
+    fn counts_have_separators() {
+        assert_eq!(count(7), "7");
+        assert_eq!(count(3375), "3,375");
+        assert_eq!(count(1_000_000), "1,000,000");
+        assert_eq!(counted(1, "trial", "trials"), "1 trial");
+    }
+
+    #[test]
+    fn typed_numbers_may_carry_units_commas_and_true_minus_signs() {
+        assert_eq!(parse_number("−1,5 mm"), Some(-1.5));
+        assert_eq!(parse_number(" 12.5° "), Some(12.5));
+        assert_eq!(parse_number("inf"), None);
+        assert_eq!(parse_number("twelve"), None);
+    }
+}
