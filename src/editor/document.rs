@@ -68,6 +68,7 @@ fn apply_edits(
     mut requests: MessageReader<EditRequest>,
     world: Option<ResMut<OpenWorld>>,
     mut notice: ResMut<Notice>,
+    mut dialogs: ResMut<Dialogs>,
 ) {
     let Some(mut world) = world else {
         requests.clear();
@@ -92,12 +93,20 @@ fn apply_edits(
                 notice.set_if_neq(Notice(None));
                 if is_changed {
                     world.set_changed();
+                    refresh_room(&mut world, &mut dialogs);
                 }
             }
             Err(error) => {
                 notice.set_if_neq(Notice(Some(error.to_string())));
             }
         }
+    }
+}
+
+/// Another room is read when an edit, or its undo, names it.
+fn refresh_room(world: &mut OpenWorld, dialogs: &mut Dialogs) {
+    if let Err(error) = store::refresh_environment(&mut world.0) {
+        dialogs.show(Dialog::error("The room cannot be opened", &error));
     }
 }
 

@@ -43,14 +43,16 @@ pub fn caption(environment: &Environment) -> String {
 pub fn paint(painter: &Painter, view: &OverlayView) -> Vec<Rect> {
     let mut covered = Vec::new();
     let rect = view.rect;
-    let caption_rect = text(
-        painter,
-        rect.left_bottom() + vec2(MARGIN, -8.0),
-        Align2::LEFT_BOTTOM,
-        &caption(view.environment),
-        palette::TEXT_QUIET,
+    let caption = painter.layout_no_wrap(
+        caption(view.environment),
+        theme::label_font(),
+        palette::TEXT.color32(),
     );
-    covered.push(caption_rect);
+    let caption_rect =
+        Align2::LEFT_BOTTOM.anchor_size(rect.left_bottom() + vec2(MARGIN, -8.0), caption.size());
+    plate(painter, caption_rect.expand2(vec2(5.0, 2.0)));
+    painter.galley(caption_rect.min, caption, palette::TEXT.color32());
+    covered.push(caption_rect.expand(4.0));
     let bottom = caption_rect.top() - 8.0;
     covered.push(scale_bar(painter, view, pos2(rect.left() + MARGIN, bottom)));
     let mut right_bottom = pos2(rect.right() - MARGIN, rect.bottom() - MARGIN);

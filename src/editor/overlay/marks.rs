@@ -10,7 +10,7 @@ use crate::editor::ui::outliner::{detail, sensor_trouble};
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{THIN_SPACE, length};
 use crate::geometry::bounds::Bounds;
-use bevy_egui::egui::{Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
+use bevy_egui::egui::{Align2, Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
 use nalgebra::{Point3, Vector3};
 
 /// Where the letters of the tracker's axes stand: just beyond the arrows.
@@ -23,7 +23,6 @@ struct Label {
     color: Rgb,
     /// Warnings and what the person works on.
     is_needed: bool,
-    has_plate: bool,
 }
 
 /// Paints the labels around what is covered already.
@@ -31,6 +30,7 @@ pub fn paint(painter: &Painter, view: &OverlayView, covered: &[Rect]) {
     let mut labels = Vec::new();
     warnings(view, &mut labels);
     if view.layers.labels {
+        axis_letters(painter, view);
         tip(view, &mut labels);
         sensors(view, &mut labels);
         targets(view, &mut labels);
@@ -67,12 +67,10 @@ fn paint_labels(painter: &Painter, view: &OverlayView, labels: &[Label], covered
     let places = place(&wanted, covered, view.rect.shrink(4.0));
     for ((label, galley), rect) in labels.iter().zip(galleys).zip(places) {
         let Some(rect) = rect else { continue };
-        if label.has_plate {
-            if let Some(line) = leader(label.at, rect) {
-                painter.line_segment(line, Stroke::new(1.0, label.color.color32_alpha(140)));
-            }
-            painter.rect_filled(rect, 3.0, palette::BACKGROUND.color32_alpha(190));
+        if let Some(line) = leader(label.at, rect) {
+            painter.line_segment(line, Stroke::new(1.0, label.color.color32_alpha(140)));
         }
+        painter.rect_filled(rect, 3.0, palette::BACKGROUND.color32_alpha(190));
         if label.is_needed && label.color == palette::MISSED {
             let stroke = Stroke::new(1.0, label.color.color32());
             painter.rect_stroke(rect, 3.0, stroke, StrokeKind::Inside);
@@ -113,7 +111,6 @@ fn warnings(view: &OverlayView, labels: &mut Vec<Label>) {
                 text: format!("{}: {trouble}", sensor.name),
                 color: palette::MISSED,
                 is_needed: true,
-                has_plate: true,
             }));
         }
         if let Some(text) = determination_text(&detail.determination)
@@ -124,7 +121,6 @@ fn warnings(view: &OverlayView, labels: &mut Vec<Label>) {
                 text: text.to_owned(),
                 color: palette::MISSED,
                 is_needed: true,
-                has_plate: true,
             });
         }
     }
@@ -147,7 +143,6 @@ fn tip(view: &OverlayView, labels: &mut Vec<Label>) {
         text,
         color: palette::TEXT_STRONG,
         is_needed: view.selected == Some(Selected::Tip(role)),
-        has_plate: true,
     });
 }
 
@@ -175,7 +170,6 @@ fn sensors(view: &OverlayView, labels: &mut Vec<Label>) {
                     palette::SENSOR
                 },
                 is_needed: is_looked_at,
-                has_plate: true,
             });
         }
     }
@@ -190,7 +184,6 @@ fn targets(view: &OverlayView, labels: &mut Vec<Label>) {
             text: target.name.clone(),
             color: palette::TEXT_QUIET,
             is_needed: false,
-            has_plate: true,
         }));
     }
 }
@@ -229,7 +222,6 @@ fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
             text,
             color,
             is_needed: view.selected == Some(Selected::Body(role)),
-            has_plate: true,
         });
     }
 }
@@ -247,24 +239,22 @@ fn room(view: &OverlayView, labels: &mut Vec<Label>) {
             text: "field generator".to_owned(),
             color: palette::TEXT_QUIET,
             is_needed: false,
-            has_plate: true,
         }));
     }
+}
+
+/// Letters at the ends of the tracker's axes.
+fn axis_letters(painter: &Painter, view: &OverlayView) {
     for (axis, letter, color) in [
         (Vector3::x(), "x", palette::AXIS_X),
         (Vector3::y(), "y", palette::AXIS_Y),
         (Vector3::z(), "z", palette::AXIS_Z),
     ] {
-        labels.extend(
-            view.project(&(axis * AXIS_LETTER_MM).into())
-                .map(|at| Label {
-                    at,
-                    text: letter.to_owned(),
-                    color,
-                    is_needed: false,
-                    has_plate: false,
-                }),
-        );
+        let end = Point3::from(axis * AXIS_LETTER_MM);
+        if let Some(at) = view.project(&end) {
+            let font = theme::body_font();
+            painter.text(at, Align2::CENTER_CENTER, letter, font, color.color32());
+        }
     }
 }
 
@@ -290,7 +280,6 @@ fn volume_lengths(view: &OverlayView, bounds: &Bounds, name: &str, labels: &mut 
             text: format!("{size_mm:.0}{THIN_SPACE}mm"),
             color: palette::TEXT_QUIET,
             is_needed: false,
-            has_plate: true,
         });
     }
     let top = bounds
@@ -304,7 +293,6 @@ fn volume_lengths(view: &OverlayView, bounds: &Bounds, name: &str, labels: &mut 
         text: format!("measurement volume ({name})"),
         color: palette::TEXT_QUIET,
         is_needed: false,
-        has_plate: true,
     }));
 }
 

@@ -4,7 +4,7 @@ use super::OverlayView;
 use crate::editor::palette;
 use crate::editor::ui::result::headline;
 use crate::editor::ui::theme;
-use crate::editor::ui::widgets::{counted, length, with_unit};
+use crate::editor::ui::widgets::{MET_SIGN, MISSED_SIGN, counted, length, with_unit};
 use bevy_egui::egui::{Align2, Painter, Rect, pos2, vec2};
 
 /// Paints name and result into the upper left corner; what they cover.
@@ -34,9 +34,9 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
             Some((limit, is_met)) => {
                 let limit = with_unit(&format!("{limit:.2}"), headline.unit);
                 let (sign, word) = if is_met {
-                    ("✓", "met")
+                    (MET_SIGN, "met")
                 } else {
-                    ("✗", "missed")
+                    (MISSED_SIGN, "missed")
                 };
                 format!("{}, {sign} {word}: at most {limit}", headline.name)
             }

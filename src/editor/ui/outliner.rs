@@ -1,13 +1,14 @@
 //! What is in the design: bodies with their sensors and tips, the room, the layers.
 
 use super::PanelAction;
-use super::widgets::{Row, counted, length, quiet_ui, row_ui, section_ui};
+use super::widgets::{Mark, Row, counted, length, quiet_ui, row_ui, section_ui};
 use crate::design::view::{Layers, View};
 use crate::design::{BodyRole, Design, Edit};
 use crate::editor::palette;
 use crate::editor::state::{Selected, ViewRequest};
 use crate::field::environment::Environment;
 use crate::study::{BodyDetail, PoseDetail};
+use crate::tracking::SensorOrientation;
 use bevy_egui::egui::{Response, Ui};
 
 /// What the outliner shows.
@@ -65,19 +66,23 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
     };
     let head = Row {
         label: &body.rigid.name,
-        mark: Some(("■", color.color32())),
+        mark: Some((Mark::Square, color.color32())),
         ..Row::default()
     };
     selectable(ui, Selected::Body(role), head, actions);
     for (index, sensor) in body.rigid.sensors.iter().enumerate() {
         let degrees_of_freedom = format!("{} DOF", sensor.orientation.degrees_of_freedom());
+        let sensor_mark = match &sensor.orientation {
+            SensorOrientation::FiveDof(_) => Mark::Dot,
+            SensorOrientation::SixDof(_) => Mark::Ring,
+        };
         let trouble = detail(outliner.pose, role).and_then(|d| sensor_trouble(d, index));
         let row = Row {
             label: &sensor.name,
             note: trouble.unwrap_or(&degrees_of_freedom),
             note_color: trouble.map(|_| palette::MISSED.color32()),
             indent: 1,
-            mark: Some(("●", palette::SENSOR.color32())),
+            mark: Some((sensor_mark, palette::SENSOR.color32())),
             ..Row::default()
         };
         selectable(ui, Selected::Sensor(role, index), row, actions);
@@ -86,7 +91,7 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
         let row = Row {
             label: "tip",
             indent: 1,
-            mark: Some(("◆", palette::ERROR_VECTOR.color32())),
+            mark: Some((Mark::Diamond, palette::ERROR_VECTOR.color32())),
             ..Row::default()
         };
         selectable(ui, Selected::Tip(role), row, actions);
@@ -97,7 +102,7 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
                 label: &target.name,
                 note: "target",
                 indent: 1,
-                mark: Some(("◇", palette::TEXT_QUIET.color32())),
+                mark: Some((Mark::OpenDiamond, palette::TEXT_QUIET.color32())),
                 ..Row::default()
             };
             row_ui(ui, &row);
@@ -106,7 +111,7 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
     let add = Row {
         label: "Add sensor",
         indent: 1,
-        mark: Some(("+", palette::TEXT_QUIET.color32())),
+        mark: Some((Mark::Plus, palette::TEXT_QUIET.color32())),
         ..Row::default()
     };
     if row_ui(ui, &add).clicked() {

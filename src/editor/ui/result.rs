@@ -1,7 +1,9 @@
 //! What the study comes to: one large figure, and the others below it.
 
 use super::theme;
-use super::widgets::{THIN_SPACE, counted, quiet_ui, signed, warning_ui, with_unit};
+use super::widgets::{
+    MET_SIGN, MISSED_SIGN, THIN_SPACE, counted, quiet_ui, signed, warning_ui, with_unit,
+};
 use crate::editor::palette;
 use crate::editor::state::Results;
 use crate::study::{FigureRow, Figures, figure_rows};
@@ -127,9 +129,9 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
     if let Some((limit, is_met)) = headline.limit {
         let limit = with_unit(&format!("{limit:.2}"), headline.unit);
         let text = if is_met {
-            format!("✓ met: at most {limit}")
+            format!("{MET_SIGN} met: at most {limit}")
         } else {
-            format!("✗ missed: at most {limit}")
+            format!("{MISSED_SIGN} missed: at most {limit}")
         };
         ui.label(RichText::new(text).color(theme::verdict_color(Some(is_met))));
     }
@@ -188,9 +190,6 @@ pub fn warnings(figures: &Figures) -> Vec<String> {
     }
     texts
 }
-
-/// How tall the panel is when everything is well; more words make it taller.
-pub const HEIGHT: f32 = 264.0;
 
 /// A frame that sets the result apart from the inspector above.
 pub fn frame() -> egui::Frame {

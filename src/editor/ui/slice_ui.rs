@@ -79,8 +79,11 @@ fn position_ui(ui: &mut Ui, bounds: &Bounds, slice: &mut SliceView) {
         set_from(number_ui(ui, &field, slice.position_mm), |v| {
             slice.position_mm = v;
         });
+    });
+    ui.horizontal(|ui| {
+        ui.add_space(6.0);
         let mut position_mm = slice.position_mm;
-        ui.spacing_mut().slider_width = (ui.available_width() - 4.0).max(40.0);
+        ui.spacing_mut().slider_width = (ui.available_width() - 8.0).max(40.0);
         let slider = Slider::new(&mut position_mm, range)
             .show_value(false)
             .clamping(SliderClamping::Never)

@@ -35,12 +35,12 @@ pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<PanelAction> {
             ui.menu_button("File", |ui| file_menu(ui, bar, &mut actions));
             ui.menu_button("Edit", |ui| edit_menu(ui, bar, &mut actions));
             ui.menu_button("View", |ui| view_menu(ui, bar, &mut actions));
+            ui.add_space(14.0);
+            ui.label(RichText::new(bar.file).color(palette::TEXT.color32()));
+            if bar.is_dirty {
+                quiet_ui(ui, "not saved");
+            }
         });
-        ui.add_space(10.0);
-        ui.label(bar.file);
-        if bar.is_dirty {
-            quiet_ui(ui, "not saved");
-        }
     });
     actions
 }

@@ -2,12 +2,17 @@
 
 use super::theme;
 use crate::editor::palette;
-use bevy_egui::egui::{self, Color32, DragValue, Response, RichText, Sense, Ui, vec2};
+use bevy_egui::egui::{
+    self, Color32, DragValue, Pos2, Response, RichText, Sense, Shape, Stroke, Ui, vec2,
+};
 
 /// Stands between a value and its unit.
 pub const THIN_SPACE: char = '\u{2009}';
 /// A true minus sign.
 pub const MINUS: char = '\u{2212}';
+/// Said of a requirement that is met, and of one that is missed; egui's fonts have these two.
+pub const MET_SIGN: char = '✔';
+pub const MISSED_SIGN: char = '✖';
 /// Width of the fields in rows of numbers.
 pub const FIELD_WIDTH: f32 = 76.0;
 
@@ -232,8 +237,59 @@ pub struct Row<'a> {
     pub is_selected: bool,
     pub is_hovered: bool,
     /// A mark before the label.
-    pub mark: Option<(&'a str, Color32)>,
+    pub mark: Option<(Mark, Color32)>,
     pub note_color: Option<Color32>,
+}
+
+/// What stands before a row's label; drawn, since fonts differ in what they have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    Square,
+    /// A sensor of one axis.
+    Dot,
+    /// A sensor of three axes.
+    Ring,
+    Diamond,
+    OpenDiamond,
+    Plus,
+}
+
+impl Mark {
+    fn paint(self, painter: &egui::Painter, at: Pos2, color: Color32) {
+        let stroke = Stroke::new(1.5, color);
+        let diamond = |half: f32| {
+            vec![
+                at - vec2(0.0, half),
+                at + vec2(half, 0.0),
+                at + vec2(0.0, half),
+                at - vec2(half, 0.0),
+            ]
+        };
+        match self {
+            Self::Square => {
+                let rect = egui::Rect::from_center_size(at, vec2(9.0, 9.0));
+                painter.rect_filled(rect, 2.0, color);
+            }
+            Self::Dot => {
+                painter.circle_filled(at, 3.5, color);
+            }
+            Self::Ring => {
+                painter.circle_filled(at, 1.5, color);
+                painter.circle_stroke(at, 4.0, stroke);
+            }
+            Self::Diamond => {
+                painter.add(Shape::convex_polygon(diamond(4.5), color, Stroke::NONE));
+            }
+            Self::OpenDiamond => {
+                painter.add(Shape::closed_line(diamond(4.0), stroke));
+            }
+            Self::Plus => {
+                for half in [vec2(3.5, 0.0), vec2(0.0, 3.5)] {
+                    painter.line_segment([at - half, at + half], stroke);
+                }
+            }
+        }
+    }
 }
 
 const INDENT: f32 = 14.0;
@@ -268,13 +324,8 @@ pub fn row_ui(ui: &mut Ui, row: &Row) -> Response {
     }
     let mut x = rect.left() + 6.0 + row.indent as f32 * INDENT;
     if let Some((mark, color)) = row.mark {
-        ui.painter().text(
-            egui::pos2(x, rect.center().y),
-            egui::Align2::LEFT_CENTER,
-            mark,
-            theme::body_font(),
-            color,
-        );
+        let at = egui::pos2(x + MARK_WIDTH / 2.0 - 3.0, rect.center().y);
+        mark.paint(ui.painter(), at, color);
         x += MARK_WIDTH;
     }
     let note = ui.painter().layout_no_wrap(

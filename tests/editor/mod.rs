@@ -1,0 +1,8 @@
+//! The editor without a window: requests in, resources and messages out.
+
+mod document;
+mod overlay;
+mod panels;
+mod solver;
+mod support;
+mod wake;

@@ -1,0 +1,38 @@
+//! What is written over pictures.
+
+use super::support::environment;
+use trackwright::editor::overlay::caption;
+use trackwright::field::environment::{HoldoutProvenance, Provenance};
+use trackwright::field::fit::{FitMethod, Residuals};
+
+#[test]
+fn every_picture_says_where_its_figures_come_from() {
+    let mut room = environment();
+    assert_eq!(
+        caption(&room),
+        "Predicted in room Test room, an ideal room; not for clinical use"
+    );
+    let residuals = |position_rms_mm| Residuals {
+        position_rms_mm,
+        angle_rms_rad: None,
+    };
+    room.provenance = Some(Provenance {
+        data: "cube-fit.csv".into(),
+        samples: 2304,
+        method: FitMethod::PerDirection,
+        ridge: 0.0,
+        train_before: residuals(2.5),
+        train_after: residuals(1.2),
+        holdout: Some(HoldoutProvenance {
+            data: "cube-holdout.csv".into(),
+            samples: 900,
+            before: residuals(2.48),
+            after: residuals(1.34),
+        }),
+    });
+    assert_eq!(
+        caption(&room),
+        "Predicted in room Test room, 2,304 samples, held-out error 1.34\u{2009}mm; \
+         not for clinical use"
+    );
+}

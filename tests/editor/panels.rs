@@ -1,0 +1,348 @@
+//! The panels as functions: what they say, and what they ask for when they are used.
+
+use super::support::{design, environment, world};
+use bevy_egui::egui;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+use trackwright::design::view::View;
+use trackwright::design::{BodyRole, Design, Edit};
+use trackwright::editor::state::{
+    EditRequest, FileRequest, Results, Selected, Stamped, ViewRequest,
+};
+use trackwright::editor::ui::PanelAction;
+use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
+use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
+use trackwright::editor::ui::motion_ui::motion_ui;
+use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
+use trackwright::editor::ui::result::{ResultView, result_ui};
+use trackwright::editor::ui::slice_ui::{SlicePanelView, slice_ui};
+use trackwright::editor::ui::top_bar::{TopBarView, top_bar_ui};
+use trackwright::study::{CancelToken, Mode, figure_rows, look, run};
+
+type Asked = Rc<RefCell<Vec<PanelAction>>>;
+
+/// A harness of a panel, and what it asked for in all frames.
+fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harness<'a>, Asked) {
+    let asked = Asked::default();
+    let sink = Rc::clone(&asked);
+    let harness = Harness::builder()
+        .with_size(egui::vec2(300.0, 1100.0))
+        .build_ui(move |ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            sink.borrow_mut().extend(panel(ui));
+        });
+    (harness, asked)
+}
+
+fn inspector<'a>(design: &'a Design, selected: Option<Selected>) -> (Harness<'a>, Asked) {
+    harness(move |ui| {
+        inspector_ui(
+            ui,
+            &InspectorView {
+                design,
+                selected,
+                pose: None,
+                default_weight_mm: 100.0,
+            },
+        )
+    })
+}
+
+#[test]
+fn a_row_of_the_outliner_selects_its_sensor() {
+    let (design, environment, view) = (design(), environment(), View::default());
+    let (mut harness, asked) = harness(|ui| {
+        outliner_ui(
+            ui,
+            &OutlinerView {
+                design: &design,
+                environment: &environment,
+                view: &view,
+                selected: None,
+                hovered: None,
+                pose: None,
+            },
+        )
+    });
+    harness.get_by_label("grip").click();
+    harness.run_steps(2);
+    let select = PanelAction::Select(Some(Selected::Sensor(BodyRole::Tool, 1)));
+    assert!(asked.borrow().contains(&select), "{:?}", asked.borrow());
+    harness.get_by_label("Ghost").click();
+    harness.run_steps(2);
+    let mut wanted = View::default();
+    wanted.layers.ghost = false;
+    let set = PanelAction::View(ViewRequest::Set(wanted));
+    assert!(asked.borrow().contains(&set));
+}
+
+#[test]
+fn a_typed_position_is_one_edit_in_millimetres() {
+    let design = design();
+    let selected = Some(Selected::Sensor(BodyRole::Tool, 0));
+    let (mut harness, asked) = inspector(&design, selected);
+    let field = harness.get_by_label("position z in mm");
+    assert_eq!(field.value().as_deref(), Some("120.00\u{2009}mm"));
+    field.click();
+    harness.run_steps(2);
+    let field = harness.get_by_label("position z in mm");
+    field.type_text("\u{2212}7,25 mm");
+    harness.run_steps(1);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(3);
+    let mut sensor = design.tool.body.rigid.sensors[0].clone();
+    sensor.position_in_body.z = -7.25;
+    let edit = PanelAction::apply(Edit::SetSensor {
+        body: BodyRole::Tool,
+        index: 0,
+        sensor,
+    });
+    assert_eq!(*asked.borrow(), [edit]);
+}
+
+#[test]
+fn a_field_that_is_only_visited_changes_nothing() {
+    let mut design = design();
+    design.tool.body.rigid.sensors[0].position_in_body.z = 120.123_456_789;
+    let selected = Some(Selected::Sensor(BodyRole::Tool, 0));
+    let (mut harness, asked) = inspector(&design, selected);
+    harness.get_by_label("position z in mm").click();
+    harness.run_steps(2);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(3);
+    assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
+}
+
+#[test]
+fn angles_are_typed_in_degrees_and_stored_in_radians() {
+    let design = design();
+    let (mut harness, asked) = inspector(&design, Some(Selected::Body(BodyRole::Tool)));
+    harness.get_by_label("rotation rz in degrees").click();
+    harness.run_steps(2);
+    harness
+        .get_by_label("rotation rz in degrees")
+        .type_text("90");
+    harness.run_steps(1);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(3);
+    let asked = asked.borrow();
+    let [PanelAction::Edit(EditRequest::Apply(Edit::SetToolPose(pose)))] = asked.as_slice() else {
+        panic!("{asked:?}");
+    };
+    assert!((pose.rotation.angle() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    assert_eq!(pose.translation.z, 30.0);
+}
+
+#[test]
+fn the_range_of_motion_says_how_many_poses_it_has() {
+    let design = design();
+    let (harness, _) = harness(|ui| motion_ui(ui, design.motion.as_ref()));
+    harness.get_by_label("15 poses");
+}
+
+#[test]
+fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
+    let world = world();
+    let scenario = trackwright::store::resolve(world.document.design(), &world.environment);
+    let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
+    let rows = figure_rows(&outcome.figures);
+    let is_met = outcome.figures.requirement_met().unwrap();
+    let results = Results {
+        study: Some(Stamped {
+            revision: 0,
+            value: outcome,
+            took: Duration::from_millis(4),
+        }),
+        ..Results::default()
+    };
+    let (harness, _) = harness(|ui| {
+        let view = ResultView {
+            results: &results,
+            before: Some(9.0),
+            is_computing: false,
+        };
+        result_ui(ui, &view);
+        Vec::new()
+    });
+    for label in ["tip error RMS", "tip error max", "angle error mean"] {
+        let row = rows.iter().find(|row| row.label == label).unwrap();
+        let text = if row.unit == "mm" {
+            format!("{}\u{2009}mm", row.value)
+        } else {
+            format!("{}°", row.value)
+        };
+        assert!(harness.query_all_by_label(&text).count() >= 1, "{text}");
+    }
+    let sign = if is_met { "✔ met" } else { "✖ missed" };
+    assert_eq!(harness.query_all_by_label_contains(sign).count(), 1);
+    harness.get_by_label("15 trials");
+}
+
+#[test]
+fn sensors_out_of_the_volume_are_named_in_words() {
+    let mut design = design();
+    design.tool.crf_from_tool.translation.x = 600.0;
+    let environment = std::sync::Arc::new(environment());
+    let scenario = trackwright::store::resolve(&design, &environment);
+    let pose = look(&scenario);
+    let view = View::default();
+    let (harness, _) = harness(|ui| {
+        outliner_ui(
+            ui,
+            &OutlinerView {
+                design: &design,
+                environment: &environment,
+                view: &view,
+                selected: None,
+                hovered: None,
+                pose: Some(&pose),
+            },
+        );
+        inspector_ui(
+            ui,
+            &InspectorView {
+                design: &design,
+                selected: Some(Selected::Sensor(BodyRole::Tool, 0)),
+                pose: Some(&pose),
+                default_weight_mm: 100.0,
+            },
+        )
+    });
+    assert_eq!(
+        harness
+            .query_all_by_label_contains("outside the volume")
+            .count(),
+        1
+    );
+}
+
+#[test]
+fn the_menu_names_what_undo_takes_back() {
+    let view = View::default();
+    let (mut harness, asked) = harness(|ui| {
+        top_bar_ui(
+            ui,
+            &TopBarView {
+                file: "pointer.design.ron",
+                is_dirty: true,
+                undo_label: Some("Move sensor shaft"),
+                redo_label: None,
+                builtins: &["endoscope"],
+                view: &view,
+                is_left_shown: true,
+                is_right_shown: true,
+            },
+        )
+    });
+    harness.get_by_label("Edit").click();
+    harness.run_steps(3);
+    harness
+        .get_by_label_contains("Undo move sensor shaft")
+        .click();
+    harness.run_steps(3);
+    assert_eq!(*asked.borrow(), [PanelAction::Edit(EditRequest::Undo)]);
+}
+
+#[test]
+fn another_axis_moves_the_slice_to_the_middle_of_the_box() {
+    let view = View::default();
+    let bounds = *environment().model.bounds();
+    let (mut harness, asked) = harness(|ui| {
+        slice_ui(
+            ui,
+            &SlicePanelView {
+                view: &view,
+                bounds,
+                max_mm: Some(2.0),
+            },
+        )
+    });
+    harness.run_steps(2);
+    assert!(asked.borrow().is_empty(), "nothing was touched");
+    harness.get_all_by_label("x").next().unwrap().click();
+    harness.run_steps(2);
+    let asked = asked.borrow();
+    let [PanelAction::View(ViewRequest::Set(view))] = asked.as_slice() else {
+        panic!("{asked:?}");
+    };
+    assert_eq!(view.slice.position_mm, 0.0);
+}
+
+/// Shows a dialog until it is answered.
+fn answer(dialog: Dialog, act: impl Fn(&mut Harness)) -> Option<DialogAnswer> {
+    let answer = Rc::new(RefCell::new(None));
+    let sink = Rc::clone(&answer);
+    let dialog = RefCell::new(dialog);
+    let mut harness = Harness::builder()
+        .with_size(egui::vec2(600.0, 500.0))
+        .build_ui(move |ui| {
+            if let Some(found) = dialog_ui(ui, &mut dialog.borrow_mut()) {
+                sink.borrow_mut().get_or_insert(found);
+            }
+        });
+    harness.run_steps(2);
+    act(&mut harness);
+    harness.run_steps(3);
+    drop(harness);
+    answer.borrow().clone()
+}
+
+#[test]
+fn a_path_typed_into_the_open_dialog_is_opened_by_enter() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.design.ron");
+    std::fs::write(&file, "").unwrap();
+    let asked = answer(Dialog::open(folder.path().into()), |harness| {
+        harness.key_combination_modifiers(egui::Modifiers::COMMAND, &[egui::Key::A]);
+        harness.run_steps(1);
+        let text = file.display().to_string();
+        harness.get_by_label("path").type_text(&text);
+        harness.run_steps(2);
+        harness.key_press(egui::Key::Enter);
+    });
+    let open = DialogAnswer::Request(FileRequest::Open(file.clone()));
+    assert_eq!(asked, Some(open));
+}
+
+#[test]
+fn a_design_in_the_list_is_opened_by_a_click() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.design.ron");
+    std::fs::write(&file, "").unwrap();
+    let asked = answer(Dialog::open(folder.path().into()), |harness| {
+        harness.get_by_label("mine.design.ron").click();
+    });
+    let open = DialogAnswer::Request(FileRequest::Open(file));
+    assert_eq!(asked, Some(open));
+}
+
+#[test]
+fn saving_over_a_file_asks_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.design.ron");
+    std::fs::write(&file, "").unwrap();
+    let dialog = Dialog::save_as(folder.path().into(), "mine.design.ron");
+    let asked = answer(dialog, |harness| harness.get_by_label("Save").click());
+    let ask = DialogAnswer::Become(Dialog::Overwrite { path: file });
+    assert_eq!(asked, Some(ask));
+}
+
+#[test]
+fn unsaved_changes_can_be_saved_given_up_or_kept() {
+    let dialog = || Dialog::unsaved("mine.design.ron".into(), FileRequest::Quit);
+    let then = || Box::new(FileRequest::Quit);
+    for (button, answered) in [
+        ("Save", DialogAnswer::Request(FileRequest::SaveThen(then()))),
+        (
+            "Don't save",
+            DialogAnswer::Request(FileRequest::Discard(then())),
+        ),
+        ("Cancel", DialogAnswer::Close),
+    ] {
+        let asked = answer(dialog(), |harness| harness.get_by_label(button).click());
+        assert_eq!(asked, Some(answered));
+    }
+}

@@ -1,0 +1,237 @@
+//! What the solver computes, counts and shows.
+
+use super::support::{create_app, request, settle};
+use std::sync::{Arc, Mutex};
+use trackwright::design::view::View;
+use trackwright::design::{BodyRole, Edit};
+use trackwright::editor::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
+use trackwright::editor::solve::slice_plan;
+use trackwright::editor::state::{EditRequest, OpenWorld, Results, ViewRequest};
+use trackwright::geometry::pose::Pose;
+use trackwright::study::{AxisRange, CancelToken, Mode, Motion, figure_rows, run};
+
+fn set_slice(app: &mut bevy::prelude::App, is_on: bool) {
+    let mut view: View = app
+        .world()
+        .resource::<OpenWorld>()
+        .0
+        .document
+        .view()
+        .clone();
+    view.layers.slice = is_on;
+    app.world_mut().write_message(ViewRequest::Set(view));
+    settle(app);
+}
+
+fn slice_evaluations(app: &bevy::prelude::App) -> u64 {
+    app.world().resource::<Diagnostics>().work.slice_evaluations
+}
+
+#[test]
+fn figures_are_those_that_the_study_itself_gives() {
+    let mut app = create_app();
+    settle(&mut app);
+    let world = &app.world().resource::<OpenWorld>().0;
+    let scenario = trackwright::store::resolve(world.document.design(), &world.environment);
+    let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
+    let results = app.world().resource::<Results>();
+    let study = results.study.as_ref().unwrap();
+    assert_eq!(
+        figure_rows(&study.value.figures),
+        figure_rows(&outcome.figures)
+    );
+    assert_eq!(study.value.figures.trials, 15);
+    assert!(results.pose.is_some());
+}
+
+#[test]
+fn a_layer_that_is_turned_on_costs_its_sample_points_and_off_nothing() {
+    let mut app = create_app();
+    set_slice(&mut app, false);
+    let off = slice_evaluations(&app);
+    let plan = {
+        let world = &app.world().resource::<OpenWorld>().0;
+        slice_plan(&world.environment, &world.document.view().slice)
+    };
+    let points = (plan.counts[0] * plan.counts[1]) as u64;
+    set_slice(&mut app, true);
+    assert_eq!(slice_evaluations(&app), off + points);
+    assert!(app.world().resource::<Results>().slice.is_some());
+    set_slice(&mut app, false);
+    assert_eq!(slice_evaluations(&app), off + points);
+    assert!(app.world().resource::<Results>().slice.is_none());
+    set_slice(&mut app, true);
+    assert_eq!(slice_evaluations(&app), off + 2 * points);
+}
+
+#[test]
+fn moving_a_sensor_does_not_sample_the_slice_again() {
+    let mut app = create_app();
+    settle(&mut app);
+    let before = slice_evaluations(&app);
+    assert!(before > 0);
+    request(
+        &mut app,
+        EditRequest::Apply(Edit::SetToolPose(Pose::translation(1.0, 2.0, 30.0))),
+    );
+    settle(&mut app);
+    assert_eq!(slice_evaluations(&app), before);
+}
+
+/// A range of motion that takes long enough to be overtaken.
+fn long_motion() -> Motion {
+    let range = Some(AxisRange {
+        min: -40.0,
+        max: 40.0,
+        step: 4.0,
+    });
+    Motion {
+        x: range,
+        y: range,
+        z: range,
+        rx: range,
+        ..Motion::default()
+    }
+}
+
+#[test]
+fn an_older_study_never_overwrites_a_newer_one() {
+    let mut app = create_app();
+    request(
+        &mut app,
+        EditRequest::Apply(Edit::SetMotion(Some(long_motion()))),
+    );
+    app.update();
+    let mut shown = 0;
+    for k in 0..40 {
+        request(
+            &mut app,
+            EditRequest::Apply(Edit::SetToolPose(Pose::translation(
+                f64::from(k),
+                0.0,
+                30.0,
+            ))),
+        );
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        app.update();
+        if let Some(study) = &app.world().resource::<Results>().study {
+            assert!(study.revision >= shown, "{} after {shown}", study.revision);
+            shown = study.revision;
+        }
+    }
+    // The last edit is a short study: it is overtaken by none of the long ones before it.
+    request(&mut app, EditRequest::Apply(Edit::SetMotion(None)));
+    settle(&mut app);
+    let revision = app.world().resource::<OpenWorld>().0.document.revision();
+    let results = app.world().resource::<Results>();
+    let study = results.study.as_ref().unwrap();
+    assert_eq!(study.revision, revision);
+    assert_eq!(study.value.figures.trials, 1);
+    assert!(app.world().resource::<Diagnostics>().studies_cancelled > 0);
+}
+
+#[test]
+fn every_edit_of_a_drag_gets_its_pose_while_a_long_study_runs() {
+    let mut app = create_app();
+    request(
+        &mut app,
+        EditRequest::Apply(Edit::SetMotion(Some(long_motion()))),
+    );
+    settle_pose(&mut app);
+    for k in 0..10 {
+        request(
+            &mut app,
+            EditRequest::Apply(Edit::SetToolPose(Pose::translation(
+                f64::from(k),
+                0.5,
+                30.0,
+            ))),
+        );
+        settle_pose(&mut app);
+        let results = app.world().resource::<Results>();
+        let pose = &results.pose.as_ref().unwrap().value;
+        assert_eq!(pose.trial.crf_from_tool.translation.x, f64::from(k));
+    }
+}
+
+fn settle_pose(app: &mut bevy::prelude::App) {
+    let start = std::time::Instant::now();
+    loop {
+        app.update();
+        let revision = app.world().resource::<OpenWorld>().0.document.revision();
+        let pose = &app.world().resource::<Results>().pose;
+        if pose.as_ref().is_some_and(|p| p.revision == revision) {
+            return;
+        }
+        assert!(start.elapsed().as_secs() < 10, "the pose never came");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn a_study_that_cannot_run_says_why() {
+    let mut app = create_app();
+    settle(&mut app);
+    assert!(app.world().resource::<Results>().problem.is_none());
+    // An edit that makes no sense is refused before it gets that far.
+    request(
+        &mut app,
+        EditRequest::Apply(Edit::RemoveSensor {
+            body: BodyRole::Tool,
+            index: 7,
+        }),
+    );
+    settle(&mut app);
+    let notice = app
+        .world()
+        .resource::<trackwright::editor::document::Notice>();
+    assert_eq!(
+        notice.0.as_deref(),
+        Some("the tool has no sensor 7, it has 2")
+    );
+}
+
+#[test]
+fn explain_tells_frames_figures_and_counters() {
+    let lines = Arc::new(Mutex::new(Vec::new()));
+    let mut app = create_app();
+    let sink = Arc::clone(&lines);
+    app.add_plugins(DiagnosticsPlugin)
+        .insert_resource(Explain(Box::new(move |line: &str| {
+            sink.lock().unwrap().push(line.to_owned());
+        })));
+    settle(&mut app);
+    let lines = lines.lock().unwrap();
+    assert_eq!(
+        lines
+            .iter()
+            .filter(|l| l.starts_with("frame 1"))
+            .count()
+            .min(1),
+        1
+    );
+    let study = app
+        .world()
+        .resource::<Results>()
+        .study
+        .as_ref()
+        .unwrap()
+        .value
+        .clone();
+    for row in figure_rows(&study.figures) {
+        let tail = format!("{}={}{}", row.label, row.value, row.unit);
+        let told = lines
+            .iter()
+            .filter(|l| l.starts_with("result") && l.ends_with(&tail));
+        assert_eq!(told.count(), 1, "{tail}");
+    }
+    assert!(lines.iter().any(|l| l.starts_with("counters ")));
+}
+
+#[test]
+fn without_a_world_nothing_is_computed() {
+    let mut app = create_app();
+    app.world_mut().remove_resource::<OpenWorld>();
+    settle(&mut app);
+    assert_eq!(app.world().resource::<Diagnostics>().studies, 0);
+}

@@ -1,0 +1,148 @@
+//! A small world of its own, and an App with the fewest plugins.
+
+use bevy::prelude::*;
+use nalgebra::{Point3, Vector3};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use trackwright::design::{
+    CrfPlacement, Design, DesignBody, Document, Origin, Target, ToolPlacement, View,
+};
+use trackwright::editor::document::DocumentPlugin;
+use trackwright::editor::solve::{SolverHandle, SolverPlugin};
+use trackwright::editor::state::{EditRequest, OpenWorld, StatePlugin};
+use trackwright::field::environment::Environment;
+use trackwright::field::model::{DistortionModel, MapKind, Weighting};
+use trackwright::geometry::directions::DirectionSet;
+use trackwright::geometry::pose::Pose;
+use trackwright::geometry::volume::Volume;
+use trackwright::store;
+use trackwright::study::{AxisRange, Motion, Requirement};
+use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
+
+/// A room whose error grows along x, in the Aurora cube.
+pub fn environment() -> Environment {
+    let bounds = Volume::AuroraCube.bounds();
+    let coefficients = (0..8)
+        .map(|k: usize| {
+            let x = (k >> 2) as f64;
+            [0.4 + 2.0 * x, -0.3, 0.2 * x, 0.002, 0.004 * x, 0.0].into()
+        })
+        .collect();
+    let model = DistortionModel::new(
+        1,
+        DirectionSet::One,
+        Weighting::default(),
+        MapKind::Distortion,
+        bounds,
+        coefficients,
+    )
+    .unwrap();
+    Environment {
+        name: "Test room".into(),
+        model,
+        volume: Some(Volume::AuroraCube),
+        jitter: None,
+        provenance: None,
+    }
+}
+
+fn sensor(name: &str, position: [f64; 3], axis: Vector3<f64>) -> Sensor {
+    Sensor {
+        name: name.into(),
+        position_in_body: Point3::from(position),
+        orientation: SensorOrientation::FiveDof(nalgebra::Unit::new_normalize(axis)),
+        coil: None,
+    }
+}
+
+fn body(name: &str, tip: Option<Point3<f64>>, sensors: Vec<Sensor>) -> DesignBody {
+    DesignBody {
+        reference: format!("{name}.body.ron"),
+        mesh: None,
+        rigid: RigidBody {
+            name: name.into(),
+            tip_in_body: tip,
+            sensors,
+        },
+    }
+}
+
+pub fn design() -> Design {
+    let range = |min, max, step| Some(AxisRange { min, max, step });
+    Design {
+        name: "Test design".into(),
+        environment: "room.env.ron".into(),
+        crf: Some(CrfPlacement {
+            body: body(
+                "Head frame",
+                None,
+                vec![
+                    sensor("left", [-60.0, 0.0, 0.0], Vector3::x()),
+                    sensor("right", [60.0, 0.0, 0.0], Vector3::y()),
+                    sensor("top", [0.0, 50.0, 20.0], Vector3::z()),
+                ],
+            ),
+            tracker_from_crf: Pose::translation(-40.0, 0.0, -300.0),
+            targets: vec![Target {
+                name: "left sinus".into(),
+                position_in_crf: Point3::new(20.0, -40.0, -60.0),
+            }],
+            motion: None,
+            requirement: None,
+        }),
+        tool: ToolPlacement {
+            body: body(
+                "Pointer",
+                Some(Point3::origin()),
+                vec![
+                    sensor("shaft", [0.0, 0.0, 120.0], Vector3::z()),
+                    sensor("grip", [12.0, 0.0, 150.0], Vector3::x()),
+                ],
+            ),
+            crf_from_tool: Pose::translation(0.0, 0.0, 30.0),
+        },
+        motion: Some(Motion {
+            x: range(-50.0, 50.0, 50.0),
+            rz: range(-90.0, 90.0, 45.0),
+            ..Motion::default()
+        }),
+        orientation_weight_mm: None,
+        requirement: Some(Requirement {
+            position_rms_mm: Some(1.0),
+            ..Requirement::default()
+        }),
+    }
+}
+
+pub fn world() -> store::World {
+    let document = Document::new(
+        design(),
+        View::default(),
+        Origin::File("test.design.ron".into()),
+    );
+    store::World::new(document, Arc::new(environment()), None, None)
+}
+
+/// An App with the document and the solver, without window or renderer.
+pub fn create_app() -> App {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin, SolverPlugin))
+        .insert_resource(OpenWorld(world()));
+    app
+}
+
+pub fn request(app: &mut App, request: EditRequest) {
+    app.world_mut().write_message(request);
+}
+
+/// Updates until the solver has nothing left to do and its last answer is shown.
+pub fn settle(app: &mut App) {
+    let start = Instant::now();
+    app.update();
+    while !app.world().resource::<SolverHandle>().solver.is_idle() {
+        assert!(start.elapsed() < Duration::from_secs(30), "never idle");
+        std::thread::sleep(Duration::from_millis(1));
+        app.update();
+    }
+    app.update();
+}

@@ -1,0 +1,26 @@
+//! The window can sleep.
+
+use bevy::prelude::*;
+use bevy_egui::{EguiInput, egui};
+use trackwright::editor::wake::WakePlugin;
+
+fn told(app: &App, entity: Entity) -> usize {
+    app.world().get::<EguiInput>(entity).unwrap().events.len()
+}
+
+#[test]
+fn modifiers_that_stay_the_same_are_told_once() {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, WakePlugin));
+    let entity = app.world_mut().spawn(EguiInput::default()).id();
+    let mut tell = |modifiers, expected| {
+        let mut input = app.world_mut().get_mut::<EguiInput>(entity).unwrap();
+        input.events = vec![egui::Event::ModifiersChanged(modifiers)];
+        app.update();
+        assert_eq!(told(&app, entity), expected, "{modifiers:?}");
+    };
+    tell(egui::Modifiers::SHIFT, 1);
+    tell(egui::Modifiers::SHIFT, 0);
+    tell(egui::Modifiers::NONE, 1);
+    tell(egui::Modifiers::NONE, 0);
+}
