@@ -21,6 +21,7 @@ mod vector;
 mod windowed_tube;
 
 use std::path::PathBuf;
+use std::io::Write;
 use std::{env, fs, io};
 
 use model::Model;
@@ -42,11 +43,12 @@ fn main() -> io::Result<()> {
             .iter()
             .map(|part| part.shape.triangles.len())
             .sum();
-        println!(
+        writeln!(
+            io::stdout(),
             "{}: {triangles} triangles, {} bytes",
             path.display(),
             bytes.len()
-        );
+        )?;
     }
     Ok(())
 }

@@ -4,6 +4,8 @@ mod content;
 mod document;
 mod edit;
 mod history;
+#[cfg(test)]
+mod tests;
 pub mod view;
 
 pub use content::{BodyRole, CrfPlacement, Design, DesignBody, Target, ToolPlacement};

@@ -82,6 +82,10 @@ pub const ROOM_ABOVE: Rgb = Rgb::hex(0xF2_F5_FA);
 pub const ROOM_AROUND: Rgb = Rgb::hex(0x7C_86_94);
 pub const ROOM_BELOW: Rgb = Rgb::hex(0x2A_2E_36);
 
+/// Between these, parts are told from the background and from glare.
+const DARKEST: f32 = 0.03;
+const BRIGHTEST: f32 = 0.62;
+
 /// The colour of a part of a body: the lightness of its own material in the hue of its role, so
 /// that grips stay dark and shafts stay bright.
 pub fn of_part(role: crate::design::BodyRole, own: bevy::color::LinearRgba) -> Color {
@@ -91,5 +95,5 @@ pub fn of_part(role: crate::design::BodyRole, own: bevy::color::LinearRgba) -> C
         crate::design::BodyRole::Crf => CRF.color(),
     };
     let lightness = Hsla::from(LinearRgba { alpha: 1.0, ..own }).lightness;
-    Color::from(Hsla::from(role_color).with_luminance(lightness.clamp(0.08, 0.85)))
+    Color::from(Hsla::from(role_color).with_luminance(lightness.clamp(DARKEST, BRIGHTEST)))
 }

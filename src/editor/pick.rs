@@ -12,10 +12,10 @@ use super::slice::SliceHandle;
 use super::state::{MainCamera, OpenWorld, ViewportRect};
 use crate::design::BodyRole;
 use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::surface::Surface;
+use crate::geometry::surface::{Ray, Surface};
 use bevy::picking::PickingSystems;
 use bevy::picking::backend::{HitData, PointerHits};
-use bevy::picking::pointer::{PointerId, PointerLocation};
+use bevy::picking::pointer::{PointerAction, PointerId, PointerInput, PointerLocation};
 use bevy::prelude::*;
 use nalgebra::Point3;
 use std::sync::Arc;
@@ -34,6 +34,7 @@ impl Plugin for PickPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Surfaces>()
             .add_message::<PointerHits>()
+            .add_message::<PointerInput>()
             .add_systems(
                 PreUpdate,
                 (
@@ -50,6 +51,19 @@ impl Surfaces {
     /// The surface of a body; `None` where it has no mesh with an area.
     pub fn of(&self, role: BodyRole) -> Option<&Arc<Surface>> {
         self.0[role as usize].as_ref()?.1.as_ref()
+    }
+
+    /// The nearest point of a body on a ray of the tracker frame.
+    pub fn under(&self, world: &crate::store::World, ray: &Ray) -> Option<Point3<f64>> {
+        let distance = |point: &Point3<f64>| (point - ray.origin_mm).norm();
+        BodyRole::ALL
+            .into_iter()
+            .filter_map(|role| {
+                let pose = world.document.design().tracker_from_body(role)?;
+                let hit = self.of(role)?.cast(&ray.transformed_by(&pose.inverse()))?;
+                Some(pose * hit.position_mm)
+            })
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 }
 
@@ -79,8 +93,14 @@ fn pick(
     sensors: Query<(Entity, &SensorMark)>,
     roots: Query<(Entity, &BodyRoot)>,
     handles: Query<(Entity, &SliceHandle)>,
+    mut inputs: MessageReader<PointerInput>,
     mut hits: MessageWriter<PointerHits>,
 ) {
+    let presses: Vec<(PointerId, Vec2)> = inputs
+        .read()
+        .filter(|input| matches!(input.action, PointerAction::Press(_)))
+        .map(|input| (input.pointer_id, input.location.position))
+        .collect();
     let (Some(view), Some(camera)) = (view, camera) else {
         return;
     };
@@ -89,10 +109,14 @@ fn pick(
         let Some(location) = location.location() else {
             continue;
         };
-        if !view.contains(location.position) {
+        // Between two slow frames a pointer can press and move on: what counts is where it
+        // pressed.
+        let pressed = presses.iter().rev().find(|press| press.0 == *id);
+        let at = pressed.map_or(location.position, |press| press.1);
+        if !view.contains(at) {
             continue;
         }
-        let pixel = view.pixel(location.position);
+        let pixel = view.pixel(at);
         let ray = rig.camera.ray(pixel, rig.view_px);
         let mut picks = Vec::new();
         let mut add = |entity: Entity, depth: f64| {

@@ -18,12 +18,17 @@ pub struct BodyFile {
 #[derive(Deserialize)]
 #[serde(rename = "Body")]
 struct BodyEntry {
-    #[expect(dead_code, reason = "checked before the rest is read")]
     version: u64,
     name: String,
     mesh: Option<String>,
     tip: Option<[f64; 3]>,
     sensors: Vec<SensorEntry>,
+}
+
+impl ron_text::Versioned for BodyEntry {
+    fn version(&self) -> u64 {
+        self.version
+    }
 }
 
 #[derive(Deserialize)]

@@ -61,7 +61,6 @@ impl DesignFile {
 #[derive(Deserialize)]
 #[serde(rename = "Design")]
 struct DesignEntry {
-    #[expect(dead_code, reason = "checked before the rest is read")]
     version: u64,
     name: String,
     environment: String,
@@ -71,6 +70,12 @@ struct DesignEntry {
     orientation_weight: Option<f64>,
     requirement: Option<Requirement>,
     view: Option<View>,
+}
+
+impl ron_text::Versioned for DesignEntry {
+    fn version(&self) -> u64 {
+        self.version
+    }
 }
 
 #[derive(Deserialize)]
@@ -160,7 +165,7 @@ fn check_motion(prefix: &'static str, motion: Option<&Motion>) -> Result<(), For
     // The grid itself knows which ranges can be visited; where it starts does not matter.
     motion.map_or(Ok(()), |motion| match motion.grid(&Pose::identity()) {
         Ok(_) => Ok(()),
-        Err(source) => Err(FormatError::Motion { prefix, source }),
+        Err(cause) => Err(FormatError::Motion { prefix, cause }),
     })
 }
 

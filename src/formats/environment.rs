@@ -14,13 +14,18 @@ use std::fmt::Write;
 #[derive(Deserialize)]
 #[serde(rename = "Environment")]
 struct EnvironmentEntry {
-    #[expect(dead_code, reason = "checked before the rest is read")]
     version: u64,
     name: String,
     volume: Option<Volume>,
     jitter: Option<Jitter>,
     provenance: Option<Provenance>,
     model: DistortionModel,
+}
+
+impl ron_text::Versioned for EnvironmentEntry {
+    fn version(&self) -> u64 {
+        self.version
+    }
 }
 
 /// Reads an environment.

@@ -44,11 +44,11 @@ pub enum FormatError {
     RepeatedColumn(&'static str),
     #[error("found no rows, expected at least one")]
     NoRows,
-    #[error("{prefix}{source}")]
+    #[error("{prefix}{cause}")]
     Motion {
         /// "crf." for the motion of the CRF's own study, else nothing.
         prefix: &'static str,
-        source: MotionError,
+        cause: MotionError,
     },
     #[error(transparent)]
     View(#[from] ViewError),

@@ -16,25 +16,31 @@ pub(super) const VERSION: u64 = 1;
 /// Longest piece of a file that an error quotes.
 const MAX_QUOTE: usize = 24;
 
+/// What every file of the program's own begins with.
+pub(super) trait Versioned {
+    fn version(&self) -> u64;
+}
+
 /// A file's version, whatever else it holds.
 #[derive(Deserialize)]
-struct Versioned {
+struct VersionAlone {
     version: u64,
 }
 
 /// Reads a versioned file; `Some(…)` may be left out. Unknown fields are skipped.
-pub(super) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FormatError> {
+pub(super) fn parse<T: DeserializeOwned + Versioned>(bytes: &[u8]) -> Result<T, FormatError> {
     let text = text(bytes)?;
     let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-    // Another version may have other fields; it is the version that is wrong then.
-    if let Ok(Versioned { version }) = options.from_str::<Versioned>(text)
-        && version != VERSION
-    {
-        return Err(FormatError::field("version", version, "1"));
+    let parsed = options.from_str::<T>(text);
+    let version = match &parsed {
+        Ok(entry) => Some(entry.version()),
+        // Another version may have other fields; it is the version that is wrong then.
+        Err(_) => options.from_str(text).ok().map(|v: VersionAlone| v.version),
+    };
+    match version {
+        Some(version) if version != VERSION => Err(FormatError::field("version", version, "1")),
+        _ => parsed.map_err(|error| located(text, &error)),
     }
-    options
-        .from_str(text)
-        .map_err(|error| located(text, &error))
 }
 
 /// A RON error in this program's words.

@@ -241,14 +241,18 @@ fn the_crf_of_input_data_counts_only_for_a_design_with_one() {
 fn calibration_files_are_split_into_their_markers() {
     let body = jhu_cis::parse_calbody(CALBODY.as_bytes()).unwrap();
     assert_eq!(
-        (body.base_mm.len(), body.object_mm.len(), body.em_mm.len()),
+        (
+            body.optical_on_base.len(),
+            body.optical_on_object.len(),
+            body.em_on_object.len()
+        ),
         (1, 1, 2)
     );
-    assert_eq!(body.em_mm[1].coords, Vector3::new(10.0, 11.0, 12.0));
-    let readings = jhu_cis::parse_calreadings(CALREADINGS.as_bytes()).unwrap();
-    assert_eq!(readings.frames.len(), 2);
+    assert_eq!(body.em_on_object[1].coords, Vector3::new(10.0, 11.0, 12.0));
+    let frames = jhu_cis::parse_calreadings(CALREADINGS.as_bytes()).unwrap();
+    assert_eq!(frames.len(), 2);
     assert_eq!(
-        readings.frames[1].em_mm[0].coords,
+        frames[1].em_on_object[0].coords,
         Vector3::new(7.0, 8.0, 9.0)
     );
 }
@@ -331,8 +335,14 @@ fn the_log_is_one_row_a_trial_with_a_positive_scalar() {
 #[test]
 fn distorted_poses_say_whether_they_were_outside() {
     let mut out = Vec::new();
-    let rows = [(Pose::translation(1.0, 2.0, 3.0), true)];
+    let rows = [
+        (Some(Pose::translation(1.0, 2.0, 3.0)), false),
+        (None, true),
+    ];
     poses::write_with_outside(&mut out, rows).unwrap();
     let text = String::from_utf8(out).unwrap();
-    assert_eq!(text, "x,y,z,qw,qx,qy,qz,outside\n1,2,3,1,0,0,0,1\n");
+    assert_eq!(
+        text,
+        "x,y,z,qw,qx,qy,qz,outside\n1,2,3,1,0,0,0,0\n,,,,,,,1\n"
+    );
 }

@@ -5,18 +5,20 @@ use std::io;
 use std::path::PathBuf;
 
 /// A file that could not be used. Nothing was changed by the attempt.
+///
+/// The message is whole: what lies behind it is part of it, and no source to be printed again.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    #[error("{}: found {}, expected {expected}", file.display(), what_happened(source))]
+    #[error("{}: found {}, expected {expected}", file.display(), what_happened(cause))]
     Read {
         file: PathBuf,
         expected: &'static str,
-        source: io::Error,
+        cause: io::Error,
     },
-    #[error("{}: {source}", file.display())]
-    Format { file: PathBuf, source: FormatError },
-    #[error("{}: cannot be written: {}", file.display(), what_happened(source))]
-    Write { file: PathBuf, source: io::Error },
+    #[error("{}: {cause}", file.display())]
+    Format { file: PathBuf, cause: FormatError },
+    #[error("{}: cannot be written: {}", file.display(), what_happened(cause))]
+    Write { file: PathBuf, cause: io::Error },
     #[error("{}: found more than {limit} bytes, expected {expected}", file.display())]
     TooLarge {
         file: PathBuf,

@@ -8,6 +8,8 @@ mod read;
 mod resolve;
 mod save;
 mod shared;
+#[cfg(test)]
+mod tests;
 mod write;
 
 pub use builtin::{DEFAULT_BUILTIN, builtin_names, generator_mesh};

@@ -28,10 +28,10 @@ impl ReadFailure {
     pub(super) fn into_error(self, file: &Path, expected: &'static str) -> StoreError {
         let file = file.to_owned();
         match self {
-            Self::Io(source) => StoreError::Read {
+            Self::Io(cause) => StoreError::Read {
                 file,
                 expected,
-                source,
+                cause,
             },
             Self::TooLarge => StoreError::TooLarge {
                 file,

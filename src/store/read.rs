@@ -2,12 +2,10 @@
 
 use super::error::StoreError;
 use super::place::Place;
+use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use crate::field::Environment;
 use crate::field::samples::MeasurementSet;
-use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
-use crate::formats::{
-    FormatError, environment, gltf, input, jhu_cis, measurements, poses,
-};
+use crate::formats::{FormatError, environment, gltf, input, jhu_cis, measurements, poses};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::pose::Pose;
 use crate::study::InputTrial;
@@ -20,7 +18,12 @@ pub fn read_environment(file: &Path) -> Result<Environment, StoreError> {
 }
 
 pub fn read_measurements(file: &Path) -> Result<MeasurementSet, StoreError> {
-    read(Place::Disk, file, "a measurement table", measurements::parse)
+    read(
+        Place::Disk,
+        file,
+        "a measurement table",
+        measurements::parse,
+    )
 }
 
 pub fn read_poses(file: &Path) -> Result<Vec<Pose>, StoreError> {
@@ -65,8 +68,8 @@ pub(super) fn read<T>(
     let bytes = place
         .read(file)
         .map_err(|failure| failure.into_error(file, expected))?;
-    parse(&bytes).map_err(|source| StoreError::Format {
+    parse(&bytes).map_err(|cause| StoreError::Format {
         file: file.to_owned(),
-        source,
+        cause,
     })
 }

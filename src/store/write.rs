@@ -16,9 +16,9 @@ pub fn write_atomic(
     file: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), StoreError> {
-    try_write(file, write).map_err(|source| StoreError::Write {
+    try_write(file, write).map_err(|cause| StoreError::Write {
         file: file.to_owned(),
-        source,
+        cause,
     })
 }
 

@@ -12,7 +12,6 @@ const STEP_TOLERANCE: f64 = 1e-9;
 
 /// The values of one axis: `min + k step` up to `max`; mm for x, y, z and degrees for rx, ry, rz.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct AxisRange {
     pub min: f64,
     pub max: f64,
@@ -22,7 +21,6 @@ pub struct AxisRange {
 /// How the tool moves about its pose: translations along the CRF's axes, and
 /// `R = Rz(rz) Ry(ry) Rx(rx) R0` about the CRF's axes at the tool's origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Motion {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub x: Option<AxisRange>,

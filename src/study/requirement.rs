@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 
 /// Upper bounds on a study's figures; any of them may be left open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Requirement {
     #[serde(
         rename = "position_rms",

@@ -129,7 +129,7 @@ fn check(scenario: &Scenario) -> Result<(), StudyError> {
 /// Which trials a mode visits.
 enum Plan {
     Single,
-    Motion(MotionGrid),
+    Motion(Box<MotionGrid>),
     Input(Arc<[InputTrial]>),
 }
 
@@ -139,7 +139,7 @@ impl Plan {
             Mode::Single => Self::Single,
             Mode::Motion => {
                 let motion = scenario.motion.ok_or(StudyError::NoMotion)?;
-                Self::Motion(motion.grid(&scenario.crf_from_tool)?)
+                Self::Motion(Box::new(motion.grid(&scenario.crf_from_tool)?))
             }
             Mode::Input(trials) if trials.is_empty() => return Err(StudyError::NoTrials),
             Mode::Input(trials) => Self::Input(trials.clone()),

@@ -1,12 +1,12 @@
 //! Fitted models: residuals, values, corrections, what lies outside, and too few samples.
 
-use super::golden::{GOLDEN, count, list, number, numbers, pose, vector};
+use crate::support::golden::{GOLDEN, count, list, number, numbers, pose, vector};
 use crate::support::close::{self, assert_all_close, assert_close};
 use crate::support::data::own;
 use nalgebra::Vector3;
 use serde_json::Value;
 use trackwright::field::fit::{Fit, FitMethod, FitSettings, Residuals, fit, residuals};
-use trackwright::field::samples::{MapKind, MeasurementContent, MeasurementSet, SampleSet};
+use trackwright::field::samples::{MapKind, MeasurementSet, SampleSet};
 use trackwright::field::{DistortionModel, OutsidePolicy};
 use trackwright::formats::measurements;
 use trackwright::geometry::bounds::Bounds;
@@ -18,7 +18,7 @@ const FLOOR: f64 = 1e-6;
 
 fn measured(name: &str) -> MeasurementSet {
     let bytes = std::fs::read(own(&format!("room-a/{name}"))).unwrap();
-    measurements::parse(&bytes, MeasurementContent::FiveDof).unwrap()
+    measurements::parse(&bytes).unwrap()
 }
 
 fn samples(name: &str, map: MapKind) -> SampleSet {

@@ -1,6 +1,6 @@
 //! Spherical weights and rotation vectors.
 
-use super::golden::{GOLDEN, axis, count, list, matrix, number, vector};
+use crate::support::golden::{GOLDEN, axis, count, list, matrix, number, vector};
 use crate::support::close::{self, assert_all_close, assert_close};
 use serde_json::Value;
 use trackwright::geometry::directions::{DirectionSet, Weighting};

@@ -1,4 +1,6 @@
-//! What several tests share: where data is, and comparing to a relative tolerance.
+//! What several tests share: where data is, comparing to a tolerance, running the program.
 
 pub mod close;
 pub mod data;
+pub mod golden;
+pub mod program;

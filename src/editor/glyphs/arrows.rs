@@ -30,8 +30,9 @@ pub struct ArrowStyle {
     pub head_length_px: f64,
 }
 
-/// One mesh with all the arrows as they look from where the camera is.
-pub fn arrows_mesh(arrows: &[Arrow], style: ArrowStyle, rig: &OrbitRig) -> Mesh {
+/// One mesh with all the arrows as they look from where the camera is; `None` where none of them
+/// is long enough to be seen.
+pub fn arrows_mesh(arrows: &[Arrow], style: ArrowStyle, rig: &OrbitRig) -> Option<Mesh> {
     let mut builder = Builder::default();
     for arrow in arrows {
         let mm_per_px = rig.mm_per_px(&arrow.start_mm);
@@ -58,7 +59,7 @@ pub fn arrows_mesh(arrows: &[Arrow], style: ArrowStyle, rig: &OrbitRig) -> Mesh 
         builder.cone(neck, neck, &axis, [shaft_radius, head_radius]);
         builder.cone(neck, end, &axis, [head_radius, 0.0]);
     }
-    builder.mesh()
+    (!builder.triangles.is_empty()).then(|| builder.mesh())
 }
 
 #[derive(Default)]

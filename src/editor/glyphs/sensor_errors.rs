@@ -46,13 +46,17 @@ fn show(
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
     let is_on = world.0.document.view().layers.sensor_errors;
-    let Some(pose) = results.pose.as_ref().filter(|_| is_on) else {
+    let mesh = results
+        .pose
+        .as_ref()
+        .filter(|_| is_on)
+        .and_then(|pose| arrows_mesh(&arrows(&pose.value, shown.times), STYLE, &rig));
+    let Some(mesh) = mesh else {
         for (entity, _) in &drawn {
             commands.entity(entity).despawn();
         }
         return;
     };
-    let mesh = arrows_mesh(&arrows(&pose.value, shown.times), STYLE, &rig);
     if let Some((_, handle)) = drawn.iter().next() {
         if let Some(mut old) = meshes.get_mut(&handle.0) {
             *old = mesh;

@@ -75,19 +75,14 @@ fn show_arrow(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
-    let Some(errors) = errors(&world, &results) else {
+    let mesh = errors(&world, &results)
+        .and_then(|errors| arrows_mesh(&[tip_arrow(&errors, shown.times)], STYLE, &rig));
+    let Some(mesh) = mesh else {
         for (entity, _) in &drawn {
             commands.entity(entity).despawn();
         }
         return;
     };
-    let start_mm = errors.tip_mm();
-    let end_mm = errors.ghost(shown.times).world_from_body * errors.tip_in_tool;
-    let arrow = Arrow {
-        start_mm,
-        vector_mm: end_mm - start_mm,
-    };
-    let mesh = arrows_mesh(&[arrow], STYLE, &rig);
     if let Some((_, handle)) = drawn.iter().next() {
         if let Some(mut old) = meshes.get_mut(&handle.0) {
             *old = mesh;
@@ -107,6 +102,16 @@ fn show_arrow(
             Mesh3d(handle.clone()),
             MeshMaterial3d(materials.add(material)),
         ));
+    }
+}
+
+/// From the tip to the ghost's.
+fn tip_arrow(errors: &ToolErrors, times: f64) -> Arrow {
+    let start_mm = errors.tip_mm();
+    let end_mm = errors.ghost(times).world_from_body * errors.tip_in_tool;
+    Arrow {
+        start_mm,
+        vector_mm: end_mm - start_mm,
     }
 }
 

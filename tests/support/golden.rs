@@ -1,6 +1,6 @@
 //! Reads the worked cases.
 
-use crate::support::data::own;
+use super::data::own;
 use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use serde_json::Value;
 use std::sync::LazyLock;

@@ -1,0 +1,58 @@
+//! The Johns Hopkins calibration sets: import, fit a correction, and a design in such a room.
+
+use crate::support::close::assert_close;
+use crate::support::data::third_party;
+use crate::support::golden::number;
+use crate::support::program::{Scratch, json, succeed, text};
+
+/// Case, and position RMS in mm before and after a correction of order 5 (DOMAIN 2.1).
+const CASES: [(&str, f64, f64); 3] =
+    [("c", 3.643, 0.0313), ("e", 7.230, 0.1055), ("f", 7.177, 0.2229)];
+
+/// The published figures were computed from files rounded to 0.01 mm, by another program.
+const AGREEMENT: f64 = 0.02;
+
+fn import(scratch: &Scratch, case: &str) -> Option<String> {
+    let folder = third_party("jhu-cis")?;
+    let file = |kind: &str| text(&folder.join(format!("pa2-debug-{case}-{kind}.txt")));
+    let table = scratch.arg(&format!("{case}.csv"));
+    succeed(&["import", "jhu-cis", &file("calbody"), &file("calreadings"), "-o", &table]);
+    Some(table)
+}
+
+#[test]
+fn corrections_of_order_five_reach_the_published_residuals() {
+    let scratch = Scratch::new();
+    for (case, before, after) in CASES {
+        let Some(table) = import(&scratch, case) else { return };
+        let env = scratch.arg(&format!("{case}.env.ron"));
+        let fit = json(&[
+            "fit", &table, "-o", &env, "--directions", "1", "--order", "5", "--map", "correction",
+        ]);
+        assert_eq!(fit["samples"], 3375);
+        let rms = |which: &str| number(&fit["train"][which]["position_rms_mm"]);
+        assert_close("before", rms("before"), before, AGREEMENT, 0.0);
+        assert_close("after", rms("after"), after, AGREEMENT, 0.0);
+        assert!(fit["train"]["after"]["angle_rms_deg"].is_null());
+    }
+}
+
+#[test]
+fn a_design_in_the_room_of_case_e_simulates_in_all_three_modes() {
+    let scratch = Scratch::new();
+    let Some(table) = import(&scratch, "e") else { return };
+    scratch.copy_own("room-e", "room-e");
+    let env = scratch.arg("room-e/room-e.env.ron");
+    succeed(&["fit", &table, "-o", &env, "--directions", "1", "--order", "5"]);
+    let design = scratch.arg("room-e/pointer.design.ron");
+    let input = scratch.arg("room-e/input.csv");
+    for mode in ["single", "motion", "input"] {
+        let mut args = vec!["simulate", &design, "--mode", mode];
+        if mode == "input" {
+            args.extend(["--input", &input]);
+        }
+        let rms = number(&json(&args)["position_mm"]["rms"]);
+        // The room is off by 7 mm, but alike for sensors that are close together.
+        assert!((0.01..20.0).contains(&rms), "{mode}: {rms}");
+    }
+}

@@ -1,0 +1,47 @@
+//! A machine without a display: the main job is still done.
+
+use crate::support::program::{json, succeed, text, trackwright};
+use std::path::Path;
+
+#[test]
+fn without_a_display_the_built_in_design_is_simulated_and_one_line_says_why() {
+    let output = trackwright(&[])
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .output()
+        .unwrap();
+    let (out, err) = (
+        String::from_utf8(output.stdout).unwrap(),
+        String::from_utf8(output.stderr).unwrap(),
+    );
+    assert!(output.status.success(), "{err}");
+    assert_eq!(err.lines().count(), 1, "{err}");
+    assert!(err.contains("no editor"), "{err}");
+    assert!(!err.contains("panicked"), "{err}");
+    assert!(out.contains("tip error RMS"), "{out}");
+}
+
+#[test]
+fn each_built_in_design_simulates_and_meets_or_misses_its_requirement() {
+    let designs = Path::new(env!("CARGO_MANIFEST_DIR")).join("designs");
+    let mut seen = 0;
+    for entry in std::fs::read_dir(designs).unwrap() {
+        let path = entry.unwrap().path();
+        if !text(&path).ends_with(".design.ron") {
+            continue;
+        }
+        seen += 1;
+        let figures = json(&["simulate", &text(&path), "--mode", "motion"]);
+        assert!(figures["requirement"]["met"].is_boolean(), "{}", path.display());
+        assert!(figures.get("free_axis").is_none(), "{}", path.display());
+    }
+    assert!(seen >= 3);
+}
+
+#[test]
+fn help_names_every_command() {
+    let help = succeed(&["--help"]);
+    for command in ["fit", "distort", "simulate", "import"] {
+        assert!(help.contains(command), "{help}");
+    }
+}

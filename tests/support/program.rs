@@ -1,0 +1,78 @@
+//! Runs the built program.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The program with arguments, ready to run.
+pub fn trackwright(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trackwright"));
+    command.args(args);
+    command
+}
+
+/// Runs and gives standard output; panics with standard error where it fails.
+#[track_caller]
+pub fn succeed(args: &[&str]) -> String {
+    let output = trackwright(args).output().unwrap();
+    assert!(
+        output.status.success(),
+        "{args:?} ended with {}: {}",
+        output.status,
+        String::from_utf8_lossy(&output.stderr)
+    );
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Runs with `--format json` and gives what was printed.
+#[track_caller]
+pub fn json(args: &[&str]) -> Value {
+    let text = succeed(&[args, &["--format", "json"]].concat());
+    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+/// Runs what has to fail with exit status 2, and gives the one error it prints.
+#[track_caller]
+pub fn fail(args: &[&str]) -> String {
+    let Output { status, stdout, stderr } = trackwright(args).output().unwrap();
+    let stderr = String::from_utf8(stderr).unwrap();
+    assert_eq!(status.code(), Some(2), "{args:?}: {stderr}");
+    assert!(stdout.is_empty(), "{args:?} printed a result: {}", String::from_utf8_lossy(&stdout));
+    stderr
+}
+
+/// A folder of its own for one test.
+pub struct Scratch(tempfile::TempDir);
+
+impl Scratch {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// A path as an argument.
+    pub fn arg(&self, name: &str) -> String {
+        text(&self.path(name))
+    }
+
+    /// Copies a file or a flat folder of `tests/data` here.
+    pub fn copy_own(&self, from: &str, to: &str) {
+        let from = super::data::own(from);
+        if from.is_dir() {
+            std::fs::create_dir_all(self.path(to)).unwrap();
+            for entry in std::fs::read_dir(&from).unwrap() {
+                let entry = entry.unwrap();
+                std::fs::copy(entry.path(), self.path(to).join(entry.file_name())).unwrap();
+            }
+        } else {
+            std::fs::copy(&from, self.path(to)).unwrap();
+        }
+    }
+}
+
+pub fn text(path: &Path) -> String {
+    path.to_str().unwrap().to_owned()
+}
