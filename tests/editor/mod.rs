@@ -3,6 +3,7 @@
 mod document;
 mod overlay;
 mod panels;
+mod shortcuts;
 mod solver;
 mod support;
 mod wake;
