@@ -3,6 +3,7 @@
 //! Middle or right drag orbits, Shift with it pans, the wheel zooms to the pointer.
 
 use super::document::WorldGeneration;
+use super::pick::Surfaces;
 use super::scene::extent;
 use super::state::{
     ActiveDrag, EditorSystems, MainCamera, OpenWorld, Presentation, Selection, ViewRequest,
@@ -68,6 +69,7 @@ struct Gesture(Option<(MouseButton, Vec2)>);
 impl Plugin for CameraPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<OrbitRig>()
+            .init_resource::<Surfaces>()
             .init_resource::<Gesture>()
             .add_systems(PreStartup, spawn)
             .add_systems(
@@ -220,6 +222,7 @@ fn zoom(
     mut wheel: MessageReader<MouseWheel>,
     pointer: ScenePointer,
     view: Option<Res<ViewportRect>>,
+    surfaces: Res<Surfaces>,
     mut rig: ResMut<OrbitRig>,
     world: Option<Res<OpenWorld>>,
     mut views: MessageWriter<ViewRequest>,
@@ -237,6 +240,13 @@ fn zoom(
     if notches != 0.0 {
         let view_px = rig.view_px;
         rig.glide = None;
+        // What lies under the pointer stays there, at its own depth.
+        if let Some(point) = world
+            .as_ref()
+            .and_then(|world| surfaces.under(&world.0, &rig.camera.ray(view.pixel(at), view_px)))
+        {
+            rig.camera.refocus(&point);
+        }
         rig.camera.zoom(f64::from(notches), view.pixel(at), view_px);
         write_view(&mut rig, world.as_deref(), &mut views);
     }

@@ -12,7 +12,7 @@ use super::slice::SliceHandle;
 use super::state::{MainCamera, OpenWorld, ViewportRect};
 use crate::design::BodyRole;
 use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::surface::Surface;
+use crate::geometry::surface::{Ray, Surface};
 use bevy::picking::PickingSystems;
 use bevy::picking::backend::{HitData, PointerHits};
 use bevy::picking::pointer::{PointerAction, PointerId, PointerInput, PointerLocation};
@@ -51,6 +51,19 @@ impl Surfaces {
     /// The surface of a body; `None` where it has no mesh with an area.
     pub fn of(&self, role: BodyRole) -> Option<&Arc<Surface>> {
         self.0[role as usize].as_ref()?.1.as_ref()
+    }
+
+    /// The nearest point of a body on a ray of the tracker frame.
+    pub fn under(&self, world: &crate::store::World, ray: &Ray) -> Option<Point3<f64>> {
+        let distance = |point: &Point3<f64>| (point - ray.origin_mm).norm();
+        BodyRole::ALL
+            .into_iter()
+            .filter_map(|role| {
+                let pose = world.document.design().tracker_from_body(role)?;
+                let hit = self.of(role)?.cast(&ray.transformed_by(&pose.inverse()))?;
+                Some(pose * hit.position_mm)
+            })
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 }
 

@@ -254,6 +254,7 @@ fn place_handle(
         true_mm: 0.1,
         least_px: HANDLE_PX * 0.75,
         most_px: HANDLE_PX * 0.75,
+        extra_px: 0.0,
     };
     let size = ScreenSized {
         at_mm: handle.at_mm,

@@ -91,6 +91,19 @@ impl OrbitCamera {
         self.focus_mm += wanted - now;
     }
 
+    /// Looks at the same picture, turning about the depth of a point from now on; a point behind
+    /// the camera changes nothing.
+    pub fn refocus(&mut self, point_mm: &Point3<f64>) {
+        let pose = self.tracker_from_camera();
+        let depth = -(pose.inverse() * point_mm).z;
+        if depth > 0.0 {
+            let distance_mm = clamped_distance(depth);
+            let back = pose.rotation * Vector3::z();
+            self.focus_mm = Point3::from(pose.translation.vector - back * distance_mm);
+            self.distance_mm = distance_mm;
+        }
+    }
+
     /// Looks at a sphere from where the camera is turned to, the whole of it in view.
     pub fn frame_sphere(&mut self, center_mm: Point3<f64>, radius_mm: f64, view_px: [f64; 2]) {
         let aspect = view_px[0] / view_px[1].max(1.0);
@@ -257,6 +270,18 @@ mod tests {
             (pixel[0] - 700.0).abs() < 1e-6 && (pixel[1] - 140.0).abs() < 1e-6,
             "{pixel:?}"
         );
+    }
+
+    #[test]
+    fn focusing_on_another_depth_changes_no_pixel() {
+        let point = Point3::new(90.0, -60.0, -380.0);
+        let pixel = camera().project(&point, VIEW).unwrap();
+        let mut refocused = camera();
+        refocused.refocus(&point);
+        let same = refocused.project(&point, VIEW).unwrap();
+        assert!((pixel[0] - same[0]).abs() < 1e-9 && (pixel[1] - same[1]).abs() < 1e-9);
+        let depth = -(camera().tracker_from_camera().inverse() * point).z;
+        assert!((refocused.distance_mm - depth).abs() < 1e-9);
     }
 
     #[test]

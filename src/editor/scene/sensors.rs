@@ -27,7 +27,7 @@ const COIL_WIDTH_PX: [f64; 2] = [8.0, 60.0];
 const COIL_LENGTH_PX: [f64; 2] = [20.0, 220.0];
 
 /// Opacity of what shines through.
-const HIDDEN_ALPHA: f32 = 0.8;
+const HIDDEN_ALPHA: f32 = 0.9;
 
 /// How long axes are, in coil lengths and on the screen.
 const AXIS_TO_COIL: f64 = 1.25;
@@ -38,8 +38,10 @@ const AXIS_WIDTH: f32 = 0.085;
 const ARROW_WIDTH: f32 = 0.26;
 const ARROW_LENGTH: f32 = 0.30;
 
+/// Both sides of an outline together.
+const OUTLINE_PX: f64 = 4.0;
+
 /// Of coils.
-const OUTLINE_SCALE: Vec3 = Vec3::new(1.45, 1.45, 1.14);
 const RING_SCALE: Vec3 = Vec3::new(1.0, 1.0, 0.2);
 
 /// Later than everything else that is translucent.
@@ -182,6 +184,22 @@ fn spawn_sensor(
                 Visibility::default(),
             ))
             .with_children(|coil| spawn_coil(coil, mark, shapes, materials));
+        let outlined = |size: SizeBounds| SizeBounds {
+            extra_px: OUTLINE_PX,
+            ..size
+        };
+        sensor.spawn((
+            Part(mark),
+            Outline(mark),
+            ScreenSized {
+                across: outlined(size.across),
+                along: outlined(size.along),
+                ..size
+            },
+            Visibility::Hidden,
+            Mesh3d(shapes.cylinder.clone()),
+            MeshMaterial3d(materials.selected.clone()),
+        ));
         let length = bounds(look.coil.length_mm * AXIS_TO_COIL, AXIS_LENGTH_PX);
         let axes = ScreenSized {
             across: length,
@@ -222,13 +240,6 @@ fn spawn_coil(
             MeshMaterial3d(material.clone()),
         ));
     }
-    coil.spawn((
-        Outline(mark),
-        Visibility::Hidden,
-        Mesh3d(shapes.cylinder.clone()),
-        MeshMaterial3d(materials.selected.clone()),
-        Transform::from_scale(OUTLINE_SCALE),
-    ));
     coil.spawn((
         OutsideRing(mark),
         Visibility::Hidden,
@@ -294,6 +305,7 @@ fn bounds(true_mm: f64, [least_px, most_px]: [f64; 2]) -> SizeBounds {
         true_mm,
         least_px,
         most_px,
+        extra_px: 0.0,
     }
 }
 
