@@ -2,7 +2,8 @@
 
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
-use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use trackwright::design::{
     CrfPlacement, Design, DesignBody, Document, Origin, Target, ToolPlacement, View,
@@ -11,8 +12,9 @@ use trackwright::editor::document::DocumentPlugin;
 use trackwright::editor::solve::{SolverHandle, SolverPlugin};
 use trackwright::editor::state::{EditRequest, OpenWorld, StatePlugin};
 use trackwright::field::environment::Environment;
-use trackwright::field::model::{DistortionModel, MapKind, Weighting};
-use trackwright::geometry::directions::DirectionSet;
+use trackwright::field::model::DistortionModel;
+use trackwright::field::samples::MapKind;
+use trackwright::geometry::directions::{DirectionSet, Weighting};
 use trackwright::geometry::pose::Pose;
 use trackwright::geometry::volume::Volume;
 use trackwright::store;
@@ -128,7 +130,25 @@ pub fn create_app() -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin, SolverPlugin))
         .insert_resource(OpenWorld(world()));
+    let (told, wakes) = channel();
+    let solver = &app.world().resource::<SolverHandle>().solver;
+    solver.wake_with(Box::new(move || {
+        // A test that has ended no longer listens.
+        let _ = told.send(());
+    }));
+    app.insert_resource(Wakes(Mutex::new(wakes)));
     app
+}
+
+/// What the solver would wake the window with.
+#[derive(Resource)]
+struct Wakes(Mutex<Receiver<()>>);
+
+/// Waits until the solver has an answer, or so long.
+pub fn wait_for_answer(app: &App, at_most: Duration) {
+    let wakes = app.world().resource::<Wakes>().0.lock().unwrap();
+    // Nothing within the time is what the caller allows for.
+    let _ = wakes.recv_timeout(at_most);
 }
 
 pub fn request(app: &mut App, request: EditRequest) {
@@ -141,7 +161,7 @@ pub fn settle(app: &mut App) {
     app.update();
     while !app.world().resource::<SolverHandle>().solver.is_idle() {
         assert!(start.elapsed() < Duration::from_secs(30), "never idle");
-        std::thread::sleep(Duration::from_millis(1));
+        wait_for_answer(app, Duration::from_millis(2));
         app.update();
     }
     app.update();
