@@ -218,7 +218,6 @@ mod tests {
             let coil = skin - Vec3::Z * (PLATE_TOP_MM - HOUSING_SINK_MM + COIL_HEIGHT_MM);
             let (sin, cos) = angle_deg.to_radians().sin_cos();
             let axis = Placement::new(coil, head.outward(skin), vec3(cos, sin, 0.0)).x_axis;
-            println!("coil centre {coil:.2?}, axis {axis:.3?}");
             // Both ends stay below the housing's roof and above the skin.
             for end in [COIL_LENGTH_MM / 2.0, -COIL_LENGTH_MM / 2.0].map(|mm| coil + axis * mm) {
                 let height_mm = skin_point(&head, end.x, end.y).z - end.z;

@@ -85,7 +85,7 @@ fn choose_scale(world: Res<OpenWorld>, results: Res<Results>, mut scale: ResMut<
     let view = &world.0.document.view().slice;
     let max_mm = view
         .range_mm
-        .or(results.slice.as_ref().map(|slice| slice.value.max_mm))
+        .or(results.slice.as_ref().map(|slice| slice.value.p95_mm))
         .unwrap_or(0.0);
     scale.set_if_neq(ColorScale {
         map: view.color_map,

@@ -1,6 +1,6 @@
 //! What the solver computes, counts and shows.
 
-use super::support::{create_app, request, settle};
+use super::support::{create_app, request, settle, wait_for_answer};
 use std::sync::{Arc, Mutex};
 use trackwright::design::view::View;
 use trackwright::design::{BodyRole, Edit};
@@ -112,7 +112,7 @@ fn an_older_study_never_overwrites_a_newer_one() {
                 30.0,
             ))),
         );
-        std::thread::sleep(std::time::Duration::from_millis(5));
+        wait_for_answer(&app, std::time::Duration::from_millis(5));
         app.update();
         if let Some(study) = &app.world().resource::<Results>().study {
             assert!(study.revision >= shown, "{} after {shown}", study.revision);
@@ -164,7 +164,7 @@ fn settle_pose(app: &mut bevy::prelude::App) {
             return;
         }
         assert!(start.elapsed().as_secs() < 10, "the pose never came");
-        std::thread::sleep(std::time::Duration::from_millis(1));
+        wait_for_answer(app, std::time::Duration::from_millis(2));
     }
 }
 

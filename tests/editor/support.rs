@@ -7,7 +7,8 @@ use bevy::picking::DefaultPickingPlugins;
 use bevy::prelude::*;
 use bevy::window::{RequestRedraw, WindowPlugin};
 use nalgebra::{Point3, Vector3};
-use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use trackwright::design::{
     CrfPlacement, Design, DesignBody, Document, Origin, Target, ToolPlacement, View,
@@ -23,8 +24,9 @@ use trackwright::editor::slice::SlicePlugin;
 use trackwright::editor::solve::{SolverHandle, SolverPlugin};
 use trackwright::editor::state::{EditRequest, OpenWorld, StatePlugin, ViewportRect};
 use trackwright::field::environment::Environment;
-use trackwright::field::model::{DistortionModel, MapKind, Weighting};
-use trackwright::geometry::directions::DirectionSet;
+use trackwright::field::model::DistortionModel;
+use trackwright::field::samples::MapKind;
+use trackwright::geometry::directions::{DirectionSet, Weighting};
 use trackwright::geometry::pose::Pose;
 use trackwright::geometry::volume::Volume;
 use trackwright::store;
@@ -140,7 +142,19 @@ pub fn create_app() -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin, SolverPlugin))
         .insert_resource(OpenWorld(world()));
+    listen(&mut app);
     app
+}
+
+/// Lets tests wait for the solver.
+fn listen(app: &mut App) {
+    let (told, wakes) = channel();
+    let solver = &app.world().resource::<SolverHandle>().solver;
+    solver.wake_with(Box::new(move || {
+        // A test that has ended no longer listens.
+        let _ = told.send(());
+    }));
+    app.insert_resource(Wakes(Mutex::new(wakes)));
 }
 
 /// An App with the built-in world in a window that nothing paints: scene, glyphs, picking, drags.
@@ -181,6 +195,7 @@ pub fn create_scene_app() -> App {
     .insert_resource(OpenWorld(
         store::open_builtin(store::DEFAULT_BUILTIN).unwrap(),
     ));
+    listen(&mut app);
     app.finish();
     app.cleanup();
     app
@@ -193,6 +208,17 @@ pub fn named(app: &mut App, name: &str) -> usize {
     names.iter(world).filter(|n| n.as_str() == name).count()
 }
 
+/// What the solver would wake the window with.
+#[derive(Resource)]
+struct Wakes(Mutex<Receiver<()>>);
+
+/// Waits until the solver has an answer, or so long.
+pub fn wait_for_answer(app: &App, at_most: Duration) {
+    let wakes = app.world().resource::<Wakes>().0.lock().unwrap();
+    // Nothing within the time is what the caller allows for.
+    let _ = wakes.recv_timeout(at_most);
+}
+
 pub fn request(app: &mut App, request: EditRequest) {
     app.world_mut().write_message(request);
 }
@@ -203,7 +229,7 @@ pub fn settle(app: &mut App) {
     app.update();
     while !app.world().resource::<SolverHandle>().solver.is_idle() {
         assert!(start.elapsed() < Duration::from_secs(30), "never idle");
-        std::thread::sleep(Duration::from_millis(1));
+        wait_for_answer(app, Duration::from_millis(2));
         app.update();
     }
     app.update();
