@@ -4,6 +4,7 @@ mod document;
 mod drag;
 mod overlay;
 mod panels;
+mod shortcuts;
 mod solver;
 mod support;
 mod wake;
