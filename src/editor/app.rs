@@ -130,7 +130,8 @@ fn log() -> LogPlugin {
     LogPlugin {
         level: Level::WARN,
         // Drivers and window systems say more than anyone can act on.
-        filter: "wgpu=error,naga=error,bevy_winit=error,calloop=error,bevy_egui=error".to_owned(),
+        filter: "wgpu=error,naga=error,winit=error,bevy_winit=error,bevy_render::renderer=error,calloop=error"
+            .to_owned(),
         ..default()
     }
 }

@@ -21,7 +21,9 @@ const LIBRARIES: [(&str, &str, Load); 6] = [
     ("libXcursor", "libxcursor1", || {
         x11_dl::xcursor::Xcursor::open().is_ok()
     }),
-    ("libXi", "libxi6", || x11_dl::xinput2::XInput2::open().is_ok()),
+    ("libXi", "libxi6", || {
+        x11_dl::xinput2::XInput2::open().is_ok()
+    }),
     ("libxkbcommon", "libxkbcommon0", || {
         xkbcommon_dl::xkbcommon_option().is_some()
     }),
