@@ -387,6 +387,7 @@ mod tests {
             position_error_mm: vec![0.0, 1.0, 2.0, 3.0, 4.0, 0.5],
             is_inside: vec![true, true, true, true, true, false],
             max_mm: 4.0,
+            p95_mm: 4.0,
             work: Work::default(),
         }
     }
