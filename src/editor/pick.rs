@@ -31,7 +31,10 @@ pub struct PickPlugin;
 
 /// The surfaces of both bodies, made once a mesh.
 #[derive(Resource, Default)]
-pub struct Surfaces([Option<(Arc<SurfaceMesh>, Option<Arc<Surface>>)>; 2]);
+pub struct Surfaces([Option<MeshSurface>; 2]);
+
+/// A mesh and its surface; none where the mesh has no area.
+type MeshSurface = (Arc<SurfaceMesh>, Option<Arc<Surface>>);
 
 impl Plugin for PickPlugin {
     fn build(&self, app: &mut App) {

@@ -115,21 +115,23 @@ impl Hand {
 
 #[test]
 fn a_drag_slides_the_sensor_along_the_shaft_in_one_undo_step() {
+    // Not so far that the handle begins, which is thicker.
+    const PX: f32 = 15.0;
     let mut hand = Hand::new();
     let before = hand.design();
     let start = hand.position_mm(SHAFT);
     let (at, along) = hand.shaft();
-    hand.drag(at, along * 30.0, PointerButton::Primary);
+    hand.drag(at, along * PX, PointerButton::Primary);
     assert_eq!(*hand.app.world().resource::<ActiveDrag>(), ActiveDrag(true));
     assert!(hand.app.world().resource::<DragReadout>().0.is_some());
-    hand.release(at + along * 30.0, PointerButton::Primary);
+    hand.release(at + along * PX, PointerButton::Primary);
     let moved = hand.position_mm(SHAFT) - start;
     let expected = {
         let rig = hand.app.world().resource::<OrbitRig>();
         let pose = before.tracker_from_body(BodyRole::Tool).unwrap();
-        rig.mm_per_px(&(pose * start)) * 30.0
+        rig.mm_per_px(&(pose * start)) * f64::from(PX)
     };
-    // Along the shaft by what 30 pixels span, more where the shaft is seen at a slant; across
+    // Along the shaft by what the pixels span, more where the shaft is seen at a slant; across
     // it by the facets of a turned shaft.
     assert!(
         moved.z >= 0.9 * expected && moved.z < 3.0 * expected,

@@ -39,7 +39,7 @@ pub fn environment() -> Environment {
     let coefficients = (0..8)
         .map(|k: usize| {
             let x = (k >> 2) as f64;
-            [0.4 + 2.0 * x, -0.3, 0.2 * x, 0.002, 0.004 * x, 0.0].into()
+            [0.4 + 2.0 * x, -0.3, 0.2 * x, 0.002, 0.004 * x, 0.0]
         })
         .collect();
     let model = DistortionModel::new(
