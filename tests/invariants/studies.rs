@@ -79,7 +79,7 @@ fn an_ideal_room_has_no_error() {
 #[test]
 fn an_error_that_is_the_same_everywhere_cancels_against_the_crf_and_not_without() {
     let room = uniform_room([3.0, -1.0, 2.0, 0.0, 0.0, 0.0]);
-    let with_crf = in_room(built_in(), room.clone());
+    let with_crf = in_room(built_in(), room);
     assert!(motion_study(&with_crf).figures.position_mm.max < EXACT_MM);
     let tracker_from_crf = with_crf.crf.as_ref().unwrap().tracker_from_crf;
     let without = Scenario {
