@@ -3,5 +3,6 @@
 mod commands;
 #[cfg(feature = "editor")]
 mod editor;
+mod invariants;
 mod oracle;
 mod support;

@@ -20,8 +20,8 @@ mod shaver;
 mod vector;
 mod windowed_tube;
 
-use std::path::PathBuf;
 use std::io::Write;
+use std::path::PathBuf;
 use std::{env, fs, io};
 
 use model::Model;

@@ -26,9 +26,10 @@ pub fn run(design: Option<&Path>, explain: bool) -> anyhow::Result<Opened> {
         Some(path) => store::open_design(path)?,
         None => store::open_builtin(store::DEFAULT_BUILTIN)?,
     };
-    if let Err(missing) = preflight::window() {
-        return Ok(Opened::Missing(missing));
-    }
+    let _display = match preflight::window() {
+        Ok(display) => display,
+        Err(missing) => return Ok(Opened::Missing(missing)),
+    };
     let explain: Option<ExplainLine> = explain.then(|| Box::new(output::note) as ExplainLine);
     match app::run(world, explain) {
         AppExit::Success => Ok(Opened::Closed),

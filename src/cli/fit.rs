@@ -29,7 +29,12 @@ pub struct FitArgs {
     order: usize,
 
     /// Number of basis orientations: 1, 6, 12, 14, 26 or 42; 1 ignores orientation
-    #[arg(long, value_name = "M", default_value_if("order", "0", "1"), required_unless_present = "order")]
+    #[arg(
+        long,
+        value_name = "M",
+        default_value_if("order", "0", "1"),
+        required_unless_present = "order"
+    )]
     directions: Option<usize>,
 
     /// How the orientations share the samples
@@ -125,7 +130,11 @@ struct Holdout {
 pub fn run(args: &FitArgs) -> anyhow::Result<()> {
     let settings = settings(args)?;
     let set = read(&args.data, args.sensors)?;
-    let holdout_set = args.holdout.as_ref().map(|f| read(f, args.sensors)).transpose()?;
+    let holdout_set = args
+        .holdout
+        .as_ref()
+        .map(|f| read(f, args.sensors))
+        .transpose()?;
     let bar = output::progress(1, "fitting");
     let fitted = fit(&set.samples(settings.map), &settings, None)
         .with_context(|| args.data.display().to_string())?;
@@ -206,19 +215,22 @@ fn environment(
             ridge: settings.ridge,
             train_before: fitted.before,
             train_after: fitted.after,
-            holdout: holdout.zip(args.holdout.as_ref()).map(|(h, file)| HoldoutProvenance {
-                data: file_name(file),
-                samples: h.samples,
-                before: h.before,
-                after: h.after,
-            }),
+            holdout: holdout
+                .zip(args.holdout.as_ref())
+                .map(|(h, file)| HoldoutProvenance {
+                    data: file_name(file),
+                    samples: h.samples,
+                    before: h.before,
+                    after: h.after,
+                }),
         }),
     }
 }
 
 /// A file's name without its folder.
 fn file_name(file: &Path) -> String {
-    file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+    file.file_name()
+        .map_or_else(String::new, |n| n.to_string_lossy().into_owned())
 }
 
 /// `room` of `folder/room.env.ron`.
@@ -230,7 +242,11 @@ fn stem(file: &Path) -> String {
 
 fn warnings(fitted: &Fit) -> Vec<String> {
     let mut warnings = Vec::new();
-    let few: Vec<_> = fitted.systems.iter().filter(|s| s.is_underdetermined()).collect();
+    let few: Vec<_> = fitted
+        .systems
+        .iter()
+        .filter(|s| s.is_underdetermined())
+        .collect();
     if let Some(least) = few.iter().min_by_key(|s| s.samples) {
         warnings.push(format!(
             "{} of {} orientations have fewer samples than the {} coefficients, the least {}; \
@@ -283,7 +299,8 @@ fn as_json(settings: &FitSettings, fitted: &Fit, holdout: Option<&Holdout>) -> V
             "angle_rms_deg": r.angle_rms_rad.map(f64::to_degrees),
         })
     };
-    let before_after = |before, after| json!({"before": residuals(before), "after": residuals(after)});
+    let before_after =
+        |before, after| json!({"before": residuals(before), "after": residuals(after)});
     let one_or_all = |values: Vec<Value>| match (settings.method, values.as_slice()) {
         (FitMethod::Joint, [one]) => one.clone(),
         _ => Value::Array(values),
@@ -316,7 +333,11 @@ fn as_text(
         with_separators(fitted.samples),
         settings.order,
         settings.directions.len(),
-        if settings.directions.len() == 1 { "" } else { "s" },
+        if settings.directions.len() == 1 {
+            ""
+        } else {
+            "s"
+        },
         method_name(settings.method),
         map_name(settings.map),
     )];
@@ -342,8 +363,14 @@ fn as_text(
         rows("held out", &h.before, &h.after);
     }
     if let (Some(least), Some(most)) = (
-        fitted.systems.iter().min_by(|a, b| a.condition.total_cmp(&b.condition)),
-        fitted.systems.iter().max_by(|a, b| a.condition.total_cmp(&b.condition)),
+        fitted
+            .systems
+            .iter()
+            .min_by(|a, b| a.condition.total_cmp(&b.condition)),
+        fitted
+            .systems
+            .iter()
+            .max_by(|a, b| a.condition.total_cmp(&b.condition)),
     ) {
         let rank = fitted.systems.iter().map(|s| s.rank).min().unwrap_or(0);
         let samples = fitted.systems.iter().map(|s| s.samples).min().unwrap_or(0);

@@ -65,7 +65,11 @@ pub fn aligned(rows: &[(String, String, String)]) -> String {
     let label = rows.iter().map(|r| r.0.chars().count()).max().unwrap_or(0);
     let value = rows.iter().map(|r| r.1.chars().count()).max().unwrap_or(0);
     rows.iter()
-        .map(|(l, v, u)| format!("{l:<label$}  {v:>value$} {u}").trim_end().to_owned())
+        .map(|(l, v, u)| {
+            format!("{l:<label$}  {v:>value$} {u}")
+                .trim_end()
+                .to_owned()
+        })
         .collect::<Vec<_>>()
         .join("\n")
 }

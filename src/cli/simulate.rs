@@ -87,7 +87,11 @@ pub fn main_job(design: Option<&Path>) -> anyhow::Result<()> {
         None => store::open_builtin(store::DEFAULT_BUILTIN)?,
     };
     let scenario = store::resolve(world.document.design(), &world.environment);
-    let mode = if scenario.motion.is_some() { Mode::Motion } else { Mode::Single };
+    let mode = if scenario.motion.is_some() {
+        Mode::Motion
+    } else {
+        Mode::Single
+    };
     let (outcome, last) = simulate(&scenario, &mode, None)?;
     let single = last.filter(|_| matches!(mode, Mode::Single));
     output::print(&as_text(&world, &outcome.figures, single.as_ref()))
@@ -156,7 +160,11 @@ fn run_logged(
         }
         let is_ok = outcome.is_ok();
         result = Some(outcome);
-        if is_ok { Ok(()) } else { Err(io::Error::other("no outcome")) }
+        if is_ok {
+            Ok(())
+        } else {
+            Err(io::Error::other("no outcome"))
+        }
     });
     match (result, written) {
         (Some(Err(study)), _) => Err(study.into()),
@@ -202,7 +210,11 @@ fn as_text(world: &World, figures: &Figures, single: Option<&Trial>) -> String {
     if let Some(trial) = single {
         let e = trial.tip_error_in_crf_mm;
         for (axis, value) in ["x", "y", "z"].into_iter().zip([e.x, e.y, e.z]) {
-            rows.push((format!("tip error {axis}"), format!("{value:.4}"), "mm".to_owned()));
+            rows.push((
+                format!("tip error {axis}"),
+                format!("{value:.4}"),
+                "mm".to_owned(),
+            ));
         }
         for (name, pose) in [
             ("true pose", &trial.crf_from_tool),
@@ -219,8 +231,16 @@ fn as_text(world: &World, figures: &Figures, single: Option<&Trial>) -> String {
     let mut lines = vec![format!("{} in {}", design.name, world.environment.name)];
     lines.push(output::aligned(&rows));
     lines.extend(figures.checks.iter().map(|c| {
-        let (verdict, relation) = if c.met { ("met", "≤") } else { ("missed", ">") };
-        let unit = if c.name.starts_with("angle") { "°" } else { "mm" };
+        let (verdict, relation) = if c.met {
+            ("met", "≤")
+        } else {
+            ("missed", ">")
+        };
+        let unit = if c.name.starts_with("angle") {
+            "°"
+        } else {
+            "mm"
+        };
         format!(
             "requirement {}: {verdict}, {:.4} {unit} {relation} {} {unit}",
             c.name, c.value, c.limit

@@ -7,7 +7,7 @@ use super::preflight::BACKENDS;
 use super::state::{OpenWorld, Presentation, ViewportRect};
 use super::{EditorPlugins, document, state};
 use crate::store::World;
-use bevy::app::AppExit;
+use bevy::app::{AppExit, TerminalCtrlCHandlerPlugin};
 use bevy::camera::RenderTarget;
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
@@ -48,7 +48,13 @@ pub fn run(world: World, explain: Option<ExplainLine>) -> AppExit {
         exit_condition: ExitCondition::OnPrimaryClosed,
         ..default()
     };
-    app.add_plugins(DefaultPlugins.set(window).set(render()).set(log()))
+    let plugins = DefaultPlugins
+        .set(window)
+        .set(render())
+        .set(log())
+        // It answers Ctrl+C in the next frame, and a window that sleeps has none.
+        .disable::<TerminalCtrlCHandlerPlugin>();
+    app.add_plugins(plugins)
         // Sleeps until something happens, and never ticks by itself.
         .insert_resource(WinitSettings {
             focused_mode: UpdateMode::reactive_low_power(Duration::MAX),
@@ -124,7 +130,8 @@ fn log() -> LogPlugin {
     LogPlugin {
         level: Level::WARN,
         // Drivers and window systems say more than anyone can act on.
-        filter: "wgpu=error,naga=error,bevy_winit=error,calloop=error,bevy_egui=error".to_owned(),
+        filter: "wgpu=error,naga=error,winit=error,bevy_winit=error,bevy_render::renderer=error,calloop=error"
+            .to_owned(),
         ..default()
     }
 }

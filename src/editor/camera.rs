@@ -12,6 +12,7 @@ use super::state::{
 use super::{convert, palette};
 use crate::design::view::CameraView;
 use crate::geometry::orbit::{OrbitCamera, VERTICAL_FOV_RAD};
+use crate::geometry::surface::Ray;
 use bevy::camera::{ClearColorConfig, PerspectiveProjection, RenderTarget, Viewport};
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::ecs::system::SystemParam;
@@ -140,6 +141,52 @@ fn spawn(mut commands: Commands, target: Option<Res<SceneTarget>>) {
     }
 }
 
+/// The 3D view as the pointer sees it: the open world through the camera.
+#[derive(SystemParam)]
+pub struct Sight<'w> {
+    pub world: Option<Res<'w, OpenWorld>>,
+    pub rig: Res<'w, OrbitRig>,
+    view: Option<Res<'w, ViewportRect>>,
+}
+
+impl Sight<'_> {
+    /// Whether a place in the window is in the 3D view.
+    pub fn contains(&self, at: Vec2) -> bool {
+        self.view.as_ref().is_some_and(|view| view.contains(at))
+    }
+
+    /// A place in the window as pixels of the 3D view.
+    pub fn pixel(&self, at: Vec2) -> Option<[f64; 2]> {
+        Some(self.view.as_ref()?.pixel(at))
+    }
+
+    /// The ray under a place in the window, in the tracker frame.
+    pub fn ray(&self, at: Vec2) -> Option<Ray> {
+        Some(self.rig.camera.ray(self.pixel(at)?, self.rig.view_px))
+    }
+}
+
+/// Keeps the camera in the document's view.
+#[derive(SystemParam)]
+struct ViewKeeper<'w> {
+    world: Option<Res<'w, OpenWorld>>,
+    views: MessageWriter<'w, ViewRequest>,
+}
+
+impl ViewKeeper<'_> {
+    /// Done at the end of a gesture.
+    fn keep(&mut self, rig: &mut OrbitRig) {
+        let Some(world) = &self.world else { return };
+        let camera = camera_view(&rig.camera);
+        if rig.known != Some(camera) {
+            rig.known = Some(camera);
+            let mut view = world.0.document.view().clone();
+            view.camera = Some(camera);
+            self.views.write(ViewRequest::Set(view));
+        }
+    }
+}
+
 /// What decides whether the pointer is the scene's.
 #[derive(SystemParam)]
 pub struct ScenePointer<'w, 's> {
@@ -185,8 +232,7 @@ fn drag_camera(
     active: Res<ActiveDrag>,
     mut gesture: ResMut<Gesture>,
     mut rig: ResMut<OrbitRig>,
-    world: Option<Res<OpenWorld>>,
-    mut views: MessageWriter<ViewRequest>,
+    mut keeper: ViewKeeper,
 ) {
     if gesture.0.is_none() && !active.0 {
         let pressed = [MouseButton::Middle, MouseButton::Right]
@@ -214,7 +260,7 @@ fn drag_camera(
     }
     if !buttons.pressed(button) {
         gesture.0 = None;
-        write_view(&mut rig, world.as_deref(), &mut views);
+        keeper.keep(&mut rig);
     }
 }
 
@@ -224,8 +270,7 @@ fn zoom(
     view: Option<Res<ViewportRect>>,
     surfaces: Res<Surfaces>,
     mut rig: ResMut<OrbitRig>,
-    world: Option<Res<OpenWorld>>,
-    mut views: MessageWriter<ViewRequest>,
+    mut keeper: ViewKeeper,
 ) {
     let notches: f32 = wheel
         .read()
@@ -241,30 +286,15 @@ fn zoom(
         let view_px = rig.view_px;
         rig.glide = None;
         // What lies under the pointer stays there, at its own depth.
-        if let Some(point) = world
+        if let Some(point) = keeper
+            .world
             .as_ref()
             .and_then(|world| surfaces.under(&world.0, &rig.camera.ray(view.pixel(at), view_px)))
         {
             rig.camera.refocus(&point);
         }
         rig.camera.zoom(f64::from(notches), view.pixel(at), view_px);
-        write_view(&mut rig, world.as_deref(), &mut views);
-    }
-}
-
-/// Keeps the camera in the document's view; done at the end of a gesture.
-fn write_view(
-    rig: &mut OrbitRig,
-    world: Option<&OpenWorld>,
-    views: &mut MessageWriter<ViewRequest>,
-) {
-    let Some(world) = world else { return };
-    let camera = camera_view(&rig.camera);
-    if rig.known != Some(camera) {
-        rig.known = Some(camera);
-        let mut view = world.0.document.view().clone();
-        view.camera = Some(camera);
-        views.write(ViewRequest::Set(view));
+        keeper.keep(&mut rig);
     }
 }
 
@@ -343,8 +373,7 @@ fn start_glide(rig: &mut OrbitRig, to: OrbitCamera) {
 fn glide(
     time: Res<Time>,
     mut rig: ResMut<OrbitRig>,
-    world: Option<Res<OpenWorld>>,
-    mut views: MessageWriter<ViewRequest>,
+    mut keeper: ViewKeeper,
     mut redraws: MessageWriter<RequestRedraw>,
 ) {
     let Some(mut glide) = rig.glide.clone() else {
@@ -360,7 +389,7 @@ fn glide(
     } else {
         rig.camera = glide.to;
         rig.glide = None;
-        write_view(&mut rig, world.as_deref(), &mut views);
+        keeper.keep(&mut rig);
     }
 }
 

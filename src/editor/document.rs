@@ -21,7 +21,12 @@ pub struct WorldGeneration(pub u64);
 
 /// One line for the status bar: why an edit was refused, or what was saved where.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
-pub struct Notice(pub Option<String>);
+pub enum Notice {
+    #[default]
+    Nothing,
+    Done(String),
+    Refused(String),
+}
 
 /// What to go on with once the design is saved.
 #[derive(Resource, Default)]
@@ -47,11 +52,12 @@ impl Plugin for DocumentPlugin {
                     apply_views,
                     apply_files,
                     drop_lost_selection,
-                    show_title,
                 )
                     .chain()
                     .in_set(EditorSystems::Edit),
-            );
+            )
+            // After the results: no later frame may come to correct it.
+            .add_systems(Update, show_title.in_set(EditorSystems::Draw));
     }
 }
 
@@ -90,14 +96,14 @@ fn apply_edits(
         };
         match outcome {
             Ok(is_changed) => {
-                notice.set_if_neq(Notice(None));
+                notice.set_if_neq(Notice::Nothing);
                 if is_changed {
                     world.set_changed();
                     refresh_room(&mut world, &mut dialogs);
                 }
             }
             Err(error) => {
-                notice.set_if_neq(Notice(Some(error.to_string())));
+                notice.set_if_neq(Notice::Refused(error.to_string()));
             }
         }
     }
@@ -195,7 +201,7 @@ impl Desk<'_> {
                 world.0 = opened;
                 self.generation.0 += 1;
                 *self.selection = Selection::default();
-                self.notice.0 = None;
+                *self.notice = Notice::Nothing;
             }
             Err(error) => self
                 .dialogs
@@ -226,7 +232,8 @@ impl Desk<'_> {
         let Some(world) = &mut self.world else { return };
         match write(&mut world.0) {
             Ok(_) => {
-                self.notice.0 = Some(format!("Saved {}", file_name(world.0.document.origin())));
+                let name = file_name(world.0.document.origin());
+                *self.notice = Notice::Done(format!("Saved {name}"));
                 if let Some(then) = self.after_save.0.take() {
                     self.go_on(then);
                 }

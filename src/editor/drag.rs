@@ -3,19 +3,20 @@
 //! Picking says which sensor; everything else happens on the core's surface in f64. A drag is
 //! one undo step: `Begin`, an `Apply` for each move, `Commit`, or `Cancel` on Escape.
 
-use super::camera::OrbitRig;
+use super::camera::Sight;
 use super::pick::Surfaces;
 use super::scene::bodies::mesh_of;
 use super::scene::{BodyRoot, SensorMark};
 use super::state::{
-    ActiveDrag, DragReadout, DragText, EditRequest, EditorSystems, Hovered, OpenWorld, Selected,
-    Selection, ViewportRect,
+    ActiveDrag, DragReadout, DragText, EditRequest, EditorSystems, Hovered, Selected, Selection,
+    ViewportRect,
 };
 use crate::design::{BodyRole, Edit};
 use crate::geometry::pose::Pose;
 use crate::geometry::surface::{Ray, Surface};
 use crate::geometry::surface_drag::{PlaneDrag, SurfaceDrag};
 use crate::tracking::body::Sensor;
+use bevy::ecs::system::SystemParam;
 use bevy::picking::events::{Click, Drag, DragEnd, DragStart, Out, Over, Pointer};
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
@@ -173,12 +174,10 @@ fn on_drag_start(mut drag: On<Pointer<DragStart>>, sensors: Query<&SensorMark>) 
 }
 
 /// What a drag reads.
-#[derive(bevy::ecs::system::SystemParam)]
+#[derive(SystemParam)]
 struct Grip<'w> {
-    world: Option<Res<'w, OpenWorld>>,
+    sight: Sight<'w>,
     surfaces: Res<'w, Surfaces>,
-    rig: Res<'w, OrbitRig>,
-    view: Option<Res<'w, ViewportRect>>,
     keys: Option<Res<'w, ButtonInput<KeyCode>>>,
 }
 
@@ -191,14 +190,13 @@ impl Grip<'_> {
 
     /// The ray under a place in the window, in a body's frame.
     fn ray(&self, at: Vec2, tracker_from_body: &Pose) -> Option<Ray> {
-        let pixel = self.view.as_ref()?.pixel(at);
-        let ray = self.rig.camera.ray(pixel, self.rig.view_px);
+        let ray = self.sight.ray(at)?;
         Some(ray.transformed_by(&tracker_from_body.inverse()))
     }
 
     /// Takes hold of a sensor with the pointer at `at`.
     fn take(&self, mark: &SensorMark, at: Vec2) -> Option<Held> {
-        let world = &self.world.as_ref()?.0;
+        let world = &self.sight.world.as_ref()?.0;
         let design = world.document.design();
         let start = design
             .body(mark.body)?
@@ -217,7 +215,7 @@ impl Grip<'_> {
                 SurfaceDrag::new(pose, &grabbed, long_axis),
             )
         });
-        let forward = self.rig.camera.tracker_from_camera().rotation * -Vector3::z_axis();
+        let forward = self.sight.rig.camera.tracker_from_camera().rotation * -Vector3::z_axis();
         Some(Held {
             body: mark.body,
             index: mark.index,
@@ -249,14 +247,20 @@ impl Grip<'_> {
     }
 }
 
+/// What others see of a drag.
+#[derive(SystemParam)]
+struct ShownDrag<'w> {
+    active: ResMut<'w, ActiveDrag>,
+    readout: ResMut<'w, DragReadout>,
+    selection: ResMut<'w, Selection>,
+}
+
 fn on_drag(
     mut drag: On<Pointer<Drag>>,
     sensors: Query<&SensorMark>,
     grip: Grip,
+    mut shown: ShownDrag,
     mut held: ResMut<HeldSensor>,
-    mut active: ResMut<ActiveDrag>,
-    mut readout: ResMut<DragReadout>,
-    mut selection: ResMut<Selection>,
     mut edits: MessageWriter<EditRequest>,
 ) {
     let Ok(mark) = sensors.get(drag.entity) else {
@@ -264,12 +268,14 @@ fn on_drag(
     };
     drag.propagate(false);
     let at = drag.pointer_location.position;
-    if drag.button != PointerButton::Primary || drag.distance.length() < DEAD_ZONE_PX && !active.0 {
+    if drag.button != PointerButton::Primary
+        || drag.distance.length() < DEAD_ZONE_PX && !shown.active.0
+    {
         return;
     }
     if held.0.is_none() {
         // After Escape the button is still down: that drag is over.
-        if active.0 {
+        if shown.active.0 {
             return;
         }
         let Some(taken) = grip.take(mark, at - drag.distance) else {
@@ -279,8 +285,9 @@ fn on_drag(
             "Move sensor {}",
             taken.start.name
         )));
-        selection.set_if_neq(Selection(Some(Selected::Sensor(mark.body, mark.index))));
-        active.set_if_neq(ActiveDrag(true));
+        let selected = Selected::Sensor(mark.body, mark.index);
+        shown.selection.set_if_neq(Selection(Some(selected)));
+        shown.active.set_if_neq(ActiveDrag(true));
         held.0 = Some(taken);
     }
     let Some(held) = &mut held.0 else { return };
@@ -288,7 +295,7 @@ fn on_drag(
         return;
     };
     let sensor = held.start.moved(&held.start.body_from_sensor(), &pose);
-    readout.set_if_neq(DragReadout(Some(DragText {
+    shown.readout.set_if_neq(DragReadout(Some(DragText {
         at,
         text: readout_text(held, &sensor),
     })));

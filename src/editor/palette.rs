@@ -37,50 +37,50 @@ impl Rgb {
 }
 
 // The interface.
-pub const BACKGROUND: Rgb = Rgb::hex(0x12_15_1A);
-pub const PANEL: Rgb = Rgb::hex(0x19_1D_24);
+pub const BACKGROUND: Rgb = Rgb::hex(0x12151A);
+pub const PANEL: Rgb = Rgb::hex(0x191D24);
 /// Fields that take text or numbers.
-pub const FIELD: Rgb = Rgb::hex(0x10_13_18);
-pub const WIDGET: Rgb = Rgb::hex(0x23_29_32);
-pub const WIDGET_HOVERED: Rgb = Rgb::hex(0x2D_35_41);
-pub const LINE: Rgb = Rgb::hex(0x2A_30_3A);
-pub const TEXT: Rgb = Rgb::hex(0xD7_DC_E3);
-pub const TEXT_QUIET: Rgb = Rgb::hex(0x8A_93_A0);
-pub const TEXT_STRONG: Rgb = Rgb::hex(0xF4_F6_F8);
-pub const ACCENT: Rgb = Rgb::hex(0x4F_A3_FF);
-pub const SHADOW: Rgb = Rgb::hex(0x00_00_00);
+pub const FIELD: Rgb = Rgb::hex(0x101318);
+pub const WIDGET: Rgb = Rgb::hex(0x232932);
+pub const WIDGET_HOVERED: Rgb = Rgb::hex(0x2D3541);
+pub const LINE: Rgb = Rgb::hex(0x2A303A);
+pub const TEXT: Rgb = Rgb::hex(0xD7DCE3);
+pub const TEXT_QUIET: Rgb = Rgb::hex(0x8A93A0);
+pub const TEXT_STRONG: Rgb = Rgb::hex(0xF4F6F8);
+pub const ACCENT: Rgb = Rgb::hex(0x4FA3FF);
+pub const SHADOW: Rgb = Rgb::hex(0x000000);
 
 // What a figure means; a sign always stands beside the colour.
-pub const MET: Rgb = Rgb::hex(0x3F_B3_7F);
-pub const MISSED: Rgb = Rgb::hex(0xF2_99_4A);
-pub const ERROR: Rgb = Rgb::hex(0xF0_5D_5E);
+pub const MET: Rgb = Rgb::hex(0x3FB37F);
+pub const MISSED: Rgb = Rgb::hex(0xF2994A);
+pub const ERROR: Rgb = Rgb::hex(0xF05D5E);
 
 // Things in the scene.
-pub const TOOL: Rgb = Rgb::hex(0xB9_B4_AC);
-pub const CRF: Rgb = Rgb::hex(0x4F_8C_8A);
-pub const BONE: Rgb = Rgb::hex(0xE3_D9_C6);
-pub const GENERATOR: Rgb = Rgb::hex(0x3A_3F_47);
-pub const SENSOR: Rgb = Rgb::hex(0xF2_B1_34);
-pub const SENSOR_AXIS: Rgb = Rgb::hex(0xFF_D8_8A);
-pub const SELECTED: Rgb = Rgb::hex(0xFF_FF_FF);
-pub const OUTSIDE: Rgb = Rgb::hex(0xE0_4F_4F);
-pub const ERROR_VECTOR: Rgb = Rgb::hex(0xE6_3F_B8);
-pub const GHOST: Rgb = Rgb::hex(0x45_D3_E8);
-pub const AXIS_X: Rgb = Rgb::hex(0xE0_6C_6C);
-pub const AXIS_Y: Rgb = Rgb::hex(0x7C_C4_7C);
-pub const AXIS_Z: Rgb = Rgb::hex(0x6C_9C_F0);
-pub const VOLUME: Rgb = Rgb::hex(0x8F_B4_E8);
-pub const MODEL_BOX: Rgb = Rgb::hex(0x8A_93_A0);
-pub const GRID: Rgb = Rgb::hex(0x4A_53_60);
+pub const TOOL: Rgb = Rgb::hex(0xB9B4AC);
+pub const CRF: Rgb = Rgb::hex(0x4F8C8A);
+pub const BONE: Rgb = Rgb::hex(0xE3D9C6);
+pub const GENERATOR: Rgb = Rgb::hex(0x3A3F47);
+pub const SENSOR: Rgb = Rgb::hex(0xF2B134);
+pub const SENSOR_AXIS: Rgb = Rgb::hex(0xFFD88A);
+pub const SELECTED: Rgb = Rgb::hex(0xFFFFFF);
+pub const OUTSIDE: Rgb = Rgb::hex(0xE04F4F);
+pub const ERROR_VECTOR: Rgb = Rgb::hex(0xE63FB8);
+pub const GHOST: Rgb = Rgb::hex(0x45D3E8);
+pub const AXIS_X: Rgb = Rgb::hex(0xE06C6C);
+pub const AXIS_Y: Rgb = Rgb::hex(0x7CC47C);
+pub const AXIS_Z: Rgb = Rgb::hex(0x6C9CF0);
+pub const VOLUME: Rgb = Rgb::hex(0x8FB4E8);
+pub const MODEL_BOX: Rgb = Rgb::hex(0x8A93A0);
+pub const GRID: Rgb = Rgb::hex(0x4A5360);
 /// Error vectors over coloured maps.
-pub const ERROR_VECTOR_ON_MAP: Rgb = Rgb::hex(0xFF_FF_FF);
+pub const ERROR_VECTOR_ON_MAP: Rgb = Rgb::hex(0xFFFFFF);
 
 // Light.
-pub const KEY_LIGHT: Rgb = Rgb::hex(0xFF_F6_EA);
-pub const FILL_LIGHT: Rgb = Rgb::hex(0xD6_E4_FF);
-pub const ROOM_ABOVE: Rgb = Rgb::hex(0xF2_F5_FA);
-pub const ROOM_AROUND: Rgb = Rgb::hex(0x7C_86_94);
-pub const ROOM_BELOW: Rgb = Rgb::hex(0x2A_2E_36);
+pub const KEY_LIGHT: Rgb = Rgb::hex(0xFFF6EA);
+pub const FILL_LIGHT: Rgb = Rgb::hex(0xD6E4FF);
+pub const ROOM_ABOVE: Rgb = Rgb::hex(0xF2F5FA);
+pub const ROOM_AROUND: Rgb = Rgb::hex(0x7C8694);
+pub const ROOM_BELOW: Rgb = Rgb::hex(0x2A2E36);
 
 /// Between these, parts are told from the background and from glare.
 const DARKEST: f32 = 0.03;

@@ -5,14 +5,17 @@
 //! works in f64 on the document, so that a coil inside a shaft can be picked and nothing has to
 //! be marked as not to be picked.
 
-use super::camera::OrbitRig;
+use super::camera::{OrbitRig, Sight};
 use super::scene::bodies::mesh_of;
 use super::scene::{BodyRoot, SensorMark, sensors};
 use super::slice::SliceHandle;
-use super::state::{MainCamera, OpenWorld, ViewportRect};
+use super::state::{MainCamera, OpenWorld};
 use crate::design::BodyRole;
 use crate::geometry::mesh::SurfaceMesh;
+use crate::geometry::pose::Pose;
 use crate::geometry::surface::{Ray, Surface};
+use crate::tracking::body::Sensor;
+use bevy::ecs::system::SystemParam;
 use bevy::picking::PickingSystems;
 use bevy::picking::backend::{HitData, PointerHits};
 use bevy::picking::pointer::{PointerAction, PointerId, PointerInput, PointerLocation};
@@ -28,7 +31,10 @@ pub struct PickPlugin;
 
 /// The surfaces of both bodies, made once a mesh.
 #[derive(Resource, Default)]
-pub struct Surfaces([Option<(Arc<SurfaceMesh>, Option<Arc<Surface>>)>; 2]);
+pub struct Surfaces([Option<MeshSurface>; 2]);
+
+/// A mesh and its surface; none where the mesh has no area.
+type MeshSurface = (Arc<SurfaceMesh>, Option<Arc<Surface>>);
 
 impl Plugin for PickPlugin {
     fn build(&self, app: &mut App) {
@@ -83,16 +89,20 @@ fn make_surfaces(world: Res<OpenWorld>, mut surfaces: ResMut<Surfaces>) {
     }
 }
 
+/// What can be picked.
+#[derive(SystemParam)]
+struct Targets<'w, 's> {
+    surfaces: Res<'w, Surfaces>,
+    sensors: Query<'w, 's, (Entity, &'static SensorMark)>,
+    roots: Query<'w, 's, (Entity, &'static BodyRoot)>,
+    handles: Query<'w, 's, (Entity, &'static SliceHandle)>,
+}
+
 fn pick(
     pointers: Query<(&PointerId, &PointerLocation)>,
-    world: Res<OpenWorld>,
-    rig: Res<OrbitRig>,
-    view: Option<Res<ViewportRect>>,
-    surfaces: Res<Surfaces>,
+    sight: Sight,
+    targets: Targets,
     camera: Option<Single<Entity, With<MainCamera>>>,
-    sensors: Query<(Entity, &SensorMark)>,
-    roots: Query<(Entity, &BodyRoot)>,
-    handles: Query<(Entity, &SliceHandle)>,
     mut inputs: MessageReader<PointerInput>,
     mut hits: MessageWriter<PointerHits>,
 ) {
@@ -101,10 +111,7 @@ fn pick(
         .filter(|input| matches!(input.action, PointerAction::Press(_)))
         .map(|input| (input.pointer_id, input.location.position))
         .collect();
-    let (Some(view), Some(camera)) = (view, camera) else {
-        return;
-    };
-    let design = world.0.document.design();
+    let Some(camera) = camera else { return };
     for (id, location) in &pointers {
         let Some(location) = location.location() else {
             continue;
@@ -113,54 +120,63 @@ fn pick(
         // pressed.
         let pressed = presses.iter().rev().find(|press| press.0 == *id);
         let at = pressed.map_or(location.position, |press| press.1);
-        if !view.contains(at) {
+        if !sight.contains(at) {
             continue;
         }
-        let pixel = view.pixel(at);
-        let ray = rig.camera.ray(pixel, rig.view_px);
-        let mut picks = Vec::new();
-        let mut add = |entity: Entity, depth: f64| {
-            picks.push((entity, HitData::new(*camera, depth as f32, None, None)));
-        };
-        for (entity, handle) in &handles {
-            if let Some(distance) = distance_px(&rig, pixel, [handle.at_mm; 2])
-                && distance <= super::slice::HANDLE_PX
-            {
-                add(entity, distance);
-            }
-        }
-        for (entity, mark) in &sensors {
-            let sensor = design
-                .body(mark.body)
-                .and_then(|body| body.rigid.sensors.get(mark.index));
-            let (Some(sensor), Some(pose)) = (sensor, design.tracker_from_body(mark.body)) else {
-                continue;
-            };
-            let coil = sensor.coil.unwrap_or(sensors::USUAL_COIL);
-            let middle = pose * sensor.position_in_body;
-            let mm_per_px = rig.mm_per_px(&middle);
-            let half_mm = sensors::coil_length(&coil).mm(mm_per_px) / 2.0;
-            let radius_px = sensors::coil_width(&coil).mm(mm_per_px) / mm_per_px / 2.0;
-            let axis = pose.rotation * sensor.axis_in_body().into_inner() * half_mm;
-            if let Some(distance) = distance_px(&rig, pixel, [middle - axis, middle + axis])
-                && distance <= REACH_PX.max(radius_px + 2.0)
-            {
-                // In front of every body, the nearest on the screen first.
-                add(entity, distance);
-            }
-        }
-        for (entity, BodyRoot(role)) in &roots {
-            let (Some(surface), Some(pose)) = (surfaces.of(*role), design.tracker_from_body(*role))
-            else {
-                continue;
-            };
-            if let Some(hit) = surface.cast(&ray.transformed_by(&pose.inverse())) {
-                let depth = (pose * hit.position_mm - ray.origin_mm).norm();
-                add(entity, BODIES_FROM + depth);
-            }
-        }
+        let picks = targets
+            .under(&sight, at)
+            .into_iter()
+            .map(|(entity, depth)| (entity, HitData::new(*camera, depth as f32, None, None)))
+            .collect();
         hits.write(PointerHits::new(*id, picks, 0.0));
     }
+}
+
+impl Targets<'_, '_> {
+    /// Everything under a place in the window, with a depth that orders it.
+    fn under(&self, sight: &Sight, at: Vec2) -> Vec<(Entity, f64)> {
+        let (Some(world), Some(pixel), Some(ray)) = (&sight.world, sight.pixel(at), sight.ray(at))
+        else {
+            return Vec::new();
+        };
+        let design = world.0.document.design();
+        let handles = self.handles.iter().filter_map(|(entity, handle)| {
+            let distance = distance_px(&sight.rig, pixel, [handle.at_mm; 2])?;
+            (distance <= super::slice::HANDLE_PX).then_some((entity, distance))
+        });
+        // In front of every body, the nearest on the screen first.
+        let sensors = self.sensors.iter().filter_map(|(entity, mark)| {
+            let sensor = design.body(mark.body)?.rigid.sensors.get(mark.index)?;
+            let pose = design.tracker_from_body(mark.body)?;
+            let distance = sensor_distance_px(&sight.rig, pixel, sensor, &pose)?;
+            Some((entity, distance))
+        });
+        let bodies = self.roots.iter().filter_map(|(entity, BodyRoot(role))| {
+            let pose = design.tracker_from_body(*role)?;
+            let in_body = ray.transformed_by(&pose.inverse());
+            let hit = self.surfaces.of(*role)?.cast(&in_body)?;
+            let depth = (hit.position_mm - in_body.origin_mm).norm();
+            Some((entity, BODIES_FROM + depth))
+        });
+        handles.chain(sensors).chain(bodies).collect()
+    }
+}
+
+/// How far the pointer is from a coil as it is drawn; `None` where that is out of reach.
+fn sensor_distance_px(
+    rig: &OrbitRig,
+    pixel: [f64; 2],
+    sensor: &Sensor,
+    tracker_from_body: &Pose,
+) -> Option<f64> {
+    let coil = sensor.coil.unwrap_or(sensors::USUAL_COIL);
+    let middle = tracker_from_body * sensor.position_in_body;
+    let mm_per_px = rig.mm_per_px(&middle);
+    let half_mm = sensors::coil_length(&coil).mm(mm_per_px) / 2.0;
+    let radius_px = sensors::coil_width(&coil).mm(mm_per_px) / mm_per_px / 2.0;
+    let axis = tracker_from_body.rotation * sensor.axis_in_body().into_inner() * half_mm;
+    let distance = distance_px(rig, pixel, [middle - axis, middle + axis])?;
+    (distance <= REACH_PX.max(radius_px + 2.0)).then_some(distance)
 }
 
 /// Depth at which bodies begin: sensors come before all of them.

@@ -21,7 +21,9 @@ const LIBRARIES: [(&str, &str, Load); 6] = [
     ("libXcursor", "libxcursor1", || {
         x11_dl::xcursor::Xcursor::open().is_ok()
     }),
-    ("libXi", "libxi6", || x11_dl::xinput2::XInput2::open().is_ok()),
+    ("libXi", "libxi6", || {
+        x11_dl::xinput2::XInput2::open().is_ok()
+    }),
     ("libxkbcommon", "libxkbcommon0", || {
         xkbcommon_dl::xkbcommon_option().is_some()
     }),
@@ -46,13 +48,23 @@ pub enum Missing {
     Adapter,
 }
 
+/// A display that answered; keep it until the window is closed.
+///
+/// An X server that loses its last client may start over and turn away whoever connects
+/// meanwhile: this one stays a client while the window system connects.
+pub struct Display {
+    #[cfg(target_os = "linux")]
+    _connection: Option<x11rb::rust_connection::RustConnection>,
+}
+
 /// Whether the editor can open a window.
 ///
 /// # Errors
 /// The first thing that is missing.
-pub fn window() -> Result<(), Missing> {
-    display()?;
-    adapter()
+pub fn window() -> Result<Display, Missing> {
+    let display = display()?;
+    adapter()?;
+    Ok(display)
 }
 
 /// Whether pictures can be made without a window.
@@ -72,12 +84,12 @@ pub fn adapter() -> Result<(), Missing> {
 }
 
 #[cfg(target_os = "linux")]
-fn display() -> Result<(), Missing> {
+fn display() -> Result<Display, Missing> {
     let has_wayland = std::env::var_os("WAYLAND_DISPLAY").is_some_and(|name| !name.is_empty());
     if cfg!(feature = "wayland") && has_wayland {
-        return Ok(());
+        return Ok(Display { _connection: None });
     }
-    x11rb::connect(None).map_err(|error| {
+    let (connection, _) = x11rb::connect(None).map_err(|error| {
         let reason = match std::env::var("DISPLAY") {
             Ok(name) if !name.is_empty() => format!("{name} does not answer ({error})"),
             _ => "DISPLAY is not set".to_owned(),
@@ -89,12 +101,14 @@ fn display() -> Result<(), Missing> {
             return Err(Missing::Library { library, package });
         }
     }
-    Ok(())
+    Ok(Display {
+        _connection: Some(connection),
+    })
 }
 
 #[cfg(not(target_os = "linux"))]
-fn display() -> Result<(), Missing> {
-    Ok(())
+fn display() -> Result<Display, Missing> {
+    Ok(Display {})
 }
 
 fn ready<T>(future: impl Future<Output = T>) -> Option<T> {

@@ -3,7 +3,7 @@
 use super::state::{ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, ViewRequest};
 use super::ui::dialogs::Dialogs;
 use super::ui::top_bar::toggled_magnification;
-use bevy::input::keyboard::{Key, KeyboardInput};
+use bevy::input::keyboard::{Key, KeyboardFocusLost, KeyboardInput};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy_egui::input::EguiWantsInput;
@@ -80,6 +80,7 @@ impl Plugin for ShortcutsPlugin {
         app.init_resource::<ActiveDrag>()
             .init_resource::<Dialogs>()
             .add_message::<KeyboardInput>()
+            .add_message::<KeyboardFocusLost>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
@@ -97,25 +98,43 @@ struct Asked<'w> {
     redraw: MessageWriter<'w, RequestRedraw>,
 }
 
+/// The modifiers as they were at each key, and not as they are at the end of the frame: a quick
+/// Ctrl+Z is pressed and let go within one.
+#[derive(Default)]
+struct Modifiers {
+    control: bool,
+    shift: bool,
+}
+
+impl Modifiers {
+    fn follow(&mut self, input: &KeyboardInput) {
+        let is_pressed = input.state.is_pressed();
+        match input.logical_key {
+            Key::Control => self.control = is_pressed,
+            Key::Shift => self.shift = is_pressed,
+            _ => {}
+        }
+    }
+}
+
 fn press_keys(
     mut pressed: MessageReader<KeyboardInput>,
-    keys: Option<Res<ButtonInput<KeyCode>>>,
+    mut lost: MessageReader<KeyboardFocusLost>,
+    mut modifiers: Local<Modifiers>,
     egui: Option<Res<EguiWantsInput>>,
     dialogs: Res<Dialogs>,
-    drag: Res<ActiveDrag>,
-    world: Option<Res<OpenWorld>>,
+    state: (Res<ActiveDrag>, Option<Res<OpenWorld>>),
     mut asked: Asked,
 ) {
-    let is_typing = egui.is_some_and(|egui| egui.wants_any_keyboard_input());
-    if is_typing || dialogs.current.is_some() {
-        pressed.clear();
-        return;
+    if lost.read().last().is_some() {
+        *modifiers = Modifiers::default();
     }
-    let held = |codes: [KeyCode; 2]| keys.as_ref().is_some_and(|k| k.any_pressed(codes));
-    let control = held([KeyCode::ControlLeft, KeyCode::ControlRight]);
-    let shift = held([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
+    let is_typing = egui.is_some_and(|egui| egui.wants_any_keyboard_input());
+    let is_elsewhere = is_typing || dialogs.current.is_some();
+    let (drag, world) = state;
     for input in pressed.read() {
-        if !input.state.is_pressed() {
+        modifiers.follow(input);
+        if is_elsewhere || !input.state.is_pressed() {
             continue;
         }
         let key = match &input.logical_key {
@@ -123,7 +142,7 @@ fn press_keys(
             Key::Escape => "escape".to_owned(),
             _ => continue,
         };
-        if let Some(command) = command_of(&key, control, shift) {
+        if let Some(command) = command_of(&key, modifiers.control, modifiers.shift) {
             asked.run(command, drag.0, world.as_deref());
         }
     }

@@ -4,19 +4,19 @@
 //! interpolated and then coloured, so that a point of the lattice has exactly the colour that
 //! the colour bar gives its value.
 
-use super::camera::OrbitRig;
+use super::camera::Sight;
 use super::materials::{GlowMaterial, Shown};
 use super::scene::screen_size::{ScreenSized, SizeBounds};
 use super::scene::shapes::GlyphShapes;
 use super::state::{
     ActiveDrag, ColorScale, DragReadout, DragText, EditorSystems, OpenWorld, Results, ViewRequest,
-    ViewportRect,
 };
 use super::{convert, palette};
 use crate::design::view::SliceView;
 use crate::geometry::colormap::{ColorMap, NO_VALUE_SRGB};
 use crate::study::SliceOutcome;
 use bevy::asset::RenderAssetUsages;
+use bevy::ecs::system::SystemParam;
 use bevy::image::{ImageFilterMode, ImageSampler, ImageSamplerDescriptor};
 use bevy::mesh::Indices;
 use bevy::picking::events::{Drag, DragEnd, DragStart, Pointer};
@@ -85,12 +85,20 @@ fn choose_scale(world: Res<OpenWorld>, results: Res<Results>, mut scale: ResMut<
     let view = &world.0.document.view().slice;
     let max_mm = view
         .range_mm
-        .or(results.slice.as_ref().map(|slice| slice.value.max_mm))
+        .or(results.slice.as_ref().map(|slice| slice.value.p95_mm))
         .unwrap_or(0.0);
     scale.set_if_neq(ColorScale {
         map: view.color_map,
         max_mm,
     });
+}
+
+/// What a slice is made of.
+#[derive(SystemParam)]
+struct SliceAssets<'w> {
+    meshes: ResMut<'w, Assets<Mesh>>,
+    images: ResMut<'w, Assets<Image>>,
+    materials: ResMut<'w, Assets<StandardMaterial>>,
 }
 
 /// Mesh and picture anew with every result: there is one only when something changed.
@@ -100,9 +108,7 @@ fn draw(
     results: Res<Results>,
     scale: Res<ColorScale>,
     drawn: Query<Entity, With<Slice>>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut images: ResMut<Assets<Image>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut assets: SliceAssets,
     mut last: Local<Option<(SliceOutcome, ColorScale)>>,
 ) {
     let is_on = world.0.document.view().layers.slice;
@@ -126,9 +132,9 @@ fn draw(
     commands.spawn((
         Name::new("slice"),
         Slice,
-        Mesh3d(meshes.add(plane(&slice.value))),
-        MeshMaterial3d(materials.add(StandardMaterial {
-            base_color_texture: Some(images.add(picture(&slice.value, *scale))),
+        Mesh3d(assets.meshes.add(plane(&slice.value))),
+        MeshMaterial3d(assets.materials.add(StandardMaterial {
+            base_color_texture: Some(assets.images.add(picture(&slice.value, *scale))),
             unlit: true,
             cull_mode: None,
             double_sided: true,
@@ -220,7 +226,7 @@ fn color_at(slice: &SliceOutcome, scale: ColorScale, x: usize, y: usize) -> [u8;
     scale.map.srgb_of_value(mix(lower, upper, fv), scale.max_mm)
 }
 
-/// In the middle of the edge of the lattice where both of its axes are... smallest.
+/// In the middle of the edge where the first of the plane's axes ends.
 fn handle_of(slice: &SliceOutcome) -> SliceHandle {
     let [nu, nv] = slice.plan.counts;
     let mut normal = Vector3::zeros();
@@ -286,22 +292,21 @@ fn place_handle(
 fn on_drag_start(
     mut drag: On<Pointer<DragStart>>,
     handles: Query<&SliceHandle>,
-    world: Option<Res<OpenWorld>>,
-    rig: Res<OrbitRig>,
-    view: Option<Res<ViewportRect>>,
+    sight: Sight,
     mut held: ResMut<SliceDrag>,
     mut active: ResMut<ActiveDrag>,
 ) {
-    let (Ok(handle), Some(world), Some(view)) = (handles.get(drag.entity), world, view) else {
+    let (Ok(handle), Some(world)) = (handles.get(drag.entity), &sight.world) else {
         return;
     };
     drag.propagate(false);
     if drag.button != PointerButton::Primary {
         return;
     }
-    let pixel = view.pixel(drag.pointer_location.position);
-    let ray = rig.camera.ray(pixel, rig.view_px);
-    if let Some(grabbed_at_mm) = ray.nearest_on_line(&handle.at_mm, &handle.normal) {
+    if let Some(grabbed_at_mm) = sight
+        .ray(drag.pointer_location.position)
+        .and_then(|ray| ray.nearest_on_line(&handle.at_mm, &handle.normal))
+    {
         active.set_if_neq(ActiveDrag(true));
         held.0 = Some(HeldSlice {
             handle: *handle,
@@ -314,14 +319,12 @@ fn on_drag_start(
 fn on_drag(
     mut drag: On<Pointer<Drag>>,
     handles: Query<&SliceHandle>,
-    world: Option<Res<OpenWorld>>,
-    rig: Res<OrbitRig>,
-    view: Option<Res<ViewportRect>>,
+    sight: Sight,
     held: Res<SliceDrag>,
     mut readout: ResMut<DragReadout>,
     mut views: MessageWriter<ViewRequest>,
 ) {
-    let (Some(held), Some(world), Some(viewport)) = (held.0, world, view) else {
+    let (Some(held), Some(world)) = (held.0, &sight.world) else {
         return;
     };
     if !handles.contains(drag.entity) {
@@ -329,8 +332,10 @@ fn on_drag(
     }
     drag.propagate(false);
     let at = drag.pointer_location.position;
-    let ray = rig.camera.ray(viewport.pixel(at), rig.view_px);
-    let Some(now) = ray.nearest_on_line(&held.handle.at_mm, &held.handle.normal) else {
+    let Some(now) = sight
+        .ray(at)
+        .and_then(|ray| ray.nearest_on_line(&held.handle.at_mm, &held.handle.normal))
+    else {
         return;
     };
     let mut view = world.0.document.view().clone();
@@ -382,6 +387,7 @@ mod tests {
             position_error_mm: vec![0.0, 1.0, 2.0, 3.0, 4.0, 0.5],
             is_inside: vec![true, true, true, true, true, false],
             max_mm: 4.0,
+            p95_mm: 4.0,
             work: Work::default(),
         }
     }

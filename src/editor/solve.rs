@@ -250,7 +250,7 @@ fn accept(
             if is_new {
                 results.pose = Some(Stamped {
                     revision,
-                    value,
+                    value: *value,
                     took,
                 });
             }

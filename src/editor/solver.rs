@@ -41,7 +41,7 @@ pub struct Answer {
 
 /// A result by kind. Cancelled work says so, in order that it can be counted.
 pub enum Solved {
-    Pose(PoseDetail),
+    Pose(Box<PoseDetail>),
     Study(Result<Outcome, StudyError>),
     Slice(Result<SliceOutcome, StudyError>),
 }
@@ -244,7 +244,7 @@ fn work(shared: &Shared, sender: &Sender<Answer>) {
         };
         let start = Instant::now();
         let result = match waiting.job {
-            Job::Pose(scenario) => Solved::Pose(look(&scenario)),
+            Job::Pose(scenario) => Solved::Pose(Box::new(look(&scenario))),
             Job::Study(scenario, mode) => Solved::Study(run(&scenario, &mode, &cancel, None)),
             Job::Slice(scenario, plan) => {
                 Solved::Slice(sample_slice(&scenario.environment, &plan, &cancel))

@@ -1,24 +1,36 @@
-//! Lets the window sleep: no frame is drawn while nothing changes.
+//! Lets the window sleep: no frame is drawn while nothing changes, and none is left out that is
+//! needed.
 
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
-use bevy_egui::{EguiInput, EguiPreUpdateSet, egui};
+use bevy::window::RequestRedraw;
+use bevy_egui::{EguiInput, EguiPostUpdateSet, EguiPreUpdateSet, EguiRenderOutput, egui};
 
-/// Drops the input that is none.
+/// Drops the input that is none, and asks for the frame that shows new letters.
 ///
 /// bevy_egui tells egui the state of the modifier keys every frame. egui asks for a repaint
 /// whenever it is told anything, and that repaint tells it the state of the modifier keys again:
 /// the window would never come to rest.
+///
+/// The other way round, letters that were never drawn before reach the graphics adapter a frame
+/// late; without another frame they stay missing until the next input.
 pub struct WakePlugin;
 
 impl Plugin for WakePlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
-            PreUpdate,
-            drop_repeated_modifiers
-                .after(EguiPreUpdateSet::ProcessInput)
-                .before(EguiPreUpdateSet::BeginPass),
-        );
+        app.add_message::<RequestRedraw>()
+            .add_systems(
+                PreUpdate,
+                drop_repeated_modifiers
+                    .after(EguiPreUpdateSet::ProcessInput)
+                    .before(EguiPreUpdateSet::BeginPass),
+            )
+            .add_systems(
+                PostUpdate,
+                show_new_letters
+                    .after(EguiPostUpdateSet::ProcessOutput)
+                    .before(EguiPostUpdateSet::PostProcessOutput),
+            );
     }
 }
 
@@ -36,5 +48,11 @@ fn drop_repeated_modifiers(
             }
             _ => true,
         });
+    }
+}
+
+fn show_new_letters(outputs: Query<&EguiRenderOutput>, mut redraws: MessageWriter<RequestRedraw>) {
+    if outputs.iter().any(|o| !o.textures_delta.set.is_empty()) {
+        redraws.write(RequestRedraw);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::cancel::CancelToken;
 use super::run::StudyError;
+use super::statistics::Statistics;
 use super::work::Work;
 use crate::field::{Environment, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
@@ -31,6 +32,9 @@ pub struct SliceOutcome {
     pub is_inside: Vec<bool>,
     /// Largest error inside the box, 0 where nothing is inside.
     pub max_mm: f64,
+    /// 95th percentile of the errors inside the box, 0 where nothing is inside: what a colour map
+    /// spans, so that one bad corner of the room does not take all its colours.
+    pub p95_mm: f64,
     pub work: Work,
 }
 
@@ -96,19 +100,86 @@ pub fn sample_slice(
         })
         .collect();
     let values = rows.ok_or(StudyError::Cancelled)?.concat();
-    let max_mm = values
+    let mut inside: Vec<f64> = values
         .iter()
-        .filter(|(_, is_inside)| *is_inside)
-        .fold(0.0_f64, |max, (value, _)| max.max(*value));
+        .filter_map(|&(value, is_inside)| is_inside.then_some(value))
+        .collect();
+    let statistics = Statistics::of(&mut inside);
     let (position_error_mm, is_inside) = values.into_iter().unzip();
     Ok(SliceOutcome {
         plan: *plan,
         position_error_mm,
         is_inside,
-        max_mm,
+        max_mm: statistics.map_or(0.0, |s| s.max),
+        p95_mm: statistics.map_or(0.0, |s| s.p95),
         work: Work {
             slice_evaluations: (nu * nv) as u64,
             ..Work::default()
         },
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::DistortionModel;
+    use crate::field::samples::MapKind;
+    use crate::geometry::directions::{DirectionSet, Weighting};
+
+    /// A room whose error along x is the position's x in the unit cube.
+    fn room() -> Environment {
+        let bounds = Bounds::from(([0.0; 3], [100.0; 3]));
+        let coefficients = (0..8)
+            .map(|i| [f64::from(i / 4), 0.0, 0.0, 0.0, 0.0, 0.0])
+            .collect();
+        Environment {
+            name: "slope".into(),
+            model: DistortionModel::new(
+                1,
+                DirectionSet::One,
+                Weighting::Area,
+                MapKind::Distortion,
+                bounds,
+                coefficients,
+            )
+            .unwrap(),
+            volume: None,
+            jitter: None,
+            provenance: None,
+        }
+    }
+
+    fn plan(position_mm: f64) -> SlicePlan {
+        SlicePlan {
+            normal_axis: 2,
+            position_mm,
+            sensor_axis: Vector3::z_axis(),
+            counts: [101, 3],
+            bounds: Bounds::from(([0.0; 3], [100.0; 3])),
+        }
+    }
+
+    #[test]
+    fn a_slice_costs_its_points_and_holds_their_errors() {
+        let slice = sample_slice(&room(), &plan(50.0), &CancelToken::default()).unwrap();
+        assert_eq!(slice.work.slice_evaluations, 303);
+        assert!((slice.position_error_mm[25] - 0.25).abs() < 1e-15);
+        assert!((slice.max_mm - 1.0).abs() < 1e-15);
+        assert!((slice.p95_mm - 0.95).abs() < 0.01);
+    }
+
+    #[test]
+    fn outside_the_box_a_slice_has_values_and_no_range() {
+        let slice = sample_slice(&room(), &plan(150.0), &CancelToken::default()).unwrap();
+        assert!(slice.is_inside.iter().all(|inside| !inside));
+        assert_eq!((slice.max_mm, slice.p95_mm), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_cancelled_slice_has_no_values() {
+        let cancel = CancelToken::default();
+        cancel.cancel();
+        let slice = sample_slice(&room(), &plan(50.0), &cancel);
+        assert_eq!(slice, Err(StudyError::Cancelled));
+    }
 }

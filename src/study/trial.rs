@@ -9,7 +9,7 @@ use crate::geometry::rotation::exp_vector;
 use crate::tracking::frame_fit::{FrameFit, FrameFitter, Reading};
 use crate::tracking::tool_in_crf::{FreeMotion, relative_error};
 use crate::tracking::{Determination, RigidBody};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 
 /// The figures of one trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,6 +99,8 @@ struct BodyTracker<'a> {
     environment: &'a Environment,
     outside: OutsidePolicy,
     fitter: FrameFitter,
+    /// `body_from_sensor` and axis of each sensor, made once for all trials.
+    sensors: Vec<(Pose, Unit<Vector3<f64>>)>,
 }
 
 /// A body as the tracker sees it.
@@ -116,6 +118,11 @@ impl<'a> BodyTracker<'a> {
             environment: &scenario.environment,
             outside: scenario.outside,
             fitter: FrameFitter::new(body, scenario.orientation_weight_mm),
+            sensors: body
+                .sensors
+                .iter()
+                .map(|s| (s.body_from_sensor(), s.axis_in_body()))
+                .collect(),
         }
     }
 
@@ -129,12 +136,13 @@ impl<'a> BodyTracker<'a> {
         tracker_from_body: &Pose,
         mut details: Option<&mut Vec<SensorDetail>>,
     ) -> Tracked {
-        let mut readings = Vec::with_capacity(self.body.sensors.len());
+        let mut readings = Vec::with_capacity(self.sensors.len());
         let (mut outside, mut out_of_volume) = (0, 0);
-        for sensor in &self.body.sensors {
-            let at = tracker_from_body * sensor.position_in_body;
-            let rotation = tracker_from_body.rotation * sensor.orientation.any_rotation();
-            let axis = tracker_from_body.rotation * sensor.axis_in_body();
+        for (body_from_sensor, axis_in_body) in &self.sensors {
+            let tracker_from_sensor = tracker_from_body * body_from_sensor;
+            let at = Point3::from(tracker_from_sensor.translation.vector);
+            let rotation = tracker_from_sensor.rotation;
+            let axis = tracker_from_body.rotation * axis_in_body;
             let evaluation = self.environment.model.evaluate(&at, &axis, self.outside);
             let error = evaluation.error;
             let is_in_volume = self.environment.volume.is_none_or(|v| v.contains(&at));
@@ -147,7 +155,7 @@ impl<'a> BodyTracker<'a> {
             readings.push(reading);
             if let Some(details) = details.as_deref_mut() {
                 details.push(SensorDetail {
-                    tracker_from_sensor: pose_from_parts(at.coords, rotation),
+                    tracker_from_sensor,
                     tracker_from_measured: pose_from_parts(
                         reading.position_mm.coords,
                         reading.rotation,

@@ -60,12 +60,30 @@ fn assert_log(log: &str, expected: &Value, what: &str) {
             let found = &row[column(first)..][..7];
             let expected = numbers::<7>(&trial[key]);
             assert_all_close("position", &found[..3], &expected[..3], close::GOLDEN, 1.0);
-            assert_all_close("quaternion", &found[3..], &expected[3..], close::GOLDEN, 1.0);
+            assert_all_close(
+                "quaternion",
+                &found[3..],
+                &expected[3..],
+                close::GOLDEN,
+                1.0,
+            );
         }
         let error = &row[column("err_x")..][..3];
-        assert_all_close("error", error, &numbers::<3>(&trial["err"]), close::GOLDEN, FLOOR);
+        assert_all_close(
+            "error",
+            error,
+            &numbers::<3>(&trial["err"]),
+            close::GOLDEN,
+            FLOOR,
+        );
         for key in ["err_mm", "err_deg"] {
-            assert_close(key, row[column(key)], number(&trial[key]), close::GOLDEN, FLOOR);
+            assert_close(
+                key,
+                row[column(key)],
+                number(&trial[key]),
+                close::GOLDEN,
+                FLOOR,
+            );
         }
         assert_eq!(row[column("outside")], number(&trial["outside"]), "{what}");
     }
@@ -100,7 +118,13 @@ fn single_mode_adds_the_error_vector_and_both_poses() {
     let found = json(&["simulate", &design, "--mode", "single"]);
     for (key, name) in [("err", "error_mm"), ("true", "true"), ("sim", "simulated")] {
         let values = |v: &Value| -> Vec<f64> { v.as_array().unwrap().iter().map(number).collect() };
-        assert_all_close(name, &values(&found[name]), &values(&expected[key]), close::GOLDEN, FLOOR);
+        assert_all_close(
+            name,
+            &values(&found[name]),
+            &values(&expected[key]),
+            close::GOLDEN,
+            FLOOR,
+        );
     }
 }
 
@@ -127,7 +151,14 @@ fn a_rejected_sensor_leaves_its_trial_out_and_is_counted() {
     let room = room();
     let design = room.arg("pointer-on-head/pointer-on-head.design.ron");
     let all = json(&["simulate", &design, "--mode", "motion"]);
-    let kept = json(&["simulate", &design, "--mode", "motion", "--outside", "reject"]);
+    let kept = json(&[
+        "simulate",
+        &design,
+        "--mode",
+        "motion",
+        "--outside",
+        "reject",
+    ]);
     assert_eq!(kept["rejected"], all["outside"]);
     assert_ne!(kept["position_mm"]["mean"], all["position_mm"]["mean"]);
 }

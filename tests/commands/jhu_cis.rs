@@ -6,8 +6,11 @@ use crate::support::golden::number;
 use crate::support::program::{Scratch, json, succeed, text};
 
 /// Case, and position RMS in mm before and after a correction of order 5 (DOMAIN 2.1).
-const CASES: [(&str, f64, f64); 3] =
-    [("c", 3.643, 0.0313), ("e", 7.230, 0.1055), ("f", 7.177, 0.2229)];
+const CASES: [(&str, f64, f64); 3] = [
+    ("c", 3.643, 0.0313),
+    ("e", 7.230, 0.1055),
+    ("f", 7.177, 0.2229),
+];
 
 /// The published figures were computed from files rounded to 0.01 mm, by another program.
 const AGREEMENT: f64 = 0.02;
@@ -16,7 +19,14 @@ fn import(scratch: &Scratch, case: &str) -> Option<String> {
     let folder = third_party("jhu-cis")?;
     let file = |kind: &str| text(&folder.join(format!("pa2-debug-{case}-{kind}.txt")));
     let table = scratch.arg(&format!("{case}.csv"));
-    succeed(&["import", "jhu-cis", &file("calbody"), &file("calreadings"), "-o", &table]);
+    succeed(&[
+        "import",
+        "jhu-cis",
+        &file("calbody"),
+        &file("calreadings"),
+        "-o",
+        &table,
+    ]);
     Some(table)
 }
 
@@ -24,10 +34,21 @@ fn import(scratch: &Scratch, case: &str) -> Option<String> {
 fn corrections_of_order_five_reach_the_published_residuals() {
     let scratch = Scratch::new();
     for (case, before, after) in CASES {
-        let Some(table) = import(&scratch, case) else { return };
+        let Some(table) = import(&scratch, case) else {
+            return;
+        };
         let env = scratch.arg(&format!("{case}.env.ron"));
         let fit = json(&[
-            "fit", &table, "-o", &env, "--directions", "1", "--order", "5", "--map", "correction",
+            "fit",
+            &table,
+            "-o",
+            &env,
+            "--directions",
+            "1",
+            "--order",
+            "5",
+            "--map",
+            "correction",
         ]);
         assert_eq!(fit["samples"], 3375);
         let rms = |which: &str| number(&fit["train"][which]["position_rms_mm"]);
@@ -40,10 +61,21 @@ fn corrections_of_order_five_reach_the_published_residuals() {
 #[test]
 fn a_design_in_the_room_of_case_e_simulates_in_all_three_modes() {
     let scratch = Scratch::new();
-    let Some(table) = import(&scratch, "e") else { return };
+    let Some(table) = import(&scratch, "e") else {
+        return;
+    };
     scratch.copy_own("room-e", "room-e");
     let env = scratch.arg("room-e/room-e.env.ron");
-    succeed(&["fit", &table, "-o", &env, "--directions", "1", "--order", "5"]);
+    succeed(&[
+        "fit",
+        &table,
+        "-o",
+        &env,
+        "--directions",
+        "1",
+        "--order",
+        "5",
+    ]);
     let design = scratch.arg("room-e/pointer.design.ron");
     let input = scratch.arg("room-e/input.csv");
     for mode in ["single", "motion", "input"] {

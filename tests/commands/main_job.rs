@@ -32,7 +32,11 @@ fn each_built_in_design_simulates_and_meets_or_misses_its_requirement() {
         }
         seen += 1;
         let figures = json(&["simulate", &text(&path), "--mode", "motion"]);
-        assert!(figures["requirement"]["met"].is_boolean(), "{}", path.display());
+        assert!(
+            figures["requirement"]["met"].is_boolean(),
+            "{}",
+            path.display()
+        );
         assert!(figures.get("free_axis").is_none(), "{}", path.display());
     }
     assert!(seen >= 3);

@@ -2,10 +2,12 @@
 
 mod copied;
 mod document;
+mod drag;
 mod overlay;
 mod panels;
 mod picture;
 mod pixels;
+mod shortcuts;
 mod solver;
 mod support;
 mod wake;

@@ -303,7 +303,7 @@ fn a_path_typed_into_the_open_dialog_is_opened_by_enter() {
         harness.run_steps(2);
         harness.key_press(egui::Key::Enter);
     });
-    let open = DialogAnswer::Request(FileRequest::Open(file.clone()));
+    let open = DialogAnswer::Request(FileRequest::Open(file));
     assert_eq!(asked, Some(open));
 }
 

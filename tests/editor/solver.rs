@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use trackwright::design::view::View;
 use trackwright::design::{BodyRole, Edit};
 use trackwright::editor::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
+use trackwright::editor::document::Notice;
 use trackwright::editor::solve::slice_plan;
 use trackwright::editor::state::{EditRequest, OpenWorld, Results, ViewRequest};
 use trackwright::geometry::pose::Pose;
@@ -182,13 +183,9 @@ fn a_study_that_cannot_run_says_why() {
         }),
     );
     settle(&mut app);
-    let notice = app
-        .world()
-        .resource::<trackwright::editor::document::Notice>();
-    assert_eq!(
-        notice.0.as_deref(),
-        Some("the tool has no sensor 7, it has 2")
-    );
+    let notice = app.world().resource::<Notice>();
+    let text = "the tool has no sensor 7, it has 2".to_owned();
+    assert_eq!(*notice, Notice::Refused(text));
 }
 
 #[test]

@@ -1,6 +1,11 @@
 //! A small world of its own, and an App with the fewest plugins.
 
+use bevy::asset::AssetPlugin;
+use bevy::input::InputPlugin;
+use bevy::mesh::MeshPlugin;
+use bevy::picking::DefaultPickingPlugins;
 use bevy::prelude::*;
+use bevy::window::{RequestRedraw, WindowPlugin};
 use nalgebra::{Point3, Vector3};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
@@ -8,9 +13,16 @@ use std::time::{Duration, Instant};
 use trackwright::design::{
     CrfPlacement, Design, DesignBody, Document, Origin, Target, ToolPlacement, View,
 };
+use trackwright::editor::camera::CameraPlugin;
 use trackwright::editor::document::DocumentPlugin;
+use trackwright::editor::drag::DragPlugin;
+use trackwright::editor::glyphs::GlyphsPlugin;
+use trackwright::editor::materials::GlowMaterial;
+use trackwright::editor::pick::PickPlugin;
+use trackwright::editor::scene::ScenePlugin;
+use trackwright::editor::slice::SlicePlugin;
 use trackwright::editor::solve::{SolverHandle, SolverPlugin};
-use trackwright::editor::state::{EditRequest, OpenWorld, StatePlugin};
+use trackwright::editor::state::{EditRequest, OpenWorld, StatePlugin, ViewportRect};
 use trackwright::field::environment::Environment;
 use trackwright::field::model::DistortionModel;
 use trackwright::field::samples::MapKind;
@@ -27,7 +39,7 @@ pub fn environment() -> Environment {
     let coefficients = (0..8)
         .map(|k: usize| {
             let x = (k >> 2) as f64;
-            [0.4 + 2.0 * x, -0.3, 0.2 * x, 0.002, 0.004 * x, 0.0].into()
+            [0.4 + 2.0 * x, -0.3, 0.2 * x, 0.002, 0.004 * x, 0.0]
         })
         .collect();
     let model = DistortionModel::new(
@@ -130,6 +142,12 @@ pub fn create_app() -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin, SolverPlugin))
         .insert_resource(OpenWorld(world()));
+    listen(&mut app);
+    app
+}
+
+/// Lets tests wait for the solver.
+fn listen(app: &mut App) {
     let (told, wakes) = channel();
     let solver = &app.world().resource::<SolverHandle>().solver;
     solver.wake_with(Box::new(move || {
@@ -137,7 +155,57 @@ pub fn create_app() -> App {
         let _ = told.send(());
     }));
     app.insert_resource(Wakes(Mutex::new(wakes)));
+}
+
+/// An App with the built-in world in a window that nothing paints: scene, glyphs, picking, drags.
+pub fn create_scene_app() -> App {
+    let mut app = App::new();
+    app.add_plugins((
+        MinimalPlugins,
+        TransformPlugin,
+        AssetPlugin::default(),
+        MeshPlugin,
+        InputPlugin,
+        WindowPlugin {
+            exit_condition: bevy::window::ExitCondition::DontExit,
+            ..default()
+        },
+        DefaultPickingPlugins,
+    ))
+    .init_asset::<Image>()
+    .init_asset::<StandardMaterial>()
+    .init_asset::<GlowMaterial>()
+    .init_asset::<GizmoAsset>()
+    .add_message::<RequestRedraw>()
+    .add_plugins((
+        StatePlugin,
+        DocumentPlugin,
+        SolverPlugin,
+        CameraPlugin,
+        PickPlugin,
+        DragPlugin,
+        ScenePlugin,
+        GlyphsPlugin,
+        SlicePlugin,
+    ))
+    .insert_resource(ViewportRect {
+        min: Vec2::new(240.0, 36.0),
+        size: Vec2::new(900.0, 700.0),
+    })
+    .insert_resource(OpenWorld(
+        store::open_builtin(store::DEFAULT_BUILTIN).unwrap(),
+    ));
+    listen(&mut app);
+    app.finish();
+    app.cleanup();
     app
+}
+
+/// How many entities have a name.
+pub fn named(app: &mut App, name: &str) -> usize {
+    let world = app.world_mut();
+    let mut names = world.query::<&Name>();
+    names.iter(world).filter(|n| n.as_str() == name).count()
 }
 
 /// What the solver would wake the window with.

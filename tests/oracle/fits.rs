@@ -1,8 +1,8 @@
 //! Fitted models: residuals, values, corrections, what lies outside, and too few samples.
 
-use crate::support::golden::{GOLDEN, count, list, number, numbers, pose, vector};
 use crate::support::close::{self, assert_all_close, assert_close};
 use crate::support::data::own;
+use crate::support::golden::{GOLDEN, count, list, number, numbers, pose, vector};
 use nalgebra::Vector3;
 use serde_json::Value;
 use trackwright::field::fit::{Fit, FitMethod, FitSettings, Residuals, fit, residuals};
@@ -52,7 +52,12 @@ fn assert_residuals(found: &Residuals, expected: &Value) {
 }
 
 #[track_caller]
-fn assert_error(model: &DistortionModel, at: &Value, outside: OutsidePolicy, expected: &Value) -> bool {
+fn assert_error(
+    model: &DistortionModel,
+    at: &Value,
+    outside: OutsidePolicy,
+    expected: &Value,
+) -> bool {
     let at = pose(at);
     let found = model.evaluate(
         &at.translation.vector.into(),
@@ -61,8 +66,20 @@ fn assert_error(model: &DistortionModel, at: &Value, outside: OutsidePolicy, exp
     );
     let expected = numbers::<6>(expected);
     let (p, r) = (found.error.position_mm, found.error.rotation_rad);
-    assert_all_close("position error", p.as_slice(), &expected[..3], close::GOLDEN, FLOOR);
-    assert_all_close("rotation error", r.as_slice(), &expected[3..], close::GOLDEN, FLOOR);
+    assert_all_close(
+        "position error",
+        p.as_slice(),
+        &expected[..3],
+        close::GOLDEN,
+        FLOOR,
+    );
+    assert_all_close(
+        "rotation error",
+        r.as_slice(),
+        &expected[3..],
+        close::GOLDEN,
+        FLOOR,
+    );
     found.is_inside
 }
 
@@ -78,7 +95,10 @@ fn per_direction_and_joint_fits_agree() {
             "joint" => FitMethod::Joint,
             _ => FitMethod::PerDirection,
         };
-        let fit = fitted(&FitSettings { method, ..settings() });
+        let fit = fitted(&FitSettings {
+            method,
+            ..settings()
+        });
         assert_residuals(&fit.before, &case["before"]);
         assert_residuals(&fit.after, &case["after"]);
         assert_box(fit.model.bounds(), &case["box"]);
@@ -108,11 +128,19 @@ fn corrections_of_measured_poses_agree() {
     });
     assert_residuals(&fit.after, &case["after"]);
     for p in list(case, "poses") {
-        let (found, _) = fit.model.correct(&pose(&p["measured"]), OutsidePolicy::Clamp);
+        let (found, _) = fit
+            .model
+            .correct(&pose(&p["measured"]), OutsidePolicy::Clamp);
         let expected = numbers::<7>(&p["corrected"]);
         let found = pose_to_array(&found);
         assert_all_close("position", &found[..3], &expected[..3], close::GOLDEN, 1.0);
-        assert_all_close("quaternion", &found[3..], &expected[3..], close::GOLDEN, 1.0);
+        assert_all_close(
+            "quaternion",
+            &found[3..],
+            &expected[3..],
+            close::GOLDEN,
+            1.0,
+        );
     }
 }
 

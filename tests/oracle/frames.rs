@@ -1,7 +1,7 @@
 //! Frame fits, reflections, what is not determined, and first-order uncertainty.
 
-use crate::support::golden::{GOLDEN, axis, list, matrix, number, point, rotation, vector};
 use crate::support::close::{self, assert_all_close};
+use crate::support::golden::{GOLDEN, axis, list, matrix, number, point, rotation, vector};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use trackwright::geometry::pose::Pose;

@@ -1,7 +1,7 @@
 //! Spherical weights and rotation vectors.
 
-use crate::support::golden::{GOLDEN, axis, count, list, matrix, number, vector};
 use crate::support::close::{self, assert_all_close, assert_close};
+use crate::support::golden::{GOLDEN, axis, count, list, matrix, number, vector};
 use serde_json::Value;
 use trackwright::geometry::directions::{DirectionSet, Weighting};
 use trackwright::geometry::rotation::log_matrix;

@@ -11,6 +11,7 @@ pub fn own(path: &str) -> PathBuf {
 
 /// A path in the third-party data folder named by `TRACKWRIGHT_DATA`, or `None` with a word why
 /// the test is skipped. Where the variable is set the path has to exist.
+#[expect(clippy::print_stderr, reason = "a skipped test says so")]
 pub fn third_party(path: &str) -> Option<PathBuf> {
     let Some(root) = std::env::var_os("TRACKWRIGHT_DATA") else {
         eprintln!("skipped: TRACKWRIGHT_DATA names no folder with {path}");

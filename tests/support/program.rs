@@ -34,10 +34,18 @@ pub fn json(args: &[&str]) -> Value {
 /// Runs what has to fail with exit status 2, and gives the one error it prints.
 #[track_caller]
 pub fn fail(args: &[&str]) -> String {
-    let Output { status, stdout, stderr } = trackwright(args).output().unwrap();
+    let Output {
+        status,
+        stdout,
+        stderr,
+    } = trackwright(args).output().unwrap();
     let stderr = String::from_utf8(stderr).unwrap();
     assert_eq!(status.code(), Some(2), "{args:?}: {stderr}");
-    assert!(stdout.is_empty(), "{args:?} printed a result: {}", String::from_utf8_lossy(&stdout));
+    assert!(
+        stdout.is_empty(),
+        "{args:?} printed a result: {}",
+        String::from_utf8_lossy(&stdout)
+    );
     stderr
 }
 

@@ -51,7 +51,12 @@ pub fn arrows_mesh(arrows: &[Arrow], style: ArrowStyle, rig: &OrbitRig) -> Optio
         let neck = arrow.start_mm + axis.into_inner() * (length - head);
         if length < whole {
             let second = axis.into_inner() * (0.8 * head);
-            builder.cone(neck - second, neck - second, &axis, [shaft_radius, head_radius]);
+            builder.cone(
+                neck - second,
+                neck - second,
+                &axis,
+                [shaft_radius, head_radius],
+            );
             builder.cone(neck - second, end - second, &axis, [head_radius, 0.0]);
         }
         builder.cone(arrow.start_mm, neck, &axis, [0.0, shaft_radius]);

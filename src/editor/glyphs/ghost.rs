@@ -1,8 +1,8 @@
 //! The tool as the tracker believes it to be: translucent, with a bright rim.
 
-use super::magnify::ToolErrors;
+use super::magnify::ShownErrors;
 use crate::editor::materials::GlowMaterial;
-use crate::editor::state::{EditorSystems, OpenWorld, Results, ShownMagnification};
+use crate::editor::state::EditorSystems;
 use crate::editor::{convert, palette};
 use crate::geometry::mesh::SurfaceMesh;
 use bevy::prelude::*;
@@ -33,23 +33,19 @@ impl Plugin for GhostPlugin {
 
 fn show(
     mut commands: Commands,
-    world: Res<OpenWorld>,
-    results: Res<Results>,
-    shown: Res<ShownMagnification>,
+    errors: ShownErrors,
     mut ghosts: Query<(Entity, &mut Transform, &GhostRoot)>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
-    let is_on = world.0.document.view().layers.ghost;
-    let pose = results.pose.as_ref().filter(|_| is_on);
-    let errors = pose.and_then(|pose| ToolErrors::of(&world, &pose.value));
-    let (Some(errors), Some(mesh)) = (errors, world.0.tool_mesh.as_ref()) else {
+    let tool = errors.tool().filter(|_| errors.layers().ghost);
+    let (Some(tool), Some(mesh)) = (tool, errors.world.0.tool_mesh.as_ref()) else {
         for (entity, ..) in &ghosts {
             commands.entity(entity).despawn();
         }
         return;
     };
-    let place = convert::transform(&errors.ghost(shown.times).world_from_body);
+    let place = convert::transform(&tool.ghost(errors.times()).world_from_body);
     if let Some((entity, mut transform, made_from)) = ghosts.iter_mut().next() {
         if Arc::ptr_eq(&made_from.0, mesh) {
             transform.set_if_neq(place);

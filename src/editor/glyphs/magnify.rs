@@ -1,12 +1,13 @@
 //! The one magnification of errors, decided once and shown in the legend.
 
 use crate::design::BodyRole;
-use crate::design::view::Magnification;
+use crate::design::view::{Layers, Magnification};
 use crate::editor::camera::OrbitRig;
 use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld, Results, ShownMagnification};
 use crate::geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
 use crate::geometry::pose::Pose;
 use crate::study::PoseDetail;
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use nalgebra::Point3;
 
@@ -62,6 +63,34 @@ impl ToolErrors {
             &self.tip_in_tool,
             times,
         )
+    }
+}
+
+/// What magnified errors are drawn from.
+#[derive(SystemParam)]
+pub struct ShownErrors<'w> {
+    pub world: Res<'w, OpenWorld>,
+    pub results: Res<'w, Results>,
+    pub magnification: Res<'w, ShownMagnification>,
+    pub rig: Res<'w, OrbitRig>,
+}
+
+impl ShownErrors<'_> {
+    pub fn layers(&self) -> Layers {
+        self.world.0.document.view().layers
+    }
+
+    pub fn times(&self) -> f64 {
+        self.magnification.times
+    }
+
+    /// At the design's own pose; `None` while nothing is known.
+    pub fn pose(&self) -> Option<&PoseDetail> {
+        self.results.pose.as_ref().map(|pose| &pose.value)
+    }
+
+    pub fn tool(&self) -> Option<ToolErrors> {
+        ToolErrors::of(&self.world, self.pose()?)
     }
 }
 

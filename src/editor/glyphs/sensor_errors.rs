@@ -1,10 +1,10 @@
 //! The position error of each sensor, from where it is to where the tracker says it is.
 
 use super::arrows::{Arrow, ArrowStyle, arrows_mesh};
-use crate::editor::camera::OrbitRig;
+use super::magnify::ShownErrors;
 use crate::editor::materials::GlowMaterial;
 use crate::editor::palette;
-use crate::editor::state::{EditorSystems, OpenWorld, Results, ShownMagnification};
+use crate::editor::state::EditorSystems;
 use crate::study::PoseDetail;
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::prelude::*;
@@ -37,20 +37,15 @@ impl Plugin for SensorErrorsPlugin {
 
 fn show(
     mut commands: Commands,
-    world: Res<OpenWorld>,
-    results: Res<Results>,
-    shown: Res<ShownMagnification>,
-    rig: Res<OrbitRig>,
+    errors: ShownErrors,
     drawn: Query<(Entity, &Mesh3d), With<SensorErrors>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
-    let is_on = world.0.document.view().layers.sensor_errors;
-    let mesh = results
-        .pose
-        .as_ref()
-        .filter(|_| is_on)
-        .and_then(|pose| arrows_mesh(&arrows(&pose.value, shown.times), STYLE, &rig));
+    let mesh = errors
+        .pose()
+        .filter(|_| errors.layers().sensor_errors)
+        .and_then(|pose| arrows_mesh(&arrows(pose, errors.times()), STYLE, &errors.rig));
     let Some(mesh) = mesh else {
         for (entity, _) in &drawn {
             commands.entity(entity).despawn();

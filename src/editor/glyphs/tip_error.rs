@@ -1,7 +1,7 @@
 //! The tip's error vector, and the sphere of the requirement's radius that it should end in.
 
 use super::arrows::{Arrow, ArrowStyle, arrows_mesh};
-use super::magnify::ToolErrors;
+use super::magnify::{ShownErrors, ToolErrors};
 use crate::editor::camera::OrbitRig;
 use crate::editor::materials::GlowMaterial;
 use crate::editor::scene::shapes::GlyphShapes;
@@ -67,16 +67,13 @@ pub fn anything_moved(
 
 fn show_arrow(
     mut commands: Commands,
-    world: Res<OpenWorld>,
-    results: Res<Results>,
-    shown: Res<ShownMagnification>,
-    rig: Res<OrbitRig>,
+    errors: ShownErrors,
     drawn: Query<(Entity, &Mesh3d), With<TipArrow>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
-    let mesh = errors(&world, &results)
-        .and_then(|errors| arrows_mesh(&[tip_arrow(&errors, shown.times)], STYLE, &rig));
+    let mesh = of_tip(&errors)
+        .and_then(|tip| arrows_mesh(&[tip_arrow(&tip, errors.times())], STYLE, &errors.rig));
     let Some(mesh) = mesh else {
         for (entity, _) in &drawn {
             commands.entity(entity).despawn();
@@ -117,31 +114,29 @@ fn tip_arrow(errors: &ToolErrors, times: f64) -> Arrow {
 
 fn show_sphere(
     mut commands: Commands,
-    world: Res<OpenWorld>,
-    results: Res<Results>,
-    shown: Res<ShownMagnification>,
-    rig: Res<OrbitRig>,
+    errors: ShownErrors,
     mut drawn: Query<(Entity, &mut Transform, &RequirementSphere)>,
     shapes: Res<GlyphShapes>,
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
-    let requirement = world.0.document.design().requirement;
-    let wanted = errors(&world, &results)
+    let requirement = errors.world.0.document.design().requirement;
+    let times = errors.times();
+    let wanted = of_tip(&errors)
         .zip(requirement.and_then(radius_mm))
-        .filter(|(errors, radius_mm)| {
-            let radius_px = radius_mm * shown.times / rig.mm_per_px(&errors.tip_mm());
-            radius_px < LARGEST_SHARE * rig.view_px[1]
+        .filter(|(tip, radius_mm)| {
+            let radius_px = radius_mm * times / errors.rig.mm_per_px(&tip.tip_mm());
+            radius_px < LARGEST_SHARE * errors.rig.view_px[1]
         });
-    let Some((errors, radius_mm)) = wanted else {
+    let Some((tip, radius_mm)) = wanted else {
         for (entity, ..) in &drawn {
             commands.entity(entity).despawn();
         }
         return;
     };
-    let believed = errors.tracker_from_tool_believed * errors.tip_in_tool;
-    let is_met = (believed - errors.tip_mm()).norm() <= radius_mm;
-    let place = Transform::from_translation(convert::point(&errors.tip_mm()))
-        .with_scale(Vec3::splat(convert::length(radius_mm * shown.times)));
+    let believed = tip.tracker_from_tool_believed * tip.tip_in_tool;
+    let is_met = (believed - tip.tip_mm()).norm() <= radius_mm;
+    let place = Transform::from_translation(convert::point(&tip.tip_mm()))
+        .with_scale(Vec3::splat(convert::length(radius_mm * times)));
     if let Some((entity, mut transform, sphere)) = drawn.iter_mut().next() {
         if sphere.is_met == is_met {
             transform.set_if_neq(place);
@@ -167,10 +162,8 @@ fn show_sphere(
 }
 
 /// `None` while the layer is off or nothing is known.
-fn errors(world: &OpenWorld, results: &Results) -> Option<ToolErrors> {
-    let pose = results.pose.as_ref()?;
-    let is_on = world.0.document.view().layers.tip_error;
-    is_on.then(|| ToolErrors::of(world, &pose.value)).flatten()
+fn of_tip(errors: &ShownErrors) -> Option<ToolErrors> {
+    errors.tool().filter(|_| errors.layers().tip_error)
 }
 
 /// The bound on a single position error: the largest allowed, else what most or the mean may be.

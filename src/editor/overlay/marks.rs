@@ -16,6 +16,9 @@ use nalgebra::{Point3, Vector3};
 /// Where the letters of the tracker's axes stand: just beyond the arrows.
 const AXIS_LETTER_MM: f64 = 130.0;
 
+/// Opacity of the plates behind labels: lines of the scene do not strike them through.
+const PLATE_ALPHA: u8 = 215;
+
 /// A label in the scene.
 struct Label {
     at: Pos2,
@@ -70,7 +73,7 @@ fn paint_labels(painter: &Painter, view: &OverlayView, labels: &[Label], covered
         if let Some(line) = leader(label.at, rect) {
             painter.line_segment(line, Stroke::new(1.0, label.color.color32_alpha(140)));
         }
-        painter.rect_filled(rect, 3.0, palette::BACKGROUND.color32_alpha(190));
+        painter.rect_filled(rect, 3.0, palette::BACKGROUND.color32_alpha(PLATE_ALPHA));
         if label.is_needed && label.color == palette::MISSED {
             let stroke = Stroke::new(1.0, label.color.color32());
             painter.rect_stroke(rect, 3.0, stroke, StrokeKind::Inside);

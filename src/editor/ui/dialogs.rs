@@ -121,6 +121,8 @@ impl FileDialog {
     }
 
     fn go_to(&mut self, folder: PathBuf, name: &str) {
+        // A relative folder has no folder above it.
+        let folder = std::path::absolute(&folder).unwrap_or(folder);
         match folder::list(&folder) {
             Ok(entries) => {
                 self.entries = entries;

@@ -230,7 +230,7 @@ impl Desk<'_> {
                 hint: hint(self.design(), self.hovered, self.shown.drag.0),
                 study: study.map(|s| (s.value.figures.trials, s.took)),
                 outside: study.map_or(0, |s| s.value.figures.outside),
-                notice: self.shown.notice.0.as_deref(),
+                notice: &self.shown.notice,
             },
         );
     }

@@ -2,6 +2,7 @@
 
 use super::widgets::{THIN_SPACE, counted, quiet_ui};
 use crate::design::{BodyRole, Design};
+use crate::editor::document::Notice;
 use crate::editor::palette;
 use crate::editor::state::Selected;
 use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
@@ -14,8 +15,8 @@ pub struct StatusView<'a> {
     pub study: Option<(usize, Duration)>,
     /// Trials with a sensor outside the model's box.
     pub outside: usize,
-    /// What went wrong last, if the person has not done anything since.
-    pub notice: Option<&'a str>,
+    /// What was done or refused last, if the person has not done anything since.
+    pub notice: &'a Notice,
 }
 
 /// Draws the line.
@@ -41,8 +42,9 @@ pub fn status_bar_ui(ui: &mut Ui, status: &StatusView) {
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 ui.add_space(6.0);
                 let (text, color) = match status.notice {
-                    Some(notice) => (format!("⚠ {notice}"), palette::MISSED),
-                    None => (status.hint.clone(), palette::TEXT_QUIET),
+                    Notice::Refused(notice) => (format!("⚠ {notice}"), palette::MISSED),
+                    Notice::Done(notice) => (notice.clone(), palette::TEXT),
+                    Notice::Nothing => (status.hint.clone(), palette::TEXT_QUIET),
                 };
                 ui.add(egui::Label::new(small(text).color(color.color32())).truncate());
             });

@@ -108,8 +108,9 @@ impl Window {
 
     pub fn click(&mut self, at: [f64; 2]) {
         self.point_at(at);
-        self.press_button();
-        self.release_button();
+        // A button that is held is no click: no pause between its press and its release.
+        self.xdotool(&["click", "1"]);
+        self.settle();
     }
 
     pub fn press_button(&mut self) {
@@ -136,9 +137,20 @@ impl Window {
         self.settle();
     }
 
-    /// A key or a combination such as `ctrl+z`.
-    pub fn key(&mut self, key: &str) {
+    /// A key or a combination such as `ctrl+z`. As with a hand, modifiers are down before the
+    /// key and until after it.
+    pub fn key(&mut self, combination: &str) {
+        let mut keys: Vec<&str> = combination.split('+').collect();
+        let key = keys.pop().expect("a key");
+        for modifier in &keys {
+            self.xdotool(&["keydown", modifier]);
+        }
+        self.settle();
         self.xdotool(&["key", key]);
+        self.settle();
+        for modifier in keys.iter().rev() {
+            self.xdotool(&["keyup", modifier]);
+        }
         self.settle();
     }
 

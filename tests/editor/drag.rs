@@ -1,0 +1,251 @@
+//! From the pointer to the document: picking, dragging, undoing, letting go.
+
+use super::support::{create_scene_app, named, settle};
+use bevy::camera::NormalizedRenderTarget;
+use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, PointerInput};
+use bevy::prelude::*;
+use bevy::window::{PrimaryWindow, WindowRef};
+use trackwright::design::view::Layers;
+use trackwright::design::{BodyRole, Design};
+use trackwright::editor::camera::OrbitRig;
+use trackwright::editor::state::{
+    ActiveDrag, DragReadout, EditRequest, Hovered, OpenWorld, Selected, Selection, ViewRequest,
+    ViewportRect,
+};
+
+/// The sensor in the straight part of the pointer's shaft.
+const SHAFT: usize = 0;
+
+struct Hand {
+    app: App,
+}
+
+impl Hand {
+    fn new() -> Self {
+        let mut app = create_scene_app();
+        settle(&mut app);
+        Self { app }
+    }
+
+    fn design(&self) -> Design {
+        self.app
+            .world()
+            .resource::<OpenWorld>()
+            .0
+            .document
+            .design()
+            .clone()
+    }
+
+    fn position_mm(&self, index: usize) -> nalgebra::Point3<f64> {
+        self.design().tool.body.rigid.sensors[index].position_in_body
+    }
+
+    /// Where a point of the tool is in the window.
+    fn pixel(&self, point_in_tool: &nalgebra::Point3<f64>) -> Vec2 {
+        let rig = self.app.world().resource::<OrbitRig>();
+        let view = self.app.world().resource::<ViewportRect>();
+        let pose = self.design().tracker_from_body(BodyRole::Tool).unwrap();
+        let [x, y] = rig
+            .camera
+            .project(&(pose * point_in_tool), rig.view_px)
+            .unwrap();
+        view.min + Vec2::new(x as f32, y as f32)
+    }
+
+    /// The sensor's pixel, and the direction on the screen in which the shaft runs back.
+    fn shaft(&self) -> (Vec2, Vec2) {
+        let at = self.position_mm(SHAFT);
+        let back = self.pixel(&(at + nalgebra::Vector3::z() * 10.0));
+        (self.pixel(&at), (back - self.pixel(&at)).normalize())
+    }
+
+    fn send(&mut self, at: Vec2, action: PointerAction) {
+        let world = self.app.world_mut();
+        let window = world
+            .query_filtered::<Entity, With<PrimaryWindow>>()
+            .single(world)
+            .unwrap();
+        let target = WindowRef::Primary.normalize(Some(window)).unwrap();
+        world.write_message(PointerInput::new(
+            PointerId::Mouse,
+            Location {
+                target: NormalizedRenderTarget::Window(target),
+                position: at,
+            },
+            action,
+        ));
+    }
+
+    fn move_to(&mut self, at: Vec2) {
+        self.send(at, PointerAction::Move { delta: Vec2::ONE });
+    }
+
+    fn press(&mut self, at: Vec2, button: PointerButton) {
+        self.move_to(at);
+        self.app.update();
+        self.send(at, PointerAction::Press(button));
+        self.app.update();
+    }
+
+    fn drag(&mut self, from: Vec2, by: Vec2, button: PointerButton) {
+        self.press(from, button);
+        for step in 1..=6 {
+            self.move_to(from + by * step as f32 / 6.0);
+            self.app.update();
+        }
+    }
+
+    fn release(&mut self, at: Vec2, button: PointerButton) {
+        self.send(at, PointerAction::Release(button));
+        self.app.update();
+        self.app.update();
+    }
+
+    fn request(&mut self, request: EditRequest) {
+        self.app.world_mut().write_message(request);
+        self.app.update();
+    }
+
+    fn undo_label(&self) -> Option<String> {
+        let world = self.app.world().resource::<OpenWorld>();
+        world.0.document.undo_label().map(str::to_owned)
+    }
+}
+
+#[test]
+fn a_drag_slides_the_sensor_along_the_shaft_in_one_undo_step() {
+    // Not so far that the handle begins, which is thicker.
+    const PX: f32 = 15.0;
+    let mut hand = Hand::new();
+    let before = hand.design();
+    let start = hand.position_mm(SHAFT);
+    let (at, along) = hand.shaft();
+    hand.drag(at, along * PX, PointerButton::Primary);
+    assert_eq!(*hand.app.world().resource::<ActiveDrag>(), ActiveDrag(true));
+    assert!(hand.app.world().resource::<DragReadout>().0.is_some());
+    hand.release(at + along * PX, PointerButton::Primary);
+    let moved = hand.position_mm(SHAFT) - start;
+    let expected = {
+        let rig = hand.app.world().resource::<OrbitRig>();
+        let pose = before.tracker_from_body(BodyRole::Tool).unwrap();
+        rig.mm_per_px(&(pose * start)) * f64::from(PX)
+    };
+    // Along the shaft by what the pixels span, more where the shaft is seen at a slant; across
+    // it by the facets of a turned shaft.
+    assert!(
+        moved.z >= 0.9 * expected && moved.z < 3.0 * expected,
+        "{moved}"
+    );
+    assert!(moved.xy().norm() < 0.1, "{moved}");
+    assert_eq!(
+        *hand.app.world().resource::<ActiveDrag>(),
+        ActiveDrag(false)
+    );
+    assert_eq!(hand.app.world().resource::<DragReadout>().0, None);
+    assert_eq!(hand.undo_label().as_deref(), Some("Move sensor shaft"));
+    hand.request(EditRequest::Undo);
+    assert_eq!(hand.design(), before);
+    assert_eq!(hand.undo_label(), None);
+}
+
+#[test]
+fn escape_takes_a_drag_back_to_the_bit_and_lets_go() {
+    let mut hand = Hand::new();
+    let before = hand.design();
+    let (at, along) = hand.shaft();
+    hand.drag(at, along * 30.0, PointerButton::Primary);
+    assert_ne!(hand.design(), before);
+    hand.app
+        .world_mut()
+        .resource_mut::<ButtonInput<KeyCode>>()
+        .press(KeyCode::Escape);
+    // Input is cleared at the start of an update, so the key goes in just before `Update`.
+    hand.app.world_mut().run_schedule(Update);
+    assert_eq!(hand.design(), before);
+    hand.move_to(at + along * 50.0);
+    hand.app.update();
+    hand.release(at + along * 50.0, PointerButton::Primary);
+    assert_eq!(hand.design(), before);
+    assert_eq!(hand.undo_label(), None);
+}
+
+#[test]
+fn a_press_that_hardly_moves_selects_and_changes_nothing() {
+    let mut hand = Hand::new();
+    let before = hand.design();
+    let (at, _) = hand.shaft();
+    hand.press(at, PointerButton::Primary);
+    hand.move_to(at + Vec2::new(1.0, 1.0));
+    hand.app.update();
+    hand.release(at + Vec2::new(1.0, 1.0), PointerButton::Primary);
+    let shaft = Some(Selected::Sensor(BodyRole::Tool, SHAFT));
+    assert_eq!(hand.app.world().resource::<Selection>().0, shaft);
+    assert_eq!(hand.app.world().resource::<Hovered>().0, shaft);
+    assert_eq!(hand.design(), before);
+}
+
+#[test]
+fn other_buttons_drag_no_sensor() {
+    let mut hand = Hand::new();
+    let before = hand.design();
+    let (at, along) = hand.shaft();
+    hand.drag(at, along * 30.0, PointerButton::Secondary);
+    hand.release(at + along * 30.0, PointerButton::Secondary);
+    assert_eq!(hand.design(), before);
+}
+
+#[test]
+fn a_whole_drag_between_two_slow_frames_still_starts_where_it_was_pressed() {
+    let mut hand = Hand::new();
+    let start = hand.position_mm(SHAFT);
+    let (at, along) = hand.shaft();
+    hand.send(at, PointerAction::Press(PointerButton::Primary));
+    hand.move_to(at + along * 12.0);
+    hand.move_to(at + along * 30.0);
+    hand.app.update();
+    hand.release(at + along * 30.0, PointerButton::Primary);
+    assert!((hand.position_mm(SHAFT) - start).z > 5.0);
+    assert_eq!(hand.undo_label().as_deref(), Some("Move sensor shaft"));
+}
+
+#[test]
+fn layers_that_are_off_have_no_entities() {
+    const LAYERS: [&str; 7] = [
+        "measurement volume",
+        "field generator",
+        "ground",
+        "sensor errors",
+        "tip error",
+        "ghost",
+        "slice",
+    ];
+    let mut hand = Hand::new();
+    for name in LAYERS {
+        assert!(named(&mut hand.app, name) > 0, "{name}");
+    }
+    let mut view = hand
+        .app
+        .world()
+        .resource::<OpenWorld>()
+        .0
+        .document
+        .view()
+        .clone();
+    view.layers = Layers {
+        volume: false,
+        generator: false,
+        grid: false,
+        anatomy: false,
+        sensor_errors: false,
+        tip_error: false,
+        ghost: false,
+        slice: false,
+        labels: false,
+    };
+    hand.app.world_mut().write_message(ViewRequest::Set(view));
+    settle(&mut hand.app);
+    for name in LAYERS {
+        assert_eq!(named(&mut hand.app, name), 0, "{name}");
+    }
+}

@@ -1,0 +1,79 @@
+//! Keys and what they do to the document.
+
+use super::support::{create_app, design, request};
+use bevy::input::ButtonState;
+use bevy::input::keyboard::{Key, KeyboardInput};
+use bevy::prelude::*;
+use trackwright::design::Edit;
+use trackwright::editor::shortcuts::ShortcutsPlugin;
+use trackwright::editor::state::{ActiveDrag, EditRequest, OpenWorld};
+use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright::geometry::pose::Pose;
+
+fn key(app: &mut App, key: &Key, state: ButtonState) {
+    app.world_mut().write_message(KeyboardInput {
+        key_code: KeyCode::KeyA,
+        logical_key: key.clone(),
+        state,
+        text: None,
+        repeat: false,
+        window: Entity::PLACEHOLDER,
+    });
+}
+
+/// A chord that is pressed and let go between two frames.
+fn chord(app: &mut App, keys: &[Key]) {
+    for k in keys {
+        key(app, k, ButtonState::Pressed);
+    }
+    for k in keys.iter().rev() {
+        key(app, k, ButtonState::Released);
+    }
+    app.update();
+}
+
+fn edited_app() -> App {
+    let mut app = create_app();
+    app.add_plugins(ShortcutsPlugin);
+    request(
+        &mut app,
+        EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))),
+    );
+    app.update();
+    app
+}
+
+fn is_as_it_was(app: &App) -> bool {
+    *app.world().resource::<OpenWorld>().0.document.design() == design()
+}
+
+#[test]
+fn a_quick_control_z_undoes_and_with_shift_does_again() {
+    let mut app = edited_app();
+    assert!(!is_as_it_was(&app));
+    let z = Key::Character("z".into());
+    chord(&mut app, &[Key::Control, z]);
+    assert!(is_as_it_was(&app));
+    let z = Key::Character("Z".into());
+    chord(&mut app, &[Key::Control, Key::Shift, z]);
+    assert!(!is_as_it_was(&app));
+}
+
+#[test]
+fn nothing_is_undone_in_the_middle_of_a_drag() {
+    let mut app = edited_app();
+    app.world_mut().resource_mut::<ActiveDrag>().0 = true;
+    chord(&mut app, &[Key::Control, Key::Character("z".into())]);
+    assert!(!is_as_it_was(&app));
+}
+
+#[test]
+fn a_dialog_keeps_the_keys_to_itself() {
+    let mut app = edited_app();
+    let error = std::io::Error::other("no");
+    app.world_mut()
+        .resource_mut::<Dialogs>()
+        .show(Dialog::error("Sorry", &error));
+    chord(&mut app, &[Key::Control, Key::Character("z".into())]);
+    assert!(!is_as_it_was(&app));
+}

@@ -1,0 +1,217 @@
+//! Fits recover what made their samples, and say what they cannot.
+
+use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use trackwright::calibration::registration::register;
+use trackwright::field::fit::{FitError, FitMethod, FitSettings, fit, residuals};
+use trackwright::field::samples::{MapKind, PoseError, Sample, SampleSet};
+use trackwright::field::{DistortionModel, OutsidePolicy};
+use trackwright::geometry::bounds::Bounds;
+use trackwright::geometry::directions::{DirectionSet, Weighting};
+use trackwright::geometry::pose::pose_from_parts;
+
+fn bounds() -> Bounds {
+    Bounds::from(([-100.0, -80.0, -400.0], [100.0, 80.0, -100.0]))
+}
+
+/// A model with unlike coefficients everywhere.
+fn truth(order: usize, directions: DirectionSet, weighting: Weighting) -> DistortionModel {
+    let count = directions.len() * (order + 1).pow(3);
+    let coefficients = (0..count)
+        .map(|i| std::array::from_fn(|k| ((i * 7 + k * 3 + 1) as f64 * 0.618).fract() - 0.5))
+        .collect();
+    DistortionModel::new(
+        order,
+        directions,
+        weighting,
+        MapKind::Distortion,
+        bounds(),
+        coefficients,
+    )
+    .unwrap()
+}
+
+/// Exact samples of a model at places spread over box and sphere (Kronecker sequences).
+fn samples_of(model: &DistortionModel, count: usize) -> SampleSet {
+    let spread = |i: usize, step: f64| (i as f64 * step + 0.5).fract();
+    let samples = (0..count)
+        .map(|i| {
+            let size = bounds().size_mm();
+            let unit = Vector3::new(
+                spread(i, 0.819_172_5),
+                spread(i, 0.671_043_6),
+                spread(i, 0.549_700_5),
+            );
+            let position_mm: Point3<f64> = bounds().min_mm + size.component_mul(&unit);
+            let (z, turn) = (
+                2.0 * spread(i, 0.754_877_7) - 1.0,
+                std::f64::consts::TAU * spread(i, 0.569_840_3),
+            );
+            let r = (1.0 - z * z).sqrt();
+            let axis = Unit::new_normalize(Vector3::new(r * turn.cos(), r * turn.sin(), z));
+            Sample {
+                position_mm,
+                axis,
+                error: model
+                    .evaluate(&position_mm, &axis, OutsidePolicy::Clamp)
+                    .error,
+            }
+        })
+        .collect();
+    SampleSet {
+        samples,
+        has_rotations: true,
+        ambiguous: 0,
+    }
+}
+
+#[test]
+fn a_joint_fit_recovers_the_model_that_made_its_samples() {
+    for weighting in [Weighting::Area, Weighting::Gnomonic] {
+        let truth = truth(2, DirectionSet::Six, weighting);
+        let set = samples_of(&truth, 3000);
+        let settings = FitSettings {
+            method: FitMethod::Joint,
+            weighting,
+            ..FitSettings::new(2, DirectionSet::Six)
+        };
+        let found = fit(&set, &settings, Some(bounds())).unwrap();
+        // Values are of order 1, the condition below 1e4: 1e-10 leaves two digits to spare.
+        assert!(found.after.position_rms_mm < 1e-10, "{:?}", found.after);
+        assert_eq!(found.systems[0].rank, 6 * 27);
+        for (f, t) in found.model.coefficients().iter().zip(truth.coefficients()) {
+            assert!((0..6).all(|k| (f[k] - t[k]).abs() < 1e-9));
+        }
+    }
+}
+
+#[test]
+fn without_orientations_each_method_recovers_the_model() {
+    let truth = truth(3, DirectionSet::One, Weighting::Area);
+    let set = samples_of(&truth, 500);
+    for method in [FitMethod::PerDirection, FitMethod::Joint] {
+        let settings = FitSettings {
+            method,
+            ..FitSettings::new(3, DirectionSet::One)
+        };
+        let found = fit(&set, &settings, Some(bounds())).unwrap();
+        assert!(found.after.position_rms_mm < 1e-11, "{:?}", found.after);
+    }
+}
+
+#[test]
+fn the_joint_fit_never_leaves_more_than_the_per_direction_fit() {
+    let truth = truth(4, DirectionSet::FortyTwo, Weighting::Area);
+    let set = samples_of(&truth, 2000);
+    let rms = |method| {
+        let settings = FitSettings {
+            method,
+            ..FitSettings::new(2, DirectionSet::Fourteen)
+        };
+        fit(&set, &settings, None).unwrap().after.position_rms_mm
+    };
+    assert!(rms(FitMethod::Joint) <= rms(FitMethod::PerDirection));
+}
+
+#[test]
+fn order_zero_corrects_nothing() {
+    let set = samples_of(&truth(2, DirectionSet::Six, Weighting::Area), 50);
+    let found = fit(&set, &FitSettings::new(0, DirectionSet::One), None).unwrap();
+    assert_eq!(found.before, found.after);
+    assert!(found.systems.is_empty());
+}
+
+#[test]
+fn more_ridge_leaves_more_residual_and_smaller_coefficients() {
+    let set = samples_of(&truth(3, DirectionSet::Six, Weighting::Area), 2000);
+    let at = |ridge| {
+        let settings = FitSettings {
+            ridge,
+            ..FitSettings::new(3, DirectionSet::Six)
+        };
+        let found = fit(&set, &settings, Some(bounds())).unwrap();
+        let size: f64 = found
+            .model
+            .coefficients()
+            .iter()
+            .flatten()
+            .map(|c| c * c)
+            .sum();
+        (
+            residuals(&found.model, &set, OutsidePolicy::Clamp).position_rms_mm,
+            size,
+        )
+    };
+    let (none, some, much) = (at(0.0), at(0.01), at(0.3));
+    assert!(none.0 < some.0 && some.0 < much.0);
+    assert!(none.1 > some.1 && some.1 > much.1);
+}
+
+#[test]
+fn an_orientation_without_samples_gets_nothing_and_is_reported() {
+    let mut set = samples_of(&truth(1, DirectionSet::Six, Weighting::Area), 400);
+    set.samples.retain(|s| s.axis.z > 0.0);
+    let found = fit(&set, &FitSettings::new(1, DirectionSet::Six), None).unwrap();
+    let empty: Vec<_> = found.systems.iter().filter(|s| s.samples == 0).collect();
+    assert_eq!(empty.len(), 1);
+    assert_eq!(empty[0].rank, 0);
+    assert!(empty[0].is_underdetermined());
+}
+
+#[test]
+fn what_cannot_be_fitted_says_why() {
+    let set = samples_of(&truth(1, DirectionSet::One, Weighting::Area), 20);
+    let settings = FitSettings::new(1, DirectionSet::Six);
+    let none = SampleSet {
+        samples: Vec::new(),
+        ..set.clone()
+    };
+    assert_eq!(fit(&none, &settings, None), Err(FitError::NoSamples));
+    let flat = SampleSet {
+        has_rotations: false,
+        ..set.clone()
+    };
+    assert_eq!(
+        fit(&flat, &settings, None),
+        Err(FitError::NeedsOneDirection(6))
+    );
+    let ridge = FitSettings {
+        ridge: -1.0,
+        ..settings
+    };
+    assert_eq!(fit(&set, &ridge, None), Err(FitError::Ridge(-1.0)));
+}
+
+#[test]
+fn samples_in_one_place_are_fitted_by_the_solution_of_least_norm() {
+    let mut set = samples_of(&truth(1, DirectionSet::One, Weighting::Area), 10);
+    let first = set.samples[0];
+    set.samples.iter_mut().for_each(|s| *s = first);
+    let found = fit(&set, &FitSettings::new(2, DirectionSet::One), None).unwrap();
+    assert_eq!(found.systems[0].rank, 1);
+    assert!(found.after.position_rms_mm < 1e-13);
+    let away = Point3::new(1e6, -1e6, 0.0);
+    let e = found
+        .model
+        .evaluate(&away, &first.axis, OutsidePolicy::Clamp);
+    assert!(e.error.position_mm.iter().all(|v| v.is_finite()));
+    assert_ne!(e.error, PoseError::default());
+}
+
+proptest! {
+    #[test]
+    fn registration_recovers_any_pose_without_noise(
+        turn in prop::array::uniform3(-3.1..3.1_f64),
+        shift in prop::array::uniform3(-500.0..500.0_f64),
+        points in prop::collection::vec(prop::array::uniform3(-100.0..100.0_f64), 4..12),
+    ) {
+        let pose = pose_from_parts(shift.into(), UnitQuaternion::from_scaled_axis(Vector3::from(turn)));
+        let source: Vec<Point3<f64>> = points.into_iter().map(Point3::from).collect();
+        let target: Vec<_> = source.iter().map(|p| pose * p).collect();
+        // Random points on one line are refused, and do not come up.
+        let found = register(&source, &target).unwrap();
+        for (s, t) in source.iter().zip(&target) {
+            prop_assert!((found.target_from_source * s - t).norm() < 1e-9);
+        }
+    }
+}

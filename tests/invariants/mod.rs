@@ -1,0 +1,4 @@
+//! What has to hold whatever the numbers are.
+
+mod fitting;
+mod studies;
