@@ -1,5 +1,8 @@
 //! Counts what the editor does, and tells whoever asked for it, one line an event.
 
+use super::state::OpenWorld;
+use super::ui::dialogs::{Dialog, Dialogs};
+use crate::design::Document;
 use crate::study::{FigureRow, Work};
 use bevy::prelude::*;
 
@@ -60,14 +63,65 @@ impl Explain {
     }
 }
 
-/// Counts frames and tells them.
+/// Counts frames and tells them, and what became of the document and its dialogs in them.
 pub struct DiagnosticsPlugin;
 
 impl Plugin for DiagnosticsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Diagnostics>()
-            .add_systems(Last, count_frame);
+        app.init_resource::<Diagnostics>().add_systems(
+            Last,
+            (
+                tell_document.run_if(resource_exists::<Explain>),
+                count_frame,
+            )
+                .chain(),
+        );
     }
+}
+
+/// One line when the document is another one than in the last frame, one when a dialog opens or
+/// closes.
+fn tell_document(
+    mut explain: ResMut<Explain>,
+    world: Option<Res<OpenWorld>>,
+    dialogs: Option<Res<Dialogs>>,
+    mut last: Local<[Option<String>; 2]>,
+) {
+    let document = world.map(|world| document_line(&world.0.document));
+    let dialog = dialogs.map(|dialogs| dialog_line(dialogs.current.as_ref()));
+    for (now, last) in [document, dialog].into_iter().zip(last.iter_mut()) {
+        if now != *last {
+            if let Some(line) = &now {
+                explain.line(line);
+            }
+            *last = now;
+        }
+    }
+}
+
+fn document_line(document: &Document) -> String {
+    let label = |label: Option<&str>| label.unwrap_or("none").to_owned();
+    format!(
+        "document revision={} dirty={} undo={} redo={}",
+        document.revision(),
+        document.is_dirty(),
+        label(document.undo_label()),
+        label(document.redo_label()),
+    )
+}
+
+/// What the dialog says; an error in its own words.
+fn dialog_line(dialog: Option<&Dialog>) -> String {
+    let what = match dialog {
+        None => "none",
+        Some(Dialog::Open(_)) => "open",
+        Some(Dialog::SaveAs(_)) => "save as",
+        Some(Dialog::Unsaved { .. }) => "unsaved changes",
+        Some(Dialog::SharedBodies { .. }) => "shared bodies",
+        Some(Dialog::Overwrite { .. }) => "overwrite",
+        Some(Dialog::Error { title, text }) => return format!("dialog error {title}: {text}"),
+    };
+    format!("dialog {what}")
 }
 
 fn count_frame(mut diagnostics: ResMut<Diagnostics>, explain: Option<ResMut<Explain>>) {

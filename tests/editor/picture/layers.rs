@@ -1,0 +1,58 @@
+//! What each layer adds to a picture, and that pictures are the same each time.
+
+use super::{render, render_file};
+use crate::editor::copied::Copied;
+use crate::editor::pixels::{Picture, is_error_vector, is_ghost};
+use trackwright::editor::palette;
+
+const SIZE: &str = "480x320";
+
+/// How many pixels are like this.
+fn count(picture: &Picture, is_wanted: impl Fn([u8; 3]) -> bool) -> usize {
+    picture.all(is_wanted).len()
+}
+
+#[test]
+fn the_same_design_gives_the_same_bytes_twice() {
+    let copy = Copied::new("shaver-on-head");
+    let [first, second] = [0, 1].map(|_| std::fs::read(render_file(&copy, SIZE, &[])).unwrap());
+    assert!(first == second);
+}
+
+#[test]
+fn each_layer_draws_what_it_is_named_for_and_nothing_where_it_is_off() {
+    let copy = Copied::new("pointer-on-head");
+    let layers = |list: &str| render(&copy, SIZE, &["--layers", list]);
+    let none = layers("none");
+    // A tool of 150 mm is about 100 pixels long and 5 wide here, an arrow as long and thinner.
+    assert_eq!(count(&none, is_ghost), 0);
+    let ghost = layers("ghost");
+    assert!(count(&ghost, is_ghost) > 150, "{}", count(&ghost, is_ghost));
+    assert_eq!(count(&none, is_error_vector), 0);
+    let vectors = layers("sensor-errors,tip-error");
+    assert!(
+        count(&vectors, is_error_vector) > 80,
+        "{}",
+        count(&vectors, is_error_vector)
+    );
+    assert_eq!(count(&vectors, is_ghost), 0);
+    // The edges of the volume cross the whole picture.
+    let volume = layers("volume");
+    assert!(
+        volume.differences(&none) > 400,
+        "{}",
+        volume.differences(&none)
+    );
+}
+
+#[test]
+fn the_window_s_panels_are_drawn_when_asked_for() {
+    let copy = Copied::new("endoscope");
+    let size = "960x600";
+    let panel = |picture: &Picture| count(picture, |color| color == palette::PANEL.0);
+    let bare = render(&copy, size, &["--layers", "none"]);
+    let window = render(&copy, size, &["--layers", "none", "--window"]);
+    // Two panels and two bars cover more than half of this picture; text is on a part of it.
+    assert!(panel(&window) > 960 * 600 / 3, "{}", panel(&window));
+    assert!(panel(&bare) < 960 * 600 / 100, "{}", panel(&bare));
+}

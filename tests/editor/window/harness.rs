@@ -1,0 +1,329 @@
+//! The program in a window on a display of its own, what it tells with `--explain`, and a person's
+//! hand and eye.
+
+use super::screen::Screen;
+use crate::editor::pixels::Picture;
+use crate::support::program::{succeed, text, trackwright};
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+
+/// Longest that anything is waited for; on a busy machine software Vulkan takes seconds a frame.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// So long without a line and with nothing left to compute, the window is at rest. Frames follow
+/// each other within this on a machine that paints two a second.
+const REST: Duration = Duration::from_millis(600);
+
+/// Windows share the processors and a person has one pair of hands: one after the other.
+static TURN: Mutex<()> = Mutex::new(());
+
+/// A running editor. Ends with its test.
+pub struct Window {
+    program: Child,
+    lines: Receiver<String>,
+    told: Vec<String>,
+    pub screen: Screen,
+    id: String,
+    _turn: MutexGuard<'static, ()>,
+}
+
+/// A figure as the result panel shows it, with its unit.
+pub type Figure = (String, String);
+
+impl Window {
+    /// Opens a design and waits until everything is computed and drawn.
+    pub fn open(design: &Path) -> Self {
+        // A test that failed with a window open says nothing about the next one.
+        let turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let screen = Screen::start();
+        let mut program = trackwright(&["--explain", &text(design)])
+            .env("DISPLAY", &screen.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let stderr = BufReader::new(program.stderr.take().unwrap());
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in stderr.lines().map_while(Result::ok) {
+                // The test has ended.
+                if sender.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        let mut window = Self {
+            program,
+            lines,
+            told: Vec::new(),
+            screen,
+            id: String::new(),
+            _turn: turn,
+        };
+        window.wait_for("its first figures", |told| {
+            told.iter().any(|line| line.starts_with("result "))
+        });
+        let named = [
+            "search",
+            "--sync",
+            "--onlyvisible",
+            "--limit",
+            "1",
+            "--name",
+            "trackwright$",
+        ];
+        window.id = window.xdotool(&named);
+        // There is no window manager that would give it the keys.
+        window.xdotool(&["windowfocus", &window.id]);
+        window.poll("the keyboard", |window| {
+            window.screen.xdotool(&["getwindowfocus"]) == window.id
+        });
+        window.settle();
+        window
+    }
+
+    pub fn xdotool(&self, args: &[&str]) -> String {
+        self.screen.xdotool(args)
+    }
+
+    /// The title as the window system has it.
+    pub fn title(&self) -> String {
+        self.xdotool(&["getwindowname", &self.id])
+    }
+
+    pub fn pid(&self) -> u32 {
+        self.program.id()
+    }
+
+    /// Moves the pointer to a place in the window and lets the window see it.
+    pub fn point_at(&mut self, [x, y]: [f64; 2]) {
+        self.xdotool(&["mousemove", &format!("{x:.0}"), &format!("{y:.0}")]);
+        self.settle();
+    }
+
+    pub fn click(&mut self, at: [f64; 2]) {
+        self.point_at(at);
+        // A button that is held is no click: no pause between its press and its release.
+        self.xdotool(&["click", "1"]);
+        self.settle();
+    }
+
+    pub fn press_button(&mut self) {
+        self.xdotool(&["mousedown", "1"]);
+        self.settle();
+    }
+
+    pub fn release_button(&mut self) {
+        self.xdotool(&["mouseup", "1"]);
+        self.settle();
+    }
+
+    /// Moves the pointer so many pixels along a direction, a few at a time as a hand does.
+    pub fn move_along(&mut self, direction: [f64; 2], pixels: u32) {
+        const STEPS: u32 = 10;
+        let mut done = [0.0; 2];
+        for step in 1..=STEPS {
+            let way = f64::from(pixels * step) / f64::from(STEPS);
+            let to = direction.map(|d| (d * way).round());
+            let [dx, dy] = [0, 1].map(|k| format!("{:.0}", to[k] - done[k]));
+            self.xdotool(&["mousemove_relative", "--", &dx, &dy]);
+            done = to;
+        }
+        self.settle();
+    }
+
+    /// A key or a combination such as `ctrl+z`. As with a hand, modifiers are down before the
+    /// key and until after it.
+    pub fn key(&mut self, combination: &str) {
+        let mut keys: Vec<&str> = combination.split('+').collect();
+        let key = keys.pop().expect("a key");
+        for modifier in &keys {
+            self.xdotool(&["keydown", modifier]);
+        }
+        self.settle();
+        self.xdotool(&["key", key]);
+        self.settle();
+        for modifier in keys.iter().rev() {
+            self.xdotool(&["keyup", modifier]);
+        }
+        self.settle();
+    }
+
+    pub fn write(&mut self, text: &str) {
+        self.xdotool(&["type", "--delay", "30", text]);
+        self.settle();
+    }
+
+    /// What is on the screen once it has stopped changing.
+    pub fn picture(&mut self) -> Picture {
+        self.settle();
+        let mut last = self.screen.picture();
+        let start = Instant::now();
+        // Frames are told when they are made; the driver presents them a little later.
+        while start.elapsed() < PATIENCE {
+            self.listen(REST);
+            let now = self.screen.picture();
+            if now == last {
+                return now;
+            }
+            last = now;
+        }
+        panic!("the picture never stops changing");
+    }
+
+    /// The value of the newest line that begins with a word: `last("dialog")`.
+    pub fn last(&self, word: &str) -> Option<&str> {
+        last_of(&self.told, word)
+    }
+
+    /// A field of the newest line about the document, such as `dirty` or `undo`.
+    #[track_caller]
+    pub fn document(&self, field: &str) -> &str {
+        field_of(self.last("document").expect("a document"), field)
+    }
+
+    /// The newest figures, in order.
+    pub fn figures(&self) -> Vec<Figure> {
+        let newest = revision_of(&self.told, "result").expect("figures");
+        let newest = format!("result revision={newest} ");
+        self.told
+            .iter()
+            .filter_map(|line| line.strip_prefix(&newest))
+            .filter_map(|row| row.rsplit_once('='))
+            .map(|(label, value)| (label.to_owned(), value.to_owned()))
+            .collect()
+    }
+
+    /// A counter of the work done since the start.
+    #[track_caller]
+    pub fn counter(&self, name: &str) -> u64 {
+        let counters = self.last("counters").expect("counters");
+        field_of(counters, name).parse().expect("a count")
+    }
+
+    /// Waits until the figures of the document as it is now are shown and nothing is drawn any
+    /// more.
+    #[track_caller]
+    pub fn settle(&mut self) {
+        let start = Instant::now();
+        loop {
+            let is_quiet = self.listen(REST) == 0;
+            if is_quiet && is_solved(&self.told) {
+                return;
+            }
+            assert!(
+                start.elapsed() < PATIENCE,
+                "never at rest; {}",
+                self.newest()
+            );
+        }
+    }
+
+    /// Waits until what was told so far is as wanted.
+    #[track_caller]
+    pub fn wait_for(&mut self, what: &str, is_there: impl Fn(&[String]) -> bool) {
+        self.poll(what, |window| is_there(&window.told));
+    }
+
+    #[track_caller]
+    fn poll(&mut self, what: &str, mut is_there: impl FnMut(&Self) -> bool) {
+        let start = Instant::now();
+        while !is_there(self) {
+            let ended = self.program.try_wait().unwrap();
+            assert!(
+                ended.is_none(),
+                "ended before {what}: {ended:?}; {}",
+                self.newest()
+            );
+            assert!(
+                start.elapsed() < PATIENCE,
+                "never {what}; {}",
+                self.newest()
+            );
+            self.listen(Duration::from_millis(50));
+        }
+    }
+
+    /// Takes in the lines that come until none came for so long; how many there were.
+    pub fn listen(&mut self, pause: Duration) -> usize {
+        let before = self.told.len();
+        loop {
+            match self.lines.recv_timeout(pause) {
+                Ok(line) => self.told.push(line),
+                Err(RecvTimeoutError::Timeout) => break,
+                Err(RecvTimeoutError::Disconnected) => {
+                    panic!("the program has ended; {}", self.newest())
+                }
+            }
+        }
+        self.told.len() - before
+    }
+
+    /// The first line within so long, if there is one.
+    pub fn next_line(&mut self, within: Duration) -> Option<String> {
+        let line = self.lines.recv_timeout(within).ok()?;
+        self.told.push(line.clone());
+        Some(line)
+    }
+
+    fn newest(&self) -> String {
+        let from = self.told.len().saturating_sub(12);
+        format!("the last it told:\n{}", self.told[from..].join("\n"))
+    }
+}
+
+impl Drop for Window {
+    fn drop(&mut self) {
+        // Gone already is as good.
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+fn last_of<'a>(told: &'a [String], word: &str) -> Option<&'a str> {
+    told.iter()
+        .rev()
+        .find_map(|line| line.strip_prefix(word)?.strip_prefix(' '))
+}
+
+/// `revision=3 dirty=true undo=Move sensor shaft redo=none`: a value reaches to the next name.
+#[track_caller]
+fn field_of<'a>(line: &'a str, field: &str) -> &'a str {
+    let start = line.find(&format!("{field}=")).expect("the field") + field.len() + 1;
+    let rest = &line[start..];
+    let Some(equals) = rest.find('=') else {
+        return rest;
+    };
+    rest[..equals]
+        .rsplit_once(' ')
+        .map_or(rest, |(value, _)| value)
+}
+
+/// Whether the newest figures are those of the newest document.
+fn is_solved(told: &[String]) -> bool {
+    let figures = revision_of(told, "result");
+    figures.is_some() && figures == revision_of(told, "document")
+}
+
+fn revision_of<'a>(told: &'a [String], word: &str) -> Option<&'a str> {
+    last_of(told, word)?
+        .strip_prefix("revision=")?
+        .split(' ')
+        .next()
+}
+
+/// What `simulate --mode motion` prints as text for a design, as rows of the result panel.
+pub fn simulated(design: &Path) -> Vec<Figure> {
+    let out = succeed(&["simulate", &text(design), "--mode", "motion"]);
+    // The first line names design and room; those after the rows have no columns.
+    out.lines()
+        .skip(1)
+        .filter_map(|line| line.split_once("  "))
+        .map(|(label, value)| (label.to_owned(), value.replace(' ', "")))
+        .collect()
+}

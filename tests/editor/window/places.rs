@@ -1,0 +1,120 @@
+//! Where things are in the window: the panels are laid out once more without it, and the camera
+//! projects as the core says.
+
+use super::screen::SIZE;
+use bevy_egui::egui::{self, Rect, UiBuilder, pos2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use nalgebra::Point3;
+use trackwright::design::BodyRole;
+use trackwright::editor::state::Selected;
+use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
+use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
+use trackwright::editor::ui::theme;
+use trackwright::geometry::orbit::OrbitCamera;
+use trackwright::store::World;
+
+/// Space that the panels' frames leave at the sides.
+const LEFT_MARGIN: f32 = 8.0;
+const RIGHT_MARGIN: f32 = 12.0;
+
+/// The 3D view: the hole between the panels.
+pub fn view() -> Rect {
+    let [width, height] = SIZE.map(f32::from);
+    Rect::from_min_max(
+        pos2(theme::LEFT_WIDTH, theme::TOP_BAR_HEIGHT),
+        pos2(
+            width - theme::RIGHT_WIDTH,
+            height - theme::STATUS_BAR_HEIGHT,
+        ),
+    )
+}
+
+/// Where a point of the tracker frame is drawn in the window.
+pub fn project(camera: &OrbitCamera, point_mm: &Point3<f64>) -> [f64; 2] {
+    let size = view().size();
+    let view_px = [f64::from(size.x), f64::from(size.y)];
+    let [x, y] = camera
+        .project(point_mm, view_px)
+        .expect("in front of the camera");
+    [x + f64::from(view().min.x), y + f64::from(view().min.y)]
+}
+
+/// The middle of the 3D view.
+pub fn middle_of_view() -> [f64; 2] {
+    let middle = view().center();
+    [f64::from(middle.x), f64::from(middle.y)]
+}
+
+/// A row or a switch of the outliner.
+pub fn in_outliner(world: &World, label: &str) -> [f64; 2] {
+    let rect = Rect::from_min_max(
+        pos2(LEFT_MARGIN, theme::TOP_BAR_HEIGHT),
+        pos2(theme::LEFT_WIDTH - LEFT_MARGIN, SIZE[1].into()),
+    );
+    let harness = laid_out(rect, |ui| {
+        let outliner = OutlinerView {
+            design: world.document.design(),
+            environment: &world.environment,
+            view: world.document.view(),
+            selected: None,
+            hovered: None,
+            pose: None,
+        };
+        outliner_ui(ui, &outliner);
+    });
+    place(harness.get_by_label(label).rect())
+}
+
+/// A number or text field of the inspector.
+pub fn in_inspector(world: &World, selected: Option<Selected>, label: &str) -> [f64; 2] {
+    let right = f32::from(SIZE[0]);
+    let rect = Rect::from_min_max(
+        pos2(
+            right - theme::RIGHT_WIDTH + RIGHT_MARGIN,
+            theme::TOP_BAR_HEIGHT,
+        ),
+        pos2(right - RIGHT_MARGIN, SIZE[1].into()),
+    );
+    let harness = laid_out(rect, |ui| {
+        let inspector = InspectorView {
+            design: world.document.design(),
+            selected,
+            pose: None,
+            default_weight_mm: world.environment.orientation_weight_mm(),
+        };
+        inspector_ui(ui, &inspector);
+    });
+    // A field may share its label with the text beside it: the field is the last of the row.
+    let field = harness.get_all_by_label(label).last().expect("a field");
+    place(field.rect())
+}
+
+/// The sensor of the tool with this name.
+pub fn tool_sensor(world: &World, name: &str) -> (Selected, Point3<f64>) {
+    let design = world.document.design();
+    let sensors = &design.tool.body.rigid.sensors;
+    let index = sensors
+        .iter()
+        .position(|sensor| sensor.name == name)
+        .expect("a sensor");
+    let pose = design.tracker_from_body(BodyRole::Tool).expect("a pose");
+    (
+        Selected::Sensor(BodyRole::Tool, index),
+        pose * sensors[index].position_in_body,
+    )
+}
+
+fn laid_out<'a>(rect: Rect, panel: impl Fn(&mut egui::Ui) + 'a) -> Harness<'a> {
+    Harness::builder()
+        .with_size(egui::vec2(SIZE[0].into(), SIZE[1].into()))
+        .build_ui(move |ui| {
+            theme::apply(ui.ctx());
+            ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| panel(ui));
+        })
+}
+
+fn place(rect: Rect) -> [f64; 2] {
+    let middle = rect.center();
+    [f64::from(middle.x), f64::from(middle.y)]
+}
