@@ -228,7 +228,10 @@ impl Desk<'_> {
             ui,
             &StatusView {
                 hint: hint(self.design(), self.hovered, self.shown.drag.0),
-                study: study.map(|s| (s.value.figures.trials, s.took)),
+                study: study.map(|s| {
+                    let took = self.shown.presentation.window.then_some(s.took);
+                    (s.value.figures.trials, took)
+                }),
                 outside: study.map_or(0, |s| s.value.figures.outside),
                 notice: &self.shown.notice,
             },

@@ -11,8 +11,9 @@ use std::time::Duration;
 /// What the line shows.
 pub struct StatusView<'a> {
     pub hint: String,
-    /// Trials of the study shown and how long it took.
-    pub study: Option<(usize, Duration)>,
+    /// Trials of the study shown and how long it took; a picture, which is the same each time,
+    /// says no time.
+    pub study: Option<(usize, Option<Duration>)>,
     /// Trials with a sensor outside the model's box.
     pub outside: usize,
     /// What was done or refused last, if the person has not done anything since.
@@ -30,12 +31,12 @@ pub fn status_bar_ui(ui: &mut Ui, status: &StatusView) {
                 ui.add_space(10.0);
             }
             if let Some((trials, took)) = status.study {
+                let trials = counted(trials, "trial", "trials");
                 quiet_ui(
                     ui,
-                    format!(
-                        "{} in {}",
-                        counted(trials, "trial", "trials"),
-                        duration(took)
+                    took.map_or_else(
+                        || trials.clone(),
+                        |took| format!("{trials} in {}", duration(took)),
                     ),
                 );
             }
