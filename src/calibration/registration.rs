@@ -1,6 +1,6 @@
 //! Rigid registration of corresponding points (Arun 1987, with Umeyama's sign, 1991).
 
-use crate::geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
+use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::geometry::svd3::svd3;
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -65,9 +65,7 @@ pub fn register(
     if ratio <= COLLINEAR_RATIO {
         return Err(RegistrationError::Collinear { ratio });
     }
-    let sign = (svd.v * svd.u.transpose()).determinant().signum();
-    let flip = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign));
-    let rotation = quaternion_from_matrix(&(svd.v * flip * svd.u.transpose()));
+    let rotation = svd.best_rotation();
     let target_from_source = pose_from_parts(target_mean - rotation * source_mean, rotation);
     let squares: f64 = source
         .iter()

@@ -58,7 +58,7 @@ pub struct FitArgs {
     ridge: f64,
 
     /// Singular values below this part of the largest count as zero
-    #[arg(long, default_value_t = crate::field::fit::DEFAULT_RCOND, value_name = "R")]
+    #[arg(long, default_value = "1e-10", value_name = "R")]
     rcond: f64,
 
     /// Measurements that are not fitted, to judge the model on

@@ -216,20 +216,20 @@ fn as_text(world: &World, figures: &Figures, single: Option<&Trial>) -> String {
                 "mm".to_owned(),
             ));
         }
-        for (name, pose) in [
-            ("true pose", &trial.crf_from_tool),
-            ("simulated pose", &trial.crf_from_tool_simulated),
-        ] {
-            let [x, y, z, qw, qx, qy, qz] = pose_to_array(pose);
-            rows.push((
-                name.to_owned(),
-                format!("({x:.4}, {y:.4}, {z:.4}) mm, ({qw:.6}, {qx:.6}, {qy:.6}, {qz:.6})"),
-                String::new(),
-            ));
-        }
     }
     let mut lines = vec![format!("{} in {}", design.name, world.environment.name)];
     lines.push(output::aligned(&rows));
+    for (name, pose) in single.into_iter().flat_map(|t| {
+        [
+            ("true pose", &t.crf_from_tool),
+            ("simulated pose", &t.crf_from_tool_simulated),
+        ]
+    }) {
+        let [x, y, z, qw, qx, qy, qz] = pose_to_array(pose);
+        lines.push(format!(
+            "{name:<15} ({x:.4}, {y:.4}, {z:.4}) mm, ({qw:.6}, {qx:.6}, {qy:.6}, {qz:.6})"
+        ));
+    }
     lines.extend(figures.checks.iter().map(|c| {
         let (verdict, relation) = if c.met {
             ("met", "≤")

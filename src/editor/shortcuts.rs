@@ -3,6 +3,7 @@
 use super::state::{ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, ViewRequest};
 use super::ui::dialogs::Dialogs;
 use super::ui::top_bar::toggled_magnification;
+use crate::geometry::orbit::Axis;
 use bevy::input::keyboard::{Key, KeyboardFocusLost, KeyboardInput};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -23,6 +24,8 @@ pub enum Command {
     /// Takes the drag back that is under way.
     CancelDrag,
     ToggleMagnification,
+    FrameSelection,
+    LookAlong(Axis),
 }
 
 /// A key with its modifiers.
@@ -56,7 +59,7 @@ const fn control_shift(key: &'static str, command: Command) -> Shortcut {
     }
 }
 
-const SHORTCUTS: [Shortcut; 8] = [
+const SHORTCUTS: [Shortcut; 12] = [
     control("z", Command::Undo),
     control_shift("z", Command::Redo),
     control("y", Command::Redo),
@@ -65,9 +68,13 @@ const SHORTCUTS: [Shortcut; 8] = [
     control("o", Command::Open),
     plain("escape", Command::CancelDrag),
     plain("m", Command::ToggleMagnification),
+    plain("f", Command::FrameSelection),
+    plain("1", Command::LookAlong(Axis::X)),
+    plain("3", Command::LookAlong(Axis::Y)),
+    plain("7", Command::LookAlong(Axis::Z)),
 ];
 
-/// The command of a key; keys are letters in lower case, or `escape`.
+/// The command of a key; keys are letters in lower case, digits, or `escape`.
 pub fn command_of(key: &str, control: bool, shift: bool) -> Option<Command> {
     SHORTCUTS
         .iter()
@@ -171,6 +178,12 @@ impl Asked<'_> {
             }
             Command::Open => {
                 self.files.write(FileRequest::ShowOpen);
+            }
+            Command::FrameSelection => {
+                self.views.write(ViewRequest::FrameSelection);
+            }
+            Command::LookAlong(axis) => {
+                self.views.write(ViewRequest::LookAlong(axis));
             }
             Command::ToggleMagnification => {
                 if let Some(world) = world {

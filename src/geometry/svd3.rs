@@ -5,7 +5,8 @@
 //! on ratios of 1e-10, so they are found on the matrix itself: one-sided Jacobi keeps each to
 //! high relative accuracy (Demmel & Veselić, SIAM J. Matrix Anal. Appl. 13(4), 1992).
 
-use nalgebra::{Matrix3, Unit, Vector3};
+use super::pose::quaternion_from_matrix;
+use nalgebra::{Matrix3, Unit, UnitQuaternion, Vector3};
 
 /// Sweeps until columns are orthogonal; three by three needs four or five.
 const MAX_SWEEPS: usize = 30;
@@ -17,6 +18,17 @@ pub struct Svd3 {
     pub u: Matrix3<f64>,
     pub singular_values: Vector3<f64>,
     pub v: Matrix3<f64>,
+}
+
+impl Svd3 {
+    /// For a cross-covariance `Σ q q'ᵀ`: the rotation that takes the `q` nearest to the `q'`,
+    /// `V diag(1, 1, det(V Uᵀ)) Uᵀ`. The sign keeps it a rotation where the plain product would
+    /// be a reflection (Umeyama, IEEE PAMI 13(4), 1991).
+    pub fn best_rotation(&self) -> UnitQuaternion<f64> {
+        let sign = (self.v * self.u.transpose()).determinant().signum();
+        let flip = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign));
+        quaternion_from_matrix(&(self.v * flip * self.u.transpose()))
+    }
 }
 
 /// Singular value decomposition of a finite matrix, of any rank.

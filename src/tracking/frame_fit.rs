@@ -6,7 +6,7 @@
 //! axes alike.
 
 use super::body::{RigidBody, SensorOrientation};
-use crate::geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
+use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::geometry::rotation::{axis_rotation, exp_vector};
 use crate::geometry::svd3::svd3;
 use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
@@ -122,11 +122,7 @@ impl FrameFitter {
                     axis_rotation(&(tracker_from_body_true.rotation * axis_in_body), &measured);
                 exp_vector(&turn.vector_rad) * tracker_from_body_true.rotation
             }
-            Determination::Full | Determination::Poor { .. } => {
-                let sign = (svd.v * svd.u.transpose()).determinant().signum();
-                let flip = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign));
-                quaternion_from_matrix(&(svd.v * flip * svd.u.transpose()))
-            }
+            Determination::Full | Determination::Poor { .. } => svd.best_rotation(),
         };
         FrameFit {
             tracker_from_body: pose_from_parts(

@@ -1,6 +1,6 @@
 //! The tip's error vector, and the sphere of the requirement's radius that it should end in.
 
-use super::arrows::{Arrow, ArrowStyle, arrows_mesh};
+use super::arrows::{Arrow, ArrowStyle, DrawnArrows, ShineThrough, arrows_mesh};
 use super::magnify::{ShownErrors, ToolErrors};
 use crate::editor::camera::OrbitRig;
 use crate::editor::materials::GlowMaterial;
@@ -8,7 +8,6 @@ use crate::editor::scene::shapes::GlyphShapes;
 use crate::editor::state::{EditorSystems, OpenWorld, Results, ShownMagnification};
 use crate::editor::{convert, palette};
 use crate::study::requirement::Requirement;
-use bevy::camera::visibility::NoFrustumCulling;
 use bevy::prelude::*;
 
 const STYLE: ArrowStyle = ArrowStyle {
@@ -17,8 +16,10 @@ const STYLE: ArrowStyle = ArrowStyle {
     head_length_px: 17.0,
 };
 
-const HIDDEN_ALPHA: f32 = 0.6;
-const ORDER_MM: f32 = 16_000.0;
+const HIDDEN: ShineThrough = ShineThrough {
+    alpha: 0.6,
+    order_mm: 16_000.0,
+};
 
 /// The sphere is little more than its outline, so that it hides nothing.
 const SPHERE_ALPHA: f32 = 0.015;
@@ -32,7 +33,7 @@ const LARGEST_SHARE: f64 = 0.6;
 /// Draws the tip's error while its layer is on.
 pub struct TipErrorPlugin;
 
-#[derive(Component)]
+#[derive(Component, Default)]
 struct TipArrow;
 
 /// The sphere, and whether it was drawn for a tip inside it.
@@ -65,41 +66,10 @@ pub fn anything_moved(
         || rig.is_changed()
 }
 
-fn show_arrow(
-    mut commands: Commands,
-    errors: ShownErrors,
-    drawn: Query<(Entity, &Mesh3d), With<TipArrow>>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<GlowMaterial>>,
-) {
+fn show_arrow(errors: ShownErrors, mut drawn: DrawnArrows<TipArrow>) {
     let mesh = of_tip(&errors)
         .and_then(|tip| arrows_mesh(&[tip_arrow(&tip, errors.times())], STYLE, &errors.rig));
-    let Some(mesh) = mesh else {
-        for (entity, _) in &drawn {
-            commands.entity(entity).despawn();
-        }
-        return;
-    };
-    if let Some((_, handle)) = drawn.iter().next() {
-        if let Some(mut old) = meshes.get_mut(&handle.0) {
-            *old = mesh;
-        }
-        return;
-    }
-    let handle = meshes.add(mesh);
-    let color = palette::ERROR_VECTOR.color();
-    for material in [
-        GlowMaterial::solid(color),
-        GlowMaterial::shining_through(color, HIDDEN_ALPHA).order(ORDER_MM),
-    ] {
-        commands.spawn((
-            Name::new("tip error"),
-            TipArrow,
-            NoFrustumCulling,
-            Mesh3d(handle.clone()),
-            MeshMaterial3d(materials.add(material)),
-        ));
-    }
+    drawn.show("tip error", mesh, HIDDEN);
 }
 
 /// From the tip to the ghost's.

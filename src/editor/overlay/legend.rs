@@ -205,7 +205,7 @@ fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> O
     let keys: Vec<(&str, Rgb)> = [
         (
             layers.sensor_errors || layers.tip_error,
-            "error vectors",
+            "error vectors, two heads where cut",
             palette::ERROR_VECTOR,
         ),
         (layers.ghost, "tool as tracked", palette::GHOST),
