@@ -24,18 +24,16 @@ fn each_layer_draws_what_it_is_named_for_and_nothing_where_it_is_off() {
     let copy = Copied::new("pointer-on-head");
     let layers = |list: &str| render(&copy, SIZE, &["--layers", list]);
     let none = layers("none");
+    let more = |picture: &Picture, is_wanted: fn([u8; 3]) -> bool| {
+        count(picture, is_wanted).saturating_sub(count(&none, is_wanted))
+    };
     // A tool of 150 mm is about 100 pixels long and 5 wide here, an arrow as long and thinner.
-    assert_eq!(count(&none, is_ghost), 0);
-    let ghost = layers("ghost");
-    assert!(count(&ghost, is_ghost) > 150, "{}", count(&ghost, is_ghost));
-    assert_eq!(count(&none, is_error_vector), 0);
-    let vectors = layers("sensor-errors,tip-error");
-    assert!(
-        count(&vectors, is_error_vector) > 80,
-        "{}",
-        count(&vectors, is_error_vector)
-    );
-    assert_eq!(count(&vectors, is_ghost), 0);
+    // Edges of other things come near these colours in a few pixels.
+    let (ghost, vectors) = (layers("ghost"), layers("sensor-errors,tip-error"));
+    assert!(more(&ghost, is_ghost) > 150, "{}", more(&ghost, is_ghost));
+    assert!(more(&ghost, is_error_vector) < 20);
+    assert!(more(&vectors, is_error_vector) > 80);
+    assert!(more(&vectors, is_ghost) < 20);
     // The edges of the volume cross the whole picture.
     let volume = layers("volume");
     assert!(

@@ -1,7 +1,7 @@
 //! Dragging a sensor in the window: what it changes, and that Escape and undo take it back.
 
 use super::harness::{Window, simulated};
-use super::places::{middle_of_view, project, tool_sensor, view};
+use super::places::{project, tool_sensor, view};
 use crate::editor::copied::Copied;
 use crate::editor::pixels::{Blob, Picture, Pixel, is_ghost, is_near};
 use bevy_egui::egui::pos2;
@@ -40,9 +40,12 @@ fn pointer_on_head() -> (Copied, OrbitCamera) {
             azimuth_rad: camera.azimuth_rad,
             elevation_rad: camera.elevation_rad,
         });
-        // The map's colours run through the ghost's, and an automatic magnification would move
-        // the ghost by itself.
+        // The map's colours run through the ghost's; vectors and labels that move with the sensor
+        // would cover other parts of it; an automatic magnification would move it by itself.
         view.layers.slice = false;
+        view.layers.sensor_errors = false;
+        view.layers.tip_error = false;
+        view.layers.labels = false;
         view.magnification = Magnification::Times(50.0);
     });
     (copy, camera)
@@ -90,7 +93,6 @@ fn drag_shaft_sensor(
     camera: &OrbitCamera,
     sensor: Point3<f64>,
 ) -> [[f64; 2]; 2] {
-    window.point_at(middle_of_view());
     window.point_at([20.0, 20.0]);
     let blob = coil(&window.picture(), project(camera, &sensor));
     let (at, mut along) = (blob.center(), blob.direction());

@@ -140,18 +140,21 @@ impl Window {
     /// A key or a combination such as `ctrl+z`. As with a hand, modifiers are down before the
     /// key and until after it.
     pub fn key(&mut self, combination: &str) {
-        let mut keys: Vec<&str> = combination.split('+').collect();
-        let key = keys.pop().expect("a key");
-        for modifier in &keys {
-            self.xdotool(&["keydown", modifier]);
-        }
-        self.settle();
+        let mut modifiers: Vec<&str> = combination.split('+').collect();
+        let key = modifiers.pop().expect("a key");
+        self.hold("keydown", &modifiers);
         self.xdotool(&["key", key]);
         self.settle();
-        for modifier in keys.iter().rev() {
-            self.xdotool(&["keyup", modifier]);
+        modifiers.reverse();
+        self.hold("keyup", &modifiers);
+    }
+
+    /// Presses modifiers or lets go of them.
+    fn hold(&mut self, action: &str, modifiers: &[&str]) {
+        if !modifiers.is_empty() {
+            self.xdotool(&[&[action], modifiers].concat());
+            self.settle();
         }
-        self.settle();
     }
 
     pub fn write(&mut self, text: &str) {
