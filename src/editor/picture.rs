@@ -3,6 +3,7 @@
 use super::app::offscreen;
 use super::solve::SolverHandle;
 use super::state::{OpenWorld, Results};
+use super::ui::UiSystems;
 use crate::store::World;
 use bevy::app::PluginsState;
 use bevy::image::ImageFormat;
@@ -10,6 +11,7 @@ use bevy::prelude::*;
 use bevy::render::render_resource::PollType;
 use bevy::render::renderer::RenderDevice;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
+use bevy_egui::EguiPrimaryContextPass;
 use std::io::Cursor;
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
@@ -48,6 +50,13 @@ struct Captured(Option<Image>);
 pub fn png(world: World, size: UVec2, has_panels: bool) -> Result<Vec<u8>, PictureError> {
     let (mut app, target) = offscreen(world, size, has_panels);
     app.init_resource::<Captured>();
+    // Letters enter the font's texture in the order in which they are first shown, and their
+    // edges depend on their place there by the last bit: nothing is written before everything
+    // is known, whichever answer comes first.
+    app.configure_sets(
+        EguiPrimaryContextPass,
+        (UiSystems::Panels, UiSystems::Overlay).run_if(is_complete),
+    );
     let answers = wake_on_answers(&app);
     while app.plugins_state() == PluginsState::Adding {
         bevy::tasks::tick_global_task_pools_on_main_thread();
