@@ -14,6 +14,8 @@ use bevy_egui::egui::{Align2, Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke,
 pub const MARGIN: f32 = 12.0;
 const PADDING: f32 = 8.0;
 const LINE: f32 = 15.0;
+/// Where a key's name begins, behind its stroke.
+const KEY_INDENT: f32 = 22.0;
 const BAR_WIDTH: f32 = 200.0;
 const BAR_HEIGHT: f32 = 10.0;
 const MAX_TICKS: usize = 5;
@@ -227,7 +229,19 @@ fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> O
         head.push_str(&format!(", turn held at {most_deg:.0}°"));
     }
     let head = painter.layout_no_wrap(head, theme::body_font(), palette::TEXT_STRONG.color32());
-    let width = head.size().x.max(120.0) + 2.0 * PADDING;
+    let widest_key = keys
+        .iter()
+        .map(|(name, _)| {
+            let name = (*name).to_owned();
+            let color = palette::TEXT.color32();
+            KEY_INDENT
+                + painter
+                    .layout_no_wrap(name, theme::label_font(), color)
+                    .size()
+                    .x
+        })
+        .fold(0.0, f32::max);
+    let width = head.size().x.max(widest_key) + 2.0 * PADDING;
     let height = head.size().y + LINE * keys.len() as f32 + 2.0 * PADDING;
     let frame = Rect::from_min_max(right_bottom - vec2(width, height), right_bottom);
     plate(painter, frame);
@@ -243,7 +257,7 @@ fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> O
         );
         text(
             painter,
-            at + vec2(22.0, 0.0),
+            at + vec2(KEY_INDENT, 0.0),
             Align2::LEFT_TOP,
             name,
             palette::TEXT,
