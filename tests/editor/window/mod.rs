@@ -7,5 +7,6 @@ mod drag;
 mod harness;
 mod layer;
 mod places;
+mod room_e;
 mod screen;
 mod typed;
