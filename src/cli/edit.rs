@@ -5,7 +5,6 @@ use crate::editor::app;
 use crate::editor::diagnostics::ExplainLine;
 use crate::editor::preflight::{self, Missing};
 use crate::store;
-use bevy::app::AppExit;
 use std::path::Path;
 
 /// How it went with the editor.
@@ -32,7 +31,7 @@ pub fn run(design: Option<&Path>, explain: bool) -> anyhow::Result<Opened> {
     };
     let explain: Option<ExplainLine> = explain.then(|| Box::new(output::note) as ExplainLine);
     match app::run(world, explain) {
-        AppExit::Success => Ok(Opened::Closed),
-        AppExit::Error(code) => anyhow::bail!("the editor failed with code {code}"),
+        Ok(()) => Ok(Opened::Closed),
+        Err(code) => anyhow::bail!("the editor failed with code {code}"),
     }
 }

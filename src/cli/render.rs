@@ -5,7 +5,6 @@ use crate::editor::{picture, preflight};
 use crate::geometry::orbit::{Axis, OrbitCamera};
 use crate::store::{self, World};
 use anyhow::{Context, bail};
-use bevy::math::UVec2;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -38,7 +37,7 @@ pub struct RenderArgs {
 
 /// Width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PictureSize(pub UVec2);
+pub struct PictureSize(pub [u32; 2]);
 
 /// From where to look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -74,7 +73,7 @@ impl FromStr for PictureSize {
                 Err(expected())
             }
         };
-        Ok(Self(UVec2::new(side(width)?, side(height)?)))
+        Ok(Self([side(width)?, side(height)?]))
     }
 }
 
@@ -169,10 +168,10 @@ fn open(design: &std::path::Path) -> anyhow::Result<World> {
     Ok(store::open_design(design)?)
 }
 
-fn aim(view: &mut View, name: ViewName, world: &World, size: UVec2) {
+fn aim(view: &mut View, name: ViewName, world: &World, size: [u32; 2]) {
     use crate::editor::scene::extent;
     use crate::editor::state::Selected;
-    let view_px = [f64::from(size.x), f64::from(size.y)];
+    let view_px = size.map(f64::from);
     let target = match name {
         ViewName::Tip => Some(Selected::Tip(crate::design::BodyRole::Tool)),
         _ => None,
@@ -207,7 +206,7 @@ mod tests {
 
     #[test]
     fn sizes_are_two_numbers_within_what_adapters_paint() {
-        assert_eq!("320x240".parse(), Ok(PictureSize(UVec2::new(320, 240))));
+        assert_eq!("320x240".parse(), Ok(PictureSize([320, 240])));
         for wrong in [
             "320",
             "0x240",

@@ -28,7 +28,10 @@ const LEAST_SIZE: [f32; 2] = [960.0, 600.0];
 
 /// Opens the editor and stays until its window closes. Ask
 /// [`preflight::window`](super::preflight::window) first: Bevy panics without a display.
-pub fn run(world: World, explain: Option<ExplainLine>) -> AppExit {
+///
+/// # Errors
+/// The code that the window system or the renderer ended with.
+pub fn run(world: World, explain: Option<ExplainLine>) -> Result<(), u8> {
     let mut app = App::new();
     let title = document::title(&world.document, &state::Results::default());
     let window = WindowPlugin {
@@ -64,7 +67,10 @@ pub fn run(world: World, explain: Option<ExplainLine>) -> AppExit {
         app.insert_resource(Explain(line));
     }
     add_editor(&mut app, world, Presentation::default());
-    app.run()
+    match app.run() {
+        AppExit::Success => Ok(()),
+        AppExit::Error(code) => Err(code.get()),
+    }
 }
 
 /// An app without a window that paints into an image, to be driven by hand.

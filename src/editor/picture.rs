@@ -47,8 +47,8 @@ struct Captured(Option<Image>);
 ///
 /// # Errors
 /// See [`PictureError`].
-pub fn png(world: World, size: UVec2, has_panels: bool) -> Result<Vec<u8>, PictureError> {
-    let (mut app, target) = offscreen(world, size, has_panels);
+pub fn png(world: World, size: [u32; 2], has_panels: bool) -> Result<Vec<u8>, PictureError> {
+    let (mut app, target) = offscreen(world, UVec2::from(size), has_panels);
     app.init_resource::<Captured>();
     // Letters enter the font's texture in the order in which they are first shown, and their
     // edges depend on their place there by the last bit: nothing is written before everything
