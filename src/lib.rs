@@ -12,6 +12,8 @@
 //!
 //! Each room may call those above it, never below:
 
+pub mod task;
+
 pub mod geometry;
 
 pub mod field;
@@ -27,6 +29,8 @@ pub mod formats;
 pub mod design;
 
 pub mod store;
+
+pub mod report;
 
 #[cfg(feature = "editor")]
 pub mod editor;

@@ -1,8 +1,8 @@
 //! Bernstein polynomials (2) on the unit interval and their products on the unit cube (3).
 
-/// Highest order that a model may have: (n + 1)³ unknowns an orientation are 1,331 then, far
+/// Highest order that a model may have: (n + 1)³ unknowns an orientation are 2,197 then, far
 /// beyond what any table of measurements can answer.
-pub const MAX_ORDER: usize = 10;
+pub const MAX_ORDER: usize = 12;
 
 /// Number of coefficients of one value: `(n + 1)³`.
 pub const fn coefficient_count(order: usize) -> usize {

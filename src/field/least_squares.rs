@@ -26,7 +26,34 @@ pub struct LeastSquares {
     rows: usize,
 }
 
+/// Rows of a least-squares system reduced to the triangle that says the same: systems over
+/// disjoint rows are put together from their triangles.
+#[derive(Clone, Debug)]
+pub struct Triangle {
+    unknowns: usize,
+    rows: usize,
+    /// `Qᵀ [A | b]`, with at most as many rows as columns.
+    reduced: Mat<f64>,
+}
+
+/// The singular value decomposition of a system: every ridge and every cutoff is cheap from here.
+#[derive(Clone, Debug)]
+pub struct Decomposition {
+    unknowns: usize,
+    /// Rows of the design matrix.
+    pub rows: usize,
+    /// Of the design matrix, descending; as many as rows or unknowns, whichever are fewer.
+    pub singular_values: Vec<f64>,
+    /// Right singular vectors, a column each.
+    pub v: Mat<f64>,
+    /// `Uᵀ b`.
+    rotated: Mat<f64>,
+    /// What no solution can reach, squared and summed over the rows, one a value.
+    pub unreachable_squares: [f64; VALUES],
+}
+
 /// The solution and what it hangs on.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// One set of six a unknown.
     pub unknowns: Vec<[f64; VALUES]>,
@@ -73,53 +100,23 @@ impl LeastSquares {
         }
     }
 
-    /// The solution of least norm. Singular values at or below `rcond` times the largest count as
-    /// zero; `ridge` (times the largest) damps all of them, as in `‖A c − e‖² + (ridge s)² ‖c‖²`.
+    /// The triangle of all rows.
+    pub fn into_triangle(mut self) -> Triangle {
+        self.fold();
+        let width = self.width();
+        Triangle {
+            unknowns: self.unknowns,
+            rows: self.rows,
+            reduced: self.triangle.unwrap_or_else(|| Mat::zeros(0, width)),
+        }
+    }
+
+    /// [`Triangle::decompose`] and [`Decomposition::solve`] in one.
     ///
     /// # Errors
     /// [`NoConvergence`], which finite input is not known to cause.
-    pub fn solve(mut self, rcond: f64, ridge: f64) -> Result<Solution, NoConvergence> {
-        self.fold();
-        let p = self.unknowns;
-        let zero = Solution {
-            unknowns: vec![[0.0; VALUES]; p],
-            rank: 0,
-            condition: 0.0,
-        };
-        let Some(reduced) = &self.triangle else {
-            return Ok(zero);
-        };
-        let rows = reduced.nrows().min(p);
-        let a = reduced.submatrix(0, 0, rows, p);
-        let b = reduced.submatrix(0, p, rows, VALUES);
-        let svd = a.thin_svd().map_err(|_| NoConvergence {
-            rows: self.rows,
-            unknowns: p,
-        })?;
-        let s: Vec<f64> = svd.S().column_vector().iter().copied().collect();
-        let largest = s.iter().copied().fold(0.0, f64::max);
-        if largest == 0.0 {
-            return Ok(zero);
-        }
-        let damping = ridge * largest;
-        let kept: Vec<f64> = s.iter().copied().filter(|&v| v > rcond * largest).collect();
-        let mut rotated = svd.U().transpose() * b;
-        for (i, &value) in s.iter().enumerate() {
-            let gain = if value > rcond * largest {
-                value / (value * value + damping * damping)
-            } else {
-                0.0
-            };
-            for k in 0..VALUES {
-                rotated[(i, k)] *= gain;
-            }
-        }
-        let x = svd.V() * rotated;
-        Ok(Solution {
-            unknowns: (0..p).map(|i| std::array::from_fn(|k| x[(i, k)])).collect(),
-            rank: kept.len(),
-            condition: largest / kept.iter().copied().fold(f64::INFINITY, f64::min),
-        })
+    pub fn solve(self, rcond: f64, ridge: f64) -> Result<Solution, NoConvergence> {
+        Ok(self.into_triangle().decompose()?.solve(rcond, ridge))
     }
 
     fn width(&self) -> usize {
@@ -142,12 +139,135 @@ impl LeastSquares {
             }
         });
         self.pending.clear();
-        // A wide stack has nothing to gain from QR: its SVD is as small as it gets.
-        self.triangle = Some(if stacked.nrows() <= width {
-            stacked
-        } else {
-            stacked.qr().thin_R().to_owned()
+        self.triangle = Some(reduced(stacked));
+    }
+}
+
+impl Triangle {
+    /// The triangle of the rows of all parts; `None` without any.
+    pub fn merged<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
+        let mut parts = parts.into_iter();
+        let first = parts.next()?.clone();
+        Some(parts.fold(first, |sum, part| {
+            debug_assert_eq!(sum.unknowns, part.unknowns, "parts of one system");
+            let top = sum.reduced.nrows();
+            let stacked =
+                Mat::from_fn(
+                    top + part.reduced.nrows(),
+                    sum.reduced.ncols(),
+                    |i, j| match i.checked_sub(top) {
+                        None => sum.reduced[(i, j)],
+                        Some(i) => part.reduced[(i, j)],
+                    },
+                );
+            Self {
+                unknowns: sum.unknowns,
+                rows: sum.rows + part.rows,
+                reduced: reduced(stacked),
+            }
+        }))
+    }
+
+    /// Rows of the design matrix.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// # Errors
+    /// [`NoConvergence`], which finite input is not known to cause.
+    pub fn decompose(&self) -> Result<Decomposition, NoConvergence> {
+        let p = self.unknowns;
+        let rows = self.reduced.nrows();
+        let upper = rows.min(p);
+        // Rows below the unknowns hold zeros for them, or the system was never reduced.
+        let below_is_zero = (upper..rows).all(|i| (0..p).all(|j| self.reduced[(i, j)] == 0.0));
+        let used = if below_is_zero { upper } else { rows };
+        let a = self.reduced.submatrix(0, 0, used, p);
+        let b = self.reduced.submatrix(0, p, used, VALUES);
+        if used == 0 {
+            return Ok(Decomposition {
+                unknowns: p,
+                rows: self.rows,
+                singular_values: Vec::new(),
+                v: Mat::zeros(p, 0),
+                rotated: Mat::zeros(0, VALUES),
+                unreachable_squares: [0.0; VALUES],
+            });
+        }
+        let svd = a.thin_svd().map_err(|_| NoConvergence {
+            rows: self.rows,
+            unknowns: p,
+        })?;
+        let rotated = svd.U().transpose() * b;
+        let missed = b - svd.U() * &rotated;
+        let unreachable_squares = std::array::from_fn(|k| {
+            let below = (used..rows).map(|i| self.reduced[(i, p + k)].powi(2));
+            let beside = (0..used).map(|i| missed[(i, k)].powi(2));
+            below.chain(beside).sum()
         });
+        Ok(Decomposition {
+            unknowns: p,
+            rows: self.rows,
+            singular_values: svd.S().column_vector().iter().copied().collect(),
+            v: svd.V().to_owned(),
+            rotated,
+            unreachable_squares,
+        })
+    }
+}
+
+impl Decomposition {
+    /// Singular values above `rcond` times the largest.
+    pub fn rank(&self, rcond: f64) -> usize {
+        let largest = self.largest();
+        self.singular_values
+            .iter()
+            .filter(|&&s| s > rcond * largest)
+            .count()
+    }
+
+    /// Largest singular value; 0 where there is none.
+    pub fn largest(&self) -> f64 {
+        self.singular_values.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The solution of least norm. Singular values at or below `rcond` times the largest count as
+    /// zero; `ridge` (times the largest) damps all of them, as in `‖A c − e‖² + (ridge s)² ‖c‖²`.
+    pub fn solve(&self, rcond: f64, ridge: f64) -> Solution {
+        let largest = self.largest();
+        let damping = ridge * largest;
+        let rank = self.rank(rcond);
+        let mut damped = self.rotated.clone();
+        for (i, &s) in self.singular_values.iter().enumerate() {
+            let gain = if i < rank {
+                s / (s * s + damping * damping)
+            } else {
+                0.0
+            };
+            for k in 0..VALUES {
+                damped[(i, k)] *= gain;
+            }
+        }
+        let x = &self.v * damped;
+        Solution {
+            unknowns: (0..self.unknowns)
+                .map(|i| std::array::from_fn(|k| x[(i, k)]))
+                .collect(),
+            rank,
+            condition: match rank {
+                0 => 0.0,
+                rank => largest / self.singular_values[rank - 1],
+            },
+        }
+    }
+}
+
+/// A stack of rows as a triangle; a wide one has nothing to gain.
+fn reduced(stacked: Mat<f64>) -> Mat<f64> {
+    if stacked.nrows() <= stacked.ncols() {
+        stacked
+    } else {
+        stacked.qr().thin_R().to_owned()
     }
 }
 
@@ -233,6 +353,49 @@ mod tests {
         for i in 0..4 {
             assert!((found.unknowns[i][0] - expected[i]).abs() < 1e-13);
         }
+    }
+
+    #[test]
+    fn triangles_of_parts_make_the_triangle_of_all_rows() {
+        let (a, x) = problem(300, 12);
+        let whole = system(&a, &x).into_triangle().decompose().unwrap();
+        let parts: Vec<_> = a
+            .chunks(70)
+            .map(|rows| system(rows, &x).into_triangle())
+            .collect();
+        let merged = Triangle::merged(&parts).unwrap();
+        assert_eq!(merged.rows(), 300);
+        let merged = merged.decompose().unwrap();
+        for (m, w) in merged.singular_values.iter().zip(&whole.singular_values) {
+            assert!((m - w).abs() < 1e-13 * whole.largest());
+        }
+        let (m, w) = (merged.solve(1e-10, 0.0), whole.solve(1e-10, 0.0));
+        for (m, w) in m.unknowns.iter().zip(&w.unknowns) {
+            assert!((m[0] - w[0]).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn what_no_solution_reaches_is_the_sum_of_squared_residuals() {
+        let (a, x) = problem(50, 4);
+        let mut ls = LeastSquares::new(4);
+        for (i, row) in a.iter().enumerate() {
+            ls.push(|out| out.extend(row), [(i % 7) as f64; VALUES]);
+        }
+        let d = ls.into_triangle().decompose().unwrap();
+        let found = d.solve(1e-10, 0.0);
+        let squares: f64 = a
+            .iter()
+            .enumerate()
+            .map(|(i, row)| {
+                let model: f64 = row.iter().zip(&found.unknowns).map(|(r, u)| r * u[3]).sum();
+                ((i % 7) as f64 - model).powi(2)
+            })
+            .sum();
+        assert!(
+            (d.unreachable_squares[3] - squares).abs() < 1e-12 * squares,
+            "{x:?}"
+        );
     }
 
     #[test]

@@ -3,7 +3,7 @@
 pub mod bernstein;
 pub mod environment;
 pub mod fit;
-mod least_squares;
+pub mod least_squares;
 pub mod model;
 pub mod samples;
 

@@ -370,8 +370,8 @@ mod tests {
             )
         };
         assert!(matches!(
-            new(11, 1728, bounds()),
-            Err(ModelError::Order(11))
+            new(13, 2744, bounds()),
+            Err(ModelError::Order(13))
         ));
         assert!(matches!(
             new(2, 26, bounds()),

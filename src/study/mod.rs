@@ -1,6 +1,5 @@
 //! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
 
-pub mod cancel;
 pub mod figures;
 pub mod motion;
 pub mod requirement;
@@ -11,7 +10,7 @@ pub mod statistics;
 pub mod trial;
 pub mod work;
 
-pub use cancel::CancelToken;
+pub use crate::task::CancelToken;
 pub use figures::{FigureRow, Figures, figure_rows};
 pub use motion::{AxisRange, Motion};
 pub use requirement::Requirement;

@@ -1,6 +1,5 @@
 //! Runs a study: every trial of a mode on all cores, summed up in the same order each time.
 
-use super::cancel::CancelToken;
 use super::figures::{Figures, FreeAxis, Worst};
 use super::motion::{MotionError, MotionGrid};
 use super::scenario::{InputTrial, Mode, Scenario};
@@ -8,6 +7,7 @@ use super::statistics::Statistics;
 use super::trial::{Simulator, Trial};
 use super::work::Work;
 use crate::field::OutsidePolicy;
+use crate::task::CancelToken;
 use rayon::prelude::*;
 use std::sync::Arc;
 

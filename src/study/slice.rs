@@ -1,11 +1,11 @@
 //! A slice through the room: position error on a lattice in one plane.
 
-use super::cancel::CancelToken;
 use super::run::StudyError;
 use super::statistics::Statistics;
 use super::work::Work;
 use crate::field::{Environment, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
+use crate::task::CancelToken;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 

@@ -389,7 +389,7 @@ fn settings_that_make_no_fit_are_refused() {
             ["--order", "2", "--directions", "13"],
             "expected 1, 6, 12, 14, 26 or 42",
         ),
-        (["--order", "11", "--directions", "1"], "expected 0 to 10"),
+        (["--order", "13", "--directions", "1"], "expected 0 to 12"),
         (["--order", "-1", "--directions", "1"], "--order"),
     ] {
         let message = fail(&[base.as_slice(), &arguments].concat());

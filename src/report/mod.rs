@@ -1,0 +1,3 @@
+//! Pages and plots, as text: what a command or the editor hands to a person to keep.
+
+pub mod plot;
