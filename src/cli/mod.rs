@@ -6,6 +6,7 @@ mod edit;
 mod fit;
 mod import;
 mod output;
+mod precision;
 #[cfg(feature = "editor")]
 mod render;
 mod simulate;
@@ -39,6 +40,8 @@ enum Command {
     Distort(distort::DistortArgs),
     /// Simulate a design at one pose, over its range of motion, or at given poses
     Simulate(simulate::SimulateArgs),
+    /// Measure error against run time, for every way of computing the same thing
+    Precision(precision::PrecisionArgs),
     /// Make a measurement table from another program's files
     #[command(subcommand)]
     Import(import::ImportCommand),
@@ -56,6 +59,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<()> {
         Some(Command::Fit(args)) => fit::run(args),
         Some(Command::Distort(args)) => distort::run(args),
         Some(Command::Simulate(args)) => simulate::run(args),
+        Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),
