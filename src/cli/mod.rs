@@ -10,6 +10,7 @@ mod precision;
 #[cfg(feature = "editor")]
 mod render;
 mod simulate;
+mod stability;
 
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
@@ -45,17 +46,29 @@ enum Command {
     /// Make a measurement table from another program's files
     #[command(subcommand)]
     Import(import::ImportCommand),
+    /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
+    /// minutes; exit status 1 where a bound is broken
+    Stability(stability::StabilityArgs),
     /// Draw a design's 3D view to a PNG file, without a window
     #[cfg(feature = "editor")]
     Render(render::RenderArgs),
+}
+
+/// How a command that did its work ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    Done,
+    /// It did what was asked, and the answer is that something does not hold.
+    DoesNotHold,
 }
 
 /// Runs what the command line asks for.
 ///
 /// # Errors
 /// Whatever the command cannot do, as one readable message.
-pub fn run(cli: &Cli) -> anyhow::Result<()> {
+pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
     match &cli.command {
+        Some(Command::Stability(args)) => return stability::run(args),
         Some(Command::Fit(args)) => fit::run(args),
         Some(Command::Distort(args)) => distort::run(args),
         Some(Command::Simulate(args)) => simulate::run(args),
@@ -64,7 +77,8 @@ pub fn run(cli: &Cli) -> anyhow::Result<()> {
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),
         None => open_editor(cli),
-    }
+    }?;
+    Ok(Ending::Done)
 }
 
 /// Opens the editor; where there can be none, says why in one line and does the main job.
