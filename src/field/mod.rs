@@ -6,6 +6,7 @@ pub mod fit;
 pub mod least_squares;
 pub mod model;
 pub mod samples;
+pub mod selection;
 
 pub use environment::Environment;
 pub use model::{DistortionModel, OutsidePolicy};
