@@ -34,7 +34,7 @@ pub struct SelectArgs {
     directions: Option<String>,
 
     /// Ridges to try, each a part of the largest singular value; 0 and half decades from 1e-6 to
-    /// 1e-1 where left out
+    /// 1 where left out
     #[arg(long, value_name = "LIST")]
     ridges: Option<String>,
 
@@ -218,6 +218,7 @@ fn as_json(
         .map(|row| {
             let mut value = model(row);
             value["coefficients"] = json!(row.candidate.coefficients());
+            value["is_determined"] = json!(row.is_determined);
             value["cv"] = scores_json(row.deciding());
             value["cv_by_row"] = scores_json(&row.by_row);
             value["cv_by_group"] = json!(row.by_group.as_ref().map(scores_json));

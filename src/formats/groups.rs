@@ -2,6 +2,7 @@
 
 use super::error::{FormatError, text};
 use csv::StringRecord;
+use std::io::{self, Write};
 
 /// Columns that mean so by their name, the narrower grouping first.
 pub const GROUP_COLUMNS: [&str; 2] = ["cluster", "frame"];
@@ -55,6 +56,32 @@ pub fn parse(bytes: &[u8], name: Option<&str>) -> Result<Option<GroupColumn>, Fo
     }))
 }
 
+/// Writes a table of lines with columns of numbers added: a name and one number a row each.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_beside(
+    out: &mut dyn Write,
+    table: &[u8],
+    columns: &[(&str, &[usize])],
+) -> io::Result<()> {
+    for (i, line) in table.split(|&b| b == b'\n').enumerate() {
+        if line.is_empty() {
+            continue;
+        }
+        out.write_all(line)?;
+        for (name, numbers) in columns {
+            match i.checked_sub(1).map(|row| numbers.get(row)) {
+                None => write!(out, ",{name}")?,
+                Some(Some(number)) => write!(out, ",{number}")?,
+                Some(None) => write!(out, ",")?,
+            }
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
 fn place(header: &StringRecord, name: &str) -> Result<usize, FormatError> {
     let mut places = (0..header.len()).filter(|&i| &header[i] == name);
     let wrong = |found: &str| FormatError::Line {
@@ -94,6 +121,16 @@ mod tests {
         assert_eq!(found, ("cluster".into(), vec!["a".into(), "b".into()]));
         let found = labels(table, Some("frame")).unwrap();
         assert_eq!(found, ("frame".into(), vec!["1".into(), "1".into()]));
+    }
+
+    #[test]
+    fn columns_written_beside_a_table_are_read_again() {
+        let mut out = Vec::new();
+        let columns: [(&str, &[usize]); 2] = [("frame", &[0, 0, 1]), ("cluster", &[7, 8, 7])];
+        write_beside(&mut out, b"x,y\n1,2\n3,4\n5,6\n", &columns).unwrap();
+        let table = String::from_utf8(out).unwrap();
+        assert_eq!(table, "x,y,frame,cluster\n1,2,0,7\n3,4,0,8\n5,6,1,7\n");
+        assert_eq!(labels(&table, None).unwrap().1, ["7", "8", "7"]);
     }
 
     #[test]

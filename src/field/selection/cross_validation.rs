@@ -1,6 +1,7 @@
 //! One system on all its folds: every part's triangle once, each complement from the others'
 //! triangles, all ridges from one decomposition.
 
+use super::clusters;
 use super::folds::Folds;
 use super::{Scores, SelectError, SelectSettings};
 use crate::field::bernstein::{coefficient_count, push_products};
@@ -12,6 +13,7 @@ use crate::geometry::directions::{DirectionSet, DirectionWeights};
 use crate::task::Task;
 use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
+use std::collections::HashSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Values of an error: X, Y, Z, Rx, Ry, Rz.
@@ -27,6 +29,8 @@ pub(super) struct Problem {
     axes: Vec<Unit<Vector3<f64>>>,
     values: Vec<[f64; VALUES]>,
     has_rotations: bool,
+    /// The place of each row, where rows come in clusters: neighbours say the same.
+    places: Option<Vec<usize>>,
 }
 
 /// One order with one set of orientations, and the ridges to try on it.
@@ -45,6 +49,26 @@ pub(super) struct Progress<'a> {
 
 /// Coefficients of one least-squares system for every ridge: `[unknown][ridge][value]`.
 struct Coefficients(Vec<f64>);
+
+/// A system on all its folds.
+pub(super) struct Outcome {
+    /// One a ridge.
+    pub scores: Vec<Scores>,
+    /// Whether most held-out rows are judged by more places than unknowns.
+    pub is_determined: bool,
+}
+
+/// The rows of one fold that a system takes, as a triangle.
+struct Part {
+    triangle: Triangle,
+    rows: Vec<usize>,
+}
+
+/// A least-squares system without one fold.
+struct Fitted {
+    coefficients: Coefficients,
+    is_determined: bool,
+}
 
 /// Sums over held-out rows for one ridge.
 #[derive(Clone, Copy, Default)]
@@ -72,15 +96,37 @@ impl Problem {
                 })
                 .collect(),
             has_rotations: set.has_rotations,
+            places: clusters::find(
+                &set.samples
+                    .iter()
+                    .map(|s| s.position_mm)
+                    .collect::<Vec<_>>(),
+            ),
+        }
+    }
+}
+
+impl Problem {
+    /// How many places the rows are at, counting clusters once.
+    fn places(&self, rows: impl Iterator<Item = usize>) -> usize {
+        match &self.places {
+            None => rows.count(),
+            Some(places) => rows.map(|row| places[row]).collect::<HashSet<_>>().len(),
         }
     }
 }
 
 impl System {
-    /// Work of one decomposition, and how many a fold needs.
+    /// Work in units of its own, roughly in proportion to time.
     fn cost(&self) -> u64 {
-        let per_direction = coefficient_count(self.order) as u64;
-        self.directions.len() as u64 * per_direction.pow(2)
+        self.directions.len() as u64 * self.direction_cost()
+    }
+
+    fn direction_cost(&self) -> u64 {
+        match self.order {
+            0 => 0,
+            order => (coefficient_count(order) as u64).pow(2),
+        }
     }
 }
 
@@ -101,71 +147,65 @@ impl<'a> Progress<'a> {
     }
 }
 
-/// Scores of a system for each of its ridges.
+/// Fits a system to all rows but each fold's, and judges it there.
 pub(super) fn scores(
     problem: &Problem,
     system: &System,
     folds: &Folds,
     settings: &SelectSettings,
     progress: &Progress,
-) -> Result<Vec<Scores>, SelectError> {
+) -> Result<Outcome, SelectError> {
     let weights: Vec<_> = problem
         .axes
         .iter()
         .map(|axis| system.directions.weights(axis, settings.weighting))
         .collect();
     let fitted = match (system.order, settings.method) {
-        (0, _) => {
-            progress.add(system.cost())?;
-            Vec::new()
-        }
-        (_, FitMethod::PerDirection) => {
-            let directions = system.directions.len();
-            (0..directions)
-                .into_par_iter()
-                .map(|direction| {
-                    let found = each_complement(folds, system, settings, progress, |rows| {
-                        direction_triangle(problem, &weights, system.order, direction, rows)
-                    })?;
-                    progress.add(system.cost() / directions as u64)?;
-                    Ok(found)
-                })
-                .collect::<Result<Vec<_>, SelectError>>()?
-        }
+        (0, _) => Vec::new(),
+        (_, FitMethod::PerDirection) => (0..system.directions.len())
+            .into_par_iter()
+            .map(|direction| {
+                let part = |rows: &[usize]| {
+                    direction_part(problem, &weights, system.order, direction, rows)
+                };
+                let found = fit_each(problem, folds, system, settings, progress, part)?;
+                progress.add(system.direction_cost())?;
+                Ok(found)
+            })
+            .collect::<Result<Vec<_>, SelectError>>()?,
         (_, FitMethod::Joint) => {
-            let found = each_complement(folds, system, settings, progress, |rows| {
-                joint_triangle(problem, &weights, system, rows)
-            })?;
+            let part = |rows: &[usize]| joint_part(problem, &weights, system, rows);
+            let found = fit_each(problem, folds, system, settings, progress, part)?;
             progress.add(system.cost())?;
             vec![found]
         }
     };
+    let judge = Judge {
+        problem,
+        weights: &weights,
+        system,
+        method: settings.method,
+        fitted: &fitted,
+    };
     let mut sums = vec![Sums::default(); system.ridges.len()];
+    let mut determined = 0;
     for (fold, rows) in folds.rows.iter().enumerate() {
         let blocks: Vec<_> = rows
             .par_chunks(BLOCK_ROWS)
-            .map(|rows| {
-                judge(
-                    problem,
-                    &weights,
-                    system,
-                    settings.method,
-                    &fitted,
-                    fold,
-                    rows,
-                )
-            })
+            .map(|rows| judge.sums(fold, rows))
             .collect();
         for block in blocks {
             for (sum, part) in sums.iter_mut().zip(block) {
-                sum.position_squares += part.position_squares;
-                sum.position_max_square = sum.position_max_square.max(part.position_max_square);
-                sum.rotation_squares += part.rotation_squares;
+                sum.add(&part);
             }
         }
+        determined += rows
+            .iter()
+            .filter(|&&row| judge.is_determined(fold, row))
+            .count();
     }
     let n = problem.values.len() as f64;
-    Ok(sums
+    let scores = sums
         .iter()
         .map(|sum| Scores {
             position_rms_mm: (sum.position_squares / n).sqrt(),
@@ -174,49 +214,58 @@ pub(super) fn scores(
                 .has_rotations
                 .then(|| (sum.rotation_squares / n).sqrt()),
         })
-        .collect())
+        .collect();
+    Ok(Outcome {
+        scores,
+        is_determined: 2 * determined > problem.values.len(),
+    })
 }
 
-/// Fits to all rows but one fold's, for each fold: `triangle` reduces the rows of one part.
-fn each_complement(
+/// Fits to all rows but one fold's, for each fold; `part` reduces the rows of a fold.
+fn fit_each(
+    problem: &Problem,
     folds: &Folds,
     system: &System,
     settings: &SelectSettings,
     progress: &Progress,
-    triangle: impl Fn(&[usize]) -> Triangle + Sync,
-) -> Result<Vec<Coefficients>, SelectError> {
-    let parts: Vec<_> = folds.rows.par_iter().map(|rows| triangle(rows)).collect();
+    part: impl Fn(&[usize]) -> Part + Sync,
+) -> Result<Vec<Fitted>, SelectError> {
+    let parts: Vec<_> = folds.rows.par_iter().map(|rows| part(rows)).collect();
     (0..parts.len())
         .into_par_iter()
         .map(|left_out| {
             progress.add(0)?;
-            let others = parts
-                .iter()
-                .enumerate()
-                .filter(|(i, _)| *i != left_out)
-                .map(|(_, part)| part);
+            let others = || {
+                let all = parts.iter().enumerate();
+                all.filter(|(i, _)| *i != left_out).map(|(_, part)| part)
+            };
             // At least two folds, so there is another one.
-            let merged = Triangle::merged(others).ok_or(SelectError::Folds(parts.len()))?;
-            Ok(Coefficients::new(
-                &merged.decompose()?,
-                settings.rcond,
-                &system.ridges,
-            ))
+            let merged = Triangle::merged(others().map(|part| &part.triangle))
+                .ok_or(SelectError::Folds(parts.len()))?;
+            let decomposition = merged.decompose()?;
+            let coefficients = Coefficients::new(&decomposition, settings.rcond, &system.ridges);
+            let rows = others().flat_map(|part| part.rows.iter().copied());
+            Ok(Fitted {
+                is_determined: problem.places(rows) > coefficients.unknowns(system),
+                coefficients,
+            })
         })
         .collect()
 }
 
-fn direction_triangle(
+fn direction_part(
     problem: &Problem,
     weights: &[DirectionWeights],
     order: usize,
     direction: usize,
     rows: &[usize],
-) -> Triangle {
+) -> Part {
     let mut system = LeastSquares::new(coefficient_count(order));
+    let mut used = Vec::new();
     for &row in rows {
         let w = weights[row].of(direction);
         if w > 0.0 {
+            used.push(row);
             let fill = |out: &mut Vec<f64>| {
                 let start = out.len();
                 push_products(order, &problem.unit_positions[row], out);
@@ -227,15 +276,18 @@ fn direction_triangle(
             system.push(fill, problem.values[row].map(|v| w * v));
         }
     }
-    system.into_triangle()
+    Part {
+        triangle: system.into_triangle(),
+        rows: used,
+    }
 }
 
-fn joint_triangle(
+fn joint_part(
     problem: &Problem,
     weights: &[DirectionWeights],
     system: &System,
     rows: &[usize],
-) -> Triangle {
+) -> Part {
     let per_direction = coefficient_count(system.order);
     let unknowns = system.directions.len() * per_direction;
     let mut joint = LeastSquares::new(unknowns);
@@ -259,7 +311,10 @@ fn joint_triangle(
         };
         joint.push(fill, problem.values[row]);
     }
-    joint.into_triangle()
+    Part {
+        triangle: joint.into_triangle(),
+        rows: rows.to_vec(),
+    }
 }
 
 impl Coefficients {
@@ -275,60 +330,102 @@ impl Coefficients {
                 .collect(),
         )
     }
+
+    fn unknowns(&self, system: &System) -> usize {
+        self.0.len() / (system.ridges.len() * VALUES)
+    }
 }
 
-/// What is left of held-out rows by equation (8), for each ridge.
-fn judge(
-    problem: &Problem,
-    weights: &[DirectionWeights],
-    system: &System,
+impl Sums {
+    fn add(&mut self, other: &Self) {
+        self.position_squares += other.position_squares;
+        self.position_max_square = self.position_max_square.max(other.position_max_square);
+        self.rotation_squares += other.rotation_squares;
+    }
+}
+
+/// A fitted system, to be judged on the rows it has not seen.
+struct Judge<'a> {
+    problem: &'a Problem,
+    weights: &'a [DirectionWeights],
+    system: &'a System,
     method: FitMethod,
-    fitted: &[Vec<Coefficients>],
-    fold: usize,
-    rows: &[usize],
-) -> Vec<Sums> {
-    let ridges = system.ridges.len();
-    let per_direction = coefficient_count(system.order);
-    let mut sums = vec![Sums::default(); ridges];
-    let mut products = Vec::with_capacity(per_direction);
-    let mut predicted = vec![0.0; ridges * VALUES];
-    for &row in rows {
-        predicted.fill(0.0);
-        if system.order > 0 {
-            products.clear();
-            push_products(system.order, &problem.unit_positions[row], &mut products);
-            let DirectionWeights {
-                directions,
-                weights,
-            } = weights[row];
-            for (direction, w) in directions.into_iter().zip(weights) {
-                if w == 0.0 {
-                    continue;
+    /// By orientation (one for all where they are fitted jointly), then fold.
+    fitted: &'a [Vec<Fitted>],
+}
+
+impl Judge<'_> {
+    /// What is left of held-out rows by equation (8), for each ridge.
+    fn sums(&self, fold: usize, rows: &[usize]) -> Vec<Sums> {
+        let ridges = self.system.ridges.len();
+        let mut sums = vec![Sums::default(); ridges];
+        let mut products = Vec::with_capacity(coefficient_count(self.system.order));
+        let mut predicted = vec![0.0; ridges * VALUES];
+        for &row in rows {
+            predicted.fill(0.0);
+            if self.system.order > 0 {
+                self.predict(fold, row, &mut products, &mut predicted);
+            }
+            let e = &self.problem.values[row];
+            for (sum, p) in sums.iter_mut().zip(predicted.chunks_exact(VALUES)) {
+                let square =
+                    |k: std::ops::Range<usize>| k.map(|k| (e[k] - p[k]).powi(2)).sum::<f64>();
+                let position = square(0..3);
+                sum.add(&Sums {
+                    position_squares: position,
+                    position_max_square: position,
+                    rotation_squares: square(3..6),
+                });
+            }
+        }
+        sums
+    }
+
+    /// Six values for each ridge, added to `predicted`.
+    fn predict(&self, fold: usize, row: usize, products: &mut Vec<f64>, predicted: &mut [f64]) {
+        products.clear();
+        push_products(
+            self.system.order,
+            &self.problem.unit_positions[row],
+            products,
+        );
+        let DirectionWeights {
+            directions,
+            weights,
+        } = self.weights[row];
+        for (direction, w) in directions.into_iter().zip(weights) {
+            if w == 0.0 {
+                continue;
+            }
+            let coefficients = match self.method {
+                FitMethod::PerDirection => &self.fitted[direction][fold].coefficients.0[..],
+                FitMethod::Joint => {
+                    let width = products.len() * predicted.len();
+                    &self.fitted[0][fold].coefficients.0[direction * width..][..width]
                 }
-                let coefficients = match method {
-                    FitMethod::PerDirection => &fitted[direction][fold].0[..],
-                    FitMethod::Joint => {
-                        let width = per_direction * ridges * VALUES;
-                        &fitted[0][fold].0[direction * width..][..width]
-                    }
-                };
-                let each = coefficients.chunks_exact(ridges * VALUES);
-                for (product, of_ridges) in products.iter().zip(each) {
-                    let product = w * product;
-                    for (sum, c) in predicted.iter_mut().zip(of_ridges) {
-                        *sum += product * c;
-                    }
+            };
+            let of_unknowns = coefficients.chunks_exact(predicted.len());
+            for (product, of_unknown) in products.iter().zip(of_unknowns) {
+                let product = w * product;
+                for (sum, c) in predicted.iter_mut().zip(of_unknown) {
+                    *sum += product * c;
                 }
             }
         }
-        let e = &problem.values[row];
-        for (sum, p) in sums.iter_mut().zip(predicted.chunks_exact(VALUES)) {
-            let square = |k: std::ops::Range<usize>| k.map(|k| (e[k] - p[k]).powi(2)).sum::<f64>();
-            let position = square(0..3);
-            sum.position_squares += position;
-            sum.position_max_square = sum.position_max_square.max(position);
-            sum.rotation_squares += square(3..6);
-        }
     }
-    sums
+
+    /// Whether the orientation nearest to a held-out row was fitted to more places than unknowns.
+    fn is_determined(&self, fold: usize, row: usize) -> bool {
+        let DirectionWeights {
+            directions,
+            weights,
+        } = self.weights[row];
+        let nearest = (0..3).max_by(|&a, &b| weights[a].total_cmp(&weights[b]));
+        let of_system = match (self.method, nearest) {
+            (FitMethod::PerDirection, Some(k)) => self.fitted.get(directions[k]),
+            _ => self.fitted.first(),
+        };
+        // Order 0 has no systems and leaves nothing open.
+        of_system.is_none_or(|folds| folds[fold].is_determined)
+    }
 }

@@ -27,8 +27,8 @@ pub const DEFAULT_FOLDS: usize = 5;
 pub const DEFAULT_SEED: u64 = 1;
 
 /// Ridges that are tried unless told otherwise: none, then half decades. Below the least nothing
-/// changes at condition numbers that occur; the largest leaves hardly more than a constant.
-pub const DEFAULT_RIDGES: [f64; 12] = [
+/// changes at condition numbers that occur; the largest halves even what is determined best.
+pub const DEFAULT_RIDGES: [f64; 14] = [
     0.0,
     1e-6,
     3.162_277_660_168_379e-6,
@@ -41,6 +41,8 @@ pub const DEFAULT_RIDGES: [f64; 12] = [
     1e-2,
     3.162_277_660_168_379e-2,
     1e-1,
+    3.162_277_660_168_379e-1,
+    1.0,
 ];
 
 /// What to try, and how.
@@ -127,6 +129,9 @@ pub struct Scored {
     pub by_row: Scores,
     /// Rows held out with all of their group.
     pub by_group: Option<Scores>,
+    /// Whether the model has fewer coefficients an orientation than the places it was fitted to
+    /// (clusters of positions count once). Else only the ridge says what is between them.
+    pub is_determined: bool,
 }
 
 impl Scored {
@@ -143,7 +148,7 @@ pub struct Selection {
     pub table: Vec<Scored>,
     /// The chosen one's place in the table.
     pub best: usize,
-    /// The place of the one with the least RMS, which may be larger.
+    /// The place of the one with the least RMS of all that may be chosen; it may be larger.
     pub least: usize,
     /// Number of groups, where rows were grouped.
     pub groups: Option<usize>,
@@ -166,7 +171,9 @@ impl Selection {
         let mut start = 0;
         for same in self.table.chunk_by(|a, b| system(a) == system(b)) {
             let end = start + same.len();
-            places.extend(choice::choose(&self.table, start..end).map(|choice| choice.best));
+            places.extend(
+                choice::choose(&self.table, (start..end).collect()).map(|choice| choice.best),
+            );
             start = end;
         }
         places
@@ -232,32 +239,29 @@ pub fn select(
         Bounds::around(set.samples.iter().map(|s| s.position_mm)).ok_or(SelectError::NoSamples)?;
     let problem = Problem::new(set, &bounds);
     let systems = systems(settings);
-    let mut splits = vec![&by_row];
-    splits.extend(by_group.as_ref().map(|(folds, _)| folds));
-    let progress = cross_validation::Progress::new(task, &systems, splits.len());
+    let splits = 1 + usize::from(by_group.is_some());
+    let progress = cross_validation::Progress::new(task, &systems, splits);
     let mut table = Vec::new();
     for system in &systems {
-        let mut scores = splits
-            .iter()
-            .map(|folds| cross_validation::scores(&problem, system, folds, settings, &progress))
-            .collect::<Result<Vec<_>, _>>()?
-            .into_iter();
-        let by_row = scores.next().unwrap_or_default();
-        let by_group = scores.next();
-        for (i, &by_row) in by_row.iter().enumerate() {
+        let of = |folds| cross_validation::scores(&problem, system, folds, settings, &progress);
+        let by_row_outcome = of(&by_row)?;
+        let by_group_outcome = by_group.as_ref().map(|(folds, _)| of(folds)).transpose()?;
+        let deciding = by_group_outcome.as_ref().unwrap_or(&by_row_outcome);
+        for (i, &ridge) in system.ridges.iter().enumerate() {
             table.push(Scored {
                 candidate: Candidate {
                     order: system.order,
                     directions: system.directions,
-                    ridge: system.ridges[i],
+                    ridge,
                 },
-                by_row,
-                by_group: by_group.as_ref().map(|scores| scores[i]),
+                by_row: by_row_outcome.scores[i],
+                by_group: by_group_outcome.as_ref().map(|outcome| outcome.scores[i]),
+                is_determined: deciding.is_determined,
             });
         }
     }
-    let choice =
-        choice::choose(&table, 0..table.len()).ok_or(SelectError::NothingToTry("models"))?;
+    let choice = choice::choose(&table, choice::eligible(&table))
+        .ok_or(SelectError::NothingToTry("models"))?;
     Ok(Selection {
         table,
         best: choice.best,
