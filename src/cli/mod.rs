@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand, each a function that a test can call.
 
+mod choose;
 mod distort;
 #[cfg(feature = "editor")]
 mod edit;
@@ -9,6 +10,7 @@ mod output;
 mod precision;
 #[cfg(feature = "editor")]
 mod render;
+mod select;
 mod simulate;
 mod stability;
 
@@ -37,6 +39,8 @@ pub struct Cli {
 enum Command {
     /// Fit a distortion model to measurements and write it as an environment
     Fit(fit::FitArgs),
+    /// Cross-validate model sizes and regularisation on measurements, and name the best
+    Select(select::SelectArgs),
     /// Distort poses as the tracker of an environment would measure them
     Distort(distort::DistortArgs),
     /// Simulate a design at one pose, over its range of motion, or at given poses
@@ -70,6 +74,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
     match &cli.command {
         Some(Command::Stability(args)) => return stability::run(args),
         Some(Command::Fit(args)) => fit::run(args),
+        Some(Command::Select(args)) => select::run(args),
         Some(Command::Distort(args)) => distort::run(args),
         Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Precision(args)) => precision::run(args),
