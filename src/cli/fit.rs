@@ -2,14 +2,16 @@
 
 use super::output::{self, Format};
 use crate::field::environment::{HoldoutProvenance, Provenance};
-use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals, fit, residuals};
+use crate::field::fit::{Decomposed, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
 use crate::field::model::OutsidePolicy;
-use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet};
-use crate::field::{DistortionModel, Environment};
+use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet, SampleSet};
+use crate::field::support::SupportError;
+use crate::field::{DistortionModel, Environment, Support};
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
 use crate::store;
 use crate::study::figures::with_separators;
+use crate::task::Task;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -68,6 +70,10 @@ pub struct FitArgs {
     /// The tracker's measurement volume, where it is known
     #[arg(long, value_enum)]
     volume: Option<VolumeArg>,
+
+    /// Leave out what the environment says of where its model may be believed
+    #[arg(long)]
+    no_support: bool,
 
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
@@ -136,11 +142,23 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         .map(|f| read(f, args.sensors))
         .transpose()?;
     let bar = output::progress(1, "fitting");
-    let fitted = fit(&set.samples(settings.map), &settings, None)
+    let samples = set.samples(settings.map);
+    let task = Task::default();
+    let (decomposed, fitted) = factor(&samples, &settings, None, &task)
+        .and_then(|factored| {
+            let decomposed = factored.decompose()?;
+            let solved = decomposed.solve(settings.rcond, settings.ridge)?;
+            Ok((decomposed, solved.judged(&samples)))
+        })
         .with_context(|| args.data.display().to_string())?;
+    let support = match args.no_support {
+        true => None,
+        false => support(&samples, &decomposed, &settings, &fitted, &task)?,
+    };
     bar.finish_and_clear();
     let holdout = holdout_set.map(|set| judge(&fitted.model, &set));
-    let environment = environment(args, &fitted, &settings, holdout.as_ref());
+    let mut environment = environment(args, &fitted, &settings, holdout.as_ref());
+    environment.support = support;
     store::write_environment(&args.output, &environment)?;
     for warning in warnings(&fitted) {
         output::note(&format!("warning: {warning}"));
@@ -187,6 +205,28 @@ fn read(file: &Path, sensors: SensorsArg) -> anyhow::Result<MeasurementSet> {
     Ok(set)
 }
 
+/// Where the model may be believed; one that is too large to keep is left out with a note.
+fn support(
+    samples: &SampleSet,
+    decomposed: &Decomposed,
+    settings: &FitSettings,
+    fitted: &Fit,
+    task: &Task,
+) -> anyhow::Result<Option<Support>> {
+    let damping = (settings.rcond, settings.ridge);
+    match Support::of_fit(samples, decomposed, damping, &fitted.model, task) {
+        Ok(support) => Ok(Some(support)),
+        Err(SupportError::NoOrder) => Ok(None),
+        Err(error @ SupportError::TooLarge { .. }) => {
+            output::note(&format!(
+                "note: {error}; the environment is written without it"
+            ));
+            Ok(None)
+        }
+        Err(error @ SupportError::Cancelled(_)) => Err(error.into()),
+    }
+}
+
 fn judge(model: &DistortionModel, set: &MeasurementSet) -> Holdout {
     let samples = set.samples(model.map());
     let zero = DistortionModel::zero(*model.bounds(), model.map());
@@ -208,6 +248,7 @@ fn environment(
         model: fitted.model.clone(),
         volume: args.volume.map(|VolumeArg::AuroraCube| Volume::AuroraCube),
         jitter: None,
+        support: None,
         provenance: Some(Provenance {
             data: file_name(&args.data),
             samples: fitted.samples,

@@ -6,6 +6,8 @@ pub mod fit;
 pub mod least_squares;
 pub mod model;
 pub mod samples;
+pub mod support;
 
 pub use environment::Environment;
 pub use model::{DistortionModel, OutsidePolicy};
+pub use support::Support;
