@@ -9,7 +9,9 @@ pub mod least_squares;
 pub mod model;
 pub mod samples;
 pub mod selection;
+pub mod support;
 
 pub use batch::Batch;
 pub use environment::Environment;
 pub use model::{DistortionModel, OutsidePolicy};
+pub use support::Support;
