@@ -3,8 +3,12 @@
 pub mod bernstein;
 pub mod environment;
 pub mod fit;
+pub mod inverse;
+pub mod jacobian;
 pub mod least_squares;
 pub mod model;
+#[cfg(test)]
+mod random_models;
 pub mod samples;
 
 pub use environment::Environment;
