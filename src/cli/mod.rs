@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand, each a function that a test can call.
 
+mod compensate;
 mod distort;
 #[cfg(feature = "editor")]
 mod edit;
@@ -37,6 +38,8 @@ enum Command {
     Fit(fit::FitArgs),
     /// Distort poses as the tracker of an environment would measure them
     Distort(distort::DistortArgs),
+    /// Correct measured poses by the map of an environment, or by the inverse of it
+    Compensate(compensate::CompensateArgs),
     /// Simulate a design at one pose, over its range of motion, or at given poses
     Simulate(simulate::SimulateArgs),
     /// Make a measurement table from another program's files
@@ -55,6 +58,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<()> {
     match &cli.command {
         Some(Command::Fit(args)) => fit::run(args),
         Some(Command::Distort(args)) => distort::run(args),
+        Some(Command::Compensate(args)) => compensate::run(args),
         Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Import(command)) => import::run(command),
         #[cfg(feature = "editor")]

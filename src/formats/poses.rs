@@ -43,6 +43,37 @@ pub fn write_with_outside(
     Ok(())
 }
 
+/// A compensated pose as a row: no pose where there is no answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CompensatedRow {
+    pub pose: Option<Pose>,
+    pub is_outside: bool,
+    /// Other poses may read the same.
+    pub is_ambiguous: bool,
+}
+
+/// Writes compensated poses with their flags; one without an answer has empty pose cells and did
+/// not converge.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_compensated(
+    out: &mut dyn Write,
+    rows: impl IntoIterator<Item = CompensatedRow>,
+) -> io::Result<()> {
+    writeln!(out, "x,y,z,qw,qx,qy,qz,outside,converged,ambiguous")?;
+    for row in rows {
+        match row.pose {
+            Some(pose) => write_pose(out, &pose)?,
+            None => out.write_all(b",,,,,,")?,
+        }
+        let [outside, converged, ambiguous] =
+            [row.is_outside, row.pose.is_some(), row.is_ambiguous].map(u8::from);
+        writeln!(out, ",{outside},{converged},{ambiguous}")?;
+    }
+    Ok(())
+}
+
 /// Writes a pose's seven cells, without a line end.
 pub(super) fn write_pose(out: &mut dyn Write, pose: &Pose) -> io::Result<()> {
     let cells = pose_to_array(pose).map(shortest);
