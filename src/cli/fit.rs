@@ -1,5 +1,6 @@
 //! `fit`: measurements to an environment, and what the fit leaves.
 
+use super::jitter::JitterArgs;
 use super::output::{self, Format};
 use crate::field::environment::{HoldoutProvenance, Provenance};
 use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals, fit, residuals};
@@ -68,6 +69,9 @@ pub struct FitArgs {
     /// The tracker's measurement volume, where it is known
     #[arg(long, value_enum)]
     volume: Option<VolumeArg>,
+
+    #[command(flatten)]
+    jitter: JitterArgs,
 
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
@@ -207,7 +211,7 @@ fn environment(
         name: stem(&args.output),
         model: fitted.model.clone(),
         volume: args.volume.map(|VolumeArg::AuroraCube| Volume::AuroraCube),
-        jitter: None,
+        jitter: args.jitter.jitter(),
         provenance: Some(Provenance {
             data: file_name(&args.data),
             samples: fitted.samples,

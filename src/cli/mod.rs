@@ -5,10 +5,12 @@ mod distort;
 mod edit;
 mod fit;
 mod import;
+mod jitter;
 mod output;
 #[cfg(feature = "editor")]
 mod render;
 mod simulate;
+mod uncertainty;
 
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
