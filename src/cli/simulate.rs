@@ -77,18 +77,18 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         .check(&scenario, &mode)
         .with_context(|| args.design.display().to_string())?;
     note_map(&world);
-    let (outcome, last) = simulate(&scenario, &mode, args.log.as_deref())
-        .with_context(|| args.design.display().to_string())?;
     let uncertainty = args
         .uncertainty
-        .report(&scenario, design.orientation_weight_mm, &mode, &outcome)
+        .report(&scenario, design.orientation_weight_mm, &mode)
+        .with_context(|| args.design.display().to_string())?;
+    let (outcome, last) = simulate(&scenario, &mode, args.log.as_deref())
         .with_context(|| args.design.display().to_string())?;
     let single = last.filter(|_| args.mode == ModeArg::Single);
     match args.format {
         Format::Json => {
             let mut value = as_json(&outcome.figures, single.as_ref());
             if let Some(report) = &uncertainty {
-                value["uncertainty"] = report.as_json();
+                value["uncertainty"] = report.as_json(&outcome.figures);
             }
             output::print_json(&value)
         }
@@ -96,7 +96,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
             let mut text = as_text(&world, &outcome.figures, single.as_ref());
             if let Some(report) = &uncertainty {
                 text.push('\n');
-                text.push_str(&report.as_text());
+                text.push_str(&report.as_text(&outcome.figures));
             }
             output::print(&text)
         }

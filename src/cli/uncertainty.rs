@@ -5,10 +5,10 @@ use super::output;
 use crate::field::Environment;
 use crate::field::environment::{Jitter, OrientationWeight};
 use crate::study::uncertainty::{
-    DeterminedPart, FirstOrderCheck, MAX_SAMPLES, MonteCarlo, MotionUncertainty, TipUncertainty,
-    UncertaintyError, check_first_order, first_order, monte_carlo, over_motion,
+    DeterminedPart, FirstOrderCheck, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo, MotionUncertainty,
+    TipUncertainty, UncertaintyError, check_first_order, first_order, monte_carlo, over_motion,
 };
-use crate::study::{Mode, Outcome, Scenario};
+use crate::study::{Figures, Mode, Scenario};
 use crate::task::Task;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
@@ -87,8 +87,11 @@ impl UncertaintyArgs {
         if self.samples.is_some() && !has_monte_carlo {
             bail!("--samples needs --uncertainty monte-carlo");
         }
-        if self.samples.is_some_and(|n| n > MAX_SAMPLES) {
-            bail!("--samples is more than {MAX_SAMPLES}");
+        if let Some(found) = self
+            .samples
+            .filter(|n| !(MIN_SAMPLES..=MAX_SAMPLES).contains(n))
+        {
+            bail!("--samples: {}", UncertaintyError::Samples { found });
         }
         if scenario.environment.jitter.is_none() {
             bail!(
@@ -111,7 +114,6 @@ impl UncertaintyArgs {
         scenario: &Scenario,
         design_weight_mm: Option<f64>,
         mode: &Mode,
-        outcome: &Outcome,
     ) -> anyhow::Result<Option<Report>> {
         let Some(jitter) = scenario
             .environment
@@ -133,8 +135,7 @@ impl UncertaintyArgs {
             motion: None,
         };
         if matches!(mode, Mode::Motion) {
-            let over = over_motion(scenario, &Task::default())?;
-            report.motion = Some((over, over.total_rms_mm(outcome.figures.position_mm.rms)));
+            report.motion = Some(over_motion(scenario, &Task::default())?);
             return Ok(Some(report));
         }
         if self.uncertainty.contains(&MethodArg::FirstOrder) {
@@ -164,13 +165,12 @@ pub struct Report {
     weight: OrientationWeight,
     first_order: Option<(TipUncertainty, Option<FirstOrderCheck>)>,
     monte_carlo: Option<MonteCarlo>,
-    /// Over a range of motion, with the RMS of distortion and jitter together.
-    motion: Option<(MotionUncertainty, f64)>,
+    motion: Option<MotionUncertainty>,
 }
 
 impl Report {
-    /// For `simulate`'s JSON, under `uncertainty`.
-    pub fn as_json(&self) -> Value {
+    /// For `simulate`'s JSON, under `uncertainty`; `figures` are those without jitter.
+    pub fn as_json(&self, figures: &Figures) -> Value {
         let mut value = json!({
             "jitter": {
                 "position_mm": self.jitter.position_mm,
@@ -194,22 +194,22 @@ impl Report {
                 "standard_errors": difference / sampled.rms_mm.std_error,
             });
         }
-        if let Some((over, total_rms_mm)) = &self.motion {
+        if let Some(over) = &self.motion {
             value["first_order"] = json!({
                 "trials": over.trials,
                 "rejected": over.rejected,
                 "rms_mm": over.rms_mm,
                 "rotation_rms_deg": over.rotation_rms_deg,
                 "worst_trial": over.worst_trial,
-                "total_rms_mm": total_rms_mm,
+                "total_rms_mm": over.total_rms_mm(figures.position_mm.rms),
                 "free_axis": over.free_axis,
             });
         }
         value
     }
 
-    /// For a person, below `simulate`'s figures.
-    pub fn as_text(&self) -> String {
+    /// For a person, below `simulate`'s figures, which are those without jitter.
+    pub fn as_text(&self, figures: &Figures) -> String {
         let mut lines = vec![
             String::new(),
             format!(
@@ -232,8 +232,9 @@ impl Report {
         if let Some((tip, check)) = &self.first_order {
             lines.extend(verdicts(tip, check.as_ref()));
         }
-        if let Some((over, total_rms_mm)) = &self.motion {
-            lines.push(motion_rows(over, *total_rms_mm));
+        if let Some(over) = &self.motion {
+            let total_rms_mm = over.total_rms_mm(figures.position_mm.rms);
+            lines.push(motion_rows(over, total_rms_mm));
             if over.free_axis.is_some() {
                 lines.push(
                     "a rotation is not determined; the scatter is that with the true one"

@@ -341,3 +341,227 @@ pub fn point_covariance_mm2(
 fn symmetric(m: &Matrix3<f64>) -> Matrix3<f64> {
     (m + m.transpose()) * 0.5
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::pose::{Pose, pose_from_parts};
+    use crate::geometry::rotation::{exp_vector, log_quaternion};
+    use crate::tracking::body::Sensor;
+    use crate::tracking::frame_fit::{FrameFitter, Reading};
+    use nalgebra::Unit;
+
+    /// Step of central differences: truncation some h², round-off of some hundred mm over h.
+    const STEP: f64 = 1e-4;
+    const CLOSE: f64 = 1e-7;
+
+    fn sensor(position: [f64; 3], orientation: SensorOrientation) -> Sensor {
+        Sensor {
+            name: String::new(),
+            position_in_body: position.into(),
+            orientation,
+            coil: None,
+        }
+    }
+
+    fn five(position: [f64; 3], axis: [f64; 3]) -> Sensor {
+        let axis = Unit::new_normalize(Vector3::from(axis));
+        sensor(position, SensorOrientation::FiveDof(axis))
+    }
+
+    fn six(position: [f64; 3], turn: [f64; 3]) -> Sensor {
+        let turn = exp_vector(&Vector3::from(turn));
+        sensor(position, SensorOrientation::SixDof(turn))
+    }
+
+    fn body(sensors: Vec<Sensor>) -> RigidBody {
+        RigidBody {
+            name: "body".into(),
+            tip_in_body: None,
+            sensors,
+        }
+    }
+
+    /// Reads and refits with the body's frame as the tracker's.
+    fn refitted(body: &RigidBody, weight_mm: f64, errors: &[SensorError]) -> Pose {
+        let readings: Vec<_> = body
+            .sensors
+            .iter()
+            .zip(errors)
+            .map(|(s, e)| Reading {
+                position_mm: s.position_in_body + e.position_mm,
+                rotation: exp_vector(&e.rotation_rad) * s.orientation.any_rotation(),
+            })
+            .collect();
+        FrameFitter::new(body, weight_mm)
+            .fit(&readings, &Pose::identity())
+            .tracker_from_body
+    }
+
+    /// Every error of every sensor, one at a time, against central differences of the frame fit.
+    fn assert_is_the_derivative(body: &RigidBody, weight_mm: f64) {
+        let linear = LinearFit::new(body, weight_mm);
+        let point = Point3::new(-20.0, 7.0, 90.0);
+        for index in 0..body.sensors.len() {
+            for component in 0..6 {
+                let at = |size: f64| {
+                    let mut errors = vec![
+                        SensorError {
+                            position_mm: Vector3::zeros(),
+                            rotation_rad: Vector3::zeros(),
+                        };
+                        body.sensors.len()
+                    ];
+                    if component < 3 {
+                        errors[index].position_mm[component] = size;
+                    } else {
+                        errors[index].rotation_rad[component - 3] = size;
+                    }
+                    errors
+                };
+                let (plus, minus) = (
+                    refitted(body, weight_mm, &at(STEP)),
+                    refitted(body, weight_mm, &at(-STEP)),
+                );
+                let moved = (plus * point - minus * point) / (2.0 * STEP);
+                let turned =
+                    log_quaternion(&(plus.rotation * minus.rotation.inverse())) / (2.0 * STEP);
+                let motion = linear.motion(&at(1.0));
+                let found = motion.at(&linear.lever_mm(&point));
+                let what = format!("sensor {index}, component {component}, w {weight_mm}");
+                let scale = 1.0 + moved.norm();
+                assert!(
+                    (found - moved).norm() < CLOSE * scale,
+                    "{what}: {found} {moved}"
+                );
+                assert!((motion.turn_rad - turned).norm() < CLOSE, "{what}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_linear_fit_is_the_derivative_of_the_frame_fit() {
+        let fives = body(vec![
+            five([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+            five([30.0, 0.0, 10.0], [1.0, 0.5, 0.2]),
+            five([0.0, 25.0, 40.0], [-0.3, 1.0, 0.0]),
+        ]);
+        let mixed = body(vec![
+            five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0]),
+            six([8.0, -3.0, 95.0], [0.4, -1.0, 2.0]),
+        ]);
+        for weight_mm in [0.0, 10.0, 100.0, 1000.0] {
+            assert_is_the_derivative(&fives, weight_mm);
+        }
+        for weight_mm in [3.0, 100.0] {
+            assert_is_the_derivative(&mixed, weight_mm);
+            assert_is_the_derivative(
+                &body(vec![six([1.0, 2.0, 3.0], [0.1, 0.2, 0.3])]),
+                weight_mm,
+            );
+        }
+    }
+
+    #[test]
+    fn with_a_free_axis_it_is_the_derivative_of_the_fit_that_takes_the_true_turn() {
+        let line = body(vec![
+            five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0]),
+            five([0.0, 0.0, 95.0], [0.0, 0.0, -1.0]),
+        ]);
+        assert_is_the_derivative(&line, 100.0);
+        assert_is_the_derivative(&line, 0.0);
+        // Not determined at all: positions shift the only sensor, nothing turns it.
+        let one = body(vec![five([0.0, 0.0, 60.0], [0.0, 0.6, 0.8])]);
+        assert_is_the_derivative(&one, 0.0);
+        assert_is_the_derivative(&one, 100.0);
+    }
+
+    #[test]
+    fn the_covariance_is_the_sum_of_what_every_error_does() {
+        let tool = body(vec![
+            five([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+            six([30.0, 0.0, 10.0], [1.0, 0.5, 0.2]),
+            five([0.0, 25.0, 40.0], [-0.3, 1.0, 0.0]),
+        ]);
+        let linear = LinearFit::new(&tool, 60.0);
+        let lever_mm = linear.lever_mm(&Point3::new(3.0, -80.0, 11.0));
+        // Each sensor with its own covariance L Lᵀ.
+        let half = |k: usize| {
+            let seed = k as f64;
+            Matrix3::from_fn(|r, c| ((seed + 1.3 * r as f64 + 2.1 * c as f64) * 1.7).sin())
+        };
+        let covariances: Vec<_> = (0..3)
+            .map(|k| SensorCovariance {
+                position_mm2: half(k) * half(k).transpose(),
+                rotation_rad2: half(k + 7) * half(k + 7).transpose() * 1e-4,
+            })
+            .collect();
+        let (mut point, mut cross, mut turn) =
+            (Matrix3::zeros(), Matrix3::zeros(), Matrix3::zeros());
+        for k in 0..3 {
+            for column in 0..6 {
+                let mut errors = vec![
+                    SensorError {
+                        position_mm: Vector3::zeros(),
+                        rotation_rad: Vector3::zeros(),
+                    };
+                    3
+                ];
+                if column < 3 {
+                    errors[k].position_mm = half(k).column(column).into();
+                } else {
+                    errors[k].rotation_rad = half(k + 7).column(column - 3) * 1e-2;
+                }
+                let motion = linear.motion(&errors);
+                let moved = motion.at(&lever_mm);
+                point += moved * moved.transpose();
+                cross += moved * motion.turn_rad.transpose();
+                turn += motion.turn_rad * motion.turn_rad.transpose();
+            }
+        }
+        let found = linear.covariance(&covariances);
+        let close = |a: &Matrix3<f64>, b: &Matrix3<f64>| (a - b).norm() < 1e-13 * (1.0 + b.norm());
+        assert!(close(&found.point_mm2(&lever_mm), &point));
+        assert!(close(&found.point_turn_mm_rad(&lever_mm), &cross));
+        assert!(close(&found.turn_rad2, &turn));
+    }
+
+    #[test]
+    fn a_rotation_that_is_not_determined_is_refused_with_its_eigenvalues() {
+        let line = body(vec![
+            five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0]),
+            five([0.0, 0.0, 90.0], [0.0, 0.0, 1.0]),
+        ]);
+        let sensors = [SensorCovariance::isotropic(0.5, 0.01); 2];
+        let error = point_covariance_mm2(&line, 100.0, &sensors, &Point3::origin()).unwrap_err();
+        // Positions 15 mm either side of the middle, two axes of weight 100.
+        let expected = 2.0 * 15.0 * 15.0 + 2.0 * 100.0 * 100.0;
+        assert!(error.smallest <= 1e-10 * error.largest, "{error}");
+        assert!(
+            (error.largest - expected).abs() < 1e-9 * expected,
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn what_a_free_turn_does_to_a_point_is_projected_away_and_nothing_else() {
+        let pose = pose_from_parts(
+            Vector3::new(1.0, 2.0, 3.0),
+            UnitQuaternion::from_euler_angles(0.3, 1.0, -2.0),
+        );
+        let free = FreeMotion {
+            center: Point3::new(0.0, 0.0, 5.0),
+            axis: Some(Vector3::z_axis()),
+        }
+        .transformed_by(&pose);
+        let point = pose * Point3::new(10.0, 0.0, 40.0);
+        let projection = free.determined_projection(&point);
+        let tangent = pose.rotation * Vector3::y();
+        assert!((projection * tangent).norm() < 1e-14);
+        for kept in [Vector3::x(), Vector3::z()].map(|v| pose.rotation * v) {
+            assert!((projection * kept - kept).norm() < 1e-14);
+        }
+        let on_axis = pose * Point3::new(0.0, 0.0, 40.0);
+        assert_eq!(free.determined_projection(&on_axis), Matrix3::identity());
+    }
+}
