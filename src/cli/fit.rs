@@ -1,8 +1,9 @@
 //! `fit`: measurements to an environment, and what the fit leaves.
 
 use super::choose;
+use super::jitter::JitterArgs;
 use super::output::{self, Format};
-use crate::field::environment::{HoldoutProvenance, Provenance};
+use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
 use crate::field::fit::{Decomposed, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
 use crate::field::model::OutsidePolicy;
 use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet, SampleSet};
@@ -72,6 +73,9 @@ pub struct FitArgs {
     /// Leave out what the environment says of where its model may be believed
     #[arg(long)]
     no_support: bool,
+
+    #[command(flatten)]
+    jitter: JitterArgs,
 
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
@@ -145,6 +149,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         data: &args.data,
         output: &args.output,
         volume: args.volume,
+        jitter: args.jitter.jitter(),
         with_support: !args.no_support,
     };
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
@@ -169,6 +174,7 @@ pub(super) struct Target<'a> {
     pub data: &'a Path,
     pub output: &'a Path,
     pub volume: Option<VolumeArg>,
+    pub jitter: Option<Jitter>,
     /// Whether the environment says where the model may be believed.
     pub with_support: bool,
 }
@@ -309,7 +315,7 @@ fn environment(
         volume: target
             .volume
             .map(|VolumeArg::AuroraCube| Volume::AuroraCube),
-        jitter: None,
+        jitter: target.jitter,
         support: None,
         provenance: Some(Provenance {
             data: file_name(target.data),

@@ -7,6 +7,7 @@ mod distort;
 mod edit;
 mod fit;
 mod import;
+mod jitter;
 mod output;
 mod precision;
 #[cfg(feature = "editor")]
@@ -14,6 +15,7 @@ mod render;
 mod select;
 mod simulate;
 mod stability;
+mod uncertainty;
 
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;

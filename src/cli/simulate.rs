@@ -1,6 +1,7 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
 use super::output::{self, Format, OutsideArg};
+use super::uncertainty::UncertaintyArgs;
 use crate::field::samples::MapKind;
 use crate::formats::log;
 use crate::geometry::pose::pose_to_array;
@@ -35,6 +36,9 @@ pub struct SimulateArgs {
     #[arg(long, value_enum, default_value_t)]
     outside: OutsideArg,
 
+    #[command(flatten)]
+    uncertainty: UncertaintyArgs,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -65,15 +69,37 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         }
         (ModeArg::Input, None) => anyhow::bail!("--mode input needs --input FILE"),
     };
-    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    let design = world.document.design();
+    let environment = args.uncertainty.environment(&world.environment)?;
+    let mut scenario = store::resolve(design, &environment);
     scenario.outside = args.outside.into();
+    args.uncertainty
+        .check(&scenario, &mode)
+        .with_context(|| args.design.display().to_string())?;
     note_map(&world);
+    let uncertainty = args
+        .uncertainty
+        .report(&scenario, design.orientation_weight_mm, &mode)
+        .with_context(|| args.design.display().to_string())?;
     let (outcome, last) = simulate(&scenario, &mode, args.log.as_deref())
         .with_context(|| args.design.display().to_string())?;
     let single = last.filter(|_| args.mode == ModeArg::Single);
     match args.format {
-        Format::Json => output::print_json(&as_json(&outcome.figures, single.as_ref())),
-        Format::Text => output::print(&as_text(&world, &outcome.figures, single.as_ref())),
+        Format::Json => {
+            let mut value = as_json(&outcome.figures, single.as_ref());
+            if let Some(report) = &uncertainty {
+                value["uncertainty"] = report.as_json(&outcome.figures);
+            }
+            output::print_json(&value)
+        }
+        Format::Text => {
+            let mut text = as_text(&world, &outcome.figures, single.as_ref());
+            if let Some(report) = &uncertainty {
+                text.push('\n');
+                text.push_str(&report.as_text(&outcome.figures));
+            }
+            output::print(&text)
+        }
     }
 }
 

@@ -8,6 +8,7 @@ pub mod scenario;
 pub mod slice;
 pub mod statistics;
 pub mod trial;
+pub mod uncertainty;
 pub mod work;
 
 pub use crate::task::CancelToken;

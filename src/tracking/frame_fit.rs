@@ -8,7 +8,7 @@
 use super::body::{RigidBody, SensorOrientation};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::geometry::rotation::{axis_rotation, exp_vector};
-use crate::geometry::svd3::svd3;
+use crate::geometry::svd3::{Svd3, svd3};
 use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
 /// Second singular value of the cross-covariance, relative to the first, at or below which a
@@ -103,17 +103,7 @@ impl FrameFitter {
             / n;
         let svd = svd3(&self.cross_covariance(readings, &centroid));
         let s = svd.singular_values;
-        let determination = if s[0] <= 0.0 {
-            Determination::FreeRotation
-        } else if s[1] <= FREE_AXIS_RATIO * s[0] {
-            Determination::FreeAxis {
-                axis_in_body: Unit::new_normalize(svd.u.column(0).into_owned()),
-            }
-        } else if s[1] <= POOR_RATIO * s[0] {
-            Determination::Poor { ratio: s[1] / s[0] }
-        } else {
-            Determination::Full
-        };
+        let determination = determination(&svd);
         let rotation = match determination {
             Determination::FreeRotation => tracker_from_body_true.rotation,
             Determination::FreeAxis { axis_in_body } => {
@@ -155,6 +145,22 @@ impl FrameFitter {
             }
         }
         h
+    }
+}
+
+/// What of a rotation a cross-covariance determines, by its singular values.
+pub(super) fn determination(svd: &Svd3) -> Determination {
+    let s = svd.singular_values;
+    if s[0] <= 0.0 {
+        Determination::FreeRotation
+    } else if s[1] <= FREE_AXIS_RATIO * s[0] {
+        Determination::FreeAxis {
+            axis_in_body: Unit::new_normalize(svd.u.column(0).into_owned()),
+        }
+    } else if s[1] <= POOR_RATIO * s[0] {
+        Determination::Poor { ratio: s[1] / s[0] }
+    } else {
+        Determination::Full
     }
 }
 
