@@ -92,6 +92,29 @@ impl Batch {
         out: &mut Vec<Evaluation>,
     ) {
         assert_eq!(positions_mm.len(), axes.len(), "one axis a position");
+        self.run(model, positions_mm, Some(axes), outside, out);
+    }
+
+    /// Positions alone, for a model with one orientation.
+    pub(super) fn evaluate_positions(
+        &mut self,
+        model: &DistortionModel,
+        positions_mm: &[Point3<f64>],
+        outside: OutsidePolicy,
+        out: &mut Vec<Evaluation>,
+    ) {
+        debug_assert_eq!(model.directions(), DirectionSet::One, "no axes needed");
+        self.run(model, positions_mm, None, outside, out);
+    }
+
+    fn run(
+        &mut self,
+        model: &DistortionModel,
+        positions_mm: &[Point3<f64>],
+        axes: Option<&[Unit<Vector3<f64>>]>,
+        outside: OutsidePolicy,
+        out: &mut Vec<Evaluation>,
+    ) {
         let nothing = Evaluation {
             error: PoseError::default(),
             is_inside: false,
@@ -110,10 +133,28 @@ impl Batch {
             batch: self,
             model,
             positions_mm,
-            axes,
+            // Nothing depends on the axes of the set of one.
+            axes: axes.filter(|_| model.directions() != DirectionSet::One),
             clamp: outside != OutsidePolicy::Extrapolate,
             out,
         });
+    }
+
+    /// Makes one group of the positions of a chunk.
+    #[inline(always)]
+    fn line_up<S: Simd>(&mut self, positions_mm: &[Point3<f64>]) {
+        let count = positions_mm.len();
+        let end = count.next_multiple_of(S::F64_LANES);
+        self.make_room(end);
+        self.starts.clear();
+        self.starts.extend([0, end]);
+        for (slot, (pose, p)) in (0_u32..).zip(positions_mm).enumerate() {
+            self.pose_of[slot] = pose;
+            for k in 0..3 {
+                self.components[k][slot] = p[k];
+            }
+        }
+        self.pose_of[count..end].fill(NO_POSE);
     }
 
     /// Sorts the poses of a chunk by triangle.
@@ -125,35 +166,25 @@ impl Batch {
         positions_mm: &[Point3<f64>],
         axes: &[Unit<Vector3<f64>>],
     ) {
-        let sphere = set.sphere();
-        let triangles = set.triangles().len().max(1);
         self.triangle_of.resize(axes.len(), 0);
-        if set == DirectionSet::One {
-            self.triangle_of.fill(0);
-        } else {
-            sphere.find_all(simd, axes, &mut self.triangle_of);
-        }
+        set.sphere().find_all(simd, axes, &mut self.triangle_of);
         let mut cursors = [0_usize; 256];
         for &triangle in &self.triangle_of {
             cursors[usize::from(triangle)] += 1;
         }
-        // From counts to first slots. Slots are written over one by one, but for those between the
-        // groups: they keep numbers of earlier poses, which cost nothing and go nowhere.
+        // From counts to first slots.
         self.starts.clear();
         let mut slots = 0;
-        for cursor in cursors.iter_mut().take(triangles) {
+        for cursor in cursors.iter_mut().take(set.triangles().len()) {
             let count = std::mem::replace(cursor, slots);
             self.starts.push(slots);
             let end = slots + count.next_multiple_of(S::F64_LANES);
-            self.pose_of.resize(self.pose_of.len().max(end), NO_POSE);
+            self.make_room(end);
             self.pose_of[slots + count..end].fill(NO_POSE);
             slots = end;
         }
         self.starts.push(slots);
         let [px, py, pz, ax, ay, az] = &mut self.components;
-        for component in [&mut *px, py, pz, ax, ay, az] {
-            component.resize(component.len().max(slots), 0.0);
-        }
         let poses = (0_u32..).zip(positions_mm).zip(axes);
         for (((pose, p), a), &triangle) in poses.zip(&self.triangle_of) {
             let cursor = &mut cursors[usize::from(triangle)];
@@ -168,6 +199,17 @@ impl Batch {
             az[slot] = a.z;
         }
     }
+
+    /// Slots are written over one by one. Those between the groups keep numbers of earlier poses,
+    /// which cost nothing and go nowhere.
+    fn make_room(&mut self, slots: usize) {
+        if self.pose_of.len() < slots {
+            self.pose_of.resize(slots, NO_POSE);
+            for component in &mut self.components {
+                component.resize(slots, 0.0);
+            }
+        }
+    }
 }
 
 /// The work of [`Batch::evaluate`].
@@ -175,7 +217,7 @@ struct Chunks<'a> {
     batch: &'a mut Batch,
     model: &'a DistortionModel,
     positions_mm: &'a [Point3<f64>],
-    axes: &'a [Unit<Vector3<f64>>],
+    axes: Option<&'a [Unit<Vector3<f64>>]>,
     clamp: bool,
     out: &'a mut [Evaluation],
 }
@@ -201,9 +243,15 @@ impl Chunks<'_> {
     fn evaluate<S: Simd, const T: usize>(self, simd: S, order: usize) {
         let set = self.model.directions();
         let bounds = LaneBounds::new(simd, self.model.bounds());
-        let chunks = self.positions_mm.chunks(CHUNK).zip(self.axes.chunks(CHUNK));
-        for ((positions_mm, axes), out) in chunks.zip(self.out.chunks_mut(CHUNK)) {
-            self.batch.sort(simd, set, positions_mm, axes);
+        let chunks = self.positions_mm.chunks(CHUNK).enumerate();
+        for ((chunk, positions_mm), out) in chunks.zip(self.out.chunks_mut(CHUNK)) {
+            match self.axes {
+                Some(axes) => {
+                    let axes = &axes[chunk * CHUNK..][..positions_mm.len()];
+                    self.batch.sort(simd, set, positions_mm, axes);
+                }
+                None => self.batch.line_up::<S>(positions_mm),
+            }
             let [px, py, pz, ax, ay, az] = &self.batch.components;
             let components = [
                 S::as_simd_f64s(px).0,
