@@ -6,7 +6,9 @@ pub mod requirement;
 mod run;
 pub mod scenario;
 pub mod slice;
+pub mod slice_quantity;
 pub mod statistics;
+pub mod support;
 pub mod trial;
 pub mod work;
 
@@ -17,6 +19,8 @@ pub use requirement::Requirement;
 pub use run::{Outcome, StudyError, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};
 pub use slice::{SliceOutcome, SlicePlan, sample_slice};
+pub use slice_quantity::{Quantity, sample_slice_of};
 pub use statistics::Statistics;
+pub use support::{SupportSurvey, survey};
 pub use trial::{BodyDetail, PoseDetail, SensorDetail, Trial, look};
 pub use work::Work;
