@@ -157,6 +157,17 @@ impl DistortionModel {
         &self.coefficients
     }
 
+    /// The coefficients of one basis orientation; none at order 0.
+    pub fn of_direction(&self, direction: usize) -> &[Coefficient] {
+        match self.order {
+            0 => &[],
+            order => {
+                let len = coefficient_count(order);
+                &self.coefficients[direction * len..][..len]
+            }
+        }
+    }
+
     /// The error (8) of a sensor at a position in the tracker frame with a unit axis.
     ///
     /// Under [`OutsidePolicy::Reject`] the clamped value is given; the caller leaves it out.

@@ -1,12 +1,14 @@
 //! Basis orientations on the sphere, their triangles, and spherical weights (paper, section 2.2).
 
+use super::direction_search::{Candidates, TriangleTable, cell_codes};
 use nalgebra::{Matrix3, Unit, Vector3};
+use pulp::{Scalar, Simd};
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
 /// Triple products below this are round-off: the axis lies on the edge, and the weight of the
 /// corner opposite is exactly 0. Products of unit vectors carry errors of 2e-16.
-const ON_EDGE: f64 = 1e-15;
+pub(crate) const ON_EDGE: f64 = 1e-15;
 
 /// How far outside a triangle an axis may be, in gnomonic coordinates, and still belong to it.
 const IN_TRIANGLE: f64 = 1e-14;
@@ -107,10 +109,13 @@ impl DirectionSet {
             };
         }
         let sphere = self.sphere();
-        let (triangle, gnomonic) = sphere.find(axis);
+        let triangle = sphere.find(axis);
         let directions = sphere.triangles[triangle];
         let weights = match weighting {
-            Weighting::Gnomonic => normalised(gnomonic.map(|w| w.max(0.0))),
+            Weighting::Gnomonic => {
+                let gnomonic: [f64; 3] = (sphere.inverses[triangle] * axis.as_ref()).into();
+                normalised(gnomonic.map(|w| w.max(0.0)))
+            }
             Weighting::Area => {
                 let [a, b, c] = directions.map(|d| sphere.directions[d].as_ref());
                 let n = axis.as_ref();
@@ -127,7 +132,7 @@ impl DirectionSet {
         }
     }
 
-    fn sphere(self) -> &'static Sphere {
+    pub(crate) fn sphere(self) -> &'static Sphere {
         static SPHERES: LazyLock<[Sphere; 6]> =
             LazyLock::new(|| DirectionSet::ALL.map(|set| Sphere::new(corners(set))));
         &SPHERES[self as usize]
@@ -167,17 +172,30 @@ fn normalised(weights: [f64; 3]) -> [f64; 3] {
 }
 
 /// A set's corners and faces, with what finds the face of an axis.
-struct Sphere {
+pub(crate) struct Sphere {
     directions: Vec<Unit<Vector3<f64>>>,
     triangles: Vec<[usize; 3]>,
     /// `[b1 b2 b3]⁻¹` of each triangle: takes an axis to its gnomonic coordinates.
     inverses: Vec<Matrix3<f64>>,
+    table: TriangleTable,
+}
+
+/// The constants of a triangle's weights, by corner.
+pub(crate) struct TriangleShape {
+    pub corners: [Vector3<f64>; 3],
+    /// Vector products of the two other corners, in turn: their product with an axis is the
+    /// triple product of [`half_area_rad`].
+    pub normals: [Vector3<f64>; 3],
+    /// Scalar products of the two other corners.
+    pub opposite_cosines: [f64; 3],
+    /// An axis' coordinate at a corner is the product with this.
+    pub gnomonic_rows: [Vector3<f64>; 3],
 }
 
 impl Sphere {
     fn new(directions: Vec<Unit<Vector3<f64>>>) -> Self {
         let triangles = hull_triangles(&directions);
-        let inverses = triangles
+        let inverses: Vec<_> = triangles
             .iter()
             .map(|t| {
                 Matrix3::from_columns(&t.map(|i| directions[i].into_inner()))
@@ -188,24 +206,85 @@ impl Sphere {
         Self {
             directions,
             triangles,
+            table: TriangleTable::new(&inverses),
             inverses,
         }
     }
 
-    /// The triangle that holds the axis (the first of equals) and its gnomonic coordinates.
-    fn find(&self, axis: &Unit<Vector3<f64>>) -> (usize, [f64; 3]) {
-        let mut best = (0, f64::NEG_INFINITY, [0.0; 3]);
-        for (i, inverse) in self.inverses.iter().enumerate() {
-            let l = inverse * axis.as_ref();
-            let least = l.min();
-            if least >= -IN_TRIANGLE {
-                return (i, l.into());
+    /// What the weights in a triangle are made of.
+    pub fn shape(&self, triangle: usize) -> TriangleShape {
+        let corners = self.triangles[triangle].map(|i| self.directions[i].into_inner());
+        let [a, b, c] = corners;
+        let inverse = &self.inverses[triangle];
+        TriangleShape {
+            corners,
+            normals: [b.cross(&c), c.cross(&a), a.cross(&b)],
+            opposite_cosines: [b.dot(&c), c.dot(&a), a.dot(&b)],
+            gnomonic_rows: [0, 1, 2].map(|row| inverse.row(row).transpose()),
+        }
+    }
+
+    /// The triangle that holds the axis, the first of equals.
+    fn find(&self, axis: &Unit<Vector3<f64>>) -> usize {
+        let code = cell_codes(Scalar::new(), axis.into_inner().into());
+        self.find_by_code(code, axis)
+    }
+
+    /// The triangles of axes, at most `triangle_of.len()` of them.
+    #[inline(always)]
+    pub fn find_all<S: Simd>(&self, simd: S, axes: &[Unit<Vector3<f64>>], triangle_of: &mut [u8]) {
+        // Strips are long enough that what was written by component is in the cache when it is
+        // read by lane.
+        const STRIP: usize = 256;
+        let mut components = [[0.0; STRIP]; 3];
+        let mut codes = [0_u64; STRIP];
+        for (axes, triangle_of) in axes.chunks(STRIP).zip(triangle_of.chunks_mut(STRIP)) {
+            let [xs, ys, zs] = &mut components;
+            for (((axis, x), y), z) in axes.iter().zip(&mut *xs).zip(&mut *ys).zip(&mut *zs) {
+                [*x, *y, *z] = [axis.x, axis.y, axis.z];
             }
-            if least > best.1 {
-                best = (i, least, l.into());
+            let (xs, ys, zs) = (
+                S::as_simd_f64s(xs).0,
+                S::as_simd_f64s(ys).0,
+                S::as_simd_f64s(zs).0,
+            );
+            let vectors = axes.len().div_ceil(S::F64_LANES);
+            let found = S::as_mut_simd_u64s(&mut codes).0;
+            for (((code, &x), &y), &z) in found.iter_mut().zip(xs).zip(ys).zip(zs).take(vectors) {
+                *code = cell_codes(simd, [x, y, z]);
+            }
+            for ((axis, &code), triangle) in axes.iter().zip(&codes).zip(triangle_of) {
+                *triangle = self.find_by_code(code, axis) as u8;
             }
         }
-        (best.0, best.2)
+    }
+
+    #[inline(always)]
+    fn find_by_code(&self, code: u64, axis: &Unit<Vector3<f64>>) -> usize {
+        match self.table.candidates(code) {
+            Candidates::One(triangle) => triangle,
+            Candidates::Several(triangles) => triangles
+                .iter()
+                .map(|&t| usize::from(t))
+                .find(|&t| (self.inverses[t] * axis.as_ref()).min() >= -IN_TRIANGLE)
+                .unwrap_or_else(|| self.find_in_all(axis)),
+        }
+    }
+
+    /// The first triangle in which the axis lies, or else the one that it misses by least.
+    #[cold]
+    fn find_in_all(&self, axis: &Unit<Vector3<f64>>) -> usize {
+        let mut best = (0, f64::NEG_INFINITY);
+        for (i, inverse) in self.inverses.iter().enumerate() {
+            let least = (inverse * axis.as_ref()).min();
+            if least >= -IN_TRIANGLE {
+                return i;
+            }
+            if least > best.1 {
+                best = (i, least);
+            }
+        }
+        best.0
     }
 }
 
@@ -381,6 +460,53 @@ mod tests {
                         assert_eq!(w.weights[k], 0.0, "{set:?} opposite {c:?}");
                     }
                 }
+            }
+        }
+    }
+
+    /// Where a search could go wrong: corners, edges, borders of the table's cells, and next to
+    /// all of these.
+    fn special_axes(set: DirectionSet) -> Vec<Unit<Vector3<f64>>> {
+        let mut vectors: Vec<Vector3<f64>> = axes(set).iter().map(|a| a.into_inner()).collect();
+        for t in set.triangles() {
+            let [a, b, c] = t.map(|i| set.directions()[i].into_inner());
+            for part in [0.0, 1e-9, 0.1, 0.5, 0.7, 1.0] {
+                vectors.extend([(a, b), (b, c), (c, a)].map(|(a, b)| a + (b - a) * part));
+            }
+            vectors.push(a + b + c);
+        }
+        for i in -32_i32..=32 {
+            for j in -32_i32..=32 {
+                let (u, v) = (f64::from(i) / 32.0, f64::from(j) / 32.0);
+                vectors.extend([
+                    Vector3::new(1.0, u, v),
+                    Vector3::new(u, -1.0, v),
+                    Vector3::new(u, v, 1.0),
+                ]);
+            }
+        }
+        let mut all = Vec::new();
+        for v in vectors {
+            all.push(v);
+            for step in [1e-16, 3e-15, 1e-14, 2e-14, 1e-13] {
+                all.push(v + Vector3::new(step, -step, 0.5 * step));
+                all.push(v + Vector3::new(-0.3 * step, step, -step));
+            }
+        }
+        all.into_iter().map(Unit::new_normalize).collect()
+    }
+
+    #[test]
+    fn the_table_finds_what_a_search_through_all_triangles_finds() {
+        for set in DirectionSet::ALL.into_iter().skip(1) {
+            let sphere = set.sphere();
+            let axes = special_axes(set);
+            let mut found = vec![0; axes.len()];
+            sphere.find_all(Scalar::new(), &axes, &mut found);
+            for (axis, &triangle) in axes.iter().zip(&found) {
+                let exhaustive = sphere.find_in_all(axis);
+                assert_eq!(usize::from(triangle), exhaustive, "{set:?} {axis:?}");
+                assert_eq!(sphere.find(axis), exhaustive);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 pub mod bounds;
 pub mod colormap;
+mod direction_search;
 pub mod directions;
 pub mod magnification;
 pub mod mesh;

@@ -67,11 +67,7 @@ impl From<Cancelled> for SurveyError {
 ///
 /// # Errors
 /// An environment without support, or a mode without trials.
-pub fn survey(
-    scenario: &Scenario,
-    mode: &Mode,
-    task: &Task,
-) -> Result<SupportSurvey, SurveyError> {
+pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSurvey, SurveyError> {
     let environment = &scenario.environment;
     let support = environment
         .support
@@ -143,15 +139,30 @@ pub fn support_rows(survey: &SupportSurvey) -> Vec<FigureRow> {
         unit: "",
     };
     let mut rows = vec![
-        row("field std error RMS at the sensors", survey.std_error_mm.rms, "mm"),
-        row("field std error max at the sensors", survey.std_error_mm.max, "mm"),
+        row(
+            "field std error RMS at the sensors",
+            survey.std_error_mm.rms,
+            "mm",
+        ),
+        row(
+            "field std error max at the sensors",
+            survey.std_error_mm.max,
+            "mm",
+        ),
     ];
     if let Some(deg) = &survey.std_error_deg {
         rows.push(row("field angle std error RMS", deg.rms, "°"));
         rows.push(row("field angle std error max", deg.max, "°"));
     }
-    rows.push(row("farthest from the samples", survey.greatest_distance_mm, "mm"));
-    rows.push(count("trials on poorly supported field", survey.unsupported));
+    rows.push(row(
+        "farthest from the samples",
+        survey.greatest_distance_mm,
+        "mm",
+    ));
+    rows.push(count(
+        "trials on poorly supported field",
+        survey.unsupported,
+    ));
     rows.push(count("trials on undetermined field", survey.undetermined));
     rows
 }

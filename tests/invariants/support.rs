@@ -102,13 +102,10 @@ fn noisy(set: &SampleSet, seed: u64) -> SampleSet {
 
 fn fitted(set: &SampleSet, settings: &FitSettings, bounds: Option<Bounds>) -> (Fit, Support) {
     let task = Task::default();
-    let decomposed = factor(set, settings, bounds, &task)
-        .unwrap()
-        .decompose()
-        .unwrap();
-    let damping = (settings.rcond, settings.ridge);
-    let fit = decomposed.solve(damping.0, damping.1).unwrap().judged(set);
-    let support = Support::of_fit(set, &decomposed, damping, &fit.model, &task).unwrap();
+    let factored = factor(set, settings, bounds, &task).unwrap();
+    let solved = factored.solve(settings.rcond, settings.ridge).unwrap();
+    let fit = solved.judged(set);
+    let support = Support::of_fit(set, &factored, &fit.model, &task).unwrap();
     (fit, support)
 }
 

@@ -4,7 +4,7 @@ use super::cells::Cells;
 use super::form::{FormBasis, coefficients};
 use super::{Pairs, Support, SupportParts, Weighed};
 use crate::field::bernstein::{coefficient_count, push_products};
-use crate::field::fit::{Decomposed, FitMethod};
+use crate::field::fit::{Factored, FitError, FitMethod, FitSettings};
 use crate::field::least_squares::Decomposition;
 use crate::field::model::DistortionModel;
 use crate::field::samples::{Sample, SampleSet};
@@ -16,6 +16,10 @@ use std::collections::BTreeMap;
 
 /// Most coefficients that a support may have: some 3 MB of text in an environment.
 pub const MAX_STORED: usize = 250_000;
+
+/// Most unknowns of a joint fit whose support is worked out: a decomposition of so many takes some
+/// ten seconds, of order 6 with 14 orientations (4,802) minutes.
+pub const MAX_JOINT_UNKNOWNS: usize = 2000;
 
 /// Forms are kept to this part of the samples' mean leverage: their text is short, and what is
 /// dropped cannot be seen in four digits of a standard error.
@@ -47,6 +51,13 @@ pub enum SupportError {
         directions: usize,
         values: usize,
     },
+    #[error(
+        "the support of a joint fit needs a singular value decomposition of its {unknowns} unknowns, \
+         expected at most {MAX_JOINT_UNKNOWNS}"
+    )]
+    TooManyUnknowns { unknowns: usize },
+    #[error(transparent)]
+    Fit(#[from] FitError),
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
@@ -62,15 +73,14 @@ impl Support {
         forms * (2 * order + 1).pow(3)
     }
 
-    /// What the samples of a fit support. `model` is the decomposition's solution for `rcond` and
-    /// `ridge`; the samples are those that it was made from.
+    /// What the samples of a fit support. `model` is its solution with the rcond and ridge of the
+    /// settings that it was factored with; the samples are those that it was made from.
     ///
     /// # Errors
     /// See [`SupportError`].
     pub fn of_fit(
         set: &SampleSet,
-        fit: &Decomposed,
-        (rcond, ridge): (f64, f64),
+        factored: &Factored,
         model: &DistortionModel,
         task: &Task,
     ) -> Result<Self, SupportError> {
@@ -78,7 +88,12 @@ impl Support {
         if order == 0 {
             return Err(SupportError::NoOrder);
         }
-        let method = fit.settings.method;
+        let FitSettings {
+            method,
+            rcond,
+            ridge,
+            ..
+        } = factored.settings;
         let values = Self::stored_values(order, directions, method);
         if values > MAX_STORED {
             return Err(SupportError::TooLarge {
@@ -87,8 +102,13 @@ impl Support {
                 values,
             });
         }
+        let unknowns = directions.len() * coefficient_count(order);
+        if method == FitMethod::Joint && unknowns > MAX_JOINT_UNKNOWNS {
+            return Err(SupportError::TooManyUnknowns { unknowns });
+        }
         let pairs = Pairs::of(directions);
-        let factors: Vec<_> = fit
+        let factors: Vec<_> = factored
+            .decompose()?
             .systems
             .iter()
             .map(|s| Factor::of(s, rcond, ridge))
