@@ -124,7 +124,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
             output,
             volume: args.volume,
             jitter: args.jitter.jitter(),
-            with_support: true,
+            has_support: true,
         };
         let fit_settings = settings.fit_settings(&selection.best().candidate);
         let (fitted, _) = fit_and_write(&target, &fit_settings, &set, None)?;
