@@ -208,7 +208,7 @@ pub(super) fn reason(selection: &Selection, by: Option<&str>, folds: usize) -> S
         _ => format!("{folds} folds"),
     };
     let why = if selection.best == selection.least {
-        "the least of all".to_owned()
+        "the least of all that the rows determine".to_owned()
     } else {
         format!(
             "the smallest within {:.0} % of the least, {:.4} mm ({})",

@@ -235,6 +235,11 @@ fn as_json(
         "groups": grouping.map(|g| json!({"by": g.by, "count": selection.groups})),
         "method": method_name(settings.method),
         "map": map_name(settings.map),
+        "left_out": selection
+            .left_out
+            .iter()
+            .map(|(order, directions)| json!({"order": order, "directions": directions.len()}))
+            .collect::<Vec<_>>(),
         "table": table,
     })
 }
@@ -266,7 +271,7 @@ fn as_text(
     let mut head = vec![
         "order",
         "orientations",
-        "coefficients",
+        "coefficients ",
         "RMS, no ridge",
         "best ridge",
         "RMS",
@@ -290,7 +295,11 @@ fn as_text(
         let mut cells = vec![
             row.candidate.order.to_string(),
             row.candidate.directions.len().to_string(),
-            with_separators(row.candidate.coefficients()),
+            format!(
+                "{}{}",
+                with_separators(row.candidate.coefficients()),
+                if row.is_determined { " " } else { "†" }
+            ),
             without_ridge.map_or_else(|| "–".to_owned(), |r| mm(r.deciding().position_rms_mm)),
             choose::ridge_text(row.candidate.ridge).replace("0e0", "0"),
             mm(row.deciding().position_rms_mm),
@@ -305,6 +314,18 @@ fn as_text(
         rows.push((i == selection.best, cells));
     }
     lines.push(right_aligned(&rows));
+    if selection.table.iter().any(|row| !row.is_determined) {
+        lines.push(
+            "† at least as many coefficients as places to fit an orientation to: not to be chosen"
+                .to_owned(),
+        );
+    }
+    if !selection.left_out.is_empty() {
+        lines.push(format!(
+            "{} joint models have at least as many coefficients as there are rows, and were left out",
+            selection.left_out.len()
+        ));
+    }
     lines.push(choose::reason(
         selection,
         grouping.map(|g| g.by.as_str()),
