@@ -10,6 +10,7 @@ mod output;
 #[cfg(feature = "editor")]
 mod render;
 mod select;
+mod select_chart;
 mod simulate;
 
 use clap::{Parser, Subcommand};

@@ -4,20 +4,17 @@ use super::choose::{self, Grouping};
 use super::fit::{MapArg, MethodArg, SensorsArg, Target, VolumeArg, WeightsArg};
 use super::fit::{as_json as fit_json, file_name, fit_and_write, map_name, method_name, read};
 use super::output::{self, Format};
+use super::select_chart;
 use crate::field::selection::{
     DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings, Selection,
 };
 use crate::geometry::directions::DirectionSet;
-use crate::report::plot::{Axis, Chart, Scale, Series, SeriesStyle};
 use crate::store;
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-
-/// Size of the chart in pixels.
-const CHART_SIZE: (u32, u32) = (960, 640);
 
 #[derive(Debug, Args)]
 pub struct SelectArgs {
@@ -126,7 +123,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
         text.push_str(&format!("\nwritten to {}", output.display()));
     }
     if let Some(plot) = &args.plot {
-        let svg = chart(&file_name(&args.data), &selection).to_svg(CHART_SIZE);
+        let svg = select_chart::svg(&file_name(&args.data), &selection);
         store::write_atomic(plot, |out| out.write_all(svg.as_bytes()))?;
         text.push_str(&format!("\ndrawn to {}", plot.display()));
     }
@@ -353,44 +350,4 @@ fn right_aligned(rows: &[(bool, Vec<String>)]) -> String {
         )
     };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
-}
-
-/// The paper's Fig. 3: what is left of held-out rows against order, a line each angular resolution.
-fn chart(data: &str, selection: &Selection) -> Chart {
-    let point = |row: &Scored| (row.candidate.order as f64, row.deciding().position_rms_mm);
-    let mut series = Vec::new();
-    for set in DirectionSet::ALL {
-        let points: Vec<_> = selection
-            .table
-            .iter()
-            .filter(|row| row.candidate.ridge == 0.0)
-            .filter(|row| row.candidate.order == 0 || row.candidate.directions == set)
-            .map(point)
-            .collect();
-        if points.len() > 1 {
-            let plural = if set.len() == 1 { "" } else { "s" };
-            series.push(Series {
-                name: format!("{} orientation{plural}", set.len()),
-                points,
-                style: SeriesStyle::Line,
-            });
-        }
-    }
-    series.push(Series {
-        name: choose::candidate_text(&selection.best().candidate),
-        points: vec![point(selection.best())],
-        style: SeriesStyle::Marked,
-    });
-    Chart {
-        title: format!("{data}: residual on held-out measurements"),
-        x: Axis {
-            label: "order of the polynomials".to_owned(),
-            scale: Scale::Linear,
-        },
-        y: Axis {
-            label: "position RMS, mm".to_owned(),
-            scale: Scale::Logarithmic,
-        },
-        series,
-    }
 }

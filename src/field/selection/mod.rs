@@ -7,6 +7,8 @@ mod choice;
 pub mod clusters;
 mod cross_validation;
 pub mod folds;
+#[cfg(test)]
+mod tests;
 
 use super::bernstein::{MAX_ORDER, coefficient_count};
 use super::fit::{DEFAULT_RCOND, FitError, FitMethod, FitSettings};
