@@ -3,14 +3,16 @@
 use super::choose;
 use super::output::{self, Format};
 use crate::field::environment::{HoldoutProvenance, Provenance};
-use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals, fit, residuals};
+use crate::field::fit::{Decomposed, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
 use crate::field::model::OutsidePolicy;
-use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet};
-use crate::field::{DistortionModel, Environment};
+use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet, SampleSet};
+use crate::field::support::SupportError;
+use crate::field::{DistortionModel, Environment, Support};
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
 use crate::store;
 use crate::study::figures::with_separators;
+use crate::task::Task;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -66,6 +68,10 @@ pub struct FitArgs {
     /// The tracker's measurement volume, where it is known
     #[arg(long, value_enum)]
     volume: Option<VolumeArg>,
+
+    /// Leave out what the environment says of where its model may be believed
+    #[arg(long)]
+    no_support: bool,
 
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
@@ -139,6 +145,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         data: &args.data,
         output: &args.output,
         volume: args.volume,
+        with_support: !args.no_support,
     };
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
     let (fitted, holdout) = fit_and_write(&target, &settings, &set, holdout)?;
@@ -162,6 +169,8 @@ pub(super) struct Target<'a> {
     pub data: &'a Path,
     pub output: &'a Path,
     pub volume: Option<VolumeArg>,
+    /// Whether the environment says where the model may be believed.
+    pub with_support: bool,
 }
 
 /// Fits, judges on a second table where there is one, writes the environment, and warns.
@@ -172,11 +181,25 @@ pub(super) fn fit_and_write(
     holdout: Option<(&Path, &MeasurementSet)>,
 ) -> anyhow::Result<(Fit, Option<Holdout>)> {
     let bar = output::progress(1, "fitting");
-    let fitted = fit(&set.samples(settings.map), settings, None)
+    let samples = set.samples(settings.map);
+    let task = Task::default();
+    let (decomposed, fitted) = factor(&samples, settings, None, &task)
+        .and_then(|factored| {
+            let decomposed = factored.decompose()?;
+            let solved = decomposed.solve(settings.rcond, settings.ridge)?;
+            Ok((decomposed, solved.judged(&samples)))
+        })
         .with_context(|| target.data.display().to_string())?;
+    let support = match target.with_support {
+        true => support(&samples, &decomposed, settings, &fitted, &task)?,
+        false => None,
+    };
     bar.finish_and_clear();
     let holdout = holdout.map(|(file, set)| judge(&fitted.model, file, set));
-    let environment = environment(target, &fitted, settings, holdout.as_ref());
+    let environment = Environment {
+        support,
+        ..environment(target, &fitted, settings, holdout.as_ref())
+    };
     store::write_environment(target.output, &environment)?;
     for warning in warnings(&fitted) {
         output::note(&format!("warning: {warning}"));
@@ -241,6 +264,28 @@ pub(super) fn read(file: &Path, sensors: SensorsArg) -> anyhow::Result<Measureme
     Ok(set)
 }
 
+/// Where the model may be believed; one that is too large to keep is left out with a note.
+fn support(
+    samples: &SampleSet,
+    decomposed: &Decomposed,
+    settings: &FitSettings,
+    fitted: &Fit,
+    task: &Task,
+) -> anyhow::Result<Option<Support>> {
+    let damping = (settings.rcond, settings.ridge);
+    match Support::of_fit(samples, decomposed, damping, &fitted.model, task) {
+        Ok(support) => Ok(Some(support)),
+        Err(SupportError::NoOrder) => Ok(None),
+        Err(error @ SupportError::TooLarge { .. }) => {
+            output::note(&format!(
+                "note: {error}; the environment is written without it"
+            ));
+            Ok(None)
+        }
+        Err(error @ SupportError::Cancelled(_)) => Err(error.into()),
+    }
+}
+
 fn judge(model: &DistortionModel, file: &Path, set: &MeasurementSet) -> Holdout {
     let samples = set.samples(model.map());
     let zero = DistortionModel::zero(*model.bounds(), model.map());
@@ -265,6 +310,7 @@ fn environment(
             .volume
             .map(|VolumeArg::AuroraCube| Volume::AuroraCube),
         jitter: None,
+        support: None,
         provenance: Some(Provenance {
             data: file_name(target.data),
             samples: fitted.samples,

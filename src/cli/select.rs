@@ -119,6 +119,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
             data: &args.data,
             output,
             volume: args.volume,
+            with_support: true,
         };
         let fit_settings = settings.fit_settings(&selection.best().candidate);
         let (fitted, _) = fit_and_write(&target, &fit_settings, &set, None)?;

@@ -2,11 +2,12 @@
 
 use super::fit::{FitMethod, Residuals};
 use super::model::DistortionModel;
+use super::support::Support;
 use crate::geometry::volume::Volume;
 use serde::{Deserialize, Serialize};
 
 /// A room that designs are simulated in.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
     pub name: String,
     pub model: DistortionModel,
@@ -16,6 +17,8 @@ pub struct Environment {
     pub jitter: Option<Jitter>,
     /// `None` for an ideal room that was never measured.
     pub provenance: Option<Provenance>,
+    /// Where the model may be believed, if its fit kept that.
+    pub support: Option<Support>,
 }
 
 /// Standard deviations of a still sensor's readings.

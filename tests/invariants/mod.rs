@@ -2,3 +2,4 @@
 
 mod fitting;
 mod studies;
+mod support;
