@@ -120,6 +120,25 @@ impl DistortionModel {
         })
     }
 
+    /// A model from parts of another, which were checked for that one.
+    pub(super) fn of_parts_known_to_fit(
+        order: usize,
+        directions: DirectionSet,
+        weighting: Weighting,
+        map: MapKind,
+        bounds: Bounds,
+        coefficients: Vec<Coefficient>,
+    ) -> Self {
+        Self {
+            order,
+            directions,
+            weighting,
+            map,
+            bounds,
+            coefficients,
+        }
+    }
+
     /// A field without distortion.
     pub fn zero(bounds: Bounds, map: MapKind) -> Self {
         Self {
