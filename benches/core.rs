@@ -2,6 +2,8 @@
 //!
 //! What the figures were on one machine, and how to repeat them, is in `docs/measurements.md`.
 
+mod evaluation;
+
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::{Point3, Unit, Vector3};

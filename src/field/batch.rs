@@ -180,6 +180,15 @@ impl WithSimd for Chunks<'_> {
         let chunks = self.positions_mm.chunks(CHUNK).zip(self.axes.chunks(CHUNK));
         for ((positions_mm, axes), out) in chunks.zip(self.out.chunks_mut(CHUNK)) {
             self.batch.sort(simd, set, positions_mm, axes);
+            let [px, py, pz, ax, ay, az] = &self.batch.components;
+            let components = [
+                S::as_simd_f64s(px).0,
+                S::as_simd_f64s(py).0,
+                S::as_simd_f64s(pz).0,
+                S::as_simd_f64s(ax).0,
+                S::as_simd_f64s(ay).0,
+                S::as_simd_f64s(az).0,
+            ];
             for (triangle, ends) in self.batch.starts.windows(2).enumerate() {
                 if ends[0] == ends[1] {
                     continue;
@@ -190,11 +199,7 @@ impl WithSimd for Chunks<'_> {
                     shape: Shape::new(self.model, set.sphere(), triangle),
                     clamp: self.clamp,
                     pose_of: &self.batch.pose_of,
-                    components: self
-                        .batch
-                        .components
-                        .each_ref()
-                        .map(|c| S::as_simd_f64s(c).0),
+                    components,
                 };
                 let (mut vector, end) = (ends[0] / S::F64_LANES, ends[1] / S::F64_LANES);
                 while end - vector >= WIDE {
@@ -252,22 +257,25 @@ impl<V: Pod> Group<'_, V> {
         let mut inside = [zero; P];
         let mut axis_weights = [[zero; P]; 3];
         for p in 0..P {
-            let [px, py, pz, ax, ay, az] = self.components.map(|c| c[vector + p]);
-            let at = [px, py, pz];
+            let [px, py, pz, ax, ay, az] = self.components;
+            let at = [px[vector + p], py[vector + p], pz[vector + p]];
             inside[p] = self.bounds.contains(simd, at);
             let at = self.bounds.to_unit(simd, at, self.clamp);
             for k in 0..3 {
                 unit[k][p] = at[k];
             }
             if let Shape::Triangle(shape, _) = &self.shape {
-                let w = weights(simd, shape, self.model.weighting(), [ax, ay, az]);
+                let axis = [ax[vector + p], ay[vector + p], az[vector + p]];
+                let w = weights(simd, shape, self.model.weighting(), axis);
                 for k in 0..3 {
                     axis_weights[k][p] = w[k];
                 }
             }
         }
         let order = self.model.order();
-        let [bx, by, bz] = unit.map(|u| basis(simd, order, u));
+        let bx = basis(simd, order, unit[0]);
+        let by = basis(simd, order, unit[1]);
+        let bz = basis(simd, order, unit[2]);
         let values = match &self.shape {
             Shape::One(coefficients) => contract(simd, order, [*coefficients], &bx, &by, &[bz]),
             Shape::Triangle(_, coefficients) => {

@@ -33,7 +33,10 @@ pub(super) fn basis<S: Simd, const P: usize>(
     at: Block<S::f64s, P>,
 ) -> Basis<S::f64s, P> {
     let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
-    let rest = at.map(|x| simd.sub_f64s(one, x));
+    let mut rest = at;
+    for rest in &mut rest {
+        *rest = simd.sub_f64s(one, *rest);
+    }
     let mut basis = [[zero; P]; TERMS];
     basis[0] = [one; P];
     for n in 1..=order {
@@ -64,14 +67,11 @@ pub(super) fn contract<S: Simd, const P: usize, const D: usize>(
     let n = order + 1;
     let zero = simd.splat_f64s(0.0);
     let mut total = [[zero; P]; 6];
-    let mut rows = directions.map(|d| d.chunks_exact(n));
-    for x in &along_x[..n] {
-        for y in &along_y[..n] {
+    for (i, x) in along_x[..n].iter().enumerate() {
+        for (j, y) in along_y[..n].iter().enumerate() {
             let mut sum = [[zero; P]; 6];
-            for (rows, basis) in rows.iter_mut().zip(along_z) {
-                let Some(row) = rows.next() else {
-                    return total;
-                };
+            for (coefficients, basis) in directions.iter().zip(along_z) {
+                let row = &coefficients[(i * n + j) * n..][..n];
                 for (coefficient, z) in row.iter().zip(basis) {
                     for (sum, &c) in sum.iter_mut().zip(coefficient) {
                         let c = simd.splat_f64s(c);
@@ -123,7 +123,13 @@ pub(super) struct LaneBounds<V> {
 impl<V: Copy> LaneBounds<V> {
     #[inline(always)]
     pub fn new<S: Simd<f64s = V>>(simd: S, bounds: &Bounds) -> Self {
-        let splat = |v: Vector3<f64>| <[f64; 3]>::from(v).map(|v| simd.splat_f64s(v));
+        let splat = |v: Vector3<f64>| {
+            [
+                simd.splat_f64s(v.x),
+                simd.splat_f64s(v.y),
+                simd.splat_f64s(v.z),
+            ]
+        };
         let size = bounds.size_mm();
         let slack = size * INSIDE_TOLERANCE;
         Self {
@@ -172,26 +178,36 @@ pub(super) fn weights<S: Simd>(
     weighting: Weighting,
     axis: [S::f64s; 3],
 ) -> [S::f64s; 3] {
-    let parts = match weighting {
-        Weighting::Gnomonic => [0, 1, 2].map(|k| {
-            let coordinate = dot(simd, triangle.gnomonic_rows[k], axis);
-            // In this order what is not a number stays so.
-            simd.max_f64s(simd.splat_f64s(0.0), coordinate)
-        }),
-        Weighting::Area => {
-            let cosines = triangle.corners.map(|c| dot(simd, c, axis));
-            [0, 1, 2].map(|k| {
-                let triple = simd.abs_f64s(dot(simd, triangle.normals[k], axis));
-                let sum = simd.add_f64s(cosines[(k + 1) % 3], cosines[(k + 2) % 3]);
-                let rest = simd.splat_f64s(1.0 + triangle.opposite_cosines[k]);
-                let half_area = atan_of_quotient(simd, triple, simd.add_f64s(rest, sum));
-                let is_on_edge = simd.less_than_f64s(triple, simd.splat_f64s(ON_EDGE));
-                simd.select_f64s(is_on_edge, simd.splat_f64s(0.0), half_area)
-            })
+    let mut parts = [simd.splat_f64s(0.0); 3];
+    match weighting {
+        Weighting::Gnomonic => {
+            for (part, &row) in parts.iter_mut().zip(&triangle.gnomonic_rows) {
+                // In this order what is not a number stays so.
+                *part = simd.max_f64s(simd.splat_f64s(0.0), dot(simd, row, axis));
+            }
         }
-    };
+        Weighting::Area => {
+            let [a, b, c] = triangle.corners;
+            let (a, b, c) = (dot(simd, a, axis), dot(simd, b, axis), dot(simd, c, axis));
+            let sums = [
+                simd.add_f64s(b, c),
+                simd.add_f64s(c, a),
+                simd.add_f64s(a, b),
+            ];
+            for k in 0..3 {
+                let triple = simd.abs_f64s(dot(simd, triangle.normals[k], axis));
+                let rest = simd.splat_f64s(1.0 + triangle.opposite_cosines[k]);
+                let half_area = atan_of_quotient(simd, triple, simd.add_f64s(rest, sums[k]));
+                let is_on_edge = simd.less_than_f64s(triple, simd.splat_f64s(ON_EDGE));
+                parts[k] = simd.select_f64s(is_on_edge, simd.splat_f64s(0.0), half_area);
+            }
+        }
+    }
     let sum = simd.add_f64s(simd.add_f64s(parts[0], parts[1]), parts[2]);
-    parts.map(|part| simd.div_f64s(part, sum))
+    for part in &mut parts {
+        *part = simd.div_f64s(*part, sum);
+    }
+    parts
 }
 
 #[inline(always)]

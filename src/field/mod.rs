@@ -8,6 +8,7 @@ mod kernel;
 pub mod least_squares;
 pub mod model;
 pub mod samples;
+pub mod selection;
 
 pub use batch::Batch;
 pub use environment::Environment;

@@ -5,6 +5,7 @@ pub mod design_file;
 pub mod environment;
 mod error;
 pub mod gltf;
+pub mod groups;
 pub mod input;
 pub mod jhu_cis;
 pub mod log;
