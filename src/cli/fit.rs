@@ -4,14 +4,16 @@ use super::choose;
 use super::jitter::JitterArgs;
 use super::output::{self, Format};
 use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
-use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals, fit, residuals};
+use crate::field::fit::{Decomposed, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
 use crate::field::model::OutsidePolicy;
-use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet};
-use crate::field::{DistortionModel, Environment};
+use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet, SampleSet};
+use crate::field::support::SupportError;
+use crate::field::{DistortionModel, Environment, Support};
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
 use crate::store;
 use crate::study::figures::with_separators;
+use crate::task::Task;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -27,7 +29,7 @@ pub struct FitArgs {
     output: PathBuf,
 
     /// Order of the Bernstein polynomials; 0 is no correction. Chosen as `select` does where left out
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     order: Option<usize>,
 
     /// Number of basis orientations: 1, 6, 12, 14, 26 or 42; 1 ignores orientation. Chosen as
@@ -67,6 +69,10 @@ pub struct FitArgs {
     /// The tracker's measurement volume, where it is known
     #[arg(long, value_enum)]
     volume: Option<VolumeArg>,
+
+    /// Leave out what the environment says of where its model may be believed
+    #[arg(long)]
+    no_support: bool,
 
     #[command(flatten)]
     jitter: JitterArgs,
@@ -143,6 +149,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         data: &args.data,
         output: &args.output,
         volume: args.volume,
+        with_support: !args.no_support,
         jitter: args.jitter.jitter(),
     };
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
@@ -167,6 +174,8 @@ pub(super) struct Target<'a> {
     pub data: &'a Path,
     pub output: &'a Path,
     pub volume: Option<VolumeArg>,
+    /// Whether the environment says where the model may be believed.
+    pub with_support: bool,
     pub jitter: Option<Jitter>,
 }
 
@@ -178,11 +187,25 @@ pub(super) fn fit_and_write(
     holdout: Option<(&Path, &MeasurementSet)>,
 ) -> anyhow::Result<(Fit, Option<Holdout>)> {
     let bar = output::progress(1, "fitting");
-    let fitted = fit(&set.samples(settings.map), settings, None)
+    let samples = set.samples(settings.map);
+    let task = Task::default();
+    let (decomposed, fitted) = factor(&samples, settings, None, &task)
+        .and_then(|factored| {
+            let decomposed = factored.decompose()?;
+            let solved = decomposed.solve(settings.rcond, settings.ridge)?;
+            Ok((decomposed, solved.judged(&samples)))
+        })
         .with_context(|| target.data.display().to_string())?;
+    let support = match target.with_support {
+        true => support(&samples, &decomposed, settings, &fitted, &task)?,
+        false => None,
+    };
     bar.finish_and_clear();
     let holdout = holdout.map(|(file, set)| judge(&fitted.model, file, set));
-    let environment = environment(target, &fitted, settings, holdout.as_ref());
+    let environment = Environment {
+        support,
+        ..environment(target, &fitted, settings, holdout.as_ref())
+    };
     store::write_environment(target.output, &environment)?;
     for warning in warnings(&fitted) {
         output::note(&format!("warning: {warning}"));
@@ -247,6 +270,28 @@ pub(super) fn read(file: &Path, sensors: SensorsArg) -> anyhow::Result<Measureme
     Ok(set)
 }
 
+/// Where the model may be believed; one that is too large to keep is left out with a note.
+fn support(
+    samples: &SampleSet,
+    decomposed: &Decomposed,
+    settings: &FitSettings,
+    fitted: &Fit,
+    task: &Task,
+) -> anyhow::Result<Option<Support>> {
+    let damping = (settings.rcond, settings.ridge);
+    match Support::of_fit(samples, decomposed, damping, &fitted.model, task) {
+        Ok(support) => Ok(Some(support)),
+        Err(SupportError::NoOrder) => Ok(None),
+        Err(error @ SupportError::TooLarge { .. }) => {
+            output::note(&format!(
+                "note: {error}; the environment is written without it"
+            ));
+            Ok(None)
+        }
+        Err(error @ SupportError::Cancelled(_)) => Err(error.into()),
+    }
+}
+
 fn judge(model: &DistortionModel, file: &Path, set: &MeasurementSet) -> Holdout {
     let samples = set.samples(model.map());
     let zero = DistortionModel::zero(*model.bounds(), model.map());
@@ -271,6 +316,7 @@ fn environment(
             .volume
             .map(|VolumeArg::AuroraCube| Volume::AuroraCube),
         jitter: target.jitter,
+        support: None,
         provenance: Some(Provenance {
             data: file_name(target.data),
             samples: fitted.samples,

@@ -123,6 +123,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
             data: &args.data,
             output,
             volume: args.volume,
+            with_support: true,
             jitter: args.jitter.jitter(),
         };
         let fit_settings = settings.fit_settings(&selection.best().candidate);

@@ -2,12 +2,13 @@
 
 use super::fit::{FitMethod, Residuals};
 use super::model::DistortionModel;
+use super::support::Support;
 use crate::geometry::volume::Volume;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
 /// A room that designs are simulated in.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
     pub name: String,
     pub model: DistortionModel,
@@ -17,6 +18,8 @@ pub struct Environment {
     pub jitter: Option<Jitter>,
     /// `None` for an ideal room that was never measured.
     pub provenance: Option<Provenance>,
+    /// Where the model may be believed, if its fit kept that.
+    pub support: Option<Support>,
 }
 
 /// Standard deviations of a still sensor's readings: position per axis, orientation per component
@@ -251,6 +254,7 @@ mod tests {
             volume: None,
             jitter: None,
             provenance: None,
+            support: None,
         };
         let weight = |room: &Environment, design| {
             let weight = room.orientation_weight(design);

@@ -2,14 +2,21 @@
 
 pub mod batch;
 pub mod bernstein;
+pub mod compensation;
 pub mod environment;
 pub mod fit;
+pub mod inverse;
+pub mod jacobian;
 mod kernel;
 pub mod least_squares;
 pub mod model;
+#[cfg(test)]
+mod random_models;
 pub mod samples;
 pub mod selection;
+pub mod support;
 
 pub use batch::Batch;
 pub use environment::Environment;
 pub use model::{DistortionModel, OutsidePolicy};
+pub use support::Support;

@@ -2,6 +2,7 @@
 
 use super::error::FormatError;
 use super::ron_text;
+use super::support::{self, SupportEntry};
 use crate::field::bernstein::coefficient_count;
 use crate::field::environment::{Jitter, Provenance};
 use crate::field::{DistortionModel, Environment};
@@ -20,6 +21,7 @@ struct EnvironmentEntry {
     jitter: Option<Jitter>,
     provenance: Option<Provenance>,
     model: DistortionModel,
+    support: Option<SupportEntry>,
 }
 
 impl ron_text::Versioned for EnvironmentEntry {
@@ -46,12 +48,14 @@ pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
     if let Some((name, found, expected)) = entry.jitter.as_ref().and_then(Jitter::problem) {
         return Err(FormatError::field(name, found, expected));
     }
+    let support = entry.support.map(|s| s.check(&entry.model)).transpose()?;
     Ok(Environment {
         name: entry.name,
         model: entry.model,
         volume: entry.volume,
         jitter: entry.jitter,
         provenance: entry.provenance,
+        support,
     })
 }
 
@@ -70,7 +74,11 @@ pub fn write(environment: &Environment) -> String {
     }
     out.push_str("    model: (\n");
     push_model(&mut out, &environment.model);
-    out.push_str("    ),\n)\n");
+    out.push_str("    ),\n");
+    if let Some(support) = &environment.support {
+        support::push(&mut out, support.parts());
+    }
+    out.push_str(")\n");
     out
 }
 
@@ -150,6 +158,7 @@ mod tests {
                 growth: Some(JitterGrowth::dipole(250.0)),
                 ..Jitter::uniform(0.1, 0.001)
             }),
+            support: None,
             provenance: Some(Provenance {
                 data: "data.csv".to_owned(),
                 samples: 12,

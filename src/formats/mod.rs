@@ -13,6 +13,7 @@ pub mod measurements;
 pub mod number;
 pub mod poses;
 mod ron_text;
+mod support;
 pub mod table;
 #[cfg(test)]
 mod tests;

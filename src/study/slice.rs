@@ -146,6 +146,7 @@ mod tests {
             volume: None,
             jitter: None,
             provenance: None,
+            support: None,
         }
     }
 

@@ -76,6 +76,7 @@ pub fn scenario(model: DistortionModel) -> Scenario {
             volume: None,
             jitter: None,
             provenance: None,
+            support: None,
         }),
         ..built_in()
     }

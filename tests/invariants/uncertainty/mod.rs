@@ -99,6 +99,7 @@ fn alone(tool: RigidBody, weight_mm: f64, jitter: Jitter) -> Scenario {
             volume: None,
             jitter: Some(jitter),
             provenance: None,
+            support: None,
         }),
         tool,
         crf: None,
