@@ -7,6 +7,7 @@ mod distort;
 mod edit;
 mod fit;
 mod import;
+mod jitter;
 mod output;
 mod precision;
 #[cfg(feature = "editor")]
@@ -15,6 +16,7 @@ mod select;
 mod select_chart;
 mod simulate;
 mod stability;
+mod uncertainty;
 
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;

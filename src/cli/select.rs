@@ -3,6 +3,7 @@
 use super::choose::{self, Grouping};
 use super::fit::{MapArg, MethodArg, SensorsArg, Target, VolumeArg, WeightsArg};
 use super::fit::{as_json as fit_json, file_name, fit_and_write, map_name, method_name, read};
+use super::jitter::JitterArgs;
 use super::output::{self, Format};
 use super::select_chart;
 use crate::field::selection::{
@@ -80,6 +81,9 @@ pub struct SelectArgs {
     #[arg(long, value_enum)]
     volume: Option<VolumeArg>,
 
+    #[command(flatten)]
+    jitter: JitterArgs,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -116,7 +120,8 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
             data: &args.data,
             output,
             volume: args.volume,
-            with_support: true,
+            jitter: args.jitter.jitter(),
+            has_support: true,
         };
         let fit_settings = settings.fit_settings(&selection.best().candidate);
         let (fitted, _) = fit_and_write(&target, &fit_settings, &set, None)?;

@@ -5,3 +5,4 @@ mod golden_designs;
 mod jhu_cis;
 mod main_job;
 mod select;
+mod uncertainty;
