@@ -29,7 +29,7 @@ pub struct FitArgs {
     output: PathBuf,
 
     /// Order of the Bernstein polynomials; 0 is no correction. Chosen as `select` does where left out
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     order: Option<usize>,
 
     /// Number of basis orientations: 1, 6, 12, 14, 26 or 42; 1 ignores orientation. Chosen as
