@@ -62,7 +62,7 @@ pub fn sample_slice_of(
         .map(|v| {
             let value = |u| {
                 let point = plan.point_mm(u, v);
-                let at = support.at(model, &point, &plan.sensor_axis, OutsidePolicy::Clamp);
+                let at = support.at(&point, &plan.sensor_axis, OutsidePolicy::Clamp);
                 let value = match quantity {
                     Quantity::StdErrorMm => at.position_std_error_mm,
                     Quantity::PositionErrorMm | Quantity::SupportDistanceMm => at.distance_mm,

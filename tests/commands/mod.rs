@@ -6,3 +6,4 @@ mod jhu_cis;
 mod main_job;
 mod select;
 mod uncertainty;
+mod support;
