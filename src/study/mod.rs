@@ -2,11 +2,13 @@
 
 pub mod figures;
 pub mod motion;
+mod plan;
 pub mod requirement;
 mod run;
 pub mod scenario;
 pub mod slice;
 pub mod statistics;
+mod tracker;
 pub mod trial;
 pub mod work;
 
