@@ -128,6 +128,7 @@ fn scenario(order: usize) -> Scenario {
         volume: Some(Volume::AuroraCube),
         jitter: None,
         provenance: None,
+        support: None,
     };
     store::resolve(world.document.design(), &Arc::new(room))
 }

@@ -155,6 +155,7 @@ mod tests {
             volume: None,
             jitter: None,
             provenance: None,
+            support: None,
         }
     }
 

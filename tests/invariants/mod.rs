@@ -2,3 +2,5 @@
 
 mod fitting;
 mod studies;
+mod support;
+mod uncertainty;
