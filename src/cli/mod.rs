@@ -7,13 +7,16 @@ mod distort;
 mod edit;
 mod fit;
 mod import;
+mod jitter;
 mod output;
 mod precision;
 #[cfg(feature = "editor")]
 mod render;
 mod select;
+mod select_chart;
 mod simulate;
 mod stability;
+mod uncertainty;
 
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;

@@ -102,6 +102,7 @@ impl DistortionModel {
         let is_box = (0..3).all(|k| {
             bounds.min_mm[k].is_finite()
                 && bounds.max_mm[k].is_finite()
+                && bounds.size_mm()[k].is_finite()
                 && bounds.min_mm[k] <= bounds.max_mm[k]
         });
         if !is_box {

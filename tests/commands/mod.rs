@@ -4,3 +4,4 @@ mod bad_input;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;
+mod uncertainty;

@@ -3,3 +3,4 @@
 mod fitting;
 mod studies;
 mod support;
+mod uncertainty;
