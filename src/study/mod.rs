@@ -2,6 +2,7 @@
 
 pub mod figures;
 pub mod motion;
+pub mod preview;
 pub mod requirement;
 mod run;
 pub mod scenario;

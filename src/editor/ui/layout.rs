@@ -257,6 +257,7 @@ impl Desk<'_> {
                     &SlicePanelView {
                         view: self.view(),
                         bounds: *self.environment().model.bounds(),
+                        has_support: self.environment().support.is_some(),
                         max_mm: self.shown.results.slice.as_ref().map(|s| s.value.max_mm),
                     },
                 ));
@@ -295,7 +296,7 @@ impl Desk<'_> {
                             design: self.design(),
                             selected: self.selected,
                             pose: results.pose.as_ref().map(|p| &p.value),
-                            default_weight_mm: self.environment().orientation_weight_mm(),
+                            derived_weight: self.environment().orientation_weight(None),
                         },
                     ));
                     ui.add_space(8.0);
