@@ -17,6 +17,7 @@ impl What {
         match self {
             Self::Field => "Field",
             Self::Fit => "Fit",
+            Self::Inverse => "Inverse",
             Self::Motion => "Study",
             Self::Heatmap => "Slice",
         }
