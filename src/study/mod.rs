@@ -3,6 +3,7 @@
 pub mod figures;
 pub mod motion;
 mod plan;
+pub mod preview;
 pub mod requirement;
 mod run;
 pub mod scenario;

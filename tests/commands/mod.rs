@@ -5,5 +5,5 @@ mod golden_designs;
 mod jhu_cis;
 mod main_job;
 mod select;
-mod uncertainty;
 mod support;
+mod uncertainty;

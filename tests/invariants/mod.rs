@@ -3,5 +3,5 @@
 mod fitting;
 mod studies;
 mod support;
-mod uncertainty;
 mod surveys;
+mod uncertainty;
