@@ -4,7 +4,7 @@ use super::choose;
 use super::jitter::JitterArgs;
 use super::output::{self, Format};
 use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
-use crate::field::fit::{Decomposed, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
+use crate::field::fit::{Factored, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
 use crate::field::model::OutsidePolicy;
 use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet, SampleSet};
 use crate::field::support::SupportError;
@@ -149,8 +149,8 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         data: &args.data,
         output: &args.output,
         volume: args.volume,
-        with_support: !args.no_support,
         jitter: args.jitter.jitter(),
+        has_support: !args.no_support,
     };
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
     let (fitted, holdout) = fit_and_write(&target, &settings, &set, holdout)?;
@@ -174,9 +174,9 @@ pub(super) struct Target<'a> {
     pub data: &'a Path,
     pub output: &'a Path,
     pub volume: Option<VolumeArg>,
-    /// Whether the environment says where the model may be believed.
-    pub with_support: bool,
     pub jitter: Option<Jitter>,
+    /// Whether the environment says where its model may be believed.
+    pub has_support: bool,
 }
 
 /// Fits, judges on a second table where there is one, writes the environment, and warns.
@@ -189,23 +189,20 @@ pub(super) fn fit_and_write(
     let bar = output::progress(1, "fitting");
     let samples = set.samples(settings.map);
     let task = Task::default();
-    let (decomposed, fitted) = factor(&samples, settings, None, &task)
+    let (factored, fitted) = factor(&samples, settings, None, &task)
         .and_then(|factored| {
-            let decomposed = factored.decompose()?;
-            let solved = decomposed.solve(settings.rcond, settings.ridge)?;
-            Ok((decomposed, solved.judged(&samples)))
+            let solved = factored.solve(settings.rcond, settings.ridge)?;
+            Ok((factored, solved.judged(&samples)))
         })
         .with_context(|| target.data.display().to_string())?;
-    let support = match target.with_support {
-        true => support(&samples, &decomposed, settings, &fitted, &task)?,
+    let support = match target.has_support {
+        true => support(&samples, &factored, &fitted, &task)?,
         false => None,
     };
     bar.finish_and_clear();
     let holdout = holdout.map(|(file, set)| judge(&fitted.model, file, set));
-    let environment = Environment {
-        support,
-        ..environment(target, &fitted, settings, holdout.as_ref())
-    };
+    let mut environment = environment(target, &fitted, settings, holdout.as_ref());
+    environment.support = support;
     store::write_environment(target.output, &environment)?;
     for warning in warnings(&fitted) {
         output::note(&format!("warning: {warning}"));
@@ -273,22 +270,20 @@ pub(super) fn read(file: &Path, sensors: SensorsArg) -> anyhow::Result<Measureme
 /// Where the model may be believed; one that is too large to keep is left out with a note.
 fn support(
     samples: &SampleSet,
-    decomposed: &Decomposed,
-    settings: &FitSettings,
+    factored: &Factored,
     fitted: &Fit,
     task: &Task,
 ) -> anyhow::Result<Option<Support>> {
-    let damping = (settings.rcond, settings.ridge);
-    match Support::of_fit(samples, decomposed, damping, &fitted.model, task) {
+    match Support::of_fit(samples, factored, &fitted.model, task) {
         Ok(support) => Ok(Some(support)),
         Err(SupportError::NoOrder) => Ok(None),
-        Err(error @ SupportError::TooLarge { .. }) => {
+        Err(error @ (SupportError::TooLarge { .. } | SupportError::TooManyUnknowns { .. })) => {
             output::note(&format!(
                 "note: {error}; the environment is written without it"
             ));
             Ok(None)
         }
-        Err(error @ SupportError::Cancelled(_)) => Err(error.into()),
+        Err(error @ (SupportError::Cancelled(_) | SupportError::Fit(_))) => Err(error.into()),
     }
 }
 

@@ -13,6 +13,7 @@ mod precision;
 #[cfg(feature = "editor")]
 mod render;
 mod select;
+mod select_chart;
 mod simulate;
 mod stability;
 mod uncertainty;

@@ -98,16 +98,10 @@ mod tests {
         let settings = FitSettings::new(2, DirectionSet::FortyTwo);
         let samples = read("cube-fit.csv").samples(MapKind::Distortion);
         let task = Task::default();
-        let decomposed = factor(&samples, &settings, None, &task)
-            .unwrap()
-            .decompose()
-            .unwrap();
-        let damping = (settings.rcond, settings.ridge);
-        let fit = decomposed
-            .solve(damping.0, damping.1)
-            .unwrap()
-            .judged(&samples);
-        let support = Support::of_fit(&samples, &decomposed, damping, &fit.model, &task).unwrap();
+        let factored = factor(&samples, &settings, None, &task).unwrap();
+        let solved = factored.solve(settings.rcond, settings.ridge).unwrap();
+        let fit = solved.judged(&samples);
+        let support = Support::of_fit(&samples, &factored, &fit.model, &task).unwrap();
         let holdout = read("cube-holdout.csv").samples(MapKind::Distortion);
         let zero = crate::field::DistortionModel::zero(*fit.model.bounds(), MapKind::Distortion);
         Environment {

@@ -6,7 +6,9 @@ use super::interpolated::ValueLattice;
 use super::sampling::poses;
 use super::single::{SingleModel, single_pose};
 use super::{Family, Row, Settings, Steps, What, exact};
+use crate::field::batch::Batch;
 use crate::field::fit::{FitSettings, fit};
+use crate::field::model::{Coefficient, Evaluation};
 use crate::field::samples::{PoseError, Sample, SampleSet};
 use crate::field::{DistortionModel, OutsidePolicy};
 use crate::geometry::directions::DirectionSet;
@@ -80,7 +82,13 @@ pub fn measure(
         );
         let scattered = poses(model.bounds(), settings.poses, settings.seed);
         let asked = Asked::new(&other, scattered, &problem, settings);
-        family.rows.extend(asked.plain_and_single(false));
+        family
+            .rows
+            .extend(asked.plain_and_single(false).into_iter().map(|row| Row {
+                // Another room's round-off: in the table, not beside the room's in the picture.
+                series: String::new(),
+                ..row
+            }));
         next()?;
     }
     Ok(family)
@@ -136,20 +144,21 @@ fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
         .map(|(position, _)| (position, axis))
         .collect();
     let asked = Asked::new(model, positions, ONE_AXIS, settings);
-    let mut rows = vec![asked.row("scattered", true, || asked.scattered())];
+    let mut rows = vec![Row {
+        series: "scattered, one orientation".to_owned(),
+        ..asked.scattered("scattered", model, true)
+    }];
     for nodes in NODES {
         let lattice = ValueLattice::new(model, &[axis], nodes);
         let spacing = ValueLattice::spacing_mm(model.bounds(), nodes);
         let row = asked.row(
             &format!("interpolated lattice of one orientation, {spacing:.1} mm"),
             false,
-            || {
-                let values = asked.poses.iter().map(|(p, _)| lattice.at(p, 0));
-                values.map(|v| Vector3::new(v[0], v[1], v[2])).collect()
-            },
+            |out| out.extend(asked.poses.iter().map(|(p, _)| lattice.at(p, 0))),
         );
         rows.push(Row {
             series: "interpolated lattice, one orientation".to_owned(),
+            is_step: true,
             ..row
         });
     }
@@ -185,19 +194,23 @@ impl<'a> Asked<'a> {
         }
     }
 
-    /// A row for one way to get all position errors.
-    fn row(
+    /// A row for one way to get all values, in whatever form it gives them.
+    fn row<T: Answer>(
         &self,
         method: &str,
         is_default: bool,
-        evaluate: impl FnMut() -> Vec<Vector3<f64>>,
+        mut evaluate: impl FnMut(&mut Vec<T>),
     ) -> Row {
-        let (seconds, found) = self.settings.timing.measure(evaluate);
+        let mut found = Vec::with_capacity(self.poses.len());
+        let (seconds, ()) = self.settings.timing.measure(|| {
+            found.clear();
+            evaluate(&mut found);
+        });
         let error = self
             .exact
             .iter()
             .zip(&found)
-            .map(|(exact, found)| exact::position_difference_mm(exact, found))
+            .map(|(exact, found)| exact::position_difference_mm(exact, &found.position_mm()))
             .fold(0.0, f64::max);
         Row {
             what: What::Field,
@@ -212,26 +225,34 @@ impl<'a> Asked<'a> {
             is_default,
             problem: self.problem.to_owned(),
             series: method.to_owned(),
+            is_step: false,
         }
     }
 
     /// The path that simulations take.
-    fn scattered(&self) -> Vec<Vector3<f64>> {
-        evaluate_scattered(self.model, &self.poses)
+    fn scattered(&self, method: &str, model: &DistortionModel, is_default: bool) -> Row {
+        let (positions, axes): (Vec<_>, Vec<_>) = self.poses.iter().copied().unzip();
+        let mut batch = Batch::default();
+        self.row(method, is_default, |out: &mut Vec<Evaluation>| {
+            batch.evaluate(model, &positions, &axes, OutsidePolicy::Clamp, out);
+        })
     }
 
-    /// Plain loops in both precisions, and the program's own path.
+    /// The program's own path, and plain loops in both precisions.
     fn plain_and_single(&self, is_default: bool) -> Vec<Row> {
         let single = SingleModel::new(self.model);
         let single_poses: Vec<_> = self.poses.iter().map(|(p, a)| single_pose(p, a)).collect();
         vec![
-            self.row("scattered", is_default, || self.scattered()),
-            self.row("plain loop", false, || plain_loop(self.model, &self.poses)),
-            self.row("plain loop, f32", false, || {
-                let values = single_poses.iter().map(|pose| single.evaluate(pose));
-                values
-                    .map(|v| Vector3::from_fn(|k, _| f64::from(v[k])))
-                    .collect()
+            self.scattered("scattered", self.model, is_default),
+            self.row("plain loop", false, |out| {
+                out.extend(
+                    self.poses
+                        .iter()
+                        .map(|(p, a)| self.model.evaluate(p, a, OutsidePolicy::Clamp)),
+                );
+            }),
+            self.row("plain loop, f32", false, |out| {
+                out.extend(single_poses.iter().map(|pose| single.evaluate(pose)));
             }),
         ]
     }
@@ -247,15 +268,16 @@ impl<'a> Asked<'a> {
                 let spacing = ValueLattice::spacing_mm(self.model.bounds(), nodes);
                 let weighting = self.model.weighting();
                 let method = format!("interpolated lattice, {spacing:.1} mm");
-                let row = self.row(&method, false, || {
-                    let values = self
-                        .poses
-                        .iter()
-                        .map(|(p, a)| lattice.at_weights(p, &set.weights(a, weighting)));
-                    values.map(|v| Vector3::new(v[0], v[1], v[2])).collect()
+                let row = self.row(&method, false, |out| {
+                    out.extend(
+                        self.poses
+                            .iter()
+                            .map(|(p, a)| lattice.at_weights(p, &set.weights(a, weighting))),
+                    );
                 });
                 Row {
                     series: "interpolated lattice".to_owned(),
+                    is_step: true,
                     ..row
                 }
             })
@@ -282,7 +304,7 @@ impl<'a> Asked<'a> {
                 let smaller = fit(&samples, &wanted, Some(*self.model.bounds()))
                     .ok()?
                     .model;
-                let row = self.row(method, false, || evaluate_scattered(&smaller, &self.poses));
+                let row = self.scattered(method, &smaller, false);
                 Some(Row {
                     order,
                     directions: directions.len(),
@@ -315,14 +337,25 @@ fn samples_of(model: &DistortionModel, settings: &Settings) -> SampleSet {
     }
 }
 
-fn evaluate_scattered(model: &DistortionModel, poses: &[ScatteredPose]) -> Vec<Vector3<f64>> {
-    plain_loop(model, poses)
+/// What a way of evaluating gives.
+trait Answer {
+    fn position_mm(&self) -> Vector3<f64>;
 }
 
-/// One pose at a time.
-fn plain_loop(model: &DistortionModel, poses: &[ScatteredPose]) -> Vec<Vector3<f64>> {
-    poses
-        .iter()
-        .map(|(p, a)| model.evaluate(p, a, OutsidePolicy::Clamp).error.position_mm)
-        .collect()
+impl Answer for Evaluation {
+    fn position_mm(&self) -> Vector3<f64> {
+        self.error.position_mm
+    }
+}
+
+impl Answer for Coefficient {
+    fn position_mm(&self) -> Vector3<f64> {
+        Vector3::new(self[0], self[1], self[2])
+    }
+}
+
+impl Answer for [f32; 8] {
+    fn position_mm(&self) -> Vector3<f64> {
+        Vector3::from_fn(|k, _| f64::from(self[k]))
+    }
 }

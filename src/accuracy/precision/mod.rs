@@ -72,9 +72,12 @@ pub struct Row {
     pub is_default: bool,
     /// What is asked for: rows of one problem can stand for each other, others cannot.
     pub problem: String,
-    /// The line of the chart that the row is a point of.
+    /// The chart's series that the row is a point of; none where it is not charted.
     #[serde(skip)]
     pub series: String,
+    /// Whether the row is one of a sequence, finer and finer: its series is a line.
+    #[serde(skip)]
+    pub is_step: bool,
 }
 
 /// All ways of computing one thing.

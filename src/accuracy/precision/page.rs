@@ -133,33 +133,29 @@ pub fn chart(family: &Family) -> Chart {
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     if !front.is_empty() {
         series.push(Series {
-            name: "Pareto front".to_owned(),
+            name: format!("Pareto front: {}", family.charted),
             points: front,
             style: SeriesStyle::Front,
         });
     }
     for row in family.rows.iter().filter(|r| !r.series.is_empty()) {
-        let known = series
-            .iter_mut()
-            .find(|s| s.name == row.series && s.style != SeriesStyle::Front);
-        match known {
-            Some(known) => {
-                known.points.push(point(row));
-                known.style = SeriesStyle::Line;
-            }
+        match series.iter_mut().find(|s| s.name == row.series) {
+            Some(known) => known.points.push(point(row)),
             None => series.push(Series {
                 name: row.series.clone(),
                 points: vec![point(row)],
-                style: SeriesStyle::Points,
+                style: if row.is_step {
+                    SeriesStyle::Line
+                } else {
+                    SeriesStyle::Points
+                },
             }),
         }
     }
     series.push(Series {
         name: DEFAULT.to_owned(),
-        points: family
-            .rows
-            .iter()
-            .filter(|r| r.is_default && !r.series.is_empty())
+        points: rows_of(family, &family.charted)
+            .filter(|r| r.is_default)
             .map(point)
             .collect(),
         style: SeriesStyle::Marked,
@@ -167,10 +163,10 @@ pub fn chart(family: &Family) -> Chart {
     let unit = family.rows.first().map_or("", |r| r.error_unit);
     let axis = |label: String| Axis {
         label,
-        scale: Scale::Logarithmic,
+        scale: Scale::LogarithmicAndZero,
     };
     Chart {
-        title: format!("{}: {}", family.what.title(), family.charted),
+        title: format!("{}: error against run time", family.what.title()),
         x: axis("time (s)".to_owned()),
         y: axis(format!("error ({unit})")),
         series,
@@ -254,6 +250,7 @@ mod tests {
             is_default: method == "full",
             problem: problem.to_owned(),
             series: method.to_owned(),
+            is_step: false,
         }
     }
 
