@@ -207,8 +207,15 @@ pub(super) fn reason(selection: &Selection, by: Option<&str>, folds: usize) -> S
         }
         _ => format!("{folds} folds"),
     };
+    let is_least_of_all = selection
+        .table
+        .iter()
+        .all(|row| row.deciding().position_rms_mm >= least.deciding().position_rms_mm);
     let why = if selection.best == selection.least {
-        "the least of all".to_owned()
+        match is_least_of_all {
+            true => "the least of all".to_owned(),
+            false => "the least of all that the rows determine".to_owned(),
+        }
     } else {
         format!(
             "the smallest within {:.0} % of the least, {:.4} mm ({})",

@@ -1,8 +1,9 @@
 //! `fit`: measurements to an environment, and what the fit leaves.
 
 use super::choose;
+use super::jitter::JitterArgs;
 use super::output::{self, Format};
-use crate::field::environment::{HoldoutProvenance, Provenance};
+use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
 use crate::field::fit::{Factored, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
 use crate::field::model::OutsidePolicy;
 use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet, SampleSet};
@@ -28,7 +29,7 @@ pub struct FitArgs {
     output: PathBuf,
 
     /// Order of the Bernstein polynomials; 0 is no correction. Chosen as `select` does where left out
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     order: Option<usize>,
 
     /// Number of basis orientations: 1, 6, 12, 14, 26 or 42; 1 ignores orientation. Chosen as
@@ -72,6 +73,9 @@ pub struct FitArgs {
     /// Leave out what the environment says of where its model may be believed
     #[arg(long)]
     no_support: bool,
+
+    #[command(flatten)]
+    jitter: JitterArgs,
 
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
@@ -145,7 +149,8 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         data: &args.data,
         output: &args.output,
         volume: args.volume,
-        has_support: !args.no_support,
+        jitter: args.jitter.jitter(),
+        with_support: !args.no_support,
     };
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
     let (fitted, holdout) = fit_and_write(&target, &settings, &set, holdout)?;
@@ -169,8 +174,9 @@ pub(super) struct Target<'a> {
     pub data: &'a Path,
     pub output: &'a Path,
     pub volume: Option<VolumeArg>,
+    pub jitter: Option<Jitter>,
     /// Whether the environment says where its model may be believed.
-    pub has_support: bool,
+    pub with_support: bool,
 }
 
 /// Fits, judges on a second table where there is one, writes the environment, and warns.
@@ -189,7 +195,7 @@ pub(super) fn fit_and_write(
             Ok((factored, solved.judged(&samples)))
         })
         .with_context(|| target.data.display().to_string())?;
-    let support = match target.has_support {
+    let support = match target.with_support {
         true => support(&samples, &factored, &fitted, &task)?,
         false => None,
     };
@@ -304,7 +310,7 @@ fn environment(
         volume: target
             .volume
             .map(|VolumeArg::AuroraCube| Volume::AuroraCube),
-        jitter: None,
+        jitter: target.jitter,
         support: None,
         provenance: Some(Provenance {
             data: file_name(target.data),

@@ -1,18 +1,22 @@
 //! The command line: one file a subcommand, each a function that a test can call.
 
 mod choose;
+mod compensate;
 mod distort;
 #[cfg(feature = "editor")]
 mod edit;
 mod fit;
 mod import;
+mod jitter;
 mod output;
 mod precision;
 #[cfg(feature = "editor")]
 mod render;
 mod select;
+mod select_chart;
 mod simulate;
 mod stability;
+mod uncertainty;
 
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
@@ -43,6 +47,8 @@ enum Command {
     Select(select::SelectArgs),
     /// Distort poses as the tracker of an environment would measure them
     Distort(distort::DistortArgs),
+    /// Correct measured poses by the map of an environment, or by the inverse of it
+    Compensate(compensate::CompensateArgs),
     /// Simulate a design at one pose, over its range of motion, or at given poses
     Simulate(simulate::SimulateArgs),
     /// Measure error against run time, for every way of computing the same thing
@@ -76,6 +82,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Fit(args)) => fit::run(args),
         Some(Command::Select(args)) => select::run(args),
         Some(Command::Distort(args)) => distort::run(args),
+        Some(Command::Compensate(args)) => compensate::run(args),
         Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),

@@ -3,21 +3,19 @@
 use super::choose::{self, Grouping};
 use super::fit::{MapArg, MethodArg, SensorsArg, Target, VolumeArg, WeightsArg};
 use super::fit::{as_json as fit_json, file_name, fit_and_write, map_name, method_name, read};
+use super::jitter::JitterArgs;
 use super::output::{self, Format};
+use super::select_chart;
 use crate::field::selection::{
     DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings, Selection,
 };
 use crate::geometry::directions::DirectionSet;
-use crate::report::plot::{Axis, Chart, Scale, Series, SeriesStyle};
 use crate::store;
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-
-/// Size of the chart in pixels.
-const CHART_SIZE: (u32, u32) = (960, 640);
 
 #[derive(Debug, Args)]
 pub struct SelectArgs {
@@ -83,6 +81,9 @@ pub struct SelectArgs {
     #[arg(long, value_enum)]
     volume: Option<VolumeArg>,
 
+    #[command(flatten)]
+    jitter: JitterArgs,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -119,7 +120,8 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
             data: &args.data,
             output,
             volume: args.volume,
-            has_support: true,
+            jitter: args.jitter.jitter(),
+            with_support: true,
         };
         let fit_settings = settings.fit_settings(&selection.best().candidate);
         let (fitted, _) = fit_and_write(&target, &fit_settings, &set, None)?;
@@ -127,7 +129,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
         text.push_str(&format!("\nwritten to {}", output.display()));
     }
     if let Some(plot) = &args.plot {
-        let svg = chart(&file_name(&args.data), &selection).to_svg(CHART_SIZE);
+        let svg = select_chart::svg(&file_name(&args.data), &selection);
         store::write_atomic(plot, |out| out.write_all(svg.as_bytes()))?;
         text.push_str(&format!("\ndrawn to {}", plot.display()));
     }
@@ -236,6 +238,11 @@ fn as_json(
         "groups": grouping.map(|g| json!({"by": g.by, "count": selection.groups})),
         "method": method_name(settings.method),
         "map": map_name(settings.map),
+        "left_out": selection
+            .left_out
+            .iter()
+            .map(|(order, directions)| json!({"order": order, "directions": directions.len()}))
+            .collect::<Vec<_>>(),
         "table": table,
     })
 }
@@ -267,7 +274,7 @@ fn as_text(
     let mut head = vec![
         "order",
         "orientations",
-        "coefficients",
+        "coefficients ",
         "RMS, no ridge",
         "best ridge",
         "RMS",
@@ -291,7 +298,11 @@ fn as_text(
         let mut cells = vec![
             row.candidate.order.to_string(),
             row.candidate.directions.len().to_string(),
-            with_separators(row.candidate.coefficients()),
+            format!(
+                "{}{}",
+                with_separators(row.candidate.coefficients()),
+                if row.is_determined { " " } else { "†" }
+            ),
             without_ridge.map_or_else(|| "–".to_owned(), |r| mm(r.deciding().position_rms_mm)),
             choose::ridge_text(row.candidate.ridge).replace("0e0", "0"),
             mm(row.deciding().position_rms_mm),
@@ -306,6 +317,18 @@ fn as_text(
         rows.push((i == selection.best, cells));
     }
     lines.push(right_aligned(&rows));
+    if selection.table.iter().any(|row| !row.is_determined) {
+        lines.push(
+            "† at least as many coefficients as places to fit an orientation to: not to be chosen"
+                .to_owned(),
+        );
+    }
+    if !selection.left_out.is_empty() {
+        lines.push(format!(
+            "{} joint models have at least as many coefficients as there are rows, and were left out",
+            selection.left_out.len()
+        ));
+    }
     lines.push(choose::reason(
         selection,
         grouping.map(|g| g.by.as_str()),
@@ -333,44 +356,4 @@ fn right_aligned(rows: &[(bool, Vec<String>)]) -> String {
         )
     };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
-}
-
-/// The paper's Fig. 3: what is left of held-out rows against order, a line each angular resolution.
-fn chart(data: &str, selection: &Selection) -> Chart {
-    let point = |row: &Scored| (row.candidate.order as f64, row.deciding().position_rms_mm);
-    let mut series = Vec::new();
-    for set in DirectionSet::ALL {
-        let points: Vec<_> = selection
-            .table
-            .iter()
-            .filter(|row| row.candidate.ridge == 0.0)
-            .filter(|row| row.candidate.order == 0 || row.candidate.directions == set)
-            .map(point)
-            .collect();
-        if points.len() > 1 {
-            let plural = if set.len() == 1 { "" } else { "s" };
-            series.push(Series {
-                name: format!("{} orientation{plural}", set.len()),
-                points,
-                style: SeriesStyle::Line,
-            });
-        }
-    }
-    series.push(Series {
-        name: choose::candidate_text(&selection.best().candidate),
-        points: vec![point(selection.best())],
-        style: SeriesStyle::Marked,
-    });
-    Chart {
-        title: format!("{data}: residual on held-out measurements"),
-        x: Axis {
-            label: "order of the polynomials".to_owned(),
-            scale: Scale::Linear,
-        },
-        y: Axis {
-            label: "position RMS, mm".to_owned(),
-            scale: Scale::Logarithmic,
-        },
-        series,
-    }
 }

@@ -1,6 +1,7 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
 use super::output::{self, Format, OutsideArg};
+use super::uncertainty::UncertaintyArgs;
 use crate::field::samples::MapKind;
 use crate::formats::log;
 use crate::geometry::pose::pose_to_array;
@@ -42,6 +43,9 @@ pub struct SimulateArgs {
     #[arg(long)]
     support: bool,
 
+    #[command(flatten)]
+    uncertainty: UncertaintyArgs,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -72,9 +76,18 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         }
         (ModeArg::Input, None) => anyhow::bail!("--mode input needs --input FILE"),
     };
-    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    let design = world.document.design();
+    let environment = args.uncertainty.environment(&world.environment)?;
+    let mut scenario = store::resolve(design, &environment);
     scenario.outside = args.outside.into();
+    args.uncertainty
+        .check(&scenario, &mode)
+        .with_context(|| args.design.display().to_string())?;
     note_map(&world);
+    let uncertainty = args
+        .uncertainty
+        .report(&scenario, design.orientation_weight_mm, &mode)
+        .with_context(|| args.design.display().to_string())?;
     // Before the log is written: an environment that cannot tell is an error.
     let survey = match args.support {
         false => None,
@@ -86,6 +99,9 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     match args.format {
         Format::Json => {
             let mut value = as_json(&outcome.figures, single.as_ref());
+            if let Some(report) = &uncertainty {
+                value["uncertainty"] = report.as_json(&outcome.figures);
+            }
             if let Some(survey) = &survey {
                 value["support"] = json!(survey);
             }
@@ -93,6 +109,10 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         }
         Format::Text => {
             let mut text = as_text(&world, &outcome.figures, single.as_ref());
+            if let Some(report) = &uncertainty {
+                text.push('\n');
+                text.push_str(&report.as_text(&outcome.figures));
+            }
             if let Some(survey) = &survey {
                 text.push('\n');
                 text.push_str(&output::aligned(&rows(support_rows(survey))));

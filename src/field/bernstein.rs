@@ -28,6 +28,25 @@ pub fn basis(order: usize, x: f64) -> [f64; MAX_ORDER + 1] {
     b
 }
 
+/// `B_0..B_n` at `x` and their derivatives, `B_i' = n (B_{i-1} - B_i)` of one order less.
+pub fn basis_with_slopes(order: usize, x: f64) -> ([f64; MAX_ORDER + 1], [f64; MAX_ORDER + 1]) {
+    if order == 0 {
+        return (basis(0, x), [0.0; MAX_ORDER + 1]);
+    }
+    let lower = basis(order - 1, x);
+    let (mut values, mut slopes) = ([0.0; MAX_ORDER + 1], [0.0; MAX_ORDER + 1]);
+    let n = order as f64;
+    let mut before = 0.0;
+    for i in 0..=order {
+        // Past the end of the lower order's places stands a zero.
+        let here = if i < order { lower[i] } else { 0.0 };
+        values[i] = (1.0 - x) * here + x * before;
+        slopes[i] = n * (before - here);
+        before = here;
+    }
+    (values, slopes)
+}
+
 /// All `B_i(x) B_j(y) B_k(z)`, i slowest, appended to `row`.
 pub fn push_products(order: usize, unit_position: &nalgebra::Vector3<f64>, row: &mut Vec<f64>) {
     let [bx, by, bz] = [0, 1, 2].map(|k| basis(order, unit_position[k]));
@@ -56,6 +75,28 @@ mod tests {
                 for (i, value) in b[..=n].iter().enumerate() {
                     let exact = binomial(n, i) * x.powi(i as i32) * (1.0 - x).powi((n - i) as i32);
                     assert!((value - exact).abs() <= 1e-13 * exact.abs().max(1.0));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_definition_and_values_those_of_the_basis() {
+        for n in 0..=MAX_ORDER {
+            for x in [-0.3, 0.0, 0.2, 0.5, 0.9, 1.0, 1.4_f64] {
+                let (values, slopes) = basis_with_slopes(n, x);
+                assert!(
+                    (0..=n)
+                        .all(|i| (values[i] - basis(n, x)[i]).abs()
+                            <= 1e-15 * 2.0_f64.powi(n as i32))
+                );
+                for i in 0..=n {
+                    let (up, down) = (i as f64, (n - i) as f64);
+                    let power = |b: f64, e: f64| if e < 0.0 { 0.0 } else { b.powi(e as i32) };
+                    let exact = binomial(n, i)
+                        * (up * power(x, up - 1.0) * power(1.0 - x, down)
+                            - down * power(x, up) * power(1.0 - x, down - 1.0));
+                    assert!((slopes[i] - exact).abs() <= 1e-12 * exact.abs().max(1.0));
                 }
             }
         }

@@ -94,6 +94,8 @@ impl SystemReport {
 pub enum FitError {
     #[error("no samples to fit")]
     NoSamples,
+    #[error("sample {0} (counted from 0) has a number that is not finite, or an axis of no length")]
+    NotFinite(usize),
     #[error("order is {0}, expected 0 to {MAX_ORDER}")]
     Order(usize),
     #[error(
@@ -316,6 +318,9 @@ pub fn residuals(model: &DistortionModel, set: &SampleSet, outside: OutsidePolic
 fn check(set: &SampleSet, settings: &FitSettings) -> Result<(), FitError> {
     if set.samples.is_empty() {
         return Err(FitError::NoSamples);
+    }
+    if let Some(i) = set.samples.iter().position(|s| !s.is_usable()) {
+        return Err(FitError::NotFinite(i));
     }
     if settings.order > MAX_ORDER {
         return Err(FitError::Order(settings.order));

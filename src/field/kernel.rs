@@ -14,30 +14,30 @@ use nalgebra::Vector3;
 use pulp::Simd;
 
 /// Places for a basis of the highest order.
-const TERMS: usize = MAX_ORDER + 1;
+pub(super) const MAX_TERMS: usize = MAX_ORDER + 1;
 
 /// `P` vectors of poses; with several, one load of a coefficient serves more products.
 pub(super) type Block<V, const P: usize> = [V; P];
 
-/// A basis along one axis, in the first `order + 1` places.
-type Basis<V, const P: usize> = [Block<V, P>; TERMS];
+/// A basis along one axis, in the first `order + 1` of `T` places.
+pub(super) type Basis<V, const P: usize, const T: usize> = [Block<V, P>; T];
 
 /// The six values.
 pub(super) type Values<V, const P: usize> = [Block<V, P>; 6];
 
 /// `B_0..B_n` by the triangle recurrence, as in [`super::bernstein::basis`].
 #[inline(always)]
-pub(super) fn basis<S: Simd, const P: usize>(
+pub(super) fn basis<S: Simd, const P: usize, const T: usize>(
     simd: S,
     order: usize,
     at: Block<S::f64s, P>,
-) -> Basis<S::f64s, P> {
+) -> Basis<S::f64s, P, T> {
     let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
     let mut rest = at;
     for rest in &mut rest {
         *rest = simd.sub_f64s(one, *rest);
     }
-    let mut basis = [[zero; P]; TERMS];
+    let mut basis = [[zero; P]; T];
     basis[0] = [one; P];
     for n in 1..=order {
         let mut carried = [zero; P];
@@ -56,13 +56,13 @@ pub(super) fn basis<S: Simd, const P: usize>(
 /// Sum over orientations and i, j, k of coefficients and bases; `along_z` has the weights in it,
 /// one basis an orientation.
 #[inline(always)]
-pub(super) fn contract<S: Simd, const P: usize, const D: usize>(
+pub(super) fn contract<S: Simd, const P: usize, const T: usize, const D: usize>(
     simd: S,
     order: usize,
     directions: [&[Coefficient]; D],
-    along_x: &Basis<S::f64s, P>,
-    along_y: &Basis<S::f64s, P>,
-    along_z: &[Basis<S::f64s, P>; D],
+    along_x: &Basis<S::f64s, P, T>,
+    along_y: &Basis<S::f64s, P, T>,
+    along_z: &[Basis<S::f64s, P, T>; D],
 ) -> Values<S::f64s, P> {
     let n = order + 1;
     let zero = simd.splat_f64s(0.0);
@@ -94,13 +94,13 @@ pub(super) fn contract<S: Simd, const P: usize, const D: usize>(
 
 /// The bases along z of three orientations, times their weights.
 #[inline(always)]
-pub(super) fn weighted<S: Simd, const P: usize>(
+pub(super) fn weighted<S: Simd, const P: usize, const T: usize>(
     simd: S,
     order: usize,
-    basis: &Basis<S::f64s, P>,
+    basis: &Basis<S::f64s, P, T>,
     weights: [Block<S::f64s, P>; 3],
-) -> [Basis<S::f64s, P>; 3] {
-    let mut products = [[[simd.splat_f64s(0.0); P]; TERMS]; 3];
+) -> [Basis<S::f64s, P, T>; 3] {
+    let mut products = [[[simd.splat_f64s(0.0); P]; T]; 3];
     for (products, weight) in products.iter_mut().zip(weights) {
         for (product, value) in products.iter_mut().zip(&basis[..=order]) {
             for p in 0..P {
@@ -285,7 +285,7 @@ mod tests {
     fn the_basis_is_that_of_the_definition() {
         for order in 0..=MAX_ORDER {
             for x in [-0.2, 0.0, 0.3, 1.0, 1.1] {
-                let found = basis(Scalar::new(), order, [x]);
+                let found: Basis<f64, 1, MAX_TERMS> = basis(Scalar::new(), order, [x]);
                 let expected = super::super::bernstein::basis(order, x);
                 for (f, e) in found.iter().zip(expected).take(order + 1) {
                     assert!((f[0] - e).abs() <= 1e-15 * e.abs().max(1.0));

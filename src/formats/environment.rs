@@ -45,15 +45,8 @@ pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
             return Err(FormatError::field("volume", found, "min below max"));
         }
     }
-    if let Some(jitter) = &entry.jitter {
-        for (name, value) in [
-            ("jitter.position_mm", jitter.position_mm),
-            ("jitter.angle_rad", jitter.angle_rad),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(FormatError::field(name, value, "zero or more"));
-            }
-        }
+    if let Some((name, found, expected)) = entry.jitter.as_ref().and_then(Jitter::problem) {
+        return Err(FormatError::field(name, found, expected));
     }
     let support = entry.support.map(|s| s.check(&entry.model)).transpose()?;
     Ok(Environment {
@@ -136,7 +129,7 @@ fn value<T: Serialize>(value: &T, depth: usize) -> String {
 mod tests {
     use super::*;
     use crate::field::Support;
-    use crate::field::environment::HoldoutProvenance;
+    use crate::field::environment::{HoldoutProvenance, JitterGrowth};
     use crate::field::fit::{FitMethod, Residuals};
     use crate::field::samples::MapKind;
     use crate::field::support::{Cell, Cells, SupportParts};
@@ -164,8 +157,8 @@ mod tests {
             model: model.unwrap(),
             volume: Some(Volume::AuroraCube),
             jitter: Some(Jitter {
-                position_mm: 0.1,
-                angle_rad: 0.001,
+                growth: Some(JitterGrowth::dipole(250.0)),
+                ..Jitter::uniform(0.1, 0.001)
             }),
             support: None,
             provenance: Some(Provenance {
@@ -190,6 +183,8 @@ mod tests {
         let mut room = room();
         assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
         room.volume = Some(Volume::Box(Bounds::from(([0.0; 3], [1.0; 3]))));
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        room.jitter = Some(Jitter::uniform(0.2, 0.0));
         assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
         room.volume = None;
         room.jitter = None;
@@ -339,6 +334,27 @@ mod tests {
     }
 
     #[test]
+    fn a_jitter_that_does_not_say_how_it_grows_is_the_same_everywhere_or_grows_as_a_dipole() {
+        let text = write(&room());
+        let (start, end) = (
+            text.find("jitter: ").unwrap(),
+            text.find("    provenance").unwrap(),
+        );
+        let with = |jitter: &str| {
+            let text = format!("{}jitter: {jitter},\n{}", &text[..start], &text[end..]);
+            parse(text.as_bytes()).unwrap().jitter.unwrap()
+        };
+        assert_eq!(
+            with("(position_mm: 0.2, angle_rad: 0.003)"),
+            Jitter::uniform(0.2, 0.003)
+        );
+        assert_eq!(
+            with("(position_mm: 0.2, angle_rad: 0.003, growth: (distance_mm: 300))").growth,
+            Some(JitterGrowth::dipole(300.0))
+        );
+    }
+
+    #[test]
     fn an_ideal_room_has_no_coefficients() {
         let mut room = room();
         room.model = DistortionModel::zero(*room.model.bounds(), MapKind::Distortion);
@@ -373,6 +389,21 @@ mod tests {
                 "position_mm: 0.1",
                 "position_mm: -0.1",
                 "jitter.position_mm is -0.1",
+            ),
+            (
+                "distance_mm: 250.0",
+                "distance_mm: 0",
+                "jitter.growth.distance_mm is 0, expected a length above zero",
+            ),
+            (
+                "angle_exponent: 3.0",
+                "angle_exponent: -1",
+                "jitter.growth.angle_exponent is -1, expected 0 to 8",
+            ),
+            (
+                "position_exponent: 4.0",
+                "position_exponent: NaN",
+                "jitter.growth.position_exponent is NaN",
             ),
             (
                 "volume: AuroraCube",

@@ -74,6 +74,33 @@ pub fn write_with_support(
     Ok(())
 }
 
+/// A compensated pose as a row: no pose where there is no answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CompensatedRow {
+    pub pose: Option<Pose>,
+    pub is_outside: bool,
+    /// Other poses may read the same.
+    pub is_ambiguous: bool,
+}
+
+/// Writes compensated poses with their flags; one without an answer has empty pose cells and did
+/// not converge.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_compensated(
+    out: &mut dyn Write,
+    rows: impl IntoIterator<Item = CompensatedRow>,
+) -> io::Result<()> {
+    writeln!(out, "{WITH_OUTSIDE},converged,ambiguous")?;
+    for row in rows {
+        write_row(out, row.pose, row.is_outside)?;
+        let [converged, ambiguous] = [row.pose.is_some(), row.is_ambiguous].map(u8::from);
+        writeln!(out, ",{converged},{ambiguous}")?;
+    }
+    Ok(())
+}
+
 const WITH_OUTSIDE: &str = "x,y,z,qw,qx,qy,qz,outside";
 
 /// A pose or empty cells, and the flag, without a line end.

@@ -7,9 +7,10 @@ use super::work::Work;
 use crate::field::{Environment, OutsidePolicy};
 use crate::task::CancelToken;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// A quantity in millimetres at each point of a slice.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Quantity {
     /// Length of the position error (6).
     #[default]

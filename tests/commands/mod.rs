@@ -4,4 +4,6 @@ mod bad_input;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;
+mod select;
 mod support;
+mod uncertainty;

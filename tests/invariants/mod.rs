@@ -4,3 +4,4 @@ mod fitting;
 mod studies;
 mod support;
 mod surveys;
+mod uncertainty;

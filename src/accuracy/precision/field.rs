@@ -6,9 +6,12 @@ use super::interpolated::ValueLattice;
 use super::sampling::poses;
 use super::single::{SingleModel, single_pose};
 use super::{Family, Row, Settings, Steps, What, exact};
+use crate::field::batch::Batch;
 use crate::field::fit::{FitSettings, fit};
+use crate::field::model::{Coefficient, Evaluation};
 use crate::field::samples::{PoseError, Sample, SampleSet};
 use crate::field::{DistortionModel, OutsidePolicy};
+use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::DirectionSet;
 use crate::study::Scenario;
 use crate::task::Cancelled;
@@ -19,6 +22,8 @@ use rayon::prelude::*;
 const SCATTERED: &str = "scattered poses in the design's room";
 /// Poses of one axis.
 const ONE_AXIS: &str = "poses of one orientation in the design's room";
+/// Points of a lattice, one axis.
+const LATTICE: &str = "a lattice of one orientation in the design's room";
 
 /// Nodes a side of the lattices that are interpolated.
 const NODES: [usize; 5] = [5, 9, 17, 33, 65];
@@ -80,7 +85,15 @@ pub fn measure(
         );
         let scattered = poses(model.bounds(), settings.poses, settings.seed);
         let asked = Asked::new(&other, scattered, &problem, settings);
-        family.rows.extend(asked.plain_and_single(false));
+        family
+            .rows
+            // Another room's round-off: in the table, not beside the room's in the picture.
+            .extend(
+                asked
+                    .plain_and_single(false)
+                    .into_iter()
+                    .map(Row::uncharted),
+            );
         next()?;
     }
     Ok(family)
@@ -128,7 +141,7 @@ fn resampled(room: &DistortionModel, order: usize, directions: DirectionSet) -> 
     .unwrap_or_else(|_| room.clone())
 }
 
-/// Poses that all share an axis allow less work.
+/// Poses that all share an axis allow less work, and those of a lattice less still.
 fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
     let axis = Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8));
     let positions = poses(model.bounds(), settings.poses, settings.seed)
@@ -136,24 +149,51 @@ fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
         .map(|(position, _)| (position, axis))
         .collect();
     let asked = Asked::new(model, positions, ONE_AXIS, settings);
-    let mut rows = vec![asked.row("scattered", true, || asked.scattered())];
+    let mut rows = vec![
+        asked
+            .scattered("scattered", model, false)
+            .charted("scattered, one orientation"),
+        asked.shared(&axis, true).charted("shared orientation"),
+    ];
     for nodes in NODES {
         let lattice = ValueLattice::new(model, &[axis], nodes);
         let spacing = ValueLattice::spacing_mm(model.bounds(), nodes);
         let row = asked.row(
             &format!("interpolated lattice of one orientation, {spacing:.1} mm"),
             false,
-            || {
-                let values = asked.poses.iter().map(|(p, _)| lattice.at(p, 0));
-                values.map(|v| Vector3::new(v[0], v[1], v[2])).collect()
-            },
+            |out| out.extend(asked.poses.iter().map(|(p, _)| lattice.at(p, 0))),
         );
         rows.push(Row {
-            series: "interpolated lattice, one orientation".to_owned(),
-            ..row
+            is_step: true,
+            ..row.charted("interpolated lattice, one orientation")
         });
     }
+    let side = (settings.poses as f64).cbrt().round() as usize;
+    let coordinates = [0, 1, 2].map(|k| place(model.bounds(), k, side));
+    let points = coordinates[0]
+        .iter()
+        .flat_map(|&x| coordinates[1].iter().map(move |&y| (x, y)))
+        .flat_map(|(x, y)| coordinates[2].iter().map(move |&z| Point3::new(x, y, z)))
+        .map(|position| (position, axis))
+        .collect();
+    let asked = Asked::new(model, points, LATTICE, settings);
+    rows.push(asked.scattered("scattered", model, false).uncharted());
+    rows.push(asked.shared(&axis, false).uncharted());
+    let row = asked.row("lattice", true, |out: &mut Vec<Evaluation>| {
+        let coordinates = coordinates.each_ref().map(Vec::as_slice);
+        model
+            .at_axis(&axis)
+            .evaluate_lattice(coordinates, OutsidePolicy::Clamp, out);
+    });
+    rows.push(row.charted("lattice, one orientation"));
     rows
+}
+
+/// Evenly spaced coordinates along an axis of the box, both ends included.
+fn place(bounds: &Bounds, axis: usize, count: usize) -> Vec<f64> {
+    let (min, size) = (bounds.min_mm[axis], bounds.size_mm()[axis]);
+    let last = count.saturating_sub(1).max(1) as f64;
+    (0..count).map(|i| min + i as f64 / last * size).collect()
 }
 
 /// A room asked at some poses, with the exact answers.
@@ -185,19 +225,23 @@ impl<'a> Asked<'a> {
         }
     }
 
-    /// A row for one way to get all position errors.
-    fn row(
+    /// A row for one way to get all values, in whatever form it gives them.
+    fn row<T: Answer>(
         &self,
         method: &str,
         is_default: bool,
-        evaluate: impl FnMut() -> Vec<Vector3<f64>>,
+        mut evaluate: impl FnMut(&mut Vec<T>),
     ) -> Row {
-        let (seconds, found) = self.settings.timing.measure(evaluate);
+        let mut found = Vec::with_capacity(self.poses.len());
+        let (seconds, ()) = self.settings.timing.measure(|| {
+            found.clear();
+            evaluate(&mut found);
+        });
         let error = self
             .exact
             .iter()
             .zip(&found)
-            .map(|(exact, found)| exact::position_difference_mm(exact, found))
+            .map(|(exact, found)| exact::position_difference_mm(exact, &found.position_mm()))
             .fold(0.0, f64::max);
         Row {
             what: What::Field,
@@ -212,26 +256,48 @@ impl<'a> Asked<'a> {
             is_default,
             problem: self.problem.to_owned(),
             series: method.to_owned(),
+            is_step: false,
         }
     }
 
     /// The path that simulations take.
-    fn scattered(&self) -> Vec<Vector3<f64>> {
-        evaluate_scattered(self.model, &self.poses)
+    fn scattered(&self, method: &str, model: &DistortionModel, is_default: bool) -> Row {
+        let (positions, axes): (Vec<_>, Vec<_>) = self.poses.iter().copied().unzip();
+        let mut batch = Batch::default();
+        self.row(method, is_default, |out: &mut Vec<Evaluation>| {
+            batch.evaluate(model, &positions, &axes, OutsidePolicy::Clamp, out);
+        })
     }
 
-    /// Plain loops in both precisions, and the program's own path.
+    /// The orientations blended once, in the time.
+    fn shared(&self, axis: &Unit<Vector3<f64>>, is_default: bool) -> Row {
+        let positions: Vec<_> = self.poses.iter().map(|(position, _)| *position).collect();
+        let mut batch = Batch::default();
+        self.row(
+            "shared-orientation",
+            is_default,
+            |out: &mut Vec<Evaluation>| {
+                let model = self.model.at_axis(axis);
+                model.evaluate_all(&mut batch, &positions, OutsidePolicy::Clamp, out);
+            },
+        )
+    }
+
+    /// The program's own path, and plain loops in both precisions.
     fn plain_and_single(&self, is_default: bool) -> Vec<Row> {
         let single = SingleModel::new(self.model);
         let single_poses: Vec<_> = self.poses.iter().map(|(p, a)| single_pose(p, a)).collect();
         vec![
-            self.row("scattered", is_default, || self.scattered()),
-            self.row("plain loop", false, || plain_loop(self.model, &self.poses)),
-            self.row("plain loop, f32", false, || {
-                let values = single_poses.iter().map(|pose| single.evaluate(pose));
-                values
-                    .map(|v| Vector3::from_fn(|k, _| f64::from(v[k])))
-                    .collect()
+            self.scattered("scattered", self.model, is_default),
+            self.row("plain loop", false, |out| {
+                out.extend(
+                    self.poses
+                        .iter()
+                        .map(|(p, a)| self.model.evaluate(p, a, OutsidePolicy::Clamp)),
+                );
+            }),
+            self.row("plain loop, f32", false, |out| {
+                out.extend(single_poses.iter().map(|pose| single.evaluate(pose)));
             }),
         ]
     }
@@ -247,15 +313,16 @@ impl<'a> Asked<'a> {
                 let spacing = ValueLattice::spacing_mm(self.model.bounds(), nodes);
                 let weighting = self.model.weighting();
                 let method = format!("interpolated lattice, {spacing:.1} mm");
-                let row = self.row(&method, false, || {
-                    let values = self
-                        .poses
-                        .iter()
-                        .map(|(p, a)| lattice.at_weights(p, &set.weights(a, weighting)));
-                    values.map(|v| Vector3::new(v[0], v[1], v[2])).collect()
+                let row = self.row(&method, false, |out| {
+                    out.extend(
+                        self.poses
+                            .iter()
+                            .map(|(p, a)| lattice.at_weights(p, &set.weights(a, weighting))),
+                    );
                 });
                 Row {
                     series: "interpolated lattice".to_owned(),
+                    is_step: true,
                     ..row
                 }
             })
@@ -282,7 +349,7 @@ impl<'a> Asked<'a> {
                 let smaller = fit(&samples, &wanted, Some(*self.model.bounds()))
                     .ok()?
                     .model;
-                let row = self.row(method, false, || evaluate_scattered(&smaller, &self.poses));
+                let row = self.scattered(method, &smaller, false);
                 Some(Row {
                     order,
                     directions: directions.len(),
@@ -315,14 +382,25 @@ fn samples_of(model: &DistortionModel, settings: &Settings) -> SampleSet {
     }
 }
 
-fn evaluate_scattered(model: &DistortionModel, poses: &[ScatteredPose]) -> Vec<Vector3<f64>> {
-    plain_loop(model, poses)
+/// What a way of evaluating gives.
+trait Answer {
+    fn position_mm(&self) -> Vector3<f64>;
 }
 
-/// One pose at a time.
-fn plain_loop(model: &DistortionModel, poses: &[ScatteredPose]) -> Vec<Vector3<f64>> {
-    poses
-        .iter()
-        .map(|(p, a)| model.evaluate(p, a, OutsidePolicy::Clamp).error.position_mm)
-        .collect()
+impl Answer for Evaluation {
+    fn position_mm(&self) -> Vector3<f64> {
+        self.error.position_mm
+    }
+}
+
+impl Answer for Coefficient {
+    fn position_mm(&self) -> Vector3<f64> {
+        Vector3::new(self[0], self[1], self[2])
+    }
+}
+
+impl Answer for [f32; 8] {
+    fn position_mm(&self) -> Vector3<f64> {
+        Vector3::from_fn(|k, _| f64::from(self[k]))
+    }
 }

@@ -42,7 +42,7 @@ pub fn measure(
         about: format!(
             "Least squares (4) for one orientation on {} samples of the design's room, with a \
              wobble of {WOBBLE_MM} mm that no polynomial fits; rows are made in the time, one \
-             thread. The error is the largest difference in position of the solution's field from \
+             thread. In the picture a line joins the orders of one method. The error is the largest difference in position of the solution's field from \
              that of the reference: the solution refined with residuals in 106 bits (Björck, BIT 7, \
              1967).",
             settings.samples
@@ -63,7 +63,7 @@ pub fn measure(
     ];
     let all = orders.len() * (methods.len() + 1);
     let mut done = 0;
-    for order in orders {
+    for &order in &orders {
         let system = System::new(scenario, settings, order);
         let Some(reference) = system.reference() else {
             continue;
@@ -88,6 +88,7 @@ pub fn measure(
                 is_default,
                 problem: problem(order),
                 series: method.to_owned(),
+                is_step: true,
             });
         }
     }

@@ -63,7 +63,8 @@ pub fn measure(
             on_front: false,
             is_default: up == down,
             problem: problem.to_owned(),
-            series: "slice".to_owned(),
+            series: "slice, filled in between its points".to_owned(),
+            is_step: true,
         });
         steps.at(i + 2, all)?;
     }

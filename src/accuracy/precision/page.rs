@@ -17,6 +17,7 @@ impl What {
         match self {
             Self::Field => "Field",
             Self::Fit => "Fit",
+            Self::Inverse => "Inverse",
             Self::Motion => "Study",
             Self::Heatmap => "Slice",
         }
@@ -133,33 +134,29 @@ pub fn chart(family: &Family) -> Chart {
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     if !front.is_empty() {
         series.push(Series {
-            name: "Pareto front".to_owned(),
+            name: format!("Pareto front: {}", family.charted),
             points: front,
             style: SeriesStyle::Front,
         });
     }
     for row in family.rows.iter().filter(|r| !r.series.is_empty()) {
-        let known = series
-            .iter_mut()
-            .find(|s| s.name == row.series && s.style != SeriesStyle::Front);
-        match known {
-            Some(known) => {
-                known.points.push(point(row));
-                known.style = SeriesStyle::Line;
-            }
+        match series.iter_mut().find(|s| s.name == row.series) {
+            Some(known) => known.points.push(point(row)),
             None => series.push(Series {
                 name: row.series.clone(),
                 points: vec![point(row)],
-                style: SeriesStyle::Points,
+                style: if row.is_step {
+                    SeriesStyle::Line
+                } else {
+                    SeriesStyle::Points
+                },
             }),
         }
     }
     series.push(Series {
         name: DEFAULT.to_owned(),
-        points: family
-            .rows
-            .iter()
-            .filter(|r| r.is_default && !r.series.is_empty())
+        points: rows_of(family, &family.charted)
+            .filter(|r| r.is_default)
             .map(point)
             .collect(),
         style: SeriesStyle::Marked,
@@ -167,10 +164,10 @@ pub fn chart(family: &Family) -> Chart {
     let unit = family.rows.first().map_or("", |r| r.error_unit);
     let axis = |label: String| Axis {
         label,
-        scale: Scale::Logarithmic,
+        scale: Scale::LogarithmicAndZero,
     };
     Chart {
-        title: format!("{}: {}", family.what.title(), family.charted),
+        title: format!("{}: error against run time", family.what.title()),
         x: axis("time (s)".to_owned()),
         y: axis(format!("error ({unit})")),
         series,
@@ -178,7 +175,8 @@ pub fn chart(family: &Family) -> Chart {
 }
 
 /// The problems of a family, in the order in which they come.
-fn problems(family: &Family) -> Vec<&str> {
+/// The problems that a family answers, in the order of its rows.
+pub fn problems(family: &Family) -> Vec<&str> {
     let mut problems: Vec<&str> = Vec::new();
     for row in &family.rows {
         if !problems.contains(&row.problem.as_str()) {
@@ -188,11 +186,13 @@ fn problems(family: &Family) -> Vec<&str> {
     problems
 }
 
-fn rows_of<'a>(family: &'a Family, problem: &'a str) -> impl Iterator<Item = &'a Row> {
+/// The answers to one problem.
+pub fn rows_of<'a>(family: &'a Family, problem: &'a str) -> impl Iterator<Item = &'a Row> {
     family.rows.iter().filter(move |r| r.problem == problem)
 }
 
-fn cells(row: &Row) -> [String; 8] {
+/// A row in words: mark, method, order, orientations, size, time, time each, error.
+pub fn cells(row: &Row) -> [String; 8] {
     let mark = match (row.on_front, row.is_default) {
         (true, true) => "•◎",
         (true, false) => "•",
@@ -254,6 +254,7 @@ mod tests {
             is_default: method == "full",
             problem: problem.to_owned(),
             series: method.to_owned(),
+            is_step: false,
         }
     }
 

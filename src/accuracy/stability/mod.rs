@@ -7,8 +7,11 @@
 //! this room show family by family.
 
 mod families;
+mod high_frames;
 pub mod inputs;
 pub mod methods;
+#[cfg(test)]
+mod naive;
 pub mod page;
 pub mod references;
 pub mod row;

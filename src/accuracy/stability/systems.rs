@@ -12,7 +12,7 @@ use crate::accuracy::high_linear::{
 /// (Björck, Numerical Methods for Least Squares Problems, 1996, section 1.4).
 pub const SOLUTION: Quantity = Quantity {
     name: "solution, mm or rad",
-    constant: 20.0,
+    constant: 10.0,
     condition: "largest singular value over the smallest kept, ridge included",
     scale: "length of the solution, plus condition · length of the residual over the largest \
         singular value",

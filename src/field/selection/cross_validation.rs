@@ -1,17 +1,16 @@
-//! One system on all its folds: every part's triangle once, each complement from the others'
+//! One system on all its folds: every fold's triangles once, each complement from the others'
 //! triangles, all ridges from one decomposition.
 
-use super::clusters;
 use super::folds::Folds;
-use super::{Scores, SelectError, SelectSettings};
+use super::{Scores, SelectError, SelectSettings, clusters};
 use crate::field::bernstein::{coefficient_count, push_products};
-use crate::field::fit::FitMethod;
-use crate::field::least_squares::{Decomposition, LeastSquares, Triangle};
+use crate::field::fit::{FitMethod, FitSettings, factor};
+use crate::field::least_squares::{Decomposition, Triangle};
 use crate::field::samples::SampleSet;
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, DirectionWeights};
 use crate::task::Task;
-use nalgebra::{Unit, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -24,13 +23,18 @@ const VALUES: usize = 6;
 const BLOCK_ROWS: usize = 128;
 
 /// The samples as all systems see them.
-pub(super) struct Problem {
+pub(super) struct Problem<'a> {
+    set: &'a SampleSet,
+    bounds: Bounds,
     unit_positions: Vec<Vector3<f64>>,
-    axes: Vec<Unit<Vector3<f64>>>,
-    values: Vec<[f64; VALUES]>,
-    has_rotations: bool,
     /// The place of each row, where rows come in clusters: neighbours say the same.
     places: Option<Vec<usize>>,
+}
+
+/// Folds with the samples of each.
+pub(super) struct Split {
+    folds: Folds,
+    samples: Vec<SampleSet>,
 }
 
 /// One order with one set of orientations, and the ridges to try on it.
@@ -40,16 +44,6 @@ pub(super) struct System {
     pub ridges: Vec<f64>,
 }
 
-/// How much of the work is done, told to who waits for it.
-pub(super) struct Progress<'a> {
-    task: &'a Task,
-    done: AtomicU64,
-    all: u64,
-}
-
-/// Coefficients of one least-squares system for every ridge: `[unknown][ridge][value]`.
-struct Coefficients(Vec<f64>);
-
 /// A system on all its folds.
 pub(super) struct Outcome {
     /// One a ridge.
@@ -58,15 +52,17 @@ pub(super) struct Outcome {
     pub is_determined: bool,
 }
 
-/// The rows of one fold that a system takes, as a triangle.
-struct Part {
-    triangle: Triangle,
-    rows: Vec<usize>,
+/// How much of the work is done, told to who waits for it.
+pub(super) struct Progress<'a> {
+    task: &'a Task,
+    done: AtomicU64,
+    all: u64,
 }
 
 /// A least-squares system without one fold.
 struct Fitted {
-    coefficients: Coefficients,
+    /// For every ridge: `[unknown][ridge][value]`.
+    coefficients: Vec<f64>,
     is_determined: bool,
 }
 
@@ -78,35 +74,17 @@ struct Sums {
     rotation_squares: f64,
 }
 
-impl Problem {
-    pub fn new(set: &SampleSet, bounds: &Bounds) -> Self {
+impl<'a> Problem<'a> {
+    pub fn new(set: &'a SampleSet, bounds: Bounds) -> Self {
+        let positions: Vec<_> = set.samples.iter().map(|s| s.position_mm).collect();
         Self {
-            unit_positions: set
-                .samples
-                .iter()
-                .map(|s| bounds.to_unit(&s.position_mm))
-                .collect(),
-            axes: set.samples.iter().map(|s| s.axis).collect(),
-            values: set
-                .samples
-                .iter()
-                .map(|s| {
-                    let (p, r) = (s.error.position_mm, s.error.rotation_rad);
-                    [p.x, p.y, p.z, r.x, r.y, r.z]
-                })
-                .collect(),
-            has_rotations: set.has_rotations,
-            places: clusters::find(
-                &set.samples
-                    .iter()
-                    .map(|s| s.position_mm)
-                    .collect::<Vec<_>>(),
-            ),
+            set,
+            bounds,
+            unit_positions: positions.iter().map(|p| bounds.to_unit(p)).collect(),
+            places: clusters::find(&positions),
         }
     }
-}
 
-impl Problem {
     /// How many places the rows are at, counting clusters once.
     fn places(&self, rows: impl Iterator<Item = usize>) -> usize {
         match &self.places {
@@ -116,16 +94,27 @@ impl Problem {
     }
 }
 
+impl Split {
+    pub fn new(set: &SampleSet, folds: Folds) -> Self {
+        let samples = folds
+            .rows
+            .iter()
+            .map(|rows| SampleSet {
+                samples: rows.iter().map(|&row| set.samples[row]).collect(),
+                has_rotations: set.has_rotations,
+                ambiguous: 0,
+            })
+            .collect();
+        Self { folds, samples }
+    }
+}
+
 impl System {
     /// Work in units of its own, roughly in proportion to time.
     fn cost(&self) -> u64 {
-        self.directions.len() as u64 * self.direction_cost()
-    }
-
-    fn direction_cost(&self) -> u64 {
         match self.order {
             0 => 0,
-            order => (coefficient_count(order) as u64).pow(2),
+            order => self.directions.len() as u64 * (coefficient_count(order) as u64).pow(2),
         }
     }
 }
@@ -141,7 +130,7 @@ impl<'a> Progress<'a> {
 
     fn add(&self, cost: u64) -> Result<(), SelectError> {
         let done = self.done.fetch_add(cost, Ordering::Relaxed) + cost;
-        // Per mille: a share of any size fits whatever a count of work is.
+        // Per mille: a share fits whatever a count of work is.
         let part = done * 1000 / self.all.max(1);
         Ok(self.task.step(part as usize, 1000)?)
     }
@@ -151,34 +140,20 @@ impl<'a> Progress<'a> {
 pub(super) fn scores(
     problem: &Problem,
     system: &System,
-    folds: &Folds,
+    split: &Split,
     settings: &SelectSettings,
     progress: &Progress,
 ) -> Result<Outcome, SelectError> {
     let weights: Vec<_> = problem
-        .axes
+        .set
+        .samples
         .iter()
-        .map(|axis| system.directions.weights(axis, settings.weighting))
+        .map(|s| system.directions.weights(&s.axis, settings.weighting))
         .collect();
-    let fitted = match (system.order, settings.method) {
-        (0, _) => Vec::new(),
-        (_, FitMethod::PerDirection) => (0..system.directions.len())
-            .into_par_iter()
-            .map(|direction| {
-                let part = |rows: &[usize]| {
-                    direction_part(problem, &weights, system.order, direction, rows)
-                };
-                let found = fit_each(problem, folds, system, settings, progress, part)?;
-                progress.add(system.direction_cost())?;
-                Ok(found)
-            })
-            .collect::<Result<Vec<_>, SelectError>>()?,
-        (_, FitMethod::Joint) => {
-            let part = |rows: &[usize]| joint_part(problem, &weights, system, rows);
-            let found = fit_each(problem, folds, system, settings, progress, part)?;
-            progress.add(system.cost())?;
-            vec![found]
-        }
+    let fitted = if system.order == 0 {
+        Vec::new()
+    } else {
+        fit_complements(problem, &weights, system, split, settings, progress)?
     };
     let judge = Judge {
         problem,
@@ -189,7 +164,7 @@ pub(super) fn scores(
     };
     let mut sums = vec![Sums::default(); system.ridges.len()];
     let mut determined = 0;
-    for (fold, rows) in folds.rows.iter().enumerate() {
+    for (fold, rows) in split.folds.rows.iter().enumerate() {
         let blocks: Vec<_> = rows
             .par_chunks(BLOCK_ROWS)
             .map(|rows| judge.sums(fold, rows))
@@ -199,141 +174,128 @@ pub(super) fn scores(
                 sum.add(&part);
             }
         }
-        determined += rows
-            .iter()
-            .filter(|&&row| judge.is_determined(fold, row))
-            .count();
+        let is_determined = |row: &&usize| judge.is_determined(fold, **row);
+        determined += rows.iter().filter(is_determined).count();
     }
-    let n = problem.values.len() as f64;
+    let n = problem.set.samples.len() as f64;
     let scores = sums
         .iter()
         .map(|sum| Scores {
             position_rms_mm: (sum.position_squares / n).sqrt(),
             position_max_mm: sum.position_max_square.sqrt(),
             angle_rms_rad: problem
+                .set
                 .has_rotations
                 .then(|| (sum.rotation_squares / n).sqrt()),
         })
         .collect();
     Ok(Outcome {
         scores,
-        is_determined: 2 * determined > problem.values.len(),
+        is_determined: 2 * determined > problem.set.samples.len(),
     })
 }
 
-/// Fits to all rows but one fold's, for each fold; `part` reduces the rows of a fold.
-fn fit_each(
+/// Fits to all rows but one fold's: by orientation (one for all where they are fitted jointly),
+/// then fold.
+fn fit_complements(
     problem: &Problem,
-    folds: &Folds,
+    weights: &[DirectionWeights],
     system: &System,
+    split: &Split,
     settings: &SelectSettings,
     progress: &Progress,
-    part: impl Fn(&[usize]) -> Part + Sync,
-) -> Result<Vec<Fitted>, SelectError> {
-    let parts: Vec<_> = folds.rows.par_iter().map(|rows| part(rows)).collect();
-    (0..parts.len())
+) -> Result<Vec<Vec<Fitted>>, SelectError> {
+    let fit_settings = FitSettings {
+        order: system.order,
+        directions: system.directions,
+        method: settings.method,
+        map: settings.map,
+        weighting: settings.weighting,
+        ridge: 0.0,
+        rcond: settings.rcond,
+    };
+    let quiet = Task::cancelled_by(progress.task.cancel.clone());
+    // By fold, then orientation.
+    let parts: Vec<Vec<Triangle>> = split
+        .samples
+        .par_iter()
+        .map(|part| Ok(factor(part, &fit_settings, Some(problem.bounds), &quiet)?.systems()))
+        .collect::<Result<_, SelectError>>()?;
+    let count = parts.first().map_or(0, Vec::len);
+    (0..count)
         .into_par_iter()
-        .map(|left_out| {
-            progress.add(0)?;
-            let others = || {
-                let all = parts.iter().enumerate();
-                all.filter(|(i, _)| *i != left_out).map(|(_, part)| part)
+        .map(|i| {
+            let is_used = |row: usize| match settings.method {
+                FitMethod::PerDirection => weights[row].of(i) > 0.0,
+                FitMethod::Joint => true,
             };
-            // At least two folds, so there is another one.
-            let merged = Triangle::merged(others().map(|part| &part.triangle))
-                .ok_or(SelectError::Folds(parts.len()))?;
-            let decomposition = merged.decompose()?;
-            let coefficients = Coefficients::new(&decomposition, settings.rcond, &system.ridges);
-            let rows = others().flat_map(|part| part.rows.iter().copied());
-            Ok(Fitted {
-                is_determined: problem.places(rows) > coefficients.unknowns(system),
-                coefficients,
-            })
+            progress.add(0)?;
+            let of_folds: Vec<&Triangle> = parts.iter().map(|fold| &fold[i]).collect();
+            let found = complements(&of_folds)
+                .par_iter()
+                .enumerate()
+                .map(|(left_out, others)| {
+                    progress.add(0)?;
+                    let decomposition = others.decompose()?;
+                    let (coefficients, unknowns) =
+                        solve_all(&decomposition, settings.rcond, &system.ridges);
+                    let folds = split.folds.rows.iter().enumerate();
+                    let rows = folds
+                        .filter(|(fold, _)| *fold != left_out)
+                        .flat_map(|(_, rows)| rows.iter().copied());
+                    Ok(Fitted {
+                        coefficients,
+                        is_determined: problem.places(rows.filter(|&row| is_used(row))) > unknowns,
+                    })
+                })
+                .collect();
+            progress.add(system.cost() / count as u64)?;
+            found
         })
         .collect()
 }
 
-fn direction_part(
-    problem: &Problem,
-    weights: &[DirectionWeights],
-    order: usize,
-    direction: usize,
-    rows: &[usize],
-) -> Part {
-    let mut system = LeastSquares::new(coefficient_count(order));
-    let mut used = Vec::new();
-    for &row in rows {
-        let w = weights[row].of(direction);
-        if w > 0.0 {
-            used.push(row);
-            let fill = |out: &mut Vec<f64>| {
-                let start = out.len();
-                push_products(order, &problem.unit_positions[row], out);
-                for entry in &mut out[start..] {
-                    *entry *= w;
-                }
-            };
-            system.push(fill, problem.values[row].map(|v| w * v));
-        }
+/// For each part the triangle of all others, from those before it and those after it: a number of
+/// merges in proportion to that of parts.
+fn complements(parts: &[&Triangle]) -> Vec<Triangle> {
+    let merged = |a: &Triangle, b: &Triangle| Triangle::merged([a, b]);
+    // By number of parts left out at the front, from all but none to all but all.
+    let mut after: Vec<Option<Triangle>> = vec![None];
+    for &part in parts.iter().rev() {
+        after.push(match after.last() {
+            Some(Some(rest)) => merged(part, rest),
+            _ => Some(part.clone()),
+        });
     }
-    Part {
-        triangle: system.into_triangle(),
-        rows: used,
-    }
-}
-
-fn joint_part(
-    problem: &Problem,
-    weights: &[DirectionWeights],
-    system: &System,
-    rows: &[usize],
-) -> Part {
-    let per_direction = coefficient_count(system.order);
-    let unknowns = system.directions.len() * per_direction;
-    let mut joint = LeastSquares::new(unknowns);
-    let mut products = Vec::with_capacity(per_direction);
-    for &row in rows {
-        products.clear();
-        push_products(system.order, &problem.unit_positions[row], &mut products);
-        let fill = |out: &mut Vec<f64>| {
-            let start = out.len();
-            out.resize(start + unknowns, 0.0);
-            let DirectionWeights {
-                directions,
-                weights,
-            } = weights[row];
-            for (direction, w) in directions.into_iter().zip(weights) {
-                let block = &mut out[start + direction * per_direction..][..per_direction];
-                for (entry, product) in block.iter_mut().zip(&products) {
-                    *entry += w * product;
-                }
-            }
+    after.pop();
+    let mut before: Option<Triangle> = None;
+    let mut complements = Vec::with_capacity(parts.len());
+    for &part in parts {
+        let rest = after.pop().flatten();
+        complements.extend(match (&before, &rest) {
+            (Some(a), Some(b)) => merged(a, b),
+            (Some(one), None) | (None, Some(one)) => Some(one.clone()),
+            (None, None) => None,
+        });
+        before = match before {
+            Some(before) => merged(&before, part),
+            None => Some(part.clone()),
         };
-        joint.push(fill, problem.values[row]);
     }
-    Part {
-        triangle: joint.into_triangle(),
-        rows: rows.to_vec(),
-    }
+    complements
 }
 
-impl Coefficients {
-    fn new(decomposition: &Decomposition, rcond: f64, ridges: &[f64]) -> Self {
-        let solutions: Vec<_> = ridges
-            .iter()
-            .map(|&ridge| decomposition.solve(rcond, ridge).unknowns)
-            .collect();
-        let unknowns = solutions.first().map_or(0, Vec::len);
-        Self(
-            (0..unknowns)
-                .flat_map(|i| solutions.iter().flat_map(move |x| x[i]))
-                .collect(),
-        )
-    }
-
-    fn unknowns(&self, system: &System) -> usize {
-        self.0.len() / (system.ridges.len() * VALUES)
-    }
+/// The solution for every ridge as `[unknown][ridge][value]`, and the number of unknowns.
+fn solve_all(decomposition: &Decomposition, rcond: f64, ridges: &[f64]) -> (Vec<f64>, usize) {
+    let solutions: Vec<_> = ridges
+        .iter()
+        .map(|&ridge| decomposition.solve(rcond, ridge).unknowns)
+        .collect();
+    let unknowns = solutions.first().map_or(0, Vec::len);
+    let coefficients = (0..unknowns)
+        .flat_map(|i| solutions.iter().flat_map(move |x| x[i]))
+        .collect();
+    (coefficients, unknowns)
 }
 
 impl Sums {
@@ -346,7 +308,7 @@ impl Sums {
 
 /// A fitted system, to be judged on the rows it has not seen.
 struct Judge<'a> {
-    problem: &'a Problem,
+    problem: &'a Problem<'a>,
     weights: &'a [DirectionWeights],
     system: &'a System,
     method: FitMethod,
@@ -366,15 +328,16 @@ impl Judge<'_> {
             if self.system.order > 0 {
                 self.predict(fold, row, &mut products, &mut predicted);
             }
-            let e = &self.problem.values[row];
+            let error = &self.problem.set.samples[row].error;
             for (sum, p) in sums.iter_mut().zip(predicted.chunks_exact(VALUES)) {
-                let square =
-                    |k: std::ops::Range<usize>| k.map(|k| (e[k] - p[k]).powi(2)).sum::<f64>();
-                let position = square(0..3);
+                let left = |e: &Vector3<f64>, p: &[f64]| {
+                    (e - Vector3::from_column_slice(p)).norm_squared()
+                };
+                let position = left(&error.position_mm, &p[..3]);
                 sum.add(&Sums {
                     position_squares: position,
                     position_max_square: position,
-                    rotation_squares: square(3..6),
+                    rotation_squares: left(&error.rotation_rad, &p[3..]),
                 });
             }
         }
@@ -398,10 +361,10 @@ impl Judge<'_> {
                 continue;
             }
             let coefficients = match self.method {
-                FitMethod::PerDirection => &self.fitted[direction][fold].coefficients.0[..],
+                FitMethod::PerDirection => &self.fitted[direction][fold].coefficients[..],
                 FitMethod::Joint => {
                     let width = products.len() * predicted.len();
-                    &self.fitted[0][fold].coefficients.0[direction * width..][..width]
+                    &self.fitted[0][fold].coefficients[direction * width..][..width]
                 }
             };
             let of_unknowns = coefficients.chunks_exact(predicted.len());

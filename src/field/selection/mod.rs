@@ -7,15 +7,17 @@ mod choice;
 pub mod clusters;
 mod cross_validation;
 pub mod folds;
+#[cfg(test)]
+mod tests;
 
 use super::bernstein::{MAX_ORDER, coefficient_count};
-use super::fit::{DEFAULT_RCOND, FitMethod, FitSettings};
+use super::fit::{DEFAULT_RCOND, FitError, FitMethod, FitSettings};
 use super::least_squares::NoConvergence;
 use super::samples::{MapKind, SampleSet};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::task::{Cancelled, Task};
-use cross_validation::{Problem, System};
+use cross_validation::{Problem, Split, System};
 use folds::Folds;
 
 pub use choice::TOLERANCE;
@@ -152,6 +154,8 @@ pub struct Selection {
     pub least: usize,
     /// Number of groups, where rows were grouped.
     pub groups: Option<usize>,
+    /// Joint systems that were not tried, since no fold could determine them: order, orientations.
+    pub left_out: Vec<(usize, DirectionSet)>,
 }
 
 impl Selection {
@@ -212,7 +216,19 @@ pub enum SelectError {
     #[error(transparent)]
     NoConvergence(#[from] NoConvergence),
     #[error(transparent)]
+    Fit(FitError),
+    #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl From<FitError> for SelectError {
+    fn from(error: FitError) -> Self {
+        match error {
+            FitError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            FitError::NoConvergence(cause) => Self::NoConvergence(cause),
+            other => Self::Fit(other),
+        }
+    }
 }
 
 /// Cross-validates every candidate and chooses the smallest within [`TOLERANCE`] of the least RMS.
@@ -231,21 +247,22 @@ pub fn select(
 ) -> Result<Selection, SelectError> {
     check(set, settings)?;
     let rows = set.samples.len();
-    let by_row = Folds::of_rows(rows, settings.folds, settings.seed);
+    let by_row = Split::new(set, Folds::of_rows(rows, settings.folds, settings.seed));
     let by_group = groups
         .map(|groups| group_folds(groups, rows, settings))
-        .transpose()?;
+        .transpose()?
+        .map(|(folds, count)| (Split::new(set, folds), count));
     let bounds =
         Bounds::around(set.samples.iter().map(|s| s.position_mm)).ok_or(SelectError::NoSamples)?;
-    let problem = Problem::new(set, &bounds);
-    let systems = systems(settings);
+    let problem = Problem::new(set, bounds);
+    let (systems, left_out) = affordable(systems(settings), settings.method, rows);
     let splits = 1 + usize::from(by_group.is_some());
     let progress = cross_validation::Progress::new(task, &systems, splits);
     let mut table = Vec::new();
     for system in &systems {
-        let of = |folds| cross_validation::scores(&problem, system, folds, settings, &progress);
+        let of = |split| cross_validation::scores(&problem, system, split, settings, &progress);
         let by_row_outcome = of(&by_row)?;
-        let by_group_outcome = by_group.as_ref().map(|(folds, _)| of(folds)).transpose()?;
+        let by_group_outcome = by_group.as_ref().map(|(split, _)| of(split)).transpose()?;
         let deciding = by_group_outcome.as_ref().unwrap_or(&by_row_outcome);
         for (i, &ridge) in system.ridges.iter().enumerate() {
             table.push(Scored {
@@ -267,7 +284,31 @@ pub fn select(
         best: choice.best,
         least: choice.least,
         groups: by_group.map(|(_, count)| count),
+        left_out: left_out
+            .iter()
+            .map(|system| (system.order, system.directions))
+            .collect(),
     })
+}
+
+/// Parts joint systems with at least as many unknowns as rows from the others. They could not be
+/// chosen where another order is determined, and they are the ones that take hours.
+fn affordable(systems: Vec<System>, method: FitMethod, rows: usize) -> (Vec<System>, Vec<System>) {
+    let is_hopeless = |system: &System| {
+        let candidate = Candidate {
+            order: system.order,
+            directions: system.directions,
+            ridge: 0.0,
+        };
+        method == FitMethod::Joint && candidate.coefficients() >= rows
+    };
+    let all_are = systems
+        .iter()
+        .all(|system| system.order == 0 || is_hopeless(system));
+    if all_are {
+        return (systems, Vec::new());
+    }
+    systems.into_iter().partition(|system| !is_hopeless(system))
 }
 
 fn group_folds(

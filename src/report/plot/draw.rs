@@ -154,6 +154,7 @@ impl<'a> Layout<'a> {
         let p = &self.plot;
         let upright = |x: f64| [(self.x_px(x), p.top), (self.x_px(x), p.bottom)];
         let level = |y: f64| [(p.left, self.y_px(y)), (p.right, self.y_px(y))];
+        self.draw_zero_lanes(area)?;
         let minor = self.x.minor.iter().map(|&x| upright(x));
         for line in minor.chain(self.y.minor.iter().map(|&y| level(y))) {
             area.draw(&PathElement::new(line, palette::GRID_MINOR))?;
@@ -175,6 +176,23 @@ impl<'a> Layout<'a> {
             area.draw(&PathElement::new([(at.0 - 5, at.1), at], palette::LINE))?;
             let style = text(TICK_PX, palette::INK_QUIET, HPos::Right, VPos::Center);
             area.draw_text(label, &style, (at.0 - 8, at.1))?;
+        }
+        Ok(())
+    }
+
+    /// Zero lies beside a logarithmic axis, not on it: its lane is shaded.
+    fn draw_zero_lanes<'b>(&self, area: &Area<'b>) -> Drawn<'b> {
+        let p = &self.plot;
+        let lane = |ticks: &Ticks, px: i32| (ticks.zero_lane * f64::from(px)).round() as i32;
+        let (right, top) = (lane(&self.x, p.width()), lane(&self.y, p.height()));
+        let shade = palette::GRID_MINOR.filled();
+        if right > 0 {
+            let corners = [(p.left, p.top), (p.left + right - 4, p.bottom)];
+            area.draw(&Rectangle::new(corners, shade))?;
+        }
+        if top > 0 {
+            let corners = [(p.left, p.bottom - top + 4), (p.right, p.bottom)];
+            area.draw(&Rectangle::new(corners, shade))?;
         }
         Ok(())
     }

@@ -34,6 +34,8 @@ pub enum SeriesStyle {
 pub enum Scale {
     Linear,
     Logarithmic,
+    /// Logarithmic, with a lane of its own at the beginning for what is exactly zero.
+    LogarithmicAndZero,
 }
 
 impl Scale {
@@ -43,6 +45,7 @@ impl Scale {
         match self {
             Self::Linear => value.abs() <= 1e300,
             Self::Logarithmic => value.is_finite() && value > 0.0,
+            Self::LogarithmicAndZero => value.is_finite() && value >= 0.0,
         }
     }
 }
@@ -91,11 +94,11 @@ impl Chart {
                 } else {
                     ("points", "are")
                 };
-                let why = if [&self.x, &self.y]
-                    .iter()
-                    .any(|a| a.scale == Scale::Logarithmic)
-                {
+                let scales = [self.x.scale, self.y.scale];
+                let why = if scales.contains(&Scale::Logarithmic) {
                     "zero, negative or not finite on a logarithmic axis"
+                } else if scales.contains(&Scale::LogarithmicAndZero) {
+                    "negative or not finite on a logarithmic axis"
                 } else {
                     "not finite"
                 };

@@ -20,6 +20,10 @@ const MAX_UNLABELLED_DECADES: i32 = 5;
 /// A non-negative quantity starts at zero where its least value is below this part of its largest.
 const START_AT_ZERO: f64 = 0.4;
 
+/// Part of an axis that zero's own lane takes, and where in the axis zero then lies.
+const ZERO_LANE: f64 = 0.09;
+const ZERO_AT: f64 = 0.035;
+
 /// An axis laid out: its ends, the values that are labelled, and those that only have a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ticks {
@@ -28,6 +32,8 @@ pub struct Ticks {
     pub max: f64,
     pub labelled: Vec<(f64, String)>,
     pub minor: Vec<f64>,
+    /// Part of the axis, from its beginning, that is zero's alone; 0 where nothing is zero.
+    pub zero_lane: f64,
 }
 
 impl Ticks {
@@ -37,6 +43,16 @@ impl Ticks {
         match scale {
             Scale::Linear => linear(&values, wanted),
             Scale::Logarithmic => logarithmic(&values, wanted),
+            Scale::LogarithmicAndZero => {
+                let (zeros, others): (Vec<f64>, Vec<f64>) = values.iter().partition(|&&v| v == 0.0);
+                let mut ticks = logarithmic(&others, wanted);
+                ticks.scale = scale;
+                if !zeros.is_empty() {
+                    ticks.zero_lane = ZERO_LANE;
+                    ticks.labelled.insert(0, (0.0, "0".to_owned()));
+                }
+                ticks
+            }
         }
     }
 
@@ -44,8 +60,11 @@ impl Ticks {
     pub fn part(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => (value - self.min) / (self.max - self.min),
-            Scale::Logarithmic => {
-                (value.log10() - self.min.log10()) / (self.max.log10() - self.min.log10())
+            _ if value == 0.0 => ZERO_AT,
+            Scale::Logarithmic | Scale::LogarithmicAndZero => {
+                let (low, high) = (self.min.log10(), self.max.log10());
+                let part = (value.log10() - low) / (high - low);
+                self.zero_lane + (1.0 - self.zero_lane) * part
             }
         }
     }
@@ -84,6 +103,7 @@ fn linear(values: &[f64], wanted: usize) -> Ticks {
         max,
         labelled,
         minor: Vec::new(),
+        zero_lane: 0.0,
     }
 }
 
@@ -150,6 +170,7 @@ fn logarithmic(values: &[f64], wanted: usize) -> Ticks {
         max: 10.0_f64.powf(high),
         labelled,
         minor,
+        zero_lane: 0.0,
     }
 }
 
@@ -195,6 +216,8 @@ fn decimal(value: f64, step: f64) -> String {
 mod tests {
     use super::*;
 
+    const SCALES: [Scale; 3] = [Scale::Linear, Scale::Logarithmic, Scale::LogarithmicAndZero];
+
     fn labels(ticks: &Ticks) -> Vec<&str> {
         ticks.labelled.iter().map(|(_, l)| l.as_str()).collect()
     }
@@ -236,7 +259,7 @@ mod tests {
             &[f64::NAN, 1.0, f64::INFINITY],
         ];
         for values in cases {
-            for scale in [Scale::Linear, Scale::Logarithmic] {
+            for scale in SCALES {
                 let t = Ticks::new(scale, values.iter().copied(), 6);
                 assert!(t.min < t.max && t.labelled.len() >= 2, "{values:?} {t:?}");
                 assert!(t.labelled.len() <= 12, "{values:?} {t:?}");
@@ -246,6 +269,17 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn zero_has_a_lane_before_everything_else_where_there_is_one() {
+        let scale = Scale::LogarithmicAndZero;
+        let with = Ticks::new(scale, [1e-3, 0.0, 10.0], 6);
+        assert_eq!(with.labelled[0], (0.0, "0".to_owned()));
+        assert!(with.part(0.0) < with.zero_lane && with.part(with.min) >= with.zero_lane);
+        assert!(with.part(with.max) <= 1.0);
+        let without = Ticks::new(scale, [1e-3, 10.0], 6);
+        assert_eq!((without.zero_lane, without.part(without.min)), (0.0, 0.0));
     }
 
     #[test]

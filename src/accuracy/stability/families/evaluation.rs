@@ -31,13 +31,14 @@ const ROTATION: Quantity = Quantity {
 };
 
 pub(super) fn family(extent: Extent) -> Family {
+    let poses = if extent.is_full() { 8 } else { 2 };
     let mut cases: Vec<Case> = extent
-        .of(&(1..=MAX_ORDER).collect::<Vec<_>>(), &[1, 2, 4, 6, 12])
+        .of(&(1..=MAX_ORDER).collect::<Vec<_>>(), &[1, 2, 4, 8])
         .into_iter()
         .map(|order| {
             Case::new(format!("order {order}, 14 orientations"), move |m, case| {
                 let bounds = Bounds::from(([-250.0, -250.0, -600.0], [250.0, 250.0, -100.0]));
-                let poses = scattered(&bounds, 8, order as u64);
+                let at = scattered(&bounds, poses, order as u64);
                 rows(
                     m,
                     case,
@@ -45,7 +46,7 @@ pub(super) fn family(extent: Extent) -> Family {
                     Weighting::Area,
                     DirectionSet::Fourteen,
                     bounds,
-                    &poses,
+                    &at,
                 )
             })
         })
@@ -55,8 +56,8 @@ pub(super) fn family(extent: Extent) -> Family {
             let name = format!("order 2, {} orientations, {weighting:?} weights", set.len());
             cases.push(Case::new(name, move |m, case| {
                 let bounds = cube([-100.0; 3], 200.0);
-                let poses = scattered(&bounds, 8, 77);
-                rows(m, case, 2, weighting, set, bounds, &poses)
+                let at = scattered(&bounds, poses, 77);
+                rows(m, case, 2, weighting, set, bounds, &at)
             }));
         }
     }
@@ -82,7 +83,7 @@ pub(super) fn family(extent: Extent) -> Family {
     ];
     for (name, bounds) in boxes {
         cases.push(Case::new(format!("order 4, {name}"), move |m, case| {
-            let poses = scattered(&bounds, 8, 5);
+            let at = scattered(&bounds, poses, 5);
             rows(
                 m,
                 case,
@@ -90,7 +91,7 @@ pub(super) fn family(extent: Extent) -> Family {
                 Weighting::Area,
                 DirectionSet::Fourteen,
                 bounds,
-                &poses,
+                &at,
             )
         }));
     }
@@ -98,7 +99,7 @@ pub(super) fn family(extent: Extent) -> Family {
         "order 12, corners and faces of the box",
         |m, case| {
             let bounds = cube([0.1, 0.2, 0.3], 99.7);
-            let poses = bounds.corners_mm().map(|p| (p, Vector3::y_axis()));
+            let at = bounds.corners_mm().map(|p| (p, Vector3::y_axis()));
             rows(
                 m,
                 case,
@@ -106,7 +107,7 @@ pub(super) fn family(extent: Extent) -> Family {
                 Weighting::Area,
                 DirectionSet::Fourteen,
                 bounds,
-                &poses,
+                &at,
             )
         },
     ));
@@ -115,11 +116,11 @@ pub(super) fn family(extent: Extent) -> Family {
         cases.push(Case::new(name, move |m, case| {
             let bounds = cube([-100.0; 3], 200.0);
             let around = cube([-200.0; 3], 400.0);
-            let poses = scattered(&around, 8, 9);
+            let at = scattered(&around, poses, 9);
             let model = model(order, DirectionSet::Fourteen, Weighting::Area, bounds, 3);
             model.map_or_else(
                 |_| vec![Row::behaviour(case, "is a model", false)],
-                |model| measured(m, case, &model, &poses, OutsidePolicy::Extrapolate),
+                |model| measured(m, case, &model, &at, OutsidePolicy::Extrapolate),
             )
         }));
     }

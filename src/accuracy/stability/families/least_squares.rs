@@ -47,6 +47,21 @@ pub(super) fn family(extent: Extent) -> Family {
             },
         ));
     }
+    // What the polynomials reach leaves no residual, and so no room for the condition's square.
+    for (squeeze, name) in [(1e-2, "1e-2"), (1e-3, "1e-3")] {
+        cases.push(case(
+            format!("order 2, slab of {name}, a field of order 2"),
+            move || {
+                reached(scattered(2, 2.0, move |_, u| {
+                    Vector3::new(u.x, u.y, 0.4 + squeeze * u.z)
+                }))
+            },
+        ));
+    }
+    cases.push(case(
+        "order 2, seven clusters of 0.02, a field of order 2",
+        || reached(scattered(2, 3.0, |i, u| cluster_center(i) + u * 0.02)),
+    ));
     cases.push(case("order 1, positions in a slab of 1e-9", || {
         scattered(1, 3.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-9 * u.z))
     }));
@@ -91,10 +106,10 @@ pub(super) fn family(extent: Extent) -> Family {
     }
     for (ridge, name) in [(1e-8, "1e-8"), (1e-3, "1e-3")] {
         cases.push(case(
-            format!("order 2, slab of 1e-4, ridge {name}"),
+            format!("order 2, slab of 1e-3, ridge {name}"),
             move || System {
                 ridge,
-                ..scattered(2, 2.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-4 * u.z))
+                ..scattered(2, 2.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-3 * u.z))
             },
         ));
         cases.push(case(
@@ -145,6 +160,24 @@ fn scattered(
         values,
         ridge: 0.0,
     }
+}
+
+/// The same with values that a solution without residual has, up to their own rounding.
+fn reached(mut system: System) -> System {
+    let mut sequence = Sequence::new(21);
+    let x: Vec<[f64; 6]> = (0..system.rows[0].len())
+        .map(|_| std::array::from_fn(|_| sequence.signed()))
+        .collect();
+    for (row, values) in system.rows.iter().zip(&mut system.values) {
+        let sum = |k: usize| {
+            row.iter()
+                .zip(&x)
+                .map(|(a, x)| High::from(*a) * x[k])
+                .sum::<High>()
+        };
+        *values = std::array::from_fn(|k| sum(k).to_f64());
+    }
+    system
 }
 
 fn weighted(mut system: System, weight: impl Fn(i32) -> f64) -> System {

@@ -1,8 +1,15 @@
 //! The battery, family by family.
 
 mod evaluation;
+mod fits;
+mod frames;
+mod high_orders;
 mod least_squares;
+mod refusals;
 mod rotations;
+mod singular_values;
+mod statistics;
+mod uncertainty;
 mod weights;
 
 use super::Extent;
@@ -15,5 +22,12 @@ pub fn all(extent: Extent) -> Vec<Family> {
         weights::family(extent),
         rotations::family(extent),
         least_squares::family(extent),
+        fits::family(extent),
+        high_orders::family(extent),
+        singular_values::family(extent),
+        frames::family(extent),
+        uncertainty::family(extent),
+        statistics::family(extent),
+        refusals::family(extent),
     ]
 }

@@ -1,0 +1,218 @@
+//! `compensate`: measured poses corrected, and what became of them.
+
+use super::output::{self, Format, OutsideArg};
+use crate::field::compensation::{Compensated, Difference, Method, Tally, compensate};
+use crate::field::inverse::InverseState;
+use crate::field::samples::MapKind;
+use crate::field::{DistortionModel, OutsidePolicy};
+use crate::formats::poses::{self, CompensatedRow};
+use crate::geometry::pose::Pose;
+use crate::store;
+use crate::study::figures::with_separators;
+use crate::task::Task;
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct CompensateArgs {
+    /// Environment (*.env.ron)
+    environment: PathBuf,
+
+    /// Poses of sensors as measured, in the tracker frame (CSV): x, y, z, qw, qx, qy, qz; mm, unit quaternions
+    poses: PathBuf,
+
+    /// Table to write: the poses corrected, and whether each was outside the model's box, converged
+    /// and is ambiguous; one that did not converge has empty pose cells
+    #[arg(short, long, value_name = "OUT.csv")]
+    output: PathBuf,
+
+    /// What happens to positions outside the model's box; rejected ones count as not converged in
+    /// the table
+    #[arg(long, value_enum, default_value_t)]
+    outside: OutsideArg,
+
+    /// How poses are corrected
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodArg,
+
+    /// How to print the figures
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum MethodArg {
+    /// A correction map directly, a distortion map by its inverse
+    #[default]
+    Auto,
+    /// The poses whose distortion is what was measured; for a distortion map
+    Inverse,
+    /// The paper's: a distortion map used as if it were a correction map
+    Shortcut,
+}
+
+/// What one run came to.
+struct Outcome {
+    method: Method,
+    tally: Tally,
+    /// The shortcut against the inverse; none for a correction map.
+    shortcut: Option<Difference>,
+}
+
+/// Reads, corrects, and writes the table.
+///
+/// # Errors
+/// Files that can't be used.
+pub fn run(args: &CompensateArgs) -> anyhow::Result<()> {
+    let environment = store::read_environment(&args.environment)?;
+    let method = method(args, environment.model.map())?;
+    let measured = store::read_poses(&args.poses)?;
+    let (compensated, shortcut) =
+        compensated(&environment.model, &measured, args.outside.into(), method)?;
+    store::write_atomic(&args.output, |out| {
+        poses::write_compensated(out, compensated.iter().map(row))
+    })?;
+    let outcome = Outcome {
+        method,
+        tally: Tally::of(&measured, &compensated),
+        shortcut,
+    };
+    match args.format {
+        Format::Json => output::print_json(&as_json(&outcome)),
+        Format::Text => output::print(&as_text(args, &outcome)),
+    }
+}
+
+fn method(args: &CompensateArgs, map: MapKind) -> anyhow::Result<Method> {
+    match (args.method, map) {
+        (MethodArg::Auto, map) => Ok(Method::of(map)),
+        (MethodArg::Inverse, MapKind::Distortion) => Ok(Method::Inverse),
+        (MethodArg::Shortcut, MapKind::Distortion) => Ok(Method::Shortcut),
+        (MethodArg::Inverse | MethodArg::Shortcut, MapKind::Correction) => bail!(
+            "{}: found a correction map, expected a distortion map with --method {}; \
+             --method auto applies a correction map as it is",
+            args.environment.display(),
+            match args.method {
+                MethodArg::Shortcut => "shortcut",
+                _ => "inverse",
+            },
+        ),
+    }
+}
+
+/// The answers, and for a distortion map how far the shortcut is from the inverse.
+fn compensated(
+    model: &DistortionModel,
+    measured: &[Pose],
+    outside: OutsidePolicy,
+    method: Method,
+) -> anyhow::Result<(Vec<Compensated>, Option<Difference>)> {
+    let bar = output::progress(1000, "compensating");
+    let task = Task::told_to({
+        let bar = bar.clone();
+        move |part| bar.set_position((part * 1000.0) as u64)
+    });
+    let by = |method| compensate(model, measured, outside, method, &task);
+    let answers = match method {
+        Method::Correction => (by(Method::Correction)?, None),
+        Method::Inverse | Method::Shortcut => {
+            let (inverse, shortcut) = (by(Method::Inverse)?, by(Method::Shortcut)?);
+            let difference = Difference::between(&inverse, &shortcut);
+            let wanted = if method == Method::Inverse {
+                inverse
+            } else {
+                shortcut
+            };
+            (wanted, difference)
+        }
+    };
+    bar.finish_and_clear();
+    Ok(answers)
+}
+
+fn row(found: &Compensated) -> CompensatedRow {
+    CompensatedRow {
+        pose: found.pose,
+        is_outside: !found.is_inside,
+        is_ambiguous: matches!(found.state, InverseState::Ambiguous(_)),
+    }
+}
+
+fn name(method: Method) -> &'static str {
+    match method {
+        Method::Correction => "correction",
+        Method::Inverse => "inverse",
+        Method::Shortcut => "shortcut",
+    }
+}
+
+fn as_json(outcome: &Outcome) -> Value {
+    let t = &outcome.tally;
+    json!({
+        "method": name(outcome.method),
+        "rows": t.rows,
+        "converged": t.converged,
+        "ambiguous": t.ambiguous,
+        "folded": t.folded,
+        "not_converged": t.not_converged,
+        "rejected": t.rejected,
+        "outside": t.outside,
+        "largest_correction_mm": t.largest_correction_mm,
+        "largest_correction_deg": t.largest_correction_rad.to_degrees(),
+        "shortcut_against_inverse": outcome.shortcut.map(|d| json!({
+            "compared": d.compared,
+            "position_rms_mm": d.position_rms_mm,
+            "position_max_mm": d.position_max_mm,
+            "angle_rms_deg": d.angle_rms_rad.to_degrees(),
+            "angle_max_deg": d.angle_max_rad.to_degrees(),
+        })),
+    })
+}
+
+fn as_text(args: &CompensateArgs, outcome: &Outcome) -> String {
+    let t = &outcome.tally;
+    let figure =
+        |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
+    let count = |label: &str, count: usize| figure(label, with_separators(count), "");
+    let mut rows = vec![
+        count("rows", t.rows),
+        count("converged", t.converged),
+        count("of these ambiguous", t.ambiguous),
+        count("folded", t.folded),
+        count("not converged", t.not_converged),
+        count("rejected", t.rejected),
+        count("outside the model's box", t.outside),
+        figure(
+            "largest correction",
+            format!("{:.4}", t.largest_correction_mm),
+            "mm",
+        ),
+        figure(
+            "",
+            format!("{:.4}", t.largest_correction_rad.to_degrees()),
+            "°",
+        ),
+    ];
+    if let Some(d) = &outcome.shortcut {
+        let mut length = |label: &str, mm: f64| rows.push(figure(label, format!("{mm:.6}"), "mm"));
+        length("shortcut against inverse, RMS", d.position_rms_mm);
+        length("shortcut against inverse, max", d.position_max_mm);
+        let mut angle = |label: &str, rad: f64| {
+            rows.push(figure(label, format!("{:.6}", rad.to_degrees()), "°"));
+        };
+        angle("shortcut against inverse, RMS", d.angle_rms_rad);
+        angle("shortcut against inverse, max", d.angle_max_rad);
+    }
+    format!(
+        "{}\nby {}, written to {}",
+        output::aligned(&rows),
+        match outcome.method {
+            Method::Correction => "correction map",
+            Method::Inverse => "inverse of the distortion map",
+            Method::Shortcut => "shortcut, the distortion map used as a correction",
+        },
+        args.output.display()
+    )
+}
