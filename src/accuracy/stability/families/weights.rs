@@ -5,7 +5,7 @@ use crate::accuracy::high_linear::norm;
 use crate::accuracy::stability::Extent;
 use crate::accuracy::stability::inputs::Sequence;
 use crate::accuracy::stability::methods::Methods;
-use crate::accuracy::stability::references;
+use crate::accuracy::stability::references::{self, axis3};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
 use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
 use nalgebra::{Unit, Vector3};
@@ -121,7 +121,7 @@ fn weights(
     weighting: Weighting,
 ) -> Row {
     let found = methods.weights(set, axis, weighting);
-    references::weights(set, axis, weighting)
+    references::weights(set, &axis3(axis), weighting)
         .into_iter()
         .map(|expected| {
             let error = off_by(set, &found, &expected);
