@@ -128,8 +128,10 @@ pub fn weights(set: DirectionSet, axis: &High3, weighting: Weighting) -> Vec<Hig
     let corners = directions(set);
     let n = unit3(axis);
     let outside = High::from(-ON_EDGE);
+    let near = Vector3::from(n.each_ref().map(High::to_f64));
     set.triangles()
         .iter()
+        .filter(|triangle| may_hold(set, triangle, &near))
         .filter_map(|&triangle| {
             let corners = triangle.map(|i| corners[i].clone());
             let gnomonic = apply33(&inverse33(&transposed33(&corners)), &n);
@@ -155,6 +157,13 @@ pub fn weights(set: DirectionSet, axis: &High3, weighting: Weighting) -> Vec<Hig
             })
         })
         .collect()
+}
+
+/// Whether an axis is in a triangle or not far outside it: spares high precision the rest.
+fn may_hold(set: DirectionSet, triangle: &[usize; 3], axis: &Vector3<f64>) -> bool {
+    let [a, b, c] = triangle.map(|i| set.directions()[i].into_inner());
+    let sides = [b.cross(&c), c.cross(&a), a.cross(&b)];
+    sides.iter().all(|normal| normal.dot(axis) > -1e-6)
 }
 
 /// Half the area of a spherical triangle (Van Oosterom & Strackee).

@@ -141,7 +141,7 @@ pub(super) fn family(extent: Extent) -> Family {
             let mut samples = scattered(room, 1, 20.0, SMOOTH);
             for s in &mut samples {
                 s.axis = Unit::new_normalize(s.axis.component_mul(&Vector3::new(
-                    s.axis.x.signum() * -1.0,
+                    -s.axis.x.signum(),
                     1.0,
                     1.0,
                 )));
@@ -186,7 +186,7 @@ pub(super) fn family(extent: Extent) -> Family {
             let mut samples = scattered(room, 1, 9.0, SMOOTH);
             for s in &mut samples {
                 s.axis = Unit::new_normalize(s.axis.component_mul(&Vector3::new(
-                    s.axis.x.signum() * -1.0,
+                    -s.axis.x.signum(),
                     1.0,
                     1.0,
                 )));

@@ -290,10 +290,10 @@ fn fits() -> Vec<Case> {
         ("an error of NaN", |s| s.error.position_mm.y = NAN),
         ("an error of infinity", |s| s.error.rotation_rad.y = INF),
         ("an axis of NaN", |s| {
-            s.axis = Unit::new_unchecked(Vector3::new(0.0, NAN, 1.0))
+            s.axis = Unit::new_unchecked(Vector3::new(0.0, NAN, 1.0));
         }),
         ("an axis of length 0", |s| {
-            s.axis = Unit::new_unchecked(Vector3::zeros())
+            s.axis = Unit::new_unchecked(Vector3::zeros());
         }),
     ];
     let mut cases = Vec::new();

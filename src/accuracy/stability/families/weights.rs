@@ -23,11 +23,13 @@ const NEAR: f64 = 1e-12;
 
 type Axes = Vec<Unit<Vector3<f64>>>;
 
+type Places = fn(DirectionSet) -> Axes;
+
 pub(super) fn family(_: Extent) -> Family {
     let mut cases = Vec::new();
     for set in DirectionSet::ALL.into_iter().skip(1) {
         for weighting in [Weighting::Area, Weighting::Gnomonic] {
-            let places: [(&str, fn(DirectionSet) -> Axes); 5] = [
+            let places: [(&str, Places); 5] = [
                 ("on and opposite to corners", corners),
                 ("1e-12 beside corners", beside_corners),
                 ("on edges", edges),
