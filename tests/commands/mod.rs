@@ -6,4 +6,5 @@ mod jhu_cis;
 mod main_job;
 mod select;
 mod support;
+mod stability;
 mod uncertainty;
