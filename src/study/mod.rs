@@ -4,6 +4,7 @@ mod explain;
 pub mod figures;
 pub mod motion;
 mod plan;
+pub mod preview;
 pub mod requirement;
 mod run;
 pub mod scenario;

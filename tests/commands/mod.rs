@@ -5,4 +5,6 @@ mod explain;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;
+mod select;
+mod support;
 mod uncertainty;
