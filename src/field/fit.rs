@@ -1,5 +1,6 @@
 //! Fits a distortion model to samples (4): per direction, as the paper does, or jointly on (8).
 
+use super::batch::Batch;
 use super::bernstein::{MAX_ORDER, coefficient_count, push_products};
 use super::least_squares::{Decomposition, LeastSquares, NoConvergence, Triangle};
 use super::model::{Coefficient, DistortionModel, ModelError, OutsidePolicy};
@@ -14,6 +15,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Singular values below this part of the largest count as zero unless told otherwise.
 pub const DEFAULT_RCOND: f64 = 1e-10;
+
+/// Samples whose residuals are found at a time: enough to fill the lanes of each triangle, and no
+/// copy of all samples.
+const JUDGED_TOGETHER: usize = 16_384;
 
 /// How the orientations share the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -301,17 +306,21 @@ impl Solved {
 
 /// What a model leaves of the samples' errors.
 pub fn residuals(model: &DistortionModel, set: &SampleSet, outside: OutsidePolicy) -> Residuals {
-    let squares = set.samples.iter().fold((0.0, 0.0), |sum, s| {
-        let e = model.evaluate(&s.position_mm, &s.axis, outside).error;
-        (
-            sum.0 + (s.error.position_mm - e.position_mm).norm_squared(),
-            sum.1 + (s.error.rotation_rad - e.rotation_rad).norm_squared(),
-        )
-    });
+    let (mut position, mut angle) = (0.0, 0.0);
+    let (mut batch, mut evaluations) = (Batch::default(), Vec::new());
+    for samples in set.samples.chunks(JUDGED_TOGETHER) {
+        let positions_mm: Vec<_> = samples.iter().map(|s| s.position_mm).collect();
+        let axes: Vec<_> = samples.iter().map(|s| s.axis).collect();
+        batch.evaluate(model, &positions_mm, &axes, outside, &mut evaluations);
+        for (s, e) in samples.iter().zip(&evaluations) {
+            position += (s.error.position_mm - e.error.position_mm).norm_squared();
+            angle += (s.error.rotation_rad - e.error.rotation_rad).norm_squared();
+        }
+    }
     let n = set.samples.len() as f64;
     Residuals {
-        position_rms_mm: (squares.0 / n).sqrt(),
-        angle_rms_rad: set.has_rotations.then(|| (squares.1 / n).sqrt()),
+        position_rms_mm: (position / n).sqrt(),
+        angle_rms_rad: set.has_rotations.then(|| (angle / n).sqrt()),
     }
 }
 
