@@ -7,6 +7,7 @@ pub mod environment;
 pub mod fit;
 pub mod inverse;
 pub mod jacobian;
+mod jacobian_kernel;
 mod kernel;
 pub mod least_squares;
 pub mod model;

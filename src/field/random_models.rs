@@ -6,7 +6,7 @@ use super::samples::MapKind;
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::pose::{Pose, pose_from_parts};
-use nalgebra::{Point3, Quaternion, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};

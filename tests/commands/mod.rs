@@ -1,6 +1,7 @@
 //! The program as a person runs it: the built binary, its output, its exit status.
 
 mod bad_input;
+mod compensate;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;
