@@ -2,6 +2,8 @@
 //!
 //! What the figures were on one machine, and how to repeat them, is in `docs/measurements.md`.
 
+mod evaluation;
+
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
@@ -129,6 +131,7 @@ fn scenario(order: usize) -> Scenario {
         volume: Some(Volume::AuroraCube),
         jitter: None,
         provenance: None,
+        support: None,
     };
     store::resolve(world.document.design(), &Arc::new(room))
 }

@@ -32,6 +32,8 @@ pub mod store;
 
 pub mod report;
 
+pub mod accuracy;
+
 #[cfg(feature = "editor")]
 pub mod editor;
 

@@ -1,15 +1,19 @@
 //! `fit`: measurements to an environment, and what the fit leaves.
 
+use super::choose;
+use super::jitter::JitterArgs;
 use super::output::{self, Format};
-use crate::field::environment::{HoldoutProvenance, Provenance};
-use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals, fit, residuals};
+use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
+use crate::field::fit::{Factored, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
 use crate::field::model::OutsidePolicy;
-use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet};
-use crate::field::{DistortionModel, Environment};
+use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet, SampleSet};
+use crate::field::support::SupportError;
+use crate::field::{DistortionModel, Environment, Support};
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
 use crate::store;
 use crate::study::figures::with_separators;
+use crate::task::Task;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -24,17 +28,13 @@ pub struct FitArgs {
     #[arg(short, long, value_name = "ENV")]
     output: PathBuf,
 
-    /// Order of the Bernstein polynomials; 0 is no correction
-    #[arg(long, value_name = "N")]
-    order: usize,
+    /// Order of the Bernstein polynomials; 0 is no correction. Chosen as `select` does where left out
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    order: Option<usize>,
 
-    /// Number of basis orientations: 1, 6, 12, 14, 26 or 42; 1 ignores orientation
-    #[arg(
-        long,
-        value_name = "M",
-        default_value_if("order", "0", "1"),
-        required_unless_present = "order"
-    )]
+    /// Number of basis orientations: 1, 6, 12, 14, 26 or 42; 1 ignores orientation. Chosen as
+    /// `select` does where left out
+    #[arg(long, value_name = "M", default_value_if("order", "0", "1"))]
     directions: Option<usize>,
 
     /// How the orientations share the samples
@@ -53,9 +53,10 @@ pub struct FitArgs {
     #[arg(long, value_enum, default_value_t)]
     weights: WeightsArg,
 
-    /// Ridge, as a part of the largest singular value
-    #[arg(long, default_value_t = 0.0, value_name = "R")]
-    ridge: f64,
+    /// Ridge, as a part of the largest singular value; 0, or chosen with order or directions where
+    /// one of them is left out
+    #[arg(long, value_name = "R")]
+    ridge: Option<f64>,
 
     /// Singular values below this part of the largest count as zero
     #[arg(long, default_value = "1e-10", value_name = "R")]
@@ -69,13 +70,20 @@ pub struct FitArgs {
     #[arg(long, value_enum)]
     volume: Option<VolumeArg>,
 
+    /// Leave out what the environment says of where its model may be believed
+    #[arg(long)]
+    no_support: bool,
+
+    #[command(flatten)]
+    jitter: JitterArgs,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
-enum MethodArg {
+pub(super) enum MethodArg {
     /// Each orientation by itself, the paper's
     #[default]
     PerDirection,
@@ -84,14 +92,14 @@ enum MethodArg {
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
-enum MapArg {
+pub(super) enum MapArg {
     #[default]
     Distortion,
     Correction,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
-enum SensorsArg {
+pub(super) enum SensorsArg {
     /// Only the sensors' local z was measured
     #[default]
     #[value(name = "5dof")]
@@ -102,7 +110,7 @@ enum SensorsArg {
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
-enum WeightsArg {
+pub(super) enum WeightsArg {
     /// Areas of spherical triangles, the paper's
     #[default]
     Area,
@@ -111,13 +119,14 @@ enum WeightsArg {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum VolumeArg {
+pub(super) enum VolumeArg {
     /// 500 mm in front of a planar generator
     AuroraCube,
 }
 
 /// A model's figures on measurements that it was not fitted to.
-struct Holdout {
+pub(super) struct Holdout {
+    data: String,
     samples: usize,
     before: Residuals,
     after: Residuals,
@@ -128,52 +137,123 @@ struct Holdout {
 /// # Errors
 /// Files that can't be used, settings that make no fit.
 pub fn run(args: &FitArgs) -> anyhow::Result<()> {
-    let settings = settings(args)?;
+    let asked = asked(args)?;
     let set = read(&args.data, args.sensors)?;
     let holdout_set = args
         .holdout
         .as_ref()
         .map(|f| read(f, args.sensors))
         .transpose()?;
-    let bar = output::progress(1, "fitting");
-    let fitted = fit(&set.samples(settings.map), &settings, None)
-        .with_context(|| args.data.display().to_string())?;
-    bar.finish_and_clear();
-    let holdout = holdout_set.map(|set| judge(&fitted.model, &set));
-    let environment = environment(args, &fitted, &settings, holdout.as_ref());
-    store::write_environment(&args.output, &environment)?;
-    for warning in warnings(&fitted) {
-        output::note(&format!("warning: {warning}"));
+    let (settings, chosen) = choose::settings(&args.data, &set, asked)?;
+    let target = Target {
+        data: &args.data,
+        output: &args.output,
+        volume: args.volume,
+        jitter: args.jitter.jitter(),
+        with_support: !args.no_support,
+    };
+    let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
+    let (fitted, holdout) = fit_and_write(&target, &settings, &set, holdout)?;
+    if let Some(chosen) = &chosen {
+        output::note(&chosen.reason());
     }
     match args.format {
-        Format::Json => output::print_json(&as_json(&settings, &fitted, holdout.as_ref())),
-        Format::Text => output::print(&as_text(args, &settings, &fitted, holdout.as_ref())),
+        Format::Json => {
+            let mut value = as_json(&settings, &fitted, holdout.as_ref());
+            if let Some(chosen) = &chosen {
+                value["selection"] = chosen.as_json();
+            }
+            output::print_json(&value)
+        }
+        Format::Text => output::print(&as_text(&target, &settings, &fitted, holdout.as_ref())),
     }
 }
 
-fn settings(args: &FitArgs) -> anyhow::Result<FitSettings> {
-    let directions = args.directions.unwrap_or(1);
-    Ok(FitSettings {
+/// Where measurements come from, and where their environment goes.
+pub(super) struct Target<'a> {
+    pub data: &'a Path,
+    pub output: &'a Path,
+    pub volume: Option<VolumeArg>,
+    pub jitter: Option<Jitter>,
+    /// Whether the environment says where its model may be believed.
+    pub with_support: bool,
+}
+
+/// Fits, judges on a second table where there is one, writes the environment, and warns.
+pub(super) fn fit_and_write(
+    target: &Target,
+    settings: &FitSettings,
+    set: &MeasurementSet,
+    holdout: Option<(&Path, &MeasurementSet)>,
+) -> anyhow::Result<(Fit, Option<Holdout>)> {
+    let bar = output::progress(1, "fitting");
+    let samples = set.samples(settings.map);
+    let task = Task::default();
+    let (factored, fitted) = factor(&samples, settings, None, &task)
+        .and_then(|factored| {
+            let solved = factored.solve(settings.rcond, settings.ridge)?;
+            Ok((factored, solved.judged(&samples)))
+        })
+        .with_context(|| target.data.display().to_string())?;
+    let support = match target.with_support {
+        true => support(&samples, &factored, &fitted, &task)?,
+        false => None,
+    };
+    bar.finish_and_clear();
+    let holdout = holdout.map(|(file, set)| judge(&fitted.model, file, set));
+    let mut environment = environment(target, &fitted, settings, holdout.as_ref());
+    environment.support = support;
+    store::write_environment(target.output, &environment)?;
+    for warning in warnings(&fitted) {
+        output::note(&format!("warning: {warning}"));
+    }
+    Ok((fitted, holdout))
+}
+
+/// What the command line says about the model, and what it leaves open.
+fn asked(args: &FitArgs) -> anyhow::Result<choose::Asked> {
+    Ok(choose::Asked {
         order: args.order,
-        directions: DirectionSet::try_from(directions).context("--directions")?,
-        method: match args.method {
-            MethodArg::PerDirection => FitMethod::PerDirection,
-            MethodArg::Joint => FitMethod::Joint,
-        },
-        map: match args.map {
-            MapArg::Distortion => MapKind::Distortion,
-            MapArg::Correction => MapKind::Correction,
-        },
-        weighting: match args.weights {
-            WeightsArg::Area => Weighting::Area,
-            WeightsArg::Gnomonic => Weighting::Gnomonic,
-        },
+        directions: args
+            .directions
+            .map(|m| DirectionSet::try_from(m).context("--directions"))
+            .transpose()?,
         ridge: args.ridge,
+        method: args.method.into(),
+        map: args.map.into(),
+        weighting: args.weights.into(),
         rcond: args.rcond,
     })
 }
 
-fn read(file: &Path, sensors: SensorsArg) -> anyhow::Result<MeasurementSet> {
+impl From<MethodArg> for FitMethod {
+    fn from(arg: MethodArg) -> Self {
+        match arg {
+            MethodArg::PerDirection => Self::PerDirection,
+            MethodArg::Joint => Self::Joint,
+        }
+    }
+}
+
+impl From<MapArg> for MapKind {
+    fn from(arg: MapArg) -> Self {
+        match arg {
+            MapArg::Distortion => Self::Distortion,
+            MapArg::Correction => Self::Correction,
+        }
+    }
+}
+
+impl From<WeightsArg> for Weighting {
+    fn from(arg: WeightsArg) -> Self {
+        match arg {
+            WeightsArg::Area => Self::Area,
+            WeightsArg::Gnomonic => Self::Gnomonic,
+        }
+    }
+}
+
+pub(super) fn read(file: &Path, sensors: SensorsArg) -> anyhow::Result<MeasurementSet> {
     let mut set = store::read_measurements(file)?;
     if matches!(sensors, SensorsArg::SixDof) {
         if set.content == MeasurementContent::PositionOnly {
@@ -187,10 +267,31 @@ fn read(file: &Path, sensors: SensorsArg) -> anyhow::Result<MeasurementSet> {
     Ok(set)
 }
 
-fn judge(model: &DistortionModel, set: &MeasurementSet) -> Holdout {
+/// Where the model may be believed; one that is too large to keep is left out with a note.
+fn support(
+    samples: &SampleSet,
+    factored: &Factored,
+    fitted: &Fit,
+    task: &Task,
+) -> anyhow::Result<Option<Support>> {
+    match Support::of_fit(samples, factored, &fitted.model, task) {
+        Ok(support) => Ok(Some(support)),
+        Err(SupportError::NoOrder) => Ok(None),
+        Err(error @ (SupportError::TooLarge { .. } | SupportError::TooManyUnknowns { .. })) => {
+            output::note(&format!(
+                "note: {error}; the environment is written without it"
+            ));
+            Ok(None)
+        }
+        Err(error @ (SupportError::Cancelled(_) | SupportError::Fit(_))) => Err(error.into()),
+    }
+}
+
+fn judge(model: &DistortionModel, file: &Path, set: &MeasurementSet) -> Holdout {
     let samples = set.samples(model.map());
     let zero = DistortionModel::zero(*model.bounds(), model.map());
     Holdout {
+        data: file_name(file),
         samples: samples.samples.len(),
         before: residuals(&zero, &samples, OutsidePolicy::Clamp),
         after: residuals(model, &samples, OutsidePolicy::Clamp),
@@ -198,37 +299,38 @@ fn judge(model: &DistortionModel, set: &MeasurementSet) -> Holdout {
 }
 
 fn environment(
-    args: &FitArgs,
+    target: &Target,
     fitted: &Fit,
     settings: &FitSettings,
     holdout: Option<&Holdout>,
 ) -> Environment {
     Environment {
-        name: stem(&args.output),
+        name: stem(target.output),
         model: fitted.model.clone(),
-        volume: args.volume.map(|VolumeArg::AuroraCube| Volume::AuroraCube),
-        jitter: None,
+        volume: target
+            .volume
+            .map(|VolumeArg::AuroraCube| Volume::AuroraCube),
+        jitter: target.jitter,
+        support: None,
         provenance: Some(Provenance {
-            data: file_name(&args.data),
+            data: file_name(target.data),
             samples: fitted.samples,
             method: settings.method,
             ridge: settings.ridge,
             train_before: fitted.before,
             train_after: fitted.after,
-            holdout: holdout
-                .zip(args.holdout.as_ref())
-                .map(|(h, file)| HoldoutProvenance {
-                    data: file_name(file),
-                    samples: h.samples,
-                    before: h.before,
-                    after: h.after,
-                }),
+            holdout: holdout.map(|h| HoldoutProvenance {
+                data: h.data.clone(),
+                samples: h.samples,
+                before: h.before,
+                after: h.after,
+            }),
         }),
     }
 }
 
 /// A file's name without its folder.
-fn file_name(file: &Path) -> String {
+pub(super) fn file_name(file: &Path) -> String {
     file.file_name()
         .map_or_else(String::new, |n| n.to_string_lossy().into_owned())
 }
@@ -278,21 +380,21 @@ fn warnings(fitted: &Fit) -> Vec<String> {
     warnings
 }
 
-fn method_name(method: FitMethod) -> &'static str {
+pub(super) fn method_name(method: FitMethod) -> &'static str {
     match method {
         FitMethod::PerDirection => "per-direction",
         FitMethod::Joint => "joint",
     }
 }
 
-fn map_name(map: MapKind) -> &'static str {
+pub(super) fn map_name(map: MapKind) -> &'static str {
     match map {
         MapKind::Distortion => "distortion",
         MapKind::Correction => "correction",
     }
 }
 
-fn as_json(settings: &FitSettings, fitted: &Fit, holdout: Option<&Holdout>) -> Value {
+pub(super) fn as_json(settings: &FitSettings, fitted: &Fit, holdout: Option<&Holdout>) -> Value {
     let residuals = |r: &Residuals| {
         json!({
             "position_rms_mm": r.position_rms_mm,
@@ -322,14 +424,14 @@ fn as_json(settings: &FitSettings, fitted: &Fit, holdout: Option<&Holdout>) -> V
 }
 
 fn as_text(
-    args: &FitArgs,
+    target: &Target,
     settings: &FitSettings,
     fitted: &Fit,
     holdout: Option<&Holdout>,
 ) -> String {
     let mut lines = vec![format!(
         "{}: {} samples, order {}, {} orientation{}, {}, {} map",
-        file_name(&args.data),
+        file_name(target.data),
         with_separators(fitted.samples),
         settings.order,
         settings.directions.len(),
@@ -382,6 +484,6 @@ fn as_text(
             most.condition
         ));
     }
-    lines.push(format!("written to {}", args.output.display()));
+    lines.push(format!("written to {}", target.output.display()));
     lines.join("\n")
 }

@@ -1,7 +1,8 @@
 //! `import`: measurement tables from other programs' files.
 
 use crate::calibration::calibration_object;
-use crate::formats::measurements;
+use crate::field::selection::clusters;
+use crate::formats::{groups, measurements};
 use crate::store;
 use crate::study::figures::with_separators;
 use anyhow::Context;
@@ -22,7 +23,9 @@ pub struct JhuCisArgs {
     /// What both trackers read (*-calreadings.txt)
     calreadings: PathBuf,
 
-    /// Position-only measurement table to write
+    /// Position-only measurement table to write, with a column `frame` for the placements of the
+    /// calibration object, and a column `cluster` where the positions come in clusters: rows that
+    /// belong together, for `select`
     #[arg(short, long, value_name = "DATA.csv")]
     output: PathBuf,
 }
@@ -37,9 +40,30 @@ pub fn run(command: &ImportCommand) -> anyhow::Result<()> {
     let frames = store::read_calreadings(&args.calreadings)?;
     let set = calibration_object::measurements(&body, &frames)
         .with_context(|| args.calreadings.display().to_string())?;
-    store::write_atomic(&args.output, |out| measurements::write(out, &set))?;
+    let frame_of_row: Vec<usize> = frames
+        .iter()
+        .enumerate()
+        .flat_map(|(i, frame)| frame.em_on_object.iter().map(move |_| i))
+        .collect();
+    let ideal: Vec<_> = set
+        .measurements
+        .iter()
+        .map(|m| m.tracker_from_ideal.translation.vector.into())
+        .collect();
+    let clusters = clusters::find(&ideal);
+    let mut columns = vec![("frame", frame_of_row.as_slice())];
+    columns.extend(clusters.as_ref().map(|c| ("cluster", c.as_slice())));
+    let mut table = Vec::new();
+    measurements::write(&mut table, &set)?;
+    store::write_atomic(&args.output, |out| {
+        groups::write_beside(out, &table, &columns)
+    })?;
+    let in_clusters = clusters.map_or_else(String::new, |clusters| {
+        let count = clusters.iter().max().map_or(0, |last| last + 1);
+        format!(" in {} clusters", with_separators(count))
+    });
     super::output::print(&format!(
-        "{} samples of {} frames written to {}",
+        "{} samples of {} frames{in_clusters} written to {}",
         with_separators(set.measurements.len()),
         with_separators(frames.len()),
         args.output.display()

@@ -1,15 +1,22 @@
 //! The command line: one file a subcommand, each a function that a test can call.
 
+mod choose;
 mod compensate;
 mod distort;
 #[cfg(feature = "editor")]
 mod edit;
 mod fit;
 mod import;
+mod jitter;
 mod output;
+mod precision;
 #[cfg(feature = "editor")]
 mod render;
+mod select;
+mod select_chart;
 mod simulate;
+mod stability;
+mod uncertainty;
 
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
@@ -36,35 +43,54 @@ pub struct Cli {
 enum Command {
     /// Fit a distortion model to measurements and write it as an environment
     Fit(fit::FitArgs),
+    /// Cross-validate model sizes and regularisation on measurements, and name the best
+    Select(select::SelectArgs),
     /// Distort poses as the tracker of an environment would measure them
     Distort(distort::DistortArgs),
     /// Correct measured poses by the map of an environment, or by the inverse of it
     Compensate(compensate::CompensateArgs),
     /// Simulate a design at one pose, over its range of motion, or at given poses
     Simulate(simulate::SimulateArgs),
+    /// Measure error against run time, for every way of computing the same thing
+    Precision(precision::PrecisionArgs),
     /// Make a measurement table from another program's files
     #[command(subcommand)]
     Import(import::ImportCommand),
+    /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
+    /// minutes; exit status 1 where a bound is broken
+    Stability(stability::StabilityArgs),
     /// Draw a design's 3D view to a PNG file, without a window
     #[cfg(feature = "editor")]
     Render(render::RenderArgs),
+}
+
+/// How a command that did its work ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    Done,
+    /// It did what was asked, and the answer is that something does not hold.
+    DoesNotHold,
 }
 
 /// Runs what the command line asks for.
 ///
 /// # Errors
 /// Whatever the command cannot do, as one readable message.
-pub fn run(cli: &Cli) -> anyhow::Result<()> {
+pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
     match &cli.command {
+        Some(Command::Stability(args)) => return stability::run(args),
         Some(Command::Fit(args)) => fit::run(args),
+        Some(Command::Select(args)) => select::run(args),
         Some(Command::Distort(args)) => distort::run(args),
         Some(Command::Compensate(args)) => compensate::run(args),
         Some(Command::Simulate(args)) => simulate::run(args),
+        Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),
         None => open_editor(cli),
-    }
+    }?;
+    Ok(Ending::Done)
 }
 
 /// Opens the editor; where there can be none, says why in one line and does the main job.

@@ -1,13 +1,16 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
 use super::output::{self, Format, OutsideArg};
+use super::uncertainty::UncertaintyArgs;
 use crate::field::samples::MapKind;
 use crate::formats::log;
 use crate::geometry::pose::pose_to_array;
 use crate::store::{self, World};
+use crate::study::support::{SupportSurvey, support_rows};
 use crate::study::{
-    self, CancelToken, Figures, Mode, Outcome, Scenario, StudyError, Trial, figure_rows,
+    self, CancelToken, FigureRow, Figures, Mode, Outcome, Scenario, StudyError, Trial, figure_rows,
 };
+use crate::task::Task;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -34,6 +37,14 @@ pub struct SimulateArgs {
     /// What happens to sensors outside the model's box; rejected trials are left out and counted
     #[arg(long, value_enum, default_value_t)]
     outside: OutsideArg,
+
+    /// Count the trials that lean on field which the environment's samples do not support, and add
+    /// the predicted standard errors of the field at the sensors
+    #[arg(long)]
+    support: bool,
+
+    #[command(flatten)]
+    uncertainty: UncertaintyArgs,
 
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
@@ -65,15 +76,49 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         }
         (ModeArg::Input, None) => anyhow::bail!("--mode input needs --input FILE"),
     };
-    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    let design = world.document.design();
+    let environment = args.uncertainty.environment(&world.environment)?;
+    let mut scenario = store::resolve(design, &environment);
     scenario.outside = args.outside.into();
+    args.uncertainty
+        .check(&scenario, &mode)
+        .with_context(|| args.design.display().to_string())?;
     note_map(&world);
+    let uncertainty = args
+        .uncertainty
+        .report(&scenario, design.orientation_weight_mm, &mode)
+        .with_context(|| args.design.display().to_string())?;
+    // Before the log is written: an environment that cannot tell is an error.
+    let survey = match args.support {
+        false => None,
+        true => Some(survey(&scenario, &mode).with_context(|| args.design.display().to_string())?),
+    };
     let (outcome, last) = simulate(&scenario, &mode, args.log.as_deref())
         .with_context(|| args.design.display().to_string())?;
     let single = last.filter(|_| args.mode == ModeArg::Single);
     match args.format {
-        Format::Json => output::print_json(&as_json(&outcome.figures, single.as_ref())),
-        Format::Text => output::print(&as_text(&world, &outcome.figures, single.as_ref())),
+        Format::Json => {
+            let mut value = as_json(&outcome.figures, single.as_ref());
+            if let Some(report) = &uncertainty {
+                value["uncertainty"] = report.as_json(&outcome.figures);
+            }
+            if let Some(survey) = &survey {
+                value["support"] = json!(survey);
+            }
+            output::print_json(&value)
+        }
+        Format::Text => {
+            let mut text = as_text(&world, &outcome.figures, single.as_ref());
+            if let Some(report) = &uncertainty {
+                text.push('\n');
+                text.push_str(&report.as_text(&outcome.figures));
+            }
+            if let Some(survey) = &survey {
+                text.push('\n');
+                text.push_str(&output::aligned(&rows(support_rows(survey))));
+            }
+            output::print(&text)
+        }
     }
 }
 
@@ -105,6 +150,18 @@ fn note_map(world: &World) {
              it is used as a distortion map",
         );
     }
+}
+
+/// Looks up the support of all sensors, with progress.
+fn survey(scenario: &Scenario, mode: &Mode) -> anyhow::Result<SupportSurvey> {
+    let bar = output::progress(1000, "looking up support");
+    let task = Task::told_to({
+        let bar = bar.clone();
+        move |part| bar.set_position((1000.0 * part) as u64)
+    });
+    let survey = study::survey(scenario, mode, &task)?;
+    bar.finish_and_clear();
+    Ok(survey)
 }
 
 /// Runs with progress and, where asked, a log; gives the last trial beside the outcome.
@@ -201,12 +258,16 @@ fn as_json(figures: &Figures, single: Option<&Trial>) -> Value {
     value
 }
 
+/// Rows as they are aligned.
+fn rows(rows: Vec<FigureRow>) -> Vec<(String, String, String)> {
+    rows.into_iter()
+        .map(|r| (r.label.to_owned(), r.value, r.unit.to_owned()))
+        .collect()
+}
+
 fn as_text(world: &World, figures: &Figures, single: Option<&Trial>) -> String {
     let design = world.document.design();
-    let mut rows: Vec<_> = figure_rows(figures)
-        .into_iter()
-        .map(|r| (r.label.to_owned(), r.value, r.unit.to_owned()))
-        .collect();
+    let mut rows = rows(figure_rows(figures));
     if let Some(trial) = single {
         let e = trial.tip_error_in_crf_mm;
         for (axis, value) in ["x", "y", "z"].into_iter().zip([e.x, e.y, e.z]) {

@@ -18,6 +18,8 @@ pub struct Diagnostics {
     pub slices: u64,
     /// Results that came too late to be shown.
     pub dropped: u64,
+    /// Meshes and pictures that were made or changed, and so go to the graphics card.
+    pub uploads: u64,
 }
 
 /// Gets one line an event, without a line break.
@@ -39,12 +41,14 @@ impl Explain {
             pose_evaluations,
             slice_evaluations,
             frame_fits,
+            ..
         } = diagnostics.work;
         self.line(&format!(
-            "counters frames={} studies={} studies_cancelled={} poses={} slices={} \
+            "counters frames={} uploads={} studies={} studies_cancelled={} poses={} slices={} \
              study_evaluations={study_evaluations} pose_evaluations={pose_evaluations} \
              slice_evaluations={slice_evaluations} frame_fits={frame_fits}",
             diagnostics.frames,
+            diagnostics.uploads,
             diagnostics.studies,
             diagnostics.studies_cancelled,
             diagnostics.poses,
@@ -72,6 +76,8 @@ impl Plugin for DiagnosticsPlugin {
             Last,
             (
                 tell_document.run_if(resource_exists::<Explain>),
+                count_uploads::<Mesh>.run_if(resource_exists::<Messages<AssetEvent<Mesh>>>),
+                count_uploads::<Image>.run_if(resource_exists::<Messages<AssetEvent<Image>>>),
                 count_frame,
             )
                 .chain(),
@@ -122,6 +128,24 @@ fn dialog_line(dialog: Option<&Dialog>) -> String {
         Some(Dialog::Error { title, text }) => return format!("dialog error {title}: {text}"),
     };
     format!("dialog {what}")
+}
+
+fn count_uploads<A: Asset>(
+    mut events: MessageReader<AssetEvent<A>>,
+    mut diagnostics: ResMut<Diagnostics>,
+) {
+    let uploads = events
+        .read()
+        .filter(|event| {
+            matches!(
+                event,
+                AssetEvent::Added { .. } | AssetEvent::Modified { .. }
+            )
+        })
+        .count() as u64;
+    if uploads > 0 {
+        diagnostics.uploads += uploads;
+    }
 }
 
 fn count_frame(mut diagnostics: ResMut<Diagnostics>, explain: Option<ResMut<Explain>>) {

@@ -14,27 +14,30 @@ use nalgebra::Vector3;
 use pulp::Simd;
 
 /// Places for a basis of the highest order.
-const TERMS: usize = MAX_ORDER + 1;
+pub(super) const MAX_TERMS: usize = MAX_ORDER + 1;
 
 /// `P` vectors of poses; with several, one load of a coefficient serves more products.
 pub(super) type Block<V, const P: usize> = [V; P];
 
-/// A basis along one axis, in the first `order + 1` places.
-type Basis<V, const P: usize> = [Block<V, P>; TERMS];
+/// A basis along one axis, in the first `order + 1` of `T` places.
+pub(super) type Basis<V, const P: usize, const T: usize> = [Block<V, P>; T];
 
 /// The six values.
 pub(super) type Values<V, const P: usize> = [Block<V, P>; 6];
 
 /// `B_0..B_n` by the triangle recurrence, as in [`super::bernstein::basis`].
 #[inline(always)]
-pub(super) fn basis<S: Simd, const P: usize>(
+pub(super) fn basis<S: Simd, const P: usize, const T: usize>(
     simd: S,
     order: usize,
     at: Block<S::f64s, P>,
-) -> Basis<S::f64s, P> {
+) -> Basis<S::f64s, P, T> {
     let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
-    let rest = at.map(|x| simd.sub_f64s(one, x));
-    let mut basis = [[zero; P]; TERMS];
+    let mut rest = at;
+    for rest in &mut rest {
+        *rest = simd.sub_f64s(one, *rest);
+    }
+    let mut basis = [[zero; P]; T];
     basis[0] = [one; P];
     for n in 1..=order {
         let mut carried = [zero; P];
@@ -53,25 +56,22 @@ pub(super) fn basis<S: Simd, const P: usize>(
 /// Sum over orientations and i, j, k of coefficients and bases; `along_z` has the weights in it,
 /// one basis an orientation.
 #[inline(always)]
-pub(super) fn contract<S: Simd, const P: usize, const D: usize>(
+pub(super) fn contract<S: Simd, const P: usize, const T: usize, const D: usize>(
     simd: S,
     order: usize,
     directions: [&[Coefficient]; D],
-    along_x: &Basis<S::f64s, P>,
-    along_y: &Basis<S::f64s, P>,
-    along_z: &[Basis<S::f64s, P>; D],
+    along_x: &Basis<S::f64s, P, T>,
+    along_y: &Basis<S::f64s, P, T>,
+    along_z: &[Basis<S::f64s, P, T>; D],
 ) -> Values<S::f64s, P> {
     let n = order + 1;
     let zero = simd.splat_f64s(0.0);
     let mut total = [[zero; P]; 6];
-    let mut rows = directions.map(|d| d.chunks_exact(n));
-    for x in &along_x[..n] {
-        for y in &along_y[..n] {
+    for (i, x) in along_x[..n].iter().enumerate() {
+        for (j, y) in along_y[..n].iter().enumerate() {
             let mut sum = [[zero; P]; 6];
-            for (rows, basis) in rows.iter_mut().zip(along_z) {
-                let Some(row) = rows.next() else {
-                    return total;
-                };
+            for (coefficients, basis) in directions.iter().zip(along_z) {
+                let row = &coefficients[(i * n + j) * n..][..n];
                 for (coefficient, z) in row.iter().zip(basis) {
                     for (sum, &c) in sum.iter_mut().zip(coefficient) {
                         let c = simd.splat_f64s(c);
@@ -94,13 +94,13 @@ pub(super) fn contract<S: Simd, const P: usize, const D: usize>(
 
 /// The bases along z of three orientations, times their weights.
 #[inline(always)]
-pub(super) fn weighted<S: Simd, const P: usize>(
+pub(super) fn weighted<S: Simd, const P: usize, const T: usize>(
     simd: S,
     order: usize,
-    basis: &Basis<S::f64s, P>,
+    basis: &Basis<S::f64s, P, T>,
     weights: [Block<S::f64s, P>; 3],
-) -> [Basis<S::f64s, P>; 3] {
-    let mut products = [[[simd.splat_f64s(0.0); P]; TERMS]; 3];
+) -> [Basis<S::f64s, P, T>; 3] {
+    let mut products = [[[simd.splat_f64s(0.0); P]; T]; 3];
     for (products, weight) in products.iter_mut().zip(weights) {
         for (product, value) in products.iter_mut().zip(&basis[..=order]) {
             for p in 0..P {
@@ -123,7 +123,13 @@ pub(super) struct LaneBounds<V> {
 impl<V: Copy> LaneBounds<V> {
     #[inline(always)]
     pub fn new<S: Simd<f64s = V>>(simd: S, bounds: &Bounds) -> Self {
-        let splat = |v: Vector3<f64>| <[f64; 3]>::from(v).map(|v| simd.splat_f64s(v));
+        let splat = |v: Vector3<f64>| {
+            [
+                simd.splat_f64s(v.x),
+                simd.splat_f64s(v.y),
+                simd.splat_f64s(v.z),
+            ]
+        };
         let size = bounds.size_mm();
         let slack = size * INSIDE_TOLERANCE;
         Self {
@@ -172,26 +178,36 @@ pub(super) fn weights<S: Simd>(
     weighting: Weighting,
     axis: [S::f64s; 3],
 ) -> [S::f64s; 3] {
-    let parts = match weighting {
-        Weighting::Gnomonic => [0, 1, 2].map(|k| {
-            let coordinate = dot(simd, triangle.gnomonic_rows[k], axis);
-            // In this order what is not a number stays so.
-            simd.max_f64s(simd.splat_f64s(0.0), coordinate)
-        }),
-        Weighting::Area => {
-            let cosines = triangle.corners.map(|c| dot(simd, c, axis));
-            [0, 1, 2].map(|k| {
-                let triple = simd.abs_f64s(dot(simd, triangle.normals[k], axis));
-                let sum = simd.add_f64s(cosines[(k + 1) % 3], cosines[(k + 2) % 3]);
-                let rest = simd.splat_f64s(1.0 + triangle.opposite_cosines[k]);
-                let half_area = atan_of_quotient(simd, triple, simd.add_f64s(rest, sum));
-                let is_on_edge = simd.less_than_f64s(triple, simd.splat_f64s(ON_EDGE));
-                simd.select_f64s(is_on_edge, simd.splat_f64s(0.0), half_area)
-            })
+    let mut parts = [simd.splat_f64s(0.0); 3];
+    match weighting {
+        Weighting::Gnomonic => {
+            for (part, &row) in parts.iter_mut().zip(&triangle.gnomonic_rows) {
+                // In this order what is not a number stays so.
+                *part = simd.max_f64s(simd.splat_f64s(0.0), dot(simd, row, axis));
+            }
         }
-    };
+        Weighting::Area => {
+            let [a, b, c] = triangle.corners;
+            let (a, b, c) = (dot(simd, a, axis), dot(simd, b, axis), dot(simd, c, axis));
+            let sums = [
+                simd.add_f64s(b, c),
+                simd.add_f64s(c, a),
+                simd.add_f64s(a, b),
+            ];
+            for k in 0..3 {
+                let triple = simd.abs_f64s(dot(simd, triangle.normals[k], axis));
+                let rest = simd.splat_f64s(1.0 + triangle.opposite_cosines[k]);
+                let half_area = atan_of_quotient(simd, triple, simd.add_f64s(rest, sums[k]));
+                let is_on_edge = simd.less_than_f64s(triple, simd.splat_f64s(ON_EDGE));
+                parts[k] = simd.select_f64s(is_on_edge, simd.splat_f64s(0.0), half_area);
+            }
+        }
+    }
     let sum = simd.add_f64s(simd.add_f64s(parts[0], parts[1]), parts[2]);
-    parts.map(|part| simd.div_f64s(part, sum))
+    for part in &mut parts {
+        *part = simd.div_f64s(*part, sum);
+    }
+    parts
 }
 
 #[inline(always)]
@@ -269,7 +285,7 @@ mod tests {
     fn the_basis_is_that_of_the_definition() {
         for order in 0..=MAX_ORDER {
             for x in [-0.2, 0.0, 0.3, 1.0, 1.1] {
-                let found = basis(Scalar::new(), order, [x]);
+                let found: Basis<f64, 1, MAX_TERMS> = basis(Scalar::new(), order, [x]);
                 let expected = super::super::bernstein::basis(order, x);
                 for (f, e) in found.iter().zip(expected).take(order + 1) {
                     assert!((f[0] - e).abs() <= 1e-15 * e.abs().max(1.0));

@@ -1,5 +1,6 @@
 //! A distorted room: Bernstein basis, distortion model, its fit, and where it came from.
 
+pub mod axis_model;
 pub mod batch;
 pub mod bernstein;
 pub mod compensation;
@@ -9,12 +10,17 @@ pub mod inverse;
 pub mod jacobian;
 mod jacobian_kernel;
 mod kernel;
+mod lattice;
 pub mod least_squares;
 pub mod model;
 #[cfg(test)]
 mod random_models;
 pub mod samples;
+pub mod selection;
+pub mod support;
 
+pub use axis_model::AxisModel;
 pub use batch::Batch;
 pub use environment::Environment;
 pub use model::{DistortionModel, OutsidePolicy};
+pub use support::Support;

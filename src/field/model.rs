@@ -102,6 +102,7 @@ impl DistortionModel {
         let is_box = (0..3).all(|k| {
             bounds.min_mm[k].is_finite()
                 && bounds.max_mm[k].is_finite()
+                && bounds.size_mm()[k].is_finite()
                 && bounds.min_mm[k] <= bounds.max_mm[k]
         });
         if !is_box {
@@ -118,6 +119,25 @@ impl DistortionModel {
             bounds,
             coefficients,
         })
+    }
+
+    /// A model from parts of another, which were checked for that one.
+    pub(super) fn of_parts_known_to_fit(
+        order: usize,
+        directions: DirectionSet,
+        weighting: Weighting,
+        map: MapKind,
+        bounds: Bounds,
+        coefficients: Vec<Coefficient>,
+    ) -> Self {
+        Self {
+            order,
+            directions,
+            weighting,
+            map,
+            bounds,
+            coefficients,
+        }
     }
 
     /// A field without distortion.

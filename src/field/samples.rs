@@ -54,6 +54,20 @@ pub struct Sample {
     pub error: PoseError,
 }
 
+impl Sample {
+    /// Whether all its numbers are numbers and its axis has a direction. Files are checked where
+    /// they are read; this is for samples that come from anywhere else.
+    pub fn is_usable(&self) -> bool {
+        let vectors = [
+            &self.position_mm.coords,
+            self.axis.as_ref(),
+            &self.error.position_mm,
+            &self.error.rotation_rad,
+        ];
+        vectors.iter().all(|v| v.iter().all(|x| x.is_finite())) && self.axis.norm() > 0.5
+    }
+}
+
 /// Samples ready to be fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampleSet {

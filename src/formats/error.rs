@@ -2,6 +2,7 @@
 
 use super::gltf::GltfError;
 use crate::design::view::ViewError;
+use crate::field::support::SupportPartsError;
 use crate::study::motion::MotionError;
 
 /// Why bytes are not the file they should be. The file's name is added by who read it.
@@ -50,6 +51,8 @@ pub enum FormatError {
         prefix: &'static str,
         cause: MotionError,
     },
+    #[error("support: {0}")]
+    Support(#[from] SupportPartsError),
     #[error(transparent)]
     View(#[from] ViewError),
     #[error(transparent)]

@@ -5,6 +5,7 @@ pub mod design_file;
 pub mod environment;
 mod error;
 pub mod gltf;
+pub mod groups;
 pub mod input;
 pub mod jhu_cis;
 pub mod log;
@@ -12,6 +13,7 @@ pub mod measurements;
 pub mod number;
 pub mod poses;
 mod ron_text;
+mod support;
 pub mod table;
 #[cfg(test)]
 mod tests;

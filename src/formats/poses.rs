@@ -3,6 +3,7 @@
 use super::error::FormatError;
 use super::number::shortest;
 use super::table::{PoseColumns, Table};
+use crate::field::support::SupportAt;
 use crate::geometry::pose::{Pose, pose_to_array};
 use std::io::{self, Write};
 
@@ -32,13 +33,43 @@ pub fn write_with_outside(
     out: &mut dyn Write,
     rows: impl IntoIterator<Item = (Option<Pose>, bool)>,
 ) -> io::Result<()> {
-    writeln!(out, "x,y,z,qw,qx,qy,qz,outside")?;
+    writeln!(out, "{WITH_OUTSIDE}")?;
     for (pose, is_outside) in rows {
-        match pose {
-            Some(pose) => write_pose(out, &pose)?,
-            None => out.write_all(b",,,,,,")?,
-        }
-        writeln!(out, ",{}", u8::from(is_outside))?;
+        write_row(out, pose, is_outside)?;
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+/// As [`write_with_outside`], and where the model may be believed; what is not finite is an empty
+/// cell.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_with_support(
+    out: &mut dyn Write,
+    rows: impl IntoIterator<Item = ((Option<Pose>, bool), SupportAt)>,
+) -> io::Result<()> {
+    writeln!(
+        out,
+        "{WITH_OUTSIDE},std_error_mm,std_error_deg,leverage,supported,distance_mm"
+    )?;
+    let cell = |value: f64| match value.is_finite() {
+        true => shortest(value),
+        false => String::new(),
+    };
+    for ((pose, is_outside), at) in rows {
+        write_row(out, pose, is_outside)?;
+        let angle_deg = at.angle_std_error_rad.map(f64::to_degrees);
+        writeln!(
+            out,
+            ",{},{},{},{},{}",
+            cell(at.position_std_error_mm),
+            angle_deg.map_or_else(String::new, cell),
+            cell(at.leverage),
+            u8::from(at.is_supported),
+            cell(at.distance_mm)
+        )?;
     }
     Ok(())
 }
@@ -61,17 +92,24 @@ pub fn write_compensated(
     out: &mut dyn Write,
     rows: impl IntoIterator<Item = CompensatedRow>,
 ) -> io::Result<()> {
-    writeln!(out, "x,y,z,qw,qx,qy,qz,outside,converged,ambiguous")?;
+    writeln!(out, "{WITH_OUTSIDE},converged,ambiguous")?;
     for row in rows {
-        match row.pose {
-            Some(pose) => write_pose(out, &pose)?,
-            None => out.write_all(b",,,,,,")?,
-        }
-        let [outside, converged, ambiguous] =
-            [row.is_outside, row.pose.is_some(), row.is_ambiguous].map(u8::from);
-        writeln!(out, ",{outside},{converged},{ambiguous}")?;
+        write_row(out, row.pose, row.is_outside)?;
+        let [converged, ambiguous] = [row.pose.is_some(), row.is_ambiguous].map(u8::from);
+        writeln!(out, ",{converged},{ambiguous}")?;
     }
     Ok(())
+}
+
+const WITH_OUTSIDE: &str = "x,y,z,qw,qx,qy,qz,outside";
+
+/// A pose or empty cells, and the flag, without a line end.
+fn write_row(out: &mut dyn Write, pose: Option<Pose>, is_outside: bool) -> io::Result<()> {
+    match pose {
+        Some(pose) => write_pose(out, &pose)?,
+        None => out.write_all(b",,,,,,")?,
+    }
+    write!(out, ",{}", u8::from(is_outside))
 }
 
 /// Writes a pose's seven cells, without a line end.

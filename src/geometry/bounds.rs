@@ -50,9 +50,19 @@ impl Bounds {
         (point_mm - self.min_mm).zip_map(&size, |d, s| if s > 0.0 { d / s } else { 0.0 })
     }
 
-    /// The nearest point of the closed box.
+    /// The nearest point of the closed box; what is not a number stays that.
     pub fn clamp(&self, point_mm: &Point3<f64>) -> Point3<f64> {
-        point_mm.sup(&self.min_mm).inf(&self.max_mm)
+        Point3::from(Vector3::from_fn(|k, _| {
+            let (x, min, max) = (point_mm[k], self.min_mm[k], self.max_mm[k]);
+            // `f64::max` and `min` would turn NaN into a corner.
+            if x < min {
+                min
+            } else if x > max {
+                max
+            } else {
+                x
+            }
+        }))
     }
 
     /// Whether the point is in the box, give or take [`INSIDE_TOLERANCE`] of its size.

@@ -87,7 +87,7 @@ impl TriangleTable {
 /// The codes of axes, one a lane: the low bits index the table, the others mean nothing.
 #[inline(always)]
 pub(super) fn cell_codes<S: Simd>(simd: S, [x, y, z]: [S::f64s; 3]) -> S::u64s {
-    let [ax, ay, az] = [x, y, z].map(|v| simd.abs_f64s(v));
+    let (ax, ay, az) = (simd.abs_f64s(x), simd.abs_f64s(y), simd.abs_f64s(z));
     let largest = simd.max_f64s(ax, simd.max_f64s(ay, az));
     let is_x = simd.greater_than_or_equal_f64s(ax, largest);
     let is_y = simd.greater_than_or_equal_f64s(ay, largest);

@@ -27,8 +27,11 @@ pub fn pose_to_array(pose: &Pose) -> [f64; 7] {
     [p.x, p.y, p.z, qw, qx, qy, qz]
 }
 
-/// The unit quaternion along `[w, x, y, z]`; `None` where that has no length.
+/// The unit quaternion along `[w, x, y, z]`; `None` where that has no length or an endless one.
 pub fn quaternion_from_array([w, x, y, z]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
+    if ![w, x, y, z].iter().all(|v| v.is_finite()) {
+        return None;
+    }
     UnitQuaternion::try_new(Quaternion::new(w, x, y, z), MIN_NORM)
 }
 

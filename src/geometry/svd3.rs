@@ -31,8 +31,24 @@ impl Svd3 {
     }
 }
 
-/// Singular value decomposition of a finite matrix, of any rank.
+/// Entries whose products of four neither overflow nor vanish: the rotations need the squares of
+/// columns, and products of those.
+const SAFE_SIZE: std::ops::Range<f64> = 1e-50..1e50;
+
+/// Singular value decomposition of a finite matrix, of any rank and size.
 pub fn svd3(matrix: &Matrix3<f64>) -> Svd3 {
+    let size = matrix.amax();
+    if SAFE_SIZE.contains(&size) || size == 0.0 || !size.is_finite() {
+        return svd3_of_safe_size(matrix);
+    }
+    // A power of two changes no digit.
+    let power = size.log2().floor().exp2();
+    let mut svd = svd3_of_safe_size(&(matrix / power));
+    svd.singular_values *= power;
+    svd
+}
+
+fn svd3_of_safe_size(matrix: &Matrix3<f64>) -> Svd3 {
     let mut w = *matrix;
     let mut v = Matrix3::identity();
     for _ in 0..MAX_SWEEPS {

@@ -1,3 +1,4 @@
 //! Pages and plots, as text: what a command or the editor hands to a person to keep.
 
+mod palette;
 pub mod plot;

@@ -74,14 +74,15 @@ mod tests {
     use super::*;
     use crate::design::BodyRole;
     use crate::field::environment::{HoldoutProvenance, Provenance};
-    use crate::field::fit::{FitSettings, fit, residuals};
+    use crate::field::fit::{FitSettings, factor, residuals};
     use crate::field::samples::MapKind;
-    use crate::field::{Environment, OutsidePolicy};
+    use crate::field::{Environment, OutsidePolicy, Support};
     use crate::formats::{body, design_file, environment};
     use crate::geometry::directions::DirectionSet;
     use crate::geometry::volume::Volume;
     use crate::store::{open_builtin, read_measurements, resolve, write_environment};
     use crate::study::{CancelToken, Mode, run};
+    use crate::task::Task;
 
     const ENVIRONMENT: &str = "assets/environments/operating-table.env.ron";
 
@@ -95,12 +96,12 @@ mod tests {
             read_measurements(&in_repository("assets/environments/data").join(name)).unwrap()
         };
         let settings = FitSettings::new(2, DirectionSet::FortyTwo);
-        let fit = fit(
-            &read("cube-fit.csv").samples(MapKind::Distortion),
-            &settings,
-            None,
-        )
-        .unwrap();
+        let samples = read("cube-fit.csv").samples(MapKind::Distortion);
+        let task = Task::default();
+        let factored = factor(&samples, &settings, None, &task).unwrap();
+        let solved = factored.solve(settings.rcond, settings.ridge).unwrap();
+        let fit = solved.judged(&samples);
+        let support = Support::of_fit(&samples, &factored, &fit.model, &task).unwrap();
         let holdout = read("cube-holdout.csv").samples(MapKind::Distortion);
         let zero = crate::field::DistortionModel::zero(*fit.model.bounds(), MapKind::Distortion);
         Environment {
@@ -122,6 +123,7 @@ mod tests {
                 }),
             }),
             model: fit.model,
+            support: Some(support),
         }
     }
 

@@ -16,8 +16,8 @@ pub use builtin::{DEFAULT_BUILTIN, builtin_names, generator_mesh};
 pub use error::StoreError;
 pub use open::{World, open_builtin, open_design, refresh_environment};
 pub use read::{
-    read_calbody, read_calreadings, read_environment, read_input, read_measurements, read_mesh,
-    read_poses,
+    read_calbody, read_calreadings, read_environment, read_groups, read_input, read_measurements,
+    read_mesh, read_poses,
 };
 pub use resolve::resolve;
 pub use save::{SaveReport, save, save_as, save_with_copies};

@@ -5,6 +5,7 @@ use super::place::Place;
 use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use crate::field::Environment;
 use crate::field::samples::MeasurementSet;
+use crate::formats::groups::{self, GroupColumn};
 use crate::formats::{FormatError, environment, gltf, input, jhu_cis, measurements, poses};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::pose::Pose;
@@ -24,6 +25,13 @@ pub fn read_measurements(file: &Path) -> Result<MeasurementSet, StoreError> {
         "a measurement table",
         measurements::parse,
     )
+}
+
+/// The column of a measurement table that groups its rows: the named one, or one that is known to.
+pub fn read_groups(file: &Path, column: Option<&str>) -> Result<Option<GroupColumn>, StoreError> {
+    read(Place::Disk, file, "a measurement table", |bytes| {
+        groups::parse(bytes, column)
+    })
 }
 
 pub fn read_poses(file: &Path) -> Result<Vec<Pose>, StoreError> {

@@ -2,12 +2,18 @@
 
 pub mod figures;
 pub mod motion;
+mod plan;
+pub mod preview;
 pub mod requirement;
 mod run;
 pub mod scenario;
 pub mod slice;
+pub mod slice_quantity;
 pub mod statistics;
+pub mod support;
+mod tracker;
 pub mod trial;
+pub mod uncertainty;
 pub mod work;
 
 pub use crate::task::CancelToken;
@@ -17,6 +23,8 @@ pub use requirement::Requirement;
 pub use run::{Outcome, StudyError, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};
 pub use slice::{SliceOutcome, SlicePlan, sample_slice};
+pub use slice_quantity::{Quantity, sample_slice_of};
 pub use statistics::Statistics;
+pub use support::{SupportSurvey, survey};
 pub use trial::{BodyDetail, PoseDetail, SensorDetail, Trial, look};
 pub use work::Work;

@@ -133,6 +133,12 @@ impl MotionGrid {
         self.counts
     }
 
+    /// Number of different orientations: after so many trials the position changes and they
+    /// begin anew.
+    pub fn orientations(&self) -> usize {
+        self.counts[3..].iter().product()
+    }
+
     /// `crf_from_tool` of a trial; x runs slowest, rz fastest.
     pub fn pose(&self, trial: usize) -> Pose {
         let mut values = [0.0; 6];
@@ -142,15 +148,20 @@ impl MotionGrid {
             rest /= self.counts[k];
             values[k] = range.map_or(0.0, |r| r.min + index as f64 * r.step);
         }
-        let [x, y, z, rx, ry, rz] = values;
-        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), rz.to_radians())
-            * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), ry.to_radians())
-            * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), rx.to_radians());
-        pose_from_parts(
-            self.crf_from_tool.translation.vector + Vector3::new(x, y, z),
-            turn * self.crf_from_tool.rotation,
-        )
+        moved(&self.crf_from_tool, values)
     }
+}
+
+/// A tool's pose moved by x, y, z in mm and turned by rx, ry, rz in degrees, as a range of motion
+/// does it.
+pub fn moved(crf_from_tool: &Pose, [x, y, z, rx, ry, rz]: [f64; 6]) -> Pose {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), rz.to_radians())
+        * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), ry.to_radians())
+        * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), rx.to_radians());
+    pose_from_parts(
+        crf_from_tool.translation.vector + Vector3::new(x, y, z),
+        turn * crf_from_tool.rotation,
+    )
 }
 
 #[cfg(test)]

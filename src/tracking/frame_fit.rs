@@ -8,7 +8,7 @@
 use super::body::{RigidBody, SensorOrientation};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::geometry::rotation::{axis_rotation, exp_vector};
-use crate::geometry::svd3::svd3;
+use crate::geometry::svd3::{Svd3, svd3};
 use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
 /// Second singular value of the cross-covariance, relative to the first, at or below which a
@@ -17,6 +17,10 @@ pub const FREE_AXIS_RATIO: f64 = 1e-10;
 
 /// Up to here the rotation is given and flagged as poorly determined.
 pub const POOR_RATIO: f64 = 1e-6;
+
+/// Sensors that are no further from their mean than this part of their coordinates are at one
+/// place: the mean is good to an epsilon, and what is left of the positions is its round-off.
+const SAME_PLACE: f64 = 4.0 * f64::EPSILON;
 
 /// A body made ready to be fitted many times.
 #[derive(Clone, Debug)]
@@ -28,7 +32,9 @@ pub struct FrameFitter {
 
 #[derive(Clone, Copy, Debug)]
 struct FitterSensor {
-    position_in_body: Point3<f64>,
+    /// From the sensors' centroid; exactly zero where all sensors are at one place, so that
+    /// round-off never passes for a lever.
+    arm_in_body: Vector3<f64>,
     orientation: SensorOrientation,
 }
 
@@ -69,18 +75,30 @@ pub enum Determination {
 
 impl FrameFitter {
     pub fn new(body: &RigidBody, orientation_weight_mm: f64) -> Self {
+        let positions = || body.sensors.iter().map(|s| s.position_in_body.coords);
         let n = body.sensors.len().max(1) as f64;
-        let sum: Vector3<f64> = body.sensors.iter().map(|s| s.position_in_body.coords).sum();
+        let rough = positions().sum::<Vector3<f64>>() / n;
+        // Once more from there: the round-off of a long sum is left behind.
+        let centroid = rough + positions().map(|p| p - rough).sum::<Vector3<f64>>() / n;
+        let spread = positions()
+            .map(|p| (p - centroid).amax())
+            .fold(0.0, f64::max);
+        let largest = positions().map(|p| p.amax()).fold(0.0, f64::max);
+        let is_spread = spread > SAME_PLACE * largest;
         Self {
             sensors: body
                 .sensors
                 .iter()
                 .map(|s| FitterSensor {
-                    position_in_body: s.position_in_body,
+                    arm_in_body: if is_spread {
+                        s.position_in_body.coords - centroid
+                    } else {
+                        Vector3::zeros()
+                    },
                     orientation: s.orientation,
                 })
                 .collect(),
-            centroid_in_body: Point3::from(sum / n),
+            centroid_in_body: Point3::from(centroid),
             orientation_weight_mm,
         }
     }
@@ -103,17 +121,7 @@ impl FrameFitter {
             / n;
         let svd = svd3(&self.cross_covariance(readings, &centroid));
         let s = svd.singular_values;
-        let determination = if s[0] <= 0.0 {
-            Determination::FreeRotation
-        } else if s[1] <= FREE_AXIS_RATIO * s[0] {
-            Determination::FreeAxis {
-                axis_in_body: Unit::new_normalize(svd.u.column(0).into_owned()),
-            }
-        } else if s[1] <= POOR_RATIO * s[0] {
-            Determination::Poor { ratio: s[1] / s[0] }
-        } else {
-            Determination::Full
-        };
+        let determination = determination(&svd);
         let rotation = match determination {
             Determination::FreeRotation => tracker_from_body_true.rotation,
             Determination::FreeAxis { axis_in_body } => {
@@ -139,8 +147,7 @@ impl FrameFitter {
         let weight = self.orientation_weight_mm * self.orientation_weight_mm;
         let mut h = Matrix3::zeros();
         for (sensor, reading) in self.sensors.iter().zip(readings) {
-            let q = sensor.position_in_body - self.centroid_in_body;
-            h += q * (reading.position_mm.coords - centroid).transpose();
+            h += sensor.arm_in_body * (reading.position_mm.coords - centroid).transpose();
             match sensor.orientation {
                 SensorOrientation::FiveDof(axis) => {
                     let measured = reading.rotation * Vector3::z();
@@ -155,6 +162,22 @@ impl FrameFitter {
             }
         }
         h
+    }
+}
+
+/// What of a rotation a cross-covariance determines, by its singular values.
+pub(super) fn determination(svd: &Svd3) -> Determination {
+    let s = svd.singular_values;
+    if s[0] <= 0.0 {
+        Determination::FreeRotation
+    } else if s[1] <= FREE_AXIS_RATIO * s[0] {
+        Determination::FreeAxis {
+            axis_in_body: Unit::new_normalize(svd.u.column(0).into_owned()),
+        }
+    } else if s[1] <= POOR_RATIO * s[0] {
+        Determination::Poor { ratio: s[1] / s[0] }
+    } else {
+        Determination::Full
     }
 }
 

@@ -5,3 +5,6 @@ mod compensate;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;
+mod select;
+mod support;
+mod uncertainty;

@@ -10,5 +10,6 @@ mod pixels;
 mod shortcuts;
 mod solver;
 mod support;
+mod uploads;
 mod wake;
 mod window;

@@ -57,6 +57,7 @@ pub fn environment() -> Environment {
         volume: Some(Volume::AuroraCube),
         jitter: None,
         provenance: None,
+        support: None,
     }
 }
 

@@ -3,12 +3,15 @@
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use trackwright::calibration::registration::register;
-use trackwright::field::fit::{FitError, FitMethod, FitSettings, fit, residuals};
+use trackwright::field::fit::{
+    Factored, FitError, FitMethod, FitSettings, factor, fit, fit_with, residuals,
+};
 use trackwright::field::samples::{MapKind, PoseError, Sample, SampleSet};
 use trackwright::field::{DistortionModel, OutsidePolicy};
 use trackwright::geometry::bounds::Bounds;
 use trackwright::geometry::directions::{DirectionSet, Weighting};
 use trackwright::geometry::pose::pose_from_parts;
+use trackwright::task::{CancelToken, Cancelled, Task};
 
 fn bounds() -> Bounds {
     Bounds::from(([-100.0, -80.0, -400.0], [100.0, 80.0, -100.0]))
@@ -180,6 +183,67 @@ fn what_cannot_be_fitted_says_why() {
         ..settings
     };
     assert_eq!(fit(&set, &ridge, None), Err(FitError::Ridge(-1.0)));
+}
+
+#[test]
+fn systems_of_parts_of_the_samples_merge_to_the_fit_of_all() {
+    let noisy = truth(4, DirectionSet::FortyTwo, Weighting::Area);
+    let set = samples_of(&noisy, 900);
+    for method in [FitMethod::PerDirection, FitMethod::Joint] {
+        let settings = FitSettings {
+            method,
+            ridge: 1e-3,
+            ..FitSettings::new(1, DirectionSet::Fourteen)
+        };
+        let parts: Vec<_> = set
+            .samples
+            .chunks(300)
+            .map(|samples| {
+                let part = SampleSet {
+                    samples: samples.to_vec(),
+                    ..set.clone()
+                };
+                factor(&part, &settings, Some(bounds()), &Task::default()).unwrap()
+            })
+            .collect();
+        let merged = Factored::merged(&parts).unwrap();
+        assert_eq!(merged.samples, 900);
+        let whole = fit(&set, &settings, Some(bounds())).unwrap();
+        for found in [
+            merged.solve(settings.rcond, settings.ridge).unwrap(),
+            merged
+                .decompose()
+                .unwrap()
+                .solve(settings.rcond, settings.ridge)
+                .unwrap(),
+        ] {
+            let (f, w) = (found.model.coefficients(), whole.model.coefficients());
+            // The condition is below 100 and the coefficients are of order 1.
+            assert!((0..f.len()).all(|i| (0..6).all(|k| (f[i][k] - w[i][k]).abs() < 1e-12)));
+            for (f, w) in found.systems.iter().zip(&whole.systems) {
+                assert_eq!((f.samples, f.rank), (w.samples, w.rank));
+                assert!((f.condition / w.condition - 1.0).abs() < 1e-12);
+            }
+        }
+        let other = factor(&set, &settings, None, &Task::default()).unwrap();
+        assert!(Factored::merged([&merged, &other]).is_none(), "other box");
+    }
+}
+
+#[test]
+fn a_fit_that_nobody_wants_stops() {
+    let set = samples_of(&truth(1, DirectionSet::Six, Weighting::Area), 100);
+    let token = CancelToken::default();
+    token.cancel();
+    let task = Task::cancelled_by(token);
+    for method in [FitMethod::PerDirection, FitMethod::Joint] {
+        let settings = FitSettings {
+            method,
+            ..FitSettings::new(1, DirectionSet::Six)
+        };
+        let stopped = fit_with(&set, &settings, None, &task);
+        assert_eq!(stopped, Err(FitError::Cancelled(Cancelled)));
+    }
 }
 
 #[test]

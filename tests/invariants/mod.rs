@@ -2,3 +2,6 @@
 
 mod fitting;
 mod studies;
+mod support;
+mod surveys;
+mod uncertainty;

@@ -1,0 +1,188 @@
+//! Equation (8) at one pose.
+
+use crate::accuracy::stability::Extent;
+use crate::accuracy::stability::inputs::{Sequence, cube, model};
+use crate::accuracy::stability::methods::Methods;
+use crate::accuracy::stability::references::{self, distance};
+use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
+use crate::field::bernstein::MAX_ORDER;
+use crate::field::{DistortionModel, OutsidePolicy};
+use crate::geometry::bounds::Bounds;
+use crate::geometry::directions::{DirectionSet, Weighting};
+use nalgebra::{Point3, Unit, Vector3};
+
+const CONDITION: &str = "how the answer reacts to relative errors of coefficients and normalised \
+    position, and to errors of the axis: sum of absolute terms over the scale, plus one over the \
+    sum of the triangle's half areas";
+
+/// Roundings of the factors are independent and mostly cancel; those of the last sums remain.
+const POSITION: Quantity = Quantity {
+    name: "position error, mm",
+    constant: 4.0,
+    condition: CONDITION,
+    scale: "largest position coefficient, mm",
+};
+
+const ROTATION: Quantity = Quantity {
+    name: "rotation error, rad",
+    constant: 4.0,
+    condition: CONDITION,
+    scale: "largest rotation coefficient, rad",
+};
+
+pub(super) fn family(extent: Extent) -> Family {
+    let poses = if extent.is_full() { 8 } else { 2 };
+    let mut cases: Vec<Case> = extent
+        .of(&(1..=MAX_ORDER).collect::<Vec<_>>(), &[1, 2, 4, 8])
+        .into_iter()
+        .map(|order| {
+            Case::new(format!("order {order}, 14 orientations"), move |m, case| {
+                let bounds = Bounds::from(([-250.0, -250.0, -600.0], [250.0, 250.0, -100.0]));
+                let at = scattered(&bounds, poses, order as u64);
+                rows(
+                    m,
+                    case,
+                    order,
+                    Weighting::Area,
+                    DirectionSet::Fourteen,
+                    bounds,
+                    &at,
+                )
+            })
+        })
+        .collect();
+    for set in DirectionSet::ALL {
+        for weighting in [Weighting::Area, Weighting::Gnomonic] {
+            let name = format!("order 2, {} orientations, {weighting:?} weights", set.len());
+            cases.push(Case::new(name, move |m, case| {
+                let bounds = cube([-100.0; 3], 200.0);
+                let at = scattered(&bounds, poses, 77);
+                rows(m, case, 2, weighting, set, bounds, &at)
+            }));
+        }
+    }
+    let boxes = [
+        ("box of 1e-6 mm", cube([-5e-7; 3], 1e-6)),
+        ("box of 1e6 mm", cube([-5e5; 3], 1e6)),
+        (
+            "box of 300 mm, offset by 1e6 mm",
+            cube([1e6, -1e6, 1e6], 300.0),
+        ),
+        (
+            "box of 1e-3 mm, offset by 1e6 mm",
+            cube([1e6, -1e6, 1e6], 1e-3),
+        ),
+        (
+            "box without height",
+            Bounds::from(([-100.0, -100.0, -300.0], [100.0, 100.0, -300.0])),
+        ),
+        (
+            "box of 1e-9 mm height",
+            Bounds::from(([-100.0, -100.0, 0.0], [100.0, 100.0, 1e-9])),
+        ),
+    ];
+    for (name, bounds) in boxes {
+        cases.push(Case::new(format!("order 4, {name}"), move |m, case| {
+            let at = scattered(&bounds, poses, 5);
+            rows(
+                m,
+                case,
+                4,
+                Weighting::Area,
+                DirectionSet::Fourteen,
+                bounds,
+                &at,
+            )
+        }));
+    }
+    cases.push(Case::new(
+        "order 12, corners and faces of the box",
+        |m, case| {
+            let bounds = cube([0.1, 0.2, 0.3], 99.7);
+            let at = bounds.corners_mm().map(|p| (p, Vector3::y_axis()));
+            rows(
+                m,
+                case,
+                12,
+                Weighting::Area,
+                DirectionSet::Fourteen,
+                bounds,
+                &at,
+            )
+        },
+    ));
+    for order in [2, 6] {
+        let name = format!("order {order}, extrapolated by half a box");
+        cases.push(Case::new(name, move |m, case| {
+            let bounds = cube([-100.0; 3], 200.0);
+            let around = cube([-200.0; 3], 400.0);
+            let at = scattered(&around, poses, 9);
+            let model = model(order, DirectionSet::Fourteen, Weighting::Area, bounds, 3);
+            model.map_or_else(
+                |_| vec![Row::behaviour(case, "is a model", false)],
+                |model| measured(m, case, &model, &at, OutsidePolicy::Extrapolate),
+            )
+        }));
+    }
+    Family {
+        name: "evaluation",
+        about: "Equation (8): six values at a pose, against the sum of binomials times powers \
+            times area weights as it is written.",
+        quantities: vec![POSITION, ROTATION],
+        cases,
+    }
+}
+
+type PoseInField = (Point3<f64>, Unit<Vector3<f64>>);
+
+fn scattered(bounds: &Bounds, count: usize, seed: u64) -> Vec<PoseInField> {
+    let mut sequence = Sequence::new(seed);
+    (0..count)
+        .map(|_| (sequence.point_in(bounds), sequence.axis()))
+        .collect()
+}
+
+fn rows(
+    methods: &dyn Methods,
+    case: &str,
+    order: usize,
+    weighting: Weighting,
+    set: DirectionSet,
+    bounds: Bounds,
+    poses: &[PoseInField],
+) -> Vec<Row> {
+    match model(order, set, weighting, bounds, order as u64) {
+        Ok(model) => measured(methods, case, &model, poses, OutsidePolicy::Clamp),
+        Err(_) => vec![Row::behaviour(case, "is a model", false)],
+    }
+}
+
+/// The pose that comes nearest to its bound, for position and rotation.
+fn measured(
+    methods: &dyn Methods,
+    case: &str,
+    model: &DistortionModel,
+    poses: &[PoseInField],
+    outside: OutsidePolicy,
+) -> Vec<Row> {
+    let mut all: [Vec<Row>; 2] = [Vec::new(), Vec::new()];
+    for (position, axis) in poses {
+        let found = methods.evaluate(model, position, axis, outside);
+        let found = [found.position_mm, found.rotation_rad];
+        for (part, quantity) in [&POSITION, &ROTATION].into_iter().enumerate() {
+            // On an edge both triangles are right; the nearer one is meant.
+            let nearest = references::evaluate(model, position, axis, outside)
+                .into_iter()
+                .map(|r| {
+                    let expected = &r.values[3 * part..3 * part + 3];
+                    let error = distance(found[part].as_slice(), expected);
+                    quantity.row(case, r.conditions[part], error, r.scales[part])
+                })
+                .min_by(|a, b| a.badness().total_cmp(&b.badness()));
+            all[part].push(
+                nearest.unwrap_or_else(|| Row::behaviour(case, "the axis is in a triangle", false)),
+            );
+        }
+    }
+    all.into_iter().filter_map(Row::worst_of).collect()
+}

@@ -1,0 +1,33 @@
+//! The battery, family by family.
+
+mod evaluation;
+mod fits;
+mod frames;
+mod high_orders;
+mod least_squares;
+mod refusals;
+mod rotations;
+mod singular_values;
+mod statistics;
+mod uncertainty;
+mod weights;
+
+use super::Extent;
+use super::row::Family;
+
+/// All families, in the order of the page.
+pub fn all(extent: Extent) -> Vec<Family> {
+    vec![
+        evaluation::family(extent),
+        weights::family(extent),
+        rotations::family(extent),
+        least_squares::family(extent),
+        fits::family(extent),
+        high_orders::family(extent),
+        singular_values::family(extent),
+        frames::family(extent),
+        uncertainty::family(extent),
+        statistics::family(extent),
+        refusals::family(extent),
+    ]
+}

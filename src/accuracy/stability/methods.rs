@@ -1,0 +1,134 @@
+//! The computations under test, as a set that can be exchanged: the program's own, or naive ones
+//! that have to be found out.
+
+use crate::field::bernstein::{MAX_ORDER, basis};
+use crate::field::fit::{Fit, FitError, FitSettings, fit};
+use crate::field::least_squares::{LeastSquares, NoConvergence, Solution};
+use crate::field::samples::{PoseError, SampleSet};
+use crate::field::{DistortionModel, OutsidePolicy};
+use crate::geometry::bounds::Bounds;
+use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
+use crate::geometry::pose::Pose;
+use crate::geometry::rotation::{
+    AxisRotation, axis_rotation, exp_vector, log_matrix, log_quaternion, rotation_angle_rad,
+};
+use crate::geometry::svd3::{Svd3, svd3};
+use crate::study::Statistics;
+use crate::tracking::RigidBody;
+use crate::tracking::frame_fit::{FrameFit, FrameFitter, Reading};
+use crate::tracking::tool_in_crf::{RelativeError, relative_error};
+use crate::tracking::uncertainty::{RotationNotDetermined, SensorCovariance, point_covariance_mm2};
+use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+
+/// What the battery tests. Every method is the program's own unless replaced.
+pub trait Methods: Sync {
+    fn basis(&self, order: usize, x: f64) -> [f64; MAX_ORDER + 1] {
+        basis(order, x)
+    }
+
+    fn evaluate(
+        &self,
+        model: &DistortionModel,
+        position_mm: &Point3<f64>,
+        axis: &Unit<Vector3<f64>>,
+        outside: OutsidePolicy,
+    ) -> PoseError {
+        model.evaluate(position_mm, axis, outside).error
+    }
+
+    fn weights(
+        &self,
+        set: DirectionSet,
+        axis: &Unit<Vector3<f64>>,
+        weighting: Weighting,
+    ) -> DirectionWeights {
+        set.weights(axis, weighting)
+    }
+
+    /// Least squares of least norm: rows of the design matrix, and six values a row.
+    fn solve(
+        &self,
+        rows: &[Vec<f64>],
+        values: &[[f64; 6]],
+        rcond: f64,
+        ridge: f64,
+    ) -> Result<Solution, NoConvergence> {
+        let mut system = LeastSquares::new(rows.first().map_or(0, Vec::len));
+        for (row, values) in rows.iter().zip(values) {
+            system.push(|out| out.extend(row), *values);
+        }
+        system.solve(rcond, ridge)
+    }
+
+    fn fit(
+        &self,
+        set: &SampleSet,
+        settings: &FitSettings,
+        bounds: Option<Bounds>,
+    ) -> Result<Fit, FitError> {
+        fit(set, settings, bounds)
+    }
+
+    fn exp(&self, vector: &Vector3<f64>) -> UnitQuaternion<f64> {
+        exp_vector(vector)
+    }
+
+    fn log_quaternion(&self, rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
+        log_quaternion(rotation)
+    }
+
+    fn log_matrix(&self, rotation: &Matrix3<f64>) -> Vector3<f64> {
+        log_matrix(rotation)
+    }
+
+    fn angle(&self, rotation: &UnitQuaternion<f64>) -> f64 {
+        rotation_angle_rad(rotation)
+    }
+
+    fn axis_rotation(&self, from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f64>>) -> AxisRotation {
+        axis_rotation(from, to)
+    }
+
+    fn svd3(&self, matrix: &Matrix3<f64>) -> Svd3 {
+        svd3(matrix)
+    }
+
+    fn frame(
+        &self,
+        body: &RigidBody,
+        orientation_weight_mm: f64,
+        readings: &[Reading],
+        tracker_from_body_true: &Pose,
+    ) -> FrameFit {
+        FrameFitter::new(body, orientation_weight_mm).fit(readings, tracker_from_body_true)
+    }
+
+    fn relative_error(
+        &self,
+        crf_from_tool: &Pose,
+        crf_from_tool_simulated: &Pose,
+        tip_in_tool: &Point3<f64>,
+    ) -> RelativeError {
+        relative_error(crf_from_tool, crf_from_tool_simulated, tip_in_tool)
+    }
+
+    fn covariance(
+        &self,
+        body: &RigidBody,
+        orientation_weight_mm: f64,
+        sensors: &[SensorCovariance],
+        point_in_body: &Point3<f64>,
+    ) -> Result<Matrix3<f64>, RotationNotDetermined> {
+        point_covariance_mm2(body, orientation_weight_mm, sensors, point_in_body)
+    }
+
+    fn statistics(&self, values: &mut [f64]) -> Option<Statistics> {
+        Statistics::of(values)
+    }
+}
+
+/// The program's own methods.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Own;
+
+impl Methods for Own {}

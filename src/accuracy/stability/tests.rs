@@ -1,0 +1,208 @@
+//! Every row holds, and naive methods are found out.
+
+use super::methods::{Methods, Own};
+use super::naive::{
+    AnglesSum, ArccosineLogarithm, MomentsAboutOrigin, Monomials, NanIgnored, NoDeterminantSign,
+    NormalEquations, SinglePrecision, SquaredSingularValues, TextbookVariance,
+};
+use super::row::{BEHAVIOUR, Quantity, Row};
+use super::{Extent, families, page, run};
+use crate::task::Task;
+use std::collections::BTreeSet;
+
+fn rows(methods: &dyn Methods, family: &str) -> Vec<Row> {
+    let families: Vec<_> = families(Extent::Reduced)
+        .into_iter()
+        .filter(|f| f.name == family)
+        .collect();
+    assert!(!families.is_empty(), "no family {family}");
+    run(&families, methods, &Task::default()).unwrap()
+}
+
+/// Quantities of a family that a method breaks the bound of.
+fn broken(methods: &dyn Methods, family: &str) -> BTreeSet<&'static str> {
+    let rows = rows(methods, family);
+    rows.iter()
+        .filter(|r| !r.holds)
+        .map(|r| r.quantity)
+        .collect()
+}
+
+#[track_caller]
+fn assert_found_out(methods: &dyn Methods, family: &str, quantities: &[&str]) {
+    let found = broken(methods, family);
+    for quantity in quantities {
+        assert!(
+            found.contains(quantity),
+            "{family}: {quantity}: broken are {found:?}"
+        );
+    }
+}
+
+macro_rules! every_row_holds {
+    ($($name:ident: $family:literal,)*) => {
+        $(
+            #[test]
+            fn $name() {
+                let rows = rows(&Own, $family);
+                assert!(rows.iter().all(|r| r.holds), "{}", page::text(&rows));
+            }
+        )*
+
+        #[test]
+        fn no_family_is_left_out_here() {
+            let all: Vec<_> = families(Extent::Reduced).iter().map(|f| f.name).collect();
+            assert_eq!(all, [$($family),*]);
+        }
+    };
+}
+
+every_row_holds! {
+    every_row_of_evaluation_holds: "evaluation",
+    every_row_of_weights_holds: "weights",
+    every_row_of_rotations_holds: "rotations",
+    every_row_of_least_squares_holds: "least squares",
+    every_row_of_fits_holds: "fits",
+    every_row_of_high_orders_holds: "high orders",
+    every_row_of_singular_values_holds: "singular values",
+    every_row_of_frames_holds: "frames",
+    every_row_of_uncertainty_holds: "uncertainty and tip error",
+    every_row_of_statistics_holds: "statistics",
+    every_row_of_what_is_not_a_number_holds: "not a number",
+}
+
+#[test]
+fn normal_equations_are_found_out() {
+    let solution = "solution, mm or rad";
+    assert_found_out(
+        &NormalEquations,
+        "least squares",
+        &[solution, "condition number, relative"],
+    );
+    assert_found_out(&NormalEquations, "fits", &[solution]);
+}
+
+#[test]
+fn an_arccosine_logarithm_is_found_out() {
+    assert_found_out(
+        &ArccosineLogarithm,
+        "rotations",
+        &[
+            "logarithm of a matrix, rad",
+            "logarithm of a quaternion, rad",
+            "angle of a quaternion, rad",
+            "smallest rotation between axes, rad",
+        ],
+    );
+}
+
+#[test]
+fn a_missing_determinant_sign_is_found_out() {
+    assert_found_out(
+        &NoDeterminantSign,
+        "frames",
+        &["rotation, rad", "fitted tip, mm"],
+    );
+}
+
+#[test]
+fn monomials_and_single_precision_are_found_out() {
+    let values = ["position error, mm", "rotation error, rad"];
+    assert_found_out(&Monomials, "evaluation", &values);
+    assert_found_out(&SinglePrecision, "evaluation", &values);
+}
+
+#[test]
+fn areas_from_sums_of_angles_are_found_out() {
+    assert_found_out(&AnglesSum, "weights", &["weights"]);
+}
+
+#[test]
+fn singular_values_from_squares_are_found_out() {
+    assert_found_out(
+        &SquaredSingularValues,
+        "singular values",
+        &["singular values"],
+    );
+}
+
+#[test]
+fn textbook_variance_is_found_out() {
+    assert_found_out(&TextbookVariance, "statistics", &["standard deviation"]);
+}
+
+#[test]
+fn moments_about_the_origin_are_found_out() {
+    assert_found_out(
+        &MomentsAboutOrigin,
+        "uncertainty and tip error",
+        &["covariance of the tip, mm²", "angle error, rad"],
+    );
+}
+
+#[test]
+fn minima_that_ignore_what_is_not_a_number_are_found_out() {
+    assert_found_out(
+        &NanIgnored,
+        "not a number",
+        &["all figures are not numbers"],
+    );
+}
+
+#[test]
+fn constants_are_at_most_100_and_every_quantity_says_what_it_is_relative_to() {
+    for family in families(Extent::Full) {
+        for q in &family.quantities {
+            assert!(q.constant > 0.0 && q.constant <= 100.0, "{q:?}");
+            assert!(!q.condition.is_empty() && !q.scale.is_empty(), "{q:?}");
+        }
+    }
+}
+
+const LENGTH: Quantity = Quantity {
+    name: "length",
+    constant: 10.0,
+    ..BEHAVIOUR
+};
+
+#[test]
+fn an_error_beyond_its_bound_or_not_a_number_does_not_hold() {
+    let bound = 10.0 * 4.0 * f64::EPSILON * 3.0;
+    assert!(LENGTH.row("case", 4.0, bound, 3.0).holds);
+    assert!(!LENGTH.row("case", 4.0, 1.01 * bound, 3.0).holds);
+    assert!(!LENGTH.row("case", 4.0, f64::NAN, 3.0).holds);
+    assert!(!LENGTH.row("case", f64::INFINITY, 1.0, 3.0).holds);
+    assert!(!LENGTH.row("case", f64::NAN, 0.0, 3.0).holds);
+}
+
+#[test]
+fn of_several_errors_the_one_nearest_to_its_bound_is_shown() {
+    let row = LENGTH.worst("case", 1.0, &[(1.0, 1.0), (1e-20, 1.0), (0.5, 1e-3)]);
+    assert_eq!((row.error, row.holds), (0.5, false));
+}
+
+#[test]
+fn the_table_says_what_is_broken() {
+    let rows = [
+        LENGTH.row("a good case", 1.0, 0.0, 1.0),
+        LENGTH.row("a bad case", 1.0, 1.0, 1.0),
+    ];
+    let text = page::text(&rows);
+    assert!(
+        text.contains("1 of 2 rows do not hold:\n  a bad case: length"),
+        "{text}"
+    );
+    assert_eq!(page::verdict(&rows[..1]), "all 1 rows hold");
+}
+
+#[test]
+fn json_has_the_six_names_and_no_other() {
+    let value = serde_json::to_value(LENGTH.row("case", 1.0, 0.0, 1.0)).unwrap();
+    let names: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
+    let expected = BTreeSet::from(["case", "quantity", "condition", "error", "bound", "holds"]);
+    assert_eq!(names.len(), 6);
+    assert!(
+        names.iter().all(|n| expected.contains(n.as_str())),
+        "{names:?}"
+    );
+}

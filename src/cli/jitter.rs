@@ -1,0 +1,71 @@
+//! How a tracker's jitter is stated on the command line.
+
+use crate::field::environment::{Jitter, JitterGrowth};
+use clap::Args;
+
+/// Said of each argument: a heading for the group would go on to whatever follows it.
+const HEADING: &str = "Jitter of the tracker";
+
+#[derive(Debug, Args)]
+pub struct JitterArgs {
+    /// Standard deviation of a still sensor's position, per axis, mm
+    #[arg(
+        long,
+        help_heading = HEADING,
+        value_name = "MM",
+        value_parser = zero_or_more,
+        allow_negative_numbers = true,
+        requires = "jitter_angle_deg"
+    )]
+    jitter_position_mm: Option<f64>,
+
+    /// Standard deviation of a still sensor's orientation, per component of its rotation vector, degrees
+    #[arg(
+        long,
+        help_heading = HEADING,
+        value_name = "DEG",
+        value_parser = zero_or_more,
+        allow_negative_numbers = true,
+        requires = "jitter_position_mm"
+    )]
+    jitter_angle_deg: Option<f64>,
+
+    /// Distance from the generator, mm, where the jitter has grown by √2; beyond it, positions
+    /// scatter with the fourth and orientations with the third power of the distance, as a dipole's
+    /// field fades. The same jitter everywhere where left out
+    #[arg(
+        long,
+        help_heading = HEADING,
+        value_name = "MM",
+        value_parser = above_zero,
+        allow_negative_numbers = true,
+        requires = "jitter_position_mm"
+    )]
+    jitter_growth_mm: Option<f64>,
+}
+
+impl JitterArgs {
+    /// The jitter, where it is stated.
+    pub fn jitter(&self) -> Option<Jitter> {
+        let (position_mm, angle_deg) = self.jitter_position_mm.zip(self.jitter_angle_deg)?;
+        Some(Jitter {
+            growth: self.jitter_growth_mm.map(JitterGrowth::dipole),
+            ..Jitter::uniform(position_mm, angle_deg.to_radians())
+        })
+    }
+}
+
+fn zero_or_more(text: &str) -> Result<f64, String> {
+    number(text, "zero or more", |value| value >= 0.0)
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    number(text, "a length above zero", |value| value > 0.0)
+}
+
+fn number(text: &str, expected: &str, is_fine: fn(f64) -> bool) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|value: &f64| value.is_finite() && is_fine(*value))
+        .ok_or_else(|| format!("expected {expected}"))
+}

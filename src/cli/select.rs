@@ -1,0 +1,359 @@
+//! `select`: cross-validates model sizes and regularisation, names the best, and fits it.
+
+use super::choose::{self, Grouping};
+use super::fit::{MapArg, MethodArg, SensorsArg, Target, VolumeArg, WeightsArg};
+use super::fit::{as_json as fit_json, file_name, fit_and_write, map_name, method_name, read};
+use super::jitter::JitterArgs;
+use super::output::{self, Format};
+use super::select_chart;
+use crate::field::selection::{
+    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings, Selection,
+};
+use crate::geometry::directions::DirectionSet;
+use crate::store;
+use crate::study::figures::with_separators;
+use anyhow::{Context, bail};
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct SelectArgs {
+    /// Measurement table (CSV): ideal_x … ideal_qz, measured_x … measured_qz; mm, unit quaternions
+    data: PathBuf,
+
+    /// Orders to try, as 1-6 or 1,2,4; 0, no correction, is tried always
+    #[arg(long, value_name = "LIST", default_value = "1-6")]
+    orders: String,
+
+    /// Numbers of basis orientations to try, of 1, 6, 12, 14, 26 and 42; all that the table has
+    /// orientations for where left out
+    #[arg(long, value_name = "LIST")]
+    directions: Option<String>,
+
+    /// Ridges to try, each a part of the largest singular value; 0 and half decades from 1e-6 to
+    /// 1 where left out
+    #[arg(long, value_name = "LIST")]
+    ridges: Option<String>,
+
+    /// Parts that the rows are split into, each held out once
+    #[arg(long, value_name = "K", default_value_t = DEFAULT_FOLDS)]
+    folds: usize,
+
+    /// Column that says which rows belong together; cluster or frame where the table has one, else
+    /// the clusters that the positions show, if any
+    #[arg(long, value_name = "COLUMN")]
+    group: Option<String>,
+
+    /// Seed of the random folds
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_SEED)]
+    seed: u64,
+
+    /// Environment to write (*.env.ron): the chosen model, fitted to all rows
+    #[arg(short, long, value_name = "ENV")]
+    output: Option<PathBuf>,
+
+    /// Chart to write: what is left of held-out rows against order, one line a set of orientations
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+
+    /// How the orientations share the samples
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodArg,
+
+    /// Which pose the error is a function of: the ideal one to simulate, the measured one to compensate
+    #[arg(long, value_enum, default_value_t)]
+    map: MapArg,
+
+    /// What the table's quaternions mean
+    #[arg(long, value_enum, default_value_t)]
+    sensors: SensorsArg,
+
+    /// How an axis is shared among the three orientations around it
+    #[arg(long, value_enum, default_value_t)]
+    weights: WeightsArg,
+
+    /// Singular values below this part of the largest count as zero
+    #[arg(long, default_value = "1e-10", value_name = "R")]
+    rcond: f64,
+
+    /// The tracker's measurement volume, where it is known, for the environment
+    #[arg(long, value_enum)]
+    volume: Option<VolumeArg>,
+
+    #[command(flatten)]
+    jitter: JitterArgs,
+
+    /// How to print the figures
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Cross-validates, prints the table, and writes what was asked for.
+///
+/// # Errors
+/// Files that can't be used, lists that name nothing to try, rows that can't be folded.
+pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
+    let mut settings = settings(args)?;
+    let set = read(&args.data, args.sensors)?;
+    let samples = set.samples(settings.map);
+    if args.directions.is_none() && !samples.has_rotations {
+        settings.direction_sets = vec![DirectionSet::One];
+    }
+    let grouping = choose::grouping(&args.data, &samples, args.group.as_deref(), args.folds)?;
+    let selection = choose::cross_validate(&args.data, &samples, grouping.as_ref(), &settings)?;
+    let mut value = as_json(
+        &settings,
+        &selection,
+        grouping.as_ref(),
+        samples.samples.len(),
+    );
+    let mut text = as_text(
+        args,
+        &settings,
+        &selection,
+        grouping.as_ref(),
+        samples.samples.len(),
+    );
+    if let Some(output) = &args.output {
+        let target = Target {
+            data: &args.data,
+            output,
+            volume: args.volume,
+            jitter: args.jitter.jitter(),
+            with_support: true,
+        };
+        let fit_settings = settings.fit_settings(&selection.best().candidate);
+        let (fitted, _) = fit_and_write(&target, &fit_settings, &set, None)?;
+        value["fit"] = fit_json(&fit_settings, &fitted, None);
+        text.push_str(&format!("\nwritten to {}", output.display()));
+    }
+    if let Some(plot) = &args.plot {
+        let svg = select_chart::svg(&file_name(&args.data), &selection);
+        store::write_atomic(plot, |out| out.write_all(svg.as_bytes()))?;
+        text.push_str(&format!("\ndrawn to {}", plot.display()));
+    }
+    match args.format {
+        Format::Json => output::print_json(&value),
+        Format::Text => output::print(&text),
+    }
+}
+
+fn settings(args: &SelectArgs) -> anyhow::Result<SelectSettings> {
+    let mut orders = orders(&args.orders)?;
+    orders.push(0);
+    let direction_sets = match &args.directions {
+        None => DirectionSet::ALL.to_vec(),
+        Some(list) => numbers::<usize>("--directions", list, "1, 6, 12, 14, 26 or 42")?
+            .into_iter()
+            .map(|m| DirectionSet::try_from(m).context("--directions"))
+            .collect::<Result<_, _>>()?,
+    };
+    let ridges = match &args.ridges {
+        None => DEFAULT_RIDGES.to_vec(),
+        Some(list) => numbers("--ridges", list, "numbers of zero or more")?,
+    };
+    Ok(SelectSettings {
+        orders,
+        direction_sets,
+        ridges,
+        folds: args.folds,
+        seed: args.seed,
+        method: args.method.into(),
+        map: args.map.into(),
+        weighting: args.weights.into(),
+        rcond: args.rcond,
+    })
+}
+
+/// `1-3,6` as 1, 2, 3, 6.
+fn orders(list: &str) -> anyhow::Result<Vec<usize>> {
+    let mut orders = Vec::new();
+    for item in list.split(',').map(str::trim) {
+        let (first, last) = item.split_once('-').unwrap_or((item, item));
+        match (first.trim().parse::<usize>(), last.trim().parse::<usize>()) {
+            // A range up to a number beyond any order is refused by its ends, not by its length.
+            (Ok(first), Ok(last)) if first <= last => {
+                orders.extend([first, last]);
+                orders.extend(first..=last.min(crate::field::bernstein::MAX_ORDER));
+            }
+            _ => bail!("--orders: found {list:?}, expected orders as in 1-6 or 1,2,4"),
+        }
+    }
+    Ok(orders)
+}
+
+fn numbers<T: std::str::FromStr>(
+    option: &str,
+    list: &str,
+    expected: &str,
+) -> anyhow::Result<Vec<T>> {
+    list.split(',')
+        .map(|item| item.trim().parse().ok())
+        .collect::<Option<Vec<T>>>()
+        .with_context(|| format!("{option}: found {list:?}, expected a list of {expected}"))
+}
+
+pub(super) fn scores_json(scores: &Scores) -> Value {
+    json!({
+        "position_rms_mm": scores.position_rms_mm,
+        "position_max_mm": scores.position_max_mm,
+        "angle_rms_deg": scores.angle_rms_rad.map(f64::to_degrees),
+    })
+}
+
+fn as_json(
+    settings: &SelectSettings,
+    selection: &Selection,
+    grouping: Option<&Grouping>,
+    samples: usize,
+) -> Value {
+    let model = |row: &Scored| {
+        json!({
+            "order": row.candidate.order,
+            "directions": row.candidate.directions.len(),
+            "ridge": row.candidate.ridge,
+        })
+    };
+    let table: Vec<_> = selection
+        .table
+        .iter()
+        .map(|row| {
+            let mut value = model(row);
+            value["coefficients"] = json!(row.candidate.coefficients());
+            value["is_determined"] = json!(row.is_determined);
+            value["cv"] = scores_json(row.deciding());
+            value["cv_by_row"] = scores_json(&row.by_row);
+            value["cv_by_group"] = json!(row.by_group.as_ref().map(scores_json));
+            value
+        })
+        .collect();
+    json!({
+        "best": model(selection.best()),
+        "least": model(selection.least()),
+        "reason": choose::reason(selection, grouping.map(|g| g.by.as_str()), settings.folds),
+        "samples": samples,
+        "folds": settings.folds,
+        "seed": settings.seed,
+        "groups": grouping.map(|g| json!({"by": g.by, "count": selection.groups})),
+        "method": method_name(settings.method),
+        "map": map_name(settings.map),
+        "left_out": selection
+            .left_out
+            .iter()
+            .map(|(order, directions)| json!({"order": order, "directions": directions.len()}))
+            .collect::<Vec<_>>(),
+        "table": table,
+    })
+}
+
+/// One line a system, with the ridge that serves it best; the choice is marked.
+fn as_text(
+    args: &SelectArgs,
+    settings: &SelectSettings,
+    selection: &Selection,
+    grouping: Option<&Grouping>,
+    samples: usize,
+) -> String {
+    let held_out = match grouping.zip(selection.groups) {
+        Some((grouping, count)) => format!(
+            "folds over {} groups by {}",
+            with_separators(count),
+            grouping.by
+        ),
+        None => "folds row by row".to_owned(),
+    };
+    let mut lines = vec![format!(
+        "{}: {} samples, {} {held_out}, {}, {} map",
+        file_name(&args.data),
+        with_separators(samples),
+        settings.folds,
+        method_name(settings.method),
+        map_name(settings.map),
+    )];
+    let mut head = vec![
+        "order",
+        "orientations",
+        "coefficients ",
+        "RMS, no ridge",
+        "best ridge",
+        "RMS",
+        "max",
+    ];
+    let has_angles = selection.best().by_row.angle_rms_rad.is_some();
+    if has_angles {
+        head.push("angle RMS");
+    }
+    if grouping.is_some() {
+        head.push("RMS by row");
+    }
+    let mut rows = vec![(false, head.into_iter().map(str::to_owned).collect())];
+    for i in selection.best_of_each_system() {
+        let row = &selection.table[i];
+        let without_ridge = selection.table.iter().find(|other| {
+            let (a, b) = (&other.candidate, &row.candidate);
+            (a.order, a.directions, a.ridge) == (b.order, b.directions, 0.0)
+        });
+        let mm = |value: f64| format!("{value:.4} mm");
+        let mut cells = vec![
+            row.candidate.order.to_string(),
+            row.candidate.directions.len().to_string(),
+            format!(
+                "{}{}",
+                with_separators(row.candidate.coefficients()),
+                if row.is_determined { " " } else { "†" }
+            ),
+            without_ridge.map_or_else(|| "–".to_owned(), |r| mm(r.deciding().position_rms_mm)),
+            choose::ridge_text(row.candidate.ridge).replace("0e0", "0"),
+            mm(row.deciding().position_rms_mm),
+            format!("{:.3} mm", row.deciding().position_max_mm),
+        ];
+        if let Some(angle) = row.deciding().angle_rms_rad {
+            cells.push(format!("{:.4} °", angle.to_degrees()));
+        }
+        if grouping.is_some() {
+            cells.push(mm(row.by_row.position_rms_mm));
+        }
+        rows.push((i == selection.best, cells));
+    }
+    lines.push(right_aligned(&rows));
+    if selection.table.iter().any(|row| !row.is_determined) {
+        lines.push(
+            "† at least as many coefficients as places to fit an orientation to: not to be chosen"
+                .to_owned(),
+        );
+    }
+    if !selection.left_out.is_empty() {
+        lines.push(format!(
+            "{} joint models have at least as many coefficients as there are rows, and were left out",
+            selection.left_out.len()
+        ));
+    }
+    lines.push(choose::reason(
+        selection,
+        grouping.map(|g| g.by.as_str()),
+        settings.folds,
+    ));
+    lines.join("\n")
+}
+
+/// Columns wide enough for their widest cell; marked rows begin with a star.
+fn right_aligned(rows: &[(bool, Vec<String>)]) -> String {
+    let columns = rows.iter().map(|(_, cells)| cells.len()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns)
+        .map(|k| {
+            let cells = rows.iter().filter_map(|(_, cells)| cells.get(k));
+            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+        })
+        .collect();
+    let line = |(is_marked, cells): &(bool, Vec<String>)| {
+        let cells = cells.iter().zip(&widths);
+        let cells: Vec<_> = cells.map(|(cell, &w)| format!("{cell:>w$}")).collect();
+        format!(
+            "{} {}",
+            if *is_marked { '*' } else { ' ' },
+            cells.join("  ")
+        )
+    };
+    rows.iter().map(line).collect::<Vec<_>>().join("\n")
+}

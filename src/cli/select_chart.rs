@@ -1,0 +1,93 @@
+//! The paper's Fig. 3: what is left of held-out measurements against order and angular resolution.
+
+use super::choose::candidate_text;
+use crate::field::selection::{Scored, Selection};
+use crate::geometry::directions::DirectionSet;
+use crate::report::plot::{Axis, Chart, Scale, Series, SeriesStyle};
+
+/// Size in pixels.
+const SIZE: (u32, u32) = (960, 640);
+
+/// Highest RMS that is drawn, in multiples of that without correction: a model that doubles the
+/// error needs no finer comparison, and some are a thousandfold off.
+const TOP: f64 = 2.0;
+
+/// The chart as SVG: a line for each set of orientations without ridge, one for the chosen set with
+/// its best ridges, and the choice.
+pub(super) fn svg(data: &str, selection: &Selection) -> String {
+    chart(data, selection).to_svg(SIZE)
+}
+
+fn chart(data: &str, selection: &Selection) -> Chart {
+    let best = selection.best();
+    let uncorrected = selection.table.iter().find(|row| row.candidate.order == 0);
+    let reference = uncorrected.unwrap_or(best).deciding().position_rms_mm;
+    let top_mm = TOP * reference.max(best.deciding().position_rms_mm);
+    // A line ends where it leaves the chart: what comes after cannot be joined to it.
+    let line = |rows: &mut dyn Iterator<Item = &Scored>| -> Vec<(f64, f64)> {
+        rows.map(point)
+            .take_while(|&(_, rms)| rms <= top_mm)
+            .collect()
+    };
+    let mut series = Vec::new();
+    let mut push = |name: String, points: Vec<(f64, f64)>, style| {
+        if points.len() > 1 || style == SeriesStyle::Marked {
+            series.push(Series {
+                name,
+                points,
+                style,
+            });
+        }
+    };
+    let is_of = |row: &Scored, set: DirectionSet| {
+        row.candidate.order == 0 || row.candidate.directions == set
+    };
+    for set in DirectionSet::ALL {
+        let mut plain = selection
+            .table
+            .iter()
+            .filter(|row| row.candidate.ridge == 0.0 && is_of(row, set));
+        push(set_text(set), line(&mut plain), SeriesStyle::Line);
+    }
+    let set = best.candidate.directions;
+    if best.candidate.ridge > 0.0 {
+        let mut ridged = selection
+            .best_of_each_system()
+            .into_iter()
+            .map(|i| &selection.table[i])
+            .filter(|row| is_of(row, set));
+        push(
+            format!("{}, best ridge", set_text(set)),
+            line(&mut ridged),
+            SeriesStyle::Line,
+        );
+    }
+    push(
+        candidate_text(&best.candidate),
+        vec![point(best)],
+        SeriesStyle::Marked,
+    );
+    Chart {
+        title: format!("{data}: residual on held-out measurements"),
+        x: Axis {
+            label: "order of the polynomials; 0 is no correction".to_owned(),
+            scale: Scale::Linear,
+        },
+        y: Axis {
+            label: format!("position RMS, mm (lines end above {top_mm:.1})"),
+            scale: Scale::Linear,
+        },
+        series,
+    }
+}
+
+fn point(row: &Scored) -> (f64, f64) {
+    (row.candidate.order as f64, row.deciding().position_rms_mm)
+}
+
+fn set_text(set: DirectionSet) -> String {
+    match set.len() {
+        1 => "1 orientation".to_owned(),
+        count => format!("{count} orientations"),
+    }
+}

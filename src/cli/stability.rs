@@ -1,0 +1,73 @@
+//! `stability`: the battery of stiff and extreme cases.
+
+use super::Ending;
+use super::output::{self, Format};
+use crate::accuracy::stability::methods::Own;
+use crate::accuracy::stability::{Extent, families, page, run as run_battery};
+use crate::store;
+use crate::task::Task;
+use anyhow::Context;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct StabilityArgs {
+    /// Folder to write stability.md, stability.json and stability.csv to; made where it isn't there
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+
+    /// How to print the rows
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Steps of the progress bar.
+const PROGRESS_STEPS: u64 = 1000;
+
+/// Runs the battery, prints every row, and says whether all hold.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn run(args: &StabilityArgs) -> anyhow::Result<Ending> {
+    // Before the minutes, not after them.
+    if let Some(folder) = &args.output {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("{}: cannot be made", folder.display()))?;
+    }
+    let bar = output::progress(PROGRESS_STEPS, "stability");
+    let task = Task::told_to({
+        let bar = bar.clone();
+        move |part| bar.set_position((part * PROGRESS_STEPS as f64) as u64)
+    });
+    let families = families(Extent::Full);
+    let rows = run_battery(&families, &Own, &task)?;
+    bar.finish_and_clear();
+    if let Some(folder) = &args.output {
+        write(
+            folder,
+            "stability.md",
+            page::markdown(&families, &rows).as_bytes(),
+        )?;
+        write(
+            folder,
+            "stability.json",
+            serde_json::to_string_pretty(&rows)?.as_bytes(),
+        )?;
+        write(folder, "stability.csv", &page::csv(&rows)?)?;
+    }
+    match args.format {
+        Format::Json => output::print_json(&rows)?,
+        Format::Text => output::print(&page::text(&rows))?,
+    }
+    Ok(if rows.iter().all(|r| r.holds) {
+        Ending::Done
+    } else {
+        Ending::DoesNotHold
+    })
+}
+
+fn write(folder: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+    Ok(store::write_atomic(&folder.join(name), |out| {
+        out.write_all(bytes)
+    })?)
+}

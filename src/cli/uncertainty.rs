@@ -1,0 +1,472 @@
+//! `simulate --uncertainty`: how far jitter scatters the tip, by formula, by Monte Carlo, or both.
+
+use super::jitter::JitterArgs;
+use super::output;
+use crate::field::Environment;
+use crate::field::environment::{Jitter, OrientationWeight};
+use crate::study::uncertainty::{
+    DeterminedPart, FirstOrderCheck, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo, MotionUncertainty,
+    TipUncertainty, UncertaintyError, check_first_order, first_order, monte_carlo, over_motion,
+};
+use crate::study::{Figures, Mode, Scenario};
+use crate::task::Task;
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use nalgebra::{Matrix3, Vector3};
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+/// Samples where none are asked for: 0.2 % of standard error, in a fraction of a second.
+const DEFAULT_SAMPLES: usize = 100_000;
+
+/// Degrees a radian.
+const DEG: f64 = 180.0 / std::f64::consts::PI;
+
+#[derive(Debug, Args)]
+pub struct UncertaintyArgs {
+    /// Also say how far the tracker's jitter scatters the tip; both methods with
+    /// `first-order,monte-carlo`. Over a range of motion, only first-order
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "METHOD")]
+    uncertainty: Vec<MethodArg>,
+
+    /// Samples of the Monte Carlo [default: 100000]
+    #[arg(long, value_name = "N", requires = "uncertainty")]
+    samples: Option<usize>,
+
+    /// Seed of the Monte Carlo: the same seed gives the same figures on any machine [default: 0]
+    #[arg(long, value_name = "S", requires = "uncertainty")]
+    seed: Option<u64>,
+
+    #[command(flatten)]
+    jitter: JitterArgs,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MethodArg {
+    /// The formula of error propagation, and whether it holds
+    FirstOrder,
+    /// Noise on every reading and the real frame fit, sample by sample
+    MonteCarlo,
+}
+
+impl UncertaintyArgs {
+    /// The environment, with the jitter of the command line where that states one.
+    ///
+    /// # Errors
+    /// A jitter without anything to use it.
+    pub fn environment(&self, environment: &Arc<Environment>) -> anyhow::Result<Arc<Environment>> {
+        match self.jitter.jitter() {
+            None => Ok(Arc::clone(environment)),
+            Some(_) if self.uncertainty.is_empty() => {
+                bail!("--jitter-position-mm needs --uncertainty")
+            }
+            Some(jitter) => Ok(Arc::new(Environment {
+                jitter: Some(jitter),
+                ..(**environment).clone()
+            })),
+        }
+    }
+
+    /// Refuses what cannot be done before anything is computed.
+    ///
+    /// # Errors
+    /// A mode or a number of samples that the methods cannot do; no jitter.
+    pub fn check(&self, scenario: &Scenario, mode: &Mode) -> anyhow::Result<()> {
+        if self.uncertainty.is_empty() {
+            return Ok(());
+        }
+        let has_monte_carlo = self.uncertainty.contains(&MethodArg::MonteCarlo);
+        match mode {
+            Mode::Input(_) => bail!("--uncertainty needs --mode single or --mode motion"),
+            Mode::Motion if has_monte_carlo => bail!(
+                "--uncertainty monte-carlo needs --mode single; over a range of motion there is \
+                 --uncertainty first-order"
+            ),
+            Mode::Motion | Mode::Single => {}
+        }
+        if self.samples.is_some() && !has_monte_carlo {
+            bail!("--samples needs --uncertainty monte-carlo");
+        }
+        if let Some(found) = self
+            .samples
+            .filter(|n| !(MIN_SAMPLES..=MAX_SAMPLES).contains(n))
+        {
+            bail!("--samples: {}", UncertaintyError::Samples { found });
+        }
+        if scenario.environment.jitter.is_none() {
+            bail!(
+                "{}; state it with --jitter-position-mm MM --jitter-angle-deg DEG, here or when \
+                 `trackwright fit` writes the environment",
+                UncertaintyError::NoJitter {
+                    environment: scenario.environment.name.clone()
+                }
+            );
+        }
+        Ok(())
+    }
+
+    /// The uncertainty, where it is asked for.
+    ///
+    /// # Errors
+    /// See [`UncertaintyError`].
+    pub fn report(
+        &self,
+        scenario: &Scenario,
+        design_weight_mm: Option<f64>,
+        mode: &Mode,
+    ) -> anyhow::Result<Option<Report>> {
+        let Some(jitter) = scenario
+            .environment
+            .jitter
+            .filter(|_| !self.uncertainty.is_empty())
+        else {
+            return Ok(None);
+        };
+        let mut report = Report {
+            jitter,
+            jitter_source: if self.jitter.jitter().is_some() {
+                "command line"
+            } else {
+                "environment"
+            },
+            weight: scenario.environment.orientation_weight(design_weight_mm),
+            first_order: None,
+            monte_carlo: None,
+            motion: None,
+        };
+        if matches!(mode, Mode::Motion) {
+            report.motion = Some(over_motion(scenario, &Task::default())?);
+            return Ok(Some(report));
+        }
+        if self.uncertainty.contains(&MethodArg::FirstOrder) {
+            let tip = first_order(scenario)?;
+            report.first_order = Some((tip, check_first_order(scenario, &tip)?));
+        }
+        if self.uncertainty.contains(&MethodArg::MonteCarlo) {
+            let samples = self.samples.unwrap_or(DEFAULT_SAMPLES);
+            let bar = output::progress(samples as u64, "sampling");
+            let task = Task::told_to({
+                let bar = bar.clone();
+                move |part| bar.set_position((part * samples as f64) as u64)
+            });
+            let seed = self.seed.unwrap_or_default();
+            report.monte_carlo = Some(monte_carlo(scenario, samples, seed, &task)?);
+            bar.finish_and_clear();
+        }
+        Ok(Some(report))
+    }
+}
+
+/// What was found, ready to be printed.
+#[derive(Debug)]
+pub struct Report {
+    jitter: Jitter,
+    jitter_source: &'static str,
+    weight: OrientationWeight,
+    first_order: Option<(TipUncertainty, Option<FirstOrderCheck>)>,
+    monte_carlo: Option<MonteCarlo>,
+    motion: Option<MotionUncertainty>,
+}
+
+impl Report {
+    /// For `simulate`'s JSON, under `uncertainty`; `figures` are those without jitter.
+    pub fn as_json(&self, figures: &Figures) -> Value {
+        let mut value = json!({
+            "jitter": {
+                "position_mm": self.jitter.position_mm,
+                "angle_deg": self.jitter.angle_rad * DEG,
+                "growth": self.jitter.growth,
+                "source": self.jitter_source,
+            },
+            "orientation_weight_mm": self.weight.value_mm,
+            "orientation_weight_source": self.weight.source.label(),
+        });
+        if let Some((tip, check)) = &self.first_order {
+            value["first_order"] = first_order_json(tip, check.as_ref());
+        }
+        if let Some(sampled) = &self.monte_carlo {
+            value["monte_carlo"] = monte_carlo_json(sampled);
+        }
+        if let (Some((tip, _)), Some(sampled)) = (&self.first_order, &self.monte_carlo) {
+            let difference = tip.rms_mm - sampled.rms_mm.value;
+            value["agreement"] = json!({
+                "relative_difference": difference / sampled.rms_mm.value,
+                "standard_errors": difference / sampled.rms_mm.std_error,
+            });
+        }
+        if let Some(over) = &self.motion {
+            value["first_order"] = json!({
+                "trials": over.trials,
+                "rejected": over.rejected,
+                "rms_mm": over.rms_mm,
+                "rotation_rms_deg": over.rotation_rms_deg,
+                "worst_trial": over.worst_trial,
+                "total_rms_mm": over.total_rms_mm(figures.position_mm.rms),
+                "free_axis": over.free_axis,
+            });
+        }
+        value
+    }
+
+    /// For a person, below `simulate`'s figures, which are those without jitter.
+    pub fn as_text(&self, figures: &Figures) -> String {
+        let mut lines = vec![
+            String::new(),
+            format!(
+                "jitter {:.4} mm and {:.4} ° an axis{}, from the {}",
+                self.jitter.position_mm,
+                self.jitter.angle_rad * DEG,
+                self.jitter.growth.map_or_else(String::new, |g| format!(
+                    ", growing beyond {} mm with the distance to the powers {} and {}",
+                    g.distance_mm, g.position_exponent, g.angle_exponent
+                )),
+                self.jitter_source
+            ),
+            format!(
+                "orientation weight {:.4} mm, {}",
+                self.weight.value_mm,
+                self.weight.source.label()
+            ),
+        ];
+        lines.extend(self.table());
+        if let Some((tip, check)) = &self.first_order {
+            lines.extend(verdicts(tip, check.as_ref()));
+        }
+        if let Some(over) = &self.motion {
+            let total_rms_mm = over.total_rms_mm(figures.position_mm.rms);
+            lines.push(motion_rows(over, total_rms_mm));
+            if over.free_axis.is_some() {
+                lines.push(
+                    "a rotation is not determined; the scatter is that with the true one"
+                        .to_owned(),
+                );
+            }
+        }
+        lines.join("\n")
+    }
+
+    /// First order and Monte Carlo side by side, whichever there is.
+    fn table(&self) -> Option<String> {
+        if self.first_order.is_none() && self.monte_carlo.is_none() {
+            return None;
+        }
+        let tip = self.first_order.as_ref().map(|(tip, _)| tip);
+        let sampled = self.monte_carlo.as_ref();
+        let mut rows = Vec::new();
+        let mut row =
+            |label: &str, formula: Option<f64>, sample: Option<(f64, f64)>, unit: &str| {
+                let formula = formula.map_or_else(String::new, |v| format!("{v:.4}"));
+                let sample = sample.map_or_else(String::new, |(v, e)| format!("{v:.4} ± {e:.4}"));
+                rows.push((label.to_owned(), formula, sample, unit.to_owned()));
+            };
+        row(
+            "tip scatter RMS",
+            tip.map(|t| t.rms_mm),
+            sampled.map(|m| (m.rms_mm.value, m.rms_mm.std_error)),
+            "mm",
+        );
+        let std = |covariance: &Matrix3<f64>, k| f64::max(covariance[(k, k)], 0.0).sqrt();
+        for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            row(
+                &format!("tip scatter {axis}"),
+                tip.map(|t| std(&t.covariance_mm2, k)),
+                // Of normal values; the distribution of the tip is close enough to one for this.
+                sampled.map(|m| {
+                    let s = std(&m.covariance_mm2, k);
+                    (s, s / (2.0 * m.samples as f64).sqrt())
+                }),
+                "mm",
+            );
+        }
+        for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            row(
+                &format!("tip shift {axis}"),
+                tip.map(|t| t.bias_mm[k]),
+                sampled.map(|m| (m.mean_error_mm[k], m.mean_std_error_mm[k])),
+                "mm",
+            );
+        }
+        row(
+            "tip error RMS, shift and scatter",
+            tip.map(|t| t.total_rms_mm),
+            sampled.map(|m| (m.total_rms_mm.value, m.total_rms_mm.std_error)),
+            "mm",
+        );
+        if let Some(m) = sampled {
+            row(
+                "tip error median",
+                None,
+                Some((m.median_mm.value, m.median_mm.std_error)),
+                "mm",
+            );
+            row(
+                "tip error 95th percentile",
+                None,
+                Some((m.p95_mm.value, m.p95_mm.std_error)),
+                "mm",
+            );
+        }
+        row(
+            "rotation scatter RMS",
+            tip.map(|t| t.rotation_rms_rad * DEG),
+            sampled.map(|m| {
+                let deg = m.rotation_rms_rad * DEG;
+                (deg, deg / (2.0 * m.samples as f64).sqrt())
+            }),
+            "°",
+        );
+        let heads = (
+            tip.map_or("", |_| "first order").to_owned(),
+            sampled.map_or("", |_| "Monte Carlo").to_owned(),
+        );
+        rows.insert(0, (String::new(), heads.0, heads.1, String::new()));
+        Some(columns(&rows))
+    }
+}
+
+/// Rows of label, two values and unit, aligned.
+fn columns(rows: &[(String, String, String, String)]) -> String {
+    let width = |of: fn(&(String, String, String, String)) -> &String| {
+        rows.iter()
+            .map(|r| of(r).chars().count())
+            .max()
+            .unwrap_or(0)
+    };
+    let (label, a, b) = (width(|r| &r.0), width(|r| &r.1), width(|r| &r.2));
+    rows.iter()
+        .map(|(l, v, s, u)| {
+            let gap = if a > 0 && b > 0 { "  " } else { "" };
+            format!("{l:<label$}  {v:>a$}{gap}{s:>b$} {u}")
+                .trim_end()
+                .to_owned()
+        })
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+/// Whether the first order holds, the ellipsoid, and what is not determined.
+fn verdicts(tip: &TipUncertainty, check: Option<&FirstOrderCheck>) -> Vec<String> {
+    let [a, b, c] = tip.ellipsoid.lengths_mm();
+    let mut lines = vec![format!(
+        "95 % of the scatter lies in an ellipsoid with semi-axes {a:.4}, {b:.4} and {c:.4} mm"
+    )];
+    lines.push(match check {
+        None => "first order: not checked, there are too many sensors; ask for monte-carlo too"
+            .to_owned(),
+        Some(check) if check.holds => format!(
+            "first order holds for the scatter: the next order differs by {:.3} %",
+            100.0 * check.relative_difference
+        ),
+        Some(check) => format!(
+            "first order does not hold for the scatter: the next order gives {:.4} mm, {:.1} % \
+             away; trust monte-carlo",
+            check.next_order_rms_mm,
+            100.0 * check.relative_difference
+        ),
+    });
+    let bias = &tip.bias_check;
+    let simulated_mm = bias.simulated_mm.norm();
+    lines.push(format!(
+        "first order {} for the shift: {:.4} mm from the simulated one of {simulated_mm:.4} mm",
+        if bias.holds { "holds" } else { "does not hold" },
+        bias.difference_mm,
+    ));
+    if let Some(part) = &tip.determined {
+        lines.push(format!(
+            "the {}'s rotation is not determined; what it cannot change of the tip scatters by \
+             {:.4} mm RMS and is shifted by {:.4} mm",
+            part.free_axis.body,
+            part.rms_mm,
+            part.bias_mm.norm()
+        ));
+    }
+    lines
+}
+
+fn motion_rows(over: &MotionUncertainty, total_rms_mm: f64) -> String {
+    let row = |label: &str, value: f64, unit: &str| {
+        (label.to_owned(), format!("{value:.4}"), unit.to_owned())
+    };
+    output::aligned(&[
+        row("tip scatter RMS, first order", over.rms_mm.rms, "mm"),
+        row("tip scatter mean", over.rms_mm.mean, "mm"),
+        row("tip scatter max", over.rms_mm.max, "mm"),
+        row(
+            "rotation scatter RMS, first order",
+            over.rotation_rms_deg.rms,
+            "°",
+        ),
+        row("tip error RMS, shift and scatter", total_rms_mm, "mm"),
+    ])
+}
+
+fn vector_json(v: &Vector3<f64>) -> Value {
+    json!([v.x, v.y, v.z])
+}
+
+fn matrix_json(m: &Matrix3<f64>) -> Value {
+    json!([0, 1, 2].map(|r| [0, 1, 2].map(|c| m[(r, c)])))
+}
+
+fn first_order_json(tip: &TipUncertainty, check: Option<&FirstOrderCheck>) -> Value {
+    json!({
+        "tip_mm": [tip.tip_in_crf.x, tip.tip_in_crf.y, tip.tip_in_crf.z],
+        "covariance_mm2": matrix_json(&tip.covariance_mm2),
+        "rms_mm": tip.rms_mm,
+        "bias_mm": vector_json(&tip.bias_mm),
+        "total_rms_mm": tip.total_rms_mm,
+        "rotation_covariance_deg2": matrix_json(&(tip.rotation_covariance_rad2 * DEG * DEG)),
+        "rotation_rms_deg": tip.rotation_rms_rad * DEG,
+        "rotation_bias_deg": vector_json(&(tip.rotation_bias_rad * DEG)),
+        "cross_covariance_mm_deg": matrix_json(&(tip.cross_covariance_mm_rad * DEG)),
+        "ellipsoid_95": {
+            "center_mm": vector_json(&tip.ellipsoid.center_in_crf.coords),
+            "semi_axes_mm": tip.ellipsoid.semi_axes_in_crf_mm.map(|a| vector_json(&a)),
+            "lengths_mm": tip.ellipsoid.lengths_mm(),
+        },
+        "check": check.map(|c| json!({
+            "next_order_rms_mm": c.next_order_rms_mm,
+            "relative_difference": c.relative_difference,
+            "holds": c.holds,
+        })),
+        "bias_check": {
+            "simulated_mm": vector_json(&tip.bias_check.simulated_mm),
+            "difference_mm": tip.bias_check.difference_mm,
+            "holds": tip.bias_check.holds,
+        },
+        "determined": tip.determined.as_ref().map(determined_json),
+        "poorly_determined": tip.is_poorly_determined,
+    })
+}
+
+fn determined_json(part: &DeterminedPart) -> Value {
+    json!({
+        "free_axis": part.free_axis,
+        "covariance_mm2": matrix_json(&part.covariance_mm2),
+        "rms_mm": part.rms_mm,
+        "bias_mm": vector_json(&part.bias_mm),
+        "total_rms_mm": part.total_rms_mm,
+    })
+}
+
+fn monte_carlo_json(m: &MonteCarlo) -> Value {
+    json!({
+        "samples": m.samples,
+        "seed": m.seed,
+        "mean_error_mm": vector_json(&m.mean_error_mm),
+        "mean_std_error_mm": vector_json(&m.mean_std_error_mm),
+        "covariance_mm2": matrix_json(&m.covariance_mm2),
+        "rms_mm": m.rms_mm.value,
+        "rms_std_error_mm": m.rms_mm.std_error,
+        "total_rms_mm": m.total_rms_mm.value,
+        "total_rms_std_error_mm": m.total_rms_mm.std_error,
+        "position_mm": m.tip_error_mm,
+        "median_std_error_mm": m.median_mm.std_error,
+        "p95_std_error_mm": m.p95_mm.std_error,
+        "angle_deg": m.angle_deg,
+        "mean_rotation_deg": vector_json(&(m.mean_rotation_rad * DEG)),
+        "rotation_covariance_deg2": matrix_json(&(m.rotation_covariance_rad2 * DEG * DEG)),
+        "rotation_rms_deg": m.rotation_rms_rad * DEG,
+        "position_mm_determined": m.determined_mm,
+    })
+}

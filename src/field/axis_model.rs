@@ -1,0 +1,179 @@
+//! A distortion model for one axis: the orientations blended once, many positions after that.
+
+use super::batch::Batch;
+use super::model::{DistortionModel, Evaluation, OutsidePolicy};
+use crate::geometry::bounds::Bounds;
+use crate::geometry::directions::{DirectionSet, Weighting};
+use nalgebra::{Point3, Unit, Vector3};
+use pulp::Arch;
+
+/// The field of a sensor whose axis stays: a third of the work at each position.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisModel {
+    /// With the one orientation that is left.
+    model: DistortionModel,
+}
+
+impl DistortionModel {
+    /// The model for one axis.
+    pub fn at_axis(&self, axis: &Unit<Vector3<f64>>) -> AxisModel {
+        let weights = self.directions().weights(axis, self.weighting());
+        let mut blended = Vec::new();
+        let mut is_first = true;
+        for (&direction, &weight) in weights.directions.iter().zip(&weights.weights) {
+            if weight == 0.0 {
+                continue;
+            }
+            let coefficients = self.of_direction(direction);
+            if std::mem::take(&mut is_first) {
+                blended = coefficients.iter().map(|c| c.map(|v| weight * v)).collect();
+                continue;
+            }
+            Arch::new().dispatch(|| {
+                for (sum, c) in blended.iter_mut().zip(coefficients) {
+                    for k in 0..6 {
+                        sum[k] += weight * c[k];
+                    }
+                }
+            });
+        }
+        AxisModel {
+            model: DistortionModel::of_parts_known_to_fit(
+                self.order(),
+                DirectionSet::One,
+                Weighting::default(),
+                self.map(),
+                *self.bounds(),
+                blended,
+            ),
+        }
+    }
+}
+
+impl AxisModel {
+    pub fn order(&self) -> usize {
+        self.model.order()
+    }
+
+    /// Where the polynomials were fitted and may be used.
+    pub fn bounds(&self) -> &Bounds {
+        self.model.bounds()
+    }
+
+    /// The coefficients of this axis: i, j, k.
+    pub fn coefficients(&self) -> &[super::model::Coefficient] {
+        self.model.coefficients()
+    }
+
+    /// What [`DistortionModel::evaluate`] gives at a position for this axis.
+    pub fn evaluate(&self, position_mm: &Point3<f64>, outside: OutsidePolicy) -> Evaluation {
+        self.model
+            .evaluate(position_mm, &Vector3::z_axis(), outside)
+    }
+
+    /// What [`AxisModel::evaluate`] gives at each position, with the buffers of a batch.
+    pub fn evaluate_all(
+        &self,
+        batch: &mut Batch,
+        positions_mm: &[Point3<f64>],
+        outside: OutsidePolicy,
+        out: &mut Vec<Evaluation>,
+    ) {
+        batch.evaluate_positions(&self.model, positions_mm, outside, out);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::batch::Instructions;
+    use crate::field::samples::MapKind;
+
+    fn model(order: usize, set: DirectionSet) -> DistortionModel {
+        let count = set.len() * (order + 1).pow(3);
+        let values = (0..count).map(|i| std::array::from_fn(|k| ((7 * i + k) as f64).sin()));
+        DistortionModel::new(
+            order,
+            set,
+            Weighting::Area,
+            MapKind::Distortion,
+            Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0])),
+            values.collect(),
+        )
+        .unwrap()
+    }
+
+    fn positions() -> Vec<Point3<f64>> {
+        (0..101)
+            .map(|i| {
+                let t = f64::from(i);
+                Point3::new(
+                    120.0 * (0.7 * t).sin(),
+                    60.0 * (1.3 * t).cos(),
+                    -200.0 + 110.0 * (0.4 * t).sin(),
+                )
+            })
+            .collect()
+    }
+
+    #[test]
+    fn one_axis_at_a_time_is_the_same_field() {
+        for set in DirectionSet::ALL {
+            for order in 1..=8 {
+                let model = model(order, set);
+                let axes = [
+                    Unit::new_normalize(Vector3::new(0.3, -0.7, 0.2)),
+                    set.directions()[set.len() - 1],
+                ];
+                for axis in axes {
+                    let at_axis = model.at_axis(&axis);
+                    let (mut batch, mut all) = (Batch::default(), Vec::new());
+                    at_axis.evaluate_all(&mut batch, &positions(), OutsidePolicy::Clamp, &mut all);
+                    assert_eq!(all.len(), positions().len());
+                    for (p, in_batch) in positions().iter().zip(all) {
+                        let expected = model.evaluate(p, &axis, OutsidePolicy::Clamp);
+                        for found in [at_axis.evaluate(p, OutsidePolicy::Clamp), in_batch] {
+                            assert_eq!(found.is_inside, expected.is_inside);
+                            let d = found.error.position_mm - expected.error.position_mm;
+                            let r = found.error.rotation_rad - expected.error.rotation_rad;
+                            assert!(d.amax().max(r.amax()) < 1e-13, "{set:?} {order} {d}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn all_instructions_extrapolate_alike() {
+        let model = model(3, DirectionSet::Six);
+        let axis = Unit::new_normalize(Vector3::new(0.3, -0.7, 0.2));
+        let at_axis = model.at_axis(&axis);
+        for level in [
+            Instructions::Best,
+            Instructions::Avx2,
+            Instructions::Portable,
+        ] {
+            let mut out = Vec::new();
+            let outside = OutsidePolicy::Extrapolate;
+            let mut batch = Batch::with_instructions(level);
+            at_axis.evaluate_all(&mut batch, &positions(), outside, &mut out);
+            for (p, found) in positions().iter().zip(out) {
+                let expected = model.evaluate(p, &axis, outside);
+                let d = found.error.position_mm - expected.error.position_mm;
+                // Outside the box a basis of order 3 reaches some ten.
+                assert!(d.amax() < 1e-12, "{level:?} {d}");
+            }
+        }
+    }
+
+    #[test]
+    fn without_distortion_there_is_none_for_any_axis() {
+        let bounds = Bounds::from(([0.0; 3], [1.0; 3]));
+        let model = DistortionModel::zero(bounds, MapKind::Distortion);
+        let at_axis = model.at_axis(&Vector3::x_axis());
+        let at = at_axis.evaluate(&Point3::new(2.0, 0.0, 0.0), OutsidePolicy::Clamp);
+        assert_eq!(at.error.position_mm, Vector3::zeros());
+        assert!(!at.is_inside);
+    }
+}

@@ -1,0 +1,151 @@
+//! The column of a measurement table that says which rows belong together.
+
+use super::error::{FormatError, text};
+use csv::StringRecord;
+use std::io::{self, Write};
+
+/// Columns that mean so by their name, the narrower grouping first.
+pub const GROUP_COLUMNS: [&str; 2] = ["cluster", "frame"];
+
+/// Rows with equal text in one column belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupColumn {
+    pub name: String,
+    /// One a row.
+    pub labels: Vec<String>,
+}
+
+/// Reads a column of this name, or else the first of [`GROUP_COLUMNS`] that is there.
+///
+/// # Errors
+/// A named column that is missing, a column that is there twice, empty cells.
+pub fn parse(bytes: &[u8], name: Option<&str>) -> Result<Option<GroupColumn>, FormatError> {
+    let mut reader = csv::ReaderBuilder::new()
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(text(bytes)?.as_bytes());
+    let header = reader.headers().map_err(|e| csv_error(&e))?.clone();
+    let found = match name {
+        Some(name) => Some(name),
+        None => GROUP_COLUMNS
+            .into_iter()
+            .find(|&known| header.iter().any(|column| column == known)),
+    };
+    let Some(name) = found else {
+        return Ok(None);
+    };
+    let index = place(&header, name)?;
+    let mut labels = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|e| csv_error(&e))?;
+        match record.get(index) {
+            Some(label) if !label.is_empty() => labels.push(label.to_owned()),
+            _ => {
+                return Err(FormatError::Cell {
+                    line: record.position().map_or(0, csv::Position::line),
+                    field: name.to_owned(),
+                    found: "empty".to_owned(),
+                    expected: "the name of the row's group",
+                });
+            }
+        }
+    }
+    Ok(Some(GroupColumn {
+        name: name.to_owned(),
+        labels,
+    }))
+}
+
+/// Writes a table of lines with columns of numbers added: a name and one number a row each.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_beside(
+    out: &mut dyn Write,
+    table: &[u8],
+    columns: &[(&str, &[usize])],
+) -> io::Result<()> {
+    for (i, line) in table.split(|&b| b == b'\n').enumerate() {
+        if line.is_empty() {
+            continue;
+        }
+        out.write_all(line)?;
+        for (name, numbers) in columns {
+            match i.checked_sub(1).map(|row| numbers.get(row)) {
+                None => write!(out, ",{name}")?,
+                Some(Some(number)) => write!(out, ",{number}")?,
+                Some(None) => write!(out, ",")?,
+            }
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+fn place(header: &StringRecord, name: &str) -> Result<usize, FormatError> {
+    let mut places = (0..header.len()).filter(|&i| &header[i] == name);
+    let wrong = |found: &str| FormatError::Line {
+        line: 1,
+        found: format!("{found} column {name:?}"),
+        expected: "one column that says which rows belong together".to_owned(),
+    };
+    match (places.next(), places.next()) {
+        (Some(index), None) => Ok(index),
+        (None, _) => Err(wrong("no")),
+        (Some(_), Some(_)) => Err(wrong("twice the")),
+    }
+}
+
+fn csv_error(error: &csv::Error) -> FormatError {
+    FormatError::Line {
+        line: error.position().map_or(1, csv::Position::line),
+        found: error.to_string(),
+        expected: "comma-separated values".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(table: &str, name: Option<&str>) -> Option<(String, Vec<String>)> {
+        parse(table.as_bytes(), name)
+            .unwrap()
+            .map(|column| (column.name, column.labels))
+    }
+
+    #[test]
+    fn the_cluster_column_goes_before_the_frame_column() {
+        let table = "frame, cluster ,x\n1,a,0\n1,b,0\n";
+        let found = labels(table, None).unwrap();
+        assert_eq!(found, ("cluster".into(), vec!["a".into(), "b".into()]));
+        let found = labels(table, Some("frame")).unwrap();
+        assert_eq!(found, ("frame".into(), vec!["1".into(), "1".into()]));
+    }
+
+    #[test]
+    fn columns_written_beside_a_table_are_read_again() {
+        let mut out = Vec::new();
+        let columns: [(&str, &[usize]); 2] = [("frame", &[0, 0, 1]), ("cluster", &[7, 8, 7])];
+        write_beside(&mut out, b"x,y\n1,2\n3,4\n5,6\n", &columns).unwrap();
+        let table = String::from_utf8(out).unwrap();
+        assert_eq!(table, "x,y,frame,cluster\n1,2,0,7\n3,4,0,8\n5,6,1,7\n");
+        assert_eq!(labels(&table, None).unwrap().1, ["7", "8", "7"]);
+    }
+
+    #[test]
+    fn a_table_without_such_a_column_has_no_groups() {
+        assert_eq!(labels("x,y\n1,2\n", None), None);
+    }
+
+    #[test]
+    fn columns_that_cannot_be_used_say_why() {
+        let error = |table: &str, name| parse(table.as_bytes(), name).unwrap_err().to_string();
+        let missing = error("x\n1\n", Some("sweep"));
+        assert!(missing.contains("no column \"sweep\""), "{missing}");
+        let twice = error("frame,frame\n1,2\n", None);
+        assert!(twice.contains("twice the column \"frame\""), "{twice}");
+        let empty = error("frame,x\n1,2\n ,3\n", None);
+        assert!(empty.contains("line 3: frame is empty"), "{empty}");
+    }
+}

@@ -1,0 +1,256 @@
+//! `simulate --uncertainty` and the jitter that `fit` writes.
+
+use crate::support::close::{assert_all_close, assert_close};
+use crate::support::data::own;
+use crate::support::golden::number;
+use crate::support::program::{Scratch, fail, json, succeed, text};
+use serde_json::Value;
+
+/// The worked design in a room that states its jitter where `jitter` does.
+fn room(jitter: &[&str]) -> Scratch {
+    let scratch = Scratch::new();
+    scratch.copy_own("golden/pointer-on-head", "d");
+    let (table, env) = (
+        text(&own("room-a/room-a-fit.csv")),
+        scratch.arg("d/room.env.ron"),
+    );
+    let fit = [
+        "fit",
+        &table,
+        "-o",
+        &env,
+        "--order",
+        "1",
+        "--directions",
+        "6",
+    ];
+    succeed(&[&fit[..], jitter].concat());
+    scratch
+}
+
+const JITTER: [&str; 4] = ["--jitter-position-mm", "0.5", "--jitter-angle-deg", "0.3"];
+
+fn design(scratch: &Scratch) -> String {
+    scratch.arg("d/pointer-on-head.design.ron")
+}
+
+/// Takes the weight of axes out of the design.
+fn without_weight(scratch: &Scratch) {
+    let path = scratch.path("d/pointer-on-head.design.ron");
+    let before = std::fs::read_to_string(&path).unwrap();
+    let lines: Vec<_> = before
+        .lines()
+        .filter(|l| !l.contains("orientation_weight"))
+        .collect();
+    assert_eq!(lines.len() + 1, before.lines().count());
+    std::fs::write(&path, lines.join("\n")).unwrap();
+}
+
+fn single(design: &str, more: &[&str]) -> Value {
+    json(&[&["simulate", design, "--mode", "single"], more].concat())
+}
+
+#[test]
+fn both_methods_agree_side_by_side_with_the_jitter_of_the_environment() {
+    let scratch = room(&JITTER);
+    let design = design(&scratch);
+    let more = [
+        "--uncertainty",
+        "first-order,monte-carlo",
+        "--samples",
+        "20000",
+        "--seed",
+        "5",
+    ];
+    let found = single(&design, &more);
+    let u = &found["uncertainty"];
+    assert_eq!(u["jitter"]["source"], "environment");
+    assert_close("angle", number(&u["jitter"]["angle_deg"]), 0.3, 1e-15, 0.0);
+    assert_eq!(u["orientation_weight_source"], "design");
+    assert_eq!(number(&u["orientation_weight_mm"]), 100.0);
+    assert_eq!(u["first_order"]["check"]["holds"], true);
+    // Four standard errors of the sampling, and what the check says of the next order.
+    let next = number(&u["first_order"]["check"]["relative_difference"]);
+    let off = number(&u["agreement"]["relative_difference"]).abs();
+    let std_error =
+        number(&u["monte_carlo"]["rms_std_error_mm"]) / number(&u["monte_carlo"]["rms_mm"]);
+    assert!(off < 4.0 * std_error + 2.0 * next && off < 0.02, "{off}");
+    // The shift is that of the simulation, and the ellipsoid stands about the simulated tip.
+    assert_eq!(
+        u["first_order"]["bias_check"]["simulated_mm"],
+        found["error_mm"]
+    );
+    let at = |v: &Value, k: usize| number(&v[k]);
+    for k in 0..3 {
+        let (center, tip) = (
+            at(&u["first_order"]["ellipsoid_95"]["center_mm"], k),
+            at(&u["first_order"]["tip_mm"], k),
+        );
+        assert!((center - tip - at(&found["error_mm"], k)).abs() < 1e-12);
+    }
+    let shown = succeed(&[&["simulate", &design, "--mode", "single"], &more[..]].concat());
+    for words in [
+        "jitter 0.5000 mm and 0.3000 ° an axis, from the environment",
+        "orientation weight 100.0000 mm, design",
+        "first order holds for the scatter",
+        "Monte Carlo",
+        "ellipsoid",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+}
+
+#[test]
+fn without_a_weight_in_the_design_it_is_derived_from_the_jitter_and_the_command_line_wins() {
+    let scratch = room(&JITTER);
+    without_weight(&scratch);
+    let design = design(&scratch);
+    let derived = single(&design, &["--uncertainty", "first-order"]);
+    let u = &derived["uncertainty"];
+    assert_eq!(u["orientation_weight_source"], "derived from jitter");
+    let weight = |position_mm: f64, angle_deg: f64| position_mm / angle_deg.to_radians();
+    assert_close(
+        "weight",
+        number(&u["orientation_weight_mm"]),
+        weight(0.5, 0.3),
+        1e-14,
+        0.0,
+    );
+    assert!(u["monte_carlo"].is_null() && u["agreement"].is_null());
+    let stated = single(
+        &design,
+        &[
+            "--uncertainty",
+            "first-order",
+            "--jitter-position-mm",
+            "0.1",
+            "--jitter-angle-deg",
+            "0.2",
+            "--jitter-growth-mm",
+            "400",
+        ],
+    );
+    let u = &stated["uncertainty"];
+    assert_eq!(u["jitter"]["source"], "command line");
+    assert_eq!(number(&u["jitter"]["growth"]["distance_mm"]), 400.0);
+    assert_eq!(number(&u["jitter"]["growth"]["position_exponent"]), 4.0);
+    assert_close(
+        "weight",
+        number(&u["orientation_weight_mm"]),
+        weight(0.1, 0.2),
+        1e-14,
+        0.0,
+    );
+}
+
+#[test]
+fn the_growth_that_fit_writes_is_the_growth_that_simulate_reads() {
+    let scratch = room(&[&JITTER[..], &["--jitter-growth-mm", "150"]].concat());
+    let design = design(&scratch);
+    let read = single(&design, &["--uncertainty", "first-order"]);
+    let stated = single(
+        &design,
+        &[
+            &["--uncertainty", "first-order", "--jitter-growth-mm", "150"],
+            &JITTER[..],
+        ]
+        .concat(),
+    );
+    let [a, b] = [&read, &stated].map(|v| &v["uncertainty"]["first_order"]);
+    assert_eq!(a, b);
+    let flat = single(
+        &design,
+        &[&["--uncertainty", "first-order"], &JITTER[..]].concat(),
+    );
+    let flat = number(&flat["uncertainty"]["first_order"]["rms_mm"]);
+    assert!(number(&a["rms_mm"]) > 1.1 * flat, "{a} {flat}");
+}
+
+#[test]
+fn over_a_range_of_motion_scatter_and_error_add_up_in_squares() {
+    let scratch = room(&JITTER);
+    let found = json(&[
+        "simulate",
+        &design(&scratch),
+        "--mode",
+        "motion",
+        "--uncertainty",
+        "first-order",
+    ]);
+    let over = &found["uncertainty"]["first_order"];
+    assert_eq!(over["trials"], found["trials"]);
+    let expected = number(&over["rms_mm"]["rms"]).hypot(number(&found["position_mm"]["rms"]));
+    assert_all_close(
+        "total",
+        &[number(&over["total_rms_mm"])],
+        &[expected],
+        1e-14,
+        0.0,
+    );
+}
+
+#[test]
+fn without_uncertainty_nothing_is_added() {
+    let scratch = room(&JITTER);
+    assert!(single(&design(&scratch), &[])["uncertainty"].is_null());
+}
+
+#[test]
+fn what_cannot_be_asked_is_refused_with_what_can() {
+    let scratch = room(&[]);
+    let design = design(&scratch);
+    let says = |args: &[&str], words: &[&str]| {
+        let message = fail(&[&["simulate", &design], args].concat());
+        for word in words {
+            assert!(message.contains(word), "{word:?} is not in: {message}");
+        }
+    };
+    says(
+        &["--mode", "single", "--uncertainty", "first-order"],
+        &[
+            "pointer-on-head.design.ron",
+            "\"room\" states no jitter",
+            "--jitter-position-mm",
+        ],
+    );
+    let with =
+        |mode: &'static str, more: &[&'static str]| [&["--mode", mode], more, &JITTER[..]].concat();
+    says(
+        &with("motion", &["--uncertainty", "monte-carlo"]),
+        &["--mode single", "first-order"],
+    );
+    says(&with("single", &[]), &["needs --uncertainty"]);
+    says(
+        &with(
+            "single",
+            &["--uncertainty", "first-order", "--samples", "9"],
+        ),
+        &["--samples needs --uncertainty monte-carlo"],
+    );
+    for (samples, words) in [
+        ("3", "3 samples, expected 10 to"),
+        ("99999999999", "to 10000000"),
+    ] {
+        says(
+            &with(
+                "single",
+                &["--uncertainty", "monte-carlo", "--samples", samples],
+            ),
+            &[words],
+        );
+    }
+    for (option, value, words) in [
+        ("--jitter-position-mm", "-1", "expected zero or more"),
+        ("--jitter-angle-deg", "inf", "expected zero or more"),
+        ("--jitter-growth-mm", "0", "expected a length above zero"),
+    ] {
+        says(
+            &["--mode", "single", option, value],
+            &[option, value, words],
+        );
+    }
+    says(
+        &["--mode", "single", "--jitter-position-mm", "1"],
+        &["--jitter-angle-deg"],
+    );
+}

@@ -1,0 +1,71 @@
+//! What has no uncertainty, and why.
+
+use super::{built_in, with_jitter};
+use trackwright::field::OutsidePolicy;
+use trackwright::field::environment::Jitter;
+use trackwright::study::Scenario;
+use trackwright::study::uncertainty::{UncertaintyError, first_order, monte_carlo, over_motion};
+use trackwright::task::{CancelToken, Cancelled, Task};
+
+#[test]
+fn no_jitter_is_no_scatter() {
+    let tip = first_order(&with_jitter(
+        &built_in(1.0),
+        Some(Jitter::uniform(0.0, 0.0)),
+    ))
+    .unwrap();
+    assert_eq!((tip.rms_mm, tip.rotation_rms_rad), (0.0, 0.0));
+    assert_eq!(tip.total_rms_mm, tip.bias_mm.norm());
+    assert_eq!(tip.ellipsoid.lengths_mm(), [0.0; 3]);
+}
+
+#[test]
+fn what_cannot_be_told_is_refused_with_a_reason() {
+    let scenario = built_in(1.0);
+    let says = |scenario: &Scenario, words: &str| {
+        let message = first_order(scenario).unwrap_err().to_string();
+        assert!(message.contains(words), "{message}");
+        let task = Task::default();
+        let sampled = monte_carlo(scenario, 100, 0, &task).unwrap_err();
+        assert_eq!(sampled.to_string(), message);
+    };
+    says(&with_jitter(&scenario, None), "states no jitter");
+    says(
+        &with_jitter(&scenario, Some(Jitter::uniform(-1.0, 0.0))),
+        "jitter.position_mm is -1",
+    );
+    says(
+        &with_jitter(&scenario, Some(Jitter::uniform(1e200, 0.0))),
+        "too large",
+    );
+    let mut bare = scenario.clone();
+    bare.tool.sensors.clear();
+    says(&bare, "has no sensors");
+    let mut outside = scenario.clone();
+    outside.crf_from_tool.translation.vector.x += 1e4;
+    assert!(first_order(&outside).is_ok());
+    outside.outside = OutsidePolicy::Reject;
+    says(&outside, "outside the model's box");
+    let task = Task::default();
+    assert_eq!(
+        monte_carlo(&scenario, 3, 0, &task),
+        Err(UncertaintyError::Samples { found: 3 })
+    );
+    let cancel = CancelToken::default();
+    cancel.cancel();
+    let task = Task::cancelled_by(cancel);
+    let cancelled = UncertaintyError::Cancelled(Cancelled);
+    assert_eq!(
+        monte_carlo(&scenario, 1000, 0, &task),
+        Err(cancelled.clone())
+    );
+    assert_eq!(over_motion(&scenario, &task), Err(cancelled));
+    let still = Scenario {
+        motion: None,
+        ..scenario
+    };
+    assert_eq!(
+        over_motion(&still, &Task::default()),
+        Err(UncertaintyError::NoMotion)
+    );
+}
