@@ -8,6 +8,7 @@ pub mod environment;
 pub mod fit;
 pub mod inverse;
 pub mod jacobian;
+mod jacobian_kernel;
 mod kernel;
 mod lattice;
 pub mod least_squares;

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod explain;
+mod compensate;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;
