@@ -15,6 +15,8 @@ fn quick() -> Settings {
         slice_points: 21,
         slice_reference: 81,
         motion_reference: 5000,
+        monte_carlo_samples: 1000,
+        monte_carlo_reference: 5000,
         seed: 1,
     }
 }
@@ -108,7 +110,7 @@ fn an_ideal_room_leaves_out_what_it_has_no_field_for() {
         family.left_out.is_some()
     };
     assert!(
-        [What::Field, What::Motion, What::Heatmap]
+        [What::Field, What::Inverse, What::Motion, What::Heatmap]
             .into_iter()
             .all(left_out)
     );
