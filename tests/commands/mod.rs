@@ -4,4 +4,5 @@ mod bad_input;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;
+mod precision;
 mod uncertainty;

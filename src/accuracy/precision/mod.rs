@@ -160,6 +160,23 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    /// A first look within seconds: few poses and samples, one run each.
+    pub fn quick() -> Self {
+        Self {
+            timing: Timing::ONCE,
+            poses: 256,
+            samples: 800,
+            max_order: 4,
+            slice_reference: 321,
+            motion_reference: 5000,
+            monte_carlo_samples: 1000,
+            monte_carlo_reference: 5000,
+            ..Self::default()
+        }
+    }
+}
+
 /// All families, and the machine that they were measured on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
