@@ -5,4 +5,6 @@ mod golden_designs;
 mod jhu_cis;
 mod main_job;
 mod precision;
+mod select;
+mod support;
 mod uncertainty;

@@ -176,7 +176,8 @@ pub fn chart(family: &Family) -> Chart {
 }
 
 /// The problems of a family, in the order in which they come.
-fn problems(family: &Family) -> Vec<&str> {
+/// The problems that a family answers, in the order of its rows.
+pub fn problems(family: &Family) -> Vec<&str> {
     let mut problems: Vec<&str> = Vec::new();
     for row in &family.rows {
         if !problems.contains(&row.problem.as_str()) {
@@ -186,11 +187,13 @@ fn problems(family: &Family) -> Vec<&str> {
     problems
 }
 
-fn rows_of<'a>(family: &'a Family, problem: &'a str) -> impl Iterator<Item = &'a Row> {
+/// The answers to one problem.
+pub fn rows_of<'a>(family: &'a Family, problem: &'a str) -> impl Iterator<Item = &'a Row> {
     family.rows.iter().filter(move |r| r.problem == problem)
 }
 
-fn cells(row: &Row) -> [String; 8] {
+/// A row in words: mark, method, order, orientations, size, time, time each, error.
+pub fn cells(row: &Row) -> [String; 8] {
     let mark = match (row.on_front, row.is_default) {
         (true, true) => "•◎",
         (true, false) => "•",
