@@ -6,6 +6,7 @@ mod compensate;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;
+mod precision;
 mod select;
 mod support;
 mod stability;
