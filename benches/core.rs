@@ -3,6 +3,7 @@
 //! What the figures were on one machine, and how to repeat them, is in `docs/measurements.md`.
 
 mod evaluation;
+mod fitting;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
