@@ -308,6 +308,10 @@ fn products_with_first<S: Simd>(simd: S, columns: &mut [&mut [S::f64s]; LEAF]) -
     let rows = columns[0].len();
     let columns = columns.each_mut().map(|column| &column[..rows]);
     let mut sums = [simd.splat_f64s(0.0); LEAF];
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "one row of all columns at a time"
+    )]
     for i in 0..rows {
         let x = columns[0][i];
         for l in 0..LEAF {
@@ -336,6 +340,10 @@ fn turn<S: Simd, const J: usize>(
     let columns = columns.each_mut().map(|column| &mut column[..rows]);
     let next = (J + 1).min(LEAF - 1);
     let mut sums = [simd.splat_f64s(0.0); LEAF];
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "one row of all columns at a time"
+    )]
     for i in 0..rows {
         let x = columns[J][i];
         let mut turned = [x; LEAF];

@@ -458,6 +458,10 @@ impl SparseTriangle {
     /// Solutions for all values, orientations in their own order.
     fn solutions(&self, directions: usize) -> Vec<[f64; VALUES]> {
         let mut unknowns = vec![[0.0; VALUES]; directions * self.block];
+        #[expect(
+            clippy::needless_range_loop,
+            reason = "k is a column of all fronts too"
+        )]
         for k in 0..VALUES {
             let mut x: Vec<f64> = self
                 .fronts

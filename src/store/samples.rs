@@ -80,7 +80,7 @@ fn samples(
     };
     let mut set = SampleSet::new(content);
     while let Some(measurement) = reader.next_measurement().map_err(in_file)? {
-        if set.samples.len() % ROWS_PER_STEP == 0 {
+        if set.samples.len().is_multiple_of(ROWS_PER_STEP) {
             told()?;
         }
         set.push(&measurement, content, reading.map);

@@ -248,11 +248,11 @@ impl Cells {
                     max_mm: corner(place.map(|k| k + 1)),
                 };
                 // Readings beyond the box are looked up at its sides.
-                for k in 0..3 {
-                    if place[k] == 0 {
+                for (k, &cell) in place.iter().enumerate() {
+                    if cell == 0 {
                         target.min_mm[k] = f64::NEG_INFINITY;
                     }
-                    if place[k] + 1 == CELLS {
+                    if cell + 1 == CELLS {
                         target.max_mm[k] = f64::INFINITY;
                     }
                 }
@@ -496,7 +496,7 @@ type Rows = [[f64; MAX_ORDER + 1]; MAX_ORDER + 1];
 fn restriction(order: usize, [low, high]: [f64; 2]) -> Rows {
     let mut rows = [[0.0; MAX_ORDER + 1]; MAX_ORDER + 1];
     for column in 0..=order {
-        for i in 0..=order {
+        for (i, row) in rows[..=order].iter_mut().enumerate() {
             let mut values = [0.0; MAX_ORDER + 1];
             values[column] = 1.0;
             for step in 0..order {
@@ -505,7 +505,7 @@ fn restriction(order: usize, [low, high]: [f64; 2]) -> Rows {
                     values[k] = (1.0 - t) * values[k] + t * values[k + 1];
                 }
             }
-            rows[i][column] = values[0];
+            row[column] = values[0];
         }
     }
     rows
