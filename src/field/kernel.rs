@@ -148,8 +148,10 @@ impl<V: Copy> LaneBounds<V> {
         let mut unit = at;
         for (k, v) in unit.iter_mut().enumerate() {
             if clamp {
-                // In this order a position that is not a number becomes the minimum.
-                *v = simd.min_f64s(simd.max_f64s(*v, self.min[k]), self.max[k]);
+                // By comparisons, so that a position that is not a number stays so.
+                let (min, max) = (self.min[k], self.max[k]);
+                let low = simd.select_f64s(simd.less_than_f64s(*v, min), min, *v);
+                *v = simd.select_f64s(simd.less_than_f64s(max, low), max, low);
             }
             *v = simd.div_f64s(simd.sub_f64s(*v, self.min[k]), self.size[k]);
         }

@@ -2,8 +2,8 @@
 
 use super::methods::{Methods, Own};
 use super::naive::{
-    AnglesSum, ArccosineLogarithm, MomentsAboutOrigin, Monomials, NanIgnored, NoDeterminantSign,
-    NormalEquations, SinglePrecision, SquaredSingularValues, TextbookVariance,
+    AnglesSum, ArccosineLogarithm, Differences, MomentsAboutOrigin, Monomials, NanIgnored,
+    NoDeterminantSign, NormalEquations, SinglePrecision, SquaredSingularValues, TextbookVariance,
 };
 use super::row::{BEHAVIOUR, Quantity, Row};
 use super::{Extent, families, page, run};
@@ -59,6 +59,7 @@ macro_rules! every_row_holds {
 
 every_row_holds! {
     every_row_of_evaluation_holds: "evaluation",
+    every_row_of_derivatives_holds: "derivatives",
     every_row_of_weights_holds: "weights",
     every_row_of_rotations_holds: "rotations",
     every_row_of_least_squares_holds: "least squares",
@@ -110,6 +111,18 @@ fn monomials_and_single_precision_are_found_out() {
     let values = ["position error, mm", "rotation error, rad"];
     assert_found_out(&Monomials, "evaluation", &values);
     assert_found_out(&SinglePrecision, "evaluation", &values);
+}
+
+#[test]
+fn differences_for_derivatives_are_found_out() {
+    assert_found_out(
+        &Differences,
+        "derivatives",
+        &[
+            "derivatives by position, mm or rad a mm",
+            "derivatives by the axis, mm or rad a rad",
+        ],
+    );
 }
 
 #[test]

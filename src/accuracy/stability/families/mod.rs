@@ -1,5 +1,6 @@
 //! The battery, family by family.
 
+mod derivatives;
 mod evaluation;
 mod fits;
 mod frames;
@@ -19,6 +20,7 @@ use super::row::Family;
 pub fn all(extent: Extent) -> Vec<Family> {
     vec![
         evaluation::family(extent),
+        derivatives::family(extent),
         weights::family(extent),
         rotations::family(extent),
         least_squares::family(extent),
