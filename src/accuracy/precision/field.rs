@@ -48,7 +48,8 @@ pub fn measure(
         what: What::Field,
         about: "Equation (8) at poses spread over the room's box, one thread, triangle search and \
                 weights in the time. The error is the largest difference of a position from the \
-                same sum in 106 bits; where the room is replaced by a smaller model or by a lattice \
+                same sum in 106 bits: a few 1e-15 mm are round-off, and which of them is less is \
+                chance. Where the room is replaced by a smaller model or by a lattice \
                 of its values, it is that replacement's distance from the room. Lattices and \
                 replacements are made beforehand, outside the time."
             .to_owned(),

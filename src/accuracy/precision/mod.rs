@@ -135,7 +135,7 @@ pub struct Settings {
     pub slice_points: usize,
     /// Points along the side of the slice that others are held against.
     pub slice_reference: usize,
-    /// Poses at most that the range of motion is held against.
+    /// Poses that the range of motion is held against.
     pub motion_reference: usize,
     /// Samples of the largest Monte Carlo, and of the one that it is held against.
     pub monte_carlo_samples: usize,
@@ -152,7 +152,7 @@ impl Default for Settings {
             max_order: 6,
             slice_points: 81,
             slice_reference: 641,
-            motion_reference: 120_000,
+            motion_reference: 131_072,
             monte_carlo_samples: 1_000_000,
             monte_carlo_reference: 2_000_000,
             seed: 1,
@@ -169,7 +169,7 @@ impl Settings {
             samples: 800,
             max_order: 4,
             slice_reference: 321,
-            motion_reference: 5000,
+            motion_reference: 8192,
             monte_carlo_samples: 1000,
             monte_carlo_reference: 5000,
             ..Self::default()

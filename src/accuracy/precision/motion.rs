@@ -23,8 +23,8 @@ const SOBOL_COUNTS: [usize; 8] = [16, 32, 64, 128, 256, 512, 1024, 2048];
 /// Shifts of a sequence that its error is taken over: one alone is right or wrong by luck.
 const SHIFTS: usize = 16;
 
-/// Cells an axis of the reference at most, each seen from its middle.
-const MAX_REFERENCE_CELLS: usize = 64;
+/// Sequences that the reference of the range is the mean of.
+const REFERENCE_SEQUENCES: usize = 8;
 
 /// A grid that is larger is not run several times over.
 const MAX_GRID: usize = 300_000;
@@ -36,15 +36,7 @@ pub fn measure(
 ) -> Result<Family, Cancelled> {
     let mut family = Family {
         what: What::Motion,
-        about: format!(
-            "Tip error RMS of the design's study, on all threads; size is the number of poses. \
-                Over the design's grid of poses the reference is the full grid, which is what \
-                `simulate` prints; over the whole range of motion it is a grid of cell middles, \
-                as fine as {} poses allow. The error of a Sobol sequence is the root mean square \
-                over {SHIFTS} shifts of it. The grid counts the ends of the range as much as its \
-                middle, so the two figures differ.",
-            with_separators(settings.motion_reference)
-        ),
+        about: String::new(),
         rows: Vec::new(),
         charted: GRID.to_owned(),
         left_out: None,
@@ -58,27 +50,32 @@ pub fn measure(
     };
     let plans = sampling.plans();
     let all = plans.len() + 2;
-    let mut reference = [0.0; 2];
-    for (i, poses) in [
-        sampling.grid(1),
-        sampling.reference(settings.motion_reference),
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        match rms(scenario, &poses, steps) {
-            Ok(value) => reference[i] = value,
-            Err(StudyError::Cancelled) => return Err(Cancelled),
-            Err(other) => {
-                family.left_out = Some(other.to_string());
-                return Ok(family);
-            }
+    let (of_grid, of_range) = match references(scenario, &sampling, settings, steps) {
+        Ok(both) => both,
+        Err(StudyError::Cancelled) => return Err(Cancelled),
+        Err(other) => {
+            family.left_out = Some(other.to_string());
+            return Ok(family);
         }
-        steps.at(i + 1, all)?;
-    }
+    };
+    family.about = format!(
+        "Tip error RMS of the design's study, on all threads; size is the number of poses. Over \
+         the design's grid of poses the reference is the full grid, which is what `simulate` \
+         prints. Over the whole range of motion, each pose as likely, it is {} other poses, whose \
+         standard error is {:.1e} mm. The grid counts the ends of the range as much as its middle, \
+         so the two figures differ. The error of a Sobol sequence is the root mean square over \
+         {SHIFTS} shifts of it.",
+        with_separators(settings.motion_reference),
+        of_range.std_error_mm
+    );
+    steps.at(2, all)?;
     for (i, plan) in plans.into_iter().enumerate() {
         let all_poses = sampling.poses(&plan, settings.seed);
-        let reference = reference[usize::from(plan.problem == RANGE)];
+        let reference = if plan.problem == GRID {
+            of_grid
+        } else {
+            of_range.rms_mm
+        };
         let (mut seconds, mut errors) = (0.0, Vec::new());
         for (draw, poses) in all_poses.iter().enumerate() {
             let found = if draw == 0 {
@@ -117,6 +114,46 @@ pub fn measure(
         });
     }
     Ok(family)
+}
+
+/// Tip error RMS over the whole range, and how well it is known.
+struct OfRange {
+    rms_mm: f64,
+    std_error_mm: f64,
+}
+
+/// What the errors are differences from: over the grid, over the range.
+///
+/// The range's is that of several long Sobol sequences, whose spread says how far it may be off; a
+/// grid of cell middles, of as many poses in six dimensions, is ten times further off.
+fn references(
+    scenario: &Scenario,
+    sampling: &Sampling,
+    settings: &Settings,
+    steps: &Steps,
+) -> Result<(f64, OfRange), StudyError> {
+    let of_grid = rms(scenario, &sampling.grid(1), steps)?;
+    let count = settings.motion_reference / REFERENCE_SEQUENCES;
+    let mut rng = ChaCha8Rng::seed_from_u64(settings.seed + 1);
+    let squares = (0..REFERENCE_SEQUENCES)
+        .map(|_| {
+            let mask = std::array::from_fn(|_| StandardUniform.sample(&mut rng));
+            let found = rms(scenario, &sampling.sobol(count, false, mask), steps)?;
+            Ok(found * found)
+        })
+        .collect::<Result<Vec<f64>, StudyError>>()?;
+    let n = squares.len() as f64;
+    let mean = squares.iter().sum::<f64>() / n;
+    let variance = squares.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let rms_mm = mean.sqrt();
+    Ok((
+        of_grid,
+        OfRange {
+            rms_mm,
+            // Of a square, halved by the root's slope.
+            std_error_mm: (variance / n).sqrt() / (2.0 * rms_mm).max(f64::MIN_POSITIVE),
+        },
+    ))
 }
 
 /// Tip error RMS over some poses.
@@ -254,53 +291,25 @@ impl<'a> Sampling<'a> {
 
     /// The design's grid with longer steps.
     fn grid(&self, stride: usize) -> Poses {
-        let motion = self.each_axis(|range, _| {
-            Some(AxisRange {
+        let axes = self.motion.axes();
+        let [x, y, z, rx, ry, rz] = std::array::from_fn(|k| {
+            axes[k].1.map(|range| AxisRange {
                 step: range.step * stride as f64,
                 ..range
             })
         });
-        let trials = motion
-            .grid(&self.scenario.crf_from_tool)
-            .map_or(0, |g| g.trials());
-        Poses::Grid(motion, trials)
-    }
-
-    /// The middles of cells that fill the range.
-    fn reference(&self, most: usize) -> Poses {
-        let moving = self.counts.iter().filter(|&&c| c > 1).count() as u32;
-        let cells = (2..=MAX_REFERENCE_CELLS)
-            .rev()
-            .find(|c| c.checked_pow(moving).is_some_and(|all| all <= most))
-            .unwrap_or(2);
-        let motion = self.each_axis(|range, count| {
-            if count < 2 {
-                return Some(range);
-            }
-            let step = (range.max - range.min) / cells as f64;
-            Some(AxisRange {
-                min: range.min + step / 2.0,
-                // Half a step further, so that rounding does not lose the last.
-                max: range.max,
-                step,
-            })
-        });
-        Poses::Grid(motion, cells.pow(moving))
-    }
-
-    fn each_axis(&self, change: impl Fn(AxisRange, usize) -> Option<AxisRange>) -> Motion {
-        let [x, y, z, rx, ry, rz] = {
-            let axes = self.motion.axes();
-            std::array::from_fn(|k| axes[k].1.and_then(|range| change(range, self.counts[k])))
-        };
-        Motion {
+        let motion = Motion {
             x,
             y,
             z,
             rx,
             ry,
             rz,
-        }
+        };
+        let trials = motion
+            .grid(&self.scenario.crf_from_tool)
+            .map_or(0, |g| g.trials());
+        Poses::Grid(motion, trials)
     }
 
     /// Poses of a Sobol sequence, of the grid or of anywhere in the range. The mask shifts it bit by
@@ -371,6 +380,44 @@ mod tests {
                 of_squares.std / (2.0 * of_squares.mean.sqrt() * (row.size as f64).sqrt());
             assert!(row.error < by_chance, "{row:?} {by_chance}");
         }
+    }
+
+    /// Along one axis a grid of 4,000 cell middles is as good as exact.
+    #[test]
+    fn the_range_is_known_as_well_as_is_said() {
+        let along_x = |min, step| {
+            let x = Some(AxisRange {
+                min,
+                max: 20.0,
+                step,
+            });
+            let motion = Motion {
+                x,
+                ..Motion::default()
+            };
+            Scenario {
+                motion: Some(motion),
+                ..testing::built_in()
+            }
+        };
+        let scenario = along_x(-20.0, 5.0);
+        let sampling = Sampling::new(&scenario).unwrap();
+        let settings = Settings::quick();
+        let task = Task::default();
+        let steps = Steps::whole(&task);
+        let (_, of_range) = references(&scenario, &sampling, &settings, &steps).unwrap();
+        let middles = along_x(-20.0 + 0.005, 0.01);
+        let cancel = study::CancelToken::default();
+        let exact = study::run(&middles, &Mode::Motion, &cancel, None).unwrap();
+        assert_eq!(exact.figures.trials, 4000);
+        let off = (of_range.rms_mm - exact.figures.position_mm.rms).abs();
+        assert!(of_range.std_error_mm > 0.0 && of_range.std_error_mm < 1e-3);
+        // The standard error is itself known from eight sequences only.
+        assert!(
+            off < 5.0 * of_range.std_error_mm,
+            "{off:e} {:e}",
+            of_range.std_error_mm
+        );
     }
 
     #[test]
