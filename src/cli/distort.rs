@@ -56,7 +56,7 @@ pub fn run(args: &DistortArgs) -> anyhow::Result<()> {
                 let believed = ideal.iter().map(|pose| {
                     let axis = pose.rotation * Vector3::z_axis();
                     let position = Point3::from(pose.translation.vector);
-                    support.at(&environment.model, &position, &axis, outside)
+                    support.at(&position, &axis, outside)
                 });
                 poses::write_with_support(out, rows.zip(believed))
             }

@@ -29,7 +29,7 @@ pub struct FitArgs {
     output: PathBuf,
 
     /// Order of the Bernstein polynomials; 0 is no correction. Chosen as `select` does where left out
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     order: Option<usize>,
 
     /// Number of basis orientations: 1, 6, 12, 14, 26 or 42; 1 ignores orientation. Chosen as
@@ -150,7 +150,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         output: &args.output,
         volume: args.volume,
         jitter: args.jitter.jitter(),
-        has_support: !args.no_support,
+        with_support: !args.no_support,
     };
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
     let (fitted, holdout) = fit_and_write(&target, &settings, &set, holdout)?;
@@ -176,7 +176,7 @@ pub(super) struct Target<'a> {
     pub volume: Option<VolumeArg>,
     pub jitter: Option<Jitter>,
     /// Whether the environment says where its model may be believed.
-    pub has_support: bool,
+    pub with_support: bool,
 }
 
 /// Fits, judges on a second table where there is one, writes the environment, and warns.
@@ -195,7 +195,7 @@ pub(super) fn fit_and_write(
             Ok((factored, solved.judged(&samples)))
         })
         .with_context(|| target.data.display().to_string())?;
-    let support = match target.has_support {
+    let support = match target.with_support {
         true => support(&samples, &factored, &fitted, &task)?,
         false => None,
     };

@@ -3,12 +3,15 @@
 use crate::field::environment::{Jitter, JitterGrowth};
 use clap::Args;
 
+/// Said of each argument: a heading for the group would go on to whatever follows it.
+const HEADING: &str = "Jitter of the tracker";
+
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Jitter of the tracker")]
 pub struct JitterArgs {
     /// Standard deviation of a still sensor's position, per axis, mm
     #[arg(
         long,
+        help_heading = HEADING,
         value_name = "MM",
         value_parser = zero_or_more,
         allow_negative_numbers = true,
@@ -19,6 +22,7 @@ pub struct JitterArgs {
     /// Standard deviation of a still sensor's orientation, per component of its rotation vector, degrees
     #[arg(
         long,
+        help_heading = HEADING,
         value_name = "DEG",
         value_parser = zero_or_more,
         allow_negative_numbers = true,
@@ -31,6 +35,7 @@ pub struct JitterArgs {
     /// field fades. The same jitter everywhere where left out
     #[arg(
         long,
+        help_heading = HEADING,
         value_name = "MM",
         value_parser = above_zero,
         allow_negative_numbers = true,

@@ -30,7 +30,7 @@ pub struct RenderArgs {
     #[arg(long, value_enum, value_name = "NAME")]
     pub view: Option<ViewName>,
     /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
-    /// tip-error, ghost, slice, labels; or all, or none
+    /// tip-error, ghost, tip-scatter, slice, labels; or all, or none
     #[arg(long, value_name = "LIST")]
     pub layers: Option<LayerList>,
 }
@@ -103,6 +103,7 @@ impl FromStr for LayerList {
                 "sensor-errors" => &mut layers.sensor_errors,
                 "tip-error" => &mut layers.tip_error,
                 "ghost" => &mut layers.ghost,
+                "tip-scatter" => &mut layers.tip_scatter,
                 "slice" => &mut layers.slice,
                 "labels" => &mut layers.labels,
                 other => return Err(format!("no layer {other}")),
@@ -122,6 +123,7 @@ fn every_layer(is_on: bool) -> Layers {
         sensor_errors: is_on,
         tip_error: is_on,
         ghost: is_on,
+        tip_scatter: is_on,
         slice: is_on,
         labels: is_on,
     }

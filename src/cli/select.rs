@@ -121,7 +121,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
             output,
             volume: args.volume,
             jitter: args.jitter.jitter(),
-            has_support: true,
+            with_support: true,
         };
         let fit_settings = settings.fit_settings(&selection.best().candidate);
         let (fitted, _) = fit_and_write(&target, &fit_settings, &set, None)?;

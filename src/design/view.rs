@@ -1,6 +1,7 @@
 //! How a design is looked at: camera, layers, magnification, slice. Saved with it, never undone.
 
 pub use crate::geometry::colormap::ColorMap;
+pub use crate::study::Quantity;
 use serde::{Deserialize, Serialize};
 
 /// The view of a design. Anything that a file leaves out has its default.
@@ -43,6 +44,8 @@ pub struct Layers {
     pub tip_error: bool,
     /// The tool as the tracker believes it to be.
     pub ghost: bool,
+    /// The ellipsoid that holds 95 % of where the tracker's jitter puts the tip.
+    pub tip_scatter: bool,
     pub slice: bool,
     pub labels: bool,
 }
@@ -57,6 +60,7 @@ impl Default for Layers {
             sensor_errors: true,
             tip_error: true,
             ghost: true,
+            tip_scatter: true,
             slice: true,
             labels: true,
         }
@@ -72,10 +76,12 @@ pub enum Magnification {
     Times(f64),
 }
 
-/// The plane through the volume that is coloured by position error.
+/// The plane through the volume that is coloured by the error, or by how far to believe it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SliceView {
+    #[serde(skip_serializing_if = "is_default")]
+    pub quantity: Quantity,
     /// The tracker's axis that the plane is perpendicular to.
     pub axis: SliceAxis,
     /// Where along that axis, in the tracker frame.
@@ -91,6 +97,7 @@ pub struct SliceView {
 impl Default for SliceView {
     fn default() -> Self {
         Self {
+            quantity: Quantity::default(),
             axis: SliceAxis::Z,
             position_mm: -300.0,
             sensor_axis: [0.0, 0.0, 1.0],

@@ -5,11 +5,11 @@
 
 use crate::geometry::mesh::MeshPart;
 use crate::geometry::orbit::OrbitCamera;
-use crate::geometry::pose::Pose;
+use crate::geometry::pose::{Pose, quaternion_from_matrix};
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
-use nalgebra::{Point3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 
 pub fn vec3(vector: &Vector3<f64>) -> Vec3 {
     Vec3::new(vector.x as f32, vector.y as f32, vector.z as f32)
@@ -34,6 +34,20 @@ pub fn transform(target_from_source: &Pose) -> Transform {
         translation: vec3(&target_from_source.translation.vector),
         rotation: quat(&target_from_source.rotation),
         scale: Vec3::ONE,
+    }
+}
+
+/// Where a unit sphere goes to be an ellipsoid: its centre, the rotation whose columns are its
+/// axes, and the lengths of the semi-axes.
+pub fn ellipsoid(
+    center_mm: &Point3<f64>,
+    axes: &Matrix3<f64>,
+    semi_axes_mm: &Vector3<f64>,
+) -> Transform {
+    Transform {
+        translation: point(center_mm),
+        rotation: quat(&quaternion_from_matrix(axes)),
+        scale: vec3(semi_axes_mm),
     }
 }
 

@@ -41,6 +41,7 @@ impl Explain {
             pose_evaluations,
             slice_evaluations,
             frame_fits,
+            ..
         } = diagnostics.work;
         self.line(&format!(
             "counters frames={} uploads={} studies={} studies_cancelled={} poses={} slices={} \

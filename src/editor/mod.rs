@@ -13,6 +13,7 @@ pub mod overlay;
 pub mod palette;
 pub mod pick;
 pub mod picture;
+pub mod precision;
 pub mod preflight;
 pub mod scene;
 pub mod shortcuts;
@@ -33,6 +34,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`document::DocumentPlugin`] | the only place where the open document changes |
 /// | [`solve::SolverPlugin`] | the solver thread and its results |
 /// | [`diagnostics::DiagnosticsPlugin`] | counts of frames and evaluations |
+/// | [`precision::PrecisionPlugin`] | error against run time, measured when asked for |
 /// | [`camera::CameraPlugin`] | the 3D camera and its gestures |
 /// | [`pick::PickPlugin`] | what is under the pointer |
 /// | [`drag::DragPlugin`] | hovering, selecting, dragging sensors |
@@ -54,6 +56,7 @@ impl PluginGroup for EditorPlugins {
             .add(document::DocumentPlugin)
             .add(solve::SolverPlugin)
             .add(diagnostics::DiagnosticsPlugin)
+            .add(precision::PrecisionPlugin)
             .add(camera::CameraPlugin)
             .add(pick::PickPlugin)
             .add(drag::DragPlugin)

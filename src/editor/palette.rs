@@ -75,6 +75,18 @@ pub const GRID: Rgb = Rgb::hex(0x4A5360);
 /// Error vectors over coloured maps.
 pub const ERROR_VECTOR_ON_MAP: Rgb = Rgb::hex(0xFFFFFF);
 
+/// Series of a chart in turn: those of Okabe and Ito (2008) that stand out from a dark ground,
+/// told apart with any kind of colour vision.
+pub const SERIES: [Rgb; 7] = [
+    Rgb::hex(0x56B4E9),
+    Rgb::hex(0xE69F00),
+    Rgb::hex(0x009E73),
+    Rgb::hex(0xF0E442),
+    Rgb::hex(0xCC79A7),
+    Rgb::hex(0xD55E00),
+    Rgb::hex(0xBBBBBB),
+];
+
 // Light.
 pub const KEY_LIGHT: Rgb = Rgb::hex(0xFFF6EA);
 pub const FILL_LIGHT: Rgb = Rgb::hex(0xD6E4FF);

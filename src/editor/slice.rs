@@ -121,7 +121,7 @@ fn draw(
     };
     if last
         .as_ref()
-        .is_some_and(|(old, with)| *with == *scale && *old == slice.value)
+        .is_some_and(|(old, with)| *with == *scale && is_same(old, &slice.value))
     {
         return;
     }
@@ -141,6 +141,18 @@ fn draw(
             ..default()
         })),
     ));
+}
+
+/// Whether two slices look the same; what has no value equals itself here.
+fn is_same(a: &SliceOutcome, b: &SliceOutcome) -> bool {
+    let bits = |slice: &SliceOutcome| -> Vec<u64> {
+        slice
+            .position_error_mm
+            .iter()
+            .map(|v| v.to_bits())
+            .collect()
+    };
+    a.plan == b.plan && a.is_inside == b.is_inside && bits(a) == bits(b)
 }
 
 /// The lattice's rectangle. Texels sit on its points, so it reaches half a texel into the

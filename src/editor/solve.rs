@@ -3,12 +3,13 @@
 
 use super::diagnostics::{Diagnostics, Explain};
 use super::document::WorldGeneration;
-use super::solver::{Answer, Job, Solved, Solver, Stamp};
-use super::state::{EditorSystems, OpenWorld, Results, Stamped};
+use super::solver::{Answer, Extent, Job, PoseWish, Solved, Solver, Stamp};
+use super::state::{ActiveDrag, EditorSystems, OpenWorld, Results, Stamped};
 use crate::design::view::{SliceView, View};
 use crate::field::Environment;
 use crate::store;
-use crate::study::{Mode, Scenario, SlicePlan, StudyError, figure_rows};
+use crate::study::preview::preview;
+use crate::study::{Mode, Quantity, Scenario, SlicePlan, StudyError, figure_rows};
 use bevy::prelude::*;
 use bevy::winit::{EventLoopProxyWrapper, WinitUserEvent};
 use nalgebra::{Unit, Vector3};
@@ -26,9 +27,17 @@ pub struct SolverPlugin;
 #[derive(Resource)]
 pub struct SolverHandle {
     pub solver: Solver,
-    submitted: Option<Stamp>,
+    submitted: Option<Submitted>,
     slice: Option<SliceKey>,
     newest: Newest,
+}
+
+/// What pose and study were last asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Submitted {
+    stamp: Stamp,
+    wish: PoseWish,
+    extent: Extent,
 }
 
 /// The revisions of the newest pose and study that were answered, errors included.
@@ -44,6 +53,7 @@ struct SliceKey {
     generation: u64,
     environment: Arc<Environment>,
     plan: SlicePlan,
+    quantity: Quantity,
 }
 
 impl PartialEq for SliceKey {
@@ -51,6 +61,7 @@ impl PartialEq for SliceKey {
         self.generation == other.generation
             && Arc::ptr_eq(&self.environment, &other.environment)
             && self.plan == other.plan
+            && self.quantity == other.quantity
     }
 }
 
@@ -58,6 +69,7 @@ impl Plugin for SolverPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Diagnostics>()
             .init_resource::<Results>()
+            .init_resource::<ActiveDrag>()
             .init_resource::<WorldGeneration>();
         match Solver::start() {
             Ok(solver) => {
@@ -99,6 +111,7 @@ fn submit(
     mut handle: ResMut<SolverHandle>,
     world: Option<Res<OpenWorld>>,
     generation: Res<WorldGeneration>,
+    drag: Res<ActiveDrag>,
     mut results: ResMut<Results>,
 ) {
     let Some(world) = world else { return };
@@ -107,33 +120,50 @@ fn submit(
         generation: generation.0,
         revision: document.revision(),
     };
-    let is_new = handle.submitted != Some(stamp);
+    let wish = PoseWish {
+        scatter: document.view().layers.tip_scatter && world.0.environment.jitter.is_some(),
+    };
+    let last = handle.submitted;
+    let is_new = last.is_none_or(|s| s.stamp != stamp);
+    let is_wish_new = last.is_none_or(|s| s.wish != wish);
+    // The preview of a drag that has ended gives way to the whole.
+    let is_preview_old = !drag.0 && last.is_some_and(|s| matches!(s.extent, Extent::PreviewOf(_)));
     let key = slice_key(stamp.generation, &world.0.environment, document.view());
     let is_slice_new = handle.slice != key;
-    if !is_new && !is_slice_new {
+    if !(is_new || is_wish_new || is_preview_old || is_slice_new) {
         return;
     }
     let scenario = Arc::new(store::resolve(document.design(), &world.0.environment));
-    if is_new {
-        if handle
-            .submitted
-            .is_some_and(|s| s.generation != stamp.generation)
-        {
-            *results = Results::default();
-            handle.newest = Newest::default();
-        }
-        handle.submitted = Some(stamp);
-        handle
-            .solver
-            .submit(stamp, Job::Pose(Arc::clone(&scenario)));
-        let mode = mode(&scenario);
-        handle
-            .solver
-            .submit(stamp, Job::Study(Arc::clone(&scenario), mode));
+    if last.is_some_and(|s| s.stamp.generation != stamp.generation) {
+        *results = Results::default();
+        handle.newest = Newest::default();
     }
+    if is_new || is_wish_new {
+        let job = Job::Pose(Arc::clone(&scenario), wish);
+        handle.solver.submit(stamp, job);
+    }
+    let mut extent = last.map_or(Extent::Whole, |s| s.extent);
+    if is_new || is_preview_old {
+        let part = drag.0.then(|| preview(&scenario)).flatten();
+        let study = match part {
+            Some(part) => (part.mode, Extent::PreviewOf(part.whole_trials)),
+            None => (mode(&scenario), Extent::Whole),
+        };
+        extent = study.1;
+        let job = Job::Study(Arc::clone(&scenario), study.0, study.1);
+        handle.solver.submit(stamp, job);
+    }
+    handle.submitted = Some(Submitted {
+        stamp,
+        wish,
+        extent,
+    });
     if is_slice_new {
         match &key {
-            Some(key) => handle.solver.submit(stamp, Job::Slice(scenario, key.plan)),
+            Some(key) => {
+                let job = Job::Slice(scenario, key.plan, key.quantity);
+                handle.solver.submit(stamp, job);
+            }
             None => {
                 // A layer that is off costs nothing, not even the memory of its map.
                 handle.solver.drop_slice();
@@ -157,6 +187,7 @@ fn slice_key(generation: u64, environment: &Arc<Environment>, view: &View) -> Op
         generation,
         environment: Arc::clone(environment),
         plan: slice_plan(environment, &view.slice),
+        quantity: view.slice.quantity,
     })
 }
 
@@ -191,11 +222,11 @@ fn show(
 ) {
     for answer in handle.solver.answers() {
         let stamp = answer.stamp;
-        let plan = handle.slice.as_ref().map(|key| key.plan);
-        let is_study = matches!(answer.result, Solved::Study(Ok(_)));
+        let wanted = handle.slice.as_ref().map(|key| (key.plan, key.quantity));
+        let is_study = matches!(answer.result, Solved::Study(Ok(_), _));
         count(&answer, &mut diagnostics);
         let is_shown = stamp.generation == generation.0
-            && accept(answer, plan, &mut handle.newest, &mut results);
+            && accept(answer, wanted, &mut handle.newest, &mut results);
         if !is_shown {
             diagnostics.dropped += 1;
         }
@@ -213,27 +244,30 @@ fn show(
 
 fn count(answer: &Answer, diagnostics: &mut Diagnostics) {
     match &answer.result {
-        Solved::Pose(value) => {
+        Solved::Pose(value, scatter) => {
             diagnostics.poses += 1;
             diagnostics.work += value.work;
+            if let Some(Ok(scatter)) = scatter.as_deref() {
+                diagnostics.work += scatter.work;
+            }
         }
-        Solved::Study(Ok(value)) => {
+        Solved::Study(Ok(value), _) => {
             diagnostics.studies += 1;
             diagnostics.work += value.work;
         }
-        Solved::Study(Err(StudyError::Cancelled)) => diagnostics.studies_cancelled += 1,
-        Solved::Study(Err(_)) | Solved::Slice(Err(_)) => {}
-        Solved::Slice(Ok(value)) => {
+        Solved::Study(Err(StudyError::Cancelled), _) => diagnostics.studies_cancelled += 1,
+        Solved::Study(Err(_), _) | Solved::Slice(Err(_) | Ok(None), _) => {}
+        Solved::Slice(Ok(Some(value)), _) => {
             diagnostics.slices += 1;
             diagnostics.work += value.work;
         }
     }
 }
 
-/// Takes an answer unless a newer one is shown; `plan` is the slice that is wanted now.
+/// Takes an answer unless a newer one is shown; `wanted` is the slice that is wanted now.
 fn accept(
     answer: Answer,
-    plan: Option<SlicePlan>,
+    wanted: Option<(SlicePlan, Quantity)>,
     newest: &mut Newest,
     results: &mut Results,
 ) -> bool {
@@ -245,9 +279,10 @@ fn accept(
         is_new
     };
     match answer.result {
-        Solved::Pose(value) => {
+        Solved::Pose(value, scatter) => {
             let is_new = stamped_is_new(&mut newest.pose);
             if is_new {
+                results.scatter = scatter.map(|scatter| *scatter);
                 results.pose = Some(Stamped {
                     revision,
                     value: *value,
@@ -256,10 +291,11 @@ fn accept(
             }
             is_new
         }
-        Solved::Study(Err(StudyError::Cancelled)) | Solved::Slice(Err(_)) => false,
-        Solved::Study(result) => {
+        Solved::Study(Err(StudyError::Cancelled), _) | Solved::Slice(Err(_), _) => false,
+        Solved::Study(result, extent) => {
             let is_new = stamped_is_new(&mut newest.study);
             if is_new {
+                results.extent = Some(extent);
                 results.problem = result.as_ref().err().map(ToString::to_string);
                 results.study = result.ok().map(|value| Stamped {
                     revision,
@@ -269,9 +305,17 @@ fn accept(
             }
             is_new
         }
-        Solved::Slice(Ok(value)) => {
-            let is_wanted = plan == Some(value.plan);
+        Solved::Slice(Ok(None), quantity) => {
+            let is_wanted = wanted.is_some_and(|(_, q)| q == quantity);
             if is_wanted {
+                results.slice = None;
+            }
+            is_wanted
+        }
+        Solved::Slice(Ok(Some(value)), quantity) => {
+            let is_wanted = wanted == Some((value.plan, quantity));
+            if is_wanted {
+                results.slice_quantity = quantity;
                 results.slice = Some(Stamped {
                     revision,
                     value,

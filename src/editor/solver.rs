@@ -5,9 +5,10 @@
 //! takes the pose first (cheap, and the hand feels it), then the study, then the slice. Results
 //! carry the revision and the generation they were computed for.
 
+use crate::study::uncertainty::{TipUncertainty, UncertaintyError, first_order};
 use crate::study::{
-    CancelToken, Mode, Outcome, PoseDetail, Scenario, SliceOutcome, SlicePlan, StudyError, look,
-    run, sample_slice,
+    CancelToken, Mode, Outcome, PoseDetail, Quantity, Scenario, SliceOutcome, SlicePlan,
+    StudyError, look, run, sample_slice_of,
 };
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -27,10 +28,28 @@ pub struct Stamp {
 
 /// Work for the solver.
 pub enum Job {
-    Pose(Arc<Scenario>),
-    Study(Arc<Scenario>, Mode),
-    Slice(Arc<Scenario>, SlicePlan),
+    Pose(Arc<Scenario>, PoseWish),
+    Study(Arc<Scenario>, Mode, Extent),
+    Slice(Arc<Scenario>, SlicePlan, Quantity),
 }
+
+/// What is wanted of a pose beside its trial.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PoseWish {
+    /// How far jitter scatters the tip.
+    pub scatter: bool,
+}
+
+/// How much of a range of motion a study visits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    Whole,
+    /// A preview of so many poses, while something is dragged.
+    PreviewOf(usize),
+}
+
+/// Where jitter puts the tip, or why that is not known.
+pub type Scatter = Result<TipUncertainty, UncertaintyError>;
 
 /// What came of a job.
 pub struct Answer {
@@ -41,9 +60,10 @@ pub struct Answer {
 
 /// A result by kind. Cancelled work says so, in order that it can be counted.
 pub enum Solved {
-    Pose(Box<PoseDetail>),
-    Study(Result<Outcome, StudyError>),
-    Slice(Result<SliceOutcome, StudyError>),
+    Pose(Box<PoseDetail>, Option<Box<Scatter>>),
+    Study(Result<Outcome, StudyError>, Extent),
+    /// `None` where the room does not say where its model may be believed.
+    Slice(Result<Option<SliceOutcome>, StudyError>, Quantity),
 }
 
 /// Called from the solver's thread after each answer.
@@ -93,7 +113,7 @@ enum Kind {
 impl Job {
     fn kind(&self) -> Kind {
         match self {
-            Self::Pose(_) => Kind::Pose,
+            Self::Pose(..) => Kind::Pose,
             Self::Study(..) => Kind::Study,
             Self::Slice(..) => Kind::Slice,
         }
@@ -244,11 +264,17 @@ fn work(shared: &Shared, sender: &Sender<Answer>) {
         };
         let start = Instant::now();
         let result = match waiting.job {
-            Job::Pose(scenario) => Solved::Pose(Box::new(look(&scenario))),
-            Job::Study(scenario, mode) => Solved::Study(run(&scenario, &mode, &cancel, None)),
-            Job::Slice(scenario, plan) => {
-                Solved::Slice(sample_slice(&scenario.environment, &plan, &cancel))
+            Job::Pose(scenario, wish) => Solved::Pose(
+                Box::new(look(&scenario)),
+                wish.scatter.then(|| Box::new(first_order(&scenario))),
+            ),
+            Job::Study(scenario, mode, extent) => {
+                Solved::Study(run(&scenario, &mode, &cancel, None), extent)
             }
+            Job::Slice(scenario, plan, quantity) => Solved::Slice(
+                sample_slice_of(quantity, &scenario.environment, &plan, &cancel),
+                quantity,
+            ),
         };
         let answer = Answer {
             stamp: waiting.stamp,

@@ -3,11 +3,12 @@
 //! The document in [`OpenWorld`] is the only truth. Plugins read it, ask for changes by writing
 //! [`EditRequest`], [`ViewRequest`] or [`FileRequest`], and never change it themselves.
 
+use super::solver::{Extent, Scatter};
 use crate::design::view::{ColorMap, View};
 use crate::design::{BodyRole, Edit};
 pub use crate::geometry::orbit::Axis;
 use crate::store::World as StoreWorld;
-use crate::study::{Outcome, PoseDetail, SliceOutcome};
+use crate::study::{Outcome, PoseDetail, Quantity, SliceOutcome};
 use bevy::prelude::*;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -104,8 +105,14 @@ pub enum SharedChoice {
 #[derive(Resource, Default)]
 pub struct Results {
     pub study: Option<Stamped<Outcome>>,
+    /// What the study's figures are of.
+    pub extent: Option<Extent>,
     pub pose: Option<Stamped<PoseDetail>>,
+    /// Of the same pose; `None` while its layer is off.
+    pub scatter: Option<Scatter>,
     pub slice: Option<Stamped<SliceOutcome>>,
+    /// What the slice shows.
+    pub slice_quantity: Quantity,
     /// Why there are no figures, in words.
     pub problem: Option<String>,
 }

@@ -128,9 +128,11 @@ fn value<T: Serialize>(value: &T, depth: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::Support;
     use crate::field::environment::{HoldoutProvenance, JitterGrowth};
     use crate::field::fit::{FitMethod, Residuals};
     use crate::field::samples::MapKind;
+    use crate::field::support::{Cell, Cells, SupportParts};
     use crate::geometry::bounds::Bounds;
     use crate::geometry::directions::{DirectionSet, Weighting};
 
@@ -188,6 +190,147 @@ mod tests {
         room.jitter = None;
         room.provenance = None;
         assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+    }
+
+    /// Numbers that need all their digits, an unknown deviation, a form that is zero.
+    fn support(room: &Environment) -> Support {
+        let form = |i: usize| (0..27).map(|k| (i * 27 + k) as f64 / 3.0 - 9.0).collect();
+        let parts = SupportParts {
+            position_std_mm: vec![Some(0.1), None, Some(1.0 / 3.0), Some(1e-300), None, None],
+            angle_std_rad: Some(vec![Some(0.0); 6]),
+            greatest_leverage: vec![0.7; 6],
+            greatest_undetermined: vec![1e-17; 6],
+            variance: (0..18).map(form).collect(),
+            leverage: (0..6).map(form).collect(),
+            undetermined: vec![Vec::new(), form(1), Vec::new(), form(3), form(4), form(5)],
+            cells: Cells::new(
+                [-0.1, 1.0 / 3.0, -300.0].into(),
+                0.125,
+                vec![
+                    Cell {
+                        index: [0, 4095, 7],
+                        directions: 63,
+                    };
+                    20
+                ],
+            ),
+        };
+        Support::from_parts(parts, &room.model).unwrap()
+    }
+
+    #[test]
+    fn where_a_model_may_be_believed_reads_back_to_the_bit() {
+        let mut room = room();
+        let mut parts = support(&room).parts().clone();
+        room.support = Some(support(&room));
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        parts.angle_std_rad = None;
+        parts.undetermined.clear();
+        room.support = Some(Support::from_parts(parts, &room.model).unwrap());
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+    }
+
+    #[test]
+    fn supports_that_cannot_be_are_refused() {
+        let mut room = room();
+        room.support = Some(support(&room));
+        let text = write(&room);
+        for (from, to, part) in [
+            (
+                "std_mm: [0.1,",
+                "std_mm: [-0.1,",
+                "position_std_mm holds -0.1",
+            ),
+            (
+                "std_mm: [0.1,",
+                "std_mm: [NaN,",
+                "position_std_mm holds NaN",
+            ),
+            (
+                "std_mm: [0.1,",
+                "std_mm: [",
+                "position_std_mm has 5 entries, expected 6",
+            ),
+            (
+                "std_rad: [0,",
+                "std_rad: [",
+                "angle_std_rad has 5 entries, expected 6",
+            ),
+            (
+                "leverage: [0.7,",
+                "leverage: [inf,",
+                "greatest_leverage holds inf",
+            ),
+            (
+                "undetermined: [1e-17,",
+                "undetermined: [",
+                "greatest_undetermined has 5",
+            ),
+            (
+                "variance: [\n            [-9,",
+                "variance: [\n            [NaN,",
+                "variance holds NaN",
+            ),
+            (
+                "variance: [\n            [-9,",
+                "variance: [\n            [",
+                "variance has 26 entries",
+            ),
+            (
+                "variance: [",
+                "variance: [[],",
+                "variance has 19 entries, expected 18",
+            ),
+            (
+                "leverage: [\n",
+                "leverage: [[],\n",
+                "leverage has 7 entries, expected 6",
+            ),
+            (
+                "undetermined: [\n",
+                "undetermined: [[1],\n",
+                "undetermined has 7 entries",
+            ),
+            (
+                "origin: (-0.1,",
+                "origin: (NaN,",
+                "support.samples.origin is (NaN,",
+            ),
+            (
+                "edge: 0.125",
+                "edge: -0.125",
+                "cells holds -0.125, expected an edge in mm",
+            ),
+            (
+                "(0,4095,7,63)",
+                "(0,4095,7,64)",
+                "cells holds 64, expected bits",
+            ),
+            ("(0,4095,7,63)", "(0,-1,7,63)", "found `-1`"),
+            ("variance:", "varience:", "found no field `variance`"),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let message = parse(text.replacen(from, to, 1).as_bytes())
+                .unwrap_err()
+                .to_string();
+            assert!(message.contains(part), "{message}");
+        }
+        let crowded = text.replacen(
+            "cells: [",
+            &format!("cells: [{}", "(0,0,0,1),".repeat(4096)),
+            1,
+        );
+        let message = parse(crowded.as_bytes()).unwrap_err().to_string();
+        assert!(
+            message.contains("cells has 4116 entries, expected 4096"),
+            "{message}"
+        );
+        room.model = DistortionModel::zero(*room.model.bounds(), MapKind::Distortion);
+        let message = parse(write(&room).as_bytes()).unwrap_err().to_string();
+        assert!(
+            message.contains("support: a model of order 0 has none"),
+            "{message}"
+        );
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 pub mod figures;
 pub mod motion;
+mod plan;
+pub mod preview;
 pub mod requirement;
 mod run;
 pub mod scenario;
@@ -9,6 +11,7 @@ pub mod slice;
 pub mod slice_quantity;
 pub mod statistics;
 pub mod support;
+mod tracker;
 pub mod trial;
 pub mod uncertainty;
 pub mod work;

@@ -133,6 +133,12 @@ impl MotionGrid {
         self.counts
     }
 
+    /// Number of different orientations: after so many trials the position changes and they
+    /// begin anew.
+    pub fn orientations(&self) -> usize {
+        self.counts[3..].iter().product()
+    }
+
     /// `crf_from_tool` of a trial; x runs slowest, rz fastest.
     pub fn pose(&self, trial: usize) -> Pose {
         let mut values = [0.0; 6];

@@ -7,9 +7,10 @@ use super::work::Work;
 use crate::field::{Environment, OutsidePolicy};
 use crate::task::CancelToken;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// A quantity in millimetres at each point of a slice.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Quantity {
     /// Length of the position error (6).
     #[default]
@@ -62,7 +63,7 @@ pub fn sample_slice_of(
         .map(|v| {
             let value = |u| {
                 let point = plan.point_mm(u, v);
-                let at = support.at(model, &point, &plan.sensor_axis, OutsidePolicy::Clamp);
+                let at = support.at(&point, &plan.sensor_axis, OutsidePolicy::Clamp);
                 let value = match quantity {
                     Quantity::StdErrorMm => at.position_std_error_mm,
                     Quantity::PositionErrorMm | Quantity::SupportDistanceMm => at.distance_mm,

@@ -1,15 +1,13 @@
 //! One trial: both bodies distorted, refitted, and compared in the CRF (paper, section 3).
 
-use super::scenario::{Scenario, ScenarioCrf};
+use super::scenario::{InputTrial, Scenario, ScenarioCrf};
+use super::tracker::{BodyTracker, TrackBuffers, Tracked};
 use super::work::Work;
 use crate::field::samples::PoseError;
-use crate::field::{Environment, OutsidePolicy};
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::exp_vector;
-use crate::tracking::frame_fit::{FrameFit, FrameFitter, Reading};
+use crate::geometry::pose::Pose;
+use crate::tracking::Determination;
 use crate::tracking::tool_in_crf::{FreeMotion, relative_error};
-use crate::tracking::{Determination, RigidBody};
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Point3, Vector3};
 
 /// The figures of one trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,27 +58,37 @@ pub struct PoseDetail {
 
 /// The design's own pose in full.
 pub fn look(scenario: &Scenario) -> PoseDetail {
-    let simulator = Simulator::new(scenario);
-    let crf = simulator.crf.as_ref().map(|t| {
-        let mut sensors = Vec::new();
-        let tracked = t.tracker.track(&t.tracker_from_crf, Some(&mut sensors));
-        detail(&t.tracker_from_crf, &tracked, sensors)
+    let mut buffers = TrackBuffers::default();
+    let tracker_from_crf = scenario
+        .crf
+        .as_ref()
+        .map_or_else(Pose::identity, |c| c.tracker_from_crf);
+    let crf = scenario.crf.as_ref().map(|crf| {
+        let tracker = BodyTracker::new(&crf.body, scenario);
+        let (tracked, sensors) = tracker.track_in_detail(&mut buffers, &tracker_from_crf);
+        (tracker, tracked, sensors)
     });
-    let mut sensors = Vec::new();
-    let tracker_from_tool = simulator.tracker_from_crf() * scenario.crf_from_tool;
-    let tracked = simulator.tool.track(&tracker_from_tool, Some(&mut sensors));
-    let trial = simulator.compare(&scenario.crf_from_tool, &tracked, simulator.crf.as_ref());
-    let tool = detail(&tracker_from_tool, &tracked, sensors);
-    let readings = tool.sensors.len() + crf.as_ref().map_or(0, |c| c.sensors.len());
+    let crf_evaluations = buffers.work.study_evaluations;
+    let tracker = BodyTracker::new(&scenario.tool, scenario);
+    let tracker_from_tool = tracker_from_crf * scenario.crf_from_tool;
+    let (tracked, sensors) = tracker.track_in_detail(&mut buffers, &tracker_from_tool);
+    let trial = compare(
+        &scenario.crf_from_tool,
+        &scenario.tool.judged_tip_in_body(),
+        (&tracker, &tracked),
+        crf.as_ref().map(|(tracker, tracked, _)| (tracker, tracked)),
+    );
     PoseDetail {
         trial,
         work: Work {
-            pose_evaluations: readings as u64,
-            frame_fits: 1 + u64::from(crf.is_some()),
-            ..Work::default()
+            pose_evaluations: buffers.work.study_evaluations,
+            study_evaluations: 0,
+            crf_evaluations,
+            crf_trackings: u64::from(crf.is_some()),
+            ..buffers.work
         },
-        tool,
-        crf,
+        tool: detail(&tracker_from_tool, &tracked, sensors),
+        crf: crf.map(|(_, tracked, sensors)| detail(&tracker_from_crf, &tracked, sensors)),
     }
 }
 
@@ -93,104 +101,11 @@ fn detail(pose: &Pose, tracked: &Tracked, sensors: Vec<SensorDetail>) -> BodyDet
     }
 }
 
-/// Tracks one body in one room.
-struct BodyTracker<'a> {
-    body: &'a RigidBody,
-    environment: &'a Environment,
-    outside: OutsidePolicy,
-    fitter: FrameFitter,
-    /// `body_from_sensor` and axis of each sensor, made once for all trials.
-    sensors: Vec<(Pose, Unit<Vector3<f64>>)>,
-}
-
-/// A body as the tracker sees it.
-#[derive(Clone, Copy)]
-struct Tracked {
-    fit: FrameFit,
-    outside: usize,
-    out_of_volume: usize,
-}
-
-impl<'a> BodyTracker<'a> {
-    fn new(body: &'a RigidBody, scenario: &'a Scenario) -> Self {
-        Self {
-            body,
-            environment: &scenario.environment,
-            outside: scenario.outside,
-            fitter: FrameFitter::new(body, scenario.orientation_weight_mm),
-            sensors: body
-                .sensors
-                .iter()
-                .map(|s| (s.body_from_sensor(), s.axis_in_body()))
-                .collect(),
-        }
-    }
-
-    fn free_motion(&self, determination: &Determination) -> Option<FreeMotion> {
-        FreeMotion::in_body(determination, self.fitter.centroid_in_body())
-    }
-
-    /// Distorts every sensor (6), (7) and refits the frame (9)–(13).
-    fn track(
-        &self,
-        tracker_from_body: &Pose,
-        mut details: Option<&mut Vec<SensorDetail>>,
-    ) -> Tracked {
-        let mut readings = Vec::with_capacity(self.sensors.len());
-        let (mut outside, mut out_of_volume) = (0, 0);
-        for (body_from_sensor, axis_in_body) in &self.sensors {
-            let tracker_from_sensor = tracker_from_body * body_from_sensor;
-            let at = Point3::from(tracker_from_sensor.translation.vector);
-            let rotation = tracker_from_sensor.rotation;
-            let axis = tracker_from_body.rotation * axis_in_body;
-            let evaluation = self.environment.model.evaluate(&at, &axis, self.outside);
-            let error = evaluation.error;
-            let is_in_volume = self.environment.volume.is_none_or(|v| v.contains(&at));
-            outside += usize::from(!evaluation.is_inside);
-            out_of_volume += usize::from(!is_in_volume);
-            let reading = Reading {
-                position_mm: at + error.position_mm,
-                rotation: exp_vector(&error.rotation_rad) * rotation,
-            };
-            readings.push(reading);
-            if let Some(details) = details.as_deref_mut() {
-                details.push(SensorDetail {
-                    tracker_from_sensor,
-                    tracker_from_measured: pose_from_parts(
-                        reading.position_mm.coords,
-                        reading.rotation,
-                    ),
-                    error,
-                    is_inside: evaluation.is_inside,
-                    is_in_volume,
-                });
-            }
-        }
-        Tracked {
-            fit: self.fitter.fit(&readings, tracker_from_body),
-            outside,
-            out_of_volume,
-        }
-    }
-}
-
 /// A CRF that has been tracked where it stands.
 struct TrackedCrf<'a> {
     tracker: BodyTracker<'a>,
     tracker_from_crf: Pose,
     tracked: Tracked,
-}
-
-impl<'a> TrackedCrf<'a> {
-    fn new(crf: &'a ScenarioCrf, scenario: &'a Scenario) -> Self {
-        let tracker = BodyTracker::new(&crf.body, scenario);
-        let tracked = tracker.track(&crf.tracker_from_crf, None);
-        Self {
-            tracker,
-            tracker_from_crf: crf.tracker_from_crf,
-            tracked,
-        }
-    }
 }
 
 /// A scenario made ready for many trials: the CRF is tracked once.
@@ -201,21 +116,57 @@ pub(super) struct Simulator<'a> {
     tool_at_design: Tracked,
     crf: Option<TrackedCrf<'a>>,
     tip_in_tool: Point3<f64>,
+    own_work: Work,
+}
+
+/// What trials are computed in, used again for the next ones, and what they have cost.
+#[derive(Default)]
+pub(super) struct TrialBuffers {
+    track: TrackBuffers,
+    poses: Vec<Pose>,
+    tool: Vec<Tracked>,
+    crf: Vec<Tracked>,
+    /// Of each trial, which of `crf` is its own; `None` for the CRF where it stands.
+    crf_of_trial: Vec<Option<usize>>,
+}
+
+impl TrialBuffers {
+    /// What was done since this was asked last.
+    pub fn take_work(&mut self) -> Work {
+        std::mem::take(&mut self.track.work)
+    }
 }
 
 impl<'a> Simulator<'a> {
     pub fn new(scenario: &'a Scenario) -> Self {
-        let tool = BodyTracker::new(&scenario.tool, scenario);
-        let crf = scenario.crf.as_ref().map(|c| TrackedCrf::new(c, scenario));
+        let mut buffers = TrackBuffers::default();
+        let crf = scenario.crf.as_ref().map(
+            |ScenarioCrf {
+                 body,
+                 tracker_from_crf,
+             }| {
+                let tracker = BodyTracker::new(body, scenario);
+                TrackedCrf {
+                    tracked: tracker.track(&mut buffers, tracker_from_crf),
+                    tracker,
+                    tracker_from_crf: *tracker_from_crf,
+                }
+            },
+        );
+        buffers.work.crf_evaluations = buffers.work.study_evaluations;
+        buffers.work.crf_trackings = u64::from(crf.is_some());
         let tracker_from_crf = crf
             .as_ref()
             .map_or_else(Pose::identity, |c| c.tracker_from_crf);
+        let tool = BodyTracker::new(&scenario.tool, scenario);
+        let tracker_from_tool = tracker_from_crf * scenario.crf_from_tool;
         Self {
             scenario,
-            tool_at_design: tool.track(&(tracker_from_crf * scenario.crf_from_tool), None),
+            tool_at_design: tool.track(&mut buffers, &tracker_from_tool),
             tool,
             crf,
             tip_in_tool: scenario.tool.judged_tip_in_body(),
+            own_work: buffers.work,
         }
     }
 
@@ -224,15 +175,9 @@ impl<'a> Simulator<'a> {
         self.scenario.crf_from_tool
     }
 
-    /// Evaluations and fits that making the simulator cost.
+    /// What making the simulator cost.
     pub fn own_work(&self) -> Work {
-        self.trial_work(true)
-    }
-
-    /// Evaluations and fits of one trial.
-    pub fn trial_work(&self, moves_crf: bool) -> Work {
-        let crf = self.crf.as_ref().filter(|_| moves_crf);
-        body_work(self.tool.body) + crf.map_or_else(Work::default, |c| body_work(c.tracker.body))
+        self.own_work
     }
 
     /// What the sensors leave free, tool before CRF, in that body's frame. It hangs on the bodies
@@ -260,22 +205,84 @@ impl<'a> Simulator<'a> {
         .any(|t| matches!(t.fit.determination, Determination::Poor { .. }))
     }
 
-    /// The tool at a pose in the CRF, which stands where the scenario has it.
-    pub fn trial(&self, crf_from_tool: &Pose) -> Trial {
-        let tracked = self
-            .tool
-            .track(&(self.tracker_from_crf() * crf_from_tool), None);
-        self.compare(crf_from_tool, &tracked, self.crf.as_ref())
+    /// The tool at poses in the CRF, which stands where the scenario has it. Where poses come in
+    /// runs of one orientation, `run` is their length.
+    pub fn trials(
+        &self,
+        buffers: &mut TrialBuffers,
+        crf_from_tool: &[Pose],
+        run: usize,
+    ) -> Vec<Trial> {
+        let tracker_from_crf = self.tracker_from_crf();
+        buffers.poses.clear();
+        buffers
+            .poses
+            .extend(crf_from_tool.iter().map(|pose| tracker_from_crf * pose));
+        buffers.tool.clear();
+        let TrialBuffers {
+            track, poses, tool, ..
+        } = buffers;
+        self.tool.track_all(track, poses, run, tool);
+        if self.crf.is_some() {
+            track.work.crf_reuses += crf_from_tool.len() as u64;
+        }
+        let crf = self.crf.as_ref().map(|c| (&c.tracker, &c.tracked));
+        crf_from_tool
+            .iter()
+            .zip(&buffers.tool)
+            .map(|(pose, tracked)| self.compare(pose, tracked, crf))
+            .collect()
     }
 
-    /// The tool at a pose in a CRF that stands somewhere else.
-    pub fn trial_with_crf_at(&self, tracker_from_crf: &Pose, crf_from_tool: &Pose) -> Trial {
+    /// The tool at given poses in a CRF that may stand somewhere else each time. A CRF that stands
+    /// where it stood before is not tracked again.
+    pub fn given_trials(&self, buffers: &mut TrialBuffers, given: &[InputTrial]) -> Vec<Trial> {
         let Some(crf) = &self.crf else {
-            return self.trial(crf_from_tool);
+            let poses: Vec<_> = given.iter().map(|t| t.crf_from_tool).collect();
+            return self.trials(buffers, &poses, 1);
         };
-        let moved = crf.tracker.track(tracker_from_crf, None);
-        let tracked = self.tool.track(&(tracker_from_crf * crf_from_tool), None);
-        self.compare_with(crf_from_tool, &tracked, Some(&moved))
+        let TrialBuffers {
+            track,
+            poses,
+            tool,
+            crf: moved,
+            crf_of_trial,
+        } = buffers;
+        poses.clear();
+        crf_of_trial.clear();
+        for t in given {
+            let place = match t.tracker_from_crf {
+                Some(pose) if pose != crf.tracker_from_crf => {
+                    if poses.last() != Some(&pose) {
+                        poses.push(pose);
+                    }
+                    Some(poses.len() - 1)
+                }
+                _ => None,
+            };
+            crf_of_trial.push(place);
+        }
+        moved.clear();
+        let before = track.work.study_evaluations;
+        crf.tracker.track_all(track, poses, 1, moved);
+        track.work.crf_evaluations += track.work.study_evaluations - before;
+        track.work.crf_trackings += poses.len() as u64;
+        track.work.crf_reuses += (given.len() - poses.len()) as u64;
+        poses.clear();
+        poses.extend(
+            given
+                .iter()
+                .map(|t| t.tracker_from_crf.unwrap_or(crf.tracker_from_crf) * t.crf_from_tool),
+        );
+        tool.clear();
+        self.tool.track_all(track, poses, 1, tool);
+        let trials = given.iter().zip(tool).zip(crf_of_trial);
+        trials
+            .map(|((given, tool), place)| {
+                let tracked = place.map_or(&crf.tracked, |place| &moved[place]);
+                self.compare(&given.crf_from_tool, tool, Some((&crf.tracker, tracked)))
+            })
+            .collect()
     }
 
     fn tracker_from_crf(&self) -> Pose {
@@ -284,45 +291,43 @@ impl<'a> Simulator<'a> {
             .map_or_else(Pose::identity, |c| c.tracker_from_crf)
     }
 
-    fn compare(&self, crf_from_tool: &Pose, tool: &Tracked, crf: Option<&TrackedCrf>) -> Trial {
-        self.compare_with(crf_from_tool, tool, crf.map(|c| &c.tracked))
-    }
-
-    /// `F̂ = F̂_CRF⁻¹ F̂_Tool` (14) against `F`.
-    fn compare_with(&self, crf_from_tool: &Pose, tool: &Tracked, crf: Option<&Tracked>) -> Trial {
-        let tracker_from_crf = crf.map_or_else(Pose::identity, |c| c.fit.tracker_from_body);
-        let simulated = tracker_from_crf.inverse() * tool.fit.tracker_from_body;
-        let error = relative_error(crf_from_tool, &simulated, &self.tip_in_tool);
-        let free = self
-            .tool
-            .free_motion(&tool.fit.determination)
-            .map(|free| free.transformed_by(&simulated))
-            .or_else(|| {
-                let own = self.crf.as_ref()?;
-                own.tracker.free_motion(&crf?.fit.determination)
-            });
-        Trial {
-            crf_from_tool: *crf_from_tool,
-            crf_from_tool_simulated: simulated,
-            tip_error_in_crf_mm: error.tip_error_in_crf_mm,
-            tip_error_mm: error.tip_error_in_crf_mm.norm(),
-            angle_error_deg: error.angle_rad.to_degrees(),
-            outside: tool.outside + crf.map_or(0, |c| c.outside),
-            out_of_volume: tool.out_of_volume + crf.map_or(0, |c| c.out_of_volume),
-            determined_mm: free.map(|free| {
-                free.determined_error_mm(
-                    &(crf_from_tool * self.tip_in_tool),
-                    &(simulated * self.tip_in_tool),
-                )
-            }),
-        }
+    fn compare(
+        &self,
+        crf_from_tool: &Pose,
+        tool: &Tracked,
+        crf: Option<(&BodyTracker, &Tracked)>,
+    ) -> Trial {
+        compare(crf_from_tool, &self.tip_in_tool, (&self.tool, tool), crf)
     }
 }
 
-fn body_work(body: &RigidBody) -> Work {
-    Work {
-        study_evaluations: body.sensors.len() as u64,
-        frame_fits: 1,
-        ..Work::default()
+/// `F̂ = F̂_CRF⁻¹ F̂_Tool` (14) against `F`.
+fn compare(
+    crf_from_tool: &Pose,
+    tip_in_tool: &Point3<f64>,
+    (tool_tracker, tool): (&BodyTracker, &Tracked),
+    crf: Option<(&BodyTracker, &Tracked)>,
+) -> Trial {
+    let tracker_from_crf = crf.map_or_else(Pose::identity, |(_, c)| c.fit.tracker_from_body);
+    let simulated = tracker_from_crf.inverse() * tool.fit.tracker_from_body;
+    let error = relative_error(crf_from_tool, &simulated, tip_in_tool);
+    let free = tool_tracker
+        .free_motion(&tool.fit.determination)
+        .map(|free| free.transformed_by(&simulated))
+        .or_else(|| {
+            let (tracker, tracked) = crf?;
+            tracker.free_motion(&tracked.fit.determination)
+        });
+    Trial {
+        crf_from_tool: *crf_from_tool,
+        crf_from_tool_simulated: simulated,
+        tip_error_in_crf_mm: error.tip_error_in_crf_mm,
+        tip_error_mm: error.tip_error_in_crf_mm.norm(),
+        angle_error_deg: error.angle_rad.to_degrees(),
+        outside: tool.outside + crf.map_or(0, |(_, c)| c.outside),
+        out_of_volume: tool.out_of_volume + crf.map_or(0, |(_, c)| c.out_of_volume),
+        determined_mm: free.map(|free| {
+            free.determined_error_mm(&(crf_from_tool * tip_in_tool), &(simulated * tip_in_tool))
+        }),
     }
 }

@@ -1,9 +1,9 @@
 //! How much was computed, counted where it is done.
 
 use serde::Serialize;
-use std::ops::{Add, AddAssign, Mul};
+use std::ops::{Add, AddAssign};
 
-/// Counts of what a computation did.
+/// Counts of what a computation did, and of what it did not have to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Work {
     /// Evaluations of the distortion model for a study's trials.
@@ -14,6 +14,16 @@ pub struct Work {
     pub slice_evaluations: u64,
     /// Frames fitted to readings.
     pub frame_fits: u64,
+    /// Those of the evaluations above that were the CRF's.
+    pub crf_evaluations: u64,
+    /// Times that the CRF was tracked.
+    pub crf_trackings: u64,
+    /// Trials that used a CRF tracked before.
+    pub crf_reuses: u64,
+    /// Models blended for one orientation.
+    pub coefficient_blends: u64,
+    /// Those of the evaluations above that used a model blended before.
+    pub blended_evaluations: u64,
 }
 
 impl Add for Work {
@@ -25,6 +35,11 @@ impl Add for Work {
             pose_evaluations: self.pose_evaluations + other.pose_evaluations,
             slice_evaluations: self.slice_evaluations + other.slice_evaluations,
             frame_fits: self.frame_fits + other.frame_fits,
+            crf_evaluations: self.crf_evaluations + other.crf_evaluations,
+            crf_trackings: self.crf_trackings + other.crf_trackings,
+            crf_reuses: self.crf_reuses + other.crf_reuses,
+            coefficient_blends: self.coefficient_blends + other.coefficient_blends,
+            blended_evaluations: self.blended_evaluations + other.blended_evaluations,
         }
     }
 }
@@ -32,18 +47,5 @@ impl Add for Work {
 impl AddAssign for Work {
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
-    }
-}
-
-impl Mul<u64> for Work {
-    type Output = Self;
-
-    fn mul(self, times: u64) -> Self {
-        Self {
-            study_evaluations: self.study_evaluations * times,
-            pose_evaluations: self.pose_evaluations * times,
-            slice_evaluations: self.slice_evaluations * times,
-            frame_fits: self.frame_fits * times,
-        }
     }
 }

@@ -4,5 +4,7 @@ mod bad_input;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;
+mod select;
 mod stability;
+mod support;
 mod uncertainty;

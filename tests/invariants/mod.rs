@@ -3,4 +3,5 @@
 mod fitting;
 mod studies;
 mod support;
+mod surveys;
 mod uncertainty;

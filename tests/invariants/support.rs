@@ -109,8 +109,8 @@ fn fitted(set: &SampleSet, settings: &FitSettings, bounds: Option<Bounds>) -> (F
     (fit, support)
 }
 
-fn at(fit: &Fit, support: &Support, place: &(Point3<f64>, Unit<Vector3<f64>>)) -> SupportAt {
-    support.at(&fit.model, &place.0, &place.1, OutsidePolicy::Extrapolate)
+fn at(support: &Support, place: &(Point3<f64>, Unit<Vector3<f64>>)) -> SupportAt {
+    support.at(&place.0, &place.1, OutsidePolicy::Extrapolate)
 }
 
 /// One in so many refits predicts.
@@ -150,7 +150,7 @@ fn scatter(
                 .error;
             values.push(e);
             if let Some(support) = &support {
-                let at = at(&fit, support, probe);
+                let at = at(support, probe);
                 predicted[0] += at.position_std_error_mm.powi(2);
                 predicted[1] += at.angle_std_error_rad.unwrap().powi(2);
             }
@@ -246,11 +246,11 @@ fn leverages_of_an_unweighted_systems_samples_add_up_to_its_rank() {
         &truth(2, DirectionSet::One, true, 1.0),
         places(90, &bounds()),
     );
-    let (fit, support) = fitted(&set, &FitSettings::new(2, DirectionSet::One), None);
+    let (_, support) = fitted(&set, &FitSettings::new(2, DirectionSet::One), None);
     let sum: f64 = set
         .samples
         .iter()
-        .map(|s| at(&fit, &support, &(s.position_mm, s.axis)).leverage)
+        .map(|s| at(&support, &(s.position_mm, s.axis)).leverage)
         .sum();
     // Forms are kept to 1e-7 of the mean leverage.
     assert!((sum - 27.0).abs() < 27.0 * 1e-7, "{sum}");
@@ -266,7 +266,7 @@ fn with_a_ridge_they_add_up_to_less() {
         ridge: 0.1,
         ..FitSettings::new(2, DirectionSet::One)
     };
-    let (fit, support) = fitted(&set, &settings, None);
+    let (_, support) = fitted(&set, &settings, None);
     let task = Task::default();
     let factored = factor(&set, &settings, None, &task).unwrap();
     let system = factored.decompose().unwrap().systems[0].clone();
@@ -278,7 +278,7 @@ fn with_a_ridge_they_add_up_to_less() {
     let sum: f64 = set
         .samples
         .iter()
-        .map(|s| at(&fit, &support, &(s.position_mm, s.axis)).leverage)
+        .map(|s| at(&support, &(s.position_mm, s.axis)).leverage)
         .sum();
     assert!(
         freedom < 20.0 && (sum - freedom).abs() < freedom * 1e-7,
@@ -299,14 +299,14 @@ fn every_sample_is_supported_and_where_there_are_none_nothing_is() {
             method,
             ..FitSettings::new(3, DirectionSet::Six)
         };
-        let (fit, support) = fitted(&set, &settings, Some(bounds()));
+        let (_, support) = fitted(&set, &settings, Some(bounds()));
         for s in &set.samples {
-            let at = at(&fit, &support, &(s.position_mm, s.axis));
+            let at = at(&support, &(s.position_mm, s.axis));
             assert!(at.is_supported && at.position_std_error_mm < 0.5, "{at:?}");
             assert!(at.distance_mm <= support.parts().cells.resolution_mm());
         }
         let up = Vector3::z_axis();
-        let in_the_hole = at(&fit, &support, &(Point3::new(95.0, 75.0, -105.0), up));
+        let in_the_hole = at(&support, &(Point3::new(95.0, 75.0, -105.0), up));
         assert!(
             !in_the_hole.is_supported && in_the_hole.leverage > 1.0,
             "{in_the_hole:?}"
@@ -316,12 +316,12 @@ fn every_sample_is_supported_and_where_there_are_none_nothing_is() {
             (70.0..170.0).contains(&in_the_hole.distance_mm),
             "{in_the_hole:?}"
         );
-        let outside = at(&fit, &support, &(Point3::new(-150.0, 0.0, -200.0), up));
+        let outside = at(&support, &(Point3::new(-150.0, 0.0, -200.0), up));
         assert!(
             !outside.is_supported && outside.distance_mm >= 49.0,
             "{outside:?}"
         );
-        let down = at(&fit, &support, &(Point3::new(-50.0, 0.0, -200.0), -up));
+        let down = at(&support, &(Point3::new(-50.0, 0.0, -200.0), -up));
         assert!(
             !down.is_supported && down.distance_mm == f64::INFINITY,
             "{down:?}"
@@ -338,7 +338,7 @@ fn data_that_a_polynomial_goes_through_exactly_leave_no_standard_error() {
     );
     let (fit, support) = fitted(&set, &FitSettings::new(2, DirectionSet::Six), None);
     for place in places(50, fit.model.bounds()) {
-        let at = at(&fit, &support, &place);
+        let at = at(&support, &place);
         // Round-off of values of 1 mm and 1 rad.
         assert!(at.position_std_error_mm < 1e-13, "{at:?}");
         assert!(at.angle_std_error_rad.unwrap() < 1e-13, "{at:?}");
@@ -351,13 +351,13 @@ fn as_many_unknowns_as_samples_say_nothing_of_the_noise() {
         &truth(2, DirectionSet::One, true, 1.0),
         places(27, &bounds()),
     );
-    let (fit, support) = fitted(
+    let (_, support) = fitted(
         &noisy(&set, 1),
         &FitSettings::new(2, DirectionSet::One),
         None,
     );
     for s in &set.samples {
-        let at = at(&fit, &support, &(s.position_mm, s.axis));
+        let at = at(&support, &(s.position_mm, s.axis));
         assert!(
             (at.leverage - 1.0).abs() < 1e-6 && at.is_supported,
             "{at:?}"
@@ -376,9 +376,9 @@ fn a_plane_of_samples_determines_the_plane_and_nothing_beside_it() {
     let (fit, support) = fitted(&set, &settings, Some(bounds()));
     assert_eq!(fit.systems[0].rank, 9);
     let axis = Vector3::z_axis();
-    let on = at(&fit, &support, &(Point3::new(10.0, 5.0, -250.0), axis));
+    let on = at(&support, &(Point3::new(10.0, 5.0, -250.0), axis));
     assert!(on.is_supported && on.position_std_error_mm < 0.2, "{on:?}");
-    let beside = at(&fit, &support, &(Point3::new(10.0, 5.0, -249.9), axis));
+    let beside = at(&support, &(Point3::new(10.0, 5.0, -249.9), axis));
     assert!(
         !beside.is_supported && beside.position_std_error_mm == f64::INFINITY,
         "{beside:?}"
@@ -395,17 +395,17 @@ fn moving_and_scaling_the_room_moves_and_scales_its_support() {
         ),
         1,
     );
-    let (fit, support) = fitted(&set, &settings, None);
+    let (_, support) = fitted(&set, &settings, None);
     for (scale, offset) in [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e6)] {
         let moved = |p: &Point3<f64>| Point3::from(p.coords * scale + Vector3::repeat(offset));
         let mut other = set.clone();
         for s in &mut other.samples {
             s.position_mm = moved(&s.position_mm);
         }
-        let (other_fit, other) = fitted(&other, &settings, None);
+        let (_, other) = fitted(&other, &settings, None);
         for place in places(50, &bounds()) {
-            let a = at(&fit, &support, &place);
-            let b = at(&other_fit, &other, &(moved(&place.0), place.1));
+            let a = at(&support, &place);
+            let b = at(&other, &(moved(&place.0), place.1));
             let is_close = |a: f64, b: f64, slack: f64| (a - b).abs() <= slack * a;
             // A place 1e6 mm away is known to 1e-10 mm, 1e-12 of the box; forms are kept to 1e-7
             // of the mean leverage.
@@ -520,7 +520,7 @@ fn the_kept_polynomials_are_the_definition() {
             .step_by(400)
             .map(|s| (s.position_mm, s.axis));
         for place in samples.chain(self::places(5, &bounds())) {
-            let found = at(&fit, &support, &place).position_std_error_mm.powi(2);
+            let found = at(&support, &place).position_std_error_mm.powi(2);
             let expected = definition.variance(&place);
             let off = (found - expected).abs() / expected;
             assert!(off < slack, "{order}: {found} {expected}");

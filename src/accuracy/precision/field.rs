@@ -11,6 +11,7 @@ use crate::field::fit::{FitSettings, fit};
 use crate::field::model::{Coefficient, Evaluation};
 use crate::field::samples::{PoseError, Sample, SampleSet};
 use crate::field::{DistortionModel, OutsidePolicy};
+use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::DirectionSet;
 use crate::study::Scenario;
 use crate::task::Cancelled;
@@ -21,6 +22,8 @@ use rayon::prelude::*;
 const SCATTERED: &str = "scattered poses in the design's room";
 /// Poses of one axis.
 const ONE_AXIS: &str = "poses of one orientation in the design's room";
+/// Points of a lattice, one axis.
+const LATTICE: &str = "a lattice of one orientation in the design's room";
 
 /// Nodes a side of the lattices that are interpolated.
 const NODES: [usize; 5] = [5, 9, 17, 33, 65];
@@ -84,11 +87,13 @@ pub fn measure(
         let asked = Asked::new(&other, scattered, &problem, settings);
         family
             .rows
-            .extend(asked.plain_and_single(false).into_iter().map(|row| Row {
-                // Another room's round-off: in the table, not beside the room's in the picture.
-                series: String::new(),
-                ..row
-            }));
+            // Another room's round-off: in the table, not beside the room's in the picture.
+            .extend(
+                asked
+                    .plain_and_single(false)
+                    .into_iter()
+                    .map(Row::uncharted),
+            );
         next()?;
     }
     Ok(family)
@@ -136,7 +141,7 @@ fn resampled(room: &DistortionModel, order: usize, directions: DirectionSet) -> 
     .unwrap_or_else(|_| room.clone())
 }
 
-/// Poses that all share an axis allow less work.
+/// Poses that all share an axis allow less work, and those of a lattice less still.
 fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
     let axis = Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8));
     let positions = poses(model.bounds(), settings.poses, settings.seed)
@@ -144,10 +149,12 @@ fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
         .map(|(position, _)| (position, axis))
         .collect();
     let asked = Asked::new(model, positions, ONE_AXIS, settings);
-    let mut rows = vec![Row {
-        series: "scattered, one orientation".to_owned(),
-        ..asked.scattered("scattered", model, true)
-    }];
+    let mut rows = vec![
+        asked
+            .scattered("scattered", model, false)
+            .charted("scattered, one orientation"),
+        asked.shared(&axis, true).charted("shared orientation"),
+    ];
     for nodes in NODES {
         let lattice = ValueLattice::new(model, &[axis], nodes);
         let spacing = ValueLattice::spacing_mm(model.bounds(), nodes);
@@ -157,12 +164,36 @@ fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
             |out| out.extend(asked.poses.iter().map(|(p, _)| lattice.at(p, 0))),
         );
         rows.push(Row {
-            series: "interpolated lattice, one orientation".to_owned(),
             is_step: true,
-            ..row
+            ..row.charted("interpolated lattice, one orientation")
         });
     }
+    let side = (settings.poses as f64).cbrt().round() as usize;
+    let coordinates = [0, 1, 2].map(|k| place(model.bounds(), k, side));
+    let points = coordinates[0]
+        .iter()
+        .flat_map(|&x| coordinates[1].iter().map(move |&y| (x, y)))
+        .flat_map(|(x, y)| coordinates[2].iter().map(move |&z| Point3::new(x, y, z)))
+        .map(|position| (position, axis))
+        .collect();
+    let asked = Asked::new(model, points, LATTICE, settings);
+    rows.push(asked.scattered("scattered", model, false).uncharted());
+    rows.push(asked.shared(&axis, false).uncharted());
+    let row = asked.row("lattice", true, |out: &mut Vec<Evaluation>| {
+        let coordinates = coordinates.each_ref().map(Vec::as_slice);
+        model
+            .at_axis(&axis)
+            .evaluate_lattice(coordinates, OutsidePolicy::Clamp, out);
+    });
+    rows.push(row.charted("lattice, one orientation"));
     rows
+}
+
+/// Evenly spaced coordinates along an axis of the box, both ends included.
+fn place(bounds: &Bounds, axis: usize, count: usize) -> Vec<f64> {
+    let (min, size) = (bounds.min_mm[axis], bounds.size_mm()[axis]);
+    let last = count.saturating_sub(1).max(1) as f64;
+    (0..count).map(|i| min + i as f64 / last * size).collect()
 }
 
 /// A room asked at some poses, with the exact answers.
@@ -236,6 +267,20 @@ impl<'a> Asked<'a> {
         self.row(method, is_default, |out: &mut Vec<Evaluation>| {
             batch.evaluate(model, &positions, &axes, OutsidePolicy::Clamp, out);
         })
+    }
+
+    /// The orientations blended once, in the time.
+    fn shared(&self, axis: &Unit<Vector3<f64>>, is_default: bool) -> Row {
+        let positions: Vec<_> = self.poses.iter().map(|(position, _)| *position).collect();
+        let mut batch = Batch::default();
+        self.row(
+            "shared-orientation",
+            is_default,
+            |out: &mut Vec<Evaluation>| {
+                let model = self.model.at_axis(axis);
+                model.evaluate_all(&mut batch, &positions, OutsidePolicy::Clamp, out);
+            },
+        )
     }
 
     /// The program's own path, and plain loops in both precisions.

@@ -11,6 +11,7 @@ mod fit;
 mod front;
 mod heatmap;
 mod interpolated;
+mod inverse;
 mod machine;
 mod motion;
 pub mod page;
@@ -34,19 +35,27 @@ use serde::Serialize;
 pub enum What {
     Field,
     Fit,
+    Inverse,
     Motion,
     Heatmap,
 }
 
 impl What {
     /// All of them, in the order of the page.
-    pub const ALL: [Self; 4] = [Self::Field, Self::Fit, Self::Motion, Self::Heatmap];
+    pub const ALL: [Self; 5] = [
+        Self::Field,
+        Self::Fit,
+        Self::Inverse,
+        Self::Motion,
+        Self::Heatmap,
+    ];
 
     /// As it is called in JSON, and names files by.
     pub fn name(self) -> &'static str {
         match self {
             Self::Field => "field",
             Self::Fit => "fit",
+            Self::Inverse => "inverse",
             Self::Motion => "motion",
             Self::Heatmap => "heatmap",
         }
@@ -78,6 +87,21 @@ pub struct Row {
     /// Whether the row is one of a sequence, finer and finer: its series is a line.
     #[serde(skip)]
     pub is_step: bool,
+}
+
+impl Row {
+    /// In a series of the chart.
+    fn charted(self, series: &str) -> Self {
+        Self {
+            series: series.to_owned(),
+            ..self
+        }
+    }
+
+    /// In the tables alone.
+    fn uncharted(self) -> Self {
+        self.charted("")
+    }
 }
 
 /// All ways of computing one thing.
@@ -190,6 +214,7 @@ fn measure(
     let mut family = match what {
         What::Field => field::measure(scenario, settings, steps),
         What::Fit => fit::measure(scenario, settings, steps),
+        What::Inverse => inverse::measure(scenario, settings, steps),
         What::Motion => motion::measure(scenario, settings, steps),
         What::Heatmap => heatmap::measure(scenario, settings, steps),
     }?;

@@ -17,6 +17,7 @@ impl What {
         match self {
             Self::Field => "Field",
             Self::Fit => "Fit",
+            Self::Inverse => "Inverse",
             Self::Motion => "Study",
             Self::Heatmap => "Slice",
         }
@@ -174,7 +175,8 @@ pub fn chart(family: &Family) -> Chart {
 }
 
 /// The problems of a family, in the order in which they come.
-fn problems(family: &Family) -> Vec<&str> {
+/// The problems that a family answers, in the order of its rows.
+pub fn problems(family: &Family) -> Vec<&str> {
     let mut problems: Vec<&str> = Vec::new();
     for row in &family.rows {
         if !problems.contains(&row.problem.as_str()) {
@@ -184,11 +186,13 @@ fn problems(family: &Family) -> Vec<&str> {
     problems
 }
 
-fn rows_of<'a>(family: &'a Family, problem: &'a str) -> impl Iterator<Item = &'a Row> {
+/// The answers to one problem.
+pub fn rows_of<'a>(family: &'a Family, problem: &'a str) -> impl Iterator<Item = &'a Row> {
     family.rows.iter().filter(move |r| r.problem == problem)
 }
 
-fn cells(row: &Row) -> [String; 8] {
+/// A row in words: mark, method, order, orientations, size, time, time each, error.
+pub fn cells(row: &Row) -> [String; 8] {
     let mark = match (row.on_front, row.is_default) {
         (true, true) => "•◎",
         (true, false) => "•",

@@ -6,6 +6,7 @@ pub mod ghost;
 pub mod magnify;
 pub mod sensor_errors;
 pub mod tip_error;
+pub mod tip_scatter;
 
 use bevy::prelude::*;
 
@@ -16,6 +17,7 @@ use bevy::prelude::*;
 /// | [`magnify::MagnifyPlugin`] | nothing: decides the magnification |
 /// | [`sensor_errors::SensorErrorsPlugin`] | the position error of each sensor |
 /// | [`tip_error::TipErrorPlugin`] | the tip's error, and the sphere it should end in |
+/// | [`tip_scatter::TipScatterPlugin`] | where the tracker's jitter puts the tip |
 /// | [`ghost::GhostPlugin`] | the tool as the tracker believes it to be |
 pub struct GlyphsPlugin;
 
@@ -25,6 +27,7 @@ impl Plugin for GlyphsPlugin {
             magnify::MagnifyPlugin,
             sensor_errors::SensorErrorsPlugin,
             tip_error::TipErrorPlugin,
+            tip_scatter::TipScatterPlugin,
             ghost::GhostPlugin,
         ));
     }

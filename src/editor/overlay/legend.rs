@@ -8,6 +8,7 @@ use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{THIN_SPACE, count, length};
 use crate::field::Environment;
 use crate::geometry::magnification::MAX_GHOST_TURN_RAD;
+use crate::study::Quantity;
 use bevy_egui::egui::{Align2, Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
 
 /// Distance of legends from the view's edges.
@@ -105,30 +106,37 @@ fn scale_bar(painter: &Painter, view: &OverlayView, left_bottom: Pos2) -> Rect {
 fn color_bar(painter: &Painter, view: &OverlayView, scale: ColorScale, right_bottom: Pos2) -> Rect {
     let largest_mm = view.slice_max_mm.unwrap_or(scale.max_mm);
     let is_clipped = largest_mm > scale.max_mm * (1.0 + 1e-9);
+    // The largest value stands in a line of its own where the name leaves no room for it.
+    let name_lines = if is_clipped && view.slice_quantity != Quantity::PositionErrorMm {
+        2.0
+    } else {
+        1.0
+    };
     let size = vec2(
         BAR_WIDTH + 2.0 * PADDING + 14.0,
-        LINE + BAR_HEIGHT + LINE + 2.0 * PADDING,
+        name_lines * LINE + BAR_HEIGHT + LINE + 2.0 * PADDING,
     );
     let frame = Rect::from_min_max(right_bottom - size, right_bottom);
     plate(painter, frame);
     let at = frame.left_top() + vec2(PADDING, PADDING);
+    let bar_top = at.y + name_lines * LINE;
     text(
         painter,
         at,
         Align2::LEFT_TOP,
-        "position error",
+        view.slice_quantity.label(),
         palette::TEXT,
     );
     if is_clipped {
         text(
             painter,
-            pos2(frame.right() - PADDING, at.y),
-            Align2::RIGHT_TOP,
+            pos2(frame.right() - PADDING, bar_top - 1.0),
+            Align2::RIGHT_BOTTOM,
             &format!("largest {}", length(largest_mm)),
             palette::TEXT_QUIET,
         );
     }
-    let bar = Rect::from_min_size(at + vec2(0.0, LINE), vec2(BAR_WIDTH, BAR_HEIGHT));
+    let bar = Rect::from_min_size(pos2(at.x, bar_top), vec2(BAR_WIDTH, BAR_HEIGHT));
     gradient(painter, bar, scale);
     if is_clipped {
         arrow_right(painter, bar, top_color(scale));
@@ -211,6 +219,11 @@ fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> O
             palette::ERROR_VECTOR,
         ),
         (layers.ghost, "tool as tracked", palette::GHOST),
+        (
+            layers.tip_scatter && view.has_scatter,
+            "95 % of the tip's jitter",
+            palette::GHOST,
+        ),
     ]
     .into_iter()
     .filter(|(is_on, _, _)| *is_on)

@@ -20,7 +20,7 @@ use crate::design::Design;
 use crate::design::view::Layers;
 use crate::field::Environment;
 use crate::geometry::orbit::OrbitCamera;
-use crate::study::{Figures, PoseDetail};
+use crate::study::{Figures, PoseDetail, Quantity};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, LayerId, Painter, pos2, vec2};
@@ -55,7 +55,11 @@ pub struct OverlayView<'a> {
     pub hovered: Option<Selected>,
     pub magnification: Option<ShownMagnification>,
     pub color_scale: Option<ColorScale>,
-    /// The largest error on the slice.
+    /// What the slice shows.
+    pub slice_quantity: Quantity,
+    /// Whether the tip's scatter is known and drawn.
+    pub has_scatter: bool,
+    /// The largest value on the slice.
     pub slice_max_mm: Option<f64>,
     /// Text and its place while something is dragged.
     pub readout: Option<(egui::Pos2, &'a str)>,
@@ -121,6 +125,8 @@ fn draw(
         hovered: scene.hovered.0,
         magnification: scene.magnification.as_deref().copied(),
         color_scale: scene.color_scale.as_deref().copied(),
+        slice_quantity: results.slice_quantity,
+        has_scatter: matches!(&results.scatter, Some(Ok(_))),
         slice_max_mm: results.slice.as_ref().map(|s| s.value.max_mm),
         readout: scene
             .readout

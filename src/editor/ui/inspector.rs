@@ -8,6 +8,7 @@ use super::widgets::{
 use super::{PanelAction, number_edits};
 use crate::design::{BodyRole, Design, DesignBody, Edit};
 use crate::editor::state::Selected;
+use crate::field::environment::{OrientationWeight, OrientationWeightSource};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::study::{BodyDetail, PoseDetail};
 use crate::tracking::{Coil, Determination, RigidBody, Sensor, SensorOrientation};
@@ -20,7 +21,7 @@ pub struct InspectorView<'a> {
     pub selected: Option<Selected>,
     pub pose: Option<&'a PoseDetail>,
     /// The weight that counts where the design says none.
-    pub default_weight_mm: f64,
+    pub derived_weight: OrientationWeight,
 }
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -62,7 +63,7 @@ fn weight_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<PanelActi
             .checkbox(&mut is_set, "orientation weight")
             .on_hover_text("How much an axis counts against a position in frame fitting");
         if box_.changed() {
-            let weight = is_set.then_some(inspector.default_weight_mm);
+            let weight = is_set.then_some(inspector.derived_weight.value_mm);
             actions.push(PanelAction::apply(Edit::SetOrientationWeight(weight)));
         }
         match weight_mm {
@@ -74,10 +75,26 @@ fn weight_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<PanelActi
                 });
             }
             None => {
-                right_ui(ui, |ui| quiet_ui(ui, length(inspector.default_weight_mm)));
+                let derived_mm = inspector.derived_weight.value_mm;
+                right_ui(ui, |ui| quiet_ui(ui, length(derived_mm)));
             }
         }
     });
+    if weight_mm.is_none() {
+        quiet_ui(ui, weight_source(inspector.derived_weight.source));
+    }
+}
+
+/// Where the weight comes from that counts while the design says none.
+fn weight_source(source: OrientationWeightSource) -> &'static str {
+    match source {
+        OrientationWeightSource::Jitter => {
+            "derived from the room's jitter, position by orientation"
+        }
+        OrientationWeightSource::Default | OrientationWeightSource::Design => {
+            "the default: the room states no jitter"
+        }
+    }
 }
 
 fn right_ui<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {

@@ -4,13 +4,15 @@ use super::baseline::{Baseline, note_baseline};
 use super::dialogs::{DialogAnswer, Dialogs, dialog_ui};
 use super::inspector::{InspectorView, inspector_ui};
 use super::outliner::{OutlinerView, outliner_ui};
+use super::precision_ui::precision_window;
 use super::result::{ResultView, headline, result_ui};
 use super::slice_ui::{SlicePanelView, slice_ui};
 use super::status_bar::{StatusView, hint, status_bar_ui};
 use super::top_bar::{TopBarView, top_bar_ui};
 use super::{PanelAction, theme};
 use crate::design::{Design, View};
-use crate::editor::document::{Notice, file_name};
+use crate::editor::document::{Notice, WorldGeneration, file_name};
+use crate::editor::precision::{PrecisionPage, PrecisionRequest};
 use crate::editor::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, Presentation, Results,
     Selected, Selection, ViewRequest, ViewportRect,
@@ -66,6 +68,7 @@ impl Plugin for UiPlugin {
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
+            .add_message::<PrecisionRequest>()
             .add_message::<RequestRedraw>()
             .configure_sets(
                 EguiPrimaryContextPass,
@@ -76,7 +79,9 @@ impl Plugin for UiPlugin {
                 EguiPrimaryContextPass,
                 (
                     (set_style, panels).chain().in_set(UiSystems::Panels),
-                    dialogs.in_set(UiSystems::Dialogs),
+                    (precision_page.run_if(is_precision_open), dialogs)
+                        .chain()
+                        .in_set(UiSystems::Dialogs),
                 ),
             );
     }
@@ -113,6 +118,7 @@ struct Asked<'w> {
     edits: MessageWriter<'w, EditRequest>,
     views: MessageWriter<'w, ViewRequest>,
     files: MessageWriter<'w, FileRequest>,
+    precision: MessageWriter<'w, PrecisionRequest>,
     redraw: MessageWriter<'w, RequestRedraw>,
 }
 
@@ -257,6 +263,7 @@ impl Desk<'_> {
                     &SlicePanelView {
                         view: self.view(),
                         bounds: *self.environment().model.bounds(),
+                        has_support: self.environment().support.is_some(),
                         max_mm: self.shown.results.slice.as_ref().map(|s| s.value.max_mm),
                     },
                 ));
@@ -295,7 +302,7 @@ impl Desk<'_> {
                             design: self.design(),
                             selected: self.selected,
                             pose: results.pose.as_ref().map(|p| &p.value),
-                            default_weight_mm: self.environment().orientation_weight_mm(),
+                            derived_weight: self.environment().orientation_weight(None),
                         },
                     ));
                     ui.add_space(8.0);
@@ -320,6 +327,9 @@ impl Asked<'_> {
                 PanelAction::File(request) => {
                     self.files.write(request);
                 }
+                PanelAction::Precision(request) => {
+                    self.precision.write(request);
+                }
                 PanelAction::Select(what) => self.selection.0 = what,
                 PanelAction::Hover(what) => hovered = Some(what),
                 PanelAction::ToggleLeft => self.shown.left = !self.shown.left,
@@ -336,6 +346,30 @@ impl Asked<'_> {
             self.redraw.write(RequestRedraw);
         }
     }
+}
+
+fn is_precision_open(page: Option<Res<PrecisionPage>>) -> bool {
+    page.is_some_and(|page| page.is_open)
+}
+
+fn precision_page(
+    mut contexts: EguiContexts,
+    page: Res<PrecisionPage>,
+    world: Option<Res<OpenWorld>>,
+    generation: Res<WorldGeneration>,
+    mut requests: MessageWriter<PrecisionRequest>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) -> Result {
+    let revision = world.map(|world| world.0.document.revision());
+    let is_current = page
+        .of
+        .as_ref()
+        .is_some_and(|(_, g, r)| *g == generation.0 && Some(*r) == revision);
+    for request in precision_window(contexts.ctx_mut()?, &page, is_current) {
+        requests.write(request);
+        redraw.write(RequestRedraw);
+    }
+    Ok(())
 }
 
 fn dialogs(

@@ -2,12 +2,14 @@
 //! what the person asked for; `layout` alone knows Bevy.
 
 pub mod baseline;
+pub mod chart_ui;
 pub mod dialogs;
 pub mod folder;
 pub mod inspector;
 mod layout;
 pub mod motion_ui;
 pub mod outliner;
+pub mod precision_ui;
 pub mod result;
 pub mod slice_ui;
 pub mod status_bar;
@@ -17,6 +19,7 @@ pub mod widgets;
 
 pub use layout::{PanelsShown, UiPlugin, UiSystems};
 
+use super::precision::PrecisionRequest;
 use super::state::{EditRequest, FileRequest, Selected, ViewRequest};
 use crate::design::Edit;
 use widgets::NumberChange;
@@ -27,6 +30,7 @@ pub enum PanelAction {
     Edit(EditRequest),
     View(ViewRequest),
     File(FileRequest),
+    Precision(PrecisionRequest),
     Select(Option<Selected>),
     Hover(Selected),
     /// Folds or unfolds the panels at the left.

@@ -174,7 +174,7 @@ fn room_ui(ui: &mut Ui, environment: &Environment) {
 /// A layer's name and where its switch is.
 type Layer = (&'static str, fn(&mut Layers) -> &mut bool);
 
-const LAYERS: [Layer; 9] = [
+const LAYERS: [Layer; 10] = [
     ("Volume", |l| &mut l.volume),
     ("Field generator", |l| &mut l.generator),
     ("Ground grid", |l| &mut l.grid),
@@ -182,6 +182,7 @@ const LAYERS: [Layer; 9] = [
     ("Sensor errors", |l| &mut l.sensor_errors),
     ("Tip error", |l| &mut l.tip_error),
     ("Ghost", |l| &mut l.ghost),
+    ("Tip scatter", |l| &mut l.tip_scatter),
     ("Error slice", |l| &mut l.slice),
     ("Labels", |l| &mut l.labels),
 ];

@@ -5,7 +5,9 @@ use super::widgets::{
     MET_SIGN, MISSED_SIGN, THIN_SPACE, counted, quiet_ui, signed, warning_ui, with_unit,
 };
 use crate::editor::palette;
+use crate::editor::solver::Extent;
 use crate::editor::state::Results;
+use crate::study::figures::with_separators;
 use crate::study::{FigureRow, Figures, figure_rows};
 use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
 
@@ -95,8 +97,18 @@ pub fn result_ui(ui: &mut Ui, result: &ResultView) {
             figure_ui(ui, &row);
         }
     }
+    if let Some(Ok(scatter)) = &result.results.scatter {
+        figure_ui(
+            ui,
+            &FigureRow {
+                label: "tip jitter RMS, this pose",
+                value: format!("{:.4}", scatter.rms_mm),
+                unit: "mm",
+            },
+        );
+    }
     ui.add_space(4.0);
-    counts_ui(ui, figures);
+    counts_ui(ui, figures, result.results.extent);
 }
 
 fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
@@ -146,8 +158,22 @@ fn figure_ui(ui: &mut Ui, row: &FigureRow) {
     });
 }
 
-fn counts_ui(ui: &mut Ui, figures: &Figures) {
-    quiet_ui(ui, counted(figures.trials, "trial", "trials"));
+fn counts_ui(ui: &mut Ui, figures: &Figures, extent: Option<Extent>) {
+    match extent {
+        Some(Extent::PreviewOf(whole)) => {
+            let part = counted(figures.trials, "trial", "trials");
+            warning_ui(
+                ui,
+                &format!(
+                    "preview while dragging: {part} of {}",
+                    with_separators(whole)
+                ),
+            );
+        }
+        Some(Extent::Whole) | None => {
+            quiet_ui(ui, counted(figures.trials, "trial", "trials"));
+        }
+    }
     for text in warnings(figures) {
         warning_ui(ui, &text);
     }

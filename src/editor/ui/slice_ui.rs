@@ -2,7 +2,7 @@
 
 use super::PanelAction;
 use super::widgets::{NumberChange, NumberField, number_ui, section_ui};
-use crate::design::view::{ColorMap, SliceAxis, SliceView, View};
+use crate::design::view::{ColorMap, Quantity, SliceAxis, SliceView, View};
 use crate::editor::state::ViewRequest;
 use crate::geometry::bounds::Bounds;
 use bevy_egui::egui::{self, ComboBox, Slider, SliderClamping, Ui};
@@ -12,9 +12,14 @@ pub struct SlicePanelView<'a> {
     pub view: &'a View,
     /// The model's box.
     pub bounds: Bounds,
-    /// The largest error of the slice, the automatic end of the colour bar.
+    /// Whether the room says where its model may be believed.
+    pub has_support: bool,
+    /// The largest value of the slice, the automatic end of the colour bar.
     pub max_mm: Option<f64>,
 }
+
+const NO_SUPPORT: &str =
+    "This room does not say where its model may be believed; fit its measurements again to know";
 
 const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 
@@ -23,6 +28,7 @@ pub fn slice_ui(ui: &mut Ui, panel: &SlicePanelView) -> Vec<PanelAction> {
     let before = panel.view.slice;
     let mut slice = before;
     section_ui(ui, "Error slice");
+    quantity_ui(ui, panel.has_support, &mut slice);
     row_ui(ui, "across", |ui| {
         for axis in SliceAxis::ALL {
             let name = AXIS_NAMES[axis.index()];
@@ -65,6 +71,42 @@ pub fn slice_ui(ui: &mut Ui, panel: &SlicePanelView) -> Vec<PanelAction> {
         ..panel.view.clone()
     };
     vec![PanelAction::View(ViewRequest::Set(view))]
+}
+
+fn quantity_ui(ui: &mut Ui, has_support: bool, slice: &mut SliceView) {
+    row_ui(ui, "shows", |ui| {
+        ComboBox::from_id_salt("slice quantity")
+            .selected_text(short_name(slice.quantity))
+            .width(110.0)
+            .show_ui(ui, |ui| {
+                for quantity in Quantity::ALL {
+                    let is_known = has_support || quantity == Quantity::PositionErrorMm;
+                    let is_shown = slice.quantity == quantity;
+                    let name = egui::Button::selectable(is_shown, short_name(quantity));
+                    let choice = ui
+                        .add_enabled(is_known, name)
+                        .on_hover_text(quantity.label())
+                        .on_disabled_hover_text(NO_SUPPORT);
+                    if choice.clicked() && !is_shown {
+                        slice.quantity = quantity;
+                        // The old range means nothing for another quantity.
+                        slice.range_mm = None;
+                    }
+                }
+            });
+    });
+    if !has_support && slice.quantity != Quantity::PositionErrorMm {
+        super::widgets::warning_ui(ui, NO_SUPPORT);
+    }
+}
+
+/// For a narrow panel; the colour bar has the whole name.
+fn short_name(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::PositionErrorMm => "position error",
+        Quantity::StdErrorMm => "standard error",
+        Quantity::SupportDistanceMm => "nearest sample",
+    }
 }
 
 fn position_ui(ui: &mut Ui, bounds: &Bounds, slice: &mut SliceView) {

@@ -4,6 +4,7 @@ use super::PanelAction;
 use super::widgets::quiet_ui;
 use crate::design::view::{Magnification, View};
 use crate::editor::palette;
+use crate::editor::precision::PrecisionRequest;
 use crate::editor::state::{Axis, EditRequest, FileRequest, ViewRequest};
 use bevy_egui::egui::{self, Button, RichText, Ui};
 
@@ -120,6 +121,9 @@ fn view_menu(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
         actions.push(PanelAction::View(ViewRequest::Set(toggled_magnification(
             bar.view,
         ))));
+    }
+    if item(ui, "Error against run time…", "", true) {
+        actions.push(PanelAction::Precision(PrecisionRequest::Open));
     }
     ui.separator();
     let fold = |shown: bool, name: &str| format!("{} {name}", if shown { "Hide" } else { "Show" });

@@ -1,7 +1,7 @@
 //! Makes a support from a fit's singular value decompositions and the samples.
 
 use super::cells::Cells;
-use super::form::{FormBasis, coefficients};
+use super::form::coefficients;
 use super::{Pairs, Support, SupportParts, Weighed};
 use crate::field::bernstein::{coefficient_count, push_products};
 use crate::field::fit::{Factored, FitError, FitMethod, FitSettings};
@@ -123,18 +123,13 @@ impl Support {
             let bits = weighed.iter().fold(0, |bits, (d, _)| bits | 1_u64 << d);
             (s.position_mm, bits)
         }));
-        let mut support = Self { parts, pairs };
-        support.find_greatest(set, model, task)?;
+        let mut support = Self::new(parts, pairs, model);
+        support.find_greatest(set, task)?;
         Ok(support)
     }
 
     /// The samples' own greatest leverage and undetermined part, by the forms as they are kept.
-    fn find_greatest(
-        &mut self,
-        set: &SampleSet,
-        model: &DistortionModel,
-        task: &Task,
-    ) -> Result<(), Cancelled> {
+    fn find_greatest(&mut self, set: &SampleSet, task: &Task) -> Result<(), Cancelled> {
         let systems = self.parts.position_std_mm.len();
         let nothing = || vec![(0.0_f64, 0.0_f64); systems];
         let mut greatest = nothing();
@@ -143,7 +138,7 @@ impl Support {
             let found = samples
                 .par_iter()
                 .fold(nothing, |mut greatest, sample| {
-                    let (basis, weighed) = placed(sample, model);
+                    let (basis, weighed) = self.placed(&sample.position_mm, &sample.axis);
                     self.each_leverage(&basis, &weighed, |system, leverage, undetermined| {
                         let (l, u) = &mut greatest[system];
                         (*l, *u) = (l.max(leverage), u.max(undetermined));
@@ -166,17 +161,6 @@ fn larger(a: Vec<(f64, f64)>, b: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
         .zip(&b)
         .map(|(a, b)| (a.0.max(b.0), a.1.max(b.1)))
         .collect()
-}
-
-fn placed(sample: &Sample, model: &DistortionModel) -> (FormBasis, Weighed) {
-    let w = model.directions().weights(&sample.axis, model.weighting());
-    (
-        FormBasis::new(
-            2 * model.order(),
-            &model.bounds().to_unit(&sample.position_mm),
-        ),
-        Weighed::new(&w.directions, &w.weights),
-    )
 }
 
 /// What of a system's decomposition is used: the singular values that count.

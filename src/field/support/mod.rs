@@ -32,7 +32,8 @@ pub use cells::{Cell, Cells, MAX_CELLS};
 
 use super::bernstein::MAX_ORDER;
 use super::model::{DistortionModel, OutsidePolicy};
-use crate::geometry::directions::DirectionSet;
+use crate::geometry::bounds::Bounds;
+use crate::geometry::directions::{DirectionSet, Weighting};
 use form::FormBasis;
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -47,8 +48,12 @@ pub(super) const NULL_TOLERANCE: f64 = 100.0 * f64::EPSILON;
 /// What a fit knows about its own reach.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Support {
-    parts: SupportParts,
+    order: usize,
+    directions: DirectionSet,
+    weighting: Weighting,
+    bounds: Bounds,
     pairs: Pairs,
+    parts: SupportParts,
 }
 
 /// The numbers that a support is made of, as a file holds them.
@@ -104,7 +109,7 @@ pub enum SupportPartsError {
         found: f64,
         expected: &'static str,
     },
-    #[error("a model of order 0 has no support")]
+    #[error("a model of order 0 has none")]
     NoOrder,
 }
 
@@ -119,7 +124,18 @@ impl Support {
     ) -> Result<Self, SupportPartsError> {
         let pairs = Pairs::of(model.directions());
         check(&parts, &pairs, model)?;
-        Ok(Self { parts, pairs })
+        Ok(Self::new(parts, pairs, model))
+    }
+
+    fn new(parts: SupportParts, pairs: Pairs, model: &DistortionModel) -> Self {
+        Self {
+            order: model.order(),
+            directions: model.directions(),
+            weighting: model.weighting(),
+            bounds: *model.bounds(),
+            pairs,
+            parts,
+        }
     }
 
     pub fn parts(&self) -> &SupportParts {
@@ -141,19 +157,16 @@ impl Support {
     /// nothing is supported, and the distance is the position's own.
     pub fn at(
         &self,
-        model: &DistortionModel,
         position_mm: &Point3<f64>,
         axis: &Unit<Vector3<f64>>,
         outside: OutsidePolicy,
     ) -> SupportAt {
-        let bounds = model.bounds();
+        let bounds = &self.bounds;
         let at = match outside {
             OutsidePolicy::Extrapolate => *position_mm,
             OutsidePolicy::Clamp | OutsidePolicy::Reject => bounds.clamp(position_mm),
         };
-        let weights = model.directions().weights(axis, model.weighting());
-        let weighed = Weighed::new(&weights.directions, &weights.weights);
-        let basis = FormBasis::new(2 * model.order(), &bounds.to_unit(&at));
+        let (basis, weighed) = self.placed(&at, axis);
         let reach = self.reach(&basis, &weighed);
         let is_determined = reach.is_determined;
         let std_error = |std: &[Option<f64>]| {
@@ -174,6 +187,15 @@ impl Support {
             is_supported: is_determined && reach.is_within && bounds.contains(position_mm),
             distance_mm: self.distance_mm(position_mm, &weighed),
         }
+    }
+
+    /// What the forms are evaluated with.
+    fn placed(&self, at: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> (FormBasis, Weighed) {
+        let weights = self.directions.weights(axis, self.weighting);
+        (
+            FormBasis::new(2 * self.order, &self.bounds.to_unit(at)),
+            Weighed::new(&weights.directions, &weights.weights),
+        )
     }
 
     fn distance_mm(&self, position_mm: &Point3<f64>, weighed: &Weighed) -> f64 {

@@ -1,0 +1,184 @@
+//! Tracks a body at many poses: every sensor distorted (6), (7), the frame refitted (9)–(13).
+
+use super::scenario::Scenario;
+use super::trial::SensorDetail;
+use super::work::Work;
+use crate::field::model::Evaluation;
+use crate::field::{Batch, Environment, OutsidePolicy};
+use crate::geometry::pose::{Pose, pose_from_parts};
+use crate::geometry::rotation::exp_vector;
+use crate::tracking::frame_fit::{FrameFit, FrameFitter, Reading};
+use crate::tracking::tool_in_crf::FreeMotion;
+use crate::tracking::{Determination, RigidBody};
+use nalgebra::{Point3, Unit, Vector3};
+
+/// Fewest poses with one orientation for which a model of that orientation is made: blending
+/// costs as many products as three evaluations with it, and saves two of three after that.
+pub(super) const MIN_RUN: usize = 16;
+
+/// Tracks one body in one room.
+pub(super) struct BodyTracker<'a> {
+    environment: &'a Environment,
+    outside: OutsidePolicy,
+    fitter: FrameFitter,
+    /// `body_from_sensor` and axis of each sensor, made once for all trials.
+    sensors: Vec<(Pose, Unit<Vector3<f64>>)>,
+}
+
+/// A body as the tracker sees it.
+#[derive(Clone, Copy)]
+pub(super) struct Tracked {
+    pub fit: FrameFit,
+    pub outside: usize,
+    pub out_of_volume: usize,
+}
+
+/// What tracking writes to, used again for the next poses, and what it has cost.
+#[derive(Default)]
+pub(super) struct TrackBuffers {
+    batch: Batch,
+    /// Sensor by sensor, the poses of each in order.
+    positions_mm: Vec<Point3<f64>>,
+    axes: Vec<Unit<Vector3<f64>>>,
+    evaluations: Vec<Evaluation>,
+    of_one_run: Vec<Evaluation>,
+    readings: Vec<Reading>,
+    pub work: Work,
+}
+
+impl<'a> BodyTracker<'a> {
+    pub fn new(body: &'a RigidBody, scenario: &'a Scenario) -> Self {
+        Self {
+            environment: &scenario.environment,
+            outside: scenario.outside,
+            fitter: FrameFitter::new(body, scenario.orientation_weight_mm),
+            sensors: body
+                .sensors
+                .iter()
+                .map(|s| (s.body_from_sensor(), s.axis_in_body()))
+                .collect(),
+        }
+    }
+
+    /// What the sensors leave free, in the body's frame.
+    pub fn free_motion(&self, determination: &Determination) -> Option<FreeMotion> {
+        FreeMotion::in_body(determination, self.fitter.centroid_in_body())
+    }
+
+    /// The body at one pose.
+    pub fn track(&self, buffers: &mut TrackBuffers, tracker_from_body: &Pose) -> Tracked {
+        self.evaluate(buffers, std::slice::from_ref(tracker_from_body), 1);
+        self.tracked(buffers, tracker_from_body, 0, 1)
+    }
+
+    /// The body at one pose, with what each sensor reads there.
+    pub fn track_in_detail(
+        &self,
+        buffers: &mut TrackBuffers,
+        tracker_from_body: &Pose,
+    ) -> (Tracked, Vec<SensorDetail>) {
+        let tracked = self.track(buffers, tracker_from_body);
+        let readings = buffers.readings.iter().zip(&buffers.evaluations);
+        let details = self.sensors.iter().zip(readings);
+        let details = details.map(|((body_from_sensor, _), (reading, evaluation))| {
+            let tracker_from_sensor = tracker_from_body * body_from_sensor;
+            let position_mm = reading.position_mm.coords;
+            SensorDetail {
+                tracker_from_sensor,
+                tracker_from_measured: pose_from_parts(position_mm, reading.rotation),
+                error: evaluation.error,
+                is_inside: evaluation.is_inside,
+                is_in_volume: self.is_in_volume(&tracker_from_sensor.translation.vector.into()),
+            }
+        });
+        (tracked, details.collect())
+    }
+
+    /// The body at many poses, appended to `out`. Where poses come in runs of one orientation,
+    /// `run` is their length; the last run may be shorter.
+    pub fn track_all(
+        &self,
+        buffers: &mut TrackBuffers,
+        tracker_from_body: &[Pose],
+        run: usize,
+        out: &mut Vec<Tracked>,
+    ) {
+        let count = tracker_from_body.len();
+        self.evaluate(buffers, tracker_from_body, run);
+        out.extend(
+            tracker_from_body
+                .iter()
+                .enumerate()
+                .map(|(place, pose)| self.tracked(buffers, pose, place, count)),
+        );
+    }
+
+    /// The error of every sensor at every pose.
+    fn evaluate(&self, buffers: &mut TrackBuffers, tracker_from_body: &[Pose], run: usize) {
+        let model = &self.environment.model;
+        buffers.positions_mm.clear();
+        buffers.axes.clear();
+        for (body_from_sensor, axis_in_body) in &self.sensors {
+            for pose in tracker_from_body {
+                let position = pose * Point3::from(body_from_sensor.translation.vector);
+                buffers.positions_mm.push(position);
+                buffers.axes.push(pose.rotation * axis_in_body);
+            }
+        }
+        buffers.work.study_evaluations += buffers.positions_mm.len() as u64;
+        let (positions_mm, axes) = (&buffers.positions_mm, &buffers.axes);
+        if run < MIN_RUN || model.order() == 0 {
+            let out = &mut buffers.evaluations;
+            let batch = &mut buffers.batch;
+            batch.evaluate(model, positions_mm, axes, self.outside, out);
+            return;
+        }
+        buffers.evaluations.clear();
+        let count = tracker_from_body.len();
+        for (positions_mm, axes) in positions_mm.chunks(count).zip(axes.chunks(count)) {
+            for (positions_mm, axes) in positions_mm.chunks(run).zip(axes.chunks(run)) {
+                let at_axis = model.at_axis(&axes[0]);
+                let out = &mut buffers.of_one_run;
+                at_axis.evaluate_all(&mut buffers.batch, positions_mm, self.outside, out);
+                buffers.evaluations.extend_from_slice(out);
+                buffers.work.coefficient_blends += 1;
+                buffers.work.blended_evaluations += positions_mm.len() as u64;
+            }
+        }
+    }
+
+    /// The frame of the pose at a place among `count` that were evaluated.
+    fn tracked(
+        &self,
+        buffers: &mut TrackBuffers,
+        tracker_from_body: &Pose,
+        place: usize,
+        count: usize,
+    ) -> Tracked {
+        let (mut outside, mut out_of_volume) = (0, 0);
+        buffers.readings.clear();
+        for (sensor, (body_from_sensor, _)) in self.sensors.iter().enumerate() {
+            let index = sensor * count + place;
+            let (at, evaluation) = (&buffers.positions_mm[index], &buffers.evaluations[index]);
+            outside += usize::from(!evaluation.is_inside);
+            out_of_volume += usize::from(!self.is_in_volume(at));
+            buffers.readings.push(Reading {
+                position_mm: at + evaluation.error.position_mm,
+                rotation: exp_vector(&evaluation.error.rotation_rad)
+                    * (tracker_from_body.rotation * body_from_sensor.rotation),
+            });
+        }
+        buffers.work.frame_fits += 1;
+        Tracked {
+            fit: self.fitter.fit(&buffers.readings, tracker_from_body),
+            outside,
+            out_of_volume,
+        }
+    }
+
+    fn is_in_volume(&self, position_mm: &Point3<f64>) -> bool {
+        self.environment
+            .volume
+            .is_none_or(|volume| volume.contains(position_mm))
+    }
+}

@@ -1,0 +1,204 @@
+//! Where the model may be believed, through the command line.
+
+use crate::support::data::own;
+use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use std::fs;
+
+fn fit(scratch: &Scratch, name: &str, more: &[&str]) -> String {
+    let (table, env) = (text(&own("room-a/room-a-fit.csv")), scratch.arg(name));
+    succeed(&[&["fit", &table, "-o", &env], more].concat());
+    env
+}
+
+/// The columns that `distort --support` adds, of poses given as rows.
+fn support_of(scratch: &Scratch, env: &str, poses: &str) -> Vec<Vec<String>> {
+    fs::write(
+        scratch.path("poses.csv"),
+        format!("x,y,z,qw,qx,qy,qz\n{poses}\n"),
+    )
+    .unwrap();
+    let out = scratch.arg("out.csv");
+    succeed(&[
+        "distort",
+        env,
+        &scratch.arg("poses.csv"),
+        "-o",
+        &out,
+        "--support",
+    ]);
+    let table = fs::read_to_string(&out).unwrap();
+    let mut lines = table.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "x,y,z,qw,qx,qy,qz,outside,std_error_mm,std_error_deg,leverage,supported,distance_mm"
+    );
+    lines
+        .map(|line| line.split(',').skip(7).map(str::to_owned).collect())
+        .collect()
+}
+
+#[test]
+fn distort_adds_where_the_model_may_be_believed() {
+    let scratch = Scratch::new();
+    let env = fit(
+        &scratch,
+        "room.env.ron",
+        &["--order", "2", "--directions", "14"],
+    );
+    // A sample, the middle of the room, and a metre away.
+    let rows = support_of(
+        &scratch,
+        &env,
+        "-111.428939,-0.216641268,-199.625411,0.403448096,0.580714761,-0.704057214,-0.0656006052\n\
+         0,0,-250,1,0,0,0\n0,0,750,1,0,0,0",
+    );
+    let number = |row: usize, column: usize| rows[row][column].parse::<f64>().unwrap();
+    for row in 0..2 {
+        assert_eq!((&*rows[row][0], &*rows[row][4]), ("0", "1"), "{rows:?}");
+        // Residuals are some 1.3 mm and 0.4°, and 160 samples or more answer for 27 unknowns.
+        assert!((0.1..1.0).contains(&number(row, 1)), "{rows:?}");
+        assert!((0.01..0.5).contains(&number(row, 2)), "{rows:?}");
+        assert!((0.0..1.0).contains(&number(row, 3)), "{rows:?}");
+    }
+    // Cells of a box of some 300 mm are less than 0.1 mm.
+    assert!(number(0, 5) < 0.1 && number(1, 5) > 1.0, "{rows:?}");
+    assert_eq!((&*rows[2][0], &*rows[2][4]), ("1", "0"), "{rows:?}");
+    assert!(number(2, 5) > 700.0, "{rows:?}");
+}
+
+#[test]
+fn a_position_only_table_has_no_angles_to_tell_of() {
+    let scratch = Scratch::new();
+    let table = fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
+    let columns = [0, 1, 2, 7, 8, 9];
+    let positions: Vec<String> = table
+        .lines()
+        .map(|line| {
+            let cells: Vec<_> = line.split(',').collect();
+            columns.map(|c| cells[c]).join(",")
+        })
+        .collect();
+    fs::write(scratch.path("p.csv"), positions.join("\n")).unwrap();
+    let env = scratch.arg("p.env.ron");
+    let table = scratch.arg("p.csv");
+    succeed(&[
+        "fit",
+        &table,
+        "-o",
+        &env,
+        "--order",
+        "2",
+        "--directions",
+        "1",
+    ]);
+    let rows = support_of(&scratch, &env, "0,0,-250,1,0,0,0");
+    assert_eq!((&*rows[0][2], &*rows[0][4]), ("", "1"), "{rows:?}");
+}
+
+#[test]
+fn a_fit_without_freedom_says_nothing_of_its_error() {
+    let scratch = Scratch::new();
+    // 160 samples an orientation for 343 unknowns: some of the room is not determined.
+    let env = fit(
+        &scratch,
+        "room.env.ron",
+        &["--order", "6", "--directions", "14"],
+    );
+    let rows = support_of(&scratch, &env, "0,0,-250,1,0,0,0");
+    assert_eq!(
+        (&*rows[0][1], &*rows[0][2], &*rows[0][4]),
+        ("", "", "0"),
+        "{rows:?}"
+    );
+}
+
+#[test]
+fn an_environment_that_does_not_tell_is_an_error_that_says_how_to_make_one_that_does() {
+    let scratch = Scratch::new();
+    scratch.copy_own("golden/pointer-on-head", "d");
+    let small = ["--order", "1", "--directions", "6", "--no-support"];
+    let env = fit(&scratch, "d/room.env.ron", &small);
+    assert!(!fs::read_to_string(&env).unwrap().contains("support"));
+    let poses = scratch.arg("poses.csv");
+    fs::write(&poses, "x,y,z,qw,qx,qy,qz\n0,0,-250,1,0,0,0\n").unwrap();
+    let out = scratch.arg("out.csv");
+    let message = fail(&["distort", &env, &poses, "-o", &out, "--support"]);
+    assert!(
+        message.contains("room.env.ron: found no `support`"),
+        "{message}"
+    );
+    assert!(!scratch.path("out.csv").exists());
+    let (design, log) = (
+        scratch.arg("d/pointer-on-head.design.ron"),
+        scratch.arg("log.csv"),
+    );
+    let simulate = [
+        "simulate",
+        &design,
+        "--mode",
+        "single",
+        "--log",
+        &log,
+        "--support",
+    ];
+    let message = fail(&simulate);
+    assert!(message.contains("\"room\" does not say"), "{message}");
+    assert!(!scratch.path("log.csv").exists());
+    succeed(&simulate[..6]);
+}
+
+#[test]
+fn what_is_too_large_to_keep_is_left_out_with_a_note() {
+    let scratch = Scratch::new();
+    let (table, env) = (
+        text(&own("room-a/room-a-fit.csv")),
+        scratch.arg("e.env.ron"),
+    );
+    let output = trackwright(&[
+        "fit",
+        &table,
+        "-o",
+        &env,
+        "--order",
+        "8",
+        "--directions",
+        "14",
+    ])
+    .output()
+    .unwrap();
+    let notes = String::from_utf8(output.stderr).unwrap();
+    // 36 edges and twice 14 orientations of 17³.
+    assert!(
+        notes.contains("314432 numbers, expected at most 250000"),
+        "{notes}"
+    );
+    assert!(!fs::read_to_string(&env).unwrap().contains("support"));
+}
+
+#[test]
+fn simulate_counts_trials_on_poorly_supported_field_where_it_is_asked_to() {
+    let scratch = Scratch::new();
+    scratch.copy_own("golden/pointer-on-head", "d");
+    fit(
+        &scratch,
+        "d/room.env.ron",
+        &["--order", "2", "--directions", "14"],
+    );
+    let design = scratch.arg("d/pointer-on-head.design.ron");
+    let args = ["simulate", &design, "--mode", "motion"];
+    let (plain, found) = (json(&args), json(&[&args[..], &["--support"]].concat()));
+    assert!(plain.get("support").is_none());
+    let support = &found["support"];
+    assert_eq!(support["trials"], found["trials"]);
+    // A sensor outside the box is never supported.
+    let [unsupported, outside] =
+        [&support["unsupported"], &found["outside"]].map(|v| v.as_u64().unwrap());
+    assert!(unsupported >= outside, "{support}");
+    for (key, range) in [("std_error_mm", 0.1..1.0), ("std_error_deg", 0.01..1.0)] {
+        let [rms, max] = ["rms", "max"].map(|k| support[key][k].as_f64().unwrap());
+        assert!(range.contains(&rms) && rms <= max, "{support}");
+    }
+    let text = succeed(&[&args[..], &["--support"]].concat());
+    assert!(text.contains("trials on poorly supported field"), "{text}");
+    assert!(!succeed(&args).contains("poorly supported"));
+}

@@ -1,0 +1,170 @@
+//! Surveys of a study's support: what they count is what each sensor finds, whatever the threads.
+
+use nalgebra::Vector3;
+use std::sync::Arc;
+use trackwright::field::{Environment, OutsidePolicy};
+use trackwright::geometry::bounds::Bounds;
+use trackwright::store;
+use trackwright::study::{
+    self, CancelToken, InputTrial, Mode, Quantity, Scenario, SlicePlan, StudyError, SupportSurvey,
+    sample_slice, sample_slice_of, support::SurveyError,
+};
+use trackwright::task::Task;
+
+fn built_in() -> Scenario {
+    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    store::resolve(world.document.design(), &world.environment)
+}
+
+fn survey(scenario: &Scenario, mode: &Mode) -> SupportSurvey {
+    study::survey(scenario, mode, &Task::default()).unwrap()
+}
+
+#[test]
+fn a_single_survey_sums_up_what_each_sensor_finds() {
+    let scenario = built_in();
+    let support = scenario.environment.support.as_ref().unwrap();
+    let crf = scenario.crf.as_ref().unwrap();
+    let found: Vec<_> = [
+        (&crf.body, crf.tracker_from_crf),
+        (
+            &scenario.tool,
+            crf.tracker_from_crf * scenario.crf_from_tool,
+        ),
+    ]
+    .into_iter()
+    .flat_map(|(body, pose)| {
+        body.sensors.iter().map(move |sensor| {
+            support.at(
+                &(pose * sensor.position_in_body),
+                &(pose.rotation * sensor.axis_in_body()),
+                OutsidePolicy::Clamp,
+            )
+        })
+    })
+    .collect();
+    let survey = survey(&scenario, &Mode::Single);
+    let squares: f64 = found
+        .iter()
+        .map(|at| at.position_std_error_mm.powi(2))
+        .sum();
+    let rms = (squares / found.len() as f64).sqrt();
+    assert!((survey.std_error_mm.rms - rms).abs() < 1e-14, "{survey:?}");
+    let angles = found.iter().map(|at| at.angle_std_error_rad.unwrap());
+    let max = angles.fold(0.0, f64::max).to_degrees();
+    assert!((survey.std_error_deg.unwrap().max - max).abs() < 1e-14);
+    let distance = found.iter().map(|at| at.distance_mm).fold(0.0, f64::max);
+    assert_eq!(survey.greatest_distance_mm, distance);
+    assert!(found.iter().all(|at| at.is_supported));
+    assert_eq!((survey.trials, survey.unsupported), (1, 0));
+}
+
+#[test]
+fn a_crf_that_stands_still_is_looked_up_once_and_threads_change_nothing() {
+    let scenario = built_in();
+    let sensors = |scenario: &Scenario| {
+        let crf = scenario.crf.as_ref().unwrap();
+        (
+            scenario.tool.sensors.len() as u64,
+            crf.body.sensors.len() as u64,
+        )
+    };
+    let (tool, crf) = sensors(&scenario);
+    let surveys = [1, 3].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| survey(&scenario, &Mode::Motion))
+    });
+    assert_eq!(surveys[0], surveys[1]);
+    assert_eq!(
+        (surveys[0].trials, surveys[0].evaluations),
+        (3375, 3375 * tool + crf)
+    );
+    // Where it moves it is looked up each time.
+    let trial = InputTrial {
+        tracker_from_crf: scenario.crf.as_ref().map(|c| c.tracker_from_crf),
+        crf_from_tool: scenario.crf_from_tool,
+    };
+    let moved = survey(&scenario, &Mode::Input(vec![trial; 10].into()));
+    assert_eq!(moved.evaluations, 10 * (tool + crf) + crf);
+    let single = survey(&scenario, &Mode::Single);
+    assert!((moved.std_error_mm.rms - single.std_error_mm.rms).abs() < 1e-14);
+}
+
+#[test]
+fn a_tool_beyond_the_samples_leans_on_unsupported_field() {
+    let mut scenario = built_in();
+    scenario.crf_from_tool.translation.vector += Vector3::new(400.0, 0.0, 0.0);
+    let found = survey(&scenario, &Mode::Single);
+    assert_eq!((found.trials, found.unsupported), (1, 1));
+    assert!(found.greatest_distance_mm > 100.0, "{found:?}");
+    scenario.outside = OutsidePolicy::Reject;
+    let rejected = study::survey(&scenario, &Mode::Single, &Task::default());
+    let all = StudyError::AllRejected { trials: 1 };
+    assert_eq!(rejected, Err(SurveyError::Study(all)));
+}
+
+#[test]
+fn a_room_that_does_not_tell_gives_no_survey_and_a_cancelled_one_none_either() {
+    let mut scenario = built_in();
+    let task = Task::default();
+    task.cancel.cancel();
+    let cancelled = study::survey(&scenario, &Mode::Motion, &task);
+    assert_eq!(cancelled, Err(SurveyError::Study(StudyError::Cancelled)));
+    scenario.environment = Arc::new(Environment {
+        support: None,
+        ..(*scenario.environment).clone()
+    });
+    let error = study::survey(&scenario, &Mode::Single, &Task::default()).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("\"Operating table\" does not say"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_slice_shows_the_quantity_that_it_is_asked_for() {
+    let environment = built_in().environment;
+    let (model, support) = (&environment.model, environment.support.as_ref().unwrap());
+    let bounds = *model.bounds();
+    let plan = SlicePlan {
+        normal_axis: 2,
+        position_mm: bounds.center_mm().z,
+        sensor_axis: Vector3::x_axis(),
+        counts: [9, 5],
+        // Somewhat more than the box, so that some of the points are outside.
+        bounds: Bounds {
+            max_mm: bounds.max_mm + Vector3::repeat(20.0),
+            ..bounds
+        },
+    };
+    let cancel = CancelToken::default();
+    let slice = |quantity| sample_slice_of(quantity, &environment, &plan, &cancel);
+    let error = slice(Quantity::PositionErrorMm).unwrap().unwrap();
+    assert_eq!(error, sample_slice(&environment, &plan, &cancel).unwrap());
+    let std_error = slice(Quantity::StdErrorMm).unwrap().unwrap();
+    let distance = slice(Quantity::SupportDistanceMm).unwrap().unwrap();
+    for (i, is_inside) in error.is_inside.iter().enumerate() {
+        let point = plan.point_mm(i % 9, i / 9);
+        let at = support.at(&point, &plan.sensor_axis, OutsidePolicy::Clamp);
+        assert_eq!(std_error.position_error_mm[i], at.position_std_error_mm);
+        assert_eq!(distance.position_error_mm[i], at.distance_mm);
+        assert_eq!(
+            [std_error.is_inside[i], distance.is_inside[i]],
+            [*is_inside; 2]
+        );
+    }
+    assert!(std_error.p95_mm > 0.0 && std_error.p95_mm <= std_error.max_mm);
+    let without = Environment {
+        support: None,
+        ..(*environment).clone()
+    };
+    let none = sample_slice_of(Quantity::StdErrorMm, &without, &plan, &cancel);
+    assert_eq!(none, Ok(None));
+    cancel.cancel();
+    assert_eq!(slice(Quantity::StdErrorMm), Err(StudyError::Cancelled));
+}
