@@ -3,6 +3,7 @@
 
 use crate::field::batch::{Batch, Instructions};
 use crate::field::fit::{Fit, FitError, FitSettings, fit};
+use crate::field::inverse::{InverseState, undistort};
 use crate::field::jacobian::Matrix6x3;
 use crate::field::least_squares::{LeastSquares, NoConvergence, Solution};
 use crate::field::samples::{PoseError, SampleSet};
@@ -15,6 +16,7 @@ use crate::geometry::rotation::{
 };
 use crate::geometry::svd3::{Svd3, svd3};
 use crate::study::Statistics;
+use crate::task::Task;
 use crate::tracking::RigidBody;
 use crate::tracking::frame_fit::{FrameFit, FrameFitter, Reading};
 use crate::tracking::tool_in_crf::{RelativeError, relative_error};
@@ -94,6 +96,18 @@ pub trait Methods: Sync {
     ) -> [Matrix6x3; 2] {
         let there = model.evaluate_with_jacobian(position_mm, axis, outside);
         [there.by_position, there.by_axis]
+    }
+
+    /// The poses behind readings, and what became of each.
+    fn undistort(
+        &self,
+        model: &DistortionModel,
+        measured: &[Pose],
+        outside: OutsidePolicy,
+    ) -> Vec<(Option<Pose>, InverseState)> {
+        // Nobody cancels a task of its own.
+        let all = undistort(model, measured, outside, &Task::default()).unwrap_or_default();
+        all.into_iter().map(|u| (u.pose, u.state)).collect()
     }
 
     fn weights(

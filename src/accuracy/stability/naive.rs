@@ -2,6 +2,7 @@
 
 use super::methods::Methods;
 use crate::field::fit::{Fit, FitError, FitSettings, fit};
+use crate::field::inverse::InverseState;
 use crate::field::jacobian::Matrix6x3;
 use crate::field::least_squares::{NoConvergence, Solution};
 use crate::field::model::Coefficient;
@@ -290,6 +291,32 @@ impl Methods for Differences {
             ),
             columns(&|d| at(*position_mm, Unit::new_normalize(n + d)), 1e-6),
         ]
+    }
+}
+
+/// `p ← p_m − e(p)` a few times, whatever the map is like.
+pub struct FixedPoint;
+
+impl Methods for FixedPoint {
+    fn undistort(
+        &self,
+        model: &DistortionModel,
+        measured: &[Pose],
+        outside: OutsidePolicy,
+    ) -> Vec<(Option<Pose>, InverseState)> {
+        let undone = |reading: &Pose| {
+            let mut guess = *reading;
+            for _ in 0..4 {
+                let at = Point3::from(guess.translation.vector);
+                let e = model.evaluate(&at, &(guess.rotation * Vector3::z_axis()), outside);
+                guess = pose_from_parts(
+                    reading.translation.vector - e.error.position_mm,
+                    UnitQuaternion::from_scaled_axis(-e.error.rotation_rad) * reading.rotation,
+                );
+            }
+            (Some(guess), InverseState::Converged)
+        };
+        measured.iter().map(undone).collect()
     }
 }
 

@@ -5,6 +5,7 @@ mod evaluation;
 mod fits;
 mod frames;
 mod high_orders;
+mod inverse;
 mod least_squares;
 mod refusals;
 mod rotations;
@@ -21,6 +22,7 @@ pub fn all(extent: Extent) -> Vec<Family> {
     vec![
         evaluation::family(extent),
         derivatives::family(extent),
+        inverse::family(extent),
         weights::family(extent),
         rotations::family(extent),
         least_squares::family(extent),
