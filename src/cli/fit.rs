@@ -3,11 +3,8 @@
 use super::choose;
 use super::jitter::JitterArgs;
 use super::output::{self, Format, Shown};
-use crate::field::bernstein::coefficient_count;
 use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
-use crate::field::fit::{
-    Factored, Fit, FitMethod, FitSettings, Residuals, factor, fit_with, residuals,
-};
+use crate::field::fit::{Factored, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
 use crate::field::model::OutsidePolicy;
 use crate::field::samples::{MapKind, SampleSet};
 use crate::field::support::SupportError;
@@ -22,8 +19,8 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Unknowns of a joint fit up to which its decomposition takes seconds.
-const MAX_JOINT_WITH_SUPPORT: usize = 1800;
+/// Part of a fit's time that reducing its samples takes, for its progress bar only.
+const FACTORING_PART: f64 = 0.8;
 
 #[derive(Debug, Args)]
 pub struct FitArgs {
@@ -193,21 +190,27 @@ pub(super) fn fit_and_write(
     samples: &SampleSet,
     holdout: Option<(&Path, &SampleSet)>,
 ) -> anyhow::Result<(Fit, Option<Holdout>)> {
-    let shown = Shown::new("fitting");
-    let in_file = || target.data.display().to_string();
-    let (fitted, support) = if target.with_support && can_have_support(settings) {
-        let factored = factor(samples, settings, None, &shown.task).with_context(in_file)?;
-        let fitted = factored
-            .solve(settings.rcond, settings.ridge)
-            .with_context(in_file)?
-            .judged(samples);
-        let support = support(samples, &factored, &fitted, &shown.task)?;
-        (fitted, support)
-    } else {
-        let fitted = fit_with(samples, settings, None, &shown.task).with_context(in_file)?;
-        (fitted, None)
+    let fitting = Shown::new("fitting");
+    let (factored, fitted) = factor(
+        samples,
+        settings,
+        None,
+        &fitting.task.stretch(0.0, FACTORING_PART),
+    )
+    .and_then(|factored| {
+        let task = fitting.task.stretch(FACTORING_PART, 1.0);
+        let solved = factored.solve_with(settings.rcond, settings.ridge, &task)?;
+        Ok((factored, solved.judged(samples)))
+    })
+    .with_context(|| target.data.display().to_string())?;
+    drop(fitting);
+    let support = match target.with_support {
+        true => {
+            let supporting = Shown::new("support");
+            support(samples, &factored, &fitted, &supporting.task)?
+        }
+        false => None,
     };
-    drop(shown);
     let holdout = holdout.map(|(file, set)| judge(&fitted.model, file, set));
     let mut environment = environment(target, &fitted, settings, holdout.as_ref());
     environment.support = support;
@@ -275,22 +278,6 @@ pub(super) fn read(file: &Path, sensors: SensorsArg, map: MapKind) -> anyhow::Re
         reading,
         &Shown::new("reading").task,
     )?)
-}
-
-/// Whether the decomposition that a support is made from takes seconds, not minutes; says so where
-/// it does not.
-fn can_have_support(settings: &FitSettings) -> bool {
-    let unknowns = settings.directions.len() * coefficient_count(settings.order);
-    let is_large = settings.method == FitMethod::Joint && unknowns > MAX_JOINT_WITH_SUPPORT;
-    if is_large {
-        output::note(&format!(
-            "note: the environment is written without support, which a joint fit of {} unknowns \
-             would take minutes for; up to {} have it",
-            with_separators(unknowns),
-            with_separators(MAX_JOINT_WITH_SUPPORT),
-        ));
-    }
-    !is_large
 }
 
 /// Where the model may be believed; one that is too large to keep is left out with a note.

@@ -18,12 +18,12 @@ use serde::{Deserialize, Serialize};
 /// Singular values below this part of the largest count as zero unless told otherwise.
 pub const DEFAULT_RCOND: f64 = 1e-10;
 
+/// Part of a joint fit's time that reducing its samples takes, for telling progress only.
+const FACES_PART: f64 = 0.6;
+
 /// Samples whose residuals are found at a time: enough to fill the lanes of each triangle, and no
 /// copy of all samples.
 const JUDGED_TOGETHER: usize = 16_384;
-
-/// Part of a joint fit's time that reducing its samples takes, for telling progress only.
-const FACES_PART: f64 = 0.6;
 
 /// How the orientations share the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -6,10 +6,7 @@ mod explain;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;
-<<<<<<< HEAD
-=======
 mod precision;
->>>>>>> main
 mod select;
 mod stability;
 mod support;

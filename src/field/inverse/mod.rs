@@ -3,6 +3,7 @@
 
 mod contraction;
 mod equations;
+mod nets;
 mod newton;
 mod regions;
 mod search;
@@ -10,6 +11,7 @@ mod slopes;
 #[cfg(test)]
 mod tests;
 mod tolerance;
+mod triangles;
 
 use super::model::{DistortionModel, OutsidePolicy};
 use super::samples::PoseError;
@@ -353,22 +355,4 @@ impl Undistorted {
         residual_rad: f64::NAN,
         is_inside: false,
     };
-}
-impl Inverse<'_> {
-    pub fn probe(&self, measured: &[Pose]) -> (f64, f64, [f64; 2]) {
-        let places: Vec<_> = measured.iter().map(Place::of).collect();
-        let s = self.possible(&places);
-        let e = &self.regions.everywhere;
-        (
-            s.iter().filter(|s| s.is_certain()).count() as f64 / places.len() as f64,
-            e.contraction(),
-            self.regions.jump,
-        )
-    }
-    pub fn probe_one(&self, measured: &Pose) -> (usize, f64, f64) {
-        let s = self.possible(&[Place::of(measured)]);
-        s.first().map_or((0, 0.0, 0.0), |s| {
-            (s.starts.len(), s.slopes.contraction(), s.largest_rad)
-        })
-    }
 }

@@ -2,13 +2,12 @@
 //! of its box and neighbourhoods of its triangles.
 
 use super::equations::Place;
-use super::slopes::{Slopes, by_axis, by_position, largest_differences, steepest_weights};
-use crate::field::bernstein::MAX_ORDER;
-use crate::field::model::Coefficient;
+use super::nets::{Errors, Nets};
+use super::slopes::Slopes;
+use super::triangles::{Neighbour, Triangles};
 use crate::field::{DistortionModel, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, Weighting};
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// Cells along each axis of the box: an eighth of it is about what a real field bends over.
@@ -40,14 +39,6 @@ pub(super) struct Regions {
     pub jump: [f64; 2],
     pub errors: Errors,
     cells: Option<Cells>,
-}
-
-/// What the coefficients say that errors lie between.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Errors {
-    pub least_mm: Vector3<f64>,
-    pub largest_mm: Vector3<f64>,
-    pub largest_rad: f64,
 }
 
 /// Where answers to one reading can be.
@@ -95,18 +86,18 @@ impl Regions {
         } else {
             ([0.0, 1.0], *model.bounds())
         };
-        let sphere = Sphere::of(model);
+        let triangles = Triangles::of(model);
         let nets = Nets::of(model, [whole; 3]);
         regions.errors = nets.errors();
         regions.everywhere = nets
-            .all_slopes(&sphere, &bounds.size_mm())
+            .all_slopes(&triangles, &bounds.size_mm())
             .into_iter()
             .reduce(Slopes::max)
             .unwrap_or_default();
-        regions.jump = sphere.jump(&nets);
+        regions.jump = triangles.jump(&nets);
         if regions.everywhere.contraction() >= CERTAIN {
             let is_clamped = outside != OutsidePolicy::Extrapolate;
-            regions.cells = Some(Cells::of(model, &sphere, whole, &bounds, is_clamped));
+            regions.cells = Some(Cells::of(model, &triangles, whole, &bounds, is_clamped));
         }
         regions
     }
@@ -137,37 +128,6 @@ impl Regions {
     }
 }
 
-impl Errors {
-    fn of(coefficients: &[Coefficient]) -> Self {
-        let mut errors = Self {
-            least_mm: Vector3::zeros(),
-            largest_mm: Vector3::zeros(),
-            largest_rad: 0.0,
-        };
-        if let Some(first) = coefficients.first() {
-            errors.least_mm = Vector3::new(first[0], first[1], first[2]);
-            errors.largest_mm = errors.least_mm;
-        }
-        for c in coefficients {
-            let position = Vector3::new(c[0], c[1], c[2]);
-            errors.least_mm = errors.least_mm.inf(&position);
-            errors.largest_mm = errors.largest_mm.sup(&position);
-            errors.largest_rad = errors
-                .largest_rad
-                .max(Vector3::new(c[3], c[4], c[5]).norm());
-        }
-        errors
-    }
-
-    fn hull(self, other: Self) -> Self {
-        Self {
-            least_mm: self.least_mm.inf(&other.least_mm),
-            largest_mm: self.largest_mm.sup(&other.largest_mm),
-            largest_rad: self.largest_rad.max(other.largest_rad),
-        }
-    }
-}
-
 /// Bounds cell by cell.
 #[derive(Clone, Debug)]
 struct Cells {
@@ -190,17 +150,10 @@ struct Cell {
     slopes: Vec<Slopes>,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Neighbour {
-    triangle: usize,
-    /// No axes of the two are closer.
-    apart_rad: f64,
-}
-
 impl Cells {
     fn of(
         model: &DistortionModel,
-        sphere: &Sphere,
+        triangles: &Triangles,
         [low, high]: [f64; 2],
         bounds: &Bounds,
         is_clamped: bool,
@@ -232,8 +185,8 @@ impl Cells {
                         max_mm: max_mm + errors.largest_mm + Vector3::repeat(hair),
                     },
                     largest_rad: errors.largest_rad,
-                    jump: sphere.jump(&nets),
-                    slopes: nets.all_slopes(sphere, &cell_size_mm),
+                    jump: triangles.jump(&nets),
+                    slopes: nets.all_slopes(triangles, &cell_size_mm),
                 }
             })
             .collect();
@@ -248,11 +201,11 @@ impl Cells {
                     max_mm: corner(place.map(|k| k + 1)),
                 };
                 // Readings beyond the box are looked up at its sides.
-                for (k, &cell) in place.iter().enumerate() {
-                    if cell == 0 {
+                for (k, &index) in place.iter().enumerate() {
+                    if index == 0 {
                         target.min_mm[k] = f64::NEG_INFINITY;
                     }
-                    if cell + 1 == CELLS {
+                    if index + 1 == CELLS {
                         target.max_mm[k] = f64::INFINITY;
                     }
                 }
@@ -268,7 +221,7 @@ impl Cells {
         Self {
             bounds: *bounds,
             cells,
-            neighbours: sphere.neighbours(),
+            neighbours: triangles.neighbours(),
             sources,
         }
     }
@@ -295,7 +248,7 @@ impl Cells {
             }
         }
         // Between two answers lies nothing outside the box around their cells, and no axis outside
-        // the cap around the reading's, if that is no more than half of the sphere.
+        // the cap around the reading's, if that is no more than half of the triangles.
         let cap_rad = if largest_rad < std::f64::consts::FRAC_PI_2 {
             largest_rad
         } else {
@@ -347,242 +300,10 @@ fn index([x, y, z]: [usize; 3]) -> usize {
     (x * CELLS + y) * CELLS + z
 }
 
-/// A model's triangles and how steep weights are in them; for the set of one, a single triangle
-/// in which nothing changes.
-struct Sphere {
-    set: DirectionSet,
-    triangles: Vec<[usize; 3]>,
-    steepest: Vec<[f64; 3]>,
-    /// Ends of edges across which weights jump, and by how much.
-    jumps: Vec<([usize; 2], f64)>,
-}
-
-impl Sphere {
-    fn of(model: &DistortionModel) -> Self {
-        let set = model.directions();
-        if set == DirectionSet::One {
-            return Self {
-                set,
-                triangles: vec![[0; 3]],
-                steepest: vec![[0.0; 3]],
-                jumps: Vec::new(),
-            };
-        }
-        let triangles = set.triangles().to_vec();
-        let steepest = triangles
-            .iter()
-            .map(|t| steepest_weights(&corners(set, t), model.weighting()))
-            .collect();
-        Self {
-            set,
-            jumps: match model.weighting() {
-                Weighting::Area => weight_jumps(set),
-                Weighting::Gnomonic => Vec::new(),
-            },
-            triangles,
-            steepest,
-        }
-    }
-
-    /// The largest jump of the error across any edge, mm and radians.
-    fn jump(&self, nets: &Nets) -> [f64; 2] {
-        let mut largest = [0.0_f64; 2];
-        for ([a, b], weight) in &self.jumps {
-            let apart = largest_differences(&nets.of_direction[*a], &nets.of_direction[*b]);
-            for (largest, apart) in largest.iter_mut().zip(apart) {
-                *largest = largest.max(weight * apart);
-            }
-        }
-        largest
-    }
-
-    /// Of each triangle, all by how far they are from it at least, itself first.
-    fn neighbours(&self) -> Vec<Vec<Neighbour>> {
-        let caps: Vec<_> = self
-            .triangles
-            .iter()
-            .map(|t| {
-                let corners = corners(self.set, t);
-                let middle = Unit::new_normalize(corners.iter().sum::<Vector3<f64>>());
-                let radius = corners.iter().map(|c| middle.angle(c)).fold(0.0, f64::max);
-                (middle, radius)
-            })
-            .collect();
-        caps.iter()
-            .map(|(middle, radius)| {
-                let mut neighbours: Vec<_> = caps
-                    .iter()
-                    .enumerate()
-                    .map(|(triangle, (other, other_radius))| Neighbour {
-                        triangle,
-                        // Less by a margin far above round-off and far below a triangle.
-                        apart_rad: middle.angle(other) - radius - other_radius - 1e-6,
-                    })
-                    .collect();
-                neighbours.sort_by(|a, b| a.apart_rad.total_cmp(&b.apart_rad));
-                neighbours
-            })
-            .collect()
-    }
-}
-
-fn corners(set: DirectionSet, triangle: &[usize; 3]) -> [Vector3<f64>; 3] {
-    triangle.map(|d| set.directions()[d].into_inner())
-}
-
-/// The coefficients of all orientations over a part of the box.
-struct Nets {
-    order: usize,
-    of_direction: Vec<Vec<Coefficient>>,
-}
-
-impl Nets {
-    /// Over the given interval of each unit coordinate.
-    fn of(model: &DistortionModel, intervals: [[f64; 2]; 3]) -> Self {
-        let order = model.order();
-        let n = order + 1;
-        let restrictions = intervals.map(|interval| restriction(order, interval));
-        let of_direction = (0..model.directions().len())
-            .map(|d| {
-                let mut net = model.of_direction(d).to_vec();
-                for (axis, rows) in restrictions.iter().enumerate() {
-                    net = along(&net, n, n.pow(2 - axis as u32), rows);
-                }
-                net
-            })
-            .collect();
-        Self {
-            order,
-            of_direction,
-        }
-    }
-
-    fn errors(&self) -> Errors {
-        let each = self.of_direction.iter().map(|net| Errors::of(net));
-        each.reduce(Errors::hull).unwrap_or(Errors::of(&[]))
-    }
-
-    /// Of each triangle.
-    fn all_slopes(&self, sphere: &Sphere, size_mm: &Vector3<f64>) -> Vec<Slopes> {
-        let positions: Vec<_> = self
-            .of_direction
-            .iter()
-            .map(|net| by_position(net, self.order, size_mm))
-            .collect();
-        sphere
-            .triangles
-            .iter()
-            .zip(&sphere.steepest)
-            .map(|(t, steepest)| {
-                let nets = t.map(|d| self.of_direction[d].as_slice());
-                let [pn, nn] = by_axis(nets, steepest);
-                let largest =
-                    |half: usize| t.iter().map(|&d| positions[d][half]).fold(0.0, f64::max);
-                Slopes {
-                    pp: largest(0),
-                    pn,
-                    np: largest(1),
-                    nn,
-                }
-            })
-            .collect()
-    }
-}
-
-type Rows = [[f64; MAX_ORDER + 1]; MAX_ORDER + 1];
-
-/// What takes coefficients over `[0, 1]` to those over an interval: row i is the polar form at
-/// `n - i` times the lower end and `i` times the upper.
-fn restriction(order: usize, [low, high]: [f64; 2]) -> Rows {
-    let mut rows = [[0.0; MAX_ORDER + 1]; MAX_ORDER + 1];
-    for column in 0..=order {
-        for (i, row) in rows[..=order].iter_mut().enumerate() {
-            let mut values = [0.0; MAX_ORDER + 1];
-            values[column] = 1.0;
-            for step in 0..order {
-                let t = if step < order - i { low } else { high };
-                for k in 0..order - step {
-                    values[k] = (1.0 - t) * values[k] + t * values[k + 1];
-                }
-            }
-            row[column] = values[0];
-        }
-    }
-    rows
-}
-
-/// Applies a restriction along the axis whose neighbours are `stride` apart.
-fn along(net: &[Coefficient], n: usize, stride: usize, rows: &Rows) -> Vec<Coefficient> {
-    let mut out = vec![[0.0; 6]; net.len()];
-    for (index, out) in out.iter_mut().enumerate() {
-        let i = index / stride % n;
-        let start = index - i * stride;
-        for (column, factor) in rows[i][..n].iter().enumerate() {
-            for (sum, value) in out.iter_mut().zip(&net[start + column * stride]) {
-                *sum += factor * value;
-            }
-        }
-    }
-    out
-}
-
 fn grown(bounds: &Bounds, margin: f64) -> Bounds {
     let by = bounds.size_mm() * margin;
     Bounds {
         min_mm: bounds.min_mm - by,
         max_mm: bounds.max_mm + by,
     }
-}
-
-/// Steps along an edge at which the jump of its weights is looked at, and what it may exceed the
-/// largest of them by.
-const EDGE_STEPS: usize = 48;
-const BETWEEN_EDGE_STEPS: f64 = 0.05;
-
-/// Jumps of weights below this are round-off of weights that are continuous.
-const NO_JUMP: f64 = 1e-12;
-
-/// Edges across which area weights jump.
-fn weight_jumps(set: DirectionSet) -> Vec<([usize; 2], f64)> {
-    let triangles = set.triangles();
-    let mut jumps = Vec::new();
-    for (first, t) in triangles.iter().enumerate() {
-        for k in 0..3 {
-            let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
-            // The neighbour has the edge the other way round.
-            let other = triangles[..first].iter().find_map(|o| {
-                let m = (0..3).find(|&m| o[m] == b && o[(m + 1) % 3] == a)?;
-                Some(o[(m + 2) % 3])
-            });
-            if let Some(d) = other {
-                let weight = weight_jump([a, b, c, d].map(|i| set.directions()[i].into_inner()));
-                if weight > NO_JUMP {
-                    jumps.push(([a, b], weight));
-                }
-            }
-        }
-    }
-    jumps
-}
-
-/// The largest difference along the edge from `a` to `b` between the weight of `a` in the triangle
-/// with `c` and in that with `d`.
-fn weight_jump([a, b, c, d]: [Vector3<f64>; 4]) -> f64 {
-    let half_area = |n: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>| {
-        n.dot(&b.cross(c))
-            .abs()
-            .atan2(1.0 + n.dot(b) + b.dot(c) + c.dot(n))
-    };
-    let weight = |n: &Vector3<f64>, third: &Vector3<f64>| {
-        let (of_a, of_b) = (half_area(n, &b, third), half_area(n, &a, third));
-        of_a / (of_a + of_b)
-    };
-    let largest = (0..=EDGE_STEPS)
-        .map(|i| {
-            let t = i as f64 / EDGE_STEPS as f64;
-            let n = (a * (1.0 - t) + b * t).normalize();
-            (weight(&n, &c) - weight(&n, &d)).abs()
-        })
-        .fold(0.0, f64::max);
-    largest * (1.0 + BETWEEN_EDGE_STEPS)
 }
