@@ -1,7 +1,7 @@
 //! Many evaluations of one model at scattered poses, grouped by spherical triangle.
 //!
 //! Poses that share a triangle share their coefficients. So poses are sorted by triangle, by
-//! counting, and each group runs through [`super::kernel`] with as many poses at a time as the
+//! counting, and each group runs through `kernel` with as many poses at a time as the
 //! machine has lanes. What a pose gets does not depend on the poses beside it.
 
 #[cfg(test)]
