@@ -2,22 +2,28 @@
 
 use super::choose;
 use super::jitter::JitterArgs;
-use super::output::{self, Format};
+use super::output::{self, Format, Shown};
+use crate::field::bernstein::coefficient_count;
 use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
-use crate::field::fit::{Factored, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
+use crate::field::fit::{
+    Factored, Fit, FitMethod, FitSettings, Residuals, factor, fit_with, residuals,
+};
 use crate::field::model::OutsidePolicy;
-use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet, SampleSet};
+use crate::field::samples::{MapKind, SampleSet};
 use crate::field::support::SupportError;
 use crate::field::{DistortionModel, Environment, Support};
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
-use crate::store;
+use crate::store::{self, SampleReading};
 use crate::study::figures::with_separators;
 use crate::task::Task;
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+
+/// Unknowns of a joint fit up to which its decomposition takes seconds.
+const MAX_JOINT_WITH_SUPPORT: usize = 1800;
 
 #[derive(Debug, Args)]
 pub struct FitArgs {
@@ -138,11 +144,12 @@ pub(super) struct Holdout {
 /// Files that can't be used, settings that make no fit.
 pub fn run(args: &FitArgs) -> anyhow::Result<()> {
     let asked = asked(args)?;
-    let set = read(&args.data, args.sensors)?;
+    let map = asked.map;
+    let set = read(&args.data, args.sensors, map)?;
     let holdout_set = args
         .holdout
         .as_ref()
-        .map(|f| read(f, args.sensors))
+        .map(|f| read(f, args.sensors, map))
         .transpose()?;
     let (settings, chosen) = choose::settings(&args.data, &set, asked)?;
     let target = Target {
@@ -183,23 +190,24 @@ pub(super) struct Target<'a> {
 pub(super) fn fit_and_write(
     target: &Target,
     settings: &FitSettings,
-    set: &MeasurementSet,
-    holdout: Option<(&Path, &MeasurementSet)>,
+    samples: &SampleSet,
+    holdout: Option<(&Path, &SampleSet)>,
 ) -> anyhow::Result<(Fit, Option<Holdout>)> {
-    let bar = output::progress(1, "fitting");
-    let samples = set.samples(settings.map);
-    let task = Task::default();
-    let (factored, fitted) = factor(&samples, settings, None, &task)
-        .and_then(|factored| {
-            let solved = factored.solve(settings.rcond, settings.ridge)?;
-            Ok((factored, solved.judged(&samples)))
-        })
-        .with_context(|| target.data.display().to_string())?;
-    let support = match target.with_support {
-        true => support(&samples, &factored, &fitted, &task)?,
-        false => None,
+    let shown = Shown::new("fitting");
+    let in_file = || target.data.display().to_string();
+    let (fitted, support) = if target.with_support && can_have_support(settings) {
+        let factored = factor(samples, settings, None, &shown.task).with_context(in_file)?;
+        let fitted = factored
+            .solve(settings.rcond, settings.ridge)
+            .with_context(in_file)?
+            .judged(samples);
+        let support = support(samples, &factored, &fitted, &shown.task)?;
+        (fitted, support)
+    } else {
+        let fitted = fit_with(samples, settings, None, &shown.task).with_context(in_file)?;
+        (fitted, None)
     };
-    bar.finish_and_clear();
+    drop(shown);
     let holdout = holdout.map(|(file, set)| judge(&fitted.model, file, set));
     let mut environment = environment(target, &fitted, settings, holdout.as_ref());
     environment.support = support;
@@ -253,18 +261,36 @@ impl From<WeightsArg> for Weighting {
     }
 }
 
-pub(super) fn read(file: &Path, sensors: SensorsArg) -> anyhow::Result<MeasurementSet> {
-    let mut set = store::read_measurements(file)?;
-    if matches!(sensors, SensorsArg::SixDof) {
-        if set.content == MeasurementContent::PositionOnly {
-            bail!(
-                "{}: found no quaternions, expected them with --sensors 6dof",
-                file.display()
-            );
-        }
-        set.content = MeasurementContent::SixDof;
+/// Reads a table as samples, with a progress bar.
+///
+/// # Errors
+/// A file that can't be used.
+pub(super) fn read(file: &Path, sensors: SensorsArg, map: MapKind) -> anyhow::Result<SampleSet> {
+    let reading = SampleReading {
+        has_rolls: matches!(sensors, SensorsArg::SixDof),
+        map,
+    };
+    Ok(store::read_samples(
+        file,
+        reading,
+        &Shown::new("reading").task,
+    )?)
+}
+
+/// Whether the decomposition that a support is made from takes seconds, not minutes; says so where
+/// it does not.
+fn can_have_support(settings: &FitSettings) -> bool {
+    let unknowns = settings.directions.len() * coefficient_count(settings.order);
+    let is_large = settings.method == FitMethod::Joint && unknowns > MAX_JOINT_WITH_SUPPORT;
+    if is_large {
+        output::note(&format!(
+            "note: the environment is written without support, which a joint fit of {} unknowns \
+             would take minutes for; up to {} have it",
+            with_separators(unknowns),
+            with_separators(MAX_JOINT_WITH_SUPPORT),
+        ));
     }
-    Ok(set)
+    !is_large
 }
 
 /// Where the model may be believed; one that is too large to keep is left out with a note.
@@ -287,14 +313,13 @@ fn support(
     }
 }
 
-fn judge(model: &DistortionModel, file: &Path, set: &MeasurementSet) -> Holdout {
-    let samples = set.samples(model.map());
+fn judge(model: &DistortionModel, file: &Path, samples: &SampleSet) -> Holdout {
     let zero = DistortionModel::zero(*model.bounds(), model.map());
     Holdout {
         data: file_name(file),
         samples: samples.samples.len(),
-        before: residuals(&zero, &samples, OutsidePolicy::Clamp),
-        after: residuals(model, &samples, OutsidePolicy::Clamp),
+        before: residuals(&zero, samples, OutsidePolicy::Clamp),
+        after: residuals(model, samples, OutsidePolicy::Clamp),
     }
 }
 

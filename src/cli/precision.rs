@@ -21,6 +21,10 @@ pub struct PrecisionArgs {
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
+    /// A first look within seconds: few poses and samples, each timed once
+    #[arg(long)]
+    quick: bool,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -47,7 +51,12 @@ pub fn run(args: &PrecisionArgs) -> anyhow::Result<()> {
         let bar = bar.clone();
         move |part| bar.set_position((part * PROGRESS as f64) as u64)
     });
-    let report = precision::run(&scenario, &Settings::default(), &task)?;
+    let settings = if args.quick {
+        Settings::quick()
+    } else {
+        Settings::default()
+    };
+    let report = precision::run(&scenario, &settings, &task)?;
     bar.finish_and_clear();
     if let Some(folder) = &args.output {
         write(&report, &design.name, folder)?;

@@ -79,10 +79,11 @@ pub fn measure(
     next()?;
     for (order, directions) in other_models(settings.max_order) {
         let other = resampled(model, order, directions);
-        let problem = format!(
-            "round-off at order {order}, {} orientations",
-            directions.len()
-        );
+        let orientations = match directions.len() {
+            1 => "one orientation".to_owned(),
+            count => format!("{count} orientations"),
+        };
+        let problem = format!("round-off at order {order}, {orientations}");
         let scattered = poses(model.bounds(), settings.poses, settings.seed);
         let asked = Asked::new(&other, scattered, &problem, settings);
         family
@@ -150,9 +151,7 @@ fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
         .collect();
     let asked = Asked::new(model, positions, ONE_AXIS, settings);
     let mut rows = vec![
-        asked
-            .scattered("scattered", model, false)
-            .charted("scattered, one orientation"),
+        asked.scattered("scattered", model, false).uncharted(),
         asked.shared(&axis, true).charted("shared orientation"),
     ];
     for nodes in NODES {

@@ -44,7 +44,8 @@ pub fn measure(
              wobble of {WOBBLE_MM} mm that no polynomial fits; rows are made in the time, one \
              thread. In the picture a line joins the orders of one method. The error is the largest difference in position of the solution's field from \
              that of the reference: the solution refined with residuals in 106 bits (Björck, BIT 7, \
-             1967).",
+             1967). The SVD also tells rank and condition and gives the solution of least norm, \
+             which the other methods do not.",
             settings.samples
         ),
         rows: Vec::new(),

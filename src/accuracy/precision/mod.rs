@@ -20,6 +20,7 @@ mod single;
 #[cfg(test)]
 mod testing;
 mod timing;
+mod uncertainty;
 
 pub use front::on_front;
 pub use machine::Machine;
@@ -36,16 +37,18 @@ pub enum What {
     Field,
     Fit,
     Inverse,
+    Uncertainty,
     Motion,
     Heatmap,
 }
 
 impl What {
     /// All of them, in the order of the page.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Field,
         Self::Fit,
         Self::Inverse,
+        Self::Uncertainty,
         Self::Motion,
         Self::Heatmap,
     ];
@@ -56,6 +59,7 @@ impl What {
             Self::Field => "field",
             Self::Fit => "fit",
             Self::Inverse => "inverse",
+            Self::Uncertainty => "uncertainty",
             Self::Motion => "motion",
             Self::Heatmap => "heatmap",
         }
@@ -133,6 +137,9 @@ pub struct Settings {
     pub slice_reference: usize,
     /// Poses at most that the range of motion is held against.
     pub motion_reference: usize,
+    /// Samples of the largest Monte Carlo, and of the one that it is held against.
+    pub monte_carlo_samples: usize,
+    pub monte_carlo_reference: usize,
     pub seed: u64,
 }
 
@@ -146,7 +153,26 @@ impl Default for Settings {
             slice_points: 81,
             slice_reference: 641,
             motion_reference: 120_000,
+            monte_carlo_samples: 1_000_000,
+            monte_carlo_reference: 2_000_000,
             seed: 1,
+        }
+    }
+}
+
+impl Settings {
+    /// A first look within seconds: few poses and samples, one run each.
+    pub fn quick() -> Self {
+        Self {
+            timing: Timing::ONCE,
+            poses: 256,
+            samples: 800,
+            max_order: 4,
+            slice_reference: 321,
+            motion_reference: 5000,
+            monte_carlo_samples: 1000,
+            monte_carlo_reference: 5000,
+            ..Self::default()
         }
     }
 }
@@ -215,6 +241,7 @@ fn measure(
         What::Field => field::measure(scenario, settings, steps),
         What::Fit => fit::measure(scenario, settings, steps),
         What::Inverse => inverse::measure(scenario, settings, steps),
+        What::Uncertainty => uncertainty::measure(scenario, settings, steps),
         What::Motion => motion::measure(scenario, settings, steps),
         What::Heatmap => heatmap::measure(scenario, settings, steps),
     }?;

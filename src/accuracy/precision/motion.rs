@@ -244,8 +244,8 @@ impl<'a> Sampling<'a> {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
                 (0..SHIFTS)
                     .map(|_| {
-                        let shift = std::array::from_fn(|_| StandardUniform.sample(&mut rng));
-                        self.sobol(count, plan.problem == GRID, shift)
+                        let mask = std::array::from_fn(|_| StandardUniform.sample(&mut rng));
+                        self.sobol(count, plan.problem == GRID, mask)
                     })
                     .collect()
             }
@@ -303,15 +303,16 @@ impl<'a> Sampling<'a> {
         }
     }
 
-    /// Poses of a Sobol sequence, shifted around the range, of the grid or of anywhere in it.
-    fn sobol(&self, count: usize, of_grid: bool, shift: [f64; 6]) -> Poses {
+    /// Poses of a Sobol sequence, of the grid or of anywhere in the range. The mask shifts it bit by
+    /// bit, which leaves it as even as it is.
+    fn sobol(&self, count: usize, of_grid: bool, mask: [u32; 6]) -> Poses {
         let axes = self.motion.axes();
         let params = JoeKuoD6::minimal();
-        let trials = Sobol::<f64>::new(6, &params).take(count).map(|point| {
+        let trials = Sobol::<u32>::new(6, &params).take(count).map(|point| {
             let values = std::array::from_fn(|k| {
                 let Some(range) = axes[k].1 else { return 0.0 };
                 let cells = self.counts[k];
-                let part = (point[k] + shift[k]).fract();
+                let part = (f64::from(point[k] ^ mask[k]) + 0.5) / 2.0_f64.powi(32);
                 if cells < 2 {
                     range.min
                 } else if of_grid {

@@ -18,6 +18,7 @@ impl What {
             Self::Field => "Field",
             Self::Fit => "Fit",
             Self::Inverse => "Inverse",
+            Self::Uncertainty => "Uncertainty",
             Self::Motion => "Study",
             Self::Heatmap => "Slice",
         }

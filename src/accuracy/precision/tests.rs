@@ -5,20 +5,6 @@ use crate::field::DistortionModel;
 use crate::field::samples::MapKind;
 use std::sync::{Arc, LazyLock, Mutex};
 
-/// Everything once and small: errors and rows, not times.
-fn quick() -> Settings {
-    Settings {
-        timing: Timing::ONCE,
-        poses: 200,
-        samples: 800,
-        max_order: 4,
-        slice_points: 21,
-        slice_reference: 81,
-        motion_reference: 5000,
-        seed: 1,
-    }
-}
-
 /// Of the built-in design; what it was shown on the way, and how far it was said to be.
 struct Measured {
     report: Report,
@@ -33,7 +19,7 @@ fn measured() -> Measured {
         move |part| heard.lock().unwrap().push(part)
     });
     let mut shown = Vec::new();
-    let report = run_each(&testing::built_in(), &quick(), &task, |family| {
+    let report = run_each(&testing::built_in(), &Settings::quick(), &task, |family| {
         shown.push(family.what);
     })
     .unwrap();
@@ -99,7 +85,12 @@ fn families_come_one_by_one_and_progress_never_falls() {
 #[test]
 fn an_ideal_room_leaves_out_what_it_has_no_field_for() {
     let model = DistortionModel::zero(testing::bounds(), MapKind::Distortion);
-    let report = run(&testing::scenario(model), &quick(), &Task::default()).unwrap();
+    let report = run(
+        &testing::scenario(model),
+        &Settings::quick(),
+        &Task::default(),
+    )
+    .unwrap();
     for family in &report.families {
         assert_eq!(family.rows.is_empty(), family.left_out.is_some());
     }
@@ -108,7 +99,7 @@ fn an_ideal_room_leaves_out_what_it_has_no_field_for() {
         family.left_out.is_some()
     };
     assert!(
-        [What::Field, What::Motion, What::Heatmap]
+        [What::Field, What::Inverse, What::Motion, What::Heatmap]
             .into_iter()
             .all(left_out)
     );
@@ -118,6 +109,6 @@ fn an_ideal_room_leaves_out_what_it_has_no_field_for() {
 fn a_cancelled_report_is_none() {
     let task = Task::default();
     task.cancel.cancel();
-    let report = run(&testing::built_in(), &quick(), &task);
+    let report = run(&testing::built_in(), &Settings::quick(), &task);
     assert_eq!(report, Err(Cancelled));
 }

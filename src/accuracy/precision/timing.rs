@@ -5,10 +5,12 @@ use std::time::Instant;
 /// How often work is repeated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
-    /// Runs at least, and once to warm up where this is more than 1.
+    /// Runs at least; the first warms up.
     pub min_runs: usize,
     /// Repeated until so much time is spent.
     pub min_seconds: f64,
+    /// Not repeated once so much time is spent, however few the runs.
+    pub max_seconds: f64,
 }
 
 impl Timing {
@@ -16,6 +18,7 @@ impl Timing {
     pub const ONCE: Self = Self {
         min_runs: 1,
         min_seconds: 0.0,
+        max_seconds: 0.0,
     };
 
     /// The least time of a run, in seconds, and what the last run gave.
@@ -28,7 +31,8 @@ impl Timing {
         let (mut least, mut result) = timed();
         let mut spent = least;
         for run in 1.. {
-            if run >= self.min_runs && spent >= self.min_seconds {
+            let is_enough = run >= self.min_runs && spent >= self.min_seconds;
+            if is_enough || spent >= self.max_seconds {
                 break;
             }
             let (seconds, next) = timed();
@@ -46,6 +50,7 @@ impl Default for Timing {
         Self {
             min_runs: 3,
             min_seconds: 0.15,
+            max_seconds: 1.5,
         }
     }
 }

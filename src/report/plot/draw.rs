@@ -242,7 +242,7 @@ impl<'a> Layout<'a> {
             }
             if has_markers(entry.series) {
                 let at = ((ends[0].0 + ends[1].0) / 2, middle);
-                marker::draw(area, at, entry.number, color)?;
+                marker::draw(area, at, shape(entry.number), color)?;
             }
             for line in &entry.lines {
                 let style = text(TEXT_PX, palette::INK, HPos::Left, VPos::Center);
@@ -276,7 +276,7 @@ impl<'a> Layout<'a> {
         }
         if has_markers(series) {
             for &p in series.points.iter().filter(|&&p| self.chart.holds(p)) {
-                marker::draw(area, self.at(p), number, color(number))?;
+                marker::draw(area, self.at(p), shape(number), color(number))?;
             }
         }
         Ok(())
@@ -361,6 +361,10 @@ fn text(size_px: f64, color: RGBColor, h: HPos, v: VPos) -> TextStyle<'static> {
 
 fn color(number: usize) -> RGBColor {
     palette::SERIES[number % palette::SERIES.len()]
+}
+
+fn shape(number: usize) -> usize {
+    marker::shape(number, palette::SERIES.len())
 }
 
 fn has_markers(series: &Series) -> bool {

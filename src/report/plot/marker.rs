@@ -12,10 +12,15 @@ const RADIUS: i32 = 5;
 /// Shapes before they come round again: filled ones first, then strokes.
 const SHAPES: usize = 7;
 
+/// The shape of a series by its number: another one each time the colours come round.
+pub fn shape(number: usize, colors: usize) -> usize {
+    (number + number / colors) % SHAPES
+}
+
 /// A shape by its number, in a colour, with a thin edge of paper so that neighbours stay apart.
 pub fn draw<'a>(area: &Area<'a>, at: (i32, i32), shape: usize, color: RGBColor) -> Drawn<'a> {
     let r = RADIUS;
-    match shape % SHAPES {
+    match shape {
         0 => {
             area.draw(&Circle::new(
                 at,

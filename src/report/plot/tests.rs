@@ -119,3 +119,12 @@ fn two_series_differ_in_colour_and_in_shape() {
     assert!(svg.contains("#0072B2") && svg.contains("#D55E00"));
     assert!(svg.contains("<circle") && svg.contains("<polygon"));
 }
+
+#[test]
+fn no_two_of_forty_series_share_both_colour_and_shape() {
+    let colors = super::super::palette::SERIES.len();
+    let looks: std::collections::HashSet<_> = (0..40)
+        .map(|number| (number % colors, marker::shape(number, colors)))
+        .collect();
+    assert_eq!(looks.len(), 40);
+}

@@ -1,0 +1,76 @@
+//! `precision`: its table, its page, and what it refuses.
+
+use crate::support::program::{Scratch, fail, json, succeed};
+use std::fs;
+
+#[test]
+fn json_has_the_fields_of_the_contract_for_every_family() {
+    let rows = json(&["precision", "--quick"]);
+    let rows = rows.as_array().unwrap();
+    for what in [
+        "field",
+        "fit",
+        "inverse",
+        "uncertainty",
+        "motion",
+        "heatmap",
+    ] {
+        assert!(rows.iter().any(|r| r["what"] == what), "{what}");
+    }
+    for row in rows {
+        for number in ["order", "directions", "size"] {
+            assert!(row[number].is_u64(), "{number}: {row}");
+        }
+        assert!(row["seconds"].as_f64().unwrap() > 0.0, "{row}");
+        assert!(row["error"].as_f64().unwrap() >= 0.0, "{row}");
+        assert_eq!(row["error_unit"], "mm", "{row}");
+        assert!(row["on_front"].is_boolean(), "{row}");
+        assert!(row["method"].is_string(), "{row}");
+    }
+    // The path that simulations take is right to round-off of fields of some ten millimetres.
+    let scattered: Vec<_> = rows
+        .iter()
+        .filter(|r| r["what"] == "field" && r["method"] == "scattered")
+        .collect();
+    assert!(!scattered.is_empty());
+    for row in scattered {
+        assert!(row["error"].as_f64().unwrap() < 1e-12, "{row}");
+    }
+}
+
+#[test]
+fn a_folder_gets_the_page_its_pictures_and_both_tables() {
+    let scratch = Scratch::new();
+    let folder = scratch.arg("new/folder");
+    let text = succeed(&["precision", "--quick", "-o", &folder]);
+    assert!(
+        text.contains("scattered poses in the design's room"),
+        "{text}"
+    );
+    let read = |name: &str| fs::read_to_string(scratch.path("new/folder").join(name)).unwrap();
+    let page = read("precision.md");
+    for family in [
+        "field",
+        "fit",
+        "inverse",
+        "uncertainty",
+        "motion",
+        "heatmap",
+    ] {
+        let picture = format!("precision-{family}.svg");
+        assert!(page.contains(&format!("({picture})")), "{picture}");
+        assert!(read(&picture).contains("Pareto front"), "{picture}");
+    }
+    let rows: serde_json::Value = serde_json::from_str(&read("precision.json")).unwrap();
+    let lines = read("precision.csv").lines().count();
+    assert_eq!(lines, rows.as_array().unwrap().len() + 1);
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_said_before_anything_is_measured() {
+    let scratch = Scratch::new();
+    fs::write(scratch.path("file"), "").unwrap();
+    let message = fail(&["precision", "-o", &scratch.arg("file")]);
+    assert!(message.contains("cannot make the folder"), "{message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+}
