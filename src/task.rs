@@ -51,6 +51,17 @@ impl Task {
         }
     }
 
+    /// A stretch of this task as a task of its own: its 0 is `from`, its 1 is `to`.
+    pub fn stretch(&self, from: f64, to: f64) -> Self {
+        let outer = self.listener.clone();
+        Self {
+            cancel: self.cancel.clone(),
+            listener: outer.map(|outer| -> Listener {
+                Arc::new(move |part| outer(from + (to - from) * part))
+            }),
+        }
+    }
+
     /// Says how much is done and whether to go on.
     ///
     /// # Errors
@@ -91,5 +102,21 @@ mod tests {
         task.cancel.cancel();
         assert_eq!(task.step(2, 4), Err(Cancelled));
         assert_eq!(*heard.lock().unwrap(), [0.25]);
+    }
+
+    #[test]
+    fn a_stretch_tells_its_part_of_the_whole_and_stops_with_it() {
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let task = Task::told_to({
+            let heard = heard.clone();
+            move |part| heard.lock().unwrap().push(part)
+        });
+        let stretch = task.stretch(0.5, 0.75);
+        stretch.step(0, 2).unwrap();
+        stretch.step(1, 2).unwrap();
+        stretch.step(2, 2).unwrap();
+        assert_eq!(*heard.lock().unwrap(), [0.5, 0.625, 0.75]);
+        task.cancel.cancel();
+        assert_eq!(stretch.step(2, 2), Err(Cancelled));
     }
 }

@@ -3,3 +3,4 @@
 mod peak;
 mod plain;
 mod scattered;
+mod shared;

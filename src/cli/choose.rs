@@ -2,7 +2,7 @@
 
 use super::output;
 use crate::field::fit::{FitMethod, FitSettings};
-use crate::field::samples::{MapKind, MeasurementSet, SampleSet};
+use crate::field::samples::{MapKind, SampleSet};
 use crate::field::selection::{
     self, Candidate, SelectSettings, Selection, clusters, folds, select,
 };
@@ -48,10 +48,9 @@ pub(super) struct Chosen {
 /// Measurements that nothing can be chosen by.
 pub(super) fn settings(
     file: &Path,
-    set: &MeasurementSet,
+    samples: &SampleSet,
     asked: Asked,
 ) -> anyhow::Result<(FitSettings, Option<Chosen>)> {
-    let samples = set.samples(asked.map);
     // Without orientations there is only one set of them: no choice.
     let directions = asked
         .directions
@@ -78,7 +77,7 @@ pub(super) fn settings(
         map: asked.map,
         weighting: asked.weighting,
         rcond: asked.rcond,
-        ..SelectSettings::for_samples(&samples)
+        ..SelectSettings::for_samples(samples)
     };
     if let Some(order) = asked.order {
         tried.orders = vec![order];
@@ -89,8 +88,8 @@ pub(super) fn settings(
     if let Some(ridge) = asked.ridge {
         tried.ridges = vec![ridge];
     }
-    let grouping = grouping(file, &samples, None, tried.folds)?;
-    let selection = cross_validate(file, &samples, grouping.as_ref(), &tried)?;
+    let grouping = grouping(file, samples, None, tried.folds)?;
+    let selection = cross_validate(file, samples, grouping.as_ref(), &tried)?;
     Ok((
         fit_settings(&selection.best().candidate),
         Some(Chosen {

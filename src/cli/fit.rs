@@ -2,22 +2,25 @@
 
 use super::choose;
 use super::jitter::JitterArgs;
-use super::output::{self, Format};
+use super::output::{self, Format, Shown};
 use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
 use crate::field::fit::{Factored, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
 use crate::field::model::OutsidePolicy;
-use crate::field::samples::{MapKind, MeasurementContent, MeasurementSet, SampleSet};
+use crate::field::samples::{MapKind, SampleSet};
 use crate::field::support::SupportError;
 use crate::field::{DistortionModel, Environment, Support};
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
-use crate::store;
+use crate::store::{self, SampleReading};
 use crate::study::figures::with_separators;
 use crate::task::Task;
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+
+/// Part of a fit's time that reducing its samples takes, for its progress bar only.
+const FACTORING_PART: f64 = 0.8;
 
 #[derive(Debug, Args)]
 pub struct FitArgs {
@@ -138,11 +141,12 @@ pub(super) struct Holdout {
 /// Files that can't be used, settings that make no fit.
 pub fn run(args: &FitArgs) -> anyhow::Result<()> {
     let asked = asked(args)?;
-    let set = read(&args.data, args.sensors)?;
+    let map = asked.map;
+    let set = read(&args.data, args.sensors, map)?;
     let holdout_set = args
         .holdout
         .as_ref()
-        .map(|f| read(f, args.sensors))
+        .map(|f| read(f, args.sensors, map))
         .transpose()?;
     let (settings, chosen) = choose::settings(&args.data, &set, asked)?;
     let target = Target {
@@ -183,23 +187,30 @@ pub(super) struct Target<'a> {
 pub(super) fn fit_and_write(
     target: &Target,
     settings: &FitSettings,
-    set: &MeasurementSet,
-    holdout: Option<(&Path, &MeasurementSet)>,
+    samples: &SampleSet,
+    holdout: Option<(&Path, &SampleSet)>,
 ) -> anyhow::Result<(Fit, Option<Holdout>)> {
-    let bar = output::progress(1, "fitting");
-    let samples = set.samples(settings.map);
-    let task = Task::default();
-    let (factored, fitted) = factor(&samples, settings, None, &task)
-        .and_then(|factored| {
-            let solved = factored.solve(settings.rcond, settings.ridge)?;
-            Ok((factored, solved.judged(&samples)))
-        })
-        .with_context(|| target.data.display().to_string())?;
+    let fitting = Shown::new("fitting");
+    let (factored, fitted) = factor(
+        samples,
+        settings,
+        None,
+        &fitting.task.stretch(0.0, FACTORING_PART),
+    )
+    .and_then(|factored| {
+        let task = fitting.task.stretch(FACTORING_PART, 1.0);
+        let solved = factored.solve_with(settings.rcond, settings.ridge, &task)?;
+        Ok((factored, solved.judged(samples)))
+    })
+    .with_context(|| target.data.display().to_string())?;
+    drop(fitting);
     let support = match target.with_support {
-        true => support(&samples, &factored, &fitted, &task)?,
+        true => {
+            let supporting = Shown::new("support");
+            support(samples, &factored, &fitted, &supporting.task)?
+        }
         false => None,
     };
-    bar.finish_and_clear();
     let holdout = holdout.map(|(file, set)| judge(&fitted.model, file, set));
     let mut environment = environment(target, &fitted, settings, holdout.as_ref());
     environment.support = support;
@@ -253,18 +264,20 @@ impl From<WeightsArg> for Weighting {
     }
 }
 
-pub(super) fn read(file: &Path, sensors: SensorsArg) -> anyhow::Result<MeasurementSet> {
-    let mut set = store::read_measurements(file)?;
-    if matches!(sensors, SensorsArg::SixDof) {
-        if set.content == MeasurementContent::PositionOnly {
-            bail!(
-                "{}: found no quaternions, expected them with --sensors 6dof",
-                file.display()
-            );
-        }
-        set.content = MeasurementContent::SixDof;
-    }
-    Ok(set)
+/// Reads a table as samples, with a progress bar.
+///
+/// # Errors
+/// A file that can't be used.
+pub(super) fn read(file: &Path, sensors: SensorsArg, map: MapKind) -> anyhow::Result<SampleSet> {
+    let reading = SampleReading {
+        has_rolls: matches!(sensors, SensorsArg::SixDof),
+        map,
+    };
+    Ok(store::read_samples(
+        file,
+        reading,
+        &Shown::new("reading").task,
+    )?)
 }
 
 /// Where the model may be believed; one that is too large to keep is left out with a note.
@@ -287,14 +300,13 @@ fn support(
     }
 }
 
-fn judge(model: &DistortionModel, file: &Path, set: &MeasurementSet) -> Holdout {
-    let samples = set.samples(model.map());
+fn judge(model: &DistortionModel, file: &Path, samples: &SampleSet) -> Holdout {
     let zero = DistortionModel::zero(*model.bounds(), model.map());
     Holdout {
         data: file_name(file),
         samples: samples.samples.len(),
-        before: residuals(&zero, &samples, OutsidePolicy::Clamp),
-        after: residuals(model, &samples, OutsidePolicy::Clamp),
+        before: residuals(&zero, samples, OutsidePolicy::Clamp),
+        after: residuals(model, samples, OutsidePolicy::Clamp),
     }
 }
 

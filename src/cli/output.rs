@@ -1,6 +1,7 @@
 //! What all commands share: formats, policies, tables of text, notes, and progress.
 
 use crate::field::OutsidePolicy;
+use crate::task::Task;
 use anyhow::Context;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -82,4 +83,30 @@ pub fn progress(len: u64, what: &'static str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg} {wide_bar} {human_pos}/{human_len} {eta}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(len).with_style(style).with_message(what)
+}
+
+/// Steps of a bar that is told parts of the whole.
+const STEPS: u64 = 1000;
+
+/// Work with a progress bar that is there as long as this is.
+pub struct Shown {
+    pub task: Task,
+    bar: ProgressBar,
+}
+
+impl Shown {
+    pub fn new(what: &'static str) -> Self {
+        let bar = progress(STEPS, what);
+        let task = Task::told_to({
+            let bar = bar.clone();
+            move |part| bar.set_position((part * STEPS as f64) as u64)
+        });
+        Self { task, bar }
+    }
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
 }

@@ -95,8 +95,7 @@ pub struct SelectArgs {
 /// Files that can't be used, lists that name nothing to try, rows that can't be folded.
 pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
     let mut settings = settings(args)?;
-    let set = read(&args.data, args.sensors)?;
-    let samples = set.samples(settings.map);
+    let samples = read(&args.data, args.sensors, settings.map)?;
     if args.directions.is_none() && !samples.has_rotations {
         settings.direction_sets = vec![DirectionSet::One];
     }
@@ -124,7 +123,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
             with_support: true,
         };
         let fit_settings = settings.fit_settings(&selection.best().candidate);
-        let (fitted, _) = fit_and_write(&target, &fit_settings, &set, None)?;
+        let (fitted, _) = fit_and_write(&target, &fit_settings, &samples, None)?;
         value["fit"] = fit_json(&fit_settings, &fitted, None);
         text.push_str(&format!("\nwritten to {}", output.display()));
     }

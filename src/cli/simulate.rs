@@ -46,6 +46,10 @@ pub struct SimulateArgs {
     #[command(flatten)]
     uncertainty: UncertaintyArgs,
 
+    /// Print what was computed, what was used again and what the design spared, to standard error
+    #[arg(long)]
+    explain: bool,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -95,6 +99,11 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     };
     let (outcome, last) = simulate(&scenario, &mode, args.log.as_deref())
         .with_context(|| args.design.display().to_string())?;
+    if args.explain {
+        for line in study::explain(&scenario, &outcome) {
+            output::note(&line.to_string());
+        }
+    }
     let single = last.filter(|_| args.mode == ModeArg::Single);
     match args.format {
         Format::Json => {

@@ -18,25 +18,17 @@ impl DistortionModel {
     /// The model for one axis.
     pub fn at_axis(&self, axis: &Unit<Vector3<f64>>) -> AxisModel {
         let weights = self.directions().weights(axis, self.weighting());
-        let mut blended = Vec::new();
-        let mut is_first = true;
-        for (&direction, &weight) in weights.directions.iter().zip(&weights.weights) {
-            if weight == 0.0 {
-                continue;
+        let [a, b, c] = weights
+            .directions
+            .map(|d| self.of_direction(d).as_flattened());
+        let [wa, wb, wc] = weights.weights;
+        let mut blended = vec![[0.0; 6]; a.len() / 6];
+        let sums = blended.as_flattened_mut();
+        Arch::new().dispatch(|| {
+            for (((sum, a), b), c) in sums.iter_mut().zip(a).zip(b).zip(c) {
+                *sum = wa * a + wb * b + wc * c;
             }
-            let coefficients = self.of_direction(direction);
-            if std::mem::take(&mut is_first) {
-                blended = coefficients.iter().map(|c| c.map(|v| weight * v)).collect();
-                continue;
-            }
-            Arch::new().dispatch(|| {
-                for (sum, c) in blended.iter_mut().zip(coefficients) {
-                    for k in 0..6 {
-                        sum[k] += weight * c[k];
-                    }
-                }
-            });
-        }
+        });
         AxisModel {
             model: DistortionModel::of_parts_known_to_fit(
                 self.order(),

@@ -90,13 +90,13 @@ mod tests {
                         .all(|i| (values[i] - basis(n, x)[i]).abs()
                             <= 1e-15 * 2.0_f64.powi(n as i32))
                 );
-                for i in 0..=n {
+                for (i, slope) in slopes[..=n].iter().enumerate() {
                     let (up, down) = (i as f64, (n - i) as f64);
                     let power = |b: f64, e: f64| if e < 0.0 { 0.0 } else { b.powi(e as i32) };
                     let exact = binomial(n, i)
                         * (up * power(x, up - 1.0) * power(1.0 - x, down)
                             - down * power(x, up) * power(1.0 - x, down - 1.0));
-                    assert!((slopes[i] - exact).abs() <= 1e-12 * exact.abs().max(1.0));
+                    assert!((slope - exact).abs() <= 1e-12 * exact.abs().max(1.0));
                 }
             }
         }

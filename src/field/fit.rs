@@ -1,19 +1,29 @@
 //! Fits a distortion model to samples (4): per direction, as the paper does, or jointly on (8).
 
-use super::bernstein::{MAX_ORDER, coefficient_count, push_products};
-use super::least_squares::{Decomposition, LeastSquares, NoConvergence, Triangle};
-use super::model::{Coefficient, DistortionModel, ModelError, OutsidePolicy};
-use super::samples::{MapKind, Sample, SampleSet};
+use super::batch::Batch;
+use super::bernstein::MAX_ORDER;
+use super::factored::factor_in;
+pub use super::factored::{Decomposed, Factored, Solved, factor};
+use super::joint::JointError;
+use super::least_squares::NoConvergence;
+use super::model::{DistortionModel, ModelError, OutsidePolicy};
+use super::rows::{Progress, Rows, TooManySamples};
+use super::samples::{MapKind, SampleSet};
 use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
+use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::task::{Cancelled, Task};
-use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Singular values below this part of the largest count as zero unless told otherwise.
 pub const DEFAULT_RCOND: f64 = 1e-10;
+
+/// Part of a joint fit's time that reducing its samples takes, for telling progress only.
+const FACES_PART: f64 = 0.6;
+
+/// Samples whose residuals are found at a time: enough to fill the lanes of each triangle, and no
+/// copy of all samples.
+const JUDGED_TOGETHER: usize = 16_384;
 
 /// How the orientations share the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -111,35 +121,18 @@ pub enum FitError {
     #[error(transparent)]
     NoConvergence(#[from] NoConvergence),
     #[error(transparent)]
+    TooManySamples(#[from] TooManySamples),
+    #[error(transparent)]
     Model(#[from] ModelError),
 }
 
-/// Samples reduced to what their fit hangs on. Systems over disjoint samples add up, and every
-/// ridge and cutoff is solved from here without the samples.
-#[derive(Clone, Debug)]
-pub struct Factored {
-    pub settings: FitSettings,
-    pub bounds: Bounds,
-    pub samples: usize,
-    /// As the method has them; none at order 0.
-    parts: Vec<Triangle>,
-}
-
-/// [`Factored`] after the singular value decomposition of its systems.
-#[derive(Clone, Debug)]
-pub struct Decomposed {
-    pub settings: FitSettings,
-    pub bounds: Bounds,
-    /// One an orientation, or one for a joint fit; none at order 0.
-    pub systems: Vec<Decomposition>,
-}
-
-/// A model and what its systems were like, before it is judged on samples.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Solved {
-    pub model: DistortionModel,
-    /// One an orientation, or one for a joint fit; none at order 0.
-    pub systems: Vec<SystemReport>,
+impl From<JointError> for FitError {
+    fn from(error: JointError) -> Self {
+        match error {
+            JointError::Cancelled(cause) => cause.into(),
+            JointError::NoConvergence(cause) => cause.into(),
+        }
+    }
 }
 
 /// [`fit_with`] for a fit that nobody waits for.
@@ -154,7 +147,8 @@ pub fn fit(
     fit_with(set, settings, bounds, &Task::default())
 }
 
-/// Fits a model in the samples' bounding box, or in `bounds` where given.
+/// Fits a model in the samples' bounding box, or in `bounds` where given. The result does not
+/// depend on the number of threads.
 ///
 /// # Errors
 /// See [`FitError`]. Too few samples are no error: the solution of least norm is given, and
@@ -165,154 +159,57 @@ pub fn fit_with(
     bounds: Option<Bounds>,
     task: &Task,
 ) -> Result<Fit, FitError> {
-    let solved = factor(set, settings, bounds, task)?.solve(settings.rcond, settings.ridge)?;
-    Ok(solved.judged(set))
-}
-
-/// Reduces samples to their systems, in the samples' bounding box or in `bounds` where given.
-/// Ridge and rcond of the settings are not used yet, only checked.
-///
-/// # Errors
-/// See [`FitError`].
-pub fn factor(
-    set: &SampleSet,
-    settings: &FitSettings,
-    bounds: Option<Bounds>,
-    task: &Task,
-) -> Result<Factored, FitError> {
-    check(set, settings)?;
-    let bounds = bounds
-        .or_else(|| Bounds::around(set.samples.iter().map(|s| s.position_mm)))
-        .ok_or(FitError::NoSamples)?;
-    let parts = if settings.order == 0 {
-        Vec::new()
-    } else {
-        let rows = weighted_rows(&set.samples, settings, &bounds);
-        match settings.method {
-            FitMethod::PerDirection => factor_each_direction(&rows, settings, task)?,
-            FitMethod::Joint => vec![factor_jointly(&rows, settings, task)?],
-        }
-    };
-    Ok(Factored {
-        settings: *settings,
-        bounds,
-        samples: set.samples.len(),
-        parts,
-    })
-}
-
-impl Factored {
-    /// The systems of the samples of all parts together, in the order given. The parts must have
-    /// the same order, orientations, method, weighting and box; `None` without any, or where they
-    /// differ.
-    pub fn merged<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
-        let parts: Vec<_> = parts.into_iter().collect();
-        let first = *parts.first()?;
-        let is_alike = |other: &&Self| {
-            let (a, b) = (&first.settings, &other.settings);
-            (a.order, a.directions, a.method) == (b.order, b.directions, b.method)
-                && (a.weighting, a.map) == (b.weighting, b.map)
-                && first.bounds == other.bounds
-        };
-        parts.iter().all(is_alike).then(|| Self {
-            settings: first.settings,
-            bounds: first.bounds,
-            samples: parts.iter().map(|p| p.samples).sum(),
-            parts: (0..first.parts.len())
-                .into_par_iter()
-                .filter_map(|i| Triangle::merged(parts.iter().map(|p| &p.parts[i])))
-                .collect(),
-        })
-    }
-
-    /// The triangle of each system: one an orientation, or one for a joint fit; none at order 0.
-    pub fn systems(&self) -> Vec<Triangle> {
-        self.parts.clone()
-    }
-
-    /// The singular value decomposition of each system, from which every ridge and cutoff is
-    /// cheap. One of a joint fit has as many rows and columns as all orientations together.
-    ///
-    /// # Errors
-    /// [`FitError::NoConvergence`].
-    pub fn decompose(&self) -> Result<Decomposed, FitError> {
-        let systems = self.systems();
-        Ok(Decomposed {
-            settings: self.settings,
-            bounds: self.bounds,
-            systems: systems
-                .par_iter()
-                .map(Triangle::decompose)
-                .collect::<Result<_, _>>()?,
-        })
-    }
-
-    /// The model for one ridge and cutoff.
-    ///
-    /// # Errors
-    /// [`FitError::NoConvergence`], or a ridge or cutoff that is none.
-    pub fn solve(&self, rcond: f64, ridge: f64) -> Result<Solved, FitError> {
-        self.decompose()?.solve(rcond, ridge)
-    }
-}
-
-impl Decomposed {
-    /// The model for one ridge and cutoff.
-    ///
-    /// # Errors
-    /// A ridge or cutoff that is none.
-    pub fn solve(&self, rcond: f64, ridge: f64) -> Result<Solved, FitError> {
-        check_damping(rcond, ridge)?;
-        let (solutions, systems): (Vec<_>, Vec<_>) = self
-            .systems
-            .iter()
-            .map(|system| {
-                let solution = system.solve(rcond, ridge);
-                let report = SystemReport {
-                    samples: system.rows,
-                    unknowns: solution.unknowns.len(),
-                    rank: solution.rank,
-                    condition: solution.condition,
-                };
-                (solution.unknowns, report)
+    let bounds = checked_bounds(set, settings, bounds)?;
+    let solved = if settings.order > 0 && settings.method == FitMethod::PerDirection {
+        // One system after the other, so that they are never all in memory.
+        let rows = Rows::new(&set.samples, settings, &bounds)?;
+        let progress = Progress::new(task, rows.count_each_direction());
+        let solutions = (0..settings.directions.len())
+            .into_par_iter()
+            .map(|direction| {
+                let system = rows.of_direction(direction, &progress)?;
+                let solution = system.solve(settings.rcond, settings.ridge)?;
+                Ok((system.rows(), solution))
             })
-            .unzip();
-        Ok(Solved {
-            model: model(&self.settings, self.bounds, solutions.concat())?,
-            systems,
-        })
-    }
-}
-
-impl Solved {
-    /// The fit with its residuals on the samples that it was made from.
-    pub fn judged(self, set: &SampleSet) -> Fit {
-        let zero = DistortionModel::zero(*self.model.bounds(), self.model.map());
-        Fit {
-            samples: set.samples.len(),
-            before: residuals(&zero, set, OutsidePolicy::Clamp),
-            after: residuals(&self.model, set, OutsidePolicy::Clamp),
-            model: self.model,
-            systems: self.systems,
-            ambiguous: set.ambiguous,
-        }
-    }
+            .collect::<Result<Vec<_>, FitError>>()?;
+        Solved::of(settings, bounds, solutions)?
+    } else {
+        let factored = factor_in(bounds, set, settings, &task.stretch(0.0, FACES_PART))?;
+        let task = task.stretch(FACES_PART, 1.0);
+        factored.solve_with(settings.rcond, settings.ridge, &task)?
+    };
+    Ok(solved.judged(set))
 }
 
 /// What a model leaves of the samples' errors.
 pub fn residuals(model: &DistortionModel, set: &SampleSet, outside: OutsidePolicy) -> Residuals {
-    let squares = set.samples.iter().fold((0.0, 0.0), |sum, s| {
-        let e = model.evaluate(&s.position_mm, &s.axis, outside).error;
-        (
-            sum.0 + (s.error.position_mm - e.position_mm).norm_squared(),
-            sum.1 + (s.error.rotation_rad - e.rotation_rad).norm_squared(),
-        )
-    });
+    let (mut position, mut angle) = (0.0, 0.0);
+    let (mut batch, mut evaluations) = (Batch::default(), Vec::new());
+    for samples in set.samples.chunks(JUDGED_TOGETHER) {
+        let positions_mm: Vec<_> = samples.iter().map(|s| s.position_mm).collect();
+        let axes: Vec<_> = samples.iter().map(|s| s.axis).collect();
+        batch.evaluate(model, &positions_mm, &axes, outside, &mut evaluations);
+        for (s, e) in samples.iter().zip(&evaluations) {
+            position += (s.error.position_mm - e.error.position_mm).norm_squared();
+            angle += (s.error.rotation_rad - e.error.rotation_rad).norm_squared();
+        }
+    }
     let n = set.samples.len() as f64;
     Residuals {
-        position_rms_mm: (squares.0 / n).sqrt(),
-        angle_rms_rad: set.has_rotations.then(|| (squares.1 / n).sqrt()),
+        position_rms_mm: (position / n).sqrt(),
+        angle_rms_rad: set.has_rotations.then(|| (angle / n).sqrt()),
     }
+}
+
+pub(super) fn checked_bounds(
+    set: &SampleSet,
+    settings: &FitSettings,
+    bounds: Option<Bounds>,
+) -> Result<Bounds, FitError> {
+    check(set, settings)?;
+    bounds
+        .or_else(|| Bounds::around(set.samples.iter().map(|s| s.position_mm)))
+        .ok_or(FitError::NoSamples)
 }
 
 fn check(set: &SampleSet, settings: &FitSettings) -> Result<(), FitError> {
@@ -331,7 +228,7 @@ fn check(set: &SampleSet, settings: &FitSettings) -> Result<(), FitError> {
     check_damping(settings.rcond, settings.ridge)
 }
 
-fn check_damping(rcond: f64, ridge: f64) -> Result<(), FitError> {
+pub(super) fn check_damping(rcond: f64, ridge: f64) -> Result<(), FitError> {
     if !(ridge.is_finite() && ridge >= 0.0) {
         return Err(FitError::Ridge(ridge));
     }
@@ -339,105 +236,4 @@ fn check_damping(rcond: f64, ridge: f64) -> Result<(), FitError> {
         return Err(FitError::Rcond(rcond));
     }
     Ok(())
-}
-
-fn model(
-    settings: &FitSettings,
-    bounds: Bounds,
-    coefficients: Vec<Coefficient>,
-) -> Result<DistortionModel, FitError> {
-    if settings.order == 0 {
-        return Ok(DistortionModel::zero(bounds, settings.map));
-    }
-    Ok(DistortionModel::new(
-        settings.order,
-        settings.directions,
-        settings.weighting,
-        settings.map,
-        bounds,
-        coefficients,
-    )?)
-}
-
-/// A sample as a row wants it.
-struct WeightedRow {
-    unit_position: Vector3<f64>,
-    weights: DirectionWeights,
-    values: [f64; 6],
-}
-
-fn weighted_rows(samples: &[Sample], settings: &FitSettings, bounds: &Bounds) -> Vec<WeightedRow> {
-    samples
-        .iter()
-        .map(|s| {
-            let (p, r) = (s.error.position_mm, s.error.rotation_rad);
-            WeightedRow {
-                unit_position: bounds.to_unit(&s.position_mm),
-                weights: settings.directions.weights(&s.axis, settings.weighting),
-                values: [p.x, p.y, p.z, r.x, r.y, r.z],
-            }
-        })
-        .collect()
-}
-
-fn factor_each_direction(
-    rows: &[WeightedRow],
-    settings: &FitSettings,
-    task: &Task,
-) -> Result<Vec<Triangle>, FitError> {
-    let unknowns = coefficient_count(settings.order);
-    let (done, all) = (AtomicUsize::new(0), settings.directions.len());
-    (0..all)
-        .into_par_iter()
-        .map(|direction| {
-            task.step(done.load(Ordering::Relaxed), all)?;
-            let mut system = LeastSquares::new(unknowns);
-            for row in rows {
-                let w = row.weights.of(direction);
-                if w > 0.0 {
-                    system.push(
-                        |out| push_scaled(settings.order, row, w, out),
-                        row.values.map(|v| w * v),
-                    );
-                }
-            }
-            task.step(done.fetch_add(1, Ordering::Relaxed) + 1, all)?;
-            Ok(system.into_triangle())
-        })
-        .collect()
-}
-
-fn factor_jointly(
-    rows: &[WeightedRow],
-    settings: &FitSettings,
-    task: &Task,
-) -> Result<Triangle, FitError> {
-    let per_direction = coefficient_count(settings.order);
-    let unknowns = settings.directions.len() * per_direction;
-    let mut system = LeastSquares::new(unknowns);
-    for (i, row) in rows.iter().enumerate() {
-        let fill = |out: &mut Vec<f64>| {
-            let start = out.len();
-            out.resize(start + unknowns, 0.0);
-            let mut products = Vec::with_capacity(per_direction);
-            push_scaled(settings.order, row, 1.0, &mut products);
-            for (&direction, &w) in row.weights.directions.iter().zip(&row.weights.weights) {
-                let block = &mut out[start + direction * per_direction..][..per_direction];
-                for (entry, product) in block.iter_mut().zip(&products) {
-                    *entry += w * product;
-                }
-            }
-        };
-        system.push(fill, row.values);
-        task.step(i + 1, rows.len())?;
-    }
-    Ok(system.into_triangle())
-}
-
-fn push_scaled(order: usize, row: &WeightedRow, weight: f64, out: &mut Vec<f64>) {
-    let start = out.len();
-    push_products(order, &row.unit_position, out);
-    for entry in &mut out[start..] {
-        *entry *= weight;
-    }
 }

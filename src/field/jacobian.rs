@@ -1,9 +1,10 @@
 //! Derivatives of the error (8) by position and axis, analytic, for inverting the map.
 
-use super::bernstein::{MAX_ORDER, basis_with_slopes};
-use super::model::{Coefficient, DistortionModel, Evaluation, OutsidePolicy};
+use super::bernstein::basis_with_slopes;
+use super::jacobian_kernel::Contraction;
+use super::model::{DistortionModel, Evaluation, OutsidePolicy};
 use super::samples::PoseError;
-use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
+use crate::geometry::directions::{DirectionSet, Weighting};
 use nalgebra::{Point3, SMatrix, Unit, Vector3};
 
 /// Six rows, X, Y, Z in mm and Rx, Ry, Rz in radians; three columns.
@@ -42,28 +43,39 @@ impl DistortionModel {
             };
         }
         let weights = self.directions().weights(axis, self.weighting());
-        let slopes = weight_slopes(self.directions(), self.weighting(), &weights, axis);
+        let slopes = match self.directions() {
+            DirectionSet::One => [Vector3::zeros(); 3],
+            set => {
+                let corners = weights.directions.map(|d| set.directions()[d].into_inner());
+                weight_slopes(&corners, self.weighting(), axis)
+            }
+        };
         let (unit, unit_per_mm) = self.unit_position(position_mm, outside);
-        let mut value = SMatrix::<f64, 6, 1>::zeros();
+        let bases = [0, 1, 2].map(|k| basis_with_slopes(self.order(), unit[k]));
+        let count = match self.directions() {
+            DirectionSet::One => 1,
+            _ => 3,
+        };
+        let sums = pulp::Arch::new().dispatch(Contraction {
+            order: self.order(),
+            nets: weights.directions.map(|d| self.of_direction(d)),
+            bases: &bases,
+            count,
+        });
+        let mut value = [0.0; 6];
         let mut by_position = Matrix6x3::zeros();
         let mut by_axis = Matrix6x3::zeros();
-        let per_direction = (self.order() + 1).pow(3);
-        let bases = [0, 1, 2].map(|k| basis_with_slopes(self.order(), unit[k]));
-        for k in 0..3 {
-            if weights.weights[k] == 0.0 && slopes[k] == Vector3::zeros() {
-                continue;
+        for (k, [e, x, y, z]) in sums.iter().enumerate().take(count) {
+            let weight = weights.weights[k];
+            for row in 0..6 {
+                value[row] += weight * e[row];
+                for (column, slope) in [x, y, z].into_iter().enumerate() {
+                    by_position[(row, column)] += weight * unit_per_mm[column] * slope[row];
+                    by_axis[(row, column)] += e[row] * slopes[k][column];
+                }
             }
-            let start = weights.directions[k] * per_direction;
-            let net = &self.coefficients()[start..start + per_direction];
-            let [e, x, y, z] = sums(self.order() + 1, net, &bases).map(SMatrix::from);
-            value += e * weights.weights[k];
-            for (column, slope) in [x, y, z].iter().enumerate() {
-                let scale = weights.weights[k] * unit_per_mm[column];
-                by_position.column_mut(column).axpy(scale, slope, 1.0);
-            }
-            by_axis += e * slopes[k].transpose();
         }
-        let [x, y, z, rx, ry, rz] = value.into();
+        let [x, y, z, rx, ry, rz] = value;
         Linearization {
             at: Evaluation {
                 error: PoseError {
@@ -98,53 +110,13 @@ impl DistortionModel {
     }
 }
 
-/// Value and three slopes of one orientation's polynomial in the unit cube.
-#[inline]
-fn sums(
-    n: usize,
-    net: &[Coefficient],
-    [bx, by, bz]: &[([f64; MAX_ORDER + 1], [f64; MAX_ORDER + 1]); 3],
-) -> [Coefficient; 4] {
-    let mut total = [[0.0; 6]; 4];
-    let mut rows = net.chunks_exact(n);
-    for i in 0..n {
-        // Along y: value, slope by y, slope by z.
-        let mut plane = [[0.0; 6]; 3];
-        for (j, row) in (0..n).zip(&mut rows) {
-            let mut line = [[0.0; 6]; 2];
-            for (k, coefficient) in row.iter().enumerate() {
-                for c in 0..6 {
-                    line[0][c] += bz.0[k] * coefficient[c];
-                    line[1][c] += bz.1[k] * coefficient[c];
-                }
-            }
-            for c in 0..6 {
-                plane[0][c] += by.0[j] * line[0][c];
-                plane[1][c] += by.1[j] * line[0][c];
-                plane[2][c] += by.0[j] * line[1][c];
-            }
-        }
-        for c in 0..6 {
-            total[0][c] += bx.0[i] * plane[0][c];
-            total[1][c] += bx.1[i] * plane[0][c];
-            total[2][c] += bx.0[i] * plane[1][c];
-            total[3][c] += bx.0[i] * plane[2][c];
-        }
-    }
-    total
-}
-
-/// Gradients of the three weights on the sphere, per radian, perpendicular to the axis.
+/// Gradients on the sphere of the three weights in a triangle whose corners run counter-clockwise,
+/// per radian, perpendicular to the axis.
 pub(super) fn weight_slopes(
-    set: DirectionSet,
+    corners: &[Vector3<f64>; 3],
     weighting: Weighting,
-    weights: &DirectionWeights,
     axis: &Unit<Vector3<f64>>,
 ) -> [Vector3<f64>; 3] {
-    if set == DirectionSet::One {
-        return [Vector3::zeros(); 3];
-    }
-    let corners = weights.directions.map(|d| set.directions()[d].into_inner());
     let n = axis.as_ref();
     // Of a share of each corner, the weights before they are scaled to add to 1.
     let shares = [0, 1, 2].map(|k| {

@@ -148,8 +148,10 @@ impl<V: Copy> LaneBounds<V> {
         let mut unit = at;
         for (k, v) in unit.iter_mut().enumerate() {
             if clamp {
-                // In this order a position that is not a number becomes the minimum.
-                *v = simd.min_f64s(simd.max_f64s(*v, self.min[k]), self.max[k]);
+                // By comparisons, so that a position that is not a number stays so.
+                let (min, max) = (self.min[k], self.max[k]);
+                let low = simd.select_f64s(simd.less_than_f64s(*v, min), min, *v);
+                *v = simd.select_f64s(simd.less_than_f64s(max, low), max, low);
             }
             *v = simd.div_f64s(simd.sub_f64s(*v, self.min[k]), self.size[k]);
         }
@@ -226,19 +228,19 @@ fn dot<S: Simd>(simd: S, a: Vector3<f64>, b: [S::f64s; 3]) -> S::f64s {
 pub(super) fn atan_of_quotient<S: Simd>(simd: S, y: S::f64s, x: S::f64s) -> S::f64s {
     const REDUCED_ABOVE: f64 = 0.66;
     const P: [f64; 5] = [
-        -8.750_608_600_031_904_122_785e-1,
-        -1.615_753_718_733_365_076_637e1,
-        -7.500_855_792_314_704_667_340e1,
-        -1.228_866_684_490_136_173_410e2,
-        -6.485_021_904_942_025_371_773e1,
+        -8.750_608_600_031_904e-1,
+        -1.615_753_718_733_365_2e1,
+        -7.500_855_792_314_705e1,
+        -1.228_866_684_490_136_1e2,
+        -64.850_219_049_420_25,
     ];
     const Q: [f64; 6] = [
         1.0,
-        2.485_846_490_142_306_297_962e1,
-        1.650_270_098_316_988_542_046e2,
-        4.328_810_604_912_902_668_951e2,
-        4.853_903_996_359_136_964_868e2,
-        1.945_506_571_482_613_964_425e2,
+        24.858_464_901_423_062,
+        165.027_009_831_698_85,
+        432.881_060_491_290_27,
+        485.390_399_635_913_7,
+        194.550_657_148_261_4,
     ];
     let splat = |v| simd.splat_f64s(v);
     let is_large = simd.greater_than_f64s(y, simd.mul_f64s(x, splat(REDUCED_ABOVE)));

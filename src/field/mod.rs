@@ -5,17 +5,23 @@ pub mod batch;
 pub mod bernstein;
 pub mod compensation;
 pub mod environment;
+mod factored;
 pub mod fit;
+mod fold;
 pub mod inverse;
 pub mod jacobian;
+mod jacobian_kernel;
+mod joint;
 mod kernel;
 mod lattice;
 pub mod least_squares;
 pub mod model;
 #[cfg(test)]
 mod random_models;
+mod rows;
 pub mod samples;
 pub mod selection;
+mod singular;
 pub mod support;
 
 pub use axis_model::AxisModel;

@@ -78,54 +78,62 @@ pub struct SampleSet {
     pub ambiguous: usize,
 }
 
-impl MeasurementSet {
-    /// The errors as a function of the ideal or the measured pose.
-    pub fn samples(&self, map: MapKind) -> SampleSet {
-        let mut ambiguous = 0;
-        let samples = self
-            .measurements
-            .iter()
-            .map(|m| {
-                let (rotation_rad, is_ambiguous) = self.rotation_error(m);
-                ambiguous += usize::from(is_ambiguous);
-                let at = match map {
-                    MapKind::Distortion => &m.tracker_from_ideal,
-                    MapKind::Correction => &m.tracker_from_measured,
-                };
-                Sample {
-                    position_mm: at.translation.vector.into(),
-                    axis: at.rotation * Vector3::z_axis(),
-                    error: PoseError {
-                        position_mm: m.tracker_from_measured.translation.vector
-                            - m.tracker_from_ideal.translation.vector,
-                        rotation_rad,
-                    },
-                }
-            })
-            .collect();
-        SampleSet {
-            samples,
-            has_rotations: self.content != MeasurementContent::PositionOnly,
-            ambiguous,
+impl SampleSet {
+    /// No samples yet, of a table with this content.
+    pub fn new(content: MeasurementContent) -> Self {
+        Self {
+            samples: Vec::new(),
+            has_rotations: content != MeasurementContent::PositionOnly,
+            ambiguous: 0,
         }
     }
 
-    fn rotation_error(&self, m: &Measurement) -> (Vector3<f64>, bool) {
-        match self.content {
-            MeasurementContent::PositionOnly => (Vector3::zeros(), false),
-            MeasurementContent::FiveDof => {
-                let turn = axis_rotation(
-                    &(m.tracker_from_ideal.rotation * Vector3::z_axis()),
-                    &(m.tracker_from_measured.rotation * Vector3::z_axis()),
-                );
-                (turn.vector_rad, turn.is_ambiguous)
-            }
-            MeasurementContent::SixDof => (
-                log_quaternion(
-                    &(m.tracker_from_measured.rotation * m.tracker_from_ideal.rotation.inverse()),
-                ),
-                false,
-            ),
+    /// Adds the error of a measurement as a function of the ideal or the measured pose.
+    pub fn push(&mut self, m: &Measurement, content: MeasurementContent, map: MapKind) {
+        let (rotation_rad, is_ambiguous) = rotation_error(m, content);
+        self.ambiguous += usize::from(is_ambiguous);
+        let at = match map {
+            MapKind::Distortion => &m.tracker_from_ideal,
+            MapKind::Correction => &m.tracker_from_measured,
+        };
+        self.samples.push(Sample {
+            position_mm: at.translation.vector.into(),
+            axis: at.rotation * Vector3::z_axis(),
+            error: PoseError {
+                position_mm: m.tracker_from_measured.translation.vector
+                    - m.tracker_from_ideal.translation.vector,
+                rotation_rad,
+            },
+        });
+    }
+}
+
+impl MeasurementSet {
+    /// The errors as a function of the ideal or the measured pose.
+    pub fn samples(&self, map: MapKind) -> SampleSet {
+        let mut set = SampleSet::new(self.content);
+        for measurement in &self.measurements {
+            set.push(measurement, self.content, map);
         }
+        set
+    }
+}
+
+fn rotation_error(m: &Measurement, content: MeasurementContent) -> (Vector3<f64>, bool) {
+    match content {
+        MeasurementContent::PositionOnly => (Vector3::zeros(), false),
+        MeasurementContent::FiveDof => {
+            let turn = axis_rotation(
+                &(m.tracker_from_ideal.rotation * Vector3::z_axis()),
+                &(m.tracker_from_measured.rotation * Vector3::z_axis()),
+            );
+            (turn.vector_rad, turn.is_ambiguous)
+        }
+        MeasurementContent::SixDof => (
+            log_quaternion(
+                &(m.tracker_from_measured.rotation * m.tracker_from_ideal.rotation.inverse()),
+            ),
+            false,
+        ),
     }
 }

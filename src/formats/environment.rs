@@ -306,7 +306,7 @@ mod tests {
                 "(0,4095,7,64)",
                 "cells holds 64, expected bits",
             ),
-            ("(0,4095,7,63)", "(0,-1,7,63)", "found `-1`"),
+            ("(0,4095,7,63)", "(0,-1,7,63)", "integer is out of bounds"),
             ("variance:", "varience:", "found no field `variance`"),
         ] {
             assert!(text.contains(from), "{from}");

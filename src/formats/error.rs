@@ -4,12 +4,16 @@ use super::gltf::GltfError;
 use crate::design::view::ViewError;
 use crate::field::support::SupportPartsError;
 use crate::study::motion::MotionError;
+use std::io::ErrorKind;
 
 /// Why bytes are not the file they should be. The file's name is added by who read it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FormatError {
     #[error("line {line}, column {column}: found a byte that is not UTF-8, expected text")]
     NotUtf8 { line: usize, column: usize },
+    /// The file could be opened but not read to its end.
+    #[error("found what cannot be read ({found}), expected text")]
+    Unreadable { kind: ErrorKind, found: String },
     #[error("line {line}, column {column}: {problem}")]
     Syntax {
         line: usize,

@@ -1,16 +1,24 @@
 //! Measurement tables: where sensors were, and where the tracker said they were.
 
-use super::error::FormatError;
+use super::error::{FormatError, text};
 use super::number::shortest;
-use super::table::{PoseColumns, Table};
+use super::table::{PoseColumns, TableReader};
 use crate::field::samples::{Measurement, MeasurementContent, MeasurementSet};
 use crate::geometry::pose::pose_to_array;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 
 const EXPECTED: &str =
     "the columns of a measurement table (ideal_x, ideal_y, ideal_z, …, measured_x, …)";
 const EXPECTED_QUATERNIONS: &str =
     "all of ideal_qw … ideal_qz and measured_qw … measured_qz, or none of them";
+const POSITIONS: [&str; 6] = [
+    "ideal_x",
+    "ideal_y",
+    "ideal_z",
+    "measured_x",
+    "measured_y",
+    "measured_z",
+];
 const QUATERNIONS: [&str; 8] = [
     "ideal_qw",
     "ideal_qx",
@@ -22,53 +30,82 @@ const QUATERNIONS: [&str; 8] = [
     "measured_qz",
 ];
 
-/// Reads a measurement table. One with quaternions is taken to be of 5-DOF sensors, one without
-/// is position-only.
-///
-/// # Errors
-/// Missing columns, cells that are no numbers, quaternions off unit length, no rows.
-pub fn parse(bytes: &[u8]) -> Result<MeasurementSet, FormatError> {
-    let table = Table::parse(bytes)?;
-    let [ix, iy, iz, mx, my, mz] = table.columns(
-        [
-            "ideal_x",
-            "ideal_y",
-            "ideal_z",
-            "measured_x",
-            "measured_y",
-            "measured_z",
-        ],
-        EXPECTED,
-    )?;
-    let quaternions = if QUATERNIONS.iter().any(|name| table.has(name)) {
-        Some(table.columns(QUATERNIONS, EXPECTED_QUATERNIONS)?)
-    } else {
-        None
-    };
-    let ideal = PoseColumns {
-        position: [ix, iy, iz],
-        rotation: quaternions.map(|[w, x, y, z, ..]| [w, x, y, z]),
-    };
-    let measured = PoseColumns {
-        position: [mx, my, mz],
-        rotation: quaternions.map(|[.., w, x, y, z]| [w, x, y, z]),
-    };
-    let measurements = table
-        .rows()?
-        .map(|row| {
-            Ok(Measurement {
-                tracker_from_ideal: row.pose(&ideal)?,
-                tracker_from_measured: row.pose(&measured)?,
-            })
+/// A measurement table that is read row by row. One with quaternions is taken to be of 5-DOF
+/// sensors, one without is position-only.
+pub struct MeasurementReader<R: Read> {
+    table: TableReader<R>,
+    ideal: PoseColumns,
+    measured: PoseColumns,
+}
+
+impl<R: Read> MeasurementReader<R> {
+    /// Reads the header.
+    ///
+    /// # Errors
+    /// Missing columns, or text that is no table.
+    pub fn new(reader: R) -> Result<Self, FormatError> {
+        let table = TableReader::new(reader)?;
+        let header = table.header();
+        let [ix, iy, iz, mx, my, mz] = header.columns(POSITIONS, EXPECTED)?;
+        let quaternions = if QUATERNIONS.iter().any(|name| header.has(name)) {
+            Some(header.columns(QUATERNIONS, EXPECTED_QUATERNIONS)?)
+        } else {
+            None
+        };
+        let ideal = PoseColumns {
+            position: [ix, iy, iz],
+            rotation: quaternions.map(|[w, x, y, z, ..]| [w, x, y, z]),
+        };
+        let measured = PoseColumns {
+            position: [mx, my, mz],
+            rotation: quaternions.map(|[.., w, x, y, z]| [w, x, y, z]),
+        };
+        Ok(Self {
+            table,
+            ideal,
+            measured,
         })
-        .collect::<Result<_, FormatError>>()?;
-    Ok(MeasurementSet {
-        measurements,
-        content: match quaternions {
+    }
+
+    /// What the table's columns can hold.
+    pub fn content(&self) -> MeasurementContent {
+        match self.ideal.rotation {
             Some(_) => MeasurementContent::FiveDof,
             None => MeasurementContent::PositionOnly,
-        },
-    })
+        }
+    }
+
+    /// The next row; `None` after the last.
+    ///
+    /// # Errors
+    /// Cells that are no numbers, quaternions off unit length, no rows at all.
+    pub fn next_measurement(&mut self) -> Result<Option<Measurement>, FormatError> {
+        let Some(row) = self.table.next_row()? else {
+            return Ok(None);
+        };
+        Ok(Some(Measurement {
+            tracker_from_ideal: row.pose(&self.ideal)?,
+            tracker_from_measured: row.pose(&self.measured)?,
+        }))
+    }
+}
+
+/// Reads a whole measurement table.
+///
+/// # Errors
+/// Those of [`MeasurementReader`].
+pub fn parse(bytes: &[u8]) -> Result<MeasurementSet, FormatError> {
+    // A byte that is no text is named before anything else.
+    text(bytes)?;
+    let mut reader = MeasurementReader::new(bytes)?;
+    let mut set = MeasurementSet {
+        measurements: Vec::new(),
+        content: reader.content(),
+    };
+    while let Some(measurement) = reader.next_measurement()? {
+        set.measurements.push(measurement);
+    }
+    Ok(set)
 }
 
 /// Writes a measurement table, without quaternions where there is nothing in them.

@@ -17,6 +17,7 @@ mod support;
 pub mod table;
 #[cfg(test)]
 mod tests;
+mod utf8;
 
 pub use body::BodyFile;
 pub use design_file::DesignFile;

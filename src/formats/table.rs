@@ -2,9 +2,11 @@
 
 use super::error::{FormatError, text};
 use super::number;
+use super::utf8::{self, Utf8Reader};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use csv::StringRecord;
 use nalgebra::Vector3;
+use std::io::Read;
 
 /// How far a quaternion's length may be from 1.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -12,9 +14,21 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 /// A table that has been split into cells. Columns nobody asks for are ignored.
 #[derive(Clone, Debug)]
 pub struct Table {
-    header: Vec<String>,
+    header: Header,
     records: Vec<StringRecord>,
 }
+
+/// A table that is split into cells row by row, so that it is never in memory as a whole.
+pub struct TableReader<R: Read> {
+    header: Header,
+    reader: csv::Reader<Utf8Reader<R>>,
+    record: StringRecord,
+    has_rows: bool,
+}
+
+/// The names of a table's columns.
+#[derive(Clone, Debug)]
+pub struct Header(Vec<String>);
 
 /// A column's name and its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,33 +57,107 @@ impl Table {
     /// # Errors
     /// Text that is no table, rows of different lengths, or no rows.
     pub fn parse(bytes: &[u8]) -> Result<Self, FormatError> {
-        let mut reader = csv::ReaderBuilder::new()
-            .flexible(true)
-            .trim(csv::Trim::All)
-            .from_reader(text(bytes)?.as_bytes());
-        let header: Vec<String> = reader
-            .headers()
-            .map_err(|error| csv_error(&error))?
-            .iter()
-            .map(str::to_owned)
-            .collect();
+        // A byte that is no text is named before anything else.
+        text(bytes)?;
+        let mut reader = TableReader::new(bytes)?;
         let mut records = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(|error| csv_error(&error))?;
-            if record.len() != header.len() {
-                return Err(FormatError::Line {
-                    line: line_of(&record),
-                    found: format!("{} cells", record.len()),
-                    expected: format!("{}, as in line 1", header.len()),
-                });
-            }
-            records.push(record);
+        while reader.next_record()? {
+            records.push(reader.record.clone());
         }
-        Ok(Self { header, records })
+        Ok(Self {
+            header: reader.header,
+            records,
+        })
     }
 
     pub fn has(&self, name: &str) -> bool {
-        self.header.iter().any(|column| column == name)
+        self.header.has(name)
+    }
+
+    /// See [`Header::columns`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn columns<const N: usize>(
+        &self,
+        names: [&'static str; N],
+        expected: &'static str,
+    ) -> Result<[Column; N], FormatError> {
+        self.header.columns(names, expected)
+    }
+
+    /// The rows, at least one.
+    ///
+    /// # Errors
+    /// [`FormatError::NoRows`].
+    pub fn rows(&self) -> Result<impl Iterator<Item = Row<'_>>, FormatError> {
+        if self.records.is_empty() {
+            return Err(FormatError::NoRows);
+        }
+        Ok(self.records.iter().map(Row::of))
+    }
+}
+
+impl<R: Read> TableReader<R> {
+    /// Reads the header.
+    ///
+    /// # Errors
+    /// Text that is no table, or what the reader says.
+    pub fn new(reader: R) -> Result<Self, FormatError> {
+        let mut reader = csv::ReaderBuilder::new()
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(Utf8Reader::new(reader));
+        let header = match reader.headers() {
+            Ok(header) => Header(header.iter().map(str::to_owned).collect()),
+            Err(error) => return Err(error_of(error)),
+        };
+        Ok(Self {
+            header,
+            reader,
+            record: StringRecord::new(),
+            has_rows: false,
+        })
+    }
+
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// The next row; `None` after the last.
+    ///
+    /// # Errors
+    /// Text that is no table, a row of another length than the header, or no rows at all.
+    pub fn next_row(&mut self) -> Result<Option<Row<'_>>, FormatError> {
+        if self.next_record()? {
+            self.has_rows = true;
+            return Ok(Some(Row::of(&self.record)));
+        }
+        match self.has_rows {
+            true => Ok(None),
+            false => Err(FormatError::NoRows),
+        }
+    }
+
+    fn next_record(&mut self) -> Result<bool, FormatError> {
+        let is_there = self
+            .reader
+            .read_record(&mut self.record)
+            .map_err(error_of)?;
+        if is_there && self.record.len() != self.header.0.len() {
+            return Err(FormatError::Line {
+                line: line_of(&self.record),
+                found: format!("{} cells", self.record.len()),
+                expected: format!("{}, as in line 1", self.header.0.len()),
+            });
+        }
+        Ok(is_there)
+    }
+}
+
+impl Header {
+    pub fn has(&self, name: &str) -> bool {
+        self.0.iter().any(|column| column == name)
     }
 
     /// The columns of these names.
@@ -87,7 +175,7 @@ impl Table {
         }
         let mut columns = names.map(|name| Column { name, index: 0 });
         for column in &mut columns {
-            let mut places = (0..self.header.len()).filter(|&i| self.header[i] == column.name);
+            let mut places = (0..self.0.len()).filter(|&i| self.0[i] == column.name);
             column.index = places.next().unwrap_or_default();
             if places.next().is_some() {
                 return Err(FormatError::RepeatedColumn(column.name));
@@ -95,23 +183,16 @@ impl Table {
         }
         Ok(columns)
     }
-
-    /// The rows, at least one.
-    ///
-    /// # Errors
-    /// [`FormatError::NoRows`].
-    pub fn rows(&self) -> Result<impl Iterator<Item = Row<'_>>, FormatError> {
-        if self.records.is_empty() {
-            return Err(FormatError::NoRows);
-        }
-        Ok(self.records.iter().map(|record| Row {
-            line: line_of(record),
-            record,
-        }))
-    }
 }
 
-impl Row<'_> {
+impl<'a> Row<'a> {
+    fn of(record: &'a StringRecord) -> Self {
+        Self {
+            line: line_of(record),
+            record,
+        }
+    }
+
     /// The finite number of a cell.
     ///
     /// # Errors
@@ -179,11 +260,17 @@ fn line_of(record: &StringRecord) -> u64 {
     record.position().map_or(0, csv::Position::line)
 }
 
-/// The text is UTF-8 and rows may have any length, so that hardly anything can go wrong here.
-fn csv_error(error: &csv::Error) -> FormatError {
-    FormatError::Line {
-        line: error.position().map_or(1, csv::Position::line),
-        found: error.to_string(),
-        expected: "comma-separated values".to_owned(),
+/// The text is UTF-8 and rows may have any length, so that beside the reader's own failures hardly
+/// anything can go wrong here.
+fn error_of(error: csv::Error) -> FormatError {
+    let line = error.position().map_or(1, csv::Position::line);
+    let found = error.to_string();
+    match error.into_kind() {
+        csv::ErrorKind::Io(cause) => utf8::error_of(&cause),
+        _ => FormatError::Line {
+            line,
+            found,
+            expected: "comma-separated values".to_owned(),
+        },
     }
 }

@@ -177,6 +177,7 @@ pub(crate) struct Sphere {
     triangles: Vec<[usize; 3]>,
     /// `[b1 b2 b3]⁻¹` of each triangle: takes an axis to its gnomonic coordinates.
     inverses: Vec<Matrix3<f64>>,
+    shapes: Vec<TriangleShape>,
     table: TriangleTable,
 }
 
@@ -192,6 +193,18 @@ pub(crate) struct TriangleShape {
     pub gnomonic_rows: [Vector3<f64>; 3],
 }
 
+impl TriangleShape {
+    fn new(corners: [Vector3<f64>; 3], inverse: &Matrix3<f64>) -> Self {
+        let [a, b, c] = corners;
+        Self {
+            corners,
+            normals: [b.cross(&c), c.cross(&a), a.cross(&b)],
+            opposite_cosines: [b.dot(&c), c.dot(&a), a.dot(&b)],
+            gnomonic_rows: [0, 1, 2].map(|row| inverse.row(row).transpose()),
+        }
+    }
+}
+
 impl Sphere {
     fn new(directions: Vec<Unit<Vector3<f64>>>) -> Self {
         let triangles = hull_triangles(&directions);
@@ -203,7 +216,11 @@ impl Sphere {
                     .expect("a face of the hull does not contain the origin")
             })
             .collect();
+        let shapes = triangles.iter().zip(&inverses);
         Self {
+            shapes: shapes
+                .map(|(t, inverse)| TriangleShape::new(t.map(|i| *directions[i]), inverse))
+                .collect(),
             directions,
             triangles,
             table: TriangleTable::new(&inverses),
@@ -212,16 +229,8 @@ impl Sphere {
     }
 
     /// What the weights in a triangle are made of.
-    pub fn shape(&self, triangle: usize) -> TriangleShape {
-        let corners = self.triangles[triangle].map(|i| self.directions[i].into_inner());
-        let [a, b, c] = corners;
-        let inverse = &self.inverses[triangle];
-        TriangleShape {
-            corners,
-            normals: [b.cross(&c), c.cross(&a), a.cross(&b)],
-            opposite_cosines: [b.dot(&c), c.dot(&a), a.dot(&b)],
-            gnomonic_rows: [0, 1, 2].map(|row| inverse.row(row).transpose()),
-        }
+    pub fn shape(&self, triangle: usize) -> &TriangleShape {
+        &self.shapes[triangle]
     }
 
     /// The triangle that holds the axis, the first of equals.

@@ -77,11 +77,14 @@ fn svd3_of_safe_size(matrix: &Matrix3<f64>) -> Svd3 {
 fn orthogonalise(w: &mut Matrix3<f64>, v: &mut Matrix3<f64>, p: usize, q: usize) -> bool {
     let (a, b) = (w.column(p).norm_squared(), w.column(q).norm_squared());
     let c = w.column(p).dot(&w.column(q));
-    if c == 0.0 || c.abs() <= f64::EPSILON * (a * b).sqrt() {
+    // The cosine of the angle between the columns is below rounding; squared, for want of a root.
+    if c * c <= f64::EPSILON * f64::EPSILON * (a * b) {
         return false;
     }
-    let zeta = (b - a) / (2.0 * c);
-    let t = zeta.signum() / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
+    // The smaller root of t² + 2 ζ t - 1 for ζ = (b - a) / 2c, with one division.
+    let (difference, twice) = (b - a, 2.0 * c);
+    let root = (difference * difference + twice * twice).sqrt();
+    let t = twice * 1.0_f64.copysign(difference) / (difference.abs() + root);
     let cosine = 1.0 / (1.0 + t * t).sqrt();
     let sine = cosine * t;
     for m in [w, v] {

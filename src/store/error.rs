@@ -1,6 +1,7 @@
 //! What can go wrong with files, in the words that the command line and the editor show.
 
 use crate::formats::FormatError;
+use crate::task::Cancelled;
 use std::io;
 use std::path::PathBuf;
 
@@ -25,6 +26,10 @@ pub enum StoreError {
         limit: u64,
         expected: &'static str,
     },
+    #[error("{}: found no quaternions, expected them for 6-DOF sensors", file.display())]
+    NoQuaternions { file: PathBuf },
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     #[error("{name}: found no built-in design of this name, expected one of {names}")]
     NoSuchBuiltIn { name: String, names: String },
     #[error("the built-in design {0} is read-only, expected Save as and a file of your own")]

@@ -6,6 +6,7 @@ mod open;
 mod place;
 mod read;
 mod resolve;
+mod samples;
 mod save;
 mod shared;
 #[cfg(test)]
@@ -20,6 +21,7 @@ pub use read::{
     read_mesh, read_poses,
 };
 pub use resolve::resolve;
+pub use samples::{SampleReading, read_samples};
 pub use save::{SaveReport, save, save_as, save_with_copies};
 pub use shared::{SharedBody, shared_bodies};
 pub use write::{write_atomic, write_environment};

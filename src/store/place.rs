@@ -8,7 +8,7 @@ use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
 /// Largest file that is read: a hundred times any real one, and no more than memory holds.
-const MAX_BYTES: u64 = 1 << 30;
+pub(super) const MAX_BYTES: u64 = 1 << 30;
 
 /// Something to read files from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

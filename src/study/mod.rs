@@ -1,5 +1,6 @@
 //! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
 
+mod explain;
 pub mod figures;
 pub mod motion;
 mod plan;
@@ -17,6 +18,7 @@ pub mod uncertainty;
 pub mod work;
 
 pub use crate::task::CancelToken;
+pub use explain::{Deed, Explained, explain};
 pub use figures::{FigureRow, Figures, figure_rows};
 pub use motion::{AxisRange, Motion};
 pub use requirement::Requirement;

@@ -22,6 +22,10 @@ pub const POOR_RATIO: f64 = 1e-6;
 /// place: the mean is good to an epsilon, and what is left of the positions is its round-off.
 const SAME_PLACE: f64 = 4.0 * f64::EPSILON;
 
+/// Sensors whose contributions are added up before they join the sum of all: ten thousand in one
+/// sum would lose a hundred times the digits of one sensor.
+const SUMMED_AT_A_TIME: usize = 64;
+
 /// A body made ready to be fitted many times.
 #[derive(Clone, Debug)]
 pub struct FrameFitter {
@@ -114,9 +118,11 @@ impl FrameFitter {
     pub fn fit(&self, readings: &[Reading], tracker_from_body_true: &Pose) -> FrameFit {
         debug_assert_eq!(readings.len(), self.sensors.len(), "one reading a sensor");
         let n = readings.len().max(1) as f64;
+        let partial =
+            |some: &[Reading]| -> Vector3<f64> { some.iter().map(|r| r.position_mm.coords).sum() };
         let centroid = readings
-            .iter()
-            .map(|r| r.position_mm.coords)
+            .chunks(SUMMED_AT_A_TIME)
+            .map(partial)
             .sum::<Vector3<f64>>()
             / n;
         let svd = svd3(&self.cross_covariance(readings, &centroid));
@@ -144,9 +150,22 @@ impl FrameFitter {
 
     /// `H = Σ q q'ᵀ` over positions and weighted axes (10), (11).
     fn cross_covariance(&self, readings: &[Reading], centroid: &Vector3<f64>) -> Matrix3<f64> {
+        self.sensors
+            .chunks(SUMMED_AT_A_TIME)
+            .zip(readings.chunks(SUMMED_AT_A_TIME))
+            .map(|(sensors, readings)| self.partial_covariance(sensors, readings, centroid))
+            .sum()
+    }
+
+    fn partial_covariance(
+        &self,
+        sensors: &[FitterSensor],
+        readings: &[Reading],
+        centroid: &Vector3<f64>,
+    ) -> Matrix3<f64> {
         let weight = self.orientation_weight_mm * self.orientation_weight_mm;
         let mut h = Matrix3::zeros();
-        for (sensor, reading) in self.sensors.iter().zip(readings) {
+        for (sensor, reading) in sensors.iter().zip(readings) {
             h += sensor.arm_in_body * (reading.position_mm.coords - centroid).transpose();
             match sensor.orientation {
                 SensorOrientation::FiveDof(axis) => {

@@ -240,6 +240,7 @@ fn layers_that_are_off_have_no_entities() {
         sensor_errors: false,
         tip_error: false,
         ghost: false,
+        tip_scatter: false,
         slice: false,
         labels: false,
     };

@@ -45,7 +45,7 @@ fn inspector<'a>(design: &'a Design, selected: Option<Selected>) -> (Harness<'a>
                 design,
                 selected,
                 pose: None,
-                default_weight_mm: 100.0,
+                derived_weight: environment().orientation_weight(None),
             },
         )
     })
@@ -207,7 +207,7 @@ fn sensors_out_of_the_volume_are_named_in_words() {
                 design: &design,
                 selected: Some(Selected::Sensor(BodyRole::Tool, 0)),
                 pose: Some(&pose),
-                default_weight_mm: 100.0,
+                derived_weight: environment.orientation_weight(None),
             },
         )
     });
@@ -256,6 +256,7 @@ fn another_axis_moves_the_slice_to_the_middle_of_the_box() {
             &SlicePanelView {
                 view: &view,
                 bounds,
+                has_support: false,
                 max_mm: Some(2.0),
             },
         )

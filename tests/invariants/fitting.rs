@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
+use std::sync::{Arc, Mutex};
 use trackwright::calibration::registration::register;
 use trackwright::field::fit::{
     Factored, FitError, FitMethod, FitSettings, factor, fit, fit_with, residuals,
@@ -243,6 +244,67 @@ fn a_fit_that_nobody_wants_stops() {
         };
         let stopped = fit_with(&set, &settings, None, &task);
         assert_eq!(stopped, Err(FitError::Cancelled(Cancelled)));
+    }
+}
+
+#[test]
+fn a_fit_under_way_stops_and_tells_how_far_it_is() {
+    let set = samples_of(&truth(1, DirectionSet::Six, Weighting::Area), 30_000);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    for method in [FitMethod::PerDirection, FitMethod::Joint] {
+        let settings = FitSettings {
+            method,
+            ridge: 1e-3,
+            ..FitSettings::new(1, DirectionSet::Six)
+        };
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let task = Task::told_to({
+            let heard = heard.clone();
+            move |part| heard.lock().unwrap().push(part)
+        });
+        let whole = pool.install(|| fit_with(&set, &settings, None, &task));
+        assert_eq!(whole, fit(&set, &settings, None));
+        let parts = heard.lock().unwrap().clone();
+        assert!(parts.is_sorted(), "{parts:?}");
+        assert_eq!(parts.last(), Some(&1.0));
+
+        let token = CancelToken::default();
+        let mut task = Task::told_to({
+            let token = token.clone();
+            move |part| {
+                if part > 0.3 {
+                    token.cancel();
+                }
+            }
+        });
+        task.cancel = token;
+        let stopped = fit_with(&set, &settings, None, &task);
+        assert_eq!(stopped, Err(FitError::Cancelled(Cancelled)));
+    }
+}
+
+#[test]
+fn a_fit_does_not_depend_on_the_number_of_threads() {
+    let set = samples_of(&truth(2, DirectionSet::FortyTwo, Weighting::Area), 40_000);
+    let on = |threads, settings: &FitSettings| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build()
+            .unwrap()
+            .install(|| fit(&set, settings, None).unwrap())
+    };
+    for method in [FitMethod::PerDirection, FitMethod::Joint] {
+        for directions in [DirectionSet::One, DirectionSet::Fourteen] {
+            let settings = FitSettings {
+                method,
+                ..FitSettings::new(1, directions)
+            };
+            let (one, four) = (on(1, &settings), on(4, &settings));
+            assert_eq!(one.model, four.model);
+            assert_eq!(one.systems, four.systems);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! What has to hold whatever the numbers are.
 
 mod fitting;
+mod joint_fit;
 mod studies;
 mod support;
 mod surveys;

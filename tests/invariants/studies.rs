@@ -189,6 +189,155 @@ fn a_study_counts_its_evaluations_and_tracks_a_fixed_crf_once() {
     let expected = (tool + crf) + outcome.figures.trials as u64 * tool;
     assert_eq!(outcome.work.study_evaluations, expected);
     assert_eq!(outcome.work.slice_evaluations, 0);
+    assert_eq!(outcome.work.crf_evaluations, crf);
+    assert_eq!(outcome.work.crf_trackings, 1);
+    let trials = outcome.figures.trials as u64;
+    assert_eq!(outcome.work.crf_reuses, trials);
+    assert_eq!(outcome.work.frame_fits, 2 + trials);
+}
+
+#[test]
+fn a_design_without_crf_has_none_of_its_cost() {
+    let with_crf = built_in();
+    let tool = with_crf.tool.sensors.len() as u64;
+    let without = Scenario {
+        crf_from_tool: with_crf.crf.as_ref().unwrap().tracker_from_crf * with_crf.crf_from_tool,
+        crf: None,
+        ..with_crf
+    };
+    let outcome = motion_study(&without);
+    let (work, trials) = (outcome.work, outcome.figures.trials as u64);
+    assert_eq!(work.study_evaluations, (1 + trials) * tool);
+    assert_eq!(work.frame_fits, 1 + trials);
+    let of_crf = (work.crf_evaluations, work.crf_trackings, work.crf_reuses);
+    assert_eq!(of_crf, (0, 0, 0));
+    let shown = study::look(&without).work;
+    assert_eq!((shown.pose_evaluations, shown.frame_fits), (tool, 1));
+    assert_eq!((shown.crf_evaluations, shown.crf_trackings), (0, 0));
+}
+
+/// Input of some poses of the CRF, each for some trials.
+fn input(crf_poses: &[Option<Pose>], trials_each: usize, crf_from_tool: Pose) -> Mode {
+    let rows: Vec<_> = crf_poses
+        .iter()
+        .flat_map(|&tracker_from_crf| {
+            (0..trials_each).map(move |i| InputTrial {
+                tracker_from_crf,
+                crf_from_tool: crf_from_tool * Pose::translation(0.1 * i as f64, 0.0, 0.0),
+            })
+        })
+        .collect();
+    Mode::Input(rows.into())
+}
+
+#[test]
+fn a_crf_is_tracked_again_only_where_input_moves_it() {
+    let scenario = built_in();
+    let sensors = scenario.crf.as_ref().unwrap().body.sensors.len() as u64;
+    let own = scenario.crf.as_ref().unwrap().tracker_from_crf;
+    let moved = own * Pose::translation(5.0, 0.0, 0.0);
+    let run = |poses: &[Option<Pose>]| {
+        let mode = input(poses, 10, scenario.crf_from_tool);
+        let outcome = study::run(&scenario, &mode, &CancelToken::default(), None).unwrap();
+        let work = outcome.work;
+        assert_eq!(work.crf_evaluations, work.crf_trackings * sensors);
+        assert_eq!(
+            work.crf_trackings + work.crf_reuses,
+            1 + 10 * poses.len() as u64
+        );
+        work.crf_trackings
+    };
+    assert_eq!(run(&[None, Some(own)]), 1);
+    assert_eq!(run(&[None, Some(moved)]), 2);
+    assert_eq!(run(&[Some(moved), None, Some(own * moved)]), 3);
+}
+
+/// Five positions a side, and turns about two axes.
+fn shared_orientations(scenario: &Scenario, turns: bool) -> Scenario {
+    let range = |reach: f64, steps: f64| {
+        Some(AxisRange {
+            min: -reach,
+            max: reach,
+            step: 2.0 * reach / steps,
+        })
+    };
+    Scenario {
+        motion: Some(Motion {
+            x: range(40.0, 4.0),
+            y: range(40.0, 4.0),
+            z: range(30.0, 4.0),
+            rx: range(20.0, 2.0).filter(|_| turns),
+            rz: range(35.0, 6.0).filter(|_| turns),
+            ..Motion::default()
+        }),
+        ..scenario.clone()
+    }
+}
+
+#[test]
+fn poses_that_share_their_orientation_blend_the_coefficients_once() {
+    let scenario = built_in();
+    let sensors = scenario.tool.sensors.len() as u64;
+    for (turns, orientations) in [(false, 1), (true, 21)] {
+        let scenario = shared_orientations(&scenario, turns);
+        let outcome = motion_study(&scenario);
+        let trials = outcome.figures.trials as u64;
+        assert_eq!(trials, 125 * orientations);
+        assert_eq!(outcome.work.coefficient_blends, orientations * sensors);
+        assert_eq!(outcome.work.blended_evaluations, trials * sensors);
+    }
+}
+
+#[test]
+fn poses_grouped_by_orientation_come_back_in_their_order_with_their_own_figures() {
+    let scenario = shared_orientations(&built_in(), true);
+    let grid = scenario
+        .motion
+        .unwrap()
+        .grid(&scenario.crf_from_tool)
+        .unwrap();
+    let rows: Vec<_> = (0..grid.trials())
+        .map(|i| InputTrial {
+            tracker_from_crf: None,
+            crf_from_tool: grid.pose(i),
+        })
+        .collect();
+    let cancel = CancelToken::default();
+    let logged = |mode: &Mode| {
+        let mut trials = Vec::new();
+        let mut log = |trial: &study::Trial| trials.push(*trial);
+        let outcome = study::run(&scenario, mode, &cancel, Some(&mut log)).unwrap();
+        (outcome, trials)
+    };
+    let (grouped, moved) = logged(&Mode::Motion);
+    let (scattered, given) = logged(&Mode::Input(rows.into()));
+    assert!(grouped.work.blended_evaluations > 0);
+    assert_eq!(scattered.work.blended_evaluations, 0);
+    assert_eq!(moved.len(), given.len());
+    for (a, b) in moved.iter().zip(&given) {
+        assert_eq!(a.crf_from_tool, b.crf_from_tool);
+        assert_eq!((a.outside, a.out_of_volume), (b.outside, b.out_of_volume));
+        // Sums in another order, of coefficients of some mm.
+        let difference = a.tip_error_in_crf_mm - b.tip_error_in_crf_mm;
+        assert!(difference.norm() < EXACT_MM, "{difference}");
+    }
+}
+
+#[test]
+fn a_study_has_the_same_bits_on_any_number_of_threads() {
+    for scenario in [built_in(), shared_orientations(&built_in(), true)] {
+        let on = |threads| {
+            rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap()
+                .install(|| motion_study(&scenario))
+        };
+        let one = on(1);
+        for threads in [2, 3, 7] {
+            assert_eq!(one, on(threads));
+        }
+    }
 }
 
 #[test]

@@ -1,8 +1,10 @@
 //! The computations under test, as a set that can be exchanged: the program's own, or naive ones
 //! that have to be found out.
 
-use crate::field::bernstein::{MAX_ORDER, basis};
+use crate::field::batch::{Batch, Instructions};
 use crate::field::fit::{Fit, FitError, FitSettings, fit};
+use crate::field::inverse::{InverseState, undistort};
+use crate::field::jacobian::Matrix6x3;
 use crate::field::least_squares::{LeastSquares, NoConvergence, Solution};
 use crate::field::samples::{PoseError, SampleSet};
 use crate::field::{DistortionModel, OutsidePolicy};
@@ -14,6 +16,7 @@ use crate::geometry::rotation::{
 };
 use crate::geometry::svd3::{Svd3, svd3};
 use crate::study::Statistics;
+use crate::task::Task;
 use crate::tracking::RigidBody;
 use crate::tracking::frame_fit::{FrameFit, FrameFitter, Reading};
 use crate::tracking::tool_in_crf::{RelativeError, relative_error};
@@ -22,10 +25,6 @@ use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
 /// What the battery tests. Every method is the program's own unless replaced.
 pub trait Methods: Sync {
-    fn basis(&self, order: usize, x: f64) -> [f64; MAX_ORDER + 1] {
-        basis(order, x)
-    }
-
     fn evaluate(
         &self,
         model: &DistortionModel,
@@ -34,6 +33,81 @@ pub trait Methods: Sync {
         outside: OutsidePolicy,
     ) -> PoseError {
         model.evaluate(position_mm, axis, outside).error
+    }
+
+    /// The same at many poses at once, by each set of instructions.
+    fn evaluate_together(
+        &self,
+        model: &DistortionModel,
+        positions_mm: &[Point3<f64>],
+        axes: &[Unit<Vector3<f64>>],
+        outside: OutsidePolicy,
+    ) -> Vec<Vec<PoseError>> {
+        let levels = [
+            Instructions::Best,
+            Instructions::Avx2,
+            Instructions::Portable,
+        ];
+        levels
+            .into_iter()
+            .map(|level| {
+                let mut out = Vec::new();
+                let mut batch = Batch::with_instructions(level);
+                batch.evaluate(model, positions_mm, axes, outside, &mut out);
+                out.iter().map(|e| e.error).collect()
+            })
+            .collect()
+    }
+
+    /// The same for one axis: at one position, in a batch, and on a lattice of one point.
+    fn evaluate_along(
+        &self,
+        model: &DistortionModel,
+        position_mm: &Point3<f64>,
+        axis: &Unit<Vector3<f64>>,
+        outside: OutsidePolicy,
+    ) -> Vec<PoseError> {
+        let along = model.at_axis(axis);
+        let mut together = Vec::new();
+        along.evaluate_all(
+            &mut Batch::default(),
+            &[*position_mm],
+            outside,
+            &mut together,
+        );
+        let mut lattice = Vec::new();
+        let [x, y, z] = position_mm.coords.into();
+        along.evaluate_lattice([&[x], &[y], &[z]], outside, &mut lattice);
+        let single = along.evaluate(position_mm, outside);
+        [vec![single], together, lattice]
+            .concat()
+            .iter()
+            .map(|e| e.error)
+            .collect()
+    }
+
+    /// Derivatives by position, a mm, and by steps of the axis in its tangent plane, a rad.
+    fn derivatives(
+        &self,
+        model: &DistortionModel,
+        position_mm: &Point3<f64>,
+        axis: &Unit<Vector3<f64>>,
+        outside: OutsidePolicy,
+    ) -> [Matrix6x3; 2] {
+        let there = model.evaluate_with_jacobian(position_mm, axis, outside);
+        [there.by_position, there.by_axis]
+    }
+
+    /// The poses behind readings, and what became of each.
+    fn undistort(
+        &self,
+        model: &DistortionModel,
+        measured: &[Pose],
+        outside: OutsidePolicy,
+    ) -> Vec<(Option<Pose>, InverseState)> {
+        // Nobody cancels a task of its own.
+        let all = undistort(model, measured, outside, &Task::default()).unwrap_or_default();
+        all.into_iter().map(|u| (u.pose, u.state)).collect()
     }
 
     fn weights(

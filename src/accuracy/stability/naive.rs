@@ -2,6 +2,8 @@
 
 use super::methods::Methods;
 use crate::field::fit::{Fit, FitError, FitSettings, fit};
+use crate::field::inverse::InverseState;
+use crate::field::jacobian::Matrix6x3;
 use crate::field::least_squares::{NoConvergence, Solution};
 use crate::field::model::Coefficient;
 use crate::field::samples::{PoseError, SampleSet};
@@ -257,6 +259,64 @@ impl Methods for Monomials {
             position_mm: Vector3::new(x, y, z),
             rotation_rad: Vector3::new(rx, ry, rz),
         }
+    }
+}
+
+/// Derivatives by differences of values.
+pub struct Differences;
+
+impl Methods for Differences {
+    fn derivatives(
+        &self,
+        model: &DistortionModel,
+        position_mm: &Point3<f64>,
+        axis: &Unit<Vector3<f64>>,
+        outside: OutsidePolicy,
+    ) -> [Matrix6x3; 2] {
+        let at = |p: Point3<f64>, n: Unit<Vector3<f64>>| {
+            let e = model.evaluate(&p, &n, outside).error;
+            let (p, r) = (e.position_mm, e.rotation_rad);
+            nalgebra::Vector6::new(p.x, p.y, p.z, r.x, r.y, r.z)
+        };
+        let columns = |change: &dyn Fn(Vector3<f64>) -> nalgebra::Vector6<f64>, step: f64| {
+            let slopes = [Vector3::x(), Vector3::y(), Vector3::z()]
+                .map(|e| (change(e * step) - change(e * -step)) / (2.0 * step));
+            Matrix6x3::from_columns(&slopes)
+        };
+        let n = axis.into_inner();
+        [
+            columns(
+                &|d| at(position_mm + d, *axis),
+                1e-6 * model.bounds().diagonal_mm(),
+            ),
+            columns(&|d| at(*position_mm, Unit::new_normalize(n + d)), 1e-6),
+        ]
+    }
+}
+
+/// `p ← p_m − e(p)` a few times, whatever the map is like.
+pub struct FixedPoint;
+
+impl Methods for FixedPoint {
+    fn undistort(
+        &self,
+        model: &DistortionModel,
+        measured: &[Pose],
+        outside: OutsidePolicy,
+    ) -> Vec<(Option<Pose>, InverseState)> {
+        let undone = |reading: &Pose| {
+            let mut guess = *reading;
+            for _ in 0..4 {
+                let at = Point3::from(guess.translation.vector);
+                let e = model.evaluate(&at, &(guess.rotation * Vector3::z_axis()), outside);
+                guess = pose_from_parts(
+                    reading.translation.vector - e.error.position_mm,
+                    UnitQuaternion::from_scaled_axis(-e.error.rotation_rad) * reading.rotation,
+                );
+            }
+            (Some(guess), InverseState::Converged)
+        };
+        measured.iter().map(undone).collect()
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::accuracy::high::High;
 use crate::accuracy::high_linear::{
     High3, High33, apply33, cross3, determinant33, dot, inverse33, matrix_from_fn, norm, scale3,
-    sub3, transposed33, unit3, vector3,
+    transposed33, unit3, vector3,
 };
 use crate::field::{DistortionModel, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
@@ -48,14 +48,28 @@ pub fn basis_slopes(order: usize, x: &High) -> Vec<High> {
 }
 
 /// Position in the unit cube; an axis without extent maps to 0.
-pub fn unit_position(bounds: &Bounds, position_mm: &Point3<f64>) -> High3 {
+pub fn unit_position(bounds: &Bounds, position_mm: &High3) -> High3 {
     std::array::from_fn(|k| {
         let min = High::from(bounds.min_mm[k]);
         let size = High::from(bounds.max_mm[k]) - &min;
         if size.is_zero() {
             High::zero()
         } else {
-            (High::from(position_mm[k]) - min) / size
+            (&position_mm[k] - min) / size
+        }
+    })
+}
+
+fn clamped(bounds: &Bounds, position_mm: &High3) -> High3 {
+    std::array::from_fn(|k| {
+        let (min, max) = (High::from(bounds.min_mm[k]), High::from(bounds.max_mm[k]));
+        let x = &position_mm[k];
+        if *x < min {
+            min
+        } else if *x > max {
+            max
+        } else {
+            x.clone()
         }
     })
 }
@@ -103,11 +117,7 @@ pub struct HighWeights {
 
 /// The weights in every triangle that holds the axis, edges included: one triangle almost
 /// everywhere, two on an edge, more on a corner.
-pub fn weights(
-    set: DirectionSet,
-    axis: &Unit<Vector3<f64>>,
-    weighting: Weighting,
-) -> Vec<HighWeights> {
+pub fn weights(set: DirectionSet, axis: &High3, weighting: Weighting) -> Vec<HighWeights> {
     if set == DirectionSet::One {
         return vec![HighWeights {
             directions: [0; 3],
@@ -116,10 +126,12 @@ pub fn weights(
         }];
     }
     let corners = directions(set);
-    let n = unit3(&vector3(axis.into_inner().into()));
+    let n = unit3(axis);
     let outside = High::from(-ON_EDGE);
+    let near = Vector3::from(n.each_ref().map(High::to_f64));
     set.triangles()
         .iter()
+        .filter(|triangle| may_hold(set, triangle, &near))
         .filter_map(|&triangle| {
             let corners = triangle.map(|i| corners[i].clone());
             let gnomonic = apply33(&inverse33(&transposed33(&corners)), &n);
@@ -147,6 +159,13 @@ pub fn weights(
         .collect()
 }
 
+/// Whether an axis is in a triangle or not far outside it: spares high precision the rest.
+fn may_hold(set: DirectionSet, triangle: &[usize; 3], axis: &Vector3<f64>) -> bool {
+    let [a, b, c] = triangle.map(|i| set.directions()[i].into_inner());
+    let sides = [b.cross(&c), c.cross(&a), a.cross(&b)];
+    sides.iter().all(|normal| normal.dot(axis) > -1e-6)
+}
+
 /// Half the area of a spherical triangle (Van Oosterom & Strackee).
 fn half_area(a: &High3, b: &High3, c: &High3) -> High {
     let triple = dot(a, &cross3(b, c)).abs();
@@ -156,6 +175,8 @@ fn half_area(a: &High3, b: &High3, c: &High3) -> High {
 /// Equation (8) and how its answer reacts to its inputs.
 #[derive(Clone, Debug)]
 pub struct HighEvaluation {
+    /// Corners of the triangle.
+    pub directions: [usize; 3],
     pub values: [High; 6],
     /// For position and rotation: how many times its own relative error an answer of the size of
     /// the largest coefficient gains from errors of coefficients, position and axis.
@@ -167,13 +188,13 @@ pub struct HighEvaluation {
 /// Equation (8), once for each triangle that may hold the axis.
 pub fn evaluate(
     model: &DistortionModel,
-    position_mm: &Point3<f64>,
-    axis: &Unit<Vector3<f64>>,
+    position_mm: &High3,
+    axis: &High3,
     outside: OutsidePolicy,
 ) -> Vec<HighEvaluation> {
     let at = match outside {
-        OutsidePolicy::Extrapolate => *position_mm,
-        OutsidePolicy::Clamp | OutsidePolicy::Reject => model.bounds().clamp(position_mm),
+        OutsidePolicy::Extrapolate => position_mm.clone(),
+        OutsidePolicy::Clamp | OutsidePolicy::Reject => clamped(model.bounds(), position_mm),
     };
     let order = model.order();
     let n = order + 1;
@@ -227,6 +248,7 @@ pub fn evaluate(
                 own / scales[first / 3].max(f64::MIN_POSITIVE) + 1.0 / w.sum
             });
             HighEvaluation {
+                directions: w.directions,
                 values,
                 conditions,
                 scales,
@@ -323,8 +345,8 @@ pub fn point3(point: &Point3<f64>) -> High3 {
     vector3(point.coords.into())
 }
 
-pub fn difference(a: &Point3<f64>, b: &High3) -> High3 {
-    sub3(&point3(a), b)
+pub fn axis3(axis: &Unit<Vector3<f64>>) -> High3 {
+    vector3(axis.into_inner().into())
 }
 
 pub fn is_reflection(m: &High33) -> bool {

@@ -2,8 +2,9 @@
 
 use super::methods::{Methods, Own};
 use super::naive::{
-    AnglesSum, ArccosineLogarithm, MomentsAboutOrigin, Monomials, NanIgnored, NoDeterminantSign,
-    NormalEquations, SinglePrecision, SquaredSingularValues, TextbookVariance,
+    AnglesSum, ArccosineLogarithm, Differences, FixedPoint, MomentsAboutOrigin, Monomials,
+    NanIgnored, NoDeterminantSign, NormalEquations, SinglePrecision, SquaredSingularValues,
+    TextbookVariance,
 };
 use super::row::{BEHAVIOUR, Quantity, Row};
 use super::{Extent, families, page, run};
@@ -59,6 +60,8 @@ macro_rules! every_row_holds {
 
 every_row_holds! {
     every_row_of_evaluation_holds: "evaluation",
+    every_row_of_derivatives_holds: "derivatives",
+    every_row_of_inverse_holds: "inverse",
     every_row_of_weights_holds: "weights",
     every_row_of_rotations_holds: "rotations",
     every_row_of_least_squares_holds: "least squares",
@@ -110,6 +113,30 @@ fn monomials_and_single_precision_are_found_out() {
     let values = ["position error, mm", "rotation error, rad"];
     assert_found_out(&Monomials, "evaluation", &values);
     assert_found_out(&SinglePrecision, "evaluation", &values);
+}
+
+#[test]
+fn differences_for_derivatives_are_found_out() {
+    assert_found_out(
+        &Differences,
+        "derivatives",
+        &[
+            "derivatives by position, mm or rad a mm",
+            "derivatives by the axis, mm or rad a rad",
+        ],
+    );
+}
+
+#[test]
+fn a_fixed_point_that_asks_for_no_fold_is_found_out() {
+    assert_found_out(
+        &FixedPoint,
+        "inverse",
+        &[
+            "position behind a reading, mm",
+            "what is not flagged is the pose",
+        ],
+    );
 }
 
 #[test]

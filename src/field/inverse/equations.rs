@@ -1,6 +1,7 @@
 //! The equations behind a reading, `p + e_pos(p, n) = p_m` and `exp(e_ori(p, n)) n = n_m`: what is
 //! left of them at a guess, their Jacobian in five unknowns, and how exactly they can hold.
 
+use super::tolerance::Tolerance;
 use crate::field::jacobian::Linearization;
 use crate::field::samples::PoseError;
 use crate::geometry::pose::Pose;
@@ -51,6 +52,14 @@ impl Remainder {
 
     pub fn angle_rad(&self) -> f64 {
         self.axis_rad[0].hypot(self.axis_rad[1])
+    }
+
+    pub fn is_reached(&self, tolerance: &Tolerance) -> bool {
+        tolerance.is_reached(self.length_mm(), self.angle_rad())
+    }
+
+    pub fn is_accepted(&self, tolerance: &Tolerance) -> bool {
+        tolerance.is_accepted(self.length_mm(), self.angle_rad())
     }
 }
 
@@ -144,6 +153,41 @@ impl Reading {
     }
 }
 
+/// `exp(-e) v`.
+#[inline]
+pub(super) fn turned_back(vector_rad: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+    let squared = vector_rad.norm_squared();
+    // Errors of sensors are a few degrees: no sine, no root.
+    if squared >= SERIES_BELOW_RAD * SERIES_BELOW_RAD {
+        return Turn::new(vector_rad).apply_back(v);
+    }
+    let (sine, versine) = sine_and_versine(squared);
+    let once = vector_rad.cross(v);
+    v - once * sine + vector_rad.cross(&once) * versine
+}
+
+/// Angle below which the series of [`sine_and_versine`] leave out less than the last bit: the
+/// next terms are `θ¹⁴ / 15!` and `θ¹⁴ / 16!`.
+const SERIES_BELOW_RAD: f64 = 0.4;
+
+/// `sin θ / θ` and `(1 - cos θ) / θ²` of a squared angle.
+#[inline]
+fn sine_and_versine(t: f64) -> (f64, f64) {
+    (
+        1.0 - t / 6.0
+            * (1.0
+                - t / 20.0
+                    * (1.0 - t / 42.0 * (1.0 - t / 72.0 * (1.0 - t / 110.0 * (1.0 - t / 156.0))))),
+        0.5 * (1.0
+            - t / 12.0
+                * (1.0
+                    - t / 30.0
+                        * (1.0
+                            - t / 56.0
+                                * (1.0 - t / 90.0 * (1.0 - t / 132.0 * (1.0 - t / 182.0)))))),
+    )
+}
+
 /// A rotation vector with the functions of its angle that rotations are made of.
 pub(super) struct Turn {
     vector_rad: Vector3<f64>,
@@ -156,15 +200,13 @@ pub(super) struct Turn {
 impl Turn {
     pub fn new(vector_rad: &Vector3<f64>) -> Self {
         let squared = vector_rad.norm_squared();
-        // Series to θ⁶ are exact to the last bit below this angle; errors are mostly that small.
-        const SERIES_BELOW_RAD: f64 = 0.06;
         let (sine, versine, third) = if squared < SERIES_BELOW_RAD * SERIES_BELOW_RAD {
+            let (sine, versine) = sine_and_versine(squared);
             let t = squared;
-            (
-                1.0 - t / 6.0 * (1.0 - t / 20.0 * (1.0 - t / 42.0 * (1.0 - t / 72.0))),
-                0.5 * (1.0 - t / 12.0 * (1.0 - t / 30.0 * (1.0 - t / 56.0 * (1.0 - t / 90.0)))),
-                (1.0 - t / 20.0 * (1.0 - t / 42.0 * (1.0 - t / 72.0 * (1.0 - t / 110.0)))) / 6.0,
-            )
+            let third = 1.0
+                - t / 20.0
+                    * (1.0 - t / 42.0 * (1.0 - t / 72.0 * (1.0 - t / 110.0 * (1.0 - t / 156.0))));
+            (sine, versine, third / 6.0)
         } else {
             let angle = squared.sqrt();
             let half = (0.5 * angle).sin();
@@ -196,5 +238,90 @@ impl Turn {
     fn left_jacobian_transposed(&self, v: &Vector3<f64>) -> Vector3<f64> {
         let once = self.vector_rad.cross(v);
         v - once * self.versine + self.vector_rad.cross(&once) * self.third
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::rotation::{axis_rotation, exp_vector};
+
+    #[test]
+    fn turning_is_the_rotation_of_the_vector_at_every_angle() {
+        let v = Vector3::new(0.3, -0.5, 0.81);
+        let direction = Vector3::new(0.6, 0.64, -0.48);
+        for angle in [0.0, 1e-12, 1e-3, 0.1, 0.399, 0.4, 0.401, 1.0, 3.0, 3.2, 7.0] {
+            let e = direction * angle;
+            let rotation = exp_vector(&e);
+            let turn = Turn::new(&e);
+            assert!((turn.apply(&v) - rotation * v).norm() < 1e-15 * (1.0 + angle));
+            assert!((turn.apply_back(&v) - rotation.inverse() * v).norm() < 1e-15 * (1.0 + angle));
+            assert!((turned_back(&e, &v) - turn.apply_back(&v)).norm() < 4e-16);
+        }
+    }
+
+    #[test]
+    fn the_left_jacobian_is_that_of_finite_differences() {
+        let direction = Vector3::new(0.6, 0.64, -0.48);
+        let (v, step) = (Vector3::new(0.3, -0.5, 0.81), Vector3::new(-0.2, 0.9, 0.4));
+        for angle in [1e-6, 0.1, 0.399, 0.401, 2.0] {
+            let e = direction * angle;
+            let h = 1e-5;
+            let turned = |e: Vector3<f64>| exp_vector(&e) * v;
+            let difference = (turned(e + step * h) - turned(e - step * h)) / (2.0 * h);
+            // For any w: w · ((J de) × m) = (Jᵀ (m × w)) · de.
+            let turn = Turn::new(&e);
+            for w in [Vector3::x(), Vector3::y(), Vector3::z()] {
+                let found = turn
+                    .left_jacobian_transposed(&turn.apply(&v).cross(&w))
+                    .dot(&step);
+                assert!((found - w.dot(&difference)).abs() < 1e-9, "{angle}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_jacobian_of_the_equations_is_that_of_finite_differences() {
+        use crate::field::OutsidePolicy;
+        use crate::field::random_models::{Seeded, random_model, room};
+        use crate::geometry::directions::{DirectionSet, Weighting};
+        let model = random_model(3, DirectionSet::Fourteen, Weighting::Area, [20.0, 0.3], 4);
+        let mut seeded = Seeded::new(8);
+        let outside = OutsidePolicy::Extrapolate;
+        for _ in 0..20 {
+            let guess = Place::of(&seeded.pose(&room(), 0.0));
+            let there = model.evaluate_with_jacobian(&guess.position_mm, &guess.axis, outside);
+            // A reading near what the guess reads, so that angles are small.
+            let read = Turn::new(&there.at.error.rotation_rad).apply(&guess.axis);
+            let near = Unit::new_normalize(read + Vector3::new(1e-9, -2e-9, 1e-9));
+            assert!(
+                axis_rotation(&near, &Unit::new_normalize(read))
+                    .vector_rad
+                    .norm()
+                    < 1e-8
+            );
+            let reading = Reading::new(Place {
+                position_mm: guess.position_mm + there.at.error.position_mm,
+                axis: near,
+            });
+            let jacobian = reading.jacobian(&guess, &there);
+            let remainder = |step: Vector5<f64>| {
+                let moved = reading.moved(&guess, &step);
+                let at = model.evaluate(&moved.position_mm, &moved.axis, outside);
+                let left = reading.remainder(&moved, &at.error);
+                let [a, b] = left.axis_rad;
+                let p = left.position_mm;
+                Vector5::new(p.x, p.y, p.z, a, b)
+            };
+            for column in 0..5 {
+                let h = if column < 3 { 1e-2 } else { 1e-5 };
+                let mut step = Vector5::zeros();
+                step[column] = h;
+                let difference = (remainder(step) - remainder(-step)) / (2.0 * h);
+                // Third derivatives of size 20 · 3³ mm a radian times h², round-off 1e-13 / h.
+                let worst = (difference - jacobian.column(column)).amax();
+                assert!(worst < 2e-6, "column {column}: {worst:e}");
+            }
+        }
     }
 }

@@ -31,8 +31,18 @@ pub(super) struct Found {
     pub determinant: f64,
     /// The smallest determinant on the way, the end included.
     pub least_determinant: f64,
+    /// The most that the inverse of the Jacobian stretches anything, a radian counting like
+    /// [`Newton::mm_per_rad`].
+    pub magnification: f64,
     pub evaluations: usize,
     pub is_solution: bool,
+}
+
+impl Found {
+    /// Whether the map keeps its handedness here and is not about to lose it.
+    pub fn is_regular(&self) -> bool {
+        self.determinant > SINGULAR
+    }
 }
 
 /// One model, one policy, and what lengths weigh against angles.
@@ -63,7 +73,7 @@ impl Newton<'_> {
             let lu = self.scaled(&jacobian).lu();
             determinant = lu.determinant();
             least_determinant = least_determinant.min(determinant);
-            if tolerance.is_reached(&at.remainder) || !determinant.is_finite() {
+            if at.remainder.is_reached(tolerance) || !determinant.is_finite() {
                 break;
             }
             let Some(full) = lu.solve(&-self.scaled_remainder(&at.remainder)) else {
@@ -87,8 +97,12 @@ impl Newton<'_> {
                 None => break,
             }
         }
+        let jacobian = self.scaled(&reading.jacobian(&at.place, &at.there));
         Found {
-            is_solution: tolerance.is_accepted(&at.remainder),
+            magnification: jacobian
+                .try_inverse()
+                .map_or(f64::INFINITY, |inverse| inverse.norm()),
+            is_solution: at.remainder.is_accepted(tolerance),
             place: at.place,
             there: at.there,
             remainder: at.remainder,

@@ -1,6 +1,7 @@
 //! How exactly the equations can hold in double precision, and how exactly they have to.
 
-use super::equations::{Place, Remainder};
+use super::equations::Place;
+use super::regions::Regions;
 use crate::field::DistortionModel;
 
 /// Residual below which a position counts as found, mm, where round-off allows.
@@ -9,88 +10,60 @@ pub const POSITION_TOLERANCE_MM: f64 = 1e-9;
 /// Residual below which an axis counts as found, radians, where round-off allows.
 pub const AXIS_TOLERANCE_RAD: f64 = 1e-12;
 
-/// Roundings that meet in one residual, each half an epsilon of what it rounds: some three of each
-/// coordinate (the guess, its sum with the error, the difference), and four more a coefficient
-/// than the order, since sums of `(n + 1)³` positive products run three deep.
+/// How much further than the tolerances the search goes where it can: an answer is off by its
+/// residual times what the inverse magnifies.
+const FURTHER: f64 = 1e-2;
+
+/// Roundings of a coordinate that meet in one residual, each half an epsilon of it: the guess, its
+/// sum with the error, the difference from the reading, and on the way to the unit cube a
+/// difference and a quotient, with room for the norm of three.
 const ROUNDINGS: f64 = 8.0;
 
 /// Bounds of one reading's residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tolerance {
-    /// Round-off: iterating on changes nothing.
-    floor_mm: f64,
-    floor_rad: f64,
-}
-
-/// A model's sizes that round-off grows with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Magnitudes {
-    order: f64,
-    position_mm: f64,
-    rotation_rad: f64,
-    /// Largest slopes by position, mm and radians a mm.
-    position_slope: f64,
-    rotation_slope: f64,
-}
-
-impl Magnitudes {
-    pub fn of(model: &DistortionModel) -> Self {
-        let largest = |range: std::ops::Range<usize>| {
-            let norms = model.coefficients().iter().map(|c| norm(&c[range.clone()]));
-            norms.fold(0.0, f64::max)
-        };
-        let (position_mm, rotation_rad) = (largest(0..3), largest(3..6));
-        // Neighbouring coefficients differ by at most twice the largest, over a box's n-th part.
-        let order = model.order() as f64;
-        let extents = model.bounds().size_mm();
-        let least = extents
-            .iter()
-            .copied()
-            .filter(|&s| s > 0.0)
-            .fold(f64::INFINITY, f64::min);
-        let slope = 2.0 * order / least;
-        Self {
-            order,
-            position_mm,
-            rotation_rad,
-            position_slope: slope * position_mm,
-            rotation_slope: slope * rotation_rad,
-        }
-    }
-}
-
-fn norm(values: &[f64]) -> f64 {
-    values.iter().map(|v| v * v).sum::<f64>().sqrt()
+    reached_mm: f64,
+    reached_rad: f64,
+    accepted_mm: f64,
+    accepted_rad: f64,
 }
 
 impl Tolerance {
-    pub fn of(magnitudes: &Magnitudes, reading: &Place) -> Self {
+    pub fn of(model: &DistortionModel, regions: &Regions, reading: &Place) -> Self {
+        let half = 0.5 * f64::EPSILON;
+        let errors = &regions.errors;
+        let error_mm = errors.least_mm.abs().sup(&errors.largest_mm.abs()).norm();
+        let slopes = &regions.everywhere;
         // A guess cannot be written down more exactly than to half an epsilon of its coordinates,
         // and the field turns that into an error as well.
-        let m = magnitudes;
-        let half = 0.5 * f64::EPSILON;
-        let coordinates = reading.position_mm.coords.norm() + m.position_mm;
-        let per_coefficient = ROUNDINGS + m.order;
-        let floor_mm = half
-            * (ROUNDINGS * (1.0 + m.position_slope) * coordinates
-                + per_coefficient * m.position_mm);
-        let floor_rad = half
-            * (ROUNDINGS * (1.0 + m.rotation_slope * coordinates)
-                + per_coefficient * m.rotation_rad);
+        let coordinates = ROUNDINGS * (reading.position_mm.coords.norm() + error_mm);
+        // Sums over i, j, k are sums of n + 1 products three deep, the bases take n steps each.
+        let per_value = ROUNDINGS + 6.0 * model.order() as f64;
+        let floor_mm = half * ((1.0 + slopes.pp) * coordinates + per_value * error_mm);
+        let floor_rad =
+            half * (ROUNDINGS + slopes.np * coordinates + per_value * errors.largest_rad);
         Self {
-            floor_mm,
-            floor_rad,
+            reached_mm: floor_mm.max(FURTHER * POSITION_TOLERANCE_MM),
+            reached_rad: floor_rad.max(FURTHER * AXIS_TOLERANCE_RAD),
+            accepted_mm: floor_mm.max(POSITION_TOLERANCE_MM),
+            accepted_rad: floor_rad.max(AXIS_TOLERANCE_RAD),
         }
     }
 
-    /// Whether the equations hold as exactly as they can.
-    pub fn is_reached(&self, remainder: &Remainder) -> bool {
-        remainder.length_mm() <= self.floor_mm && remainder.angle_rad() <= self.floor_rad
+    /// Whether going on is not worth it.
+    pub fn is_reached(&self, residual_mm: f64, residual_rad: f64) -> bool {
+        residual_mm <= self.reached_mm && residual_rad <= self.reached_rad
+    }
+
+    /// The same for squares.
+    #[inline]
+    pub fn is_reached_squared(&self, residual_mm2: f64, residual_rad2: f64) -> bool {
+        residual_mm2 <= self.reached_mm * self.reached_mm
+            && residual_rad2 <= self.reached_rad * self.reached_rad
     }
 
     /// Whether the equations hold as exactly as they have to.
-    pub fn is_accepted(&self, remainder: &Remainder) -> bool {
-        remainder.length_mm() <= POSITION_TOLERANCE_MM.max(self.floor_mm)
-            && remainder.angle_rad() <= AXIS_TOLERANCE_RAD.max(self.floor_rad)
+    pub fn is_accepted(&self, residual_mm: f64, residual_rad: f64) -> bool {
+        residual_mm <= self.accepted_mm && residual_rad <= self.accepted_rad
     }
 }

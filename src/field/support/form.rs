@@ -8,6 +8,7 @@
 use crate::field::bernstein::MAX_ORDER;
 use faer::MatRef;
 use nalgebra::Vector3;
+use pulp::{Simd, WithSimd};
 
 /// Basis values at most: order 24 along one axis.
 const MAX_VALUES: usize = 2 * MAX_ORDER + 1;
@@ -45,10 +46,10 @@ fn binomial(n: usize, k: usize) -> f64 {
     (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64)
 }
 
-/// Bernstein values at one point of the unit cube, for any number of forms.
+/// All products of Bernstein values at one point of the unit cube: a form's value is one sum of
+/// products with them.
 pub struct FormBasis {
-    values: usize,
-    axes: [[f64; MAX_VALUES]; 3],
+    products: Vec<f64>,
 }
 
 impl FormBasis {
@@ -58,31 +59,49 @@ impl FormBasis {
         for (axis, x) in axes.iter_mut().zip(unit.iter()) {
             fill_basis(order, *x, axis);
         }
-        Self {
-            values: order + 1,
-            axes,
-        }
-    }
-
-    /// The weighted sum of forms, innermost axis last: additions run along contiguous rows. A form
-    /// without coefficients is zero.
-    pub fn blend<'a>(&self, forms: impl IntoIterator<Item = (&'a [f64], f64)>) -> f64 {
-        let m = self.values;
-        let [bx, by, bz] = &self.axes;
-        let mut plane = [0.0; MAX_VALUES * MAX_VALUES];
-        for (form, weight) in forms {
-            for (layer, x) in form.chunks_exact(m * m).zip(bx) {
-                let scale = weight * x;
-                for (sum, c) in plane.iter_mut().zip(layer) {
-                    *sum += scale * c;
-                }
+        let [bx, by, bz] = &axes;
+        let m = order + 1;
+        let mut products = Vec::with_capacity(m * m * m);
+        for x in &bx[..m] {
+            for y in &by[..m] {
+                let xy = x * y;
+                products.extend(bz[..m].iter().map(|z| xy * z));
             }
         }
-        plane[..m * m]
-            .chunks_exact(m)
-            .zip(by)
-            .map(|(row, y)| y * row.iter().zip(bz).map(|(c, z)| c * z).sum::<f64>())
-            .sum()
+        Self { products }
+    }
+
+    /// The form's value; one without coefficients is zero.
+    pub fn value(&self, form: &[f64]) -> f64 {
+        pulp::Arch::new().dispatch(Dot(form, &self.products))
+    }
+}
+
+/// Sum of products, as wide as the machine is.
+struct Dot<'a>(&'a [f64], &'a [f64]);
+
+impl WithSimd for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let (a, a_rest) = S::as_simd_f64s(self.0);
+        let (b, b_rest) = S::as_simd_f64s(self.1);
+        let mut sums = [simd.splat_f64s(0.0); 4];
+        let (a4, a1) = pulp::as_arrays::<4, _>(a);
+        let (b4, b1) = pulp::as_arrays::<4, _>(b);
+        for (a, b) in a4.iter().zip(b4) {
+            for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+                *sum = simd.mul_add_e_f64s(*a, *b, *sum);
+            }
+        }
+        for (a, b) in a1.iter().zip(b1) {
+            sums[0] = simd.mul_add_e_f64s(*a, *b, sums[0]);
+        }
+        let pair = |i: usize, j: usize| simd.add_f64s(sums[i], sums[j]);
+        let sum = simd.reduce_sum_f64s(simd.add_f64s(pair(0, 1), pair(2, 3)));
+        let rest = a_rest.iter().zip(b_rest);
+        sum + rest.map(|(a, b)| a * b).sum::<f64>()
     }
 }
 
@@ -127,7 +146,7 @@ mod tests {
                         size += (b[i] * matrix[(i, j)] * b[j]).abs();
                     }
                 }
-                let found = FormBasis::new(2 * order, &unit).blend([(&*form, 0.5), (&*form, 0.5)]);
+                let found = FormBasis::new(2 * order, &unit).value(&form);
                 assert!(
                     (found - exact).abs() < 1e-14 * size.max(1.0),
                     "{found} {exact}"

@@ -6,7 +6,7 @@ use crate::editor::pixels::{Pixel, is_near};
 use crate::support::program::{succeed, text};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use trackwright::design::BodyRole;
-use trackwright::design::view::{CameraView, ColorMap, SliceAxis, SliceView};
+use trackwright::design::view::{CameraView, ColorMap, Quantity, SliceAxis, SliceView};
 use trackwright::editor::solve::slice_plan;
 use trackwright::geometry::orbit::OrbitCamera;
 use trackwright::store::{self, World};
@@ -33,6 +33,7 @@ struct Seen {
 
 fn slice() -> SliceView {
     SliceView {
+        quantity: Quantity::PositionErrorMm,
         // Between the camera and all bodies.
         axis: SliceAxis::X,
         position_mm: 150.0,

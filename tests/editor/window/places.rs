@@ -81,7 +81,7 @@ pub fn in_inspector(world: &World, selected: Option<Selected>, label: &str) -> [
             design: world.document.design(),
             selected,
             pose: None,
-            default_weight_mm: world.environment.orientation_weight_mm(),
+            derived_weight: world.environment.orientation_weight(None),
         };
         inspector_ui(ui, &inspector);
     });

@@ -3,7 +3,7 @@
 use crate::accuracy::stability::Extent;
 use crate::accuracy::stability::inputs::{Sequence, cube, model};
 use crate::accuracy::stability::methods::Methods;
-use crate::accuracy::stability::references::{self, distance};
+use crate::accuracy::stability::references::{self, HighEvaluation, axis3, distance, point3};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
 use crate::field::bernstein::MAX_ORDER;
 use crate::field::{DistortionModel, OutsidePolicy};
@@ -16,19 +16,37 @@ const CONDITION: &str = "how the answer reacts to relative errors of coefficient
     sum of the triangle's half areas";
 
 /// Roundings of the factors are independent and mostly cancel; those of the last sums remain.
-const POSITION: Quantity = Quantity {
-    name: "position error, mm",
-    constant: 4.0,
-    condition: CONDITION,
-    scale: "largest position coefficient, mm",
-};
+const fn position(name: &'static str) -> Quantity {
+    Quantity {
+        name,
+        constant: 4.0,
+        condition: CONDITION,
+        scale: "largest position coefficient, mm",
+    }
+}
 
-const ROTATION: Quantity = Quantity {
-    name: "rotation error, rad",
-    constant: 4.0,
-    condition: CONDITION,
-    scale: "largest rotation coefficient, rad",
-};
+const fn rotation(name: &'static str) -> Quantity {
+    Quantity {
+        scale: "largest rotation coefficient, rad",
+        ..position(name)
+    }
+}
+
+/// Position and rotation by each way of evaluating.
+const WAYS: [[Quantity; 2]; 3] = [
+    [
+        position("position error, mm"),
+        rotation("rotation error, rad"),
+    ],
+    [
+        position("position error in a batch, mm"),
+        rotation("rotation error in a batch, rad"),
+    ],
+    [
+        position("position error along one axis, mm"),
+        rotation("rotation error along one axis, rad"),
+    ],
+];
 
 pub(super) fn family(extent: Extent) -> Family {
     let poses = if extent.is_full() { 8 } else { 2 };
@@ -126,9 +144,10 @@ pub(super) fn family(extent: Extent) -> Family {
     }
     Family {
         name: "evaluation",
-        about: "Equation (8): six values at a pose, against the sum of binomials times powers \
-            times area weights as it is written.",
-        quantities: vec![POSITION, ROTATION],
+        about: "Equation (8): six values at a pose, in batches by each set of vector instructions, \
+            and with one axis blended beforehand, against the sum of binomials times powers times \
+            weights as it is written.",
+        quantities: WAYS.concat(),
         cases,
     }
 }
@@ -157,7 +176,7 @@ fn rows(
     }
 }
 
-/// The pose that comes nearest to its bound, for position and rotation.
+/// The pose that comes nearest to its bound, for position and rotation, by each way.
 fn measured(
     methods: &dyn Methods,
     case: &str,
@@ -165,24 +184,49 @@ fn measured(
     poses: &[PoseInField],
     outside: OutsidePolicy,
 ) -> Vec<Row> {
-    let mut all: [Vec<Row>; 2] = [Vec::new(), Vec::new()];
-    for (position, axis) in poses {
-        let found = methods.evaluate(model, position, axis, outside);
-        let found = [found.position_mm, found.rotation_rad];
-        for (part, quantity) in [&POSITION, &ROTATION].into_iter().enumerate() {
-            // On an edge both triangles are right; the nearer one is meant.
-            let nearest = references::evaluate(model, position, axis, outside)
-                .into_iter()
-                .map(|r| {
-                    let expected = &r.values[3 * part..3 * part + 3];
-                    let error = distance(found[part].as_slice(), expected);
-                    quantity.row(case, r.conditions[part], error, r.scales[part])
-                })
-                .min_by(|a, b| a.badness().total_cmp(&b.badness()));
-            all[part].push(
-                nearest.unwrap_or_else(|| Row::behaviour(case, "the axis is in a triangle", false)),
-            );
+    let (positions, axes): (Vec<_>, Vec<_>) = poses.iter().copied().unzip();
+    let together = methods.evaluate_together(model, &positions, &axes, outside);
+    let mut all: [[Vec<Row>; 2]; 3] = Default::default();
+    for (i, (position, axis)) in poses.iter().enumerate() {
+        let ways = [
+            vec![methods.evaluate(model, position, axis, outside)],
+            together.iter().map(|answers| answers[i]).collect(),
+            methods.evaluate_along(model, position, axis, outside),
+        ];
+        let expected = references::evaluate(model, &point3(position), &axis3(axis), outside);
+        for ((rows, quantities), answers) in all.iter_mut().zip(&WAYS).zip(&ways) {
+            for answer in answers {
+                let found = [answer.position_mm, answer.rotation_rad];
+                for part in 0..2 {
+                    rows[part].push(nearest(
+                        &quantities[part],
+                        case,
+                        found[part].as_slice(),
+                        part,
+                        &expected,
+                    ));
+                }
+            }
         }
     }
-    all.into_iter().filter_map(Row::worst_of).collect()
+    let all = all.into_iter().flatten();
+    all.filter_map(Row::worst_of).collect()
+}
+
+/// On an edge both triangles are right; the nearer one is meant.
+fn nearest(
+    quantity: &Quantity,
+    case: &str,
+    found: &[f64],
+    part: usize,
+    expected: &[HighEvaluation],
+) -> Row {
+    expected
+        .iter()
+        .map(|r| {
+            let error = distance(found, &r.values[3 * part..3 * part + 3]);
+            quantity.row(case, r.conditions[part], error, r.scales[part])
+        })
+        .min_by(|a, b| a.badness().total_cmp(&b.badness()))
+        .unwrap_or_else(|| Row::behaviour(case, "the axis is in a triangle", false))
 }

@@ -5,7 +5,7 @@ use crate::accuracy::high_linear::{HighMatrix, norm};
 use crate::accuracy::stability::Extent;
 use crate::accuracy::stability::inputs::{Sequence, cube};
 use crate::accuracy::stability::methods::Methods;
-use crate::accuracy::stability::references;
+use crate::accuracy::stability::references::{self, point3};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
 use crate::accuracy::stability::systems::{Reference, SOLUTION, off_by};
 use crate::field::bernstein::coefficient_count;
@@ -141,7 +141,7 @@ pub(super) fn family(extent: Extent) -> Family {
             let mut samples = scattered(room, 1, 20.0, SMOOTH);
             for s in &mut samples {
                 s.axis = Unit::new_normalize(s.axis.component_mul(&Vector3::new(
-                    s.axis.x.signum() * -1.0,
+                    -s.axis.x.signum(),
                     1.0,
                     1.0,
                 )));
@@ -186,7 +186,7 @@ pub(super) fn family(extent: Extent) -> Family {
             let mut samples = scattered(room, 1, 9.0, SMOOTH);
             for s in &mut samples {
                 s.axis = Unit::new_normalize(s.axis.component_mul(&Vector3::new(
-                    s.axis.x.signum() * -1.0,
+                    -s.axis.x.signum(),
                     1.0,
                     1.0,
                 )));
@@ -380,7 +380,7 @@ struct Exact {
 
 impl Exact {
     fn of(sample: &Sample, settings: &FitSettings, bounds: &Bounds) -> Self {
-        let unit = references::unit_position(bounds, &sample.position_mm);
+        let unit = references::unit_position(bounds, &point3(&sample.position_mm));
         let [x, y, z] = unit.map(|u| references::basis(settings.order, &u));
         let (p, r) = (sample.error.position_mm, sample.error.rotation_rad);
         Self {

@@ -1,9 +1,11 @@
 //! The battery, family by family.
 
+mod derivatives;
 mod evaluation;
 mod fits;
 mod frames;
 mod high_orders;
+mod inverse;
 mod least_squares;
 mod refusals;
 mod rotations;
@@ -19,6 +21,8 @@ use super::row::Family;
 pub fn all(extent: Extent) -> Vec<Family> {
     vec![
         evaluation::family(extent),
+        derivatives::family(extent),
+        inverse::family(extent),
         weights::family(extent),
         rotations::family(extent),
         least_squares::family(extent),

@@ -164,6 +164,27 @@ fn evaluations() -> Vec<Case> {
             move |m| is_nan(evaluated(m, [0.0, NAN, 0.0], [0.0, 0.0, 1.0], outside)),
         ));
     }
+    for weighting in [Weighting::Area, Weighting::Gnomonic] {
+        for outside in [OutsidePolicy::Clamp, OutsidePolicy::Extrapolate] {
+            cases.push(must(
+                format!("the field at NaN in batches, {outside:?}, {weighting:?}"),
+                "that error alone is not a number",
+                move |m| {
+                    let found =
+                        by_all_ways(m, [NAN, 0.0, 0.0], [0.0, 0.6, 0.8], outside, weighting);
+                    found.is_some_and(|all| all.into_iter().all(|e| is_nan(Some(e))))
+                },
+            ));
+            cases.push(must(
+                format!("the field along NaN in batches, {outside:?}, {weighting:?}"),
+                "that error alone is not a number",
+                move |m| {
+                    let found = by_all_ways(m, [1.0; 3], [0.0, NAN, 0.8], outside, weighting);
+                    found.is_some_and(|all| all.into_iter().all(|e| is_nan(Some(e))))
+                },
+            ));
+        }
+    }
     cases.push(must(
         "the field at infinity, clamped",
         "the error on the box's face",
@@ -206,6 +227,39 @@ fn evaluations() -> Vec<Case> {
     cases
 }
 
+/// The answers of batches and of blended models at one pose, which is seen to among others that
+/// are numbers and stay so.
+fn by_all_ways(
+    methods: &dyn Methods,
+    position: [f64; 3],
+    axis: [f64; 3],
+    outside: OutsidePolicy,
+    weighting: Weighting,
+) -> Option<Vec<PoseError>> {
+    // Enough poses to fill the lanes of any machine.
+    const POSES: usize = 13;
+    const OWN: usize = 6;
+    let bounds = cube([-100.0; 3], 200.0);
+    let model = model(3, DirectionSet::Fourteen, weighting, bounds, 1).ok()?;
+    let (p, axis) = (
+        Point3::from(position),
+        Unit::new_unchecked(Vector3::from(axis)),
+    );
+    let mut positions = vec![Point3::origin(); POSES];
+    let mut axes = vec![Vector3::z_axis(); POSES];
+    (positions[OWN], axes[OWN]) = (p, axis);
+    let mut all = methods.evaluate_along(&model, &p, &axis, outside);
+    for answers in methods.evaluate_together(&model, &positions, &axes, outside) {
+        let is_finite = |e: &PoseError| e.position_mm.iter().all(|v| v.is_finite());
+        let others = answers.iter().enumerate().filter(|(i, _)| *i != OWN);
+        if !others.into_iter().all(|(_, e)| is_finite(e)) {
+            return None;
+        }
+        all.push(answers[OWN]);
+    }
+    Some(all)
+}
+
 /// Samples of a smooth field, one of them changed.
 fn samples(change: impl Fn(&mut Sample)) -> SampleSet {
     let mut sequence = Sequence::new(81);
@@ -236,10 +290,10 @@ fn fits() -> Vec<Case> {
         ("an error of NaN", |s| s.error.position_mm.y = NAN),
         ("an error of infinity", |s| s.error.rotation_rad.y = INF),
         ("an axis of NaN", |s| {
-            s.axis = Unit::new_unchecked(Vector3::new(0.0, NAN, 1.0))
+            s.axis = Unit::new_unchecked(Vector3::new(0.0, NAN, 1.0));
         }),
         ("an axis of length 0", |s| {
-            s.axis = Unit::new_unchecked(Vector3::zeros())
+            s.axis = Unit::new_unchecked(Vector3::zeros());
         }),
     ];
     let mut cases = Vec::new();

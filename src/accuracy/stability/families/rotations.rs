@@ -4,7 +4,7 @@ use crate::accuracy::high::High;
 use crate::accuracy::high_linear::{High3, apply33, norm, scale3, unit3, vector3};
 use crate::accuracy::stability::Extent;
 use crate::accuracy::stability::inputs::Sequence;
-use crate::accuracy::stability::references::{self, distance};
+use crate::accuracy::stability::references::{self, axis3, distance};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
@@ -105,7 +105,7 @@ pub(super) fn family(_: Extent) -> Family {
                 let from = sequence.axis();
                 let turn = unit3(&vector3(sequence.vector().cross(&from).into()));
                 let turn = references::matrix(&references::exp(&scale3(&turn, &High::from(angle))));
-                let to = apply33(&turn, &exact(&from));
+                let to = apply33(&turn, &axis3(&from));
                 let to = Unit::new_unchecked(Vector3::from(to.map(|x| x.to_f64())));
                 smallest(case, &m.axis_rotation(&from, &to).vector_rad, &from, &to)
             });
@@ -136,10 +136,6 @@ pub(super) fn family(_: Extent) -> Family {
     }
 }
 
-fn exact(axis: &Unit<Vector3<f64>>) -> High3 {
-    vector3(axis.into_inner().into())
-}
-
 fn exponential(case: &str, found: &UnitQuaternion<f64>, expected: &[High; 4], angle: f64) -> Row {
     let scale = norm(&expected[1..]).to_f64();
     let q = found.quaternion();
@@ -166,7 +162,7 @@ fn smallest(
     from: &Unit<Vector3<f64>>,
     to: &Unit<Vector3<f64>>,
 ) -> Row {
-    let expected = references::axis_rotation(&exact(from), &exact(to));
+    let expected = references::axis_rotation(&axis3(from), &axis3(to));
     SMALLEST.row(
         case,
         1.0,

@@ -17,7 +17,7 @@ const VALUES: Quantity = Quantity {
 
 const FACTORS: Quantity = Quantity {
     name: "U Λ Vᵀ, and what U and V lack to be orthogonal",
-    constant: 10.0,
+    constant: 20.0,
     condition: "1",
     scale: "the largest singular value, and 1",
 };

@@ -34,10 +34,13 @@ const PERCENTILE: Quantity = Quantity {
     scale: "the largest absolute value",
 };
 
+/// The value of a number in the sequence.
+type Value = fn(usize, &mut Sequence) -> f64;
+
 pub(super) fn family(extent: Extent) -> Family {
     let many = if extent.is_full() { 10_000_000 } else { 10_000 };
     let mut cases = Vec::new();
-    let kinds: [(&str, usize, fn(usize, &mut Sequence) -> f64); 8] = [
+    let kinds: [(&str, usize, Value); 8] = [
         ("values up to 1", many, |_, s| s.unit()),
         ("values around 0", many / 10, |_, s| s.signed()),
         ("values of 1e6 and a little", many / 10, |_, s| {

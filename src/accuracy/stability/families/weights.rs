@@ -5,7 +5,7 @@ use crate::accuracy::high_linear::norm;
 use crate::accuracy::stability::Extent;
 use crate::accuracy::stability::inputs::Sequence;
 use crate::accuracy::stability::methods::Methods;
-use crate::accuracy::stability::references;
+use crate::accuracy::stability::references::{self, axis3};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
 use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
 use nalgebra::{Unit, Vector3};
@@ -23,11 +23,13 @@ const NEAR: f64 = 1e-12;
 
 type Axes = Vec<Unit<Vector3<f64>>>;
 
+type Places = fn(DirectionSet) -> Axes;
+
 pub(super) fn family(_: Extent) -> Family {
     let mut cases = Vec::new();
     for set in DirectionSet::ALL.into_iter().skip(1) {
         for weighting in [Weighting::Area, Weighting::Gnomonic] {
-            let places: [(&str, fn(DirectionSet) -> Axes); 5] = [
+            let places: [(&str, Places); 5] = [
                 ("on and opposite to corners", corners),
                 ("1e-12 beside corners", beside_corners),
                 ("on edges", edges),
@@ -121,7 +123,7 @@ fn weights(
     weighting: Weighting,
 ) -> Row {
     let found = methods.weights(set, axis, weighting);
-    references::weights(set, axis, weighting)
+    references::weights(set, &axis3(axis), weighting)
         .into_iter()
         .map(|expected| {
             let error = off_by(set, &found, &expected);

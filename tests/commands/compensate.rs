@@ -1,0 +1,229 @@
+//! `compensate`: measured poses corrected, what the table and the summary say of them.
+
+use crate::support::data::own;
+use crate::support::program::{Scratch, fail, json, succeed, text};
+use std::fs;
+
+const POSES: &str = "x,y,z,qw,qx,qy,qz
+10,20,-250,1,0,0,0
+-60,35,-180,0.5,0.5,-0.5,0.5
+-110,-110,-300,0.1,0.7,-0.1,0.7
+40,-70,-220,0.9,0.1,0.3,-0.3
+";
+
+/// A room fitted to a table of the repository, and some poses.
+fn room(arguments: &[&str]) -> Scratch {
+    let scratch = Scratch::new();
+    let table = text(&own("room-a/room-a-fit.csv"));
+    let env = scratch.arg("room.env.ron");
+    succeed(&[&["fit", &table, "-o", &env, "--order", "2"], arguments].concat());
+    fs::write(scratch.path("poses.csv"), POSES).unwrap();
+    scratch
+}
+
+/// The cells of a table without its header, empty ones as `None`.
+fn cells(scratch: &Scratch, file: &str) -> Vec<Vec<Option<f64>>> {
+    let table = fs::read_to_string(scratch.path(file)).unwrap();
+    let number = |cell: &str| (!cell.is_empty()).then(|| cell.parse().unwrap());
+    table
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(number).collect())
+        .collect()
+}
+
+#[test]
+fn distorted_poses_come_back() {
+    for arguments in [
+        ["--directions", "1", "--weights", "area"],
+        ["--directions", "14", "--weights", "area"],
+        ["--directions", "42", "--weights", "gnomonic"],
+    ] {
+        let scratch = room(&arguments);
+        let [env, poses, measured, out] =
+            ["room.env.ron", "poses.csv", "measured.csv", "out.csv"].map(|f| scratch.arg(f));
+        succeed(&["distort", &env, &poses, "-o", &measured]);
+        let figures = json(&["compensate", &env, &measured, "-o", &out]);
+        let header = fs::read_to_string(&out).unwrap();
+        assert!(header.starts_with("x,y,z,qw,qx,qy,qz,outside,converged,ambiguous\n"));
+        let mut unflagged = 0;
+        for (was, is) in cells(&scratch, "poses.csv")
+            .iter()
+            .zip(cells(&scratch, "out.csv"))
+        {
+            assert_eq!(is[8], Some(1.0));
+            if is[9] == Some(0.0) {
+                unflagged += 1;
+                let length: f64 = was[3..7]
+                    .iter()
+                    .flatten()
+                    .map(|q| q * q)
+                    .sum::<f64>()
+                    .sqrt();
+                for k in 0..7 {
+                    let scale = if k < 3 { 1.0 } else { 1.0 / length };
+                    let error = was[k].unwrap() * scale - is[k].unwrap();
+                    let bound = if k < 3 { 1e-9 } else { 1e-12 };
+                    assert!(error.abs() < bound, "column {k}: {error:e}");
+                }
+            }
+        }
+        assert!(unflagged >= 3, "{unflagged} of 4 are certain");
+        assert_eq!(figures["method"], "inverse");
+        assert_eq!(figures["rows"], 4);
+        assert_eq!(figures["converged"], 4);
+        assert_eq!(figures["not_converged"], 0);
+        assert!(figures["largest_correction_mm"].as_f64().unwrap() > 0.01);
+        let shortcut = &figures["shortcut_against_inverse"];
+        let rms = shortcut["position_rms_mm"].as_f64().unwrap();
+        assert!(rms > 0.0 && rms <= shortcut["position_max_mm"].as_f64().unwrap());
+    }
+}
+
+#[test]
+fn a_correction_map_is_applied_as_it_is() {
+    let scratch = room(&["--directions", "14", "--map", "correction"]);
+    let [env, poses, out] = ["room.env.ron", "poses.csv", "out.csv"].map(|f| scratch.arg(f));
+    let figures = json(&["compensate", &env, &poses, "-o", &out]);
+    assert_eq!(figures["method"], "correction");
+    assert!(figures["shortcut_against_inverse"].is_null());
+    // The same map called a distortion adds what the correction takes off, and its shortcut
+    // takes it off too.
+    let as_distortion = fs::read_to_string(&env)
+        .unwrap()
+        .replace("Correction", "Distortion");
+    fs::write(scratch.path("d.env.ron"), as_distortion).unwrap();
+    let (d, by_shortcut) = (scratch.arg("d.env.ron"), scratch.arg("s.csv"));
+    succeed(&[
+        "compensate",
+        &d,
+        &poses,
+        "-o",
+        &by_shortcut,
+        "--method",
+        "shortcut",
+    ]);
+    assert_eq!(fs::read(&out).unwrap(), fs::read(&by_shortcut).unwrap());
+    let measured = scratch.arg("m.csv");
+    succeed(&["distort", &d, &poses, "-o", &measured]);
+    let (was, on, off) = (
+        cells(&scratch, "poses.csv"),
+        cells(&scratch, "m.csv"),
+        cells(&scratch, "out.csv"),
+    );
+    for ((was, on), off) in was.iter().zip(&on).zip(&off) {
+        for k in 0..3 {
+            let middle = 0.5 * (on[k].unwrap() + off[k].unwrap());
+            assert!((middle - was[k].unwrap()).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn outside_poses_are_counted_and_rejected_ones_have_no_cells() {
+    let scratch = room(&["--directions", "14"]);
+    let far = format!("{POSES}5000,0,-200,1,0,0,0\n");
+    fs::write(scratch.path("poses.csv"), far).unwrap();
+    let [env, poses, out] = ["room.env.ron", "poses.csv", "out.csv"].map(|f| scratch.arg(f));
+    let clamped = json(&["compensate", &env, &poses, "-o", &out]);
+    assert_eq!(
+        (&clamped["converged"], &clamped["outside"]),
+        (&5.into(), &1.into())
+    );
+    let last = cells(&scratch, "out.csv").pop().unwrap();
+    assert_eq!(last[7..9], [Some(1.0), Some(1.0)]);
+    let rejected = json(&[
+        "compensate",
+        &env,
+        &poses,
+        "-o",
+        &out,
+        "--outside",
+        "reject",
+    ]);
+    assert_eq!(
+        (&rejected["converged"], &rejected["rejected"]),
+        (&4.into(), &1.into())
+    );
+    let last = cells(&scratch, "out.csv").pop().unwrap();
+    assert_eq!(last[..7], [None; 7]);
+    assert_eq!(last[7..], [Some(1.0), Some(0.0), Some(0.0)]);
+}
+
+#[test]
+fn a_row_without_an_answer_has_empty_cells_and_the_command_succeeds() {
+    let scratch = room(&["--directions", "1"]);
+    // In a room in which x is read as 50 + 2 (x - 50)² / 100: it folds, and nothing reads below 50.
+    // The written environment shows the form; its box and its coefficients are replaced.
+    let written = fs::read_to_string(scratch.path("room.env.ron")).unwrap();
+    let fold: String = [100.0, -50.0, 0.0]
+        .iter()
+        .map(|x| format!("({x:?}, 0.0, 0.0, 0.0, 0.0, 0.0),\n").repeat(9))
+        .collect();
+    let start = written.find("coefficients: [").expect("coefficients") + "coefficients: [".len();
+    let end = start + written[start..].find(']').expect("an end");
+    let mut text = format!("{}\n{fold}{}", &written[..start], &written[end..]);
+    let start = text.find("box: (").expect("a box");
+    let end = start + text[start..].find("))").expect("its end") + 2;
+    text.replace_range(start..end, "box: ((0.0, 0.0, 0.0), (100.0, 100.0, 100.0))");
+    fs::write(scratch.path("fold.env.ron"), text).unwrap();
+    fs::write(
+        scratch.path("poses.csv"),
+        "x,y,z,qw,qx,qy,qz\n20,40,60,1,0,0,0\n60,40,60,1,0,0,0\n",
+    )
+    .unwrap();
+    let [env, poses, out] = ["fold.env.ron", "poses.csv", "out.csv"].map(|f| scratch.arg(f));
+    let figures = json(&[
+        "compensate",
+        &env,
+        &poses,
+        "-o",
+        &out,
+        "--outside",
+        "extrapolate",
+    ]);
+    let rows = cells(&scratch, "out.csv");
+    assert_eq!(rows[0][..7], [None; 7]);
+    assert_eq!(rows[0][8..], [Some(0.0), Some(0.0)]);
+    // 60 is read at 50 ± 10 √5.
+    let x = rows[1][0].unwrap();
+    assert!((x - 50.0 - 10.0 * 5.0_f64.sqrt()).abs() < 1e-9, "{x}");
+    assert_eq!(rows[1][8..], [Some(1.0), Some(1.0)]);
+    assert_eq!(figures["converged"], 1);
+    assert_eq!(figures["ambiguous"], 1);
+    let failed = figures["folded"].as_u64().unwrap() + figures["not_converged"].as_u64().unwrap();
+    assert_eq!(failed, 1);
+}
+
+#[test]
+fn what_cannot_be_used_is_named_and_nothing_is_written() {
+    let scratch = room(&["--directions", "14", "--map", "correction"]);
+    let [env, poses, out] = ["room.env.ron", "poses.csv", "out.csv"].map(|f| scratch.arg(f));
+    for method in ["inverse", "shortcut"] {
+        let message = fail(&["compensate", &env, &poses, "-o", &out, "--method", method]);
+        assert_eq!(message.lines().count(), 1, "{message}");
+        for word in [
+            "room.env.ron",
+            "correction map",
+            "expected a distortion map",
+            method,
+        ] {
+            assert!(message.contains(word), "{word:?} is not in: {message}");
+        }
+    }
+    let none = scratch.arg("none.env.ron");
+    assert!(fail(&["compensate", &none, &poses, "-o", &out]).contains("none.env.ron"));
+    for (content, words) in [
+        ("x,y,z,qw,qx,qy\n0,0,0,1,0,0\n", ["qz", "column"]),
+        ("x,y,z,qw,qx,qy,qz\n0,NaN,0,1,0,0,0\n", ["line 2", "NaN"]),
+        ("x,y,z,qw,qx,qy,qz\n", ["no rows", "expected"]),
+    ] {
+        fs::write(&poses, content).unwrap();
+        let message = fail(&["compensate", &env, &poses, "-o", &out]);
+        assert_eq!(message.lines().count(), 1, "{message}");
+        for word in [["poses.csv"].as_slice(), &words].concat() {
+            assert!(message.contains(word), "{word:?} is not in: {message}");
+        }
+    }
+    assert!(!scratch.path("out.csv").exists());
+}

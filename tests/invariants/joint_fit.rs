@@ -1,0 +1,196 @@
+//! The joint fit by its sparsity is the joint fit by the whole design matrix.
+
+use nalgebra::{Point3, Unit, Vector3};
+use trackwright::field::bernstein::{coefficient_count, push_products};
+use trackwright::field::fit::{Fit, FitMethod, FitSettings, factor, fit};
+use trackwright::field::least_squares::{LeastSquares, Solution};
+use trackwright::field::samples::{PoseError, Sample, SampleSet};
+use trackwright::geometry::bounds::Bounds;
+use trackwright::geometry::directions::DirectionSet;
+use trackwright::task::Task;
+
+fn bounds() -> Bounds {
+    Bounds::from(([-100.0, -80.0, -400.0], [100.0, 80.0, -100.0]))
+}
+
+/// Samples of no field in particular, spread over box and sphere (Kronecker sequences).
+fn samples(count: usize) -> SampleSet {
+    let spread = |i: usize, step: f64| (i as f64 * step + 0.5).fract();
+    let samples = (0..count)
+        .map(|i| {
+            let unit = Vector3::new(
+                spread(i, 0.819_172_5),
+                spread(i, 0.671_043_6),
+                spread(i, 0.549_700_5),
+            );
+            let position_mm: Point3<f64> =
+                bounds().min_mm + bounds().size_mm().component_mul(&unit);
+            let (z, turn) = (
+                2.0 * spread(i, 0.754_877_7) - 1.0,
+                std::f64::consts::TAU * spread(i, 0.569_840_3),
+            );
+            let r = (1.0 - z * z).sqrt();
+            let value = |k: usize| ((i * 7 + k * 3 + 1) as f64 * 0.618).fract() - 0.5;
+            Sample {
+                position_mm,
+                axis: Unit::new_normalize(Vector3::new(r * turn.cos(), r * turn.sin(), z)),
+                error: PoseError {
+                    position_mm: Vector3::new(value(0), value(1), value(2)),
+                    rotation_rad: Vector3::new(value(3), value(4), value(5)),
+                },
+            }
+        })
+        .collect();
+    SampleSet {
+        samples,
+        has_rotations: true,
+        ambiguous: 0,
+    }
+}
+
+fn settings(order: usize, directions: DirectionSet, ridge: f64) -> FitSettings {
+    FitSettings {
+        method: FitMethod::Joint,
+        ridge,
+        ..FitSettings::new(order, directions)
+    }
+}
+
+/// The whole design matrix, row by row, and its singular value decomposition.
+fn dense(set: &SampleSet, settings: &FitSettings) -> Solution {
+    let block = coefficient_count(settings.order);
+    let unknowns = settings.directions.len() * block;
+    let mut system = LeastSquares::new(unknowns);
+    for s in &set.samples {
+        let weights = settings.directions.weights(&s.axis, settings.weighting);
+        let mut products = Vec::new();
+        push_products(
+            settings.order,
+            &bounds().to_unit(&s.position_mm),
+            &mut products,
+        );
+        let (p, r) = (s.error.position_mm, s.error.rotation_rad);
+        system.push(
+            |row| {
+                let start = row.len();
+                row.resize(start + unknowns, 0.0);
+                for (&direction, &w) in weights.directions.iter().zip(&weights.weights) {
+                    for (i, product) in products.iter().enumerate() {
+                        row[start + direction * block + i] += w * product;
+                    }
+                }
+            },
+            [p.x, p.y, p.z, r.x, r.y, r.z],
+        );
+    }
+    system
+        .into_triangle()
+        .decompose()
+        .unwrap()
+        .solve(settings.rcond, settings.ridge)
+}
+
+/// Round-off of a solution: condition times epsilon, some hundred operations deep.
+#[track_caller]
+fn assert_same(found: &Fit, expected: &Solution) {
+    let report = found.systems[0];
+    assert_eq!(report.rank, expected.rank);
+    assert!(
+        (report.condition / expected.condition - 1.0).abs()
+            < 1e-11 + 100.0 * f64::EPSILON * expected.condition,
+        "condition {} and {}",
+        report.condition,
+        expected.condition
+    );
+    let size = |c: &[[f64; 6]]| c.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
+    let found = found.model.coefficients();
+    let difference: Vec<[f64; 6]> = found
+        .iter()
+        .zip(&expected.unknowns)
+        .map(|(f, e)| std::array::from_fn(|k| f[k] - e[k]))
+        .collect();
+    let bound = 100.0 * f64::EPSILON * report.condition * size(&expected.unknowns);
+    assert!(
+        size(&difference) <= bound,
+        "{} is more than {bound}",
+        size(&difference)
+    );
+}
+
+#[test]
+fn what_is_determined_is_solved_the_same_with_and_without_ridge() {
+    for directions in [
+        DirectionSet::One,
+        DirectionSet::Six,
+        DirectionSet::Twelve,
+        DirectionSet::Fourteen,
+    ] {
+        for order in [1, 2] {
+            let set = samples(60 * directions.len() * order * order);
+            for ridge in [0.0, 1e-3, 0.1] {
+                let settings = settings(order, directions, ridge);
+                let found = fit(&set, &settings, Some(bounds())).unwrap();
+                assert_eq!(found.systems[0].rank, found.systems[0].unknowns);
+                assert_same(&found, &dense(&set, &settings));
+            }
+        }
+    }
+}
+
+#[test]
+fn the_larger_sets_are_eliminated_as_well() {
+    for directions in [DirectionSet::TwentySix, DirectionSet::FortyTwo] {
+        let set = samples(2500);
+        let settings = settings(1, directions, 0.0);
+        let found = fit(&set, &settings, Some(bounds())).unwrap();
+        assert_eq!(found.systems[0].rank, 8 * directions.len());
+        assert_same(&found, &dense(&set, &settings));
+    }
+}
+
+#[test]
+fn what_is_not_determined_gets_the_solution_of_least_norm() {
+    let half_a_sphere = |set: &mut SampleSet| set.samples.retain(|s| s.axis.z > 0.2);
+    let one_plane =
+        |set: &mut SampleSet| set.samples.iter_mut().for_each(|s| s.position_mm.x = 20.0);
+    let few = |set: &mut SampleSet| set.samples.truncate(40);
+    let one_axis = |set: &mut SampleSet| {
+        let axis = Unit::new_normalize(Vector3::new(0.3, 0.5, 0.8));
+        set.samples.iter_mut().for_each(|s| s.axis = axis);
+    };
+    let lacks: [&dyn Fn(&mut SampleSet); 4] = [&half_a_sphere, &one_plane, &few, &one_axis];
+    for (case, lack) in lacks.iter().enumerate() {
+        for directions in [DirectionSet::Six, DirectionSet::Fourteen] {
+            for order in [1, 2] {
+                let mut set = samples(1500);
+                lack(&mut set);
+                for ridge in [0.0, 1e-3] {
+                    let settings = settings(order, directions, ridge);
+                    let found = fit(&set, &settings, Some(bounds())).unwrap();
+                    let expected = dense(&set, &settings);
+                    assert!(expected.rank < found.systems[0].unknowns, "case {case}");
+                    assert_same(&found, &expected);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_decomposition_of_a_joint_system_is_that_of_the_whole() {
+    let set = samples(800);
+    let settings = settings(1, DirectionSet::Fourteen, 1e-2);
+    let factored = factor(&set, &settings, Some(bounds()), &Task::default()).unwrap();
+    let systems = factored.decompose().unwrap().systems;
+    assert_eq!(systems.len(), 1);
+    assert_eq!(
+        (systems[0].rows, systems[0].singular_values.len()),
+        (800, 112)
+    );
+    let found = systems[0].solve(settings.rcond, settings.ridge);
+    let expected = dense(&set, &settings);
+    for (f, e) in found.unknowns.iter().zip(&expected.unknowns) {
+        // The condition is below 100 and the coefficients of order 1.
+        assert!((0..6).all(|k| (f[k] - e[k]).abs() < 1e-12));
+    }
+}
