@@ -125,7 +125,7 @@ struct OfRange {
 /// What the errors are differences from: over the grid, over the range.
 ///
 /// The range's is that of several long Sobol sequences, whose spread says how far it may be off; a
-/// grid of cell middles, of as many poses in six dimensions, is ten times further off.
+/// grid of cell middles, of as many poses in six dimensions, is 1e-3 mm off in the built-in design.
 fn references(
     scenario: &Scenario,
     sampling: &Sampling,
