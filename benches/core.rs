@@ -2,25 +2,23 @@
 //!
 //! What the figures were on one machine, and how to repeat them, is in `docs/measurements.md`.
 
+mod compensation;
 mod evaluation;
 mod fitting;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 use std::path::Path;
 use std::sync::Arc;
 use trackwright::field::fit::{FitSettings, fit};
-use trackwright::field::inverse::undistort;
 use trackwright::field::samples::{MapKind, PoseError, Sample, SampleSet};
 use trackwright::field::{DistortionModel, Environment, OutsidePolicy};
 use trackwright::geometry::bounds::Bounds;
 use trackwright::geometry::directions::DirectionSet;
-use trackwright::geometry::pose::Pose;
 use trackwright::geometry::volume::Volume;
 use trackwright::store;
 use trackwright::study::{self, AxisRange, CancelToken, Mode, Motion, Scenario};
-use trackwright::task::Task;
 
 fn main() {
     divan::main();
@@ -169,73 +167,4 @@ fn study_of_1000000_poses(bencher: Bencher, order: usize) {
     bencher
         .counter(ItemsCount::new(1_000_000_usize))
         .bench_local(|| study::run(&scenario, &Mode::Motion, &CancelToken::default(), None));
-}
-
-/// A million poses read by a sensor in a room of the given order.
-fn readings(model: &DistortionModel, count: usize) -> Vec<Pose> {
-    let mut uniform = Uniform(11);
-    (0..count)
-        .map(|_| {
-            let (position, axis) = (uniform.position(), uniform.axis());
-            let turn = UnitQuaternion::rotation_between(&Vector3::z(), &axis).unwrap_or_default();
-            let pose = Pose::from_parts(position.into(), turn);
-            model.distort(&pose, OutsidePolicy::Clamp).0
-        })
-        .collect()
-}
-
-/// The inverse of the distortion map, on as many cores as the name says (0 for all).
-#[divan::bench(args = [2, 4, 6], consts = [1, 0], sample_count = 5)]
-fn compensate_14_orientations<const THREADS: usize>(bencher: Bencher, order: usize) {
-    const POSES: usize = 100_000;
-    let model = model(order);
-    let measured = readings(&model, POSES);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(THREADS)
-        .build()
-        .expect("threads");
-    bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
-        pool.install(|| {
-            undistort(
-                &model,
-                black_box(&measured),
-                OutsidePolicy::Clamp,
-                &Task::default(),
-            )
-        })
-    });
-}
-
-/// The same by a plain loop: one pose at a time, fixed point, on one core.
-#[divan::bench(args = [2, 4, 6], sample_count = 5)]
-fn compensate_14_orientations_plain_loop(bencher: Bencher, order: usize) {
-    const POSES: usize = 10_000;
-    let model = model(order);
-    let measured = readings(&model, POSES);
-    bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
-        for reading in &measured {
-            black_box(fixed_point(&model, black_box(reading)));
-        }
-    });
-}
-
-fn fixed_point(model: &DistortionModel, reading: &Pose) -> Option<Pose> {
-    let mut pose = *reading;
-    for _ in 0..50 {
-        let axis = pose.rotation * Vector3::z_axis();
-        let error = model
-            .evaluate(&pose.translation.vector.into(), &axis, OutsidePolicy::Clamp)
-            .error;
-        let next = Pose::from_parts(
-            (reading.translation.vector - error.position_mm).into(),
-            UnitQuaternion::from_scaled_axis(-error.rotation_rad) * reading.rotation,
-        );
-        let moved_mm = (next.translation.vector - pose.translation.vector).norm();
-        let turned = next.rotation * Vector3::z() - axis.into_inner();
-        pose = next;
-        if moved_mm < 1e-11 && turned.norm() < 1e-14 {
-            return Some(pose);
-        }
-    }
-    None
 }
