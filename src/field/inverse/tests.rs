@@ -180,6 +180,7 @@ fn where_a_map_folds_every_reading_is_flagged_and_elsewhere_none() {
     // Extremes of the fold: readings between them come from three positions.
     let (top, bottom) = (folded(30.0).0, folded(70.0).0);
     assert!(bottom < top);
+    let mut certain = 0;
     for i in 0..=250 {
         let x = 0.4 * f64::from(i);
         let pose = Pose::translation(x, 40.0, 60.0);
@@ -200,6 +201,7 @@ fn where_a_map_folds_every_reading_is_flagged_and_elsewhere_none() {
             found.state,
             InverseState::Ambiguous(Ambiguity::FoldOnTheWay { .. })
         );
+        certain += usize::from(found.state == InverseState::Converged);
         assert!(is_second || is_on_the_way || found.state == InverseState::Converged);
         let answer = found.pose.unwrap().translation.vector;
         let (back, slope) = folded(answer.x);
