@@ -14,6 +14,7 @@ use trackwright::design::{
     CrfPlacement, Design, DesignBody, Document, Origin, Target, ToolPlacement, View,
 };
 use trackwright::editor::camera::CameraPlugin;
+use trackwright::editor::diagnostics::DiagnosticsPlugin;
 use trackwright::editor::document::DocumentPlugin;
 use trackwright::editor::drag::DragPlugin;
 use trackwright::editor::glyphs::GlyphsPlugin;
@@ -188,6 +189,7 @@ pub fn create_scene_app() -> App {
         ScenePlugin,
         GlyphsPlugin,
         SlicePlugin,
+        DiagnosticsPlugin,
     ))
     .insert_resource(ViewportRect {
         min: Vec2::new(240.0, 36.0),

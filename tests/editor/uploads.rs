@@ -4,13 +4,12 @@ use super::support::{create_scene_app, request, settle};
 use bevy::prelude::*;
 use trackwright::design::Edit;
 use trackwright::design::view::Layers;
-use trackwright::editor::diagnostics::{Diagnostics, DiagnosticsPlugin};
+use trackwright::editor::diagnostics::Diagnostics;
 use trackwright::editor::state::{EditRequest, OpenWorld, ViewRequest};
 use trackwright::geometry::pose::Pose;
 
 fn app() -> App {
     let mut app = create_scene_app();
-    app.add_plugins(DiagnosticsPlugin);
     settle(&mut app);
     app.update();
     app
