@@ -8,6 +8,7 @@ use crate::editor::precision::{PrecisionPage, PrecisionRequest};
 use bevy_egui::egui::{self, Align, Context, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui};
 
 const WIDTH: f32 = 720.0;
+const TITLE_SIZE: f32 = 15.0;
 const CHART_HEIGHT: f32 = 300.0;
 const TABLE_HEIGHT: f32 = 200.0;
 
@@ -31,7 +32,8 @@ pub fn precision_window(
 ) -> Vec<PrecisionRequest> {
     let mut requests = Vec::new();
     let mut is_open = true;
-    egui::Window::new("Error against run time")
+    egui::Window::new(RichText::new("Error against run time").size(TITLE_SIZE))
+        .id(egui::Id::new("precision"))
         .open(&mut is_open)
         .default_width(WIDTH)
         .resizable(false)
