@@ -79,9 +79,11 @@ impl Plugin for SolverPlugin {
                     slice: None,
                     newest: Newest::default(),
                 })
+                // Answers are shown before new work is handed over: what a frame shows then never
+                // hangs on whether a short job was faster than the frame that asked for it.
                 .add_systems(
                     Update,
-                    (connect_waker, submit, show)
+                    (connect_waker, show, submit)
                         .chain()
                         .in_set(EditorSystems::Solve),
                 );
