@@ -5,6 +5,9 @@
 mod compensation;
 mod evaluation;
 mod fitting;
+mod selection;
+mod support;
+mod uncertainty;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};

@@ -2,11 +2,11 @@
 
 use super::document::WorldGeneration;
 use super::state::{EditorSystems, OpenWorld};
+use super::wake::Waker;
 use crate::accuracy::precision::{Family, Machine, Report, Settings, What, run_each};
 use crate::store;
 use crate::task::{CancelToken, Task};
 use bevy::prelude::*;
-use bevy::winit::{EventLoopProxyWrapper, WinitUserEvent};
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -34,6 +34,8 @@ pub struct PrecisionPage {
     pub of: Option<(String, u64, u64)>,
     /// Why there is nothing.
     pub problem: Option<String>,
+    /// What is measured, and how patiently.
+    pub settings: Settings,
     measuring: Option<Measuring>,
 }
 
@@ -60,6 +62,7 @@ impl Default for PrecisionPage {
             machine: None,
             of: None,
             problem: None,
+            settings: Settings::default(),
             measuring: None,
         }
     }
@@ -76,6 +79,7 @@ impl Plugin for PrecisionPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<PrecisionPage>()
             .init_resource::<WorldGeneration>()
+            .init_resource::<Waker>()
             .add_message::<PrecisionRequest>()
             .add_systems(
                 Update,
@@ -98,7 +102,7 @@ fn answer(
     mut page: ResMut<PrecisionPage>,
     world: Option<Res<OpenWorld>>,
     generation: Res<WorldGeneration>,
-    proxy: Option<Res<EventLoopProxyWrapper>>,
+    waker: Res<Waker>,
 ) {
     for request in requests.read() {
         match *request {
@@ -111,7 +115,7 @@ fn answer(
             PrecisionRequest::Show(what) => page.shown = what,
             PrecisionRequest::Measure => {
                 if let Some(world) = &world {
-                    measure(&mut page, world, generation.0, proxy.as_deref());
+                    measure(&mut page, world, generation.0, &waker);
                 }
             }
         }
@@ -124,27 +128,15 @@ fn cancel(page: &mut PrecisionPage) {
     }
 }
 
-fn measure(
-    page: &mut PrecisionPage,
-    world: &OpenWorld,
-    generation: u64,
-    proxy: Option<&EventLoopProxyWrapper>,
-) {
+fn measure(page: &mut PrecisionPage, world: &OpenWorld, generation: u64, waker: &Waker) {
     if page.measuring.is_some() {
         return;
     }
     let document = &world.0.document;
     let scenario = store::resolve(document.design(), &world.0.environment);
-    let proxy = proxy.map(|proxy| (**proxy).clone());
-    let wake = move || {
-        if let Some(proxy) = &proxy {
-            // The loop is gone only when the window is.
-            let _ = proxy.send_event(WinitUserEvent::WakeUp);
-        }
-    };
     let (sender, told) = channel();
     let task = Task::told_to({
-        let (sender, wake) = (sender.clone(), wake.clone());
+        let (sender, waker) = (sender.clone(), waker.clone());
         // A bar of some hundred steps is smooth enough; each costs a frame.
         let last = Mutex::new(0.0);
         move |part| {
@@ -152,22 +144,23 @@ fn measure(
                 && part - *last >= 0.01
             {
                 *last = part;
-                tell(&sender, Told::Part(part), &wake);
+                tell(&sender, Told::Part(part), &waker);
             }
         }
     });
     let cancel = task.cancel.clone();
+    let (settings, waker) = (page.settings, waker.clone());
     let started = std::thread::Builder::new()
         .name("precision".into())
         .spawn(move || {
             let show = |family: &Family| {
-                tell(&sender, Told::Family(Box::new(family.clone())), &wake);
+                tell(&sender, Told::Family(Box::new(family.clone())), &waker);
             };
-            let end = match run_each(&scenario, &Settings::default(), &task, show) {
+            let end = match run_each(&scenario, &settings, &task, show) {
                 Ok(report) => Told::Done(Box::new(report)),
                 Err(_) => Told::Cancelled,
             };
-            tell(&sender, end, &wake);
+            tell(&sender, end, &waker);
         });
     page.families.clear();
     page.machine = None;
@@ -189,10 +182,10 @@ fn measure(
     }
 }
 
-fn tell(sender: &Sender<Told>, what: Told, wake: &impl Fn()) {
+fn tell(sender: &Sender<Told>, what: Told, waker: &Waker) {
     // The page may have been dropped with the window.
     if sender.send(what).is_ok() {
-        wake();
+        waker.wake();
     }
 }
 

@@ -5,13 +5,13 @@ use super::diagnostics::{Diagnostics, Explain};
 use super::document::WorldGeneration;
 use super::solver::{Answer, Extent, Job, PoseWish, Solved, Solver, Stamp};
 use super::state::{ActiveDrag, EditorSystems, OpenWorld, Results, Stamped};
+use super::wake::Waker;
 use crate::design::view::{SliceView, View};
 use crate::field::Environment;
 use crate::store;
 use crate::study::preview::preview;
 use crate::study::{Mode, Quantity, Scenario, SlicePlan, StudyError, figure_rows};
 use bevy::prelude::*;
-use bevy::winit::{EventLoopProxyWrapper, WinitUserEvent};
 use nalgebra::{Unit, Vector3};
 use std::sync::Arc;
 
@@ -70,9 +70,14 @@ impl Plugin for SolverPlugin {
         app.init_resource::<Diagnostics>()
             .init_resource::<Results>()
             .init_resource::<ActiveDrag>()
-            .init_resource::<WorldGeneration>();
+            .init_resource::<WorldGeneration>()
+            .init_resource::<Waker>();
         match Solver::start() {
             Ok(solver) => {
+                let waker = app.world().resource::<Waker>().clone();
+                if waker.is_any() {
+                    solver.wake_with(Box::new(move || waker.wake()));
+                }
                 app.insert_resource(SolverHandle {
                     solver,
                     submitted: None,
@@ -81,31 +86,13 @@ impl Plugin for SolverPlugin {
                 })
                 // Answers are shown before new work is handed over: what a frame shows then never
                 // hangs on whether a short job was faster than the frame that asked for it.
-                .add_systems(
-                    Update,
-                    (connect_waker, show, submit)
-                        .chain()
-                        .in_set(EditorSystems::Solve),
-                );
+                .add_systems(Update, (show, submit).chain().in_set(EditorSystems::Solve));
             }
             Err(error) => {
                 let problem = format!("cannot start the solver's thread: {error}");
                 app.world_mut().resource_mut::<Results>().problem = Some(problem);
             }
         }
-    }
-}
-
-/// The solver wakes the window's event loop, where there is one.
-fn connect_waker(handle: Res<SolverHandle>, proxy: Option<Res<EventLoopProxyWrapper>>) {
-    if let Some(proxy) = proxy
-        && !handle.solver.has_waker()
-    {
-        let proxy = (**proxy).clone();
-        handle.solver.wake_with(Box::new(move || {
-            // The loop is gone only when the window is.
-            let _ = proxy.send_event(WinitUserEvent::WakeUp);
-        }));
     }
 }
 

@@ -4,7 +4,47 @@
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
+use bevy::winit::{EventLoopProxyWrapper, WinitUserEvent};
 use bevy_egui::{EguiInput, EguiPostUpdateSet, EguiPreUpdateSet, EguiRenderOutput, egui};
+use std::sync::Arc;
+
+/// How a thread in the background asks for the frame that shows what it found; does nothing where
+/// frames are driven by hand.
+#[derive(Resource, Clone)]
+pub struct Waker(Option<Arc<dyn Fn() + Send + Sync>>);
+
+impl Waker {
+    pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self(Some(Arc::new(wake)))
+    }
+
+    /// Whether it wakes anything.
+    pub fn is_any(&self) -> bool {
+        self.0.is_some()
+    }
+
+    pub fn wake(&self) {
+        if let Some(wake) = &self.0 {
+            wake();
+        }
+    }
+}
+
+impl FromWorld for Waker {
+    /// Wakes the window's event loop, where there is one.
+    fn from_world(world: &mut World) -> Self {
+        match world.get_resource::<EventLoopProxyWrapper>() {
+            None => Self(None),
+            Some(proxy) => {
+                let proxy = (**proxy).clone();
+                Self::new(move || {
+                    // The loop is gone only when the window is.
+                    let _ = proxy.send_event(WinitUserEvent::WakeUp);
+                })
+            }
+        }
+    }
+}
 
 /// Drops the input that is none, and asks for the frame that shows new letters.
 ///

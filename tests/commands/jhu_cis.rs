@@ -1,9 +1,9 @@
 //! The Johns Hopkins calibration sets: import, fit a correction, and a design in such a room.
 
 use crate::support::close::assert_close;
-use crate::support::data::third_party;
 use crate::support::golden::number;
-use crate::support::program::{Scratch, json, succeed, text};
+use crate::support::jhu_cis::import;
+use crate::support::program::{Scratch, json, succeed};
 
 /// Case, and position RMS in mm before and after a correction of order 5 (DOMAIN 2.1).
 const CASES: [(&str, f64, f64); 3] = [
@@ -14,21 +14,6 @@ const CASES: [(&str, f64, f64); 3] = [
 
 /// The published figures were computed from files rounded to 0.01 mm, by another program.
 const AGREEMENT: f64 = 0.02;
-
-fn import(scratch: &Scratch, case: &str) -> Option<String> {
-    let folder = third_party("jhu-cis")?;
-    let file = |kind: &str| text(&folder.join(format!("pa2-debug-{case}-{kind}.txt")));
-    let table = scratch.arg(&format!("{case}.csv"));
-    succeed(&[
-        "import",
-        "jhu-cis",
-        &file("calbody"),
-        &file("calreadings"),
-        "-o",
-        &table,
-    ]);
-    Some(table)
-}
 
 #[test]
 fn corrections_of_order_five_reach_the_published_residuals() {

@@ -9,6 +9,7 @@ use std::rc::Rc;
 use std::time::Duration;
 use trackwright::design::view::View;
 use trackwright::design::{BodyRole, Design, Edit};
+use trackwright::editor::solver::Extent;
 use trackwright::editor::state::{
     EditRequest, FileRequest, Results, Selected, Stamped, ViewRequest,
 };
@@ -20,6 +21,7 @@ use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::result::{ResultView, result_ui};
 use trackwright::editor::ui::slice_ui::{SlicePanelView, slice_ui};
 use trackwright::editor::ui::top_bar::{TopBarView, top_bar_ui};
+use trackwright::field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 use trackwright::study::{CancelToken, Mode, figure_rows, look, run};
 
 type Asked = Rc<RefCell<Vec<PanelAction>>>;
@@ -179,6 +181,63 @@ fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
     let sign = if is_met { "✔ met" } else { "✖ missed" };
     assert_eq!(harness.query_all_by_label_contains(sign).count(), 1);
     harness.get_by_label("15 trials");
+}
+
+#[test]
+fn a_preview_says_of_how_many_trials_it_is_a_part() {
+    let world = world();
+    let scenario = trackwright::store::resolve(world.document.design(), &world.environment);
+    let results = |extent| Results {
+        study: Some(Stamped {
+            revision: 0,
+            value: run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap(),
+            took: Duration::from_millis(4),
+        }),
+        extent: Some(extent),
+        ..Results::default()
+    };
+    let (preview, whole) = (results(Extent::PreviewOf(50_625)), results(Extent::Whole));
+    let panel = |results: &Results| {
+        let (harness, _) = harness(|ui| {
+            let view = ResultView {
+                results,
+                before: None,
+                is_computing: false,
+            };
+            result_ui(ui, &view);
+            Vec::new()
+        });
+        let warning = harness.query_all_by_label_contains("15 trials of 50,625");
+        warning.count()
+    };
+    assert_eq!((panel(&preview), panel(&whole)), (1, 0));
+}
+
+#[test]
+fn a_weight_that_the_jitter_gives_is_shown_as_derived_until_it_is_typed() {
+    let jitter = Jitter::uniform(0.5, 0.005);
+    let mut design = design();
+    let weight = OrientationWeight {
+        value_mm: 100.0,
+        source: OrientationWeightSource::Jitter,
+    };
+    assert_eq!(jitter.orientation_weight_mm(), Some(weight.value_mm));
+    for (own_mm, is_derived) in [(None, 1), (Some(80.0), 0)] {
+        design.orientation_weight_mm = own_mm;
+        let (harness, _) = harness(|ui| {
+            inspector_ui(
+                ui,
+                &InspectorView {
+                    design: &design,
+                    selected: None,
+                    pose: None,
+                    derived_weight: weight,
+                },
+            )
+        });
+        let source = harness.query_all_by_label_contains("derived from the room's jitter");
+        assert_eq!(source.count(), is_derived, "{own_mm:?}");
+    }
 }
 
 #[test]

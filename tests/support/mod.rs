@@ -3,4 +3,5 @@
 pub mod close;
 pub mod data;
 pub mod golden;
+pub mod jhu_cis;
 pub mod program;

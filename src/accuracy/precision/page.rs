@@ -175,7 +175,6 @@ pub fn chart(family: &Family) -> Chart {
     }
 }
 
-/// The problems of a family, in the order in which they come.
 /// The problems that a family answers, in the order of its rows.
 pub fn problems(family: &Family) -> Vec<&str> {
     let mut problems: Vec<&str> = Vec::new();

@@ -1,0 +1,54 @@
+//! What the slice can show besides the error: where the model may be believed.
+
+use super::support::{create_app, settle};
+use bevy::prelude::*;
+use trackwright::design::view::Quantity;
+use trackwright::editor::state::{OpenWorld, Results, ViewRequest};
+use trackwright::field::OutsidePolicy;
+use trackwright::field::support::SupportAt;
+use trackwright::store;
+
+fn show(app: &mut App, quantity: Quantity) {
+    let mut view = {
+        let open = app.world().resource::<OpenWorld>();
+        open.0.document.view().clone()
+    };
+    view.layers.slice = true;
+    view.slice.quantity = quantity;
+    app.world_mut().write_message(ViewRequest::Set(view));
+    settle(app);
+}
+
+#[test]
+fn the_slice_has_the_standard_error_and_the_distance_that_the_room_s_fit_tells() {
+    let mut app = create_app();
+    let builtin = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    app.insert_resource(OpenWorld(builtin));
+    let wanted = |quantity: Quantity, at: &SupportAt| match quantity {
+        Quantity::StdErrorMm => at.position_std_error_mm,
+        _ => at.distance_mm,
+    };
+    for quantity in [Quantity::StdErrorMm, Quantity::SupportDistanceMm] {
+        show(&mut app, quantity);
+        let results = app.world().resource::<Results>();
+        assert_eq!(results.slice_quantity, quantity);
+        let slice = &results.slice.as_ref().unwrap().value;
+        let [nu, nv] = slice.plan.counts;
+        let environment = &app.world().resource::<OpenWorld>().0.environment;
+        let support = environment.support.as_ref().unwrap();
+        for (u, v) in [(nu / 2, nv / 2), (nu / 3, nv / 4), (2, nv - 3)] {
+            let point = slice.plan.point_mm(u, v);
+            let at = support.at(&point, &slice.plan.sensor_axis, OutsidePolicy::Clamp);
+            assert_eq!(slice.position_error_mm[v * nu + u], wanted(quantity, &at));
+        }
+    }
+}
+
+#[test]
+fn a_room_that_does_not_say_where_to_believe_it_has_no_such_slice() {
+    let mut app = create_app();
+    show(&mut app, Quantity::PositionErrorMm);
+    assert!(app.world().resource::<Results>().slice.is_some());
+    show(&mut app, Quantity::StdErrorMm);
+    assert!(app.world().resource::<Results>().slice.is_none());
+}

@@ -1,0 +1,102 @@
+//! The ellipsoid of the tip's jitter: drawn where the room states a jitter, and else no work.
+
+use super::support::{create_scene_app, named, request, settle};
+use bevy::prelude::*;
+use std::sync::Arc;
+use trackwright::design::Edit;
+use trackwright::design::view::{Magnification, View};
+use trackwright::editor::diagnostics::Diagnostics;
+use trackwright::editor::state::{EditRequest, OpenWorld, Results, ViewRequest};
+use trackwright::field::Environment;
+use trackwright::field::environment::Jitter;
+use trackwright::geometry::pose::Pose;
+use trackwright::store;
+use trackwright::study::uncertainty::first_order;
+
+const GLYPH: &str = "tip scatter";
+
+/// The built-in design, its room with a jitter or without.
+fn app(jitter: Option<Jitter>) -> App {
+    let mut app = create_scene_app();
+    let mut open = app.world_mut().resource_mut::<OpenWorld>();
+    open.0.environment = Arc::new(Environment {
+        jitter,
+        ..Environment::clone(&open.0.environment)
+    });
+    settle(&mut app);
+    app.update();
+    app
+}
+
+fn jitter() -> Option<Jitter> {
+    Some(Jitter::uniform(0.2, 0.004))
+}
+
+fn view(app: &App) -> View {
+    let open = app.world().resource::<OpenWorld>();
+    open.0.document.view().clone()
+}
+
+fn set_view(app: &mut App, view: View) {
+    app.world_mut().write_message(ViewRequest::Set(view));
+    settle(app);
+    app.update();
+}
+
+fn transform(app: &mut App) -> Transform {
+    let world = app.world_mut();
+    let mut glyphs = world.query::<(&Name, &Transform)>();
+    let found = glyphs.iter(world).find(|(name, _)| name.as_str() == GLYPH);
+    *found.unwrap().1
+}
+
+#[test]
+fn a_room_without_jitter_has_no_ellipsoid() {
+    let mut app = app(None);
+    assert_eq!(named(&mut app, GLYPH), 0);
+    assert!(app.world().resource::<Results>().scatter.is_none());
+}
+
+#[test]
+fn the_ellipsoid_has_the_half_axes_of_the_95_percent_and_is_magnified_like_the_errors() {
+    let mut app = app(jitter());
+    assert_eq!(named(&mut app, GLYPH), 1);
+    let times = 25.0;
+    let magnified = View {
+        magnification: Magnification::Times(times),
+        ..view(&app)
+    };
+    set_view(&mut app, magnified);
+    let open = &app.world().resource::<OpenWorld>().0;
+    let scenario = store::resolve(open.document.design(), &open.environment);
+    let mut wanted = first_order(&scenario).unwrap().ellipsoid.lengths_mm();
+    wanted.sort_by(f64::total_cmp);
+    let mut drawn = transform(&mut app).scale.to_array().map(f64::from);
+    drawn.sort_by(f64::total_cmp);
+    for (drawn, wanted) in drawn.into_iter().zip(wanted) {
+        // Drawn in single precision.
+        let difference = (drawn / times - wanted).abs();
+        assert!(difference < 1e-5 * wanted, "{drawn} / {times}, {wanted}");
+    }
+}
+
+#[test]
+fn a_hidden_ellipsoid_is_not_computed() {
+    let mut app = app(jitter());
+    let evaluations = |app: &App| app.world().resource::<Diagnostics>().work.pose_evaluations;
+    let of_an_edit = |app: &mut App, x_mm: f64| {
+        let before = evaluations(app);
+        let pose = Pose::translation(x_mm, 0.0, 30.0);
+        request(app, EditRequest::Apply(Edit::SetToolPose(pose)));
+        settle(app);
+        evaluations(app) - before
+    };
+    let shown = of_an_edit(&mut app, 1.0);
+    let mut hidden = view(&app);
+    hidden.layers.tip_scatter = false;
+    set_view(&mut app, hidden);
+    assert_eq!(named(&mut app, GLYPH), 0);
+    assert!(app.world().resource::<Results>().scatter.is_none());
+    let without = of_an_edit(&mut app, 2.0);
+    assert!(0 < without && without < shown, "{without} of {shown}");
+}
