@@ -2,6 +2,7 @@
 
 pub mod app;
 pub mod camera;
+pub mod commands;
 pub mod convert;
 pub mod diagnostics;
 pub mod document;
@@ -45,6 +46,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
 /// | [`ui::UiPlugin`] | the panels |
 /// | [`overlay::OverlayPlugin`] | labels and legends over the scene |
+/// | [`commands::CommandsPlugin`] | everything that has a name |
 /// | [`shortcuts::ShortcutsPlugin`] | keys |
 /// | [`wake::WakePlugin`] | rest while nothing changes |
 pub struct EditorPlugins;
@@ -67,6 +69,7 @@ impl PluginGroup for EditorPlugins {
             .add(egui_camera::EguiCameraPlugin)
             .add(ui::UiPlugin)
             .add(overlay::OverlayPlugin)
+            .add(commands::CommandsPlugin)
             .add(shortcuts::ShortcutsPlugin)
             .add(wake::WakePlugin)
     }

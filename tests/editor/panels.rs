@@ -9,6 +9,7 @@ use std::rc::Rc;
 use std::time::Duration;
 use trackwright::design::view::View;
 use trackwright::design::{BodyRole, Design, Edit};
+use trackwright::editor::commands::Command;
 use trackwright::editor::solver::Extent;
 use trackwright::editor::state::{
     EditRequest, FileRequest, Results, Selected, Stamped, ViewRequest,
@@ -302,7 +303,7 @@ fn the_menu_names_what_undo_takes_back() {
         .get_by_label_contains("Undo move sensor shaft")
         .click();
     harness.run_steps(3);
-    assert_eq!(*asked.borrow(), [PanelAction::Edit(EditRequest::Undo)]);
+    assert_eq!(*asked.borrow(), [PanelAction::Run(Command::Undo)]);
 }
 
 #[test]

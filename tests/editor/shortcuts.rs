@@ -5,8 +5,10 @@ use bevy::input::ButtonState;
 use bevy::input::keyboard::{Key, KeyboardInput};
 use bevy::prelude::*;
 use trackwright::design::Edit;
+use trackwright::editor::commands::CommandsPlugin;
 use trackwright::editor::shortcuts::ShortcutsPlugin;
 use trackwright::editor::state::{ActiveDrag, EditRequest, OpenWorld};
+use trackwright::editor::ui::command_ui::CommandPages;
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright::geometry::pose::Pose;
 
@@ -34,7 +36,7 @@ fn chord(app: &mut App, keys: &[Key]) {
 
 fn edited_app() -> App {
     let mut app = create_app();
-    app.add_plugins(ShortcutsPlugin);
+    app.add_plugins((ShortcutsPlugin, CommandsPlugin));
     request(
         &mut app,
         EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))),
@@ -74,6 +76,16 @@ fn a_dialog_keeps_the_keys_to_itself() {
     app.world_mut()
         .resource_mut::<Dialogs>()
         .show(Dialog::error("Sorry", &error));
+    chord(&mut app, &[Key::Control, Key::Character("z".into())]);
+    assert!(!is_as_it_was(&app));
+}
+
+#[test]
+fn the_palette_keeps_the_keys_to_itself() {
+    let mut app = edited_app();
+    let p = Key::Character("P".into());
+    chord(&mut app, &[Key::Control, Key::Shift, p]);
+    assert!(app.world().resource::<CommandPages>().is_any_open());
     chord(&mut app, &[Key::Control, Key::Character("z".into())]);
     assert!(!is_as_it_was(&app));
 }

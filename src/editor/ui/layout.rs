@@ -1,6 +1,7 @@
 //! Lays the panels out around the 3D view and turns what they asked for into messages.
 
 use super::baseline::{Baseline, note_baseline};
+use super::command_ui::{CommandPages, command_pages_ui};
 use super::dialogs::{DialogAnswer, Dialogs, dialog_ui};
 use super::inspector::{InspectorView, inspector_ui};
 use super::outliner::{OutlinerView, outliner_ui};
@@ -11,6 +12,7 @@ use super::status_bar::{StatusView, hint, status_bar_ui};
 use super::top_bar::{TopBarView, top_bar_ui};
 use super::{PanelAction, theme};
 use crate::design::{Design, View};
+use crate::editor::commands::{Command, RunCommand};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
 use crate::editor::precision::{PrecisionPage, PrecisionRequest};
 use crate::editor::state::{
@@ -65,10 +67,12 @@ impl Plugin for UiPlugin {
             .init_resource::<Notice>()
             .init_resource::<Baseline>()
             .init_resource::<Dialogs>()
+            .init_resource::<CommandPages>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
             .add_message::<PrecisionRequest>()
+            .add_message::<RunCommand>()
             .add_message::<RequestRedraw>()
             .configure_sets(
                 EguiPrimaryContextPass,
@@ -79,7 +83,11 @@ impl Plugin for UiPlugin {
                 EguiPrimaryContextPass,
                 (
                     (set_style, panels).chain().in_set(UiSystems::Panels),
-                    (precision_page.run_if(is_precision_open), dialogs)
+                    (
+                        precision_page.run_if(is_precision_open),
+                        command_pages.run_if(is_command_page_open),
+                        dialogs,
+                    )
                         .chain()
                         .in_set(UiSystems::Dialogs),
                 ),
@@ -112,13 +120,13 @@ struct Shown<'w> {
 /// Where what the person asked for goes.
 #[derive(SystemParam)]
 struct Asked<'w> {
-    shown: ResMut<'w, PanelsShown>,
+    shown: Res<'w, PanelsShown>,
     selection: ResMut<'w, Selection>,
     hovered: ResMut<'w, Hovered>,
     edits: MessageWriter<'w, EditRequest>,
     views: MessageWriter<'w, ViewRequest>,
     files: MessageWriter<'w, FileRequest>,
-    precision: MessageWriter<'w, PrecisionRequest>,
+    commands: MessageWriter<'w, RunCommand>,
     redraw: MessageWriter<'w, RequestRedraw>,
 }
 
@@ -327,13 +335,11 @@ impl Asked<'_> {
                 PanelAction::File(request) => {
                     self.files.write(request);
                 }
-                PanelAction::Precision(request) => {
-                    self.precision.write(request);
+                PanelAction::Run(command) => {
+                    self.commands.write(RunCommand(command));
                 }
                 PanelAction::Select(what) => self.selection.0 = what,
                 PanelAction::Hover(what) => hovered = Some(what),
-                PanelAction::ToggleLeft => self.shown.left = !self.shown.left,
-                PanelAction::ToggleRight => self.shown.right = !self.shown.right,
             }
         }
         // The scene hovers too: only what was hovered here is taken back here.
@@ -367,6 +373,28 @@ fn precision_page(
         .is_some_and(|(_, g, r)| *g == generation.0 && Some(*r) == revision);
     for request in precision_window(contexts.ctx_mut()?, &page, is_current) {
         requests.write(request);
+        redraw.write(RequestRedraw);
+    }
+    Ok(())
+}
+
+fn is_command_page_open(pages: Res<CommandPages>) -> bool {
+    pages.is_any_open()
+}
+
+fn command_pages(
+    mut contexts: EguiContexts,
+    mut pages: ResMut<CommandPages>,
+    world: Option<Res<OpenWorld>>,
+    drag: Res<ActiveDrag>,
+    mut commands: MessageWriter<RunCommand>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) -> Result {
+    // Writing to the resource would mark it as changed in every frame.
+    let pages = pages.bypass_change_detection();
+    let is_available = |command: Command| command.is_available(world.as_deref(), drag.0);
+    if let Some(command) = command_pages_ui(contexts.ctx_mut()?, pages, is_available) {
+        commands.write(RunCommand(command));
         redraw.write(RequestRedraw);
     }
     Ok(())

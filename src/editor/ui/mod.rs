@@ -3,6 +3,7 @@
 
 pub mod baseline;
 pub mod chart_ui;
+pub mod command_ui;
 pub mod dialogs;
 pub mod folder;
 pub mod inspector;
@@ -19,7 +20,7 @@ pub mod widgets;
 
 pub use layout::{PanelsShown, UiPlugin, UiSystems};
 
-use super::precision::PrecisionRequest;
+use super::commands::Command;
 use super::state::{EditRequest, FileRequest, Selected, ViewRequest};
 use crate::design::Edit;
 use widgets::NumberChange;
@@ -30,13 +31,9 @@ pub enum PanelAction {
     Edit(EditRequest),
     View(ViewRequest),
     File(FileRequest),
-    Precision(PrecisionRequest),
+    Run(Command),
     Select(Option<Selected>),
     Hover(Selected),
-    /// Folds or unfolds the panels at the left.
-    ToggleLeft,
-    /// Folds or unfolds the panels at the right.
-    ToggleRight,
 }
 
 impl PanelAction {

@@ -3,10 +3,12 @@
 use super::PanelAction;
 use super::widgets::quiet_ui;
 use crate::design::view::{Magnification, View};
+use crate::editor::commands::Command;
 use crate::editor::palette;
-use crate::editor::precision::PrecisionRequest;
-use crate::editor::state::{Axis, EditRequest, FileRequest, ViewRequest};
-use bevy_egui::egui::{self, Button, RichText, Ui};
+use crate::editor::state::{Axis, FileRequest};
+use bevy_egui::egui::{self, Button, Response, RichText, Ui};
+
+const MENU_WIDTH: f32 = 220.0;
 
 /// What the bar shows.
 pub struct TopBarView<'a> {
@@ -34,8 +36,14 @@ pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<PanelAction> {
         ui.add_space(6.0);
         egui::MenuBar::new().ui(ui, |ui| {
             ui.menu_button("File", |ui| file_menu(ui, bar, &mut actions));
-            ui.menu_button("Edit", |ui| edit_menu(ui, bar, &mut actions));
-            ui.menu_button("View", |ui| view_menu(ui, bar, &mut actions));
+            ui.menu_button("Edit", |ui| {
+                menu_ui(ui, bar, &mut actions, &[&[Command::Undo, Command::Redo]]);
+            });
+            ui.menu_button("View", |ui| menu_ui(ui, bar, &mut actions, &VIEW_MENU));
+            ui.menu_button("Help", |ui| {
+                let help: &[Command] = &[Command::ShowPalette, Command::ShowShortcuts];
+                menu_ui(ui, bar, &mut actions, &[help]);
+            });
             ui.add_space(14.0);
             ui.label(RichText::new(bar.file).color(palette::TEXT.color32()));
             if bar.is_dirty {
@@ -46,106 +54,93 @@ pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<PanelAction> {
     actions
 }
 
-fn item(ui: &mut Ui, text: &str, shortcut: &str, enabled: bool) -> bool {
-    ui.set_min_width(220.0);
-    let clicked = ui
-        .add_enabled(enabled, Button::new(text).shortcut_text(shortcut))
-        .clicked();
-    if clicked {
+/// An entry of a menu with the name, the key and the purpose that the table of commands has.
+fn command_ui(ui: &mut Ui, command: Command, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
+    let name = match command {
+        Command::Undo => labelled("Undo", bar.undo_label),
+        Command::Redo => labelled("Redo", bar.redo_label),
+        Command::ToggleLeft => fold(bar.is_left_shown, "outliner"),
+        Command::ToggleRight => fold(bar.is_right_shown, "inspector"),
+        Command::ToggleMagnification if bar.view.magnification == Magnification::Times(1.0) => {
+            "Magnify errors".to_owned()
+        }
+        _ => command.info().name.to_owned(),
+    };
+    let is_enabled = match command {
+        Command::Undo => bar.undo_label.is_some(),
+        Command::Redo => bar.redo_label.is_some(),
+        _ => true,
+    };
+    if item(ui, &name, command, is_enabled).clicked() {
+        actions.push(PanelAction::Run(command));
+    }
+}
+
+fn labelled(verb: &str, label: Option<&str>) -> String {
+    match label {
+        Some(label) => format!("{verb} {}", lower_first(label)),
+        None => verb.to_owned(),
+    }
+}
+
+fn fold(is_shown: bool, name: &str) -> String {
+    format!("{} {name}", if is_shown { "Hide" } else { "Show" })
+}
+
+fn item(ui: &mut Ui, text: &str, command: Command, is_enabled: bool) -> Response {
+    ui.set_min_width(MENU_WIDTH);
+    let info = command.info();
+    let keys = info.keys.first().map(ToString::to_string);
+    let button = Button::new(text).shortcut_text(keys.unwrap_or_default());
+    let response = ui.add_enabled(is_enabled, button).on_hover_text(info.about);
+    if response.clicked() {
         ui.close();
     }
-    clicked
+    response
+}
+
+fn menu_ui(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>, parts: &[&[Command]]) {
+    for (number, part) in parts.iter().enumerate() {
+        if number > 0 {
+            ui.separator();
+        }
+        for command in *part {
+            command_ui(ui, *command, bar, actions);
+        }
+    }
 }
 
 fn file_menu(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
-    if item(ui, "Open…", "Ctrl+O", true) {
-        actions.push(PanelAction::File(FileRequest::ShowOpen));
-    }
-    if item(ui, "Save", "Ctrl+S", true) {
-        actions.push(PanelAction::File(FileRequest::Save));
-    }
-    if item(ui, "Save as…", "Ctrl+Shift+S", true) {
-        actions.push(PanelAction::File(FileRequest::ShowSaveAs));
-    }
+    menu_ui(
+        ui,
+        bar,
+        actions,
+        &[&[Command::Open, Command::Save, Command::SaveAs]],
+    );
     ui.separator();
     quiet_ui(ui, "Built-in designs");
     for name in bar.builtins {
-        if item(ui, name, "", true) {
-            actions.push(PanelAction::File(FileRequest::OpenBuiltIn(
-                (*name).to_owned(),
-            )));
+        if ui.button(*name).clicked() {
+            ui.close();
+            let open = FileRequest::OpenBuiltIn((*name).to_owned());
+            actions.push(PanelAction::File(open));
         }
     }
     ui.separator();
-    if item(ui, "Quit", "", true) {
-        actions.push(PanelAction::File(FileRequest::Quit));
-    }
+    command_ui(ui, Command::Quit, bar, actions);
 }
 
-fn edit_menu(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
-    let labelled = |verb: &str, label: Option<&str>| match label {
-        Some(label) => format!("{verb} {}", lower_first(label)),
-        None => verb.to_owned(),
-    };
-    let undo = labelled("Undo", bar.undo_label);
-    if item(ui, &undo, "Ctrl+Z", bar.undo_label.is_some()) {
-        actions.push(PanelAction::Edit(EditRequest::Undo));
-    }
-    let redo = labelled("Redo", bar.redo_label);
-    if item(ui, &redo, "Ctrl+Shift+Z", bar.redo_label.is_some()) {
-        actions.push(PanelAction::Edit(EditRequest::Redo));
-    }
-}
-
-fn view_menu(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
-    if item(ui, "Frame selection", "F", true) {
-        actions.push(PanelAction::View(ViewRequest::FrameSelection));
-    }
-    for (text, key, axis) in [
-        ("Look along x", "1", Axis::X),
-        ("Look along y", "3", Axis::Y),
-        ("Look along z", "7", Axis::Z),
-    ] {
-        if item(ui, text, key, true) {
-            actions.push(PanelAction::View(ViewRequest::LookAlong(axis)));
-        }
-    }
-    ui.separator();
-    let is_true_size = bar.view.magnification == Magnification::Times(1.0);
-    let text = if is_true_size {
-        "Magnify errors"
-    } else {
-        "Errors at true size"
-    };
-    if item(ui, text, "M", true) {
-        actions.push(PanelAction::View(ViewRequest::Set(toggled_magnification(
-            bar.view,
-        ))));
-    }
-    if item(ui, "Error against run time…", "", true) {
-        actions.push(PanelAction::Precision(PrecisionRequest::Open));
-    }
-    ui.separator();
-    let fold = |shown: bool, name: &str| format!("{} {name}", if shown { "Hide" } else { "Show" });
-    if item(ui, &fold(bar.is_left_shown, "outliner"), "", true) {
-        actions.push(PanelAction::ToggleLeft);
-    }
-    if item(ui, &fold(bar.is_right_shown, "inspector"), "", true) {
-        actions.push(PanelAction::ToggleRight);
-    }
-}
-
-/// The view with errors at true size, or magnified again where they were at true size.
-pub fn toggled_magnification(view: &View) -> View {
-    let magnification = match view.magnification {
-        Magnification::Times(1.0) => Magnification::Auto,
-        _ => Magnification::Times(1.0),
-    };
-    View {
-        magnification,
-        ..view.clone()
-    }
-}
+const VIEW_MENU: [&[Command]; 4] = [
+    &[
+        Command::FrameSelection,
+        Command::LookAlong(Axis::X),
+        Command::LookAlong(Axis::Y),
+        Command::LookAlong(Axis::Z),
+    ],
+    &[Command::ToggleMagnification],
+    &[Command::ShowPrecision],
+    &[Command::ToggleLeft, Command::ToggleRight],
+];
 
 fn lower_first(text: &str) -> String {
     let mut chars = text.chars();

@@ -1,0 +1,427 @@
+//! Everything that can be asked for by name: one table for menus, keys, the palette and the sheet
+//! of shortcuts, and the one place that carries commands out.
+
+use super::precision::PrecisionRequest;
+use super::state::{ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, ViewRequest};
+use super::ui::PanelsShown;
+use super::ui::command_ui::CommandPages;
+use crate::design::view::{Magnification, View};
+use crate::geometry::orbit::Axis;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+
+/// Carries [`RunCommand`] out, in [`EditorSystems::Input`].
+pub struct CommandsPlugin;
+
+/// When commands are carried out.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct CommandsSystems;
+
+/// Asks for a command.
+#[derive(Message, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RunCommand(pub Command);
+
+/// What can be asked for by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Command {
+    Open,
+    Save,
+    SaveAs,
+    Quit,
+    Undo,
+    Redo,
+    /// Takes the drag back that is under way.
+    CancelDrag,
+    FrameSelection,
+    LookAlong(Axis),
+    ToggleMagnification,
+    ToggleLeft,
+    ToggleRight,
+    ShowPrecision,
+    ShowPalette,
+    ShowShortcuts,
+}
+
+/// Where a command stands in menus and lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Group {
+    File,
+    Edit,
+    View,
+    Help,
+}
+
+impl Group {
+    pub const ALL: [Self; 4] = [Self::File, Self::Edit, Self::View, Self::Help];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::File => "File",
+            Self::Edit => "Edit",
+            Self::View => "View",
+            Self::Help => "Help",
+        }
+    }
+}
+
+/// A key with its modifiers. Keys are letters in lower case, digits, `escape`, or `f1` to `f12`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Keys {
+    pub key: &'static str,
+    pub control: bool,
+    pub shift: bool,
+}
+
+impl Keys {
+    const fn plain(key: &'static str) -> Self {
+        Self {
+            key,
+            control: false,
+            shift: false,
+        }
+    }
+
+    const fn control(key: &'static str) -> Self {
+        Self {
+            control: true,
+            ..Self::plain(key)
+        }
+    }
+
+    const fn control_shift(key: &'static str) -> Self {
+        Self {
+            shift: true,
+            ..Self::control(key)
+        }
+    }
+}
+
+/// `Ctrl+Shift+Z`.
+impl std::fmt::Display for Keys {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.control {
+            f.write_str("Ctrl+")?;
+        }
+        if self.shift {
+            f.write_str("Shift+")?;
+        }
+        match self.key {
+            "escape" => f.write_str("Esc"),
+            key => f.write_str(&key.to_uppercase()),
+        }
+    }
+}
+
+/// What a person reads of a command.
+#[derive(Clone, Copy, Debug)]
+pub struct CommandInfo {
+    pub command: Command,
+    pub group: Group,
+    pub name: &'static str,
+    /// What it does and what for, for tooltips and the palette.
+    pub about: &'static str,
+    /// The first is the one that is shown.
+    pub keys: &'static [Keys],
+}
+
+const fn info(
+    command: Command,
+    group: Group,
+    name: &'static str,
+    keys: &'static [Keys],
+    about: &'static str,
+) -> CommandInfo {
+    CommandInfo {
+        command,
+        group,
+        name,
+        about,
+        keys,
+    }
+}
+
+/// All commands, in the order of menus.
+pub const COMMANDS: [CommandInfo; 17] = [
+    info(
+        Command::Open,
+        Group::File,
+        "Open…",
+        &[Keys::control("o")],
+        "Opens a design with its bodies, meshes and room",
+    ),
+    info(
+        Command::Save,
+        Group::File,
+        "Save",
+        &[Keys::control("s")],
+        "Writes the design, and the bodies that changed",
+    ),
+    info(
+        Command::SaveAs,
+        Group::File,
+        "Save as…",
+        &[Keys::control_shift("s")],
+        "Writes the design to another file",
+    ),
+    info(
+        Command::Quit,
+        Group::File,
+        "Quit",
+        &[Keys::control("q")],
+        "Closes the window, and asks first where something is not saved",
+    ),
+    info(
+        Command::Undo,
+        Group::Edit,
+        "Undo",
+        &[Keys::control("z")],
+        "Takes the last change of the design back",
+    ),
+    info(
+        Command::Redo,
+        Group::Edit,
+        "Redo",
+        &[Keys::control_shift("z"), Keys::control("y")],
+        "Does again what was undone last",
+    ),
+    info(
+        Command::CancelDrag,
+        Group::Edit,
+        "Take the drag back",
+        &[Keys::plain("escape")],
+        "Ends a drag as if it had never been",
+    ),
+    info(
+        Command::FrameSelection,
+        Group::View,
+        "Frame selection",
+        &[Keys::plain("f")],
+        "Moves the camera to what is selected, or to everything",
+    ),
+    info(
+        Command::LookAlong(Axis::X),
+        Group::View,
+        "Look along x",
+        &[Keys::plain("1")],
+        "Looks along the tracker's x axis",
+    ),
+    info(
+        Command::LookAlong(Axis::Y),
+        Group::View,
+        "Look along y",
+        &[Keys::plain("3")],
+        "Looks along the tracker's y axis",
+    ),
+    info(
+        Command::LookAlong(Axis::Z),
+        Group::View,
+        "Look along z",
+        &[Keys::plain("7")],
+        "Looks along the tracker's z axis, which points from volume to generator",
+    ),
+    info(
+        Command::ToggleMagnification,
+        Group::View,
+        "Errors at true size",
+        &[Keys::plain("m")],
+        "Draws errors at true size, or magnified again",
+    ),
+    info(
+        Command::ShowPrecision,
+        Group::View,
+        "Error against run time…",
+        &[],
+        "Measures what each way of computing costs in time and error, for this design",
+    ),
+    info(
+        Command::ToggleLeft,
+        Group::View,
+        "Fold the outliner",
+        &[],
+        "Shows or hides the panels at the left",
+    ),
+    info(
+        Command::ToggleRight,
+        Group::View,
+        "Fold the inspector",
+        &[],
+        "Shows or hides the panels at the right",
+    ),
+    info(
+        Command::ShowPalette,
+        Group::Help,
+        "All commands…",
+        &[Keys::control_shift("p")],
+        "Finds a command by a part of its name",
+    ),
+    info(
+        Command::ShowShortcuts,
+        Group::Help,
+        "Keyboard shortcuts…",
+        &[Keys::plain("f1")],
+        "Lists every key, with a field to search in",
+    ),
+];
+
+impl Command {
+    /// What a person reads of it. Every command stands in the table.
+    pub fn info(self) -> &'static CommandInfo {
+        let own = COMMANDS.iter().find(|info| info.command == self);
+        own.unwrap_or(&COMMANDS[0])
+    }
+
+    /// What cannot be done now is shown, but cannot be chosen.
+    pub fn is_available(self, world: Option<&OpenWorld>, is_dragging: bool) -> bool {
+        let document = world.map(|world| &world.0.document);
+        match self {
+            Self::CancelDrag => is_dragging,
+            // Nothing else happens in the middle of a drag.
+            _ if is_dragging => false,
+            Self::Undo => document.is_some_and(|d| d.undo_label().is_some()),
+            Self::Redo => document.is_some_and(|d| d.redo_label().is_some()),
+            _ => true,
+        }
+    }
+}
+
+/// The command of a key with its modifiers.
+pub fn command_of(key: &str, control: bool, shift: bool) -> Option<Command> {
+    let pressed = |keys: &Keys| keys.key == key && keys.control == control && keys.shift == shift;
+    COMMANDS
+        .iter()
+        .find(|info| info.keys.iter().any(pressed))
+        .map(|info| info.command)
+}
+
+impl Plugin for CommandsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<ActiveDrag>()
+            .init_resource::<PanelsShown>()
+            .init_resource::<CommandPages>()
+            .add_message::<RunCommand>()
+            .add_message::<EditRequest>()
+            .add_message::<ViewRequest>()
+            .add_message::<FileRequest>()
+            .add_message::<PrecisionRequest>()
+            .add_message::<RequestRedraw>()
+            .add_systems(
+                Update,
+                run_commands
+                    .run_if(on_message::<RunCommand>)
+                    .in_set(CommandsSystems)
+                    .in_set(EditorSystems::Input),
+            );
+    }
+}
+
+/// Where commands go.
+#[derive(bevy::ecs::system::SystemParam)]
+struct Asked<'w> {
+    edits: MessageWriter<'w, EditRequest>,
+    views: MessageWriter<'w, ViewRequest>,
+    files: MessageWriter<'w, FileRequest>,
+    precision: MessageWriter<'w, PrecisionRequest>,
+    panels: ResMut<'w, PanelsShown>,
+    pages: ResMut<'w, CommandPages>,
+    redraw: MessageWriter<'w, RequestRedraw>,
+}
+
+fn run_commands(
+    mut commands: MessageReader<RunCommand>,
+    drag: Res<ActiveDrag>,
+    world: Option<Res<OpenWorld>>,
+    mut asked: Asked,
+) {
+    for RunCommand(command) in commands.read() {
+        if command.is_available(world.as_deref(), drag.0) {
+            asked.run(*command, world.as_deref());
+        }
+    }
+}
+
+impl Asked<'_> {
+    fn run(&mut self, command: Command, world: Option<&OpenWorld>) {
+        match command {
+            Command::Open => self.file(FileRequest::ShowOpen),
+            Command::Save => self.file(FileRequest::Save),
+            Command::SaveAs => self.file(FileRequest::ShowSaveAs),
+            Command::Quit => self.file(FileRequest::Quit),
+            Command::Undo => self.edit(EditRequest::Undo),
+            Command::Redo => self.edit(EditRequest::Redo),
+            Command::CancelDrag => self.edit(EditRequest::Cancel),
+            Command::FrameSelection => self.view(ViewRequest::FrameSelection),
+            Command::LookAlong(axis) => self.view(ViewRequest::LookAlong(axis)),
+            Command::ToggleMagnification => {
+                if let Some(world) = world {
+                    let view = toggled_magnification(world.0.document.view());
+                    self.view(ViewRequest::Set(view));
+                }
+            }
+            Command::ToggleLeft => self.panels.left = !self.panels.left,
+            Command::ToggleRight => self.panels.right = !self.panels.right,
+            Command::ShowPrecision => {
+                self.precision.write(PrecisionRequest::Open);
+            }
+            Command::ShowPalette => self.pages.show_palette(),
+            Command::ShowShortcuts => self.pages.show_shortcuts(),
+        }
+        self.redraw.write(RequestRedraw);
+    }
+
+    fn edit(&mut self, request: EditRequest) {
+        self.edits.write(request);
+    }
+
+    fn view(&mut self, request: ViewRequest) {
+        self.views.write(request);
+    }
+
+    fn file(&mut self, request: FileRequest) {
+        self.files.write(request);
+    }
+}
+
+/// The view with errors at true size, or magnified again where they were at true size.
+fn toggled_magnification(view: &View) -> View {
+    let magnification = match view.magnification {
+        Magnification::Times(1.0) => Magnification::Auto,
+        _ => Magnification::Times(1.0),
+    };
+    View {
+        magnification,
+        ..view.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shift_tells_redo_from_undo() {
+        assert_eq!(command_of("z", true, false), Some(Command::Undo));
+        assert_eq!(command_of("z", true, true), Some(Command::Redo));
+        assert_eq!(command_of("y", true, false), Some(Command::Redo));
+        assert_eq!(command_of("z", false, false), None);
+    }
+
+    #[test]
+    fn no_two_commands_share_a_key_or_a_name() {
+        for (i, a) in COMMANDS.iter().enumerate() {
+            for b in &COMMANDS[i + 1..] {
+                assert_ne!(a.command, b.command);
+                assert_ne!((a.group, a.name), (b.group, b.name));
+                let shared = a.keys.iter().find(|keys| b.keys.contains(keys));
+                assert_eq!(shared, None, "{} and {}", a.name, b.name);
+            }
+        }
+    }
+
+    #[test]
+    fn keys_read_as_people_write_them() {
+        let shown = |command: Command| command.info().keys[0].to_string();
+        assert_eq!(shown(Command::Redo), "Ctrl+Shift+Z");
+        assert_eq!(shown(Command::CancelDrag), "Esc");
+        assert_eq!(shown(Command::ShowShortcuts), "F1");
+    }
+}
