@@ -5,6 +5,7 @@ pub mod figures;
 pub mod motion;
 mod plan;
 pub mod preview;
+pub mod profile;
 pub mod requirement;
 mod run;
 pub mod scenario;

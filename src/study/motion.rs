@@ -133,6 +133,13 @@ impl MotionGrid {
         self.counts
     }
 
+    /// The values along one axis, mm or degrees; 0 alone for an axis that does not move.
+    pub fn axis_values(&self, axis: usize) -> Vec<f64> {
+        let range = self.motion.axes()[axis].1;
+        let value = |index: usize| range.map_or(0.0, |r| r.min + index as f64 * r.step);
+        (0..self.counts[axis]).map(value).collect()
+    }
+
     /// Number of different orientations: after so many trials the position changes and they
     /// begin anew.
     pub fn orientations(&self) -> usize {

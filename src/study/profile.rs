@@ -1,0 +1,344 @@
+//! A study trial by trial: what a timeline, a histogram and the error along each axis are drawn
+//! from.
+
+use super::motion::MotionGrid;
+use super::run::{Outcome, StudyError, run};
+use super::scenario::{InputTrial, Mode, Scenario};
+use crate::geometry::pose::Pose;
+use crate::task::CancelToken;
+
+/// Most trials that are kept one by one: 16 MB of them. Longer studies have figures and no profile.
+pub const MAX_PROFILED: usize = 1 << 20;
+
+/// Most bars of a histogram.
+const MAX_BARS: usize = 40;
+
+/// The errors of every trial, in the order of the log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    pub tip_error_mm: Vec<f64>,
+    pub angle_error_deg: Vec<f64>,
+    /// Along each axis of the range of motion that has more than one value; none for other modes.
+    pub axes: Vec<AxisProfile>,
+}
+
+/// How the tip error goes with one axis of the range of motion, over all values of the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisProfile {
+    /// `x` to `rz`.
+    pub axis: &'static str,
+    /// Millimetres for x, y, z, degrees for rx, ry, rz.
+    pub values: Vec<f64>,
+    pub rms_mm: Vec<f64>,
+    pub max_mm: Vec<f64>,
+}
+
+/// How many trials have which error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Histogram {
+    /// Of each bar; the first begins at zero.
+    pub width: f64,
+    pub counts: Vec<usize>,
+}
+
+/// Some trials that stand next to each other, as one column of a timeline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Column {
+    pub first_trial: usize,
+    pub min_mm: f64,
+    pub max_mm: f64,
+    /// The trial with the largest error.
+    pub worst_trial: usize,
+}
+
+/// The figures of a study with its profile.
+///
+/// # Errors
+/// Those of [`run`]. A study of more than [`MAX_PROFILED`] trials has no profile.
+pub fn run_profiled(
+    scenario: &Scenario,
+    mode: &Mode,
+    cancel: &CancelToken,
+) -> Result<(Outcome, Option<Profile>), StudyError> {
+    let grid = match mode {
+        Mode::Motion => scenario
+            .motion
+            .map(|motion| motion.grid(&scenario.crf_from_tool))
+            .transpose()?,
+        Mode::Single | Mode::Input(_) => None,
+    };
+    let trials = match (mode, &grid) {
+        (Mode::Input(trials), _) => trials.len(),
+        (_, Some(grid)) => grid.trials(),
+        (_, None) => 1,
+    };
+    if trials > MAX_PROFILED {
+        return run(scenario, mode, cancel, None).map(|outcome| (outcome, None));
+    }
+    let mut tip_error_mm = Vec::with_capacity(trials);
+    let mut angle_error_deg = Vec::with_capacity(trials);
+    let mut log = |trial: &super::trial::Trial| {
+        tip_error_mm.push(trial.tip_error_mm);
+        angle_error_deg.push(trial.angle_error_deg);
+    };
+    let outcome = run(scenario, mode, cancel, Some(&mut log))?;
+    let axes = grid.map_or_else(Vec::new, |grid| axes(&grid, &tip_error_mm));
+    let profile = Profile {
+        tip_error_mm,
+        angle_error_deg,
+        axes,
+    };
+    Ok((outcome, Some(profile)))
+}
+
+/// Where the tool is in one trial of a mode, with the CRF's pose where the trial brings its own;
+/// `None` past the end or where there is no range of motion.
+pub fn trial_pose(scenario: &Scenario, mode: &Mode, trial: usize) -> Option<InputTrial> {
+    let own = |crf_from_tool: Pose| InputTrial {
+        tracker_from_crf: None,
+        crf_from_tool,
+    };
+    match mode {
+        Mode::Single => (trial == 0).then(|| own(scenario.crf_from_tool)),
+        Mode::Motion => {
+            let grid = scenario.motion?.grid(&scenario.crf_from_tool).ok()?;
+            (trial < grid.trials()).then(|| own(grid.pose(trial)))
+        }
+        Mode::Input(trials) => trials.get(trial).copied(),
+    }
+}
+
+fn axes(grid: &MotionGrid, tip_error_mm: &[f64]) -> Vec<AxisProfile> {
+    let counts = grid.counts();
+    let mut period = tip_error_mm.len();
+    let mut profiles = Vec::new();
+    for (k, axis) in ["x", "y", "z", "rx", "ry", "rz"].into_iter().enumerate() {
+        // Trials of one value of this axis stand in runs of so many.
+        let run = period / counts[k].max(1);
+        period = run;
+        if counts[k] < 2 || run == 0 {
+            continue;
+        }
+        let mut squares = vec![0.0; counts[k]];
+        let mut max_mm = vec![0.0_f64; counts[k]];
+        for (index, errors) in tip_error_mm.chunks(run).enumerate() {
+            let at = index % counts[k];
+            squares[at] += errors.iter().map(|e| e * e).sum::<f64>();
+            max_mm[at] = errors.iter().copied().fold(max_mm[at], f64::max);
+        }
+        let each = (tip_error_mm.len() / counts[k]) as f64;
+        profiles.push(AxisProfile {
+            axis,
+            values: grid.axis_values(k),
+            rms_mm: squares.into_iter().map(|sum| (sum / each).sqrt()).collect(),
+            max_mm,
+        });
+    }
+    profiles
+}
+
+impl Profile {
+    pub fn len(&self) -> usize {
+        self.tip_error_mm.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.tip_error_mm.is_empty()
+    }
+
+    /// Tip errors in bars of 1, 2 or 5 times a power of ten, in millimetres.
+    pub fn histogram(&self) -> Histogram {
+        let largest = self.finite().fold(0.0, f64::max);
+        let width = round_above(largest / MAX_BARS as f64);
+        if width <= 0.0 || !width.is_finite() {
+            return Histogram {
+                width: 1.0,
+                counts: vec![self.finite().count()],
+            };
+        }
+        let bar = |error: f64| (error / width) as usize;
+        let mut counts = vec![0; bar(largest) + 1];
+        for error in self.finite() {
+            counts[bar(error)] += 1;
+        }
+        Histogram { width, counts }
+    }
+
+    /// Which part of the trials has at most which tip error, at `points` errors from the least to
+    /// the largest; evenly spread over the trials.
+    pub fn cumulative(&self, points: usize) -> Vec<(f64, f64)> {
+        let mut sorted: Vec<f64> = self.finite().collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let n = sorted.len();
+        let points = points.clamp(2, n.max(2));
+        let at = |k: usize| (k * n).div_ceil(points).clamp(1, n.max(1));
+        let mut curve = Vec::with_capacity(points + 1);
+        if let Some(least) = sorted.first() {
+            curve.push((*least, 0.0));
+            curve.extend((1..=points).map(|k| (sorted[at(k) - 1], at(k) as f64 / n as f64)));
+        }
+        curve
+    }
+
+    /// Which part of the trials keeps to a tip error.
+    pub fn part_within(&self, limit_mm: f64) -> f64 {
+        let within = self.tip_error_mm.iter().filter(|e| **e <= limit_mm);
+        within.count() as f64 / self.len().max(1) as f64
+    }
+
+    /// The trials in at most so many columns, for a timeline of so many pixels.
+    pub fn columns(&self, most: usize) -> Vec<Column> {
+        let each = self.len().div_ceil(most.max(1)).max(1);
+        let column = |(number, errors): (usize, &[f64])| {
+            let mut column = Column {
+                first_trial: number * each,
+                min_mm: f64::INFINITY,
+                max_mm: f64::NEG_INFINITY,
+                worst_trial: number * each,
+            };
+            for (k, &error) in errors.iter().enumerate() {
+                column.min_mm = column.min_mm.min(error);
+                if error > column.max_mm {
+                    column.max_mm = error;
+                    column.worst_trial = number * each + k;
+                }
+            }
+            column
+        };
+        self.tip_error_mm
+            .chunks(each)
+            .enumerate()
+            .map(column)
+            .collect()
+    }
+
+    fn finite(&self) -> impl Iterator<Item = f64> + '_ {
+        self.tip_error_mm.iter().copied().filter(|e| e.is_finite())
+    }
+}
+
+/// The next 1, 2 or 5 times a power of ten that is not below a positive value.
+fn round_above(value: f64) -> f64 {
+    let decade = 10_f64.powf(value.log10().floor());
+    let digit = [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .find(|digit| digit * decade >= value);
+    digit.unwrap_or(10.0) * decade
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store;
+    use crate::study::{AxisRange, Motion};
+
+    fn scenario() -> Scenario {
+        let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+        let range = |reach: f64, steps: f64| {
+            Some(AxisRange {
+                min: -reach,
+                max: reach,
+                step: 2.0 * reach / steps,
+            })
+        };
+        Scenario {
+            motion: Some(Motion {
+                x: range(40.0, 3.0),
+                z: range(20.0, 1.0),
+                ry: range(30.0, 4.0),
+                ..Motion::default()
+            }),
+            ..store::resolve(world.document.design(), &world.environment)
+        }
+    }
+
+    fn profiled(mode: &Mode) -> (Outcome, Profile) {
+        let (outcome, profile) = run_profiled(&scenario(), mode, &CancelToken::default()).unwrap();
+        (outcome, profile.unwrap())
+    }
+
+    #[test]
+    fn a_trial_s_error_is_that_of_its_pose_alone() {
+        let scenario = scenario();
+        let (_, profile) = profiled(&Mode::Motion);
+        assert_eq!(profile.len(), 4 * 2 * 5);
+        for trial in [0, 17, 39] {
+            let pose = trial_pose(&scenario, &Mode::Motion, trial).unwrap();
+            let alone = Mode::Input(vec![pose].into());
+            let outcome = run(&scenario, &alone, &CancelToken::default(), None).unwrap();
+            let difference = outcome.figures.position_mm.max - profile.tip_error_mm[trial];
+            // The whole grid shares blends of coefficients between poses.
+            assert!(difference.abs() < 1e-12, "{difference:e}");
+        }
+        assert_eq!(trial_pose(&scenario, &Mode::Motion, 40), None);
+    }
+
+    #[test]
+    fn profiles_along_the_axes_and_the_whole_tell_the_same_rms_and_max() {
+        let (outcome, profile) = profiled(&Mode::Motion);
+        let names: Vec<&str> = profile.axes.iter().map(|a| a.axis).collect();
+        assert_eq!(names, ["x", "z", "ry"]);
+        let of_all = outcome.figures.position_mm;
+        for axis in &profile.axes {
+            let squares: f64 = axis.rms_mm.iter().map(|rms| rms * rms).sum();
+            let rms = (squares / axis.values.len() as f64).sqrt();
+            assert!((rms - of_all.rms).abs() < 1e-12);
+            let max = axis.max_mm.iter().copied().fold(0.0, f64::max);
+            assert_eq!(max, of_all.max);
+        }
+        assert_eq!(profile.axes[2].values, [-30.0, -15.0, 0.0, 15.0, 30.0]);
+    }
+
+    #[test]
+    fn an_axis_s_profile_is_of_the_trials_with_its_value() {
+        let scenario = scenario();
+        let (_, profile) = profiled(&Mode::Motion);
+        let x_mm = |trial| {
+            let pose = trial_pose(&scenario, &Mode::Motion, trial).unwrap();
+            pose.crf_from_tool.translation.x - scenario.crf_from_tool.translation.x
+        };
+        let axis = &profile.axes[0];
+        for (value, max_mm) in axis.values.iter().zip(&axis.max_mm) {
+            let own = (0..profile.len()).filter(|&t| (x_mm(t) - value).abs() < 1e-9);
+            let largest = own.map(|t| profile.tip_error_mm[t]).fold(0.0, f64::max);
+            assert_eq!(largest, *max_mm);
+        }
+    }
+
+    #[test]
+    fn every_trial_is_in_one_bar_and_one_column() {
+        let (outcome, profile) = profiled(&Mode::Motion);
+        let histogram = profile.histogram();
+        assert_eq!(histogram.counts.iter().sum::<usize>(), profile.len());
+        assert!(histogram.counts.len() <= MAX_BARS + 1);
+        let columns = profile.columns(7);
+        assert!(columns.len() <= 7);
+        let worst = columns
+            .iter()
+            .max_by(|a, b| a.max_mm.total_cmp(&b.max_mm))
+            .unwrap();
+        assert_eq!(worst.worst_trial, outcome.figures.worst.trial);
+    }
+
+    #[test]
+    fn the_cumulative_curve_ends_with_all_trials_at_the_largest_error() {
+        let (outcome, profile) = profiled(&Mode::Motion);
+        let curve = profile.cumulative(16);
+        assert_eq!(curve.last(), Some(&(outcome.figures.position_mm.max, 1.0)));
+        assert!(
+            curve
+                .windows(2)
+                .all(|w| w[0].0 <= w[1].0 && w[0].1 <= w[1].1)
+        );
+        let (median, half) = curve[8];
+        assert!((profile.part_within(median) - half).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_single_pose_has_a_profile_of_one() {
+        let (outcome, profile) = profiled(&Mode::Single);
+        assert_eq!(profile.tip_error_mm, [outcome.figures.position_mm.max]);
+        assert!(profile.axes.is_empty());
+        assert_eq!(profile.cumulative(10).len(), 3);
+    }
+}
