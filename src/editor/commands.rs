@@ -2,7 +2,9 @@
 //! of shortcuts, and the one place that carries commands out.
 
 use super::precision::PrecisionRequest;
-use super::state::{ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, ViewRequest};
+use super::state::{
+    ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, ViewRequest, Workspace,
+};
 use super::ui::PanelsShown;
 use super::ui::command_ui::CommandPages;
 use crate::design::view::{Magnification, View};
@@ -37,6 +39,7 @@ pub enum Command {
     ToggleMagnification,
     ToggleLeft,
     ToggleRight,
+    ShowWorkspace(Workspace),
     ShowPrecision,
     ShowPalette,
     ShowShortcuts,
@@ -141,7 +144,7 @@ const fn info(
 }
 
 /// All commands, in the order of menus.
-pub const COMMANDS: [CommandInfo; 17] = [
+pub const COMMANDS: [CommandInfo; 20] = [
     info(
         Command::Open,
         Group::File,
@@ -227,6 +230,27 @@ pub const COMMANDS: [CommandInfo; 17] = [
         "Draws errors at true size, or magnified again",
     ),
     info(
+        Command::ShowWorkspace(Workspace::Design),
+        Group::View,
+        "Design workspace",
+        &[Keys::control("1")],
+        "Bodies, sensors and the result",
+    ),
+    info(
+        Command::ShowWorkspace(Workspace::Field),
+        Group::View,
+        "Field workspace",
+        &[Keys::control("2")],
+        "The room: its measurements, their fit, and what that is worth",
+    ),
+    info(
+        Command::ShowWorkspace(Workspace::Study),
+        Group::View,
+        "Study workspace",
+        &[Keys::control("3")],
+        "Trial by trial: the motion, the plots, the log",
+    ),
+    info(
         Command::ShowPrecision,
         Group::View,
         "Error against run time…",
@@ -297,6 +321,7 @@ impl Plugin for CommandsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<ActiveDrag>()
             .init_resource::<PanelsShown>()
+            .init_resource::<Workspace>()
             .init_resource::<CommandPages>()
             .add_message::<RunCommand>()
             .add_message::<EditRequest>()
@@ -322,6 +347,7 @@ struct Asked<'w> {
     files: MessageWriter<'w, FileRequest>,
     precision: MessageWriter<'w, PrecisionRequest>,
     panels: ResMut<'w, PanelsShown>,
+    workspace: ResMut<'w, Workspace>,
     pages: ResMut<'w, CommandPages>,
     redraw: MessageWriter<'w, RequestRedraw>,
 }
@@ -359,6 +385,9 @@ impl Asked<'_> {
             }
             Command::ToggleLeft => self.panels.left = !self.panels.left,
             Command::ToggleRight => self.panels.right = !self.panels.right,
+            Command::ShowWorkspace(workspace) => {
+                self.workspace.set_if_neq(workspace);
+            }
             Command::ShowPrecision => {
                 self.precision.write(PrecisionRequest::Open);
             }

@@ -183,6 +183,30 @@ impl Default for Presentation {
     }
 }
 
+/// What the person is at: which panels stand around the 3D view.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Workspace {
+    /// Bodies, sensors, the result.
+    #[default]
+    Design,
+    /// The room: measurements, their fit, what it is worth.
+    Field,
+    /// Trials one by one: the motion, plots, the log.
+    Study,
+}
+
+impl Workspace {
+    pub const ALL: [Self; 3] = [Self::Design, Self::Field, Self::Study];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Design => "Design",
+            Self::Field => "Field",
+            Self::Study => "Study",
+        }
+    }
+}
+
 /// Registers the shared resources and messages.
 pub struct StatePlugin;
 
@@ -194,6 +218,7 @@ impl Plugin for StatePlugin {
             .init_resource::<DragReadout>()
             .init_resource::<ActiveDrag>()
             .init_resource::<Presentation>()
+            .init_resource::<Workspace>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()

@@ -12,7 +12,7 @@ use trackwright::design::{BodyRole, Design, Edit};
 use trackwright::editor::commands::Command;
 use trackwright::editor::solver::Extent;
 use trackwright::editor::state::{
-    EditRequest, FileRequest, Results, Selected, Stamped, ViewRequest,
+    EditRequest, FileRequest, Results, Selected, Stamped, ViewRequest, Workspace,
 };
 use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
@@ -292,6 +292,7 @@ fn the_menu_names_what_undo_takes_back() {
                 redo_label: None,
                 builtins: &["endoscope"],
                 view: &view,
+                workspace: Workspace::Design,
                 is_left_shown: true,
                 is_right_shown: true,
             },

@@ -17,7 +17,7 @@ use crate::editor::document::{Notice, WorldGeneration, file_name};
 use crate::editor::precision::{PrecisionPage, PrecisionRequest};
 use crate::editor::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, Presentation, Results,
-    Selected, Selection, ViewRequest, ViewportRect,
+    Selected, Selection, ViewRequest, ViewportRect, Workspace,
 };
 use crate::field::Environment;
 use crate::store;
@@ -60,6 +60,7 @@ impl Plugin for UiPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<PanelsShown>()
             .init_resource::<Presentation>()
+            .init_resource::<Workspace>()
             .init_resource::<Selection>()
             .init_resource::<Hovered>()
             .init_resource::<ActiveDrag>()
@@ -115,6 +116,7 @@ struct Shown<'w> {
     notice: Res<'w, Notice>,
     drag: Res<'w, ActiveDrag>,
     presentation: Res<'w, Presentation>,
+    workspace: Res<'w, Workspace>,
 }
 
 /// Where what the person asked for goes.
@@ -230,6 +232,7 @@ impl Desk<'_> {
                 redo_label: document.redo_label(),
                 builtins: &builtins,
                 view: self.view(),
+                workspace: *self.shown.workspace,
                 is_left_shown: self.sides.left,
                 is_right_shown: self.sides.right,
             },

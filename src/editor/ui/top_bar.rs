@@ -5,10 +5,11 @@ use super::widgets::quiet_ui;
 use crate::design::view::{Magnification, View};
 use crate::editor::commands::Command;
 use crate::editor::palette;
-use crate::editor::state::{Axis, FileRequest};
-use bevy_egui::egui::{self, Button, Response, RichText, Ui};
+use crate::editor::state::{Axis, FileRequest, Workspace};
+use bevy_egui::egui::{self, Align, Button, Layout, Response, RichText, Ui, vec2};
 
 const MENU_WIDTH: f32 = 220.0;
+const TAB_WIDTH: f32 = 62.0;
 
 /// What the bar shows.
 pub struct TopBarView<'a> {
@@ -19,6 +20,7 @@ pub struct TopBarView<'a> {
     pub redo_label: Option<&'a str>,
     pub builtins: &'a [&'a str],
     pub view: &'a View,
+    pub workspace: Workspace,
     pub is_left_shown: bool,
     pub is_right_shown: bool,
 }
@@ -50,8 +52,25 @@ pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<PanelAction> {
                 quiet_ui(ui, "not saved");
             }
         });
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.add_space(8.0);
+            for workspace in Workspace::ALL.into_iter().rev() {
+                tab_ui(ui, workspace, bar.workspace, &mut actions);
+            }
+        });
     });
     actions
+}
+
+fn tab_ui(ui: &mut Ui, tab: Workspace, shown: Workspace, actions: &mut Vec<PanelAction>) {
+    let command = Command::ShowWorkspace(tab);
+    let info = command.info();
+    let keys = info.keys.first().map(ToString::to_string);
+    let about = format!("{} ({})", info.about, keys.unwrap_or_default());
+    let tab_button = Button::selectable(tab == shown, tab.name()).min_size(vec2(TAB_WIDTH, 24.0));
+    if ui.add(tab_button).on_hover_text(about).clicked() && tab != shown {
+        actions.push(PanelAction::Run(command));
+    }
 }
 
 /// An entry of a menu with the name, the key and the purpose that the table of commands has.
