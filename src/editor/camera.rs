@@ -3,6 +3,7 @@
 //! Middle or right drag orbits, Shift with it pans, the wheel zooms to the pointer.
 
 use super::document::WorldGeneration;
+use super::palette::Theme;
 use super::pick::Surfaces;
 use super::scene::extent;
 use super::state::{
@@ -72,7 +73,9 @@ impl Plugin for CameraPlugin {
         app.init_resource::<OrbitRig>()
             .init_resource::<Surfaces>()
             .init_resource::<Gesture>()
+            .init_resource::<Theme>()
             .add_systems(PreStartup, spawn)
+            .add_systems(Update, clear_in_theme.run_if(resource_changed::<Theme>))
             .add_systems(
                 Update,
                 (drag_camera, zoom)
@@ -138,6 +141,12 @@ fn spawn(mut commands: Commands, target: Option<Res<SceneTarget>>) {
     ));
     if let Some(target) = target {
         camera.insert(target.0.clone());
+    }
+}
+
+fn clear_in_theme(mut cameras: Query<&mut Camera, With<MainCamera>>) {
+    for mut camera in &mut cameras {
+        camera.clear_color = ClearColorConfig::Custom(palette::BACKGROUND.color());
     }
 }
 

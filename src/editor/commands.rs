@@ -1,6 +1,7 @@
 //! Everything that can be asked for by name: one table for menus, keys, the palette and the sheet
 //! of shortcuts, and the one place that carries commands out.
 
+use super::palette::Theme;
 use super::precision::PrecisionRequest;
 use super::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, ViewRequest, Workspace,
@@ -39,6 +40,7 @@ pub enum Command {
     ToggleMagnification,
     ToggleLeft,
     ToggleRight,
+    ToggleTheme,
     ShowWorkspace(Workspace),
     ShowPrecision,
     ShowPalette,
@@ -144,7 +146,7 @@ const fn info(
 }
 
 /// All commands, in the order of menus.
-pub const COMMANDS: [CommandInfo; 20] = [
+pub const COMMANDS: [CommandInfo; 21] = [
     info(
         Command::Open,
         Group::File,
@@ -272,6 +274,13 @@ pub const COMMANDS: [CommandInfo; 20] = [
         "Shows or hides the panels at the right",
     ),
     info(
+        Command::ToggleTheme,
+        Group::View,
+        "Light or dark",
+        &[],
+        "Dark for a dim room, light for daylight and for paper",
+    ),
+    info(
         Command::ShowPalette,
         Group::Help,
         "All commands…",
@@ -322,6 +331,7 @@ impl Plugin for CommandsPlugin {
         app.init_resource::<ActiveDrag>()
             .init_resource::<PanelsShown>()
             .init_resource::<Workspace>()
+            .init_resource::<Theme>()
             .init_resource::<CommandPages>()
             .add_message::<RunCommand>()
             .add_message::<EditRequest>()
@@ -347,6 +357,7 @@ struct Asked<'w> {
     files: MessageWriter<'w, FileRequest>,
     precision: MessageWriter<'w, PrecisionRequest>,
     panels: ResMut<'w, PanelsShown>,
+    theme: ResMut<'w, Theme>,
     workspace: ResMut<'w, Workspace>,
     pages: ResMut<'w, CommandPages>,
     redraw: MessageWriter<'w, RequestRedraw>,
@@ -385,6 +396,10 @@ impl Asked<'_> {
             }
             Command::ToggleLeft => self.panels.left = !self.panels.left,
             Command::ToggleRight => self.panels.right = !self.panels.right,
+            Command::ToggleTheme => {
+                *self.theme = self.theme.other();
+                self.theme.apply();
+            }
             Command::ShowWorkspace(workspace) => {
                 self.workspace.set_if_neq(workspace);
             }

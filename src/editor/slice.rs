@@ -288,7 +288,7 @@ fn place_handle(
         }
         return;
     }
-    let material = GlowMaterial::translucent(palette::TEXT_STRONG.color(), 0.9, 0.9)
+    let material = GlowMaterial::translucent(palette::TEXT_STRONG, 0.9, 0.9)
         .shown(Shown::Always)
         .order(18_000.0);
     commands.spawn((

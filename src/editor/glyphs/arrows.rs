@@ -67,7 +67,7 @@ impl<M: Component + Default> DrawnArrows<'_, '_, M> {
             return;
         }
         let handle = self.meshes.add(mesh);
-        let color = palette::ERROR_VECTOR.color();
+        let color = palette::ERROR_VECTOR;
         for material in [
             GlowMaterial::solid(color),
             GlowMaterial::shining_through(color, hidden.alpha).order(hidden.order_mm),

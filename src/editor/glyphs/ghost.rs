@@ -53,7 +53,7 @@ fn show(
         }
         commands.entity(entity).despawn();
     }
-    let color = palette::GHOST.color();
+    let color = palette::GHOST;
     let looks = [
         GlowMaterial::translucent(color, MIDDLE_ALPHA, RIM_ALPHA).order(ORDER_MM),
         GlowMaterial::shining_through(color, HIDDEN_ALPHA).order(ORDER_MM),

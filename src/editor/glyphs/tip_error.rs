@@ -119,7 +119,7 @@ fn show_sphere(
     } else {
         palette::MISSED
     };
-    let material = GlowMaterial::translucent(color.color(), SPHERE_ALPHA, SPHERE_RIM_ALPHA)
+    let material = GlowMaterial::translucent(color, SPHERE_ALPHA, SPHERE_RIM_ALPHA)
         .rim(SPHERE_RIM)
         .order(100.0);
     commands.spawn((

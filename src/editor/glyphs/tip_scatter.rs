@@ -48,7 +48,7 @@ fn show(
         transform.set_if_neq(place);
         return;
     }
-    let material = GlowMaterial::translucent(palette::GHOST.color(), ALPHA, RIM_ALPHA)
+    let material = GlowMaterial::translucent(palette::GHOST, ALPHA, RIM_ALPHA)
         .rim(RIM)
         .order(ORDER_MM);
     commands.spawn((

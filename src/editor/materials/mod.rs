@@ -1,5 +1,6 @@
 //! Materials of glyphs: what no lamp lights, and what shines through what hides it.
 
+use crate::editor::palette::{Rgb, Theme};
 use bevy::asset::{load_internal_asset, uuid_handle};
 use bevy::mesh::MeshVertexBufferLayoutRef;
 use bevy::pbr::{MaterialPipeline, MaterialPipelineKey};
@@ -18,7 +19,19 @@ pub struct GlowPlugin;
 impl Plugin for GlowPlugin {
     fn build(&self, app: &mut App) {
         load_internal_asset!(app, GLOW_SHADER, "glow.wgsl", Shader::from_wgsl);
-        app.add_plugins(MaterialPlugin::<GlowMaterial>::default());
+        app.init_resource::<Theme>()
+            .add_plugins(MaterialPlugin::<GlowMaterial>::default())
+            .add_systems(Update, retint.run_if(resource_changed::<Theme>));
+    }
+}
+
+/// Every glyph in the colours of the theme of now.
+fn retint(mut materials: ResMut<Assets<GlowMaterial>>) {
+    for (_, material) in materials.iter_mut() {
+        let color = material.role.color().to_linear();
+        if material.glow.color != color {
+            material.glow.color = color;
+        }
     }
 }
 
@@ -29,6 +42,7 @@ pub struct GlowMaterial {
     #[uniform(0)]
     pub glow: Glow,
     pub key: GlowKey,
+    pub role: Rgb,
     /// Larger is drawn later among what is translucent, in millimetres of distance.
     pub order_mm: f32,
 }
@@ -74,22 +88,22 @@ impl From<&GlowMaterial> for GlowKey {
 
 impl GlowMaterial {
     /// Opaque, slightly darker towards the rim so that round things look round.
-    pub fn solid(color: Color) -> Self {
+    pub fn solid(color: Rgb) -> Self {
         Self::new(color, [1.0, 1.0], Shown::InFront)
     }
 
     /// The copy that shines through whatever hides a solid glyph.
-    pub fn shining_through(color: Color, alpha: f32) -> Self {
+    pub fn shining_through(color: Rgb, alpha: f32) -> Self {
         Self::new(color, [alpha, alpha], Shown::Hidden)
     }
 
     /// Translucent with a rim, from the opacity in the middle to that of the rim.
-    pub fn translucent(color: Color, middle: f32, rim: f32) -> Self {
+    pub fn translucent(color: Rgb, middle: f32, rim: f32) -> Self {
         Self::new(color, [middle, rim], Shown::InFront)
     }
 
     /// The back of a larger hull: an outline around what stands in front.
-    pub fn outline(color: Color) -> Self {
+    pub fn outline(color: Rgb) -> Self {
         let mut material = Self::new(color, [1.0, 1.0], Shown::Always);
         material.key.faces = Faces::Back;
         material
@@ -111,13 +125,14 @@ impl GlowMaterial {
         self
     }
 
-    fn new(color: Color, [middle, rim]: [f32; 2], shown: Shown) -> Self {
+    fn new(color: Rgb, [middle, rim]: [f32; 2], shown: Shown) -> Self {
         let is_opaque = middle >= 1.0 && rim >= 1.0 && shown == Shown::InFront;
         Self {
             glow: Glow {
-                color: color.to_linear(),
+                color: color.color().to_linear(),
                 shape: Vec4::new(middle, rim, 2.0, if is_opaque { 0.45 } else { 0.25 }),
             },
+            role: color,
             key: GlowKey {
                 shown,
                 faces: Faces::Front,

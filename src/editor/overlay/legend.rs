@@ -173,7 +173,7 @@ fn color_bar(painter: &Painter, view: &OverlayView, scale: ColorScale, right_bot
 }
 
 fn color32([r, g, b]: [u8; 3]) -> Color32 {
-    Rgb([r, g, b]).color32()
+    Rgb::same([r, g, b]).color32()
 }
 
 fn top_color(scale: ColorScale) -> Color32 {

@@ -1,6 +1,6 @@
 //! The tracker's axes at its origin, and a ground grid that fades with distance.
 
-use crate::editor::palette;
+use crate::editor::palette::{self, Theme};
 use crate::editor::state::{EditorSystems, OpenWorld};
 use bevy::prelude::*;
 
@@ -15,21 +15,40 @@ const GRID_ALPHA: f32 = 0.5;
 /// Draws axes and grid while the grid's layer is on.
 pub struct AxesPlugin;
 
+/// In the colours of a theme.
 #[derive(Component)]
-struct Ground;
+struct Ground(Theme);
+
+#[derive(Component)]
+struct TrackerAxes;
 
 impl Plugin for AxesPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Startup, spawn_axes).add_systems(
+        app.init_resource::<Theme>().add_systems(
             Update,
-            show_grid
-                .run_if(resource_exists_and_changed::<OpenWorld>)
+            (
+                draw_axes.run_if(resource_changed::<Theme>),
+                show_grid
+                    .run_if(resource_exists::<OpenWorld>)
+                    .run_if(is_due),
+            )
                 .in_set(EditorSystems::Draw),
         );
     }
 }
 
-fn spawn_axes(mut commands: Commands, mut gizmos: ResMut<Assets<GizmoAsset>>) {
+fn is_due(world: Res<OpenWorld>, theme: Res<Theme>) -> bool {
+    world.is_changed() || theme.is_changed()
+}
+
+fn draw_axes(
+    mut commands: Commands,
+    drawn: Query<Entity, With<TrackerAxes>>,
+    mut gizmos: ResMut<Assets<GizmoAsset>>,
+) {
+    for entity in &drawn {
+        commands.entity(entity).despawn();
+    }
     let mut axes = GizmoAsset::default();
     for (direction, color) in [
         (Vec3::X, palette::AXIS_X),
@@ -41,6 +60,7 @@ fn spawn_axes(mut commands: Commands, mut gizmos: ResMut<Assets<GizmoAsset>>) {
     }
     commands.spawn((
         Name::new("tracker axes"),
+        TrackerAxes,
         Gizmo {
             handle: gizmos.add(axes),
             line_config: GizmoLineConfig {
@@ -55,17 +75,23 @@ fn spawn_axes(mut commands: Commands, mut gizmos: ResMut<Assets<GizmoAsset>>) {
 fn show_grid(
     mut commands: Commands,
     world: Res<OpenWorld>,
-    shown: Query<Entity, With<Ground>>,
+    theme: Res<Theme>,
+    shown: Query<(Entity, &Ground)>,
     mut gizmos: ResMut<Assets<GizmoAsset>>,
 ) {
-    if !world.0.document.view().layers.grid {
-        for entity in &shown {
+    let is_wanted = world.0.document.view().layers.grid;
+    let mut is_shown = false;
+    for (entity, ground) in &shown {
+        if is_wanted && ground.0 == *theme {
+            is_shown = true;
+        } else {
             commands.entity(entity).despawn();
         }
-    } else if shown.is_empty() {
+    }
+    if is_wanted && !is_shown {
         commands.spawn((
             Name::new("ground"),
-            Ground,
+            Ground(*theme),
             Gizmo {
                 handle: gizmos.add(grid()),
                 line_config: GizmoLineConfig {

@@ -95,7 +95,7 @@ fn spawn_bodies(
             );
             if part.is_anatomy() {
                 let [middle, rim] = ANATOMY_ALPHA;
-                let look = GlowMaterial::translucent(palette::BONE.color(), middle, rim);
+                let look = GlowMaterial::translucent(palette::BONE, middle, rim);
                 root.with_child((shape, MeshMaterial3d(glows.add(look))));
             } else {
                 let look = material(role, part);

@@ -100,11 +100,11 @@ fn make_materials(mut commands: Commands, mut materials: ResMut<Assets<GlowMater
     let mut both = |color: palette::Rgb| {
         // Also over what is seen anyway: it covers the middle of the outline, which is drawn
         // before it.
-        let hidden = GlowMaterial::translucent(color.color(), HIDDEN_ALPHA, HIDDEN_ALPHA)
+        let hidden = GlowMaterial::translucent(color, HIDDEN_ALPHA, HIDDEN_ALPHA)
             .shown(Shown::Always)
             .order(ORDER_MM);
         [
-            materials.add(GlowMaterial::solid(color.color())),
+            materials.add(GlowMaterial::solid(color)),
             materials.add(hidden),
         ]
     };
@@ -115,10 +115,9 @@ fn make_materials(mut commands: Commands, mut materials: ResMut<Assets<GlowMater
         coil,
         axis,
         triad,
-        selected: materials
-            .add(GlowMaterial::outline(palette::SELECTED.color()).order(ORDER_MM - 1000.0)),
+        selected: materials.add(GlowMaterial::outline(palette::SELECTED).order(ORDER_MM - 1000.0)),
         outside: materials.add(
-            GlowMaterial::translucent(palette::OUTSIDE.color(), 0.95, 0.95)
+            GlowMaterial::translucent(palette::OUTSIDE, 0.95, 0.95)
                 .shown(Shown::Always)
                 .order(ORDER_MM),
         ),

@@ -1,5 +1,6 @@
 //! Edges of the tracker's measurement volume with brackets at its corners, and the model's box.
 
+use crate::editor::palette::Theme;
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::{convert, palette};
 use crate::geometry::bounds::Bounds;
@@ -21,6 +22,7 @@ pub struct VolumePlugin;
 struct VolumeLines {
     volume: Option<Bounds>,
     model: Bounds,
+    theme: Theme,
 }
 
 #[derive(Component)]
@@ -28,17 +30,23 @@ struct VolumePart;
 
 impl Plugin for VolumePlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
+        app.init_resource::<Theme>().add_systems(
             Update,
-            show.run_if(resource_exists_and_changed::<OpenWorld>)
+            show.run_if(resource_exists::<OpenWorld>)
+                .run_if(is_due)
                 .in_set(EditorSystems::Draw),
         );
     }
 }
 
+fn is_due(world: Res<OpenWorld>, theme: Res<Theme>) -> bool {
+    world.is_changed() || theme.is_changed()
+}
+
 fn show(
     mut commands: Commands,
     world: Res<OpenWorld>,
+    theme: Res<Theme>,
     shown: Query<(Entity, &VolumeLines)>,
     mut gizmos: ResMut<Assets<GizmoAsset>>,
 ) {
@@ -46,6 +54,7 @@ fn show(
     let wanted = world.0.document.view().layers.volume.then(|| VolumeLines {
         volume: environment.volume.map(|volume| volume.bounds()),
         model: *environment.model.bounds(),
+        theme: *theme,
     });
     if shown.iter().next().map(|(_, lines)| *lines) == wanted {
         return;

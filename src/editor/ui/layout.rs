@@ -14,6 +14,7 @@ use super::{PanelAction, theme};
 use crate::design::{Design, View};
 use crate::editor::commands::{Command, RunCommand};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
+use crate::editor::palette::Theme;
 use crate::editor::precision::{PrecisionPage, PrecisionRequest};
 use crate::editor::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, Presentation, Results,
@@ -58,7 +59,8 @@ pub enum UiSystems {
 
 impl Plugin for UiPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<PanelsShown>()
+        app.init_resource::<Theme>()
+            .init_resource::<PanelsShown>()
             .init_resource::<Presentation>()
             .init_resource::<Workspace>()
             .init_resource::<Selection>()
@@ -96,13 +98,17 @@ impl Plugin for UiPlugin {
     }
 }
 
-/// Once: a style set every frame would ask for the next frame.
-fn set_style(mut contexts: EguiContexts, mut is_set: Local<bool>) -> Result {
-    if !*is_set {
+/// Once a theme: a style set every frame would ask for the next frame.
+fn set_style(
+    mut contexts: EguiContexts,
+    theme: Res<Theme>,
+    mut set: Local<Option<Theme>>,
+) -> Result {
+    if *set != Some(*theme) {
         let ctx = contexts.ctx_mut()?;
         theme::apply(ctx);
         ctx.options_mut(|options| options.zoom_with_keyboard = false);
-        *is_set = true;
+        *set = Some(*theme);
     }
     Ok(())
 }

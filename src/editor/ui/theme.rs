@@ -1,6 +1,6 @@
 //! The interface's style: set once, since a style set every frame asks for the next frame.
 
-use crate::editor::palette;
+use crate::editor::palette::{self, Theme};
 use bevy_egui::egui::{
     self, Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle, Visuals, vec2,
 };
@@ -38,7 +38,10 @@ pub fn figure_font() -> FontId {
 
 /// Gives a context the program's style.
 pub fn apply(ctx: &egui::Context) {
-    ctx.set_theme(egui::Theme::Dark);
+    ctx.set_theme(match Theme::now() {
+        Theme::Dark => egui::Theme::Dark,
+        Theme::Light => egui::Theme::Light,
+    });
     ctx.all_styles_mut(|style| {
         style.text_styles = [
             (TextStyle::Small, label_font()),
@@ -65,7 +68,10 @@ pub fn apply(ctx: &egui::Context) {
 }
 
 fn visuals() -> Visuals {
-    let mut visuals = Visuals::dark();
+    let mut visuals = match Theme::now() {
+        Theme::Dark => Visuals::dark(),
+        Theme::Light => Visuals::light(),
+    };
     visuals.override_text_color = None;
     visuals.weak_text_color = Some(palette::TEXT_QUIET.color32());
     visuals.panel_fill = palette::PANEL.color32();

@@ -158,7 +158,11 @@ const VIEW_MENU: [&[Command]; 4] = [
     ],
     &[Command::ToggleMagnification],
     &[Command::ShowPrecision],
-    &[Command::ToggleLeft, Command::ToggleRight],
+    &[
+        Command::ToggleLeft,
+        Command::ToggleRight,
+        Command::ToggleTheme,
+    ],
 ];
 
 fn lower_first(text: &str) -> String {

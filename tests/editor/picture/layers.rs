@@ -47,7 +47,7 @@ fn each_layer_draws_what_it_is_named_for_and_nothing_where_it_is_off() {
 fn the_window_s_panels_are_drawn_when_asked_for() {
     let copy = Copied::new("endoscope");
     let size = "960x600";
-    let panel = |picture: &Picture| count(picture, |color| color == palette::PANEL.0);
+    let panel = |picture: &Picture| count(picture, |color| color == palette::PANEL.srgb());
     let bare = render(&copy, size, &["--layers", "none"]);
     let window = render(&copy, size, &["--layers", "none", "--window"]);
     // Two panels and two bars cover more than half of this picture; text is on a part of it.

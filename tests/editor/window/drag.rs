@@ -54,7 +54,7 @@ fn pointer_on_head() -> (Copied, OrbitCamera) {
 /// The coil that is drawn nearest to a place, and not a label in the same colour: letters are
 /// thinner than any coil.
 fn coil(picture: &Picture, near: [f64; 2]) -> Blob {
-    let [r, g, b] = palette::SENSOR.0;
+    let [r, g, b] = palette::SENSOR.srgb();
     let is_amber = |color: [u8; 3]| {
         // Amber in any shade: its hue stays.
         let shade = f64::from(color[0]) / f64::from(r);
