@@ -9,7 +9,9 @@ use super::{EditorPlugins, document, state};
 use crate::store::World;
 use bevy::app::{AppExit, TerminalCtrlCHandlerPlugin};
 use bevy::camera::RenderTarget;
+use bevy::light::cluster::GlobalClusterSettings;
 use bevy::log::{Level, LogPlugin};
+use bevy::pbr::PbrPlugin;
 use bevy::prelude::*;
 use bevy::render::RenderPlugin;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
@@ -54,6 +56,7 @@ pub fn run(world: World, explain: Option<ExplainLine>) -> Result<(), u8> {
     let plugins = DefaultPlugins
         .set(window)
         .set(render())
+        .set(meshes())
         .set(log())
         // It answers Ctrl+C in the next frame, and a window that sleeps has none.
         .disable::<TerminalCtrlCHandlerPlugin>();
@@ -85,6 +88,7 @@ pub(super) fn offscreen(world: World, size: UVec2, has_panels: bool) -> (App, Ha
         DefaultPlugins
             .set(window)
             .set(render())
+            .set(meshes())
             .set(log())
             // It panics where there is no display.
             .disable::<WinitPlugin>()
@@ -115,6 +119,7 @@ fn add_editor(app: &mut App, world: World, presentation: Presentation) {
         .insert_resource(presentation)
         .insert_resource(OpenWorld(world))
         .add_plugins(EditorPlugins)
+        .add_systems(PreStartup, without_clusters)
         // What goes wrong in one system is reported and does not end a person's work.
         .set_error_handler(bevy::ecs::error::warn);
 }
@@ -130,6 +135,22 @@ fn render() -> RenderPlugin {
         synchronous_pipeline_compilation: true,
         ..default()
     }
+}
+
+/// Without what only lamps, shadows and great crowds of entities need: the scene has none, and a
+/// software renderer pays for each pass that finds nothing to do.
+fn meshes() -> PbrPlugin {
+    PbrPlugin {
+        prepass_enabled: false,
+        add_default_deferred_lighting_plugin: false,
+        use_gpu_instance_buffer_builder: false,
+        ..default()
+    }
+}
+
+/// No lamps, nothing to sort into clusters.
+fn without_clusters(mut settings: ResMut<GlobalClusterSettings>) {
+    settings.gpu_clustering = None;
 }
 
 fn log() -> LogPlugin {

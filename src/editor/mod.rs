@@ -39,7 +39,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`camera::CameraPlugin`] | the 3D camera and its gestures |
 /// | [`pick::PickPlugin`] | what is under the pointer |
 /// | [`drag::DragPlugin`] | hovering, selecting, dragging sensors |
-/// | [`materials::GlowPlugin`] | the material of glyphs |
+/// | [`materials::MaterialsPlugin`] | what surfaces look like |
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
 /// | [`glyphs::GlyphsPlugin`] | magnified errors and the ghost |
 /// | [`slice::SlicePlugin`] | the coloured plane through the room |
@@ -62,7 +62,7 @@ impl PluginGroup for EditorPlugins {
             .add(camera::CameraPlugin)
             .add(pick::PickPlugin)
             .add(drag::DragPlugin)
-            .add(materials::GlowPlugin)
+            .add(materials::MaterialsPlugin)
             .add(scene::ScenePlugin)
             .add(glyphs::GlyphsPlugin)
             .add(slice::SlicePlugin)

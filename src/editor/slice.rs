@@ -5,7 +5,7 @@
 //! the colour bar gives its value.
 
 use super::camera::Sight;
-use super::materials::{GlowMaterial, Shown};
+use super::materials::{GlowMaterial, MapMaterial, Shown};
 use super::scene::screen_size::{ScreenSized, SizeBounds};
 use super::scene::shapes::GlyphShapes;
 use super::state::{
@@ -98,7 +98,7 @@ fn choose_scale(world: Res<OpenWorld>, results: Res<Results>, mut scale: ResMut<
 struct SliceAssets<'w> {
     meshes: ResMut<'w, Assets<Mesh>>,
     images: ResMut<'w, Assets<Image>>,
-    materials: ResMut<'w, Assets<StandardMaterial>>,
+    materials: ResMut<'w, Assets<MapMaterial>>,
 }
 
 /// Mesh and picture anew with every result: there is one only when something changed.
@@ -133,12 +133,8 @@ fn draw(
         Name::new("slice"),
         Slice,
         Mesh3d(assets.meshes.add(plane(&slice.value))),
-        MeshMaterial3d(assets.materials.add(StandardMaterial {
-            base_color_texture: Some(assets.images.add(picture(&slice.value, *scale))),
-            unlit: true,
-            cull_mode: None,
-            double_sided: true,
-            ..default()
+        MeshMaterial3d(assets.materials.add(MapMaterial {
+            picture: assets.images.add(picture(&slice.value, *scale)),
         })),
     ));
 }

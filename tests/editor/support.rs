@@ -18,7 +18,7 @@ use trackwright::editor::diagnostics::DiagnosticsPlugin;
 use trackwright::editor::document::DocumentPlugin;
 use trackwright::editor::drag::DragPlugin;
 use trackwright::editor::glyphs::GlyphsPlugin;
-use trackwright::editor::materials::GlowMaterial;
+use trackwright::editor::materials::{GlowMaterial, LitMaterial, MapMaterial};
 use trackwright::editor::pick::PickPlugin;
 use trackwright::editor::scene::ScenePlugin;
 use trackwright::editor::slice::SlicePlugin;
@@ -175,7 +175,8 @@ pub fn create_scene_app() -> App {
         DefaultPickingPlugins,
     ))
     .init_asset::<Image>()
-    .init_asset::<StandardMaterial>()
+    .init_asset::<LitMaterial>()
+    .init_asset::<MapMaterial>()
     .init_asset::<GlowMaterial>()
     .init_asset::<GizmoAsset>()
     .add_message::<RequestRedraw>()

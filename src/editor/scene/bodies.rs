@@ -2,7 +2,7 @@
 
 use super::BodyRoot;
 use crate::design::BodyRole;
-use crate::editor::materials::GlowMaterial;
+use crate::editor::materials::{GlowMaterial, LitMaterial};
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::{convert, palette};
 use crate::geometry::mesh::{MeshPart, SurfaceMesh};
@@ -58,7 +58,7 @@ fn spawn_bodies(
     world: Res<OpenWorld>,
     roots: Query<(Entity, &BodyRoot, &MadeFrom)>,
     mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut materials: ResMut<Assets<LitMaterial>>,
     mut glows: ResMut<Assets<GlowMaterial>>,
 ) {
     for role in BodyRole::ALL {
@@ -127,12 +127,11 @@ fn show_anatomy(world: Res<OpenWorld>, mut parts: Query<(&BodyPart, &mut Visibil
 }
 
 /// Parts keep what their file says of metal, roughness and lightness; the hue is the role's.
-fn material(role: BodyRole, part: &MeshPart) -> StandardMaterial {
+fn material(role: BodyRole, part: &MeshPart) -> LitMaterial {
     let [r, g, b, _] = part.base_color;
-    StandardMaterial {
-        base_color: palette::of_part(role, LinearRgba::rgb(r, g, b)),
-        metallic: part.metallic,
-        perceptual_roughness: part.roughness.clamp(0.15, 1.0),
-        ..default()
-    }
+    LitMaterial::new(
+        palette::of_part(role, LinearRgba::rgb(r, g, b)),
+        part.metallic,
+        part.roughness.clamp(0.15, 1.0),
+    )
 }

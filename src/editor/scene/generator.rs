@@ -1,6 +1,7 @@
 //! The field generator, where the tracker's frame has its origin.
 
 use crate::editor::convert;
+use crate::editor::materials::LitMaterial;
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::store;
 use bevy::prelude::*;
@@ -26,7 +27,7 @@ fn show(
     world: Res<OpenWorld>,
     shown: Query<Entity, With<Generator>>,
     mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut materials: ResMut<Assets<LitMaterial>>,
 ) -> Result {
     let is_wanted = world.0.document.view().layers.generator;
     if !is_wanted {
@@ -50,12 +51,11 @@ fn show(
         root.with_child((
             Name::new(part.name.clone()),
             Mesh3d(meshes.add(convert::mesh(part))),
-            MeshMaterial3d(materials.add(StandardMaterial {
-                base_color: LinearRgba::rgb(r, g, b).into(),
-                metallic: part.metallic,
-                perceptual_roughness: part.roughness,
-                ..default()
-            })),
+            MeshMaterial3d(materials.add(LitMaterial::new(
+                LinearRgba::rgb(r, g, b).into(),
+                part.metallic,
+                part.roughness,
+            ))),
         ));
     }
     Ok(())

@@ -4,7 +4,6 @@ pub mod axes;
 pub mod bodies;
 pub mod extent;
 pub mod generator;
-pub mod lights;
 pub mod screen_size;
 pub mod sensors;
 pub mod shapes;
@@ -17,7 +16,6 @@ use bevy::prelude::*;
 ///
 /// | plugin | what it draws |
 /// | --- | --- |
-/// | [`lights::LightsPlugin`] | key, fill and surrounding light, fixed to the viewer |
 /// | [`bodies::BodiesPlugin`] | meshes of tool and CRF, and the anatomy |
 /// | [`sensors::SensorsPlugin`] | coils, their axes, outlines and marks |
 /// | [`volume::VolumePlugin`] | measurement volume and the model's box |
@@ -30,7 +28,6 @@ impl Plugin for ScenePlugin {
         app.add_plugins((
             shapes::ShapesPlugin,
             screen_size::ScreenSizePlugin,
-            lights::LightsPlugin,
             bodies::BodiesPlugin,
             sensors::SensorsPlugin,
             volume::VolumePlugin,
