@@ -2,7 +2,7 @@
 
 use super::content::Design;
 use super::edit::{Edit, EditError};
-use super::history::History;
+use super::history::{History, HistoryList};
 use super::view::View;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -179,13 +179,29 @@ impl Document {
         self.history.redo_label()
     }
 
-    /// Whether design or view differ from what the files hold.
-    pub fn is_dirty(&self) -> bool {
-        !self.is_design_saved() || self.view != self.saved.view
+    /// Every state that undo and redo can reach. A step that is open is not listed: the present is
+    /// then still the state that it began from, or an edit of it.
+    pub fn history(&self) -> HistoryList<'_> {
+        self.history
+            .list(&self.design, |state| self.is_saved(state))
     }
 
-    fn is_design_saved(&self) -> bool {
-        Arc::ptr_eq(&self.design, &self.saved.design) || *self.design == *self.saved.design
+    /// Undoes or redoes as many steps as lead to a state of [`Self::history`], as one change.
+    /// Whether anything changed: not while a step is open, nor where there is no such state.
+    pub fn jump_to(&mut self, state: usize) -> bool {
+        let has_moved = self.step.is_none() && self.history.jump_to(state, &mut self.design);
+        self.revision += u64::from(has_moved);
+        has_moved
+    }
+
+    /// Whether design or view differ from what the files hold.
+    pub fn is_dirty(&self) -> bool {
+        !self.is_saved(&self.design) || self.view != self.saved.view
+    }
+
+    /// Whether the files hold this design.
+    fn is_saved(&self, design: &Arc<Design>) -> bool {
+        Arc::ptr_eq(design, &self.saved.design) || **design == *self.saved.design
     }
 
     /// The design and view that the files hold.
