@@ -17,6 +17,7 @@ mod support;
 pub mod table;
 #[cfg(test)]
 mod tests;
+pub mod typed_number;
 mod utf8;
 
 pub use body::BodyFile;
