@@ -12,6 +12,8 @@ pub mod log;
 pub mod measurements;
 pub mod number;
 pub mod poses;
+pub mod recent_file;
+pub mod recovery_file;
 mod ron_text;
 mod support;
 pub mod table;
