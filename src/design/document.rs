@@ -2,7 +2,7 @@
 
 use super::content::Design;
 use super::edit::{Edit, EditError};
-use super::history::History;
+use super::history::{History, HistoryList};
 use super::view::View;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -27,7 +27,8 @@ pub struct Document {
     revision: u64,
     history: History,
     step: Option<OpenStep>,
-    saved: Saved,
+    /// `None` where it is not known what the files hold.
+    saved: Option<Saved>,
 }
 
 /// A step that has begun.
@@ -49,10 +50,10 @@ impl Document {
     pub fn new(design: Design, view: View, origin: Origin) -> Self {
         let design = Arc::new(design);
         Self {
-            saved: Saved {
+            saved: Some(Saved {
                 design: Arc::clone(&design),
                 view: view.clone(),
-            },
+            }),
             design,
             view,
             origin,
@@ -60,6 +61,22 @@ impl Document {
             history: History::default(),
             step: None,
         }
+    }
+
+    /// A document as a session left it that ended without saving; `saved` is what the files hold,
+    /// `None` where that cannot be told: everything then counts as changed.
+    pub(crate) fn recovered(
+        design: Design,
+        view: View,
+        origin: Origin,
+        saved: Option<(Design, View)>,
+    ) -> Self {
+        let mut document = Self::new(design, view, origin);
+        document.saved = saved.map(|(design, view)| Saved {
+            design: Arc::new(design),
+            view,
+        });
+        document
     }
 
     pub fn design(&self) -> &Design {
@@ -179,26 +196,47 @@ impl Document {
         self.history.redo_label()
     }
 
+    /// Every state that undo and redo can reach. A step that is open is not listed: the present is
+    /// then still the state that it began from, or an edit of it.
+    pub fn history(&self) -> HistoryList<'_> {
+        self.history
+            .list(&self.design, |state| self.is_saved(state))
+    }
+
+    /// Undoes or redoes as many steps as lead to a state of [`Self::history`], as one change.
+    /// Whether anything changed: not while a step is open, nor where there is no such state.
+    pub fn jump_to(&mut self, state: usize) -> bool {
+        let has_moved = self.step.is_none() && self.history.jump_to(state, &mut self.design);
+        self.revision += u64::from(has_moved);
+        has_moved
+    }
+
     /// Whether design or view differ from what the files hold.
     pub fn is_dirty(&self) -> bool {
-        !self.is_design_saved() || self.view != self.saved.view
+        let is_view_saved = self.saved.as_ref().is_some_and(|s| s.view == self.view);
+        !(is_view_saved && self.is_saved(&self.design))
     }
 
-    fn is_design_saved(&self) -> bool {
-        Arc::ptr_eq(&self.design, &self.saved.design) || *self.design == *self.saved.design
+    /// Whether the files hold this design.
+    fn is_saved(&self, design: &Arc<Design>) -> bool {
+        self.saved
+            .as_ref()
+            .is_some_and(|saved| Arc::ptr_eq(design, &saved.design) || *design == saved.design)
     }
 
-    /// The design and view that the files hold.
-    pub(crate) fn saved(&self) -> (&Design, &View) {
-        (&self.saved.design, &self.saved.view)
+    /// The design and view that the files hold, where that is known.
+    pub(crate) fn saved(&self) -> Option<(&Design, &View)> {
+        self.saved
+            .as_ref()
+            .map(|saved| (&*saved.design, &saved.view))
     }
 
     /// States that the files now hold the present design and view.
     pub(crate) fn mark_saved(&mut self) {
-        self.saved = Saved {
+        self.saved = Some(Saved {
             design: Arc::clone(&self.design),
             view: self.view.clone(),
-        };
+        });
     }
 
     /// Moves the document to another place: `rewrite` gives each state, past ones too, the
@@ -209,7 +247,8 @@ impl Document {
             .history
             .states_mut()
             .chain(self.step.as_mut().map(|step| &mut step.before))
-            .chain([&mut self.design, &mut self.saved.design]);
+            .chain(self.saved.as_mut().map(|saved| &mut saved.design))
+            .chain([&mut self.design]);
         for state in states {
             let mut moved = Design::clone(state);
             rewrite(&mut moved);

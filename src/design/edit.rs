@@ -1,19 +1,25 @@
 //! Edits: the only ways in which a design changes, each checked before it is applied.
 
-use super::content::{BodyRole, Design, DesignBody};
+use super::arrange::{ArrangeError, Arrangement, as_set};
+use super::check::{
+    check_finite, check_motion, check_not_empty, check_not_negative, check_pose, check_requirement,
+    check_sensors,
+};
+use super::content::{BodyRole, CrfPlacement, Design, DesignBody, Target};
 use crate::geometry::pose::Pose;
 use crate::study::motion::{Motion, MotionError};
 use crate::study::requirement::Requirement;
-use crate::tracking::body::{Sensor, SensorOrientation};
+use crate::tracking::body::Sensor;
 use nalgebra::Point3;
-
-/// How far from 1 the length of an axis or quaternion may be: round-off of a normalised one.
-const UNIT_TOLERANCE: f64 = 1e-9;
 
 /// One change of a design.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Edit {
     SetName(String),
+    SetBodyName {
+        body: BodyRole,
+        name: String,
+    },
     SetSensor {
         body: BodyRole,
         index: usize,
@@ -27,6 +33,28 @@ pub enum Edit {
         body: BodyRole,
         index: usize,
     },
+    /// Several sensors at once, each put in the place of the one at its index; names may change
+    /// hands.
+    SetSensors {
+        body: BodyRole,
+        sensors: Vec<(usize, Sensor)>,
+    },
+    /// At the end of the list, in this order.
+    AddSensors {
+        body: BodyRole,
+        sensors: Vec<Sensor>,
+    },
+    /// Indices as they are before; a set.
+    RemoveSensors {
+        body: BodyRole,
+        indices: Vec<usize>,
+    },
+    /// Copies, mirrors, … the sensors at these indices; see [`Arrangement::arranged`].
+    Arrange {
+        body: BodyRole,
+        indices: Vec<usize>,
+        arrangement: Arrangement,
+    },
     SetTip {
         body: BodyRole,
         tip_in_body: Option<Point3<f64>>,
@@ -37,6 +65,18 @@ pub enum Edit {
     SetToolPose(Pose),
     SetMotion(Option<Motion>),
     SetRequirement(Option<Requirement>),
+    /// Of the CRF's own study.
+    SetCrfMotion(Option<Motion>),
+    /// Of the CRF's own study.
+    SetCrfRequirement(Option<Requirement>),
+    AddTarget(Target),
+    SetTarget {
+        index: usize,
+        target: Target,
+    },
+    RemoveTarget {
+        index: usize,
+    },
     /// Millimetres.
     SetOrientationWeight(Option<f64>),
     /// A file relative to the design's.
@@ -54,6 +94,10 @@ pub enum EditError {
         index: usize,
         count: usize,
     },
+    #[error("the CRF has no target {index}, it has {count}")]
+    NoSuchTarget { index: usize, count: usize },
+    #[error("the CRF already has a target named {name:?}, expected another name")]
+    DuplicateTargetName { name: String },
     #[error("a body needs at least one sensor")]
     LastSensor,
     #[error("the {what} is empty, expected a name")]
@@ -70,85 +114,46 @@ pub enum EditError {
     NotUnit { what: &'static str, length: f64 },
     #[error(transparent)]
     Motion(#[from] MotionError),
+    #[error("crf.{0}")]
+    CrfMotion(MotionError),
+    #[error(transparent)]
+    Arrange(#[from] ArrangeError),
 }
 
 impl Edit {
-    /// What undo calls it, as far as the edit alone tells.
-    pub fn label(&self) -> String {
-        match self {
-            Self::SetName(_) => "Rename design".into(),
-            Self::SetSensor { sensor, .. } => format!("Move sensor {}", sensor.name),
-            Self::AddSensor { sensor, .. } => format!("Add sensor {}", sensor.name),
-            Self::RemoveSensor { .. } => "Remove sensor".into(),
-            Self::SetTip { body, .. } => format!("Move {body} tip"),
-            Self::SetCrfPose(_) => "Move CRF".into(),
-            Self::SetToolPose(_) => "Move tool".into(),
-            Self::SetMotion(_) => "Change range of motion".into(),
-            Self::SetRequirement(_) => "Change requirement".into(),
-            Self::SetOrientationWeight(_) => "Change orientation weight".into(),
-            Self::SetEnvironment(_) => "Change environment".into(),
-        }
-    }
-
-    /// What undo calls it, knowing what it changes.
-    pub fn label_for(&self, design: &Design) -> String {
-        let sensor_at = |body: &BodyRole, index: &usize| {
-            design.body(*body).and_then(|b| b.rigid.sensors.get(*index))
-        };
-        match self {
-            Self::SetSensor {
-                body,
-                index,
-                sensor,
-            } => match sensor_at(body, index) {
-                Some(before) if before.name != sensor.name => {
-                    format!("Rename sensor {}", before.name)
-                }
-                Some(before) if is_retyped(before, sensor) => {
-                    format!("Change sensor {}", sensor.name)
-                }
-                _ => self.label(),
-            },
-            Self::RemoveSensor { body, index } => match sensor_at(body, index) {
-                Some(sensor) => format!("Remove sensor {}", sensor.name),
-                None => self.label(),
-            },
-            _ => self.label(),
-        }
-    }
-
     /// Changes the design, or leaves it as it is.
     ///
     /// # Errors
     /// See [`EditError`]; the design is then unchanged.
     pub(super) fn apply_to(self, design: &mut Design) -> Result<(), EditError> {
         match self {
-            Self::SetName(name) => design.name = not_empty("design's name", name)?,
+            Self::SetName(name) => {
+                check_not_empty("design's name", &name)?;
+                design.name = name;
+            }
+            Self::SetBodyName { body, name } => {
+                check_not_empty("body's name", &name)?;
+                body_of(design, body)?.rigid.name = name;
+            }
             Self::SetSensor {
                 body,
                 index,
                 sensor,
+            } => set_sensors(design, body, vec![(index, sensor)])?,
+            Self::SetSensors { body, sensors } => set_sensors(design, body, sensors)?,
+            Self::AddSensor { body, sensor } => add_sensors(design, body, vec![sensor])?,
+            Self::AddSensors { body, sensors } => add_sensors(design, body, sensors)?,
+            Self::RemoveSensor { body, index } => remove_sensors(design, body, &[index])?,
+            Self::RemoveSensors { body, indices } => remove_sensors(design, body, &indices)?,
+            Self::Arrange {
+                body,
+                indices,
+                arrangement,
             } => {
                 let sensors = &mut body_of(design, body)?.rigid.sensors;
-                check_index(body, index, sensors.len())?;
-                check_sensor(&sensor)?;
-                let others = sensors.iter().enumerate().filter(|(i, _)| *i != index);
-                check_name(body, &sensor.name, others.map(|(_, s)| s))?;
-                sensors[index] = sensor;
-            }
-            Self::AddSensor { body, sensor } => {
-                let sensors = &mut body_of(design, body)?.rigid.sensors;
-                check_sensor(&sensor)?;
-                check_name(body, &sensor.name, sensors.iter())?;
-                sensors.push(sensor);
-            }
-            Self::RemoveSensor { body, index } => {
-                let sensors = &mut body_of(design, body)?.rigid.sensors;
-                check_index(body, index, sensors.len())?;
-                if sensors.len() == 1 {
-                    return Err(EditError::LastSensor);
-                }
-                sensors.remove(index);
+                let arranged = arrangement.arranged(sensors, &indices)?;
+                check_sensors(body, &arranged, 0..arranged.len())?;
+                *sensors = arranged;
             }
             Self::SetTip { body, tip_in_body } => {
                 let rigid = &mut body_of(design, body)?.rigid;
@@ -158,25 +163,49 @@ impl Edit {
                 rigid.tip_in_body = tip_in_body;
             }
             Self::SetCrfPose(pose) => {
-                let crf = design.crf.as_mut().ok_or(EditError::NoCrf)?;
                 check_pose(&pose)?;
-                crf.tracker_from_crf = pose;
+                crf_of(design)?.tracker_from_crf = pose;
             }
             Self::SetToolPose(pose) => {
                 check_pose(&pose)?;
                 design.tool.crf_from_tool = pose;
             }
             Self::SetMotion(motion) => {
-                if let Some(motion) = &motion {
-                    motion.grid(&Pose::identity())?;
-                }
+                check_motion(motion.as_ref())?;
                 design.motion = motion;
             }
             Self::SetRequirement(requirement) => {
-                if let Some(requirement) = &requirement {
-                    check_requirement(requirement)?;
-                }
+                check_requirement(requirement.as_ref())?;
                 design.requirement = requirement;
+            }
+            Self::SetCrfMotion(motion) => {
+                check_motion(motion.as_ref()).map_err(EditError::CrfMotion)?;
+                crf_of(design)?.motion = motion;
+            }
+            Self::SetCrfRequirement(requirement) => {
+                check_requirement(requirement.as_ref())?;
+                crf_of(design)?.requirement = requirement;
+            }
+            Self::AddTarget(target) => {
+                let targets = &mut crf_of(design)?.targets;
+                check_target_name(&target.name, targets)?;
+                check_finite("the target", target.position_in_crf.iter())?;
+                targets.push(target);
+            }
+            Self::SetTarget { index, target } => {
+                let targets = &mut crf_of(design)?.targets;
+                check_target_index(index, targets)?;
+                // A file may hold names twice; such a target can still be moved.
+                if targets[index].name != target.name {
+                    check_target_name(&target.name, targets)?;
+                }
+                check_finite("the target", target.position_in_crf.iter())?;
+                targets[index] = target;
+            }
+            Self::RemoveTarget { index } => {
+                let targets = &mut crf_of(design)?.targets;
+                check_target_index(index, targets)?;
+                targets.remove(index);
             }
             Self::SetOrientationWeight(weight_mm) => {
                 if let Some(weight_mm) = weight_mm {
@@ -185,20 +214,62 @@ impl Edit {
                 design.orientation_weight_mm = weight_mm;
             }
             Self::SetEnvironment(environment) => {
-                design.environment = not_empty("environment's file", environment)?;
+                check_not_empty("environment's file", &environment)?;
+                design.environment = environment;
             }
         }
         Ok(())
     }
 }
 
-fn is_retyped(before: &Sensor, after: &Sensor) -> bool {
-    before.coil != after.coil
-        || before.orientation.degrees_of_freedom() != after.orientation.degrees_of_freedom()
-}
-
 fn body_of(design: &mut Design, role: BodyRole) -> Result<&mut DesignBody, EditError> {
     design.body_mut(role).ok_or(EditError::NoCrf)
+}
+
+fn crf_of(design: &mut Design) -> Result<&mut CrfPlacement, EditError> {
+    design.crf.as_mut().ok_or(EditError::NoCrf)
+}
+
+fn set_sensors(
+    design: &mut Design,
+    body: BodyRole,
+    sensors: Vec<(usize, Sensor)>,
+) -> Result<(), EditError> {
+    let old = &mut body_of(design, body)?.rigid.sensors;
+    let mut new = old.clone();
+    let mut changed = Vec::with_capacity(sensors.len());
+    for (index, sensor) in sensors {
+        check_index(body, index, new.len())?;
+        new[index] = sensor;
+        changed.push(index);
+    }
+    check_sensors(body, &new, changed.into_iter())?;
+    *old = new;
+    Ok(())
+}
+
+fn add_sensors(design: &mut Design, body: BodyRole, sensors: Vec<Sensor>) -> Result<(), EditError> {
+    let old = &mut body_of(design, body)?.rigid.sensors;
+    let mut new = old.clone();
+    new.extend(sensors);
+    check_sensors(body, &new, old.len()..new.len())?;
+    *old = new;
+    Ok(())
+}
+
+fn remove_sensors(design: &mut Design, body: BodyRole, indices: &[usize]) -> Result<(), EditError> {
+    let sensors = &mut body_of(design, body)?.rigid.sensors;
+    let indices = as_set(indices);
+    if let Some(&last) = indices.last() {
+        check_index(body, last, sensors.len())?;
+    }
+    if indices.len() == sensors.len() {
+        return Err(EditError::LastSensor);
+    }
+    for index in indices.into_iter().rev() {
+        sensors.remove(index);
+    }
+    Ok(())
 }
 
 fn check_index(body: BodyRole, index: usize, count: usize) -> Result<(), EditError> {
@@ -209,102 +280,21 @@ fn check_index(body: BodyRole, index: usize, count: usize) -> Result<(), EditErr
     }
 }
 
-fn not_empty(what: &'static str, text: String) -> Result<String, EditError> {
-    if text.trim().is_empty() {
-        Err(EditError::Empty { what })
+fn check_target_index(index: usize, targets: &[Target]) -> Result<(), EditError> {
+    let count = targets.len();
+    if index < count {
+        Ok(())
     } else {
-        Ok(text)
+        Err(EditError::NoSuchTarget { index, count })
     }
 }
 
-fn check_name<'a>(
-    body: BodyRole,
-    name: &str,
-    mut others: impl Iterator<Item = &'a Sensor>,
-) -> Result<(), EditError> {
-    if name.trim().is_empty() {
-        return Err(EditError::Empty {
-            what: "sensor's name",
-        });
-    }
-    if others.any(|other| other.name == name) {
-        return Err(EditError::DuplicateSensorName {
-            body,
+fn check_target_name(name: &str, others: &[Target]) -> Result<(), EditError> {
+    check_not_empty("target's name", name)?;
+    if others.iter().any(|other| other.name == name) {
+        return Err(EditError::DuplicateTargetName {
             name: name.to_owned(),
         });
     }
     Ok(())
-}
-
-fn check_sensor(sensor: &Sensor) -> Result<(), EditError> {
-    check_finite("the sensor's position", sensor.position_in_body.iter())?;
-    match &sensor.orientation {
-        SensorOrientation::FiveDof(axis) => check_unit("sensor's axis", axis.norm())?,
-        SensorOrientation::SixDof(rotation) => {
-            check_unit("sensor's rotation", rotation.quaternion().norm())?;
-        }
-    }
-    if let Some(coil) = &sensor.coil {
-        check_positive("the coil's diameter", coil.diameter_mm)?;
-        check_positive("the coil's length", coil.length_mm)?;
-    }
-    Ok(())
-}
-
-fn check_pose(pose: &Pose) -> Result<(), EditError> {
-    check_finite("the position", pose.translation.vector.iter())?;
-    check_unit("rotation", pose.rotation.quaternion().norm())
-}
-
-fn check_requirement(requirement: &Requirement) -> Result<(), EditError> {
-    let limits = [
-        ("position_rms", requirement.position_rms_mm),
-        ("position_p95", requirement.position_p95_mm),
-        ("position_max", requirement.position_max_mm),
-        ("angle_rms", requirement.angle_rms_deg),
-        ("angle_max", requirement.angle_max_deg),
-    ];
-    for (name, limit) in limits {
-        if let Some(limit) = limit {
-            check_not_negative(name, limit)?;
-        }
-    }
-    Ok(())
-}
-
-fn check_finite<'a>(
-    what: &'static str,
-    mut values: impl Iterator<Item = &'a f64>,
-) -> Result<(), EditError> {
-    match values.find(|v| !v.is_finite()) {
-        Some(&value) => Err(EditError::NotFinite { what, value }),
-        None => Ok(()),
-    }
-}
-
-fn check_positive(what: &'static str, value: f64) -> Result<(), EditError> {
-    check_finite(what, [value].iter())?;
-    if value > 0.0 {
-        Ok(())
-    } else {
-        Err(EditError::NotPositive { what, value })
-    }
-}
-
-fn check_not_negative(what: &'static str, value: f64) -> Result<(), EditError> {
-    check_finite(what, [value].iter())?;
-    if value >= 0.0 {
-        Ok(())
-    } else {
-        Err(EditError::Negative { what, value })
-    }
-}
-
-fn check_unit(what: &'static str, length: f64) -> Result<(), EditError> {
-    // A length that is not a number is not within the tolerance either.
-    if (length - 1.0).abs() <= UNIT_TOLERANCE {
-        Ok(())
-    } else {
-        Err(EditError::NotUnit { what, length })
-    }
 }

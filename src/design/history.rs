@@ -13,6 +13,24 @@ struct Step {
     state: Arc<Design>,
 }
 
+/// The steps of a document as a list, the oldest first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HistoryList<'a> {
+    /// Every state that can be jumped to; never empty.
+    pub states: Vec<HistoryState<'a>>,
+    /// The state that the document is in, an index.
+    pub present: usize,
+}
+
+/// One state of a document.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HistoryState<'a> {
+    /// The step that led here; `None` for the oldest state that is remembered.
+    pub label: Option<&'a str>,
+    /// Whether the files hold this design. The view is no part of a state.
+    pub is_saved: bool,
+}
+
 /// The states before and after the present one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
@@ -47,6 +65,49 @@ impl History {
 
     pub(super) fn redo_label(&self) -> Option<&str> {
         self.redo.last().map(|step| step.label.as_str())
+    }
+
+    /// Steps that can be undone, and so the number of the present state.
+    pub(super) fn present(&self) -> usize {
+        self.undo.len()
+    }
+
+    /// The list, with what tells a state that the files hold.
+    pub(super) fn list<'a>(
+        &'a self,
+        present: &Arc<Design>,
+        is_saved: impl Fn(&Arc<Design>) -> bool,
+    ) -> HistoryList<'a> {
+        let (undo, redo) = (self.undo.iter(), self.redo.iter().rev());
+        // A step keeps the state on its far side as seen from the present: an undone step the one
+        // that it leads to, any other the one that it led away from.
+        let labels = undo.clone().chain(redo.clone()).map(|s| Some(&*s.label));
+        let states = undo
+            .map(|s| &s.state)
+            .chain([present])
+            .chain(redo.map(|s| &s.state));
+        HistoryList {
+            states: std::iter::once(None)
+                .chain(labels)
+                .zip(states)
+                .map(|(label, state)| HistoryState {
+                    label,
+                    is_saved: is_saved(state),
+                })
+                .collect(),
+            present: self.present(),
+        }
+    }
+
+    /// Undoes or redoes until the present state is the one of this number; whether it was not
+    /// before and there is one.
+    pub(super) fn jump_to(&mut self, state: usize, present: &mut Arc<Design>) -> bool {
+        if state == self.present() || state > self.undo.len() + self.redo.len() {
+            return false;
+        }
+        while self.undo.len() > state && self.undo(present).is_some() {}
+        while self.undo.len() < state && self.redo(present).is_some() {}
+        true
     }
 
     /// Every remembered state, to be changed where files moved.

@@ -1,14 +1,19 @@
 //! The document that a person edits: a design with its bodies inlined, its view, edits, history.
 
+mod arrange;
+mod check;
 mod content;
 mod document;
 mod edit;
+mod edit_label;
 mod history;
 #[cfg(test)]
 mod tests;
 pub mod view;
 
+pub use arrange::{ArrangeError, Arrangement, MAX_ARRAY, MirrorPlane, fresh_name, mirrored};
 pub use content::{BodyRole, CrfPlacement, Design, DesignBody, Target, ToolPlacement};
 pub use document::{Document, Origin};
 pub use edit::{Edit, EditError};
+pub use history::{HistoryList, HistoryState};
 pub use view::View;

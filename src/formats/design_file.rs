@@ -1,8 +1,9 @@
 //! Designs, `*.design.ron`: which bodies stand where in which room, and what is asked of them.
 
+use super::body::BodyFile;
 use super::error::FormatError;
 use super::ron_text::{self, PoseEntry};
-use crate::design::{Design, Target, View};
+use crate::design::{CrfPlacement, Design, DesignBody, Target, ToolPlacement, View};
 use crate::geometry::pose::Pose;
 use crate::study::motion::Motion;
 use crate::study::requirement::Requirement;
@@ -55,6 +56,48 @@ impl DesignFile {
             requirement: design.requirement,
             view: view.clone(),
         }
+    }
+
+    /// The design with the bodies that `body` has for their references, the tool's first.
+    ///
+    /// # Errors
+    /// Those of `body`.
+    pub fn into_design<E>(
+        self,
+        mut body: impl FnMut(&str) -> Result<BodyFile, E>,
+    ) -> Result<(Design, View), E> {
+        let mut inlined = |reference: String| {
+            let BodyFile { rigid, mesh } = body(&reference)?;
+            Ok(DesignBody {
+                reference,
+                mesh,
+                rigid,
+            })
+        };
+        let tool = ToolPlacement {
+            body: inlined(self.tool_body)?,
+            crf_from_tool: self.crf_from_tool,
+        };
+        let crf = match self.crf {
+            None => None,
+            Some(crf) => Some(CrfPlacement {
+                body: inlined(crf.body)?,
+                tracker_from_crf: crf.tracker_from_crf,
+                targets: crf.targets,
+                motion: crf.motion,
+                requirement: crf.requirement,
+            }),
+        };
+        let design = Design {
+            name: self.name,
+            environment: self.environment,
+            crf,
+            tool,
+            motion: self.motion,
+            orientation_weight_mm: self.orientation_weight_mm,
+            requirement: self.requirement,
+        };
+        Ok((design, self.view))
     }
 }
 

@@ -49,6 +49,12 @@ pub enum FormatError {
     RepeatedColumn(&'static str),
     #[error("found no rows, expected at least one")]
     NoRows,
+    /// In a file within the file.
+    #[error("{part}: {cause}")]
+    Part {
+        part: &'static str,
+        cause: Box<FormatError>,
+    },
     #[error("{prefix}{cause}")]
     Motion {
         /// "crf." for the motion of the CRF's own study, else nothing.

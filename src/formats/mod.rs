@@ -12,11 +12,14 @@ pub mod log;
 pub mod measurements;
 pub mod number;
 pub mod poses;
+pub mod recent_file;
+pub mod recovery_file;
 mod ron_text;
 mod support;
 pub mod table;
 #[cfg(test)]
 mod tests;
+pub mod typed_number;
 mod utf8;
 
 pub use body::BodyFile;

@@ -26,6 +26,8 @@ fn parse_all(bytes: &[u8]) {
     let _ = jhu_cis::parse_calbody(bytes);
     let _ = jhu_cis::parse_calreadings(bytes);
     let _ = gltf::parse(bytes);
+    let _ = recovery_file::parse(bytes);
+    let _ = recent_file::parse(bytes);
 }
 
 /// One good file of each kind.
@@ -44,6 +46,8 @@ fn good_files() -> Vec<Vec<u8>> {
         [MEASUREMENTS, POSES, &input, CALBODY, CALREADINGS].map(|text| text.as_bytes().to_vec()),
     );
     files.push(gltf::tests::triangle());
+    files.push(recovery_file::tests::good());
+    files.push(recent_file::write(&["/a".into()]).into_bytes());
     files
 }
 

@@ -36,6 +36,10 @@ pub enum StoreError {
     ReadOnly(&'static str),
     #[error("{}: tool and CRF are the same file but differ now, expected one to be saved as another file", file.display())]
     BodiesDiffer { file: PathBuf },
+    #[error("{}: somebody else changed this file since it was read, expected a word on whose content is to stay", file.display())]
+    ChangedOnDisk { file: PathBuf },
+    #[error("{}: cannot be locked: {}", file.display(), what_happened(cause))]
+    Lock { file: PathBuf, cause: io::Error },
     #[error("{}: the design itself uses this file, expected another one to save as", file.display())]
     InUse { file: PathBuf },
 }

@@ -2,15 +2,20 @@
 
 mod builtin;
 mod error;
+mod lock;
 mod open;
 mod place;
 mod read;
+mod recent;
+mod recovery;
 mod resolve;
 mod samples;
 mod save;
 mod shared;
+mod state;
 #[cfg(test)]
 mod tests;
+mod watch;
 mod write;
 
 pub use builtin::{DEFAULT_BUILTIN, builtin_names, generator_mesh};
@@ -20,8 +25,12 @@ pub use read::{
     read_calbody, read_calreadings, read_environment, read_groups, read_input, read_measurements,
     read_mesh, read_poses,
 };
+pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
+pub use recovery::{Leftover, Recovered, Recovery, Snapshot, leftovers};
 pub use resolve::resolve;
 pub use samples::{SampleReading, read_samples};
 pub use save::{SaveReport, save, save_as, save_with_copies};
 pub use shared::{SharedBody, shared_bodies};
+pub use state::{STATE_VARIABLE, recovery_folder, state_folder};
+pub use watch::{ChangedFile, FileChange, WatchedPart, accept_changes, changes};
 pub use write::{write_atomic, write_environment};

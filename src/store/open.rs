@@ -3,10 +3,11 @@
 use super::builtin;
 use super::error::StoreError;
 use super::place::Place;
-use super::read::{read, read_mesh_at};
-use crate::design::{BodyRole, CrfPlacement, Design, DesignBody, Document, Origin, ToolPlacement};
+use super::read::read;
+use super::watch::Stamps;
+use crate::design::{BodyRole, Design, DesignBody, Document, Origin, View};
 use crate::field::Environment;
-use crate::formats::{BodyFile, body, design_file, environment};
+use crate::formats::{FormatError, body, design_file, environment, gltf};
 use crate::geometry::mesh::SurfaceMesh;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,6 +21,8 @@ pub struct World {
     pub crf_mesh: Option<Arc<SurfaceMesh>>,
     /// The reference that `environment` was read by.
     environment_reference: String,
+    /// What the files were when they were last read or written.
+    pub(super) stamps: Stamps,
 }
 
 impl World {
@@ -36,6 +39,7 @@ impl World {
             environment,
             tool_mesh,
             crf_mesh,
+            stamps: Stamps::default(),
         }
     }
 
@@ -80,7 +84,9 @@ pub fn refresh_environment(world: &mut World) -> Result<bool, StoreError> {
         return Ok(false);
     }
     let (place, file) = home(world.document.origin())?;
-    world.environment = open_environment(place, &file, reference)?;
+    let mut reader = Reader::new(place);
+    world.environment = reader.environment(&file, reference)?;
+    world.stamps.extend(reader.stamps);
     world.environment_is_current();
     Ok(true)
 }
@@ -94,61 +100,79 @@ pub(super) fn home(origin: &Origin) -> Result<(Place, PathBuf), StoreError> {
 }
 
 fn open(place: Place, file: &Path, origin: Origin) -> Result<World, StoreError> {
-    let entry = read(place, file, "a design", design_file::parse)?;
-    let environment = open_environment(place, file, &entry.environment)?;
-    let (tool_body, tool_mesh) = open_body(place, file, entry.tool_body)?;
-    let (crf, crf_mesh) = match entry.crf {
-        None => (None, None),
-        Some(crf) => {
-            let (body, mesh) = open_body(place, file, crf.body)?;
-            let placement = CrfPlacement {
-                body,
-                tracker_from_crf: crf.tracker_from_crf,
-                targets: crf.targets,
-                motion: crf.motion,
-                requirement: crf.requirement,
-            };
-            (Some(placement), mesh)
-        }
+    let mut reader = Reader::new(place);
+    let (design, view) = reader.design(file)?;
+    let environment = reader.environment(file, &design.environment)?;
+    let tool_mesh = reader.mesh(file, &design.tool.body)?;
+    let crf_mesh = match &design.crf {
+        Some(crf) => reader.mesh(file, &crf.body)?,
+        None => None,
     };
-    let design = Design {
-        name: entry.name,
-        environment: entry.environment,
-        crf,
-        tool: ToolPlacement {
-            body: tool_body,
-            crf_from_tool: entry.crf_from_tool,
-        },
-        motion: entry.motion,
-        orientation_weight_mm: entry.orientation_weight_mm,
-        requirement: entry.requirement,
-    };
-    let document = Document::new(design, entry.view, origin);
-    Ok(World::new(document, environment, tool_mesh, crf_mesh))
+    let document = Document::new(design, view, origin);
+    let mut world = World::new(document, environment, tool_mesh, crf_mesh);
+    world.stamps = reader.stamps;
+    Ok(world)
 }
 
-fn open_environment(
+/// Reads the files of a design and remembers what they were.
+pub(super) struct Reader {
     place: Place,
-    design_file: &Path,
-    reference: &str,
-) -> Result<Arc<Environment>, StoreError> {
-    let file = place.resolve(design_file, reference);
-    read(place, &file, "an environment", environment::parse).map(Arc::new)
+    pub(super) stamps: Stamps,
 }
 
-type OpenBody = (DesignBody, Option<Arc<SurfaceMesh>>);
+impl Reader {
+    pub(super) fn new(place: Place) -> Self {
+        Self {
+            place,
+            stamps: Stamps::default(),
+        }
+    }
 
-fn open_body(place: Place, design_file: &Path, reference: String) -> Result<OpenBody, StoreError> {
-    let file = place.resolve(design_file, &reference);
-    let BodyFile { rigid, mesh } = read(place, &file, "a body", body::parse)?;
-    let surface = mesh
-        .as_deref()
-        .map(|mesh| read_mesh_at(place, &place.resolve(&file, mesh)).map(Arc::new))
-        .transpose()?;
-    let body = DesignBody {
-        reference,
-        mesh,
-        rigid,
-    };
-    Ok((body, surface))
+    /// A design with its bodies.
+    pub(super) fn design(&mut self, file: &Path) -> Result<(Design, View), StoreError> {
+        let entry = self.read(file, "a design", design_file::parse)?;
+        entry.into_design(|reference| {
+            let file = self.place.resolve(file, reference);
+            self.read(&file, "a body", body::parse)
+        })
+    }
+
+    pub(super) fn environment(
+        &mut self,
+        design_file: &Path,
+        reference: &str,
+    ) -> Result<Arc<Environment>, StoreError> {
+        let file = self.place.resolve(design_file, reference);
+        self.read(&file, "an environment", environment::parse)
+            .map(Arc::new)
+    }
+
+    /// The mesh of a body that has one.
+    pub(super) fn mesh(
+        &mut self,
+        design_file: &Path,
+        body: &DesignBody,
+    ) -> Result<Option<Arc<SurfaceMesh>>, StoreError> {
+        let Some(mesh) = &body.mesh else {
+            return Ok(None);
+        };
+        let body_file = self.place.resolve(design_file, &body.reference);
+        let file = self.place.resolve(&body_file, mesh);
+        self.read(&file, "a mesh", |bytes| Ok(gltf::parse(bytes)?))
+            .map(|mesh| Some(Arc::new(mesh)))
+    }
+
+    fn read<T>(
+        &mut self,
+        file: &Path,
+        expected: &'static str,
+        parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
+    ) -> Result<T, StoreError> {
+        read(self.place, file, expected, |bytes| {
+            if self.place == Place::Disk || file.is_absolute() {
+                self.stamps.take(file, bytes);
+            }
+            parse(bytes)
+        })
+    }
 }

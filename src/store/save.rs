@@ -4,6 +4,7 @@ use super::error::StoreError;
 use super::open::{World, home};
 use super::place::{Place, absolute, relative};
 use super::shared::shared_bodies;
+use super::watch::Stamps;
 use super::write::{folder_of, write_bytes};
 use crate::design::{BodyRole, Design, DesignBody, Origin, View};
 use crate::formats::{BodyFile, DesignFile, body, design_file};
@@ -20,8 +21,10 @@ pub struct SaveReport {
 /// Saves a design where it came from: changed bodies first, then the design itself if it changed.
 ///
 /// # Errors
-/// [`StoreError::ReadOnly`] for a built-in design, [`StoreError::BodiesDiffer`], or a file that
-/// could not be written; the document then still counts as changed.
+/// [`StoreError::ReadOnly`] for a built-in design, [`StoreError::BodiesDiffer`],
+/// [`StoreError::ChangedOnDisk`] where somebody else wrote a file meanwhile
+/// ([`accept_changes`](super::accept_changes) lets it be written over), or a file that could not
+/// be written; the document then still counts as changed.
 pub fn save(world: &mut World) -> Result<SaveReport, StoreError> {
     let file = own_file(world)?;
     let report = write_changes(world, &file, false)?;
@@ -89,6 +92,7 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
         old_file,
         folder: folder_of(file),
         report: SaveReport::default(),
+        stamps: Stamps::default(),
     };
     let design = world.document.design();
     let mut moved = Vec::new();
@@ -119,14 +123,17 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
         .relocate(Origin::File(file.to_owned()), rewrite);
     world.document.mark_saved();
     world.environment_is_current();
+    mover.stamps.take(file, text.as_bytes());
+    world.stamps.extend(mover.stamps);
     mover.report.written.push(file.to_owned());
     Ok(mover.report)
 }
 
 /// Whether Save would write the body of a role.
 pub(super) fn is_changed(world: &World, role: BodyRole) -> bool {
-    let (saved, _) = world.document.saved();
-    saved.body(role).map(body_text) != world.document.design().body(role).map(body_text)
+    let saved = world.document.saved();
+    let saved_body = saved.and_then(|(design, _)| design.body(role));
+    saved_body.map(body_text) != world.document.design().body(role).map(body_text)
 }
 
 fn own_file(world: &World) -> Result<PathBuf, StoreError> {
@@ -148,7 +155,7 @@ fn design_text(design: &Design, view: &View) -> String {
 }
 
 fn write_changes(
-    world: &World,
+    world: &mut World,
     file: &Path,
     is_design_changed: bool,
 ) -> Result<SaveReport, StoreError> {
@@ -168,18 +175,26 @@ fn write_changes(
             file: tool_file.clone(),
         });
     }
-    let mut report = SaveReport::default();
+    let mut texts: Vec<(PathBuf, String)> = Vec::new();
     for (body_file, text, is_changed) in bodies {
-        if is_changed && !report.written.contains(&body_file) {
-            write_bytes(&body_file, text.as_bytes())?;
-            report.written.push(body_file);
+        if is_changed && texts.iter().all(|(file, _)| *file != body_file) {
+            texts.push((body_file, text));
         }
     }
-    let (saved, saved_view) = world.document.saved();
     let text = design_text(design, world.document.view());
-    if is_design_changed || text != design_text(saved, saved_view) {
-        write_bytes(file, text.as_bytes())?;
-        report.written.push(file.to_owned());
+    let saved = world.document.saved();
+    if is_design_changed || saved.is_none_or(|(design, view)| design_text(design, view) != text) {
+        texts.push((file.to_owned(), text));
+    }
+    for (file, _) in &texts {
+        world.stamps.check_unchanged(file)?;
+    }
+    let mut report = SaveReport::default();
+    for (file, text) in texts {
+        write_bytes(&file, text.as_bytes())?;
+        // At once, so that what was written before another file failed counts as known too.
+        world.stamps.take(&file, text.as_bytes());
+        report.written.push(file);
     }
     Ok(report)
 }
@@ -210,6 +225,7 @@ struct Mover {
     old_file: PathBuf,
     folder: PathBuf,
     report: SaveReport,
+    stamps: Stamps,
 }
 
 impl Mover {
@@ -263,6 +279,7 @@ impl Mover {
             write_bytes(&copy, bytes)?;
             self.report.written.push(copy.clone());
         }
+        self.stamps.take(&copy, bytes);
         let name = copy.file_name().unwrap_or_default();
         Ok(name.to_string_lossy().into_owned())
     }

@@ -1,0 +1,122 @@
+//! What an edit may put into a design.
+
+use super::content::BodyRole;
+use super::edit::EditError;
+use crate::geometry::pose::Pose;
+use crate::study::motion::{Motion, MotionError};
+use crate::study::requirement::Requirement;
+use crate::tracking::body::{Sensor, SensorOrientation};
+use std::collections::HashSet;
+
+/// How far from 1 the length of an axis or quaternion may be: round-off of a normalised one.
+const UNIT_TOLERANCE: f64 = 1e-9;
+
+pub(super) fn check_not_empty(what: &'static str, text: &str) -> Result<(), EditError> {
+    if text.trim().is_empty() {
+        Err(EditError::Empty { what })
+    } else {
+        Ok(())
+    }
+}
+
+/// Checks a list of sensors in which those at `changed` are new or were changed: what they hold,
+/// and that no name is there twice.
+pub(super) fn check_sensors(
+    body: BodyRole,
+    sensors: &[Sensor],
+    changed: impl Iterator<Item = usize>,
+) -> Result<(), EditError> {
+    for sensor in changed.filter_map(|index| sensors.get(index)) {
+        check_not_empty("sensor's name", &sensor.name)?;
+        check_sensor(sensor)?;
+    }
+    let mut names = HashSet::with_capacity(sensors.len());
+    match sensors.iter().find(|s| !names.insert(s.name.as_str())) {
+        None => Ok(()),
+        Some(sensor) => Err(EditError::DuplicateSensorName {
+            body,
+            name: sensor.name.clone(),
+        }),
+    }
+}
+
+pub(super) fn check_motion(motion: Option<&Motion>) -> Result<(), MotionError> {
+    // The grid itself knows which ranges can be visited; where it starts does not matter.
+    motion.map_or(Ok(()), |motion| motion.grid(&Pose::identity()).map(|_| ()))
+}
+
+fn check_sensor(sensor: &Sensor) -> Result<(), EditError> {
+    check_finite("the sensor's position", sensor.position_in_body.iter())?;
+    match &sensor.orientation {
+        SensorOrientation::FiveDof(axis) => check_unit("sensor's axis", axis.norm())?,
+        SensorOrientation::SixDof(rotation) => {
+            check_unit("sensor's rotation", rotation.quaternion().norm())?;
+        }
+    }
+    if let Some(coil) = &sensor.coil {
+        check_positive("the coil's diameter", coil.diameter_mm)?;
+        check_positive("the coil's length", coil.length_mm)?;
+    }
+    Ok(())
+}
+
+pub(super) fn check_pose(pose: &Pose) -> Result<(), EditError> {
+    check_finite("the position", pose.translation.vector.iter())?;
+    check_unit("rotation", pose.rotation.quaternion().norm())
+}
+
+pub(super) fn check_requirement(requirement: Option<&Requirement>) -> Result<(), EditError> {
+    let Some(requirement) = requirement else {
+        return Ok(());
+    };
+    let limits = [
+        ("position_rms", requirement.position_rms_mm),
+        ("position_p95", requirement.position_p95_mm),
+        ("position_max", requirement.position_max_mm),
+        ("angle_rms", requirement.angle_rms_deg),
+        ("angle_max", requirement.angle_max_deg),
+    ];
+    for (name, limit) in limits {
+        if let Some(limit) = limit {
+            check_not_negative(name, limit)?;
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn check_finite<'a>(
+    what: &'static str,
+    mut values: impl Iterator<Item = &'a f64>,
+) -> Result<(), EditError> {
+    match values.find(|v| !v.is_finite()) {
+        Some(&value) => Err(EditError::NotFinite { what, value }),
+        None => Ok(()),
+    }
+}
+
+fn check_positive(what: &'static str, value: f64) -> Result<(), EditError> {
+    check_finite(what, [value].iter())?;
+    if value > 0.0 {
+        Ok(())
+    } else {
+        Err(EditError::NotPositive { what, value })
+    }
+}
+
+pub(super) fn check_not_negative(what: &'static str, value: f64) -> Result<(), EditError> {
+    check_finite(what, [value].iter())?;
+    if value >= 0.0 {
+        Ok(())
+    } else {
+        Err(EditError::Negative { what, value })
+    }
+}
+
+fn check_unit(what: &'static str, length: f64) -> Result<(), EditError> {
+    // A length that is not a number is not within the tolerance either.
+    if (length - 1.0).abs() <= UNIT_TOLERANCE {
+        Ok(())
+    } else {
+        Err(EditError::NotUnit { what, length })
+    }
+}
