@@ -137,13 +137,12 @@ fn render() -> RenderPlugin {
     }
 }
 
-/// Without what only lamps, shadows and great crowds of entities need: the scene has none, and a
-/// software renderer pays for each pass that finds nothing to do.
+/// Without what only lamps and shadows need: the scene has none, and a software renderer pays for
+/// each pass that finds nothing to do.
 fn meshes() -> PbrPlugin {
     PbrPlugin {
         prepass_enabled: false,
         add_default_deferred_lighting_plugin: false,
-        use_gpu_instance_buffer_builder: false,
         ..default()
     }
 }
