@@ -1,5 +1,6 @@
 //! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
 
+pub mod arrows;
 mod explain;
 pub mod figures;
 pub mod motion;
@@ -19,6 +20,7 @@ pub mod uncertainty;
 pub mod work;
 
 pub use crate::task::CancelToken;
+pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use explain::{Deed, Explained, explain};
 pub use figures::{FigureRow, Figures, figure_rows};
 pub use motion::{AxisRange, Motion};
