@@ -9,6 +9,7 @@ pub mod mesh;
 pub mod orbit;
 pub mod pose;
 pub mod rotation;
+pub mod spread;
 pub mod surface;
 pub mod surface_drag;
 pub mod svd3;

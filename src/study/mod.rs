@@ -4,7 +4,9 @@ pub mod arrows;
 mod explain;
 pub mod figures;
 pub mod motion;
+pub mod placement;
 mod plan;
+mod pose_rule;
 pub mod preview;
 pub mod requirement;
 mod run;
@@ -24,6 +26,9 @@ pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use explain::{Deed, Explained, explain};
 pub use figures::{FigureRow, Figures, figure_rows};
 pub use motion::{AxisRange, Motion};
+pub use placement::{
+    AxisRule, Basis, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan, place,
+};
 pub use requirement::Requirement;
 pub use run::{Outcome, StudyError, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};
