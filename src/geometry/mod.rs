@@ -4,6 +4,7 @@ pub mod bounds;
 pub mod colormap;
 mod direction_search;
 pub mod directions;
+pub mod isosurface;
 pub mod magnification;
 pub mod mesh;
 pub mod orbit;

@@ -19,6 +19,7 @@ pub mod support;
 mod tracker;
 pub mod trial;
 pub mod uncertainty;
+pub mod usable_region;
 pub mod work;
 
 pub use crate::task::CancelToken;
@@ -38,4 +39,5 @@ pub use slice_quantity::Quantity;
 pub use statistics::Statistics;
 pub use support::{SupportSurvey, survey};
 pub use trial::{BodyDetail, PoseDetail, SensorDetail, Trial, look};
+pub use usable_region::{RegionError, UsableRegion, usable_region};
 pub use work::Work;

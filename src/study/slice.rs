@@ -161,6 +161,7 @@ fn errors(
 fn tip_errors(scenario: &Scenario, plan: &SlicePlan, cancel: &CancelToken) -> Rows {
     check(scenario)?;
     let simulator = Simulator::new(scenario);
+    let rotation = scenario.crf_from_tool.rotation;
     let [nu, nv] = plan.counts;
     let rows: Option<Vec<(Vec<Sampled>, Work)>> = (0..nv)
         .into_par_iter()
@@ -169,7 +170,7 @@ fn tip_errors(scenario: &Scenario, plan: &SlicePlan, cancel: &CancelToken) -> Ro
                 return None;
             }
             let poses: Vec<_> = (0..nu)
-                .map(|u| simulator.crf_from_tool_with_tip_at(&plan.point_mm(u, v)))
+                .map(|u| simulator.crf_from_tool_with_tip_at(&plan.point_mm(u, v), &rotation))
                 .collect();
             let trials = simulator.trials(buffers, &poses, nu);
             let sampled = trials.iter().map(|t| (t.tip_error_mm, t.outside == 0));

@@ -7,7 +7,7 @@ use crate::field::samples::PoseError;
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::tracking::Determination;
 use crate::tracking::tool_in_crf::{FreeMotion, relative_error};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 /// The figures of one trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,14 +175,17 @@ impl<'a> Simulator<'a> {
         self.scenario.crf_from_tool
     }
 
-    /// The tool turned as the design has it, its tip at a point of the tracker frame.
-    pub fn crf_from_tool_with_tip_at(&self, tip_in_tracker: &Point3<f64>) -> Pose {
-        let rotation = self.scenario.crf_from_tool.rotation;
+    /// The tool turned like this, its tip at a point of the tracker frame.
+    pub fn crf_from_tool_with_tip_at(
+        &self,
+        tip_in_tracker: &Point3<f64>,
+        rotation: &UnitQuaternion<f64>,
+    ) -> Pose {
         let tip_in_crf = self
             .tracker_from_crf()
             .inverse_transform_point(tip_in_tracker);
         let arm = rotation * self.tip_in_tool.coords;
-        pose_from_parts(tip_in_crf.coords - arm, rotation)
+        pose_from_parts(tip_in_crf.coords - arm, *rotation)
     }
 
     /// What making the simulator cost.
