@@ -88,7 +88,8 @@ pub struct SliceView {
     pub position_mm: f64,
     /// Axis of the sensor that is imagined at each point, in the tracker frame.
     pub sensor_axis: [f64; 3],
-    /// Upper end of the colour bar; `None` takes the largest error of the slice.
+    /// Upper end of the colour bar, in the unit of the quantity; `None` takes the 95th percentile
+    /// of the slice.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_mm: Option<f64>,
     pub color_map: ColorMap,

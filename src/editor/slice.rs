@@ -85,7 +85,7 @@ fn choose_scale(world: Res<OpenWorld>, results: Res<Results>, mut scale: ResMut<
     let view = &world.0.document.view().slice;
     let max_mm = view
         .range_mm
-        .or(results.slice.as_ref().map(|slice| slice.value.p95_mm))
+        .or(results.slice.as_ref().map(|slice| slice.value.p95))
         .unwrap_or(0.0);
     scale.set_if_neq(ColorScale {
         map: view.color_map,
@@ -141,14 +141,9 @@ fn draw(
 
 /// Whether two slices look the same; what has no value equals itself here.
 fn is_same(a: &SliceOutcome, b: &SliceOutcome) -> bool {
-    let bits = |slice: &SliceOutcome| -> Vec<u64> {
-        slice
-            .position_error_mm
-            .iter()
-            .map(|v| v.to_bits())
-            .collect()
-    };
-    a.plan == b.plan && a.is_inside == b.is_inside && bits(a) == bits(b)
+    let bits =
+        |slice: &SliceOutcome| -> Vec<u64> { slice.values.iter().map(|v| v.to_bits()).collect() };
+    a.plan == b.plan && a.quantity == b.quantity && a.is_inside == b.is_inside && bits(a) == bits(b)
 }
 
 /// The lattice's rectangle. Texels sit on its points, so it reaches half a texel into the
@@ -159,8 +154,7 @@ fn plane(slice: &SliceOutcome) -> Mesh {
         .map(|(u, v)| convert::point(&slice.plan.point_mm(u, v)).to_array());
     let [inset_u, inset_v] = [nu, nv].map(|n| 0.5 / texels(n) as f32);
     let (lo, hi) = ([inset_u, inset_v], [1.0 - inset_u, 1.0 - inset_v]);
-    let mut normal = [0.0; 3];
-    normal[slice.plan.normal_axis.min(2)] = 1.0;
+    let normal = convert::vec3(&slice.plan.plane.normal()).to_array();
     Mesh::new(
         PrimitiveTopology::TriangleList,
         RenderAssetUsages::default(),
@@ -227,7 +221,7 @@ fn color_at(slice: &SliceOutcome, scale: ColorScale, x: usize, y: usize) -> [u8;
         )
     };
     let ((u, fu), (v, fv)) = (cell(x), cell(y));
-    let value = |u: usize, v: usize| slice.position_error_mm[v.min(nv - 1) * nu + u.min(nu - 1)];
+    let value = |u: usize, v: usize| slice.values[v.min(nv - 1) * nu + u.min(nu - 1)];
     let mix = |a: f64, b: f64, f: f64| if f == 0.0 { a } else { a + (b - a) * f };
     let lower = mix(value(u, v), value(u + 1, v), fu);
     let upper = mix(value(u, v + 1), value(u + 1, v + 1), fu);
@@ -237,14 +231,12 @@ fn color_at(slice: &SliceOutcome, scale: ColorScale, x: usize, y: usize) -> [u8;
 /// In the middle of the edge where the first of the plane's axes ends.
 fn handle_of(slice: &SliceOutcome) -> SliceHandle {
     let [nu, nv] = slice.plan.counts;
-    let mut normal = Vector3::zeros();
-    normal[slice.plan.normal_axis.min(2)] = 1.0;
     SliceHandle {
         at_mm: nalgebra::center(
             &slice.plan.point_mm(nu - 1, 0),
             &slice.plan.point_mm(nu - 1, nv - 1),
         ),
-        normal: Unit::new_unchecked(normal),
+        normal: slice.plan.plane.normal(),
     }
 }
 
@@ -381,21 +373,24 @@ fn on_drag_end(
 mod tests {
     use super::*;
     use crate::geometry::bounds::Bounds;
-    use crate::study::{SlicePlan, Work};
+    use crate::study::{Quantity, SlicePlan, SlicePlane, Work};
 
     fn slice() -> SliceOutcome {
         SliceOutcome {
             plan: SlicePlan {
-                normal_axis: 2,
-                position_mm: 5.0,
+                plane: SlicePlane::Across {
+                    normal_axis: 2,
+                    position_mm: 5.0,
+                    bounds: Bounds::from(([0.0; 3], [10.0, 20.0, 30.0])),
+                },
                 sensor_axis: Vector3::z_axis(),
                 counts: [3, 2],
-                bounds: Bounds::from(([0.0; 3], [10.0, 20.0, 30.0])),
             },
-            position_error_mm: vec![0.0, 1.0, 2.0, 3.0, 4.0, 0.5],
+            quantity: Quantity::PositionErrorMm,
+            values: vec![0.0, 1.0, 2.0, 3.0, 4.0, 0.5],
             is_inside: vec![true, true, true, true, true, false],
-            max_mm: 4.0,
-            p95_mm: 4.0,
+            max: 4.0,
+            p95: 4.0,
             work: Work::default(),
         }
     }
@@ -406,7 +401,7 @@ mod tests {
             map: ColorMap::Viridis,
             max_mm: 4.0,
         };
-        for (i, value) in slice().position_error_mm.iter().enumerate().take(5) {
+        for (i, value) in slice().values.iter().enumerate().take(5) {
             let (u, v) = (i % 3, i / 3);
             let color = color_at(&slice(), scale, u * TEXELS_PER_CELL, v * TEXELS_PER_CELL);
             assert_eq!(color, ColorMap::Viridis.srgb_of_value(*value, 4.0));

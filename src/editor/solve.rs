@@ -10,7 +10,7 @@ use crate::design::view::{SliceView, View};
 use crate::field::Environment;
 use crate::store;
 use crate::study::preview::preview;
-use crate::study::{Mode, Quantity, Scenario, SlicePlan, StudyError, figure_rows};
+use crate::study::{Mode, Quantity, Scenario, SlicePlan, SlicePlane, StudyError, figure_rows};
 use bevy::prelude::*;
 use nalgebra::{Unit, Vector3};
 use std::sync::Arc;
@@ -54,6 +54,8 @@ struct SliceKey {
     environment: Arc<Environment>,
     plan: SlicePlan,
     quantity: Quantity,
+    /// The design's, for a quantity that hangs on it.
+    revision: Option<u64>,
 }
 
 impl PartialEq for SliceKey {
@@ -62,6 +64,7 @@ impl PartialEq for SliceKey {
             && Arc::ptr_eq(&self.environment, &other.environment)
             && self.plan == other.plan
             && self.quantity == other.quantity
+            && self.revision == other.revision
     }
 }
 
@@ -117,7 +120,7 @@ fn submit(
     let is_wish_new = last.is_none_or(|s| s.wish != wish);
     // The preview of a drag that has ended gives way to the whole.
     let is_preview_old = !drag.0 && last.is_some_and(|s| matches!(s.extent, Extent::PreviewOf(_)));
-    let key = slice_key(stamp.generation, &world.0.environment, document.view());
+    let key = slice_key(stamp, &world.0.environment, document.view());
     let is_slice_new = handle.slice != key;
     if !(is_new || is_wish_new || is_preview_old || is_slice_new) {
         return;
@@ -171,35 +174,29 @@ pub fn mode(scenario: &Scenario) -> Mode {
     }
 }
 
-fn slice_key(generation: u64, environment: &Arc<Environment>, view: &View) -> Option<SliceKey> {
+fn slice_key(stamp: Stamp, environment: &Arc<Environment>, view: &View) -> Option<SliceKey> {
     view.layers.slice.then(|| SliceKey {
-        generation,
+        generation: stamp.generation,
         environment: Arc::clone(environment),
         plan: slice_plan(environment, &view.slice),
         quantity: view.slice.quantity,
+        revision: view.slice.quantity.needs_tool().then_some(stamp.revision),
     })
 }
 
 /// The lattice of a slice: over the model's box, its cells as square as the counts allow.
 pub fn slice_plan(environment: &Environment, slice: &SliceView) -> SlicePlan {
-    let bounds = *environment.model.bounds();
-    let mut plan = SlicePlan {
+    let plane = SlicePlane::Across {
         normal_axis: slice.axis.index(),
         position_mm: slice.position_mm,
+        bounds: *environment.model.bounds(),
+    };
+    SlicePlan {
+        plane,
         sensor_axis: Unit::try_new(Vector3::from(slice.sensor_axis), 1e-12)
             .unwrap_or_else(Vector3::z_axis),
-        counts: [SLICE_POINTS; 2],
-        bounds,
-    };
-    let size = plan.plane_axes().map(|axis| bounds.size_mm()[axis]);
-    let longest = size[0].max(size[1]);
-    if longest > 0.0 {
-        plan.counts = size.map(|s| {
-            let points = (s / longest * (SLICE_POINTS - 1) as f64).round() as usize + 1;
-            points.max(2)
-        });
+        counts: plane.square_counts(SLICE_POINTS),
     }
-    plan
 }
 
 fn show(
@@ -304,7 +301,6 @@ fn accept(
         Solved::Slice(Ok(Some(value)), quantity) => {
             let is_wanted = wanted == Some((value.plan, quantity));
             if is_wanted {
-                results.slice_quantity = quantity;
                 results.slice = Some(Stamped {
                     revision,
                     value,

@@ -8,7 +8,7 @@
 use crate::study::uncertainty::{TipUncertainty, UncertaintyError, first_order};
 use crate::study::{
     CancelToken, Mode, Outcome, PoseDetail, Quantity, Scenario, SliceOutcome, SlicePlan,
-    StudyError, look, run, sample_slice_of,
+    StudyError, look, run, sample_slice,
 };
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -271,10 +271,9 @@ fn work(shared: &Shared, sender: &Sender<Answer>) {
             Job::Study(scenario, mode, extent) => {
                 Solved::Study(run(&scenario, &mode, &cancel, None), extent)
             }
-            Job::Slice(scenario, plan, quantity) => Solved::Slice(
-                sample_slice_of(quantity, &scenario.environment, &plan, &cancel),
-                quantity,
-            ),
+            Job::Slice(scenario, plan, quantity) => {
+                Solved::Slice(sample_slice(&scenario, quantity, &plan, &cancel), quantity)
+            }
         };
         let answer = Answer {
             stamp: waiting.stamp,

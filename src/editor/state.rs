@@ -8,7 +8,7 @@ use crate::design::view::{ColorMap, View};
 use crate::design::{BodyRole, Edit};
 pub use crate::geometry::orbit::Axis;
 use crate::store::World as StoreWorld;
-use crate::study::{Outcome, PoseDetail, Quantity, SliceOutcome};
+use crate::study::{Outcome, PoseDetail, SliceOutcome};
 use bevy::prelude::*;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -111,8 +111,6 @@ pub struct Results {
     /// Of the same pose; `None` while its layer is off.
     pub scatter: Option<Scatter>,
     pub slice: Option<Stamped<SliceOutcome>>,
-    /// What the slice shows.
-    pub slice_quantity: Quantity,
     /// Why there are no figures, in words.
     pub problem: Option<String>,
 }

@@ -1,6 +1,7 @@
 //! A distortion model for one axis: the orientations blended once, many positions after that.
 
 use super::batch::Batch;
+use super::jacobian::Linearization;
 use super::model::{DistortionModel, Evaluation, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, Weighting};
@@ -61,6 +62,17 @@ impl AxisModel {
     pub fn evaluate(&self, position_mm: &Point3<f64>, outside: OutsidePolicy) -> Evaluation {
         self.model
             .evaluate(position_mm, &Vector3::z_axis(), outside)
+    }
+
+    /// What [`DistortionModel::evaluate_with_jacobian`] gives at a position for this axis, without
+    /// the change by the axis.
+    pub fn evaluate_with_jacobian(
+        &self,
+        position_mm: &Point3<f64>,
+        outside: OutsidePolicy,
+    ) -> Linearization {
+        self.model
+            .evaluate_with_jacobian(position_mm, &Vector3::z_axis(), outside)
     }
 
     /// What [`AxisModel::evaluate`] gives at each position, with the buffers of a batch.

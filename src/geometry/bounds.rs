@@ -32,6 +32,17 @@ impl Bounds {
         })
     }
 
+    /// What two boxes have in common, if only a face; `None` where they are apart.
+    pub fn intersection(&self, other: &Self) -> Option<Self> {
+        let (min_mm, max_mm) = (
+            self.min_mm.sup(&other.min_mm),
+            self.max_mm.inf(&other.max_mm),
+        );
+        (0..3)
+            .all(|k| min_mm[k] <= max_mm[k])
+            .then_some(Self { min_mm, max_mm })
+    }
+
     pub fn size_mm(&self) -> Vector3<f64> {
         self.max_mm - self.min_mm
     }

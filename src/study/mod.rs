@@ -1,33 +1,44 @@
 //! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
 
+pub mod arrows;
 mod explain;
 pub mod figures;
 pub mod motion;
+pub mod placement;
 mod plan;
+mod pose_rule;
 pub mod preview;
 pub mod profile;
 pub mod requirement;
 mod run;
 pub mod scenario;
 pub mod slice;
+pub mod slice_plan;
 pub mod slice_quantity;
 pub mod statistics;
 pub mod support;
 mod tracker;
 pub mod trial;
 pub mod uncertainty;
+pub mod usable_region;
 pub mod work;
 
 pub use crate::task::CancelToken;
+pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use explain::{Deed, Explained, explain};
 pub use figures::{FigureRow, Figures, figure_rows};
 pub use motion::{AxisRange, Motion};
+pub use placement::{
+    AxisRule, Basis, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan, place,
+};
 pub use requirement::Requirement;
 pub use run::{Outcome, StudyError, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};
-pub use slice::{SliceOutcome, SlicePlan, sample_slice};
-pub use slice_quantity::{Quantity, sample_slice_of};
+pub use slice::{SliceOutcome, sample_slice};
+pub use slice_plan::{SlicePlan, SlicePlane};
+pub use slice_quantity::Quantity;
 pub use statistics::Statistics;
 pub use support::{SupportSurvey, survey};
 pub use trial::{BodyDetail, PoseDetail, SensorDetail, Trial, look};
+pub use usable_region::{RegionError, UsableRegion, usable_region};
 pub use work::Work;

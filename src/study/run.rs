@@ -117,7 +117,7 @@ pub fn run(
     })
 }
 
-fn check(scenario: &Scenario) -> Result<(), StudyError> {
+pub(super) fn check(scenario: &Scenario) -> Result<(), StudyError> {
     let bodies = [Some(&scenario.tool), scenario.crf.as_ref().map(|c| &c.body)];
     match bodies.into_iter().flatten().find(|b| b.sensors.is_empty()) {
         Some(body) => Err(StudyError::NoSensors {

@@ -1,195 +1,257 @@
-//! A slice through the room: position error on a lattice in one plane.
+//! A slice through the room: a quantity on a lattice in a plane.
 
-use super::run::StudyError;
+use super::run::{StudyError, check};
+use super::scenario::Scenario;
+use super::slice_plan::{SlicePlan, SlicePlane, others};
+use super::slice_quantity::Quantity;
 use super::statistics::Statistics;
+use super::trial::{Simulator, TrialBuffers};
 use super::work::Work;
-use crate::field::{Environment, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
+use crate::field::samples::PoseError;
+use crate::field::{Batch, DistortionModel, OutsidePolicy, Support};
+use crate::geometry::svd3::svd3;
 use crate::task::CancelToken;
-use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
 /// Rows of points that one core does before it looks whether anyone still wants them.
 const BAND: usize = 16;
 
-/// Where to sample: a plane across one of the tracker's axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlicePlan {
-    /// 0, 1 or 2: the plane lies across x, y or z.
-    pub normal_axis: usize,
-    pub position_mm: f64,
-    /// The axis of the sensor that is imagined at each point.
-    pub sensor_axis: Unit<Vector3<f64>>,
-    /// Points along the two other axes, in the order of the axes; at least 2 each.
-    pub counts: [usize; 2],
-    /// The lattice spans this box.
-    pub bounds: Bounds,
-}
-
-/// A sampled slice. Values run along the first of the two axes fastest.
+/// A sampled slice. Values run along the first of the plane's two axes fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SliceOutcome {
     pub plan: SlicePlan,
-    pub position_error_mm: Vec<f64>,
-    /// Whether each point lies in the model's box.
+    pub quantity: Quantity,
+    /// In the quantity's unit. Where there is none it is NaN and counts as outside.
+    pub values: Vec<f64>,
+    /// Whether each point lies in the model's box; of the tip error, whether all sensors of tool
+    /// and CRF do.
     pub is_inside: Vec<bool>,
-    /// Largest error inside the box, 0 where nothing is inside.
-    pub max_mm: f64,
-    /// 95th percentile of the errors inside the box, 0 where nothing is inside: what a colour map
+    /// Largest value inside the box, 0 where nothing is inside.
+    pub max: f64,
+    /// 95th percentile of the values inside the box, 0 where nothing is inside: what a colour map
     /// spans, so that one bad corner of the room does not take all its colours.
-    pub p95_mm: f64,
+    pub p95: f64,
     pub work: Work,
 }
 
-impl SlicePlan {
-    /// The two axes that the plane spans.
-    pub fn plane_axes(&self) -> [usize; 2] {
-        match self.normal_axis {
-            0 => [1, 2],
-            1 => [0, 2],
-            _ => [0, 1],
-        }
-    }
+/// A value and whether it is of the inside of the box.
+type Sampled = (f64, bool);
 
-    /// A point of the lattice, tracker frame, mm.
-    pub fn point_mm(&self, u: usize, v: usize) -> Point3<f64> {
-        let mut point = Point3::origin();
-        point[self.normal_axis.min(2)] = self.position_mm;
-        for (axis, (index, count)) in self
-            .plane_axes()
-            .into_iter()
-            .zip([(u, self.counts[0]), (v, self.counts[1])])
-        {
-            let (min, max) = (self.bounds.min_mm[axis], self.bounds.max_mm[axis]);
-            // The last point is the box's own number, not one that rounding makes of it.
-            point[axis] = if index + 1 == count {
-                max
-            } else {
-                min + (max - min) * index as f64 / (count.max(2) - 1) as f64
-            };
-        }
-        point
-    }
-}
-
-/// Position error of a sensor at each point of the plan.
+/// A quantity at each point of the plan; `None` where it needs an environment that says where its
+/// model may be believed, and this one does not. Quantities of the field are clamped to the box;
+/// the tip error treats what is outside as the scenario's studies do.
 ///
 /// # Errors
-/// [`StudyError::Cancelled`].
+/// [`StudyError::Cancelled`]; for the tip error [`StudyError::NoSensors`].
 pub fn sample_slice(
-    environment: &Environment,
+    scenario: &Scenario,
+    quantity: Quantity,
     plan: &SlicePlan,
     cancel: &CancelToken,
-) -> Result<SliceOutcome, StudyError> {
-    let [nu, nv] = plan.counts;
-    let [axis_u, axis_v] = plan.plane_axes();
-    let us: Vec<f64> = (0..nu).map(|u| plan.point_mm(u, 0)[axis_u]).collect();
-    let vs: Vec<f64> = (0..nv).map(|v| plan.point_mm(0, v)[axis_v]).collect();
-    let across = [plan.position_mm];
-    let at_axis = environment.model.at_axis(&plan.sensor_axis);
-    let bands: Option<Vec<Vec<(f64, bool)>>> = vs
-        .par_chunks(BAND)
-        .map_init(Vec::new, |evaluations, vs| {
-            if cancel.is_cancelled() {
-                return None;
-            }
-            let mut coordinates = [&across[..]; 3];
-            coordinates[axis_u] = &us;
-            coordinates[axis_v] = vs;
-            at_axis.evaluate_lattice(coordinates, OutsidePolicy::Clamp, evaluations);
-            // There u is slower than v, its axis being the earlier one.
-            let places = (0..vs.len()).flat_map(|v| (0..nu).map(move |u| (u, v)));
-            let values = places.map(|(u, v)| {
-                let e = &evaluations[u * vs.len() + v];
-                (e.error.position_mm.norm(), e.is_inside)
-            });
-            Some(values.collect())
-        })
-        .collect();
-    let values = bands.ok_or(StudyError::Cancelled)?.concat();
-    let mut inside: Vec<f64> = values
+) -> Result<Option<SliceOutcome>, StudyError> {
+    let environment = &scenario.environment;
+    let model = &environment.model;
+    let sampled = match quantity {
+        Quantity::PositionErrorMm => errors(model, plan, cancel, |e| e.position_mm.norm()),
+        Quantity::OrientationErrorDeg => {
+            errors(model, plan, cancel, |e| e.rotation_rad.norm().to_degrees())
+        }
+        Quantity::TipErrorMm => tip_errors(scenario, plan, cancel),
+        Quantity::GradientMmPerMm => gradients(model, plan, cancel),
+        Quantity::StdErrorMm | Quantity::SupportDistanceMm => {
+            let Some(support) = &environment.support else {
+                return Ok(None);
+            };
+            supports(quantity, support, model, plan, cancel)
+        }
+    };
+    let (sampled, work) = sampled?;
+    Ok(Some(outcome(plan, quantity, sampled, work)))
+}
+
+fn outcome(
+    plan: &SlicePlan,
+    quantity: Quantity,
+    sampled: Vec<Sampled>,
+    work: Work,
+) -> SliceOutcome {
+    let mut inside: Vec<f64> = sampled
         .iter()
         .filter_map(|&(value, is_inside)| is_inside.then_some(value))
         .collect();
     let statistics = Statistics::of(&mut inside);
-    let (position_error_mm, is_inside) = values.into_iter().unzip();
-    Ok(SliceOutcome {
+    let (values, is_inside) = sampled.into_iter().unzip();
+    SliceOutcome {
         plan: *plan,
-        position_error_mm,
+        quantity,
+        values,
         is_inside,
-        max_mm: statistics.map_or(0.0, |s| s.max),
-        p95_mm: statistics.map_or(0.0, |s| s.p95),
-        work: Work {
-            slice_evaluations: (nu * nv) as u64,
-            coefficient_blends: 1,
-            blended_evaluations: (nu * nv) as u64,
-            ..Work::default()
-        },
-    })
+        max: statistics.map_or(0.0, |s| s.max),
+        p95: statistics.map_or(0.0, |s| s.p95),
+        work,
+    }
+}
+
+type Rows = Result<(Vec<Sampled>, Work), StudyError>;
+
+/// What is measured of the error at each point; by sum factorisation across the tracker's axes.
+fn errors(
+    model: &DistortionModel,
+    plan: &SlicePlan,
+    cancel: &CancelToken,
+    measure: impl Fn(&PoseError) -> f64 + Sync,
+) -> Rows {
+    let [nu, nv] = plan.counts;
+    let at_axis = model.at_axis(&plan.sensor_axis);
+    let outside = OutsidePolicy::Clamp;
+    let of_band = |(batch, evaluations): &mut (Batch, Vec<_>), rows: std::ops::Range<usize>| {
+        let points = |v: usize| (0..nu).map(move |u| plan.point_mm(u, v));
+        // Where each point of a band is found: of a lattice, whose last axis is the plane's second,
+        // its rows are columns.
+        let len = rows.len();
+        let is_across = match plan.plane {
+            SlicePlane::Across {
+                normal_axis,
+                position_mm,
+                ..
+            } => {
+                let [axis_u, axis_v] = others(normal_axis);
+                let us: Vec<f64> = points(0).map(|p| p[axis_u]).collect();
+                let vs: Vec<f64> = rows.map(|v| plan.point_mm(0, v)[axis_v]).collect();
+                let across = [position_mm];
+                let mut coordinates = [&across[..]; 3];
+                (coordinates[axis_u], coordinates[axis_v]) = (&us, &vs);
+                at_axis.evaluate_lattice(coordinates, outside, evaluations);
+                true
+            }
+            SlicePlane::Free { .. } => {
+                let positions_mm: Vec<_> = rows.flat_map(points).collect();
+                at_axis.evaluate_all(batch, &positions_mm, outside, evaluations);
+                false
+            }
+        };
+        let places = (0..len).flat_map(|v| (0..nu).map(move |u| (u, v)));
+        let sampled = places.map(|(u, v)| {
+            let place = if is_across { u * len + v } else { v * nu + u };
+            let at = &evaluations[place];
+            (measure(&at.error), at.is_inside)
+        });
+        sampled.collect()
+    };
+    let bands: Vec<_> = (0..nv)
+        .step_by(BAND)
+        .map(|start| start..(start + BAND).min(nv))
+        .collect();
+    let bands: Option<Vec<Vec<Sampled>>> = bands
+        .into_par_iter()
+        .map_init(Default::default, |buffers, rows| {
+            (!cancel.is_cancelled()).then(|| of_band(buffers, rows))
+        })
+        .collect();
+    let work = Work {
+        slice_evaluations: plan.points() as u64,
+        coefficient_blends: 1,
+        blended_evaluations: plan.points() as u64,
+        ..Work::default()
+    };
+    Ok((bands.ok_or(StudyError::Cancelled)?.concat(), work))
+}
+
+/// The study's trial with the tip at each point.
+fn tip_errors(scenario: &Scenario, plan: &SlicePlan, cancel: &CancelToken) -> Rows {
+    check(scenario)?;
+    let simulator = Simulator::new(scenario);
+    let rotation = scenario.crf_from_tool.rotation;
+    let [nu, nv] = plan.counts;
+    let rows: Option<Vec<(Vec<Sampled>, Work)>> = (0..nv)
+        .into_par_iter()
+        .map_init(TrialBuffers::default, |buffers, v| {
+            if cancel.is_cancelled() {
+                return None;
+            }
+            let poses: Vec<_> = (0..nu)
+                .map(|u| simulator.crf_from_tool_with_tip_at(&plan.point_mm(u, v), &rotation))
+                .collect();
+            let trials = simulator.trials(buffers, &poses, nu);
+            let sampled = trials.iter().map(|t| (t.tip_error_mm, t.outside == 0));
+            Some((sampled.collect(), buffers.take_work()))
+        })
+        .collect();
+    let rows = rows.ok_or(StudyError::Cancelled)?;
+    let mut work = simulator.own_work();
+    let mut sampled = Vec::with_capacity(plan.points());
+    for (row, cost) in rows {
+        sampled.extend(row);
+        work += cost;
+    }
+    let work = Work {
+        slice_evaluations: work.study_evaluations,
+        study_evaluations: 0,
+        ..work
+    };
+    Ok((sampled, work))
+}
+
+fn gradients(model: &DistortionModel, plan: &SlicePlan, cancel: &CancelToken) -> Rows {
+    let at_axis = model.at_axis(&plan.sensor_axis);
+    let sampled = each_point(plan, cancel, |u, v| {
+        let point = plan.point_mm(u, v);
+        // On the face, and not a rounding beyond it, where the slope across is that of a field
+        // that is clamped: none.
+        let at = model.bounds().clamp(&point);
+        let there = at_axis.evaluate_with_jacobian(&at, OutsidePolicy::Clamp);
+        let slopes = there.by_position.fixed_rows::<3>(0).into_owned();
+        let is_inside = model.bounds().contains(&point);
+        (svd3(&slopes).singular_values[0], is_inside)
+    })?;
+    let work = Work {
+        slice_evaluations: plan.points() as u64,
+        coefficient_blends: 1,
+        blended_evaluations: plan.points() as u64,
+        ..Work::default()
+    };
+    Ok((sampled, work))
+}
+
+fn supports(
+    quantity: Quantity,
+    support: &Support,
+    model: &DistortionModel,
+    plan: &SlicePlan,
+    cancel: &CancelToken,
+) -> Rows {
+    let sampled = each_point(plan, cancel, |u, v| {
+        let point = plan.point_mm(u, v);
+        let at = support.at(&point, &plan.sensor_axis, OutsidePolicy::Clamp);
+        let value = match quantity {
+            Quantity::StdErrorMm => at.position_std_error_mm,
+            _ => at.distance_mm,
+        };
+        match value.is_finite() {
+            true => (value, model.bounds().contains(&point)),
+            false => (f64::NAN, false),
+        }
+    })?;
+    let work = Work {
+        slice_evaluations: plan.points() as u64,
+        ..Work::default()
+    };
+    Ok((sampled, work))
+}
+
+/// Rows of points in parallel.
+fn each_point(
+    plan: &SlicePlan,
+    cancel: &CancelToken,
+    sample: impl Fn(usize, usize) -> Sampled + Sync,
+) -> Result<Vec<Sampled>, StudyError> {
+    let [nu, nv] = plan.counts;
+    let rows: Option<Vec<Vec<Sampled>>> = (0..nv)
+        .into_par_iter()
+        .map(|v| (!cancel.is_cancelled()).then(|| (0..nu).map(|u| sample(u, v)).collect()))
+        .collect();
+    Ok(rows.ok_or(StudyError::Cancelled)?.concat())
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::field::DistortionModel;
-    use crate::field::samples::MapKind;
-    use crate::geometry::directions::{DirectionSet, Weighting};
-
-    /// A room whose error along x is the position's x in the unit cube.
-    fn room() -> Environment {
-        let bounds = Bounds::from(([0.0; 3], [100.0; 3]));
-        let coefficients = (0..8)
-            .map(|i| [f64::from(i / 4), 0.0, 0.0, 0.0, 0.0, 0.0])
-            .collect();
-        Environment {
-            name: "slope".into(),
-            model: DistortionModel::new(
-                1,
-                DirectionSet::One,
-                Weighting::Area,
-                MapKind::Distortion,
-                bounds,
-                coefficients,
-            )
-            .unwrap(),
-            volume: None,
-            jitter: None,
-            provenance: None,
-            support: None,
-        }
-    }
-
-    fn plan(position_mm: f64) -> SlicePlan {
-        SlicePlan {
-            normal_axis: 2,
-            position_mm,
-            sensor_axis: Vector3::z_axis(),
-            counts: [101, 3],
-            bounds: Bounds::from(([0.0; 3], [100.0; 3])),
-        }
-    }
-
-    #[test]
-    fn a_slice_costs_its_points_and_holds_their_errors() {
-        let slice = sample_slice(&room(), &plan(50.0), &CancelToken::default()).unwrap();
-        assert_eq!(slice.work.slice_evaluations, 303);
-        assert!((slice.position_error_mm[25] - 0.25).abs() < 1e-15);
-        assert!((slice.max_mm - 1.0).abs() < 1e-15);
-        assert!((slice.p95_mm - 0.95).abs() < 0.01);
-    }
-
-    #[test]
-    fn outside_the_box_a_slice_has_values_and_no_range() {
-        let slice = sample_slice(&room(), &plan(150.0), &CancelToken::default()).unwrap();
-        assert!(slice.is_inside.iter().all(|inside| !inside));
-        assert_eq!((slice.max_mm, slice.p95_mm), (0.0, 0.0));
-    }
-
-    #[test]
-    fn a_cancelled_slice_has_no_values() {
-        let cancel = CancelToken::default();
-        cancel.cancel();
-        let slice = sample_slice(&room(), &plan(50.0), &cancel);
-        assert_eq!(slice, Err(StudyError::Cancelled));
-    }
-}
+mod tests;

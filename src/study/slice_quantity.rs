@@ -1,20 +1,22 @@
-//! What a slice may show of the room besides the position error: how far its model may be believed.
+//! What a slice may show: the field's error, what it does to the tool, how far to believe it.
 
-use super::run::StudyError;
-use super::slice::{SliceOutcome, SlicePlan, sample_slice};
-use super::statistics::Statistics;
-use super::work::Work;
-use crate::field::{Environment, OutsidePolicy};
-use crate::task::CancelToken;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// A quantity in millimetres at each point of a slice.
+/// A quantity at each point of a slice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Quantity {
     /// Length of the position error (6).
     #[default]
     PositionErrorMm,
+    /// Angle of the orientation error (7).
+    OrientationErrorDeg,
+    /// Tip error of this tool: turned as the design has it, its tip at the point, the CRF where
+    /// the design has it; without a CRF in the tracker frame. It is the study's own trial.
+    TipErrorMm,
+    /// How many mm the position error changes a mm of the way, in the direction in which it
+    /// changes most: the spectral norm of the derivative of the position error by the position.
+    /// Unlike the Frobenius norm it is a bound that some direction reaches, whatever the others do.
+    GradientMmPerMm,
     /// Predicted standard error of the field's position; NaN where it is not determined.
     StdErrorMm,
     /// Distance to the nearest sample; NaN where an orientation has none.
@@ -22,8 +24,11 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    pub const ALL: [Self; 3] = [
+    pub const ALL: [Self; 6] = [
         Self::PositionErrorMm,
+        Self::OrientationErrorDeg,
+        Self::TipErrorMm,
+        Self::GradientMmPerMm,
         Self::StdErrorMm,
         Self::SupportDistanceMm,
     ];
@@ -32,66 +37,34 @@ impl Quantity {
     pub fn label(self) -> &'static str {
         match self {
             Self::PositionErrorMm => "position error",
+            Self::OrientationErrorDeg => "orientation error",
+            Self::TipErrorMm => "tip error of this tool",
+            Self::GradientMmPerMm => "gradient of the position error",
             Self::StdErrorMm => "standard error of the field",
             Self::SupportDistanceMm => "distance to the nearest sample",
         }
     }
-}
 
-/// A quantity at each point of the plan, in the outcome's `position_error_mm` whatever it is; `None`
-/// where the environment does not say where its model may be believed. Points without a finite
-/// value count as outside the box, so that they are drawn as what has no value.
-///
-/// # Errors
-/// [`StudyError::Cancelled`].
-pub fn sample_slice_of(
-    quantity: Quantity,
-    environment: &Environment,
-    plan: &SlicePlan,
-    cancel: &CancelToken,
-) -> Result<Option<SliceOutcome>, StudyError> {
-    if quantity == Quantity::PositionErrorMm {
-        return sample_slice(environment, plan, cancel).map(Some);
+    /// What its values are in.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::OrientationErrorDeg => "°",
+            Self::GradientMmPerMm => "mm/mm",
+            Self::PositionErrorMm
+            | Self::TipErrorMm
+            | Self::StdErrorMm
+            | Self::SupportDistanceMm => "mm",
+        }
     }
-    let Some(support) = &environment.support else {
-        return Ok(None);
-    };
-    let model = &environment.model;
-    let [nu, nv] = plan.counts;
-    let rows: Option<Vec<Vec<(f64, bool)>>> = (0..nv)
-        .into_par_iter()
-        .map(|v| {
-            let value = |u| {
-                let point = plan.point_mm(u, v);
-                let at = support.at(&point, &plan.sensor_axis, OutsidePolicy::Clamp);
-                let value = match quantity {
-                    Quantity::StdErrorMm => at.position_std_error_mm,
-                    Quantity::PositionErrorMm | Quantity::SupportDistanceMm => at.distance_mm,
-                };
-                match value.is_finite() {
-                    true => (value, model.bounds().contains(&point)),
-                    false => (f64::NAN, false),
-                }
-            };
-            (!cancel.is_cancelled()).then(|| (0..nu).map(value).collect())
-        })
-        .collect();
-    let values = rows.ok_or(StudyError::Cancelled)?.concat();
-    let mut inside: Vec<f64> = values
-        .iter()
-        .filter_map(|&(value, is_inside)| is_inside.then_some(value))
-        .collect();
-    let statistics = Statistics::of(&mut inside);
-    let (position_error_mm, is_inside) = values.into_iter().unzip();
-    Ok(Some(SliceOutcome {
-        plan: *plan,
-        position_error_mm,
-        is_inside,
-        max_mm: statistics.map_or(0.0, |s| s.max),
-        p95_mm: statistics.map_or(0.0, |s| s.p95),
-        work: Work {
-            slice_evaluations: (nu * nv) as u64,
-            ..Work::default()
-        },
-    }))
+
+    /// Whether it hangs on the design: tool, CRF and their poses. Any other is the room's alone,
+    /// and stays as it is when the tool moves.
+    pub fn needs_tool(self) -> bool {
+        self == Self::TipErrorMm
+    }
+
+    /// Whether only a room that says where its model may be believed has it.
+    pub fn needs_support(self) -> bool {
+        matches!(self, Self::StdErrorMm | Self::SupportDistanceMm)
+    }
 }

@@ -9,7 +9,7 @@ use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::geometry::rotation::exp_vector;
 use crate::tracking::frame_fit::{FrameFit, FrameFitter, Reading};
 use crate::tracking::tool_in_crf::FreeMotion;
-use crate::tracking::{Determination, RigidBody};
+use crate::tracking::{Determination, RigidBody, Sensor};
 use nalgebra::{Point3, Unit, Vector3};
 
 /// Fewest poses with one orientation for which a model of that orientation is made: blending
@@ -47,13 +47,21 @@ pub(super) struct TrackBuffers {
 }
 
 impl<'a> BodyTracker<'a> {
-    pub fn new(body: &'a RigidBody, scenario: &'a Scenario) -> Self {
+    pub fn new(body: &RigidBody, scenario: &'a Scenario) -> Self {
+        Self::of_sensors(
+            FrameFitter::new(body, scenario.orientation_weight_mm),
+            &body.sensors,
+            scenario,
+        )
+    }
+
+    /// Reads these sensors; `fitter` fits them.
+    pub fn of_sensors(fitter: FrameFitter, sensors: &[Sensor], scenario: &'a Scenario) -> Self {
         Self {
             environment: &scenario.environment,
             outside: scenario.outside,
-            fitter: FrameFitter::new(body, scenario.orientation_weight_mm),
-            sensors: body
-                .sensors
+            fitter,
+            sensors: sensors
                 .iter()
                 .map(|s| (s.body_from_sensor(), s.axis_in_body()))
                 .collect(),
@@ -113,6 +121,26 @@ impl<'a> BodyTracker<'a> {
         );
     }
 
+    /// What each sensor reads at many poses, and whether it is in the model's box there: appended
+    /// to `out` sensor by sensor. Runs are those of [`Self::track_all`].
+    pub fn read_all(
+        &self,
+        buffers: &mut TrackBuffers,
+        tracker_from_body: &[Pose],
+        run: usize,
+        out: &mut Vec<(Reading, bool)>,
+    ) {
+        let count = tracker_from_body.len();
+        self.evaluate(buffers, tracker_from_body, run);
+        for sensor in 0..self.sensors.len() {
+            out.extend(tracker_from_body.iter().enumerate().map(|(place, pose)| {
+                let index = sensor * count + place;
+                let is_inside = buffers.evaluations[index].is_inside;
+                (self.reading(buffers, pose, sensor, index), is_inside)
+            }));
+        }
+    }
+
     /// The error of every sensor at every pose.
     fn evaluate(&self, buffers: &mut TrackBuffers, tracker_from_body: &[Pose], run: usize) {
         let model = &self.environment.model;
@@ -157,22 +185,38 @@ impl<'a> BodyTracker<'a> {
     ) -> Tracked {
         let (mut outside, mut out_of_volume) = (0, 0);
         buffers.readings.clear();
-        for (sensor, (body_from_sensor, _)) in self.sensors.iter().enumerate() {
+        for sensor in 0..self.sensors.len() {
             let index = sensor * count + place;
-            let (at, evaluation) = (&buffers.positions_mm[index], &buffers.evaluations[index]);
-            outside += usize::from(!evaluation.is_inside);
-            out_of_volume += usize::from(!self.is_in_volume(at));
-            buffers.readings.push(Reading {
-                position_mm: at + evaluation.error.position_mm,
-                rotation: exp_vector(&evaluation.error.rotation_rad)
-                    * (tracker_from_body.rotation * body_from_sensor.rotation),
-            });
+            outside += usize::from(!buffers.evaluations[index].is_inside);
+            out_of_volume += usize::from(!self.is_in_volume(&buffers.positions_mm[index]));
+            let reading = self.reading(buffers, tracker_from_body, sensor, index);
+            buffers.readings.push(reading);
         }
         buffers.work.frame_fits += 1;
         Tracked {
             fit: self.fitter.fit(&buffers.readings, tracker_from_body),
             outside,
             out_of_volume,
+        }
+    }
+
+    /// What a sensor reads that was evaluated.
+    fn reading(
+        &self,
+        buffers: &TrackBuffers,
+        tracker_from_body: &Pose,
+        sensor: usize,
+        index: usize,
+    ) -> Reading {
+        let (at, error) = (
+            &buffers.positions_mm[index],
+            &buffers.evaluations[index].error,
+        );
+        let (body_from_sensor, _) = &self.sensors[sensor];
+        Reading {
+            position_mm: at + error.position_mm,
+            rotation: exp_vector(&error.rotation_rad)
+                * (tracker_from_body.rotation * body_from_sensor.rotation),
         }
     }
 

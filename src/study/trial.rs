@@ -4,10 +4,10 @@ use super::scenario::{InputTrial, Scenario, ScenarioCrf};
 use super::tracker::{BodyTracker, TrackBuffers, Tracked};
 use super::work::Work;
 use crate::field::samples::PoseError;
-use crate::geometry::pose::Pose;
+use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::tracking::Determination;
 use crate::tracking::tool_in_crf::{FreeMotion, relative_error};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 /// The figures of one trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,6 +173,19 @@ impl<'a> Simulator<'a> {
     /// Where the design has the tool.
     pub fn design_crf_from_tool(&self) -> Pose {
         self.scenario.crf_from_tool
+    }
+
+    /// The tool turned like this, its tip at a point of the tracker frame.
+    pub fn crf_from_tool_with_tip_at(
+        &self,
+        tip_in_tracker: &Point3<f64>,
+        rotation: &UnitQuaternion<f64>,
+    ) -> Pose {
+        let tip_in_crf = self
+            .tracker_from_crf()
+            .inverse_transform_point(tip_in_tracker);
+        let arm = rotation * self.tip_in_tool.coords;
+        pose_from_parts(tip_in_crf.coords - arm, *rotation)
     }
 
     /// What making the simulator cost.

@@ -6,8 +6,8 @@ use trackwright::field::{Environment, OutsidePolicy};
 use trackwright::geometry::bounds::Bounds;
 use trackwright::store;
 use trackwright::study::{
-    self, CancelToken, InputTrial, Mode, Quantity, Scenario, SlicePlan, StudyError, SupportSurvey,
-    sample_slice, sample_slice_of, support::SurveyError,
+    self, CancelToken, InputTrial, Mode, Quantity, Scenario, SlicePlan, SlicePlane, StudyError,
+    SupportSurvey, sample_slice, support::SurveyError,
 };
 use trackwright::task::Task;
 
@@ -128,42 +128,47 @@ fn a_room_that_does_not_tell_gives_no_survey_and_a_cancelled_one_none_either() {
 
 #[test]
 fn a_slice_shows_the_quantity_that_it_is_asked_for() {
-    let environment = built_in().environment;
+    let scenario = built_in();
+    let environment = &scenario.environment;
     let (model, support) = (&environment.model, environment.support.as_ref().unwrap());
     let bounds = *model.bounds();
     let plan = SlicePlan {
-        normal_axis: 2,
-        position_mm: bounds.center_mm().z,
+        plane: SlicePlane::Across {
+            normal_axis: 2,
+            position_mm: bounds.center_mm().z,
+            // Somewhat more than the box, so that some of the points are outside.
+            bounds: Bounds {
+                max_mm: bounds.max_mm + Vector3::repeat(20.0),
+                ..bounds
+            },
+        },
         sensor_axis: Vector3::x_axis(),
         counts: [9, 5],
-        // Somewhat more than the box, so that some of the points are outside.
-        bounds: Bounds {
-            max_mm: bounds.max_mm + Vector3::repeat(20.0),
-            ..bounds
-        },
     };
     let cancel = CancelToken::default();
-    let slice = |quantity| sample_slice_of(quantity, &environment, &plan, &cancel);
+    let slice = |quantity| sample_slice(&scenario, quantity, &plan, &cancel);
     let error = slice(Quantity::PositionErrorMm).unwrap().unwrap();
-    assert_eq!(error, sample_slice(&environment, &plan, &cancel).unwrap());
     let std_error = slice(Quantity::StdErrorMm).unwrap().unwrap();
     let distance = slice(Quantity::SupportDistanceMm).unwrap().unwrap();
     for (i, is_inside) in error.is_inside.iter().enumerate() {
         let point = plan.point_mm(i % 9, i / 9);
         let at = support.at(&point, &plan.sensor_axis, OutsidePolicy::Clamp);
-        assert_eq!(std_error.position_error_mm[i], at.position_std_error_mm);
-        assert_eq!(distance.position_error_mm[i], at.distance_mm);
+        assert_eq!(std_error.values[i], at.position_std_error_mm);
+        assert_eq!(distance.values[i], at.distance_mm);
         assert_eq!(
             [std_error.is_inside[i], distance.is_inside[i]],
             [*is_inside; 2]
         );
     }
-    assert!(std_error.p95_mm > 0.0 && std_error.p95_mm <= std_error.max_mm);
-    let without = Environment {
-        support: None,
-        ..(*environment).clone()
+    assert!(std_error.p95 > 0.0 && std_error.p95 <= std_error.max);
+    let without = Scenario {
+        environment: Arc::new(Environment {
+            support: None,
+            ..(**environment).clone()
+        }),
+        ..scenario.clone()
     };
-    let none = sample_slice_of(Quantity::StdErrorMm, &without, &plan, &cancel);
+    let none = sample_slice(&without, Quantity::StdErrorMm, &plan, &cancel);
     assert_eq!(none, Ok(None));
     cancel.cancel();
     assert_eq!(slice(Quantity::StdErrorMm), Err(StudyError::Cancelled));

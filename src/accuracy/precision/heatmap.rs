@@ -1,7 +1,9 @@
 //! The slice's resolution: a coarse slice, filled in between its points, against a fine one.
 
 use super::{Family, Row, Settings, Steps, What};
-use crate::study::{Scenario, SliceOutcome, SlicePlan, StudyError, sample_slice};
+use crate::study::{
+    Quantity, Scenario, SliceOutcome, SlicePlan, SlicePlane, StudyError, sample_slice,
+};
 use crate::task::Cancelled;
 use nalgebra::{Unit, Vector3};
 
@@ -36,13 +38,20 @@ pub fn measure(
     }
     let sample = |points: usize| {
         let plan = SlicePlan {
-            normal_axis: NORMAL_AXIS,
-            position_mm: model.bounds().center_mm()[NORMAL_AXIS],
+            plane: SlicePlane::Across {
+                normal_axis: NORMAL_AXIS,
+                position_mm: model.bounds().center_mm()[NORMAL_AXIS],
+                bounds: *model.bounds(),
+            },
             sensor_axis: Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8)),
             counts: [points; 2],
-            bounds: *model.bounds(),
         };
-        sample_slice(&scenario.environment, &plan, &steps.task.cancel)
+        sample_slice(
+            scenario,
+            Quantity::PositionErrorMm,
+            &plan,
+            &steps.task.cancel,
+        )
     };
     let reference = cancelled(sample(settings.slice_reference))?;
     let all = FACTORS.len() + 1;
@@ -71,9 +80,9 @@ pub fn measure(
     Ok(family)
 }
 
-/// A slice fails in no other way.
-fn cancelled(slice: Result<SliceOutcome, StudyError>) -> Result<SliceOutcome, Cancelled> {
-    slice.map_err(|_| Cancelled)
+/// A slice of the position error, which every room has, fails in no other way.
+fn cancelled(slice: Result<Option<SliceOutcome>, StudyError>) -> Result<SliceOutcome, Cancelled> {
+    slice.ok().flatten().ok_or(Cancelled)
 }
 
 /// Largest difference of a slice, bilinear between its points, from a finer one of the same place.
@@ -86,10 +95,10 @@ fn largest_difference_mm(slice: &SliceOutcome, fine: &SliceOutcome) -> f64 {
             let y = v as f64 / (fv - 1) as f64 * (nv - 1) as f64;
             let (i, j) = ((x as usize).min(nu - 2), (y as usize).min(nv - 2));
             let (a, b) = (x - i as f64, y - j as f64);
-            let at = |i: usize, j: usize| slice.position_error_mm[j * nu + i];
+            let at = |i: usize, j: usize| slice.values[j * nu + i];
             let between = (1.0 - b) * ((1.0 - a) * at(i, j) + a * at(i + 1, j))
                 + b * ((1.0 - a) * at(i, j + 1) + a * at(i + 1, j + 1));
-            largest = largest.max((between - fine.position_error_mm[v * fu + u]).abs());
+            largest = largest.max((between - fine.values[v * fu + u]).abs());
         }
     }
     largest

@@ -5,7 +5,7 @@ use super::ruler::{decimals, round_below, ticks};
 use crate::editor::palette::{self, Rgb};
 use crate::editor::state::ColorScale;
 use crate::editor::ui::theme;
-use crate::editor::ui::widgets::{THIN_SPACE, count, length};
+use crate::editor::ui::widgets::{THIN_SPACE, count, decimal, length, with_unit};
 use crate::field::Environment;
 use crate::geometry::magnification::MAX_GHOST_TURN_RAD;
 use crate::study::Quantity;
@@ -106,6 +106,7 @@ fn scale_bar(painter: &Painter, view: &OverlayView, left_bottom: Pos2) -> Rect {
 fn color_bar(painter: &Painter, view: &OverlayView, scale: ColorScale, right_bottom: Pos2) -> Rect {
     let largest_mm = view.slice_max_mm.unwrap_or(scale.max_mm);
     let is_clipped = largest_mm > scale.max_mm * (1.0 + 1e-9);
+    let quantity_unit = view.slice_quantity.unit();
     // The largest value stands in a line of its own where the name leaves no room for it.
     let name_lines = if is_clipped && view.slice_quantity != Quantity::PositionErrorMm {
         2.0
@@ -132,7 +133,10 @@ fn color_bar(painter: &Painter, view: &OverlayView, scale: ColorScale, right_bot
             painter,
             pos2(frame.right() - PADDING, bar_top - 1.0),
             Align2::RIGHT_BOTTOM,
-            &format!("largest {}", length(largest_mm)),
+            &format!(
+                "largest {}",
+                with_unit(&decimal(largest_mm, 2), quantity_unit)
+            ),
             palette::TEXT_QUIET,
         );
     }
@@ -149,12 +153,12 @@ fn color_bar(painter: &Painter, view: &OverlayView, scale: ColorScale, right_bot
             [pos2(x, bar.bottom()), pos2(x, bar.bottom() + 3.0)],
             Stroke::new(1.0, palette::TEXT.color32()),
         );
-        let unit = if k + 1 == values.len() { "mm" } else { "" };
-        let label = if unit.is_empty() {
-            format!("{value:.decimals$}")
+        let unit = if k + 1 == values.len() {
+            quantity_unit
         } else {
-            format!("{value:.decimals$}{THIN_SPACE}{unit}")
+            ""
         };
+        let label = with_unit(&format!("{value:.decimals$}"), unit);
         // The first begins at the bar's end, so that it stays on the plate.
         let align = if k == 0 {
             Align2::LEFT_TOP

@@ -125,9 +125,12 @@ fn draw(
         hovered: scene.hovered.0,
         magnification: scene.magnification.as_deref().copied(),
         color_scale: scene.color_scale.as_deref().copied(),
-        slice_quantity: results.slice_quantity,
+        slice_quantity: results
+            .slice
+            .as_ref()
+            .map_or_else(Quantity::default, |s| s.value.quantity),
         has_scatter: matches!(&results.scatter, Some(Ok(_))),
-        slice_max_mm: results.slice.as_ref().map(|s| s.value.max_mm),
+        slice_max_mm: results.slice.as_ref().map(|s| s.value.max),
         readout: scene
             .readout
             .0

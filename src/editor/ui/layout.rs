@@ -281,7 +281,7 @@ impl Desk<'_> {
                         view: self.view(),
                         bounds: *self.environment().model.bounds(),
                         has_support: self.environment().support.is_some(),
-                        max_mm: self.shown.results.slice.as_ref().map(|s| s.value.max_mm),
+                        max_mm: self.shown.results.slice.as_ref().map(|s| s.value.max),
                     },
                 ));
             }

@@ -80,7 +80,7 @@ fn quantity_ui(ui: &mut Ui, has_support: bool, slice: &mut SliceView) {
             .width(110.0)
             .show_ui(ui, |ui| {
                 for quantity in Quantity::ALL {
-                    let is_known = has_support || quantity == Quantity::PositionErrorMm;
+                    let is_known = has_support || !quantity.needs_support();
                     let is_shown = slice.quantity == quantity;
                     let name = egui::Button::selectable(is_shown, short_name(quantity));
                     let choice = ui
@@ -95,7 +95,7 @@ fn quantity_ui(ui: &mut Ui, has_support: bool, slice: &mut SliceView) {
                 }
             });
     });
-    if !has_support && slice.quantity != Quantity::PositionErrorMm {
+    if !has_support && slice.quantity.needs_support() {
         super::widgets::warning_ui(ui, NO_SUPPORT);
     }
 }
@@ -104,6 +104,9 @@ fn quantity_ui(ui: &mut Ui, has_support: bool, slice: &mut SliceView) {
 fn short_name(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::PositionErrorMm => "position error",
+        Quantity::OrientationErrorDeg => "orientation error",
+        Quantity::TipErrorMm => "tip error",
+        Quantity::GradientMmPerMm => "gradient",
         Quantity::StdErrorMm => "standard error",
         Quantity::SupportDistanceMm => "nearest sample",
     }

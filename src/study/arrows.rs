@@ -1,0 +1,284 @@
+//! Position error vectors on a lattice through the room: what arrows are drawn from.
+
+use super::run::StudyError;
+use super::scenario::Scenario;
+use super::statistics::Statistics;
+use super::work::Work;
+use crate::field::model::Evaluation;
+use crate::field::{AxisModel, OutsidePolicy};
+use crate::geometry::bounds::Bounds;
+use crate::geometry::pose::Pose;
+use crate::task::CancelToken;
+use nalgebra::{Point3, Unit, Vector3};
+use rayon::prelude::*;
+
+/// Layers across x that one core does before it looks whether anyone still wants them: a lattice of
+/// 22³ points is shared out into 11 parts.
+const SLAB: usize = 2;
+
+/// Which sensor is imagined at each point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ArrowSensor {
+    /// One along this axis, tracker frame.
+    Along(Unit<Vector3<f64>>),
+    /// All of the tool's, each turned as the design's own pose has it: the arrow is the mean of
+    /// their errors, by which the tool's centroid would be off were they all at the point.
+    OfTool,
+}
+
+/// Where to sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArrowPlan {
+    pub sensor: ArrowSensor,
+    /// Points along x, y and z; one alone is in the middle.
+    pub counts: [usize; 3],
+}
+
+/// Sampled error vectors, x slowest and z fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArrowOutcome {
+    pub plan: ArrowPlan,
+    /// What the lattice spans: the model's box, as far as the tracker promises to measure; `None`
+    /// where the two have nothing in common, and then there are no arrows.
+    pub bounds: Option<Bounds>,
+    /// Measured minus true position, tracker frame, mm.
+    pub errors_mm: Vec<Vector3<f64>>,
+    /// Length of the longest.
+    pub max_mm: f64,
+    /// 95th percentile of the lengths: what a scale of lengths or colours spans.
+    pub p95_mm: f64,
+    pub work: Work,
+}
+
+impl ArrowOutcome {
+    /// Where each arrow begins, tracker frame, mm, with the arrow.
+    pub fn arrows(&self) -> impl Iterator<Item = (Point3<f64>, Vector3<f64>)> {
+        let [_, ny, nz] = self.plan.counts;
+        let coordinates = self
+            .bounds
+            .map(|bounds| coordinates_mm(&bounds, self.plan.counts));
+        let errors = self.errors_mm.iter().enumerate();
+        coordinates.into_iter().flat_map(move |[xs, ys, zs]| {
+            errors.clone().map(move |(i, error)| {
+                let at = Point3::new(xs[i / (ny * nz)], ys[i / nz % ny], zs[i % nz]);
+                (at, *error)
+            })
+        })
+    }
+}
+
+/// The error vectors of a plan, by sum factorisation.
+///
+/// # Errors
+/// [`StudyError::Cancelled`]; [`StudyError::NoSensors`] where the tool's sensors are asked for and
+/// it has none.
+pub fn sample_arrows(
+    scenario: &Scenario,
+    plan: &ArrowPlan,
+    cancel: &CancelToken,
+) -> Result<ArrowOutcome, StudyError> {
+    let environment = &scenario.environment;
+    let axes = match plan.sensor {
+        ArrowSensor::Along(axis) => vec![axis],
+        ArrowSensor::OfTool => axes_of_tool(scenario)?,
+    };
+    let models: Vec<AxisModel> = axes.iter().map(|a| environment.model.at_axis(a)).collect();
+    let own = *environment.model.bounds();
+    let bounds = match environment.volume {
+        Some(volume) => own.intersection(&volume.bounds()),
+        None => Some(own),
+    };
+    let errors_mm = match &bounds {
+        Some(bounds) => mean_errors(&models, coordinates_mm(bounds, plan.counts), cancel)?,
+        None => Vec::new(),
+    };
+    let mut lengths: Vec<f64> = errors_mm.iter().map(Vector3::norm).collect();
+    let statistics = Statistics::of(&mut lengths);
+    let evaluations = (errors_mm.len() * models.len()) as u64;
+    Ok(ArrowOutcome {
+        plan: *plan,
+        bounds,
+        errors_mm,
+        max_mm: statistics.map_or(0.0, |s| s.max),
+        p95_mm: statistics.map_or(0.0, |s| s.p95),
+        work: Work {
+            arrow_evaluations: evaluations,
+            coefficient_blends: models.len() as u64,
+            blended_evaluations: evaluations,
+            ..Work::default()
+        },
+    })
+}
+
+/// Axes of the tool's sensors at the design's own pose, tracker frame.
+fn axes_of_tool(scenario: &Scenario) -> Result<Vec<Unit<Vector3<f64>>>, StudyError> {
+    let tool = &scenario.tool;
+    if tool.sensors.is_empty() {
+        return Err(StudyError::NoSensors {
+            body: tool.name.clone(),
+        });
+    }
+    let tracker_from_crf = scenario
+        .crf
+        .as_ref()
+        .map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
+    let turn = (tracker_from_crf * scenario.crf_from_tool).rotation;
+    Ok(tool
+        .sensors
+        .iter()
+        .map(|s| turn * s.axis_in_body())
+        .collect())
+}
+
+fn mean_errors(
+    models: &[AxisModel],
+    [xs, ys, zs]: [Vec<f64>; 3],
+    cancel: &CancelToken,
+) -> Result<Vec<Vector3<f64>>, StudyError> {
+    let slabs: Option<Vec<Vec<Vector3<f64>>>> = xs
+        .par_chunks(SLAB)
+        .map_init(Vec::new, |evaluations: &mut Vec<Evaluation>, xs| {
+            let mut sums = vec![Vector3::zeros(); xs.len() * ys.len() * zs.len()];
+            for model in models {
+                if cancel.is_cancelled() {
+                    return None;
+                }
+                model.evaluate_lattice([xs, &ys, &zs], OutsidePolicy::Clamp, evaluations);
+                for (sum, at) in sums.iter_mut().zip(evaluations.iter()) {
+                    *sum += at.error.position_mm;
+                }
+            }
+            for sum in &mut sums {
+                *sum /= models.len() as f64;
+            }
+            Some(sums)
+        })
+        .collect();
+    Ok(slabs.ok_or(StudyError::Cancelled)?.concat())
+}
+
+/// Coordinates of a lattice over a box, along each axis.
+pub(super) fn coordinates_mm(bounds: &Bounds, counts: [usize; 3]) -> [Vec<f64>; 3] {
+    [0, 1, 2].map(|k| {
+        let (min, max) = (bounds.min_mm[k], bounds.max_mm[k]);
+        match counts[k] {
+            1 => vec![bounds.center_mm()[k]],
+            count => (0..count)
+                .map(|i| match i + 1 == count {
+                    true => max,
+                    false => min + (max - min) * i as f64 / (count - 1) as f64,
+                })
+                .collect(),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store;
+    use crate::study::look;
+
+    fn built_in() -> Scenario {
+        let world = store::open_builtin("shaver-on-head").unwrap();
+        store::resolve(world.document.design(), &world.environment)
+    }
+
+    fn sample(scenario: &Scenario, plan: &ArrowPlan) -> ArrowOutcome {
+        sample_arrows(scenario, plan, &CancelToken::default()).unwrap()
+    }
+
+    #[test]
+    fn each_arrow_is_the_error_at_its_own_place() {
+        let scenario = built_in();
+        let model = &scenario.environment.model;
+        let axis = Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8));
+        let plan = ArrowPlan {
+            sensor: ArrowSensor::Along(axis),
+            counts: [5, 4, 3],
+        };
+        let outcome = sample(&scenario, &plan);
+        assert_eq!(outcome.work.arrow_evaluations, 60);
+        assert_eq!(outcome.arrows().count(), 60);
+        let mut longest: f64 = 0.0;
+        for (at, error) in outcome.arrows() {
+            let expected = model.evaluate(&at, &axis, OutsidePolicy::Clamp);
+            assert!(expected.is_inside);
+            assert!((error - expected.error.position_mm).norm() < 1e-12);
+            longest = longest.max(error.norm());
+        }
+        assert_eq!(outcome.max_mm, longest);
+    }
+
+    #[test]
+    fn arrows_of_the_tool_are_the_mean_of_what_its_sensors_would_read_there() {
+        let scenario = built_in();
+        let plan = ArrowPlan {
+            sensor: ArrowSensor::OfTool,
+            counts: [3, 1, 4],
+        };
+        let outcome = sample(&scenario, &plan);
+        let turn = look(&scenario).tool.tracker_from_body.rotation;
+        let sensors = &scenario.tool.sensors;
+        assert_eq!(outcome.work.coefficient_blends, sensors.len() as u64);
+        for (at, arrow) in outcome.arrows() {
+            let sum: Vector3<f64> = sensors
+                .iter()
+                .map(|s| {
+                    let axis = turn * s.axis_in_body();
+                    let model = &scenario.environment.model;
+                    model
+                        .evaluate(&at, &axis, OutsidePolicy::Clamp)
+                        .error
+                        .position_mm
+                })
+                .sum();
+            assert!((arrow - sum / sensors.len() as f64).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_lattice_is_clipped_to_the_volume_and_may_be_empty() {
+        let mut scenario = built_in();
+        let own = *scenario.environment.model.bounds();
+        let plan = ArrowPlan {
+            sensor: ArrowSensor::Along(Vector3::x_axis()),
+            counts: [2, 2, 2],
+        };
+        let beside = |from: Vector3<f64>| Bounds {
+            min_mm: own.min_mm + from,
+            max_mm: own.max_mm + from,
+        };
+        let mut with = |volume: Bounds| {
+            let environment = std::sync::Arc::make_mut(&mut scenario.environment);
+            environment.volume = Some(crate::geometry::volume::Volume::Box(volume));
+            sample(&scenario, &plan)
+        };
+        let clipped = with(beside(Vector3::new(50.0, 0.0, -20.0)));
+        let bounds = clipped.bounds.unwrap();
+        assert_eq!(bounds.min_mm.x, own.min_mm.x + 50.0);
+        assert_eq!(bounds.max_mm.z, own.max_mm.z - 20.0);
+        assert_eq!(clipped.arrows().next().unwrap().0, bounds.min_mm);
+        let empty = with(beside(own.size_mm() * 2.0));
+        assert_eq!((empty.bounds, empty.arrows().count()), (None, 0));
+        assert_eq!(empty.work.arrow_evaluations, 0);
+    }
+
+    #[test]
+    fn arrows_hang_on_no_number_of_threads_and_stop_when_cancelled() {
+        let scenario = built_in();
+        let plan = ArrowPlan {
+            sensor: ArrowSensor::OfTool,
+            counts: [11, 10, 9],
+        };
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            pool.build().unwrap().install(|| sample(&scenario, &plan))
+        };
+        assert_eq!(on(1), on(3));
+        let cancel = CancelToken::default();
+        cancel.cancel();
+        let stopped = sample_arrows(&scenario, &plan, &cancel);
+        assert_eq!(stopped, Err(StudyError::Cancelled));
+    }
+}

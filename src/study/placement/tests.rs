@@ -1,0 +1,264 @@
+//! Places against the study itself with the sensor moved there.
+
+use super::*;
+use crate::design::BodyRole;
+use crate::field::{DistortionModel, OutsidePolicy};
+use crate::store;
+use crate::study::{CancelToken, Mode, Motion, run};
+use nalgebra::Point3;
+
+fn built_in(name: &str, body: PlacedBody) -> (Scenario, Vec<SurfacePoint>) {
+    let world = store::open_builtin(name).unwrap();
+    let role = match body {
+        PlacedBody::Tool => BodyRole::Tool,
+        PlacedBody::Crf => BodyRole::Crf,
+    };
+    let scenario = store::resolve(world.document.design(), &world.environment);
+    (scenario, vertices(world.mesh(role).unwrap()))
+}
+
+fn plan(body: PlacedBody, rule: AxisRule, candidates: &[SurfacePoint]) -> PlacementPlan {
+    PlacementPlan {
+        body,
+        sensor: 1,
+        rule,
+        candidates: candidates.into(),
+    }
+}
+
+fn placed(scenario: &Scenario, plan: &PlacementPlan) -> PlacementOutcome {
+    place(scenario, plan, &Task::default(), &mut |_| {}).unwrap()
+}
+
+/// The study with the sensor moved to a place.
+fn studied_mm(scenario: &Scenario, plan: &PlacementPlan, at: &SurfacePoint) -> Option<f64> {
+    let mut moved = scenario.clone();
+    let body = match plan.body {
+        PlacedBody::Tool => &mut moved.tool,
+        PlacedBody::Crf => &mut moved.crf.as_mut().unwrap().body,
+    };
+    body.sensors[plan.sensor] = plan.rule.placed(&body.sensors[plan.sensor], at);
+    let mode = match scenario.motion {
+        Some(_) => Mode::Motion,
+        None => Mode::Single,
+    };
+    let outcome = run(&moved, &mode, &CancelToken::default(), None);
+    outcome.ok().map(|o| o.figures.position_mm.rms)
+}
+
+#[test]
+fn a_fully_computed_place_is_the_study_with_the_sensor_moved_there() {
+    for name in ["pointer-on-head", "shaver-on-head"] {
+        for body in [PlacedBody::Tool, PlacedBody::Crf] {
+            let (scenario, all) = built_in(name, body);
+            let some: Vec<_> = all.iter().step_by(all.len() / 20).copied().collect();
+            for rule in [AxisRule::Keep, AxisRule::Normal, AxisRule::Tangent] {
+                let plan = plan(body, rule, &some);
+                let outcome = placed(&scenario, &plan);
+                assert_eq!((outcome.full, outcome.trials), (some.len(), 3375));
+                assert!(outcome.is_final && some.len() >= 20);
+                for (at, place) in some.iter().zip(&outcome.places) {
+                    let studied = studied_mm(&scenario, &plan, at).unwrap();
+                    let found = place.tip_rms_mm.unwrap();
+                    // A sum of 3,375 squares in another order.
+                    assert!(
+                        (found - studied).abs() < 1e-12 * studied,
+                        "{name} {body:?} {rule:?}: {found} {studied}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn places_between_are_nearly_as_good_as_full_ones_and_say_how_good() {
+    let (scenario, all) = built_in("shaver-on-head", PlacedBody::Tool);
+    // Where the axis stays, values are smooth along the surface; where it follows the normal, some
+    // vertices hardly determine the tool's roll, and trials swing far at some of the poses.
+    for (rule, half, most) in [
+        (AxisRule::Keep, 0.001, 0.005),
+        (AxisRule::Normal, 0.02, 0.15),
+    ] {
+        let plan = plan(PlacedBody::Tool, rule, &all);
+        let mut pictures = Vec::new();
+        let outcome = place(&scenario, &plan, &Task::default(), &mut |picture| {
+            pictures.push(picture.clone());
+        })
+        .unwrap();
+        assert_eq!(pictures.len(), 3);
+        assert!(pictures.last() == Some(&outcome) && outcome.is_final);
+        assert!(!pictures[0].is_final && pictures[0].full < outcome.full);
+        let is_full = |i: &usize| outcome.places[*i].basis == Basis::Full;
+        let (full, between): (Vec<usize>, Vec<usize>) = (0..all.len()).partition(is_full);
+        let (mut offs, mut beyond) = (Vec::new(), 0);
+        for &i in between.iter().step_by(between.len() / 24) {
+            let studied = studied_mm(&scenario, &plan, &all[i]).unwrap();
+            let off = (outcome.places[i].tip_rms_mm.unwrap() - studied).abs();
+            let Basis::Approximate { error_mm } = outcome.places[i].basis else {
+                unreachable!();
+            };
+            beyond += usize::from(off > error_mm);
+            offs.push(off / studied);
+        }
+        offs.sort_by(f64::total_cmp);
+        let (median, worst) = (offs[offs.len() / 2], offs[offs.len() - 1]);
+        assert!(median < half && worst < most, "{rule:?}: {median} {worst}");
+        assert!(beyond <= 2, "{rule:?}: {beyond} of {}", offs.len());
+        // Full ones among many are the study too.
+        for &i in full.iter().step_by(full.len() / 4) {
+            let studied = studied_mm(&scenario, &plan, &all[i]).unwrap();
+            let off = outcome.places[i].tip_rms_mm.unwrap() - studied;
+            assert!(off.abs() < 1e-12 * studied);
+        }
+    }
+}
+
+#[test]
+fn what_does_not_change_is_computed_once() {
+    let (scenario, all) = built_in("pointer-on-head", PlacedBody::Tool);
+    let still = Scenario {
+        motion: None,
+        ..scenario.clone()
+    };
+    let some = &all[..50];
+    let different: std::collections::HashSet<_> = some
+        .iter()
+        .map(|at| at.position_mm.coords.map(f64::to_bits))
+        .collect();
+    let (n, tool) = (different.len() as u64, scenario.tool.sensors.len() as u64);
+    let crf = scenario.crf.as_ref().unwrap().body.sensors.len() as u64;
+    let work = placed(&still, &plan(PlacedBody::Tool, AxisRule::Keep, some)).work;
+    // Once for all poses and once for the few.
+    assert_eq!(work.placement_evaluations, n + 2 * (tool - 1 + crf));
+    assert_eq!(work.reading_reuses, n * (tool - 1));
+    assert_eq!((work.study_evaluations, work.frame_fits), (0, n + 2));
+    let work = placed(&scenario, &plan(PlacedBody::Crf, AxisRule::Keep, some)).work;
+    assert_eq!(work.reading_reuses, n * (crf - 1));
+    // The tool at 3,375 and 64 poses and at the design's own; the CRF three times.
+    let once = (3375 + 64 + 2) * tool + 2 * 3 * crf;
+    assert_eq!(work.placement_evaluations, n + once);
+}
+
+#[test]
+fn without_distortion_no_place_has_an_error() {
+    for body in [PlacedBody::Tool, PlacedBody::Crf] {
+        let (mut scenario, all) = built_in("shaver-on-head", body);
+        let environment = Arc::make_mut(&mut scenario.environment);
+        let (bounds, map) = (*environment.model.bounds(), environment.model.map());
+        environment.model = DistortionModel::zero(bounds, map);
+        let outcome = placed(&scenario, &plan(body, AxisRule::Normal, &all[..100]));
+        // Round-off of coordinates of some hundred mm.
+        assert!(outcome.range_mm().unwrap()[1] < 1e-11);
+    }
+}
+
+#[test]
+fn a_place_outside_is_told_and_where_all_trials_are_left_out_it_has_no_value() {
+    for body in [PlacedBody::Tool, PlacedBody::Crf] {
+        let (clamped, all) = built_in("pointer-on-head", body);
+        let far = |y: f64| SurfacePoint {
+            position_mm: Point3::new(0.0, y, 0.0),
+            ..all[0]
+        };
+        let some = [all[0], far(2e3), far(f64::NAN)];
+        let plan = plan(body, AxisRule::Keep, &some);
+        let places = placed(&clamped, &plan).places;
+        assert!(!places[0].is_outside && places[1].is_outside && places[2].is_outside);
+        assert!(places[1].tip_rms_mm.unwrap() > places[0].tip_rms_mm.unwrap());
+        assert_eq!(places[2].tip_rms_mm, None);
+        let rejecting = Scenario {
+            outside: OutsidePolicy::Reject,
+            ..clamped.clone()
+        };
+        let places = placed(&rejecting, &plan).places;
+        assert_eq!(places[1].tip_rms_mm, None);
+        assert_eq!(studied_mm(&rejecting, &plan, &some[1]), None);
+        let (found, studied) = (
+            places[0].tip_rms_mm.unwrap(),
+            studied_mm(&rejecting, &plan, &some[0]).unwrap(),
+        );
+        assert!((found - studied).abs() < 1e-12 * studied);
+    }
+}
+
+#[test]
+fn places_hang_on_no_number_of_threads() {
+    let (scenario, all) = built_in("shaver-on-head", PlacedBody::Tool);
+    // Few enough for little time; the first picture is mixed from 24 of them.
+    let some: Vec<_> = all.iter().step_by(all.len() / 150).copied().collect();
+    for body in [PlacedBody::Tool, PlacedBody::Crf] {
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let plan = plan(body, AxisRule::Tangent, &some);
+            let mut pictures = Vec::new();
+            let deliver = |pictures: &mut Vec<_>| {
+                place(&scenario, &plan, &Task::default(), &mut |picture| {
+                    pictures.push(picture.clone());
+                })
+                .unwrap();
+            };
+            pool.build().unwrap().install(|| deliver(&mut pictures));
+            pictures
+        };
+        assert_eq!(on(1), on(3));
+    }
+}
+
+#[test]
+fn a_place_that_nobody_wants_any_more_is_given_up() {
+    let (scenario, all) = built_in("shaver-on-head", PlacedBody::Tool);
+    let task = Task::default();
+    let mut pictures = 0;
+    let plan = plan(PlacedBody::Tool, AxisRule::Keep, &all);
+    let stopped = place(&scenario, &plan, &task, &mut |_| {
+        pictures += 1;
+        task.cancel.cancel();
+    });
+    let cancelled = PlacementError::Study(StudyError::Cancelled);
+    assert_eq!((stopped, pictures), (Err(cancelled), 1));
+}
+
+#[test]
+fn a_sensor_that_is_not_there_is_named() {
+    let (scenario, all) = built_in("pointer-on-head", PlacedBody::Tool);
+    let mut wrong = plan(PlacedBody::Tool, AxisRule::Keep, &all[..1]);
+    wrong.sensor = 17;
+    let error = place(&scenario, &wrong, &Task::default(), &mut |_| {}).unwrap_err();
+    assert!(error.to_string().starts_with("sensor 17 of "), "{error}");
+    let alone = Scenario {
+        crf: None,
+        ..scenario
+    };
+    let of_crf = plan(PlacedBody::Crf, AxisRule::Keep, &all[..1]);
+    let error = place(&alone, &of_crf, &Task::default(), &mut |_| {}).unwrap_err();
+    assert_eq!(error, PlacementError::NoCrf);
+}
+
+#[test]
+fn a_long_motion_is_sampled_and_says_so() {
+    let (scenario, all) = built_in("pointer-on-head", PlacedBody::Tool);
+    let mut motion = scenario.motion.unwrap();
+    for axis in [&mut motion.x, &mut motion.y, &mut motion.rx] {
+        let range = axis.as_mut().unwrap();
+        range.step = (range.max - range.min) / 11.0;
+    }
+    let long = Scenario {
+        motion: Some(Motion { z: None, ..motion }),
+        ..scenario
+    };
+    let some: Vec<_> = all.iter().step_by(all.len() / 4).copied().collect();
+    let plan = plan(PlacedBody::Tool, AxisRule::Keep, &some);
+    let outcome = placed(&long, &plan);
+    assert_eq!((outcome.full, outcome.trials), (0, 12 * 12 * 12 * 25));
+    for (at, place) in some.iter().zip(&outcome.places) {
+        let studied = studied_mm(&long, &plan, at).unwrap();
+        let off = (place.tip_rms_mm.unwrap() - studied).abs();
+        let Basis::Approximate { error_mm } = place.basis else {
+            panic!("{place:?}");
+        };
+        // Few nodes do not see where the field bends, at the edges of spherical triangles.
+        assert!(off <= error_mm, "{off} {error_mm} {studied}");
+        assert!(off < 0.005 * studied, "{off} {studied}");
+    }
+}

@@ -1,0 +1,223 @@
+//! Few poses that stand for a range of motion: Gauss quadrature on its grid.
+
+use super::motion::{MotionError, MotionGrid, moved};
+use super::scenario::Scenario;
+use crate::geometry::pose::Pose;
+use nalgebra::DMatrix;
+use std::ops::Range;
+
+/// Poses that one core computes before it looks whether anyone still wants them: some 0.5 ms.
+const PIECE: usize = 512;
+
+/// Poses `crf_from_tool` with weights that add to 1.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PoseRule {
+    pub poses: Vec<Pose>,
+    pub weights: Vec<f64>,
+    /// Poses come in runs of one orientation, each so long.
+    pub run: usize,
+}
+
+/// Nodes along one axis: value and weight.
+type Nodes = Vec<(f64, f64)>;
+
+impl PoseRule {
+    /// The design's own pose.
+    pub fn single(scenario: &Scenario) -> Self {
+        Self {
+            poses: vec![scenario.crf_from_tool],
+            weights: vec![1.0],
+            run: 1,
+        }
+    }
+
+    /// Every pose of the grid.
+    pub fn whole(grid: &MotionGrid) -> Self {
+        let (trials, turns) = (grid.trials(), grid.orientations());
+        let places = trials / turns;
+        let order = (0..turns).flat_map(|turn| (0..places).map(move |place| place * turns + turn));
+        Self {
+            poses: order.map(|trial| grid.pose(trial)).collect(),
+            weights: vec![1.0 / trials as f64; trials],
+            run: places,
+        }
+    }
+
+    /// As many nodes an axis as make at most so many poses.
+    ///
+    /// Sums over the rule are those over the grid for every polynomial up to degree `2m - 1` in
+    /// each axis with `m` nodes, whatever the grid's step; with as many nodes as the axis has
+    /// values it is the grid itself. Errors of a tool change smoothly within its range of motion,
+    /// so few nodes go far.
+    ///
+    /// # Errors
+    /// See [`super::motion::Motion::grid`].
+    pub fn gauss(scenario: &Scenario, most: usize) -> Result<Self, MotionError> {
+        let motion = scenario.motion.unwrap_or_default();
+        let counts = motion.grid(&scenario.crf_from_tool)?.counts();
+        let poses = |m: usize| {
+            counts
+                .iter()
+                .fold(1_usize, |p, n| p.saturating_mul(m.min(*n)))
+        };
+        let longest = counts.iter().copied().max().unwrap_or(1);
+        let m = (1..=longest).take_while(|&m| poses(m) <= most).last();
+        let axes: Vec<Nodes> = motion
+            .axes()
+            .iter()
+            .zip(counts)
+            .map(|((_, range), count)| {
+                let nodes = gauss_nodes(count, m.unwrap_or(1).min(count));
+                let at = |index: f64| range.map_or(0.0, |r| r.min + index * r.step);
+                nodes
+                    .into_iter()
+                    .map(|(i, weight)| (at(i), weight))
+                    .collect()
+            })
+            .collect();
+        let lengths: Vec<usize> = axes.iter().map(Vec::len).collect();
+        let run = lengths[..3].iter().product();
+        let all: usize = lengths.iter().product();
+        // Translations run fastest.
+        let order = [2, 1, 0, 5, 4, 3];
+        let (poses, weights) = (0..all)
+            .map(|index| {
+                let (mut rest, mut values, mut weight) = (index, [0.0; 6], 1.0);
+                for k in order {
+                    let (value, share) = axes[k][rest % lengths[k]];
+                    rest /= lengths[k];
+                    values[k] = value;
+                    weight *= share;
+                }
+                (moved(&scenario.crf_from_tool, values), weight)
+            })
+            .unzip();
+        Ok(Self {
+            poses,
+            weights,
+            run,
+        })
+    }
+
+    /// What one core computes at a time: whole runs, or a piece of a long one.
+    pub fn pieces(&self) -> Vec<Range<usize>> {
+        let run = self.run.max(1);
+        let stretch = if run < PIECE { PIECE / run * run } else { run };
+        let all = self.poses.len();
+        (0..all)
+            .step_by(stretch)
+            .flat_map(|start| {
+                let end = (start + stretch).min(all);
+                let pieces = (start..end).step_by(PIECE);
+                pieces.map(move |start| start..(start + PIECE).min(end))
+            })
+            .collect()
+    }
+}
+
+/// Where all axes of a motion are at one of their ends.
+pub(super) fn corners(grid: &MotionGrid) -> Vec<Pose> {
+    let counts = grid.counts();
+    (0..64_usize)
+        .filter(|corner| (0..6).all(|k| counts[k] > 1 || corner >> k & 1 == 0))
+        .map(|corner| {
+            let trial = (0..6).fold(0, |trial, k| {
+                let index = if corner >> k & 1 == 0 {
+                    0
+                } else {
+                    counts[k] - 1
+                };
+                trial * counts[k] + index
+            });
+            grid.pose(trial)
+        })
+        .collect()
+}
+
+/// Nodes and weights of the Gauss rule for the mean over `0, 1, …, count - 1`.
+///
+/// The nodes are the eigenvalues of the Jacobi matrix of the discrete Chebyshev (Gram)
+/// polynomials, `a = (N - 1) / 2` and `b_k² = k² (N² - k²) / (4 (4 k² - 1))`, the weights the squares
+/// of the eigenvectors' first components (Golub and Welsch, Mathematics of Computation 23, 1969).
+fn gauss_nodes(count: usize, nodes: usize) -> Nodes {
+    let n = count as f64;
+    let mut jacobi = DMatrix::from_diagonal_element(nodes, nodes, (n - 1.0) / 2.0);
+    for i in 1..nodes {
+        let k = i as f64;
+        let b = (k * k * (n * n - k * k) / (4.0 * (4.0 * k * k - 1.0))).sqrt();
+        (jacobi[(i - 1, i)], jacobi[(i, i - 1)]) = (b, b);
+    }
+    let eigen = jacobi.symmetric_eigen();
+    let mut nodes: Nodes = (0..nodes)
+        .map(|i| (eigen.eigenvalues[i], eigen.eigenvectors[(0, i)].powi(2)))
+        .collect();
+    nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    nodes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::{AxisRange, Motion};
+
+    #[test]
+    fn few_nodes_have_the_moments_of_all_values() {
+        for count in [1, 2, 3, 5, 30] {
+            for nodes in 1..=count.min(6) {
+                let rule = gauss_nodes(count, nodes);
+                let middle = (count as f64 - 1.0) / 2.0;
+                let scale = middle.max(1.0);
+                for power in 0..(2 * nodes as i32) {
+                    let of = |x: f64| ((x - middle) / scale).powi(power);
+                    let all = (0..count).map(|i| of(i as f64)).sum::<f64>() / count as f64;
+                    let few: f64 = rule.iter().map(|(x, w)| w * of(*x)).sum();
+                    assert!(
+                        (all - few).abs() < 1e-13,
+                        "{count} {nodes} {power}: {all} {few}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn as_many_nodes_as_values_are_the_grid() {
+        let world = crate::store::open_builtin("endoscope").unwrap();
+        let range = |min: f64, step: f64| {
+            Some(AxisRange {
+                min,
+                max: min + 2.0 * step,
+                step,
+            })
+        };
+        let scenario = Scenario {
+            motion: Some(Motion {
+                y: range(-4.0, 4.0),
+                rx: range(-10.0, 15.0),
+                rz: range(5.0, 5.0),
+                ..Motion::default()
+            }),
+            ..crate::store::resolve(world.document.design(), &world.environment)
+        };
+        let grid = scenario
+            .motion
+            .unwrap()
+            .grid(&scenario.crf_from_tool)
+            .unwrap();
+        let (whole, gauss) = (
+            PoseRule::whole(&grid),
+            PoseRule::gauss(&scenario, 27).unwrap(),
+        );
+        assert_eq!((whole.run, gauss.run), (3, 3));
+        assert_eq!(whole.poses.len(), 27);
+        for (a, b) in whole.poses.iter().zip(&gauss.poses) {
+            assert!((a.translation.vector - b.translation.vector).norm() < 1e-12);
+            assert!(a.rotation.angle_to(&b.rotation) < 1e-7);
+        }
+        for weight in gauss.weights {
+            assert!((weight - 1.0 / 27.0).abs() < 1e-14);
+        }
+        assert_eq!(PoseRule::gauss(&scenario, 26).unwrap().poses.len(), 8);
+        assert_eq!(PoseRule::gauss(&scenario, 0).unwrap().poses.len(), 1);
+    }
+}

@@ -1,0 +1,231 @@
+//! Where in the tracker's volume a design meets its requirement.
+//!
+//! At each point of a lattice the tool is put with its tip there and turned as its range of motion
+//! turns it (the design's own orientation where it has none), and the study's figures over these
+//! turns are held against each bound that the requirement names: its position bounds against RMS,
+//! 95th percentile or largest tip error, its angle bounds likewise. The scalar is the largest share
+//! of a bound that is used up, so 1 is where the requirement is just met, and one surface serves
+//! whatever the requirement names. The motion's translations have no part in it: where the tool is
+//! is what the lattice says.
+//!
+//! The CRF stays where the design has it. What is asked is how far from a CRF that is fixed to the
+//! patient and from the generator this tool may work, so the tool is moved, not the CRF.
+
+use super::motion::moved;
+use super::run::{StudyError, check};
+use super::scenario::Scenario;
+use super::statistics::Statistics;
+use super::trial::{Simulator, Trial, TrialBuffers};
+use super::work::Work;
+use crate::field::OutsidePolicy;
+use crate::geometry::bounds::Bounds;
+use crate::geometry::isosurface::{Isosurface, ScalarLattice};
+use crate::geometry::pose::Pose;
+use crate::study::Requirement;
+use crate::task::{Cancelled, Task};
+use nalgebra::UnitQuaternion;
+use rayon::prelude::*;
+
+/// Most values of each angle that are visited: the ends of its range and the middle. Beside all
+/// values the ends count for more, so that the region is rather too small.
+const MOST_ANGLES: usize = 3;
+
+/// Lattice points that one core computes before it looks whether anyone still wants them: with 27
+/// turns some 3 ms.
+const PIECE: usize = 96;
+
+/// Where the requirement is met.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UsableRegion {
+    /// Over the tracker's volume, or the model's box where that is not known: the largest share of
+    /// a bound that is used up, infinite where each trial is left out.
+    pub share: ScalarLattice,
+    /// Whether all sensors stay in the model's box at each point.
+    pub is_inside: Vec<bool>,
+    /// Where the share is 1, tracker frame; open where the region reaches the volume's faces.
+    pub surface: Isosurface,
+    pub volume_cm3: f64,
+    /// Of the tracker's volume, 0 to 1.
+    pub fraction: f64,
+    /// Orientations visited at each point, and how many the motion has.
+    pub turns: usize,
+    pub all_turns: usize,
+    pub work: Work,
+}
+
+/// Why there is no region.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RegionError {
+    #[error("the design has no requirement")]
+    NoRequirement,
+    #[error("a lattice of {counts:?} points, expected at least 2 along each axis")]
+    Counts { counts: [usize; 3] },
+    #[error(transparent)]
+    Study(#[from] StudyError),
+}
+
+impl From<Cancelled> for RegionError {
+    fn from(_: Cancelled) -> Self {
+        Self::Study(StudyError::Cancelled)
+    }
+}
+
+/// The region where the scenario's requirement is met, from a lattice with so many points along x,
+/// y and z. The result does not depend on the number of threads.
+///
+/// # Errors
+/// See [`RegionError`].
+pub fn usable_region(
+    scenario: &Scenario,
+    counts: [usize; 3],
+    task: &Task,
+) -> Result<UsableRegion, RegionError> {
+    let requirement = scenario
+        .requirement
+        .filter(|r| *r != Requirement::default())
+        .ok_or(RegionError::NoRequirement)?;
+    if counts.iter().any(|n| *n < 2) {
+        return Err(RegionError::Counts { counts });
+    }
+    check(scenario)?;
+    task.step(0, 1)?;
+    let (turns, all_turns) = turns(scenario)?;
+    let environment = &scenario.environment;
+    let bounds: Bounds = environment
+        .volume
+        .map_or(*environment.model.bounds(), |volume| volume.bounds());
+    let mut share = ScalarLattice {
+        bounds,
+        counts,
+        values: Vec::new(),
+    };
+    let simulator = Simulator::new(scenario);
+    let points: usize = counts.iter().product();
+    let starts: Vec<usize> = (0..points).step_by(PIECE).collect();
+    let pieces: Result<Vec<_>, Cancelled> = starts
+        .into_par_iter()
+        .map_init(Buffers::default, |buffers, start| {
+            if task.cancel.is_cancelled() {
+                return Err(Cancelled);
+            }
+            let piece: Vec<_> = (start..(start + PIECE).min(points))
+                .map(|place| share.point_mm(share.index(place)))
+                .collect();
+            buffers.poses.clear();
+            for turn in &turns {
+                let poses = piece
+                    .iter()
+                    .map(|tip| simulator.crf_from_tool_with_tip_at(tip, turn));
+                buffers.poses.extend(poses);
+            }
+            let trials = simulator.trials(&mut buffers.trial, &buffers.poses, piece.len());
+            let of_piece: Vec<_> = (0..piece.len())
+                .map(|i| {
+                    let of_point = trials.iter().skip(i).step_by(piece.len());
+                    judged(of_point, &requirement, scenario.outside)
+                })
+                .collect();
+            Ok((of_piece, buffers.trial.take_work()))
+        })
+        .collect();
+    let mut work = simulator.own_work();
+    let mut is_inside = Vec::with_capacity(points);
+    for (of_piece, cost) in pieces? {
+        work += cost;
+        for (value, inside) in of_piece {
+            share.values.push(value);
+            is_inside.push(inside);
+        }
+    }
+    let surface = share.isosurface(1.0);
+    let whole_mm3 = bounds.size_mm().product();
+    task.step(1, 1)?;
+    Ok(UsableRegion {
+        volume_cm3: surface.volume_mm3 / 1e3,
+        fraction: match whole_mm3 > 0.0 {
+            true => surface.volume_mm3 / whole_mm3,
+            false => 0.0,
+        },
+        share,
+        is_inside,
+        surface,
+        turns: turns.len(),
+        all_turns,
+        work: Work {
+            region_evaluations: work.study_evaluations,
+            study_evaluations: 0,
+            ..work
+        },
+    })
+}
+
+#[derive(Default)]
+struct Buffers {
+    trial: TrialBuffers,
+    poses: Vec<Pose>,
+}
+
+/// Orientations `crf_from_tool` that are visited, and how many the motion has.
+fn turns(scenario: &Scenario) -> Result<(Vec<UnitQuaternion<f64>>, usize), StudyError> {
+    let Some(motion) = scenario.motion else {
+        return Ok((vec![scenario.crf_from_tool.rotation], 1));
+    };
+    let grid = motion.grid(&scenario.crf_from_tool)?;
+    let (axes, counts) = (motion.axes(), grid.counts());
+    let angles = [3, 4, 5].map(|k| -> Vec<f64> {
+        let few = counts[k].min(MOST_ANGLES);
+        let index = |i: usize| match few {
+            1 => 0,
+            few => i * (counts[k] - 1) / (few - 1),
+        };
+        let value = |i: usize| axes[k].1.map_or(0.0, |r| r.min + index(i) as f64 * r.step);
+        (0..few).map(value).collect()
+    });
+    let [rx, ry, rz] = &angles;
+    let mut turns = Vec::new();
+    for &x in rx {
+        for &y in ry {
+            for &z in rz {
+                let values = [0.0, 0.0, 0.0, x, y, z];
+                turns.push(moved(&scenario.crf_from_tool, values).rotation);
+            }
+        }
+    }
+    Ok((turns, grid.orientations()))
+}
+
+/// The largest share of a bound that the trials at one point use up, and whether all of them are
+/// inside the model's box.
+fn judged<'a>(
+    trials: impl Iterator<Item = &'a Trial>,
+    requirement: &Requirement,
+    outside: OutsidePolicy,
+) -> (f64, bool) {
+    let (mut position_mm, mut angle_deg) = (Vec::new(), Vec::new());
+    let mut is_inside = true;
+    for trial in trials {
+        is_inside &= trial.outside == 0;
+        if outside != OutsidePolicy::Reject || trial.outside == 0 {
+            position_mm.push(trial.tip_error_mm);
+            angle_deg.push(trial.angle_error_deg);
+        }
+    }
+    let figures = Statistics::of(&mut position_mm).zip(Statistics::of(&mut angle_deg));
+    let share = figures.map_or(f64::INFINITY, |(position_mm, angle_deg)| {
+        let checks = requirement.checks(&position_mm, &angle_deg);
+        let shares = checks.iter().map(|check| match check.limit > 0.0 {
+            true => check.value / check.limit,
+            false if check.met => 0.0,
+            false => f64::INFINITY,
+        });
+        // A figure that is not a number meets nothing.
+        shares.fold(0.0, |most: f64, share| match share.is_nan() {
+            true => f64::INFINITY,
+            false => most.max(share),
+        })
+    });
+    (share, is_inside)
+}
+
+#[cfg(test)]
+mod tests;

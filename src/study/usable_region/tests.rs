@@ -1,0 +1,225 @@
+//! Regions whose shape follows from the field, and the study itself at lattice points.
+
+use super::*;
+use crate::field::samples::MapKind;
+use crate::field::{DistortionModel, Environment};
+use crate::geometry::directions::{DirectionSet, Weighting};
+use crate::geometry::volume::Volume;
+use crate::store;
+use crate::study::{CancelToken, InputTrial, Mode, run};
+use crate::tracking::{RigidBody, Sensor, SensorOrientation};
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+const SIZE_MM: f64 = 200.0;
+
+/// From the tip to the one sensor.
+const ARM_MM: [f64; 3] = [10.0, -20.0, 30.0];
+
+/// A tool with one 6-DOF sensor in a room that shifts and does not turn, so that its tip error is
+/// the sensor's position error; at most `limit_mm` of it is good enough.
+fn scenario(order: usize, shift_x_mm: Vec<f64>, limit_mm: f64) -> Scenario {
+    let bounds = Bounds::from(([0.0; 3], [SIZE_MM; 3]));
+    let coefficients = shift_x_mm.iter().map(|x| [*x, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let model = DistortionModel::new(
+        order,
+        DirectionSet::One,
+        Weighting::Area,
+        MapKind::Distortion,
+        bounds,
+        coefficients.collect(),
+    )
+    .unwrap();
+    let inner = Bounds {
+        // Far enough from the box's faces for the sensor to be in it too.
+        min_mm: bounds.min_mm + Vector3::repeat(30.0),
+        max_mm: bounds.max_mm - Vector3::repeat(30.0),
+    };
+    Scenario {
+        environment: Arc::new(Environment {
+            name: "shift".into(),
+            model,
+            volume: Some(Volume::Box(inner)),
+            jitter: None,
+            provenance: None,
+            support: None,
+        }),
+        tool: RigidBody {
+            name: "probe".into(),
+            tip_in_body: None,
+            sensors: vec![Sensor {
+                name: "only".into(),
+                position_in_body: ARM_MM.into(),
+                orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
+                coil: None,
+            }],
+        },
+        crf: None,
+        crf_from_tool: Pose::identity(),
+        motion: None,
+        orientation_weight_mm: 100.0,
+        requirement: Some(Requirement {
+            position_rms_mm: Some(limit_mm),
+            ..Requirement::default()
+        }),
+        outside: OutsidePolicy::Clamp,
+    }
+}
+
+/// 4 mm at x = 200 mm, none at 0.
+fn slope(limit_mm: f64) -> Scenario {
+    let shifts = (0..8).map(|i| 4.0 * f64::from(i / 4)).collect();
+    scenario(1, shifts, limit_mm)
+}
+
+fn region(scenario: &Scenario, counts: [usize; 3]) -> UsableRegion {
+    usable_region(scenario, counts, &Task::default()).unwrap()
+}
+
+#[test]
+fn where_the_error_grows_evenly_the_region_ends_at_a_plane() {
+    let region = region(&slope(1.9), [6, 5, 4]);
+    // The sensor at 95 mm, the tip 10 mm before it; the volume begins at 30 mm and is 140 mm long.
+    assert!(region.surface.triangles.len() >= 2 * 4 * 3);
+    for (p, n) in region
+        .surface
+        .positions_mm
+        .iter()
+        .zip(&region.surface.normals)
+    {
+        assert!((p.x - 85.0).abs() < 1e-9, "{p}");
+        assert!((n - Vector3::x()).norm() < 1e-9);
+    }
+    assert!((region.fraction - 55.0 / 140.0).abs() < 1e-10);
+    assert!((region.volume_cm3 - 5.5 * 14.0 * 14.0).abs() < 1e-7);
+    assert_eq!((region.turns, region.all_turns), (1, 1));
+    assert_eq!(region.work.region_evaluations, 6 * 5 * 4 + 1);
+    assert!(region.is_inside.iter().all(|inside| *inside));
+}
+
+#[test]
+fn where_it_grows_with_the_square_of_the_distance_the_region_is_an_ellipsoid() {
+    // 4 f (x - 1/2)² in Bernstein form of order 2 is f, -f, f.
+    let steep = [8.0, 6.0, 5.0];
+    let ends = [1.0, -1.0, 1.0];
+    let shifts = (0..27).map(|i| {
+        let at = [i / 9, i / 3 % 3, i % 3];
+        (0..3).map(|k| steep[k] * ends[at[k]]).sum::<f64>()
+    });
+    let limit = 0.5;
+    let counts = [25, 29, 22];
+    let region = region(&scenario(2, shifts.collect(), limit), counts);
+    let center = Point3::new(100.0, 100.0, 100.0) - Vector3::from(ARM_MM);
+    // mm of error a mm² along each axis.
+    let curvature = steep.map(|f| 4.0 * f / (SIZE_MM * SIZE_MM));
+    let error = |p: &Point3<f64>| -> f64 {
+        let squares = (p - center).map(|d| d * d);
+        (0..3).map(|k| curvature[k] * squares[k]).sum()
+    };
+    // Between lattice points the share is too large by at most this.
+    let most: f64 = (0..3)
+        .map(|k| curvature[k] * (140.0 / (counts[k] - 1) as f64).powi(2) / 4.0)
+        .sum();
+    assert!(most < 0.1 * limit);
+    for p in &region.surface.positions_mm {
+        let error = error(p);
+        assert!((limit - most..=limit + 1e-9).contains(&error), "{error}");
+    }
+    let ellipsoid_cm3 = |level: f64| {
+        let axes: f64 = curvature.iter().map(|c| (level / c).sqrt()).product();
+        4.0 / 3.0 * PI * axes / 1e3
+    };
+    let bounds = ellipsoid_cm3(limit - most)..ellipsoid_cm3(limit);
+    assert!(bounds.contains(&region.volume_cm3), "{bounds:?}");
+}
+
+#[test]
+fn a_requirement_that_is_met_everywhere_or_nowhere_has_no_surface() {
+    let everywhere = region(&slope(4.1), [3, 3, 3]);
+    assert!(everywhere.surface.triangles.is_empty());
+    assert_eq!(everywhere.fraction, 1.0);
+    assert!((everywhere.volume_cm3 - 14.0_f64.powi(3)).abs() < 1e-9);
+    let nowhere = region(&slope(0.1), [3, 3, 3]);
+    assert!(nowhere.surface.triangles.is_empty());
+    assert_eq!((nowhere.fraction, nowhere.volume_cm3), (0.0, 0.0));
+}
+
+#[test]
+fn each_point_is_the_study_with_the_tip_there_at_every_turn() {
+    let world = store::open_builtin("shaver-on-head").unwrap();
+    let scenario = store::resolve(world.document.design(), &world.environment);
+    let region = region(&scenario, [5, 4, 5]);
+    assert_eq!((region.turns, region.all_turns), (27, 125));
+    let motion = scenario.motion.unwrap();
+    let grid = motion.grid(&scenario.crf_from_tool).unwrap();
+    let tip_in_tool = scenario.tool.judged_tip_in_body().coords;
+    let tracker_from_crf = scenario.crf.as_ref().unwrap().tracker_from_crf;
+    // The first, third and last of the five angles about each axis.
+    let turns: Vec<_> = (0..125)
+        .filter(|i| {
+            [i / 25, i / 5 % 5, i % 5]
+                .iter()
+                .all(|angle| angle % 2 == 0)
+        })
+        .map(|i| grid.pose(i).rotation)
+        .collect();
+    for place in [0, 37, 62, 99] {
+        let tip = tracker_from_crf.inverse() * region.share.point_mm(region.share.index(place));
+        let trials: Vec<_> = turns
+            .iter()
+            .map(|turn| InputTrial {
+                tracker_from_crf: None,
+                crf_from_tool: Pose::from_parts((tip.coords - turn * tip_in_tool).into(), *turn),
+            })
+            .collect();
+        let mode = Mode::Input(trials.into());
+        let outcome = run(&scenario, &mode, &CancelToken::default(), None).unwrap();
+        let checks = outcome.figures.checks.iter();
+        let share = checks.map(|c| c.value / c.limit).fold(0.0, f64::max);
+        let found = region.share.values[place];
+        assert!((found - share).abs() < 1e-11 * share, "{found} {share}");
+        assert_eq!(region.is_inside[place], outcome.figures.outside == 0);
+    }
+}
+
+#[test]
+fn a_region_hangs_on_no_number_of_threads_and_is_given_up_when_cancelled() {
+    let world = store::open_builtin("pointer-on-head").unwrap();
+    let scenario = store::resolve(world.document.design(), &world.environment);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = pool.build().unwrap();
+        pool.install(|| region(&scenario, [9, 8, 7]))
+    };
+    assert_eq!(on(1), on(3));
+    let task = Task::default();
+    task.cancel.cancel();
+    let stopped = usable_region(&scenario, [9, 8, 7], &task);
+    assert_eq!(stopped, Err(RegionError::Study(StudyError::Cancelled)));
+}
+
+#[test]
+fn where_all_trials_are_left_out_nothing_is_usable() {
+    let mut scenario = slope(4.1);
+    scenario.outside = OutsidePolicy::Reject;
+    let environment = Arc::make_mut(&mut scenario.environment);
+    environment.volume = Some(Volume::Box(Bounds::from(([0.0; 3], [SIZE_MM; 3]))));
+    let region = region(&scenario, [21, 21, 21]);
+    // The sensor is in the box for tips up to 190 mm along x, from 20 mm along y, up to 170 mm
+    // along z: all of them planes of the lattice.
+    assert!((region.volume_cm3 - 19.0 * 18.0 * 17.0).abs() < 1e-6);
+    assert!(region.share.values.iter().any(|share| share.is_infinite()));
+}
+
+#[test]
+fn without_a_requirement_there_is_no_region() {
+    let mut scenario = slope(1.0);
+    let none = usable_region(&scenario, [1, 3, 3], &Task::default());
+    assert_eq!(none, Err(RegionError::Counts { counts: [1, 3, 3] }));
+    for requirement in [None, Some(Requirement::default())] {
+        scenario.requirement = requirement;
+        let none = usable_region(&scenario, [3, 3, 3], &Task::default());
+        assert_eq!(none, Err(RegionError::NoRequirement));
+    }
+}
