@@ -1,6 +1,7 @@
 //! Edits: the only ways in which a design changes, each checked before it is applied.
 
 use super::content::{BodyRole, Design, DesignBody};
+use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
 use crate::study::motion::{Motion, MotionError};
 use crate::study::requirement::Requirement;
@@ -41,6 +42,11 @@ pub enum Edit {
     SetOrientationWeight(Option<f64>),
     /// A file relative to the design's.
     SetEnvironment(String),
+    /// A file relative to the body's.
+    SetMesh {
+        body: BodyRole,
+        mesh: Option<MeshReference>,
+    },
 }
 
 /// Why an edit was not applied; the design is as it was.
@@ -87,6 +93,7 @@ impl Edit {
             Self::SetRequirement(_) => "Change requirement".into(),
             Self::SetOrientationWeight(_) => "Change orientation weight".into(),
             Self::SetEnvironment(_) => "Change environment".into(),
+            Self::SetMesh { body, .. } => format!("Change {body}'s mesh"),
         }
     }
 
@@ -187,6 +194,13 @@ impl Edit {
             Self::SetEnvironment(environment) => {
                 design.environment = not_empty("environment's file", environment)?;
             }
+            Self::SetMesh { body, mesh } => {
+                let body = body_of(design, body)?;
+                if let Some(mesh) = &mesh {
+                    check_mesh(mesh)?;
+                }
+                body.mesh = mesh;
+            }
         }
         Ok(())
     }
@@ -254,6 +268,18 @@ fn check_sensor(sensor: &Sensor) -> Result<(), EditError> {
 fn check_pose(pose: &Pose) -> Result<(), EditError> {
     check_finite("the position", pose.translation.vector.iter())?;
     check_unit("rotation", pose.rotation.quaternion().norm())
+}
+
+fn check_mesh(mesh: &MeshReference) -> Result<(), EditError> {
+    if mesh.file.trim().is_empty() {
+        return Err(EditError::Empty {
+            what: "mesh's file",
+        });
+    }
+    match mesh.unit {
+        Some(unit) => check_positive("the mesh's unit", unit.mm_per_unit()),
+        None => Ok(()),
+    }
 }
 
 fn check_requirement(requirement: &Requirement) -> Result<(), EditError> {

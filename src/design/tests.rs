@@ -1,6 +1,7 @@
 //! Edits and history: what is refused, what comes back, what counts as saved.
 
 use super::*;
+use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use crate::geometry::pose::Pose;
 use crate::study::motion::{AxisRange, Motion};
 use crate::tracking::body::{Coil, RigidBody, Sensor, SensorOrientation};
@@ -62,6 +63,13 @@ fn move_to(z_mm: f64) -> Edit {
         body: BodyRole::Tool,
         index: 0,
         sensor: sensor("a", z_mm),
+    }
+}
+
+fn set_mesh(mesh: MeshReference) -> Edit {
+    Edit::SetMesh {
+        body: BodyRole::Tool,
+        mesh: Some(mesh),
     }
 }
 
@@ -216,6 +224,8 @@ fn edits_say_what_they_do() {
         index: 1,
     };
     assert_eq!(label(remove), "Remove sensor b");
+    let mesh = set_mesh(MeshReference::new("a.stl"));
+    assert_eq!(label(mesh), "Change tool's mesh");
 }
 
 #[test]
@@ -282,6 +292,17 @@ fn edits_that_cannot_be_are_refused_and_change_nothing() {
         (
             Edit::SetRequirement(Some(requirement)),
             "angle_max is -1, expected zero or more",
+        ),
+        (
+            set_mesh(MeshReference::new(" ")),
+            "the mesh's file is empty, expected a name",
+        ),
+        (
+            set_mesh(MeshReference {
+                unit: Some(MeshUnit::Factor(0.0)),
+                ..MeshReference::new("a.stl")
+            }),
+            "the mesh's unit is 0, expected a number above zero",
         ),
         (
             Edit::SetEnvironment(String::new()),

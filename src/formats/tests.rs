@@ -25,7 +25,9 @@ fn parse_all(bytes: &[u8]) {
     let _ = input::parse(bytes, true);
     let _ = jhu_cis::parse_calbody(bytes);
     let _ = jhu_cis::parse_calreadings(bytes);
-    let _ = gltf::parse(bytes);
+    for extension in ["glb", "stl", "obj", ""] {
+        let _ = mesh::read(bytes, extension, None);
+    }
 }
 
 /// One good file of each kind.
@@ -44,6 +46,7 @@ fn good_files() -> Vec<Vec<u8>> {
         [MEASUREMENTS, POSES, &input, CALBODY, CALREADINGS].map(|text| text.as_bytes().to_vec()),
     );
     files.push(gltf::tests::triangle());
+    files.extend(mesh::tests::good_files());
     files
 }
 
@@ -58,7 +61,10 @@ fn the_good_files_are_good() {
     assert!(input::parse(&files[5], true).is_ok());
     assert!(jhu_cis::parse_calbody(&files[6]).is_ok());
     assert!(jhu_cis::parse_calreadings(&files[7]).is_ok());
-    assert!(gltf::parse(&files[8]).is_ok());
+    assert!(gltf::parse(&files[8], 1000.0).is_ok());
+    for file in &files[9..] {
+        assert!(mesh::read(file, "", None).is_ok());
+    }
 }
 
 proptest! {

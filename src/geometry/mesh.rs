@@ -1,4 +1,4 @@
-//! Triangle meshes of bodies in f64 millimetres, as read from glTF.
+//! Triangle meshes of bodies in f64 millimetres.
 
 use super::bounds::Bounds;
 use nalgebra::{Point3, Vector3};
@@ -10,6 +10,16 @@ pub const ANATOMY_PREFIX: &str = "anatomy";
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceMesh {
     pub parts: Vec<MeshPart>,
+    pub reading: MeshReading,
+}
+
+/// What reading a mesh had to add and to leave out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MeshReading {
+    /// Whether there were parts without normals, which then got some.
+    pub normals_made: bool,
+    /// Triangles with a corner that is no finite number.
+    pub triangles_left_out: usize,
 }
 
 /// Triangles of one material.
@@ -100,6 +110,7 @@ mod tests {
                     &[[0.0; 3], [500.0, 0.0, 0.0], [0.0, 9.0, 0.0]],
                 ),
             ],
+            ..SurfaceMesh::default()
         };
         assert_eq!(mesh.body_bounds().unwrap().max_mm.z, 90.0);
         assert_eq!(mesh.body_bounds().unwrap().max_mm.x, 2.0);

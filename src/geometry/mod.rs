@@ -6,6 +6,8 @@ mod direction_search;
 pub mod directions;
 pub mod magnification;
 pub mod mesh;
+pub mod mesh_reference;
+pub mod normals;
 pub mod orbit;
 pub mod pose;
 pub mod rotation;

@@ -360,7 +360,10 @@ pub(crate) mod tests {
                 part.triangles.push(order.map(|k: u32| base + k));
             }
         }
-        SurfaceMesh { parts: vec![part] }
+        SurfaceMesh {
+            parts: vec![part],
+            ..SurfaceMesh::default()
+        }
     }
 
     fn ray(origin: [f64; 3], direction: [f64; 3]) -> Ray {

@@ -2,6 +2,7 @@
 
 mod builtin;
 mod error;
+mod meshes;
 mod open;
 mod place;
 mod read;
@@ -15,7 +16,11 @@ mod write;
 
 pub use builtin::{DEFAULT_BUILTIN, builtin_names, generator_mesh};
 pub use error::StoreError;
-pub use open::{World, open_builtin, open_design, refresh_environment};
+pub use meshes::{MeshProblem, mesh_reference_to, refresh_meshes, reload_meshes};
+pub use open::{
+    World, open_builtin, open_builtin_without_meshes, open_design, open_design_without_meshes,
+    refresh_environment,
+};
 pub use read::{
     read_calbody, read_calreadings, read_environment, read_groups, read_input, read_measurements,
     read_mesh, read_poses,
