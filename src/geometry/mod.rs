@@ -11,6 +11,7 @@ pub mod normals;
 pub mod orbit;
 pub mod pose;
 pub mod rotation;
+pub mod stand_in;
 pub mod surface;
 pub mod surface_drag;
 pub mod svd3;
