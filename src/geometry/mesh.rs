@@ -13,13 +13,25 @@ pub struct SurfaceMesh {
     pub reading: MeshReading,
 }
 
-/// What reading a mesh had to add and to leave out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// How a mesh was read, and what had to be added and left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshReading {
+    /// Length of the unit that the file was read in.
+    pub mm_per_unit: f64,
     /// Whether there were parts without normals, which then got some.
     pub normals_made: bool,
     /// Triangles with a corner that is no finite number.
     pub triangles_left_out: usize,
+}
+
+impl Default for MeshReading {
+    fn default() -> Self {
+        Self {
+            mm_per_unit: 1.0,
+            normals_made: false,
+            triangles_left_out: 0,
+        }
+    }
 }
 
 /// Triangles of one material.

@@ -7,6 +7,7 @@ pub mod directions;
 pub mod magnification;
 pub mod mesh;
 pub mod mesh_reference;
+pub mod mesh_report;
 pub mod normals;
 pub mod orbit;
 pub mod pose;

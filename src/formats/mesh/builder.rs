@@ -126,6 +126,7 @@ impl Builder {
         let reading = MeshReading {
             normals_made: true,
             triangles_left_out: left_out,
+            ..MeshReading::default()
         };
         Ok(split(names, &parts, smooth, reading))
     }
@@ -154,6 +155,7 @@ impl Builder {
         let reading = MeshReading {
             normals_made: false,
             triangles_left_out: self.left_out,
+            ..MeshReading::default()
         };
         Ok(split(self.names, &self.parts, out, reading))
     }

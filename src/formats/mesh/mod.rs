@@ -107,7 +107,7 @@ pub fn read(
     let format =
         MeshFormat::of(bytes, extension).ok_or_else(|| MeshError::Unknown(extension.to_owned()))?;
     let mm_per_unit = unit.unwrap_or(format.unit()).mm_per_unit();
-    let mesh = match format {
+    let mut mesh = match format {
         MeshFormat::Gltf => gltf::parse(bytes, mm_per_unit)?,
         MeshFormat::Stl => stl::parse(bytes, mm_per_unit)?,
         MeshFormat::Obj => obj::parse(bytes, mm_per_unit)?,
@@ -120,5 +120,6 @@ pub fn read(
     if farthest_mm > MAX_COORDINATE_MM {
         return Err(MeshError::TooFar(farthest_mm));
     }
+    mesh.reading.mm_per_unit = mm_per_unit;
     Ok(mesh)
 }
