@@ -5,6 +5,7 @@
 mod compensation;
 mod evaluation;
 mod fitting;
+mod picking;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
