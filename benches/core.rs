@@ -5,6 +5,7 @@
 mod compensation;
 mod evaluation;
 mod fitting;
+mod picking;
 mod selection;
 mod support;
 mod uncertainty;

@@ -36,8 +36,8 @@ pub struct PrecisionArgs {
 /// A design that can't be used, a folder that can't be written to.
 pub fn run(args: &PrecisionArgs) -> anyhow::Result<()> {
     let world = match &args.design {
-        Some(file) => store::open_design(file)?,
-        None => store::open_builtin(store::DEFAULT_BUILTIN)?,
+        Some(file) => store::open_design_without_meshes(file)?,
+        None => store::open_builtin_without_meshes(store::DEFAULT_BUILTIN)?,
     };
     let design = world.document.design();
     let scenario = store::resolve(design, &world.environment);

@@ -1,5 +1,6 @@
 //! `trackwright render`: the 3D view as a picture, without a window.
 
+use super::output;
 use crate::design::view::{CameraView, Layers, View};
 use crate::editor::{picture, preflight};
 use crate::geometry::orbit::{Axis, OrbitCamera};
@@ -129,7 +130,7 @@ fn every_layer(is_on: bool) -> Layers {
     }
 }
 
-/// Writes the picture, whole or not at all.
+/// Writes the picture, whole or not at all. A mesh that cannot be read is noted and left out.
 ///
 /// # Errors
 /// A design that cannot be opened, no graphics adapter, or a file that cannot be written.
@@ -145,6 +146,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         );
     }
     let mut world = open(&args.design)?;
+    // What else the picture shows does not hang on it, so it is drawn all the same.
+    for problem in world.mesh_problems() {
+        output::note(&format!("note: {problem}"));
+    }
     preflight::adapter().context("cannot render")?;
     let size = args.size.0;
     let mut view = world.document.view().clone();

@@ -70,7 +70,7 @@ enum ModeArg {
 /// # Errors
 /// Files that can't be used, a range of motion that can't be visited.
 pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
-    let world = store::open_design(&args.design)?;
+    let world = store::open_design_without_meshes(&args.design)?;
     let mode = match (args.mode, &args.input) {
         (ModeArg::Single, _) => Mode::Single,
         (ModeArg::Motion, _) => Mode::Motion,
@@ -137,8 +137,8 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
 /// As [`run`].
 pub fn main_job(design: Option<&Path>) -> anyhow::Result<()> {
     let world = match design {
-        Some(file) => store::open_design(file)?,
-        None => store::open_builtin(store::DEFAULT_BUILTIN)?,
+        Some(file) => store::open_design_without_meshes(file)?,
+        None => store::open_builtin_without_meshes(store::DEFAULT_BUILTIN)?,
     };
     let scenario = store::resolve(world.document.design(), &world.environment);
     let mode = if scenario.motion.is_some() {

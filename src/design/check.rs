@@ -2,6 +2,7 @@
 
 use super::content::BodyRole;
 use super::edit::EditError;
+use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
 use crate::study::motion::{Motion, MotionError};
 use crate::study::requirement::Requirement;
@@ -90,6 +91,14 @@ pub(super) fn check_finite<'a>(
 ) -> Result<(), EditError> {
     match values.find(|v| !v.is_finite()) {
         Some(&value) => Err(EditError::NotFinite { what, value }),
+        None => Ok(()),
+    }
+}
+
+pub(super) fn check_mesh(mesh: &MeshReference) -> Result<(), EditError> {
+    check_not_empty("mesh's file", &mesh.file)?;
+    match mesh.unit {
+        Some(unit) => check_positive("the mesh's unit", unit.mm_per_unit()),
         None => Ok(()),
     }
 }

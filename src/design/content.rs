@@ -1,5 +1,6 @@
 //! A design: a tool, perhaps a coordinate reference frame (CRF), and what is asked of them.
 
+use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
 use crate::study::motion::Motion;
 use crate::study::requirement::Requirement;
@@ -25,8 +26,8 @@ pub struct Design {
 pub struct DesignBody {
     /// The body's file as written in the design, relative to it.
     pub reference: String,
-    /// The mesh's file as written in the body file, relative to that.
-    pub mesh: Option<String>,
+    /// The mesh as the body file refers to it.
+    pub mesh: Option<MeshReference>,
     pub rigid: RigidBody,
 }
 

@@ -2,10 +2,11 @@
 
 use super::arrange::{ArrangeError, Arrangement, as_set};
 use super::check::{
-    check_finite, check_motion, check_not_empty, check_not_negative, check_pose, check_requirement,
-    check_sensors,
+    check_finite, check_mesh, check_motion, check_not_empty, check_not_negative, check_pose,
+    check_requirement, check_sensors,
 };
 use super::content::{BodyRole, CrfPlacement, Design, DesignBody, Target};
+use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
 use crate::study::motion::{Motion, MotionError};
 use crate::study::requirement::Requirement;
@@ -81,6 +82,11 @@ pub enum Edit {
     SetOrientationWeight(Option<f64>),
     /// A file relative to the design's.
     SetEnvironment(String),
+    /// A file relative to the body's.
+    SetMesh {
+        body: BodyRole,
+        mesh: Option<MeshReference>,
+    },
 }
 
 /// Why an edit was not applied; the design is as it was.
@@ -216,6 +222,13 @@ impl Edit {
             Self::SetEnvironment(environment) => {
                 check_not_empty("environment's file", &environment)?;
                 design.environment = environment;
+            }
+            Self::SetMesh { body, mesh } => {
+                let body = body_of(design, body)?;
+                if let Some(mesh) = &mesh {
+                    check_mesh(mesh)?;
+                }
+                body.mesh = mesh;
             }
         }
         Ok(())

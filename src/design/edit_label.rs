@@ -42,6 +42,7 @@ impl Edit {
             Self::RemoveTarget { .. } => "Remove target".into(),
             Self::SetOrientationWeight(_) => "Change orientation weight".into(),
             Self::SetEnvironment(_) => "Change environment".into(),
+            Self::SetMesh { body, .. } => format!("Change {body}'s mesh"),
         }
     }
 

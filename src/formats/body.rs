@@ -2,6 +2,7 @@
 
 use super::error::FormatError;
 use super::ron_text;
+use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use crate::tracking::body::{Coil, RigidBody, Sensor, SensorOrientation};
 use serde::Deserialize;
 use std::collections::HashMap;
@@ -11,8 +12,8 @@ use std::fmt::Write;
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyFile {
     pub rigid: RigidBody,
-    /// The mesh's file, relative to the body's.
-    pub mesh: Option<String>,
+    /// Its file is relative to the body's.
+    pub mesh: Option<MeshReference>,
 }
 
 #[derive(Deserialize)]
@@ -21,6 +22,7 @@ struct BodyEntry {
     version: u64,
     name: String,
     mesh: Option<String>,
+    mesh_unit: Option<MeshUnit>,
     tip: Option<[f64; 3]>,
     sensors: Vec<SensorEntry>,
 }
@@ -78,17 +80,33 @@ pub fn parse(bytes: &[u8]) -> Result<BodyFile, FormatError> {
         .tip
         .map(|tip| ron_text::point("tip", tip))
         .transpose()?;
-    if entry.mesh.as_deref() == Some("") {
-        return Err(FormatError::field("mesh", "empty", "a file"));
-    }
     Ok(BodyFile {
         rigid: RigidBody {
             name: entry.name,
             tip_in_body,
             sensors,
         },
-        mesh: entry.mesh,
+        mesh: read_mesh(entry.mesh, entry.mesh_unit)?,
     })
+}
+
+fn read_mesh(
+    file: Option<String>,
+    unit: Option<MeshUnit>,
+) -> Result<Option<MeshReference>, FormatError> {
+    if file.as_deref() == Some("") {
+        return Err(FormatError::field("mesh", "empty", "a file"));
+    }
+    if let Some(unit) = unit {
+        let expected = "a length above zero";
+        if !unit.is_usable() {
+            return Err(FormatError::field("mesh_unit", unit, expected));
+        }
+        if file.is_none() {
+            return Err(FormatError::field("mesh", "missing", "one with mesh_unit"));
+        }
+    }
+    Ok(file.map(|file| MeshReference { file, unit }))
 }
 
 fn read_sensor(index: usize, entry: SensorEntry) -> Result<Sensor, FormatError> {
@@ -133,7 +151,11 @@ pub fn write(body: &BodyFile) -> String {
     let mut out = String::from("(\n    version: 1,\n");
     push_field(&mut out, "name", &ron_text::string(&body.rigid.name));
     if let Some(mesh) = &body.mesh {
-        push_field(&mut out, "mesh", &ron_text::string(mesh));
+        push_field(&mut out, "mesh", &ron_text::string(&mesh.file));
+        if let Some(unit) = mesh.unit {
+            // As in Rust: `Inch`, `Factor(2.5)`.
+            push_field(&mut out, "mesh_unit", &format!("{unit:?}"));
+        }
     }
     if let Some(tip) = &body.rigid.tip_in_body {
         push_field(&mut out, "tip", &ron_text::tuple(tip.coords.as_slice()));
@@ -207,8 +229,8 @@ mod tests {
     fn the_example_of_the_contract_is_read_and_normalised() {
         let body = parse(EXAMPLE.as_bytes()).unwrap();
         assert_eq!(
-            body.mesh.as_deref(),
-            Some("../../assets/meshes/pointer.glb")
+            body.mesh,
+            Some(MeshReference::new("../../assets/meshes/pointer.glb"))
         );
         assert_eq!(body.rigid.tip_in_body, Some(Point3::origin()));
         let [shaft, handle] = &body.rigid.sensors[..] else {
@@ -285,6 +307,16 @@ mod tests {
                 "sensors[1] \"handle\": coil.diameter is 0, expected a length above zero",
             ),
             (
+                "tip: (0.0, 0.0, 0.0),",
+                "mesh_unit: Factor(0),",
+                "mesh_unit is 0 mm, expected a length above zero",
+            ),
+            (
+                "mesh: Some(\"../../assets/meshes/pointer.glb\")",
+                "mesh_unit: Inch",
+                "mesh is missing, expected one with mesh_unit",
+            ),
+            (
                 "tip: (0.0, 0.0, 0.0)",
                 "tip: (0.0, 1e999, 0.0)",
                 "tip is (0, inf, 0), expected finite numbers",
@@ -355,6 +387,13 @@ mod tests {
         )
     }
 
+    fn unit() -> impl Strategy<Value = MeshUnit> {
+        prop_oneof![
+            prop::sample::select(MeshUnit::NAMED.to_vec()),
+            (1e-300..1e300_f64).prop_map(MeshUnit::Factor),
+        ]
+    }
+
     fn any_text(at_least: usize) -> impl Strategy<Value = String> {
         prop::collection::vec(any::<char>(), at_least..20).prop_map(String::from_iter)
     }
@@ -363,7 +402,7 @@ mod tests {
         #[test]
         fn what_is_written_reads_back_to_the_bit(
             name in any_text(0),
-            mesh in prop::option::of(any_text(1)),
+            mesh in prop::option::of((any_text(1), prop::option::of(unit()))),
             tip in prop::option::of(prop::array::uniform3(any_finite())),
             mut sensors in prop::collection::vec(sensor(), 1..5),
         ) {
@@ -372,7 +411,7 @@ mod tests {
             }
             let body = BodyFile {
                 rigid: RigidBody { name, tip_in_body: tip.map(Point3::from), sensors },
-                mesh,
+                mesh: mesh.map(|(file, unit)| MeshReference { file, unit }),
             };
             let text = write(&body);
             let back = parse(text.as_bytes()).unwrap();

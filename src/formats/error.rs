@@ -1,6 +1,6 @@
 //! What can be wrong with a file's content: where, what was found, what was expected.
 
-use super::gltf::GltfError;
+use super::mesh::MeshError;
 use crate::design::view::ViewError;
 use crate::field::support::SupportPartsError;
 use crate::study::motion::MotionError;
@@ -66,7 +66,7 @@ pub enum FormatError {
     #[error(transparent)]
     View(#[from] ViewError),
     #[error(transparent)]
-    Gltf(#[from] GltfError),
+    Mesh(#[from] MeshError),
 }
 
 impl FormatError {

@@ -10,6 +10,7 @@ pub mod input;
 pub mod jhu_cis;
 pub mod log;
 pub mod measurements;
+pub mod mesh;
 pub mod number;
 pub mod poses;
 pub mod recent_file;

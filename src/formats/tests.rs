@@ -25,9 +25,11 @@ fn parse_all(bytes: &[u8]) {
     let _ = input::parse(bytes, true);
     let _ = jhu_cis::parse_calbody(bytes);
     let _ = jhu_cis::parse_calreadings(bytes);
-    let _ = gltf::parse(bytes);
     let _ = recovery_file::parse(bytes);
     let _ = recent_file::parse(bytes);
+    for extension in ["glb", "stl", "obj", ""] {
+        let _ = mesh::read(bytes, extension, None);
+    }
 }
 
 /// One good file of each kind.
@@ -48,6 +50,7 @@ fn good_files() -> Vec<Vec<u8>> {
     files.push(gltf::tests::triangle());
     files.push(recovery_file::tests::good());
     files.push(recent_file::write(&["/a".into()]).into_bytes());
+    files.extend(mesh::tests::good_files());
     files
 }
 
@@ -62,7 +65,10 @@ fn the_good_files_are_good() {
     assert!(input::parse(&files[5], true).is_ok());
     assert!(jhu_cis::parse_calbody(&files[6]).is_ok());
     assert!(jhu_cis::parse_calreadings(&files[7]).is_ok());
-    assert!(gltf::parse(&files[8]).is_ok());
+    assert!(gltf::parse(&files[8], 1000.0).is_ok());
+    for file in &files[9..] {
+        assert!(mesh::read(file, "", None).is_ok());
+    }
 }
 
 proptest! {

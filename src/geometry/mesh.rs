@@ -1,4 +1,4 @@
-//! Triangle meshes of bodies in f64 millimetres, as read from glTF.
+//! Triangle meshes of bodies in f64 millimetres.
 
 use super::bounds::Bounds;
 use nalgebra::{Point3, Vector3};
@@ -10,6 +10,28 @@ pub const ANATOMY_PREFIX: &str = "anatomy";
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceMesh {
     pub parts: Vec<MeshPart>,
+    pub reading: MeshReading,
+}
+
+/// How a mesh was read, and what had to be added and left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshReading {
+    /// Length of the unit that the file was read in.
+    pub mm_per_unit: f64,
+    /// Whether there were parts without normals, which then got some.
+    pub normals_made: bool,
+    /// Triangles with a corner that is no finite number.
+    pub triangles_left_out: usize,
+}
+
+impl Default for MeshReading {
+    fn default() -> Self {
+        Self {
+            mm_per_unit: 1.0,
+            normals_made: false,
+            triangles_left_out: 0,
+        }
+    }
 }
 
 /// Triangles of one material.
@@ -100,6 +122,7 @@ mod tests {
                     &[[0.0; 3], [500.0, 0.0, 0.0], [0.0, 9.0, 0.0]],
                 ),
             ],
+            ..SurfaceMesh::default()
         };
         assert_eq!(mesh.body_bounds().unwrap().max_mm.z, 90.0);
         assert_eq!(mesh.body_bounds().unwrap().max_mm.x, 2.0);

@@ -46,7 +46,7 @@ pub fn builtin_names() -> impl Iterator<Item = &'static str> {
 /// # Errors
 /// None, as long as the embedded mesh is one.
 pub fn generator_mesh() -> Result<SurfaceMesh, StoreError> {
-    read_mesh_at(Place::BuiltIn, Path::new(GENERATOR_MESH))
+    read_mesh_at(Place::BuiltIn, Path::new(GENERATOR_MESH), None)
 }
 
 /// The embedded file at a path without dots.
@@ -72,7 +72,6 @@ pub(super) fn design_file(name: &str) -> Result<(&'static str, PathBuf), StoreEr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::BodyRole;
     use crate::field::environment::{HoldoutProvenance, Provenance};
     use crate::field::fit::{FitSettings, factor, residuals};
     use crate::field::samples::MapKind;
@@ -210,11 +209,7 @@ mod tests {
         for name in builtin_names() {
             let world = open_builtin(name).unwrap();
             for (role, body) in world.document.design().bodies() {
-                let mesh = match role {
-                    BodyRole::Tool => &world.tool_mesh,
-                    BodyRole::Crf => &world.crf_mesh,
-                };
-                let bounds = mesh.as_ref().unwrap().body_bounds().unwrap();
+                let bounds = world.mesh(role).unwrap().body_bounds().unwrap();
                 for sensor in &body.rigid.sensors {
                     assert!(
                         bounds.contains(&sensor.position_in_body),

@@ -3,6 +3,7 @@
 mod builtin;
 mod error;
 mod lock;
+mod meshes;
 mod open;
 mod place;
 mod read;
@@ -20,13 +21,17 @@ mod write;
 
 pub use builtin::{DEFAULT_BUILTIN, builtin_names, generator_mesh};
 pub use error::StoreError;
-pub use open::{World, open_builtin, open_design, refresh_environment};
+pub use meshes::{MeshProblem, mesh_reference_to, refresh_meshes, reload_meshes};
+pub use open::{
+    World, open_builtin, open_builtin_without_meshes, open_design, open_design_without_meshes,
+    refresh_environment,
+};
 pub use read::{
     read_calbody, read_calreadings, read_environment, read_groups, read_input, read_measurements,
     read_mesh, read_poses,
 };
 pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
-pub use recovery::{Leftover, Recovered, Recovery, Snapshot, leftovers};
+pub use recovery::{Leftover, Recovery, Snapshot, leftovers};
 pub use resolve::resolve;
 pub use samples::{SampleReading, read_samples};
 pub use save::{SaveReport, save, save_as, save_with_copies};

@@ -2,12 +2,13 @@
 
 use super::builtin;
 use super::error::StoreError;
+use super::meshes::{BodyMesh, MeshProblem, read_all};
 use super::place::Place;
 use super::read::read;
 use super::watch::Stamps;
 use crate::design::{BodyRole, Design, DesignBody, Document, Origin, View};
 use crate::field::Environment;
-use crate::formats::{FormatError, body, design_file, environment, gltf};
+use crate::formats::{FormatError, body, design_file, environment, mesh};
 use crate::geometry::mesh::SurfaceMesh;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,8 +18,8 @@ use std::sync::Arc;
 pub struct World {
     pub document: Document,
     pub environment: Arc<Environment>,
-    pub tool_mesh: Option<Arc<SurfaceMesh>>,
-    pub crf_mesh: Option<Arc<SurfaceMesh>>,
+    /// The tool's and the CRF's.
+    meshes: [BodyMesh; 2],
     /// The reference that `environment` was read by.
     environment_reference: String,
     /// What the files were when they were last read or written.
@@ -26,42 +27,101 @@ pub struct World {
 }
 
 impl World {
-    /// A world whose environment is the one that the design refers to.
+    /// A world whose environment and meshes are the ones that the design refers to.
     pub fn new(
         document: Document,
         environment: Arc<Environment>,
         tool_mesh: Option<Arc<SurfaceMesh>>,
         crf_mesh: Option<Arc<SurfaceMesh>>,
     ) -> Self {
+        let design = document.design();
+        let meshes = [
+            BodyMesh::current(design.body(BodyRole::Tool), tool_mesh),
+            BodyMesh::current(design.body(BodyRole::Crf), crf_mesh),
+        ];
+        Self::with_meshes(document, environment, meshes)
+    }
+
+    pub(super) fn with_meshes(
+        document: Document,
+        environment: Arc<Environment>,
+        meshes: [BodyMesh; 2],
+    ) -> Self {
         Self {
             environment_reference: document.design().environment.clone(),
             document,
             environment,
-            tool_mesh,
-            crf_mesh,
+            meshes,
             stamps: Stamps::default(),
         }
     }
 
+    /// The mesh of a body; `None` where it has none or it could not be read.
     pub fn mesh(&self, role: BodyRole) -> Option<&Arc<SurfaceMesh>> {
+        self.body_mesh(role).surface.as_ref()
+    }
+
+    /// The meshes that could not be read, and why.
+    pub fn mesh_problems(&self) -> Vec<MeshProblem> {
+        BodyRole::ALL
+            .into_iter()
+            .filter_map(|role| self.body_mesh(role).problem(role))
+            .collect()
+    }
+
+    pub(super) fn body_mesh(&self, role: BodyRole) -> &BodyMesh {
         match role {
-            BodyRole::Tool => self.tool_mesh.as_ref(),
-            BodyRole::Crf => self.crf_mesh.as_ref(),
+            BodyRole::Tool => &self.meshes[0],
+            BodyRole::Crf => &self.meshes[1],
         }
     }
 
-    /// States that the environment at hand is the one that the design now refers to.
-    pub(super) fn environment_is_current(&mut self) {
+    pub(super) fn set_body_mesh(&mut self, role: BodyRole, mesh: BodyMesh) {
+        let [tool, crf] = &mut self.meshes;
+        *match role {
+            BodyRole::Tool => tool,
+            BodyRole::Crf => crf,
+        } = mesh;
+    }
+
+    /// States that environment and meshes at hand are the ones that the design, which moved, now
+    /// refers to.
+    pub(super) fn references_are_current(&mut self) {
+        self.environment_is_current();
+        for (mesh, role) in self.meshes.iter_mut().zip(BodyRole::ALL) {
+            mesh.moved(self.document.design().body(role));
+        }
+    }
+
+    fn environment_is_current(&mut self) {
         self.environment_reference = self.document.design().environment.clone();
     }
 }
 
-/// Opens a design from the disk.
+/// Opens a design from the disk. A mesh that cannot be used is a [`World::mesh_problems`].
 ///
 /// # Errors
-/// The first file that cannot be used; see [`StoreError`].
+/// The first file that cannot be used, meshes apart; see [`StoreError`].
 pub fn open_design(path: &Path) -> Result<World, StoreError> {
-    open(Place::Disk, path, Origin::File(path.to_owned()))
+    open(
+        Place::Disk,
+        path,
+        Origin::File(path.to_owned()),
+        Meshes::Read,
+    )
+}
+
+/// Opens a design from the disk for its numbers alone: no mesh is read or missed.
+///
+/// # Errors
+/// As [`open_design`].
+pub fn open_design_without_meshes(path: &Path) -> Result<World, StoreError> {
+    open(
+        Place::Disk,
+        path,
+        Origin::File(path.to_owned()),
+        Meshes::Leave,
+    )
 }
 
 /// Opens a built-in design.
@@ -70,7 +130,23 @@ pub fn open_design(path: &Path) -> Result<World, StoreError> {
 /// [`StoreError::NoSuchBuiltIn`].
 pub fn open_builtin(name: &str) -> Result<World, StoreError> {
     let (name, file) = builtin::design_file(name)?;
-    open(Place::BuiltIn, &file, Origin::BuiltIn(name))
+    open(Place::BuiltIn, &file, Origin::BuiltIn(name), Meshes::Read)
+}
+
+/// Opens a built-in design for its numbers alone.
+///
+/// # Errors
+/// As [`open_builtin`].
+pub fn open_builtin_without_meshes(name: &str) -> Result<World, StoreError> {
+    let (name, file) = builtin::design_file(name)?;
+    open(Place::BuiltIn, &file, Origin::BuiltIn(name), Meshes::Leave)
+}
+
+/// Whether meshes are asked for.
+#[derive(Clone, Copy, PartialEq)]
+enum Meshes {
+    Read,
+    Leave,
 }
 
 /// Reads the environment again where the design now refers to another one, as after an edit or
@@ -99,17 +175,16 @@ pub(super) fn home(origin: &Origin) -> Result<(Place, PathBuf), StoreError> {
     })
 }
 
-fn open(place: Place, file: &Path, origin: Origin) -> Result<World, StoreError> {
+fn open(place: Place, file: &Path, origin: Origin, meshes: Meshes) -> Result<World, StoreError> {
     let mut reader = Reader::new(place);
     let (design, view) = reader.design(file)?;
     let environment = reader.environment(file, &design.environment)?;
-    let tool_mesh = reader.mesh(file, &design.tool.body)?;
-    let crf_mesh = match &design.crf {
-        Some(crf) => reader.mesh(file, &crf.body)?,
-        None => None,
+    let meshes = match meshes {
+        Meshes::Read => read_all(&mut reader, file, &design),
+        Meshes::Leave => Default::default(),
     };
     let document = Document::new(design, view, origin);
-    let mut world = World::new(document, environment, tool_mesh, crf_mesh);
+    let mut world = World::with_meshes(document, environment, meshes);
     world.stamps = reader.stamps;
     Ok(world)
 }
@@ -157,9 +232,12 @@ impl Reader {
             return Ok(None);
         };
         let body_file = self.place.resolve(design_file, &body.reference);
-        let file = self.place.resolve(&body_file, mesh);
-        self.read(&file, "a mesh", |bytes| Ok(gltf::parse(bytes)?))
-            .map(|mesh| Some(Arc::new(mesh)))
+        let file = self.place.resolve(&body_file, &mesh.file);
+        let extension = file.extension().unwrap_or_default().to_string_lossy();
+        self.read(&file, "a mesh", |bytes| {
+            Ok(mesh::read(bytes, &extension, mesh.unit)?)
+        })
+        .map(|mesh| Some(Arc::new(mesh)))
     }
 
     fn read<T>(

@@ -6,8 +6,9 @@ use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use crate::field::Environment;
 use crate::field::samples::MeasurementSet;
 use crate::formats::groups::{self, GroupColumn};
-use crate::formats::{FormatError, environment, gltf, input, jhu_cis, measurements, poses};
+use crate::formats::{FormatError, environment, input, jhu_cis, measurements, mesh, poses};
 use crate::geometry::mesh::SurfaceMesh;
+use crate::geometry::mesh_reference::MeshUnit;
 use crate::geometry::pose::Pose;
 use crate::study::InputTrial;
 use std::path::Path;
@@ -58,12 +59,20 @@ pub fn read_calreadings(file: &Path) -> Result<Vec<CalibrationFrame>, StoreError
     )
 }
 
-pub fn read_mesh(file: &Path) -> Result<SurfaceMesh, StoreError> {
-    read_mesh_at(Place::Disk, file)
+/// A mesh in any format; `unit` overrides that of the format.
+pub fn read_mesh(file: &Path, unit: Option<MeshUnit>) -> Result<SurfaceMesh, StoreError> {
+    read_mesh_at(Place::Disk, file, unit)
 }
 
-pub(super) fn read_mesh_at(place: Place, file: &Path) -> Result<SurfaceMesh, StoreError> {
-    read(place, file, "a mesh", |bytes| Ok(gltf::parse(bytes)?))
+pub(super) fn read_mesh_at(
+    place: Place,
+    file: &Path,
+    unit: Option<MeshUnit>,
+) -> Result<SurfaceMesh, StoreError> {
+    let extension = file.extension().unwrap_or_default().to_string_lossy();
+    read(place, file, "a mesh", |bytes| {
+        Ok(mesh::read(bytes, &extension, unit)?)
+    })
 }
 
 /// Reads a file and parses it; `expected` names the kind of file, with its article.

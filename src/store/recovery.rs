@@ -12,6 +12,7 @@
 use super::builtin;
 use super::error::StoreError;
 use super::lock::Lock;
+use super::meshes::read_all;
 use super::open::{Reader, World, home};
 use super::place::Place;
 use super::read::read;
@@ -63,14 +64,6 @@ pub struct Leftover {
     file: PathBuf,
     lock: Lock,
     content: Result<RecoveryFile, StoreError>,
-}
-
-/// A recovered world.
-#[derive(Debug)]
-pub struct Recovered {
-    pub world: World,
-    /// Why meshes are missing; the design is whole all the same.
-    pub missing_meshes: Vec<StoreError>,
 }
 
 impl Recovery {
@@ -254,7 +247,7 @@ impl Leftover {
     ///
     /// # Errors
     /// See [`StoreError`]; nothing is lost by one.
-    pub fn open(&self) -> Result<Recovered, StoreError> {
+    pub fn open(&self) -> Result<World, StoreError> {
         let content = read_recovery(&self.file)?;
         let origin = match content.origin {
             RecoveryOrigin::BuiltIn(name) => Origin::BuiltIn(builtin::design_file(&name)?.0),
@@ -266,23 +259,12 @@ impl Leftover {
         let design = document.design();
         let mut reader = Reader::new(place);
         let environment = reader.environment(&own_file, &design.environment)?;
-        let mut missing_meshes = Vec::new();
-        let mut mesh = |body| {
-            reader.mesh(&own_file, body).unwrap_or_else(|error| {
-                missing_meshes.push(error);
-                None
-            })
-        };
-        let tool_mesh = mesh(&design.tool.body);
-        let crf_mesh = design.crf.as_ref().and_then(|crf| mesh(&crf.body));
-        let mut world = World::new(document, environment, tool_mesh, crf_mesh);
+        let meshes = read_all(&mut reader, &own_file, design);
+        let mut world = World::with_meshes(document, environment, meshes);
         // Of design and bodies, what the session knew: what was changed since is then told.
         world.stamps = Stamps::from_pairs(content.stamps);
         world.stamps.extend(reader.stamps);
-        Ok(Recovered {
-            world,
-            missing_meshes,
-        })
+        Ok(world)
     }
 
     /// Removes it for good.

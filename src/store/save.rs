@@ -102,10 +102,12 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
     let environment = mover.move_environment(&design.environment)?;
     let old_environment = design.environment.clone();
     let rewrite = |design: &mut Design| {
-        for (role, (reference, mesh)) in &moved {
+        for (role, moved) in &moved {
             if let Some(body) = design.body_mut(*role) {
-                body.reference.clone_from(reference);
-                body.mesh.clone_from(mesh);
+                body.reference.clone_from(&moved.reference);
+                if let Some(mesh) = &mut body.mesh {
+                    mesh.file = mover.mesh_from(moved, &mesh.file);
+                }
             }
         }
         design.environment = if design.environment == old_environment {
@@ -122,7 +124,7 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
         .document
         .relocate(Origin::File(file.to_owned()), rewrite);
     world.document.mark_saved();
-    world.environment_is_current();
+    world.references_are_current();
     mover.stamps.take(file, text.as_bytes());
     world.stamps.extend(mover.stamps);
     mover.report.written.push(file.to_owned());
@@ -219,6 +221,17 @@ fn refuse_own_parts(
     Ok(())
 }
 
+/// Where a body is after Save as.
+struct MovedBody {
+    /// From the new folder.
+    reference: String,
+    /// Whether it was saved beside the new design.
+    is_copied: bool,
+    old_file: PathBuf,
+    /// The mesh that was copied with it: its reference before and after.
+    copied_mesh: Option<(String, String)>,
+}
+
 /// Brings what a design refers to within reach of a new folder.
 struct Mover {
     place: Place,
@@ -229,33 +242,51 @@ struct Mover {
 }
 
 impl Mover {
-    /// The body's reference from the new folder, and its mesh's from the body.
-    fn move_body(
-        &mut self,
-        body: &DesignBody,
-        is_changed: bool,
-    ) -> Result<(String, Option<String>), StoreError> {
+    fn move_body(&mut self, body: &DesignBody, is_changed: bool) -> Result<MovedBody, StoreError> {
         let old_file = self.place.resolve(&self.old_file, &body.reference);
-        if self.place == Place::Disk && !is_changed {
-            return Ok((relative(&self.folder, &old_file), body.mesh.clone()));
+        let mut moved = MovedBody {
+            reference: String::new(),
+            is_copied: self.place == Place::BuiltIn || is_changed,
+            old_file,
+            copied_mesh: None,
+        };
+        if !moved.is_copied {
+            moved.reference = relative(&self.folder, &moved.old_file);
+            return Ok(moved);
         }
-        let mesh = match &body.mesh {
-            Some(mesh) if is_absolute(mesh) => Some(mesh.clone()),
-            Some(mesh) => Some(self.move_mesh(&self.place.resolve(&old_file, mesh))?),
-            None => None,
-        };
-        let copy = DesignBody {
-            mesh: mesh.clone(),
-            ..body.clone()
-        };
-        let reference = self.copy(&body.reference, body_text(&copy).as_bytes())?;
-        Ok((reference, mesh))
+        let mut copy = body.clone();
+        if let Some(mesh) = &mut copy.mesh {
+            moved.copied_mesh = self.copy_mesh(&moved.old_file, &mesh.file)?;
+            mesh.file = self.mesh_from(&moved, &mesh.file);
+        }
+        moved.reference = self.copy(&body.reference, body_text(&copy).as_bytes())?;
+        Ok(moved)
     }
 
-    fn move_mesh(&mut self, old_file: &Path) -> Result<String, StoreError> {
-        match self.place {
-            Place::Disk => Ok(relative(&self.folder, old_file)),
-            Place::BuiltIn => self.copy_built_in(old_file, "a mesh"),
+    /// Copies a mesh of the built-in world, which nothing else on the disk could refer to.
+    fn copy_mesh(
+        &mut self,
+        old_body_file: &Path,
+        mesh: &str,
+    ) -> Result<Option<(String, String)>, StoreError> {
+        let old_file = self.place.resolve(old_body_file, mesh);
+        // One that is not there was missed before, and is no reason not to save.
+        if self.place == Place::Disk || is_absolute(mesh) || self.place.read(&old_file).is_err() {
+            return Ok(None);
+        }
+        let copy = self.copy_built_in(&old_file, "a mesh")?;
+        Ok(Some((mesh.to_owned(), copy)))
+    }
+
+    /// What a mesh of a body, a past one too, is referred to by from where the body is now.
+    fn mesh_from(&self, body: &MovedBody, mesh: &str) -> String {
+        match (&body.copied_mesh, self.place) {
+            (Some((old, copy)), _) if old == mesh => copy.clone(),
+            (_, Place::Disk) if body.is_copied && !is_absolute(mesh) => {
+                relative(&self.folder, &self.place.resolve(&body.old_file, mesh))
+            }
+            // It stayed where it is, or it is only ever undone to.
+            _ => mesh.to_owned(),
         }
     }
 

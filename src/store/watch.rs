@@ -91,7 +91,7 @@ fn watched_files(world: &World) -> Vec<(WatchedPart, PathBuf)> {
     for (role, body) in design.bodies() {
         let file = place.resolve(&own_file, &body.reference);
         if let Some(mesh) = &body.mesh {
-            files.push((WatchedPart::Mesh(role), place.resolve(&file, mesh)));
+            files.push((WatchedPart::Mesh(role), place.resolve(&file, &mesh.file)));
         }
         files.push((WatchedPart::Body(role), file));
     }

@@ -31,7 +31,7 @@ fn the_slice_has_the_standard_error_and_the_distance_that_the_room_s_fit_tells()
     for quantity in [Quantity::StdErrorMm, Quantity::SupportDistanceMm] {
         show(&mut app, quantity);
         let results = app.world().resource::<Results>();
-        assert_eq!(results.slice_quantity, quantity);
+        assert_eq!(results.slice.as_ref().unwrap().value.quantity, quantity);
         let slice = &results.slice.as_ref().unwrap().value;
         let [nu, nv] = slice.plan.counts;
         let environment = &app.world().resource::<OpenWorld>().0.environment;
@@ -39,7 +39,7 @@ fn the_slice_has_the_standard_error_and_the_distance_that_the_room_s_fit_tells()
         for (u, v) in [(nu / 2, nv / 2), (nu / 3, nv / 4), (2, nv - 3)] {
             let point = slice.plan.point_mm(u, v);
             let at = support.at(&point, &slice.plan.sensor_axis, OutsidePolicy::Clamp);
-            assert_eq!(slice.position_error_mm[v * nu + u], wanted(quantity, &at));
+            assert_eq!(slice.values[v * nu + u], wanted(quantity, &at));
         }
     }
 }

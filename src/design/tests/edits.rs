@@ -1,6 +1,7 @@
 //! What edits do, what they are called, and what is refused.
 
 use super::*;
+use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use crate::study::motion::{AxisRange, Motion};
 use crate::tracking::body::Coil;
 use nalgebra::Unit;
@@ -27,6 +28,15 @@ fn edits_say_what_they_do() {
         index: 1,
     };
     assert_eq!(label(remove), "Remove sensor b");
+    let mesh = set_mesh(MeshReference::new("a.stl"));
+    assert_eq!(label(mesh), "Change tool's mesh");
+}
+
+fn set_mesh(mesh: MeshReference) -> Edit {
+    Edit::SetMesh {
+        body: BodyRole::Tool,
+        mesh: Some(mesh),
+    }
 }
 
 #[test]
@@ -93,6 +103,17 @@ fn edits_that_cannot_be_are_refused_and_change_nothing() {
         (
             Edit::SetRequirement(Some(requirement)),
             "angle_max is -1, expected zero or more",
+        ),
+        (
+            set_mesh(MeshReference::new(" ")),
+            "the mesh's file is empty, expected a name",
+        ),
+        (
+            set_mesh(MeshReference {
+                unit: Some(MeshUnit::Factor(0.0)),
+                ..MeshReference::new("a.stl")
+            }),
+            "the mesh's unit is 0, expected a number above zero",
         ),
         (
             Edit::SetEnvironment(String::new()),

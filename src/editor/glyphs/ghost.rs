@@ -1,6 +1,7 @@
 //! The tool as the tracker believes it to be: translucent, with a bright rim.
 
 use super::magnify::ShownErrors;
+use crate::design::BodyRole;
 use crate::editor::materials::GlowMaterial;
 use crate::editor::state::EditorSystems;
 use crate::editor::{convert, palette};
@@ -39,7 +40,7 @@ fn show(
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
     let tool = errors.tool().filter(|_| errors.layers().ghost);
-    let (Some(tool), Some(mesh)) = (tool, errors.world.0.tool_mesh.as_ref()) else {
+    let (Some(tool), Some(mesh)) = (tool, errors.world.0.mesh(BodyRole::Tool)) else {
         for (entity, ..) in &ghosts {
             commands.entity(entity).despawn();
         }

@@ -46,10 +46,7 @@ impl Plugin for BodiesPlugin {
 
 /// The mesh of a body, if it has one.
 pub fn mesh_of(world: &crate::store::World, role: BodyRole) -> Option<&Arc<SurfaceMesh>> {
-    match role {
-        BodyRole::Tool => world.tool_mesh.as_ref(),
-        BodyRole::Crf => world.crf_mesh.as_ref(),
-    }
+    world.mesh(role)
 }
 
 /// One root a body; its parts anew when it got another mesh.

@@ -59,12 +59,9 @@ fn points(world: &World, role: BodyRole) -> Vec<Point3<f64>> {
     let (Some(body), Some(pose)) = (design.body(role), design.tracker_from_body(role)) else {
         return Vec::new();
     };
-    let mesh = match role {
-        BodyRole::Tool => &world.tool_mesh,
-        BodyRole::Crf => &world.crf_mesh,
-    };
-    let corners = mesh
-        .iter()
+    let corners = world
+        .mesh(role)
+        .into_iter()
         .flat_map(|mesh| mesh.parts.iter().flat_map(|part| part.positions_mm.iter()));
     let sensors = body.rigid.sensors.iter().map(|s| &s.position_in_body);
     corners

@@ -1,7 +1,5 @@
 //! Why bytes are not a mesh.
 
-use super::surface::MAX_VERTICES;
-
 /// Why bytes are not a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GltfError {
@@ -23,6 +21,10 @@ pub enum GltfError {
     },
     #[error("found no triangles, expected some")]
     Empty,
-    #[error("found more than {MAX_VERTICES} vertices, expected fewer")]
-    TooLarge,
+    #[error("found {found} {what}, expected at most {most}")]
+    TooLarge {
+        found: usize,
+        what: &'static str,
+        most: usize,
+    },
 }

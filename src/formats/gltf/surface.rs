@@ -1,29 +1,25 @@
 //! glTF meshes (`.glb`, or `.gltf` with nothing outside it): bytes to a surface in millimetres.
 //!
-//! Node transforms are applied and glTF's metres become the body frame's millimetres; no axis is
-//! swapped. The crate reads the structure; numbers are read here, because its own readers trust
+//! Node transforms are applied and the file's unit, metres unless told otherwise, becomes the body
+//! frame's millimetres; no axis is swapped. The crate reads the structure; numbers are read here, because its own readers trust
 //! the offsets in a file.
 
+use super::super::mesh::MAX_TRIANGLES;
 use super::GltfError;
 use super::accessor::{triangles, vectors};
 use crate::geometry::mesh::{MeshPart, SurfaceMesh};
+use crate::geometry::normals::unit_or_z;
 use gltf::mesh::Mode;
 use nalgebra::{Matrix4, Point3, Vector3};
 
-/// glTF's unit in the body frame's.
-const MM_PER_METRE: f64 = 1000.0;
-
 /// Most corners of a mesh. An instrument has thousands; this many would fill 500 MB.
-pub(super) const MAX_VERTICES: usize = 10_000_000;
+const MAX_VERTICES: usize = 10_000_000;
 
-/// A vertex whose triangles cancel out has no normal of its own, and then gets z.
-const MIN_NORMAL: f64 = 1e-30;
-
-/// Reads a mesh.
+/// Reads a mesh whose unit is `mm_per_unit` long: 1000 by the specification, which says metres.
 ///
 /// # Errors
 /// See [`GltfError`].
-pub fn parse(bytes: &[u8]) -> Result<SurfaceMesh, GltfError> {
+pub fn parse(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, GltfError> {
     check_lengths(bytes)?;
     let not_gltf = |error: gltf::Error| GltfError::NotGltf(error.to_string());
     let gltf::Gltf { document, blob } =
@@ -37,8 +33,10 @@ pub fn parse(bytes: &[u8]) -> Result<SurfaceMesh, GltfError> {
         .ok_or(GltfError::Empty)?;
     let mut reader = Reader {
         blob: blob.as_deref().unwrap_or_default(),
+        mm_per_unit,
         mesh: SurfaceMesh::default(),
         vertices: 0,
+        triangles: 0,
         is_visited: vec![false; file.nodes().count()],
     };
     // A stack of its own: how deep nodes nest is the file's choice.
@@ -110,8 +108,10 @@ fn check_positions(root: &gltf::json::Root) -> Result<(), GltfError> {
 /// A mesh in the making.
 struct Reader<'a> {
     blob: &'a [u8],
+    mm_per_unit: f64,
     mesh: SurfaceMesh,
     vertices: usize,
+    triangles: usize,
     is_visited: Vec<bool>,
 }
 
@@ -157,11 +157,18 @@ impl Reader<'_> {
         let positions = primitive
             .get(&gltf::Semantic::Positions)
             .ok_or_else(|| error("no positions".to_owned(), "some"))?;
-        let positions = vectors(self.blob, name, &positions)?;
-        self.vertices = self.vertices.saturating_add(positions.len());
-        if self.vertices > MAX_VERTICES {
-            return Err(GltfError::TooLarge);
+        let corners = primitive.indices().map_or(positions.count(), |i| i.count());
+        self.vertices = self.vertices.saturating_add(positions.count());
+        self.triangles = self.triangles.saturating_add(corners / 3);
+        for (found, what, most) in [
+            (self.vertices, "vertices", MAX_VERTICES),
+            (self.triangles, "triangles", MAX_TRIANGLES),
+        ] {
+            if found > most {
+                return Err(GltfError::TooLarge { found, what, most });
+            }
         }
+        let positions = vectors(self.blob, name, &positions)?;
         let mut triangles = match primitive.indices() {
             Some(accessor) => triangles(self.blob, name, &accessor, positions.len())?,
             None => implied_triangles(positions.len()),
@@ -175,7 +182,7 @@ impl Reader<'_> {
         }
         let positions_mm: Vec<Point3<f64>> = positions
             .into_iter()
-            .map(|p| body_from_node.transform_point(&p.into()) * MM_PER_METRE)
+            .map(|p| body_from_node.transform_point(&p.into()) * self.mm_per_unit)
             .collect();
         if positions_mm
             .iter()
@@ -202,7 +209,10 @@ impl Reader<'_> {
                     .map(|n| unit_or_z(body_from_normal * n))
                     .collect()
             }
-            _ => smooth_normals(&positions_mm, &triangles),
+            _ => {
+                self.mesh.reading.normals_made = true;
+                smooth_normals(&positions_mm, &triangles)
+            }
         };
         let material = primitive.material();
         let surface = material.pbr_metallic_roughness();
@@ -237,11 +247,4 @@ fn smooth_normals(positions_mm: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<V
         }
     }
     sums.into_iter().map(unit_or_z).collect()
-}
-
-fn unit_or_z(vector: Vector3<f64>) -> Vector3<f64> {
-    vector
-        .try_normalize(MIN_NORMAL)
-        .filter(|n| n.iter().all(|v| v.is_finite()))
-        .unwrap_or_else(Vector3::z)
 }

@@ -1,7 +1,13 @@
 //! Meshes by hand: what is read from them, and what is refused.
 
 use super::*;
+use crate::geometry::mesh::SurfaceMesh;
 use nalgebra::{Point3, Vector3};
+
+/// Metres, as the specification has it.
+fn parse(bytes: &[u8]) -> Result<SurfaceMesh, GltfError> {
+    super::parse(bytes, 1000.0)
+}
 
 const JSON: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
 "nodes":[{"children":[1],"translation":[0,0,1]},{"mesh":0,"name":"anatomy-face","scale":[2,2,2]}],
@@ -114,7 +120,17 @@ fn meshes_that_cannot_be_are_refused() {
         (
             "\"count\":3,\"type\":\"VEC3\"",
             "\"count\":4000000000,\"type\":\"VEC3\"",
+            "found 4000000000 vertices, expected at most 10000000",
+        ),
+        (
+            "\"count\":3,\"type\":\"VEC3\"",
+            "\"count\":9000000,\"type\":\"VEC3\"",
             "data beyond the end",
+        ),
+        (
+            "\"count\":3,\"type\":\"SCALAR\"",
+            "\"count\":3000000000,\"type\":\"SCALAR\"",
+            "found 1000000000 triangles, expected at most 10000000",
         ),
         (
             "\"count\":3,\"type\":\"SCALAR\"",

@@ -105,15 +105,14 @@ fn a_killed_process_leaves_its_design_to_the_next_one_and_to_no_other_before() {
     assert_eq!(content.origin, RecoveryOrigin::File(design.clone()));
     assert!(content.is_dirty && content.written().elapsed().unwrap().as_secs() < 600);
 
-    let recovered = leftover.open().unwrap();
-    assert!(recovered.missing_meshes.is_empty());
-    let mut world = recovered.world;
+    let mut world = leftover.open().unwrap();
+    assert!(world.mesh_problems().is_empty());
     change(&mut expected);
     assert_eq!(world.document.design(), expected.document.design());
     assert_eq!(world.document.view(), expected.document.view());
     assert_eq!(world.environment, expected.environment);
-    assert_eq!(world.tool_mesh, expected.tool_mesh);
-    assert_eq!(world.crf_mesh, expected.crf_mesh);
+    assert_eq!(world.mesh(BodyRole::Tool), expected.mesh(BodyRole::Tool));
+    assert_eq!(world.mesh(BodyRole::Crf), expected.mesh(BodyRole::Crf));
     assert!(world.document.is_dirty());
     let written = save(&mut world).unwrap().written;
     assert_eq!(
@@ -172,10 +171,10 @@ fn a_recovered_built_in_design_can_be_saved_as_another() {
     let mut world = open_builtin("endoscope").unwrap();
     change(&mut world);
     let leftover = crashed(&folder.path().join("state"), &world);
-    let mut recovered = leftover.open().unwrap().world;
+    let mut recovered = leftover.open().unwrap();
     assert_eq!(recovered.document.design(), world.document.design());
     assert_eq!(recovered.document.origin(), &Origin::BuiltIn("endoscope"));
-    assert!(recovered.document.is_dirty() && recovered.tool_mesh.is_some());
+    assert!(recovered.document.is_dirty() && recovered.mesh(BodyRole::Tool).is_some());
     assert!(matches!(
         save(&mut recovered),
         Err(StoreError::ReadOnly("endoscope"))
@@ -197,10 +196,9 @@ fn a_design_whose_files_are_gone_is_recovered_and_saved_whole() {
     ] {
         fs::remove_file(folder.path().join(name)).unwrap();
     }
-    let recovered = leftover.open().unwrap();
-    assert_eq!(recovered.missing_meshes.len(), 1);
-    let mut recovered = recovered.world;
-    assert!(recovered.tool_mesh.is_none() && recovered.crf_mesh.is_some());
+    let mut recovered = leftover.open().unwrap();
+    assert_eq!(recovered.mesh_problems().len(), 1);
+    assert!(recovered.mesh(BodyRole::Tool).is_none() && recovered.mesh(BodyRole::Crf).is_some());
     assert!(recovered.document.is_dirty());
     assert!(
         recovered
@@ -227,7 +225,7 @@ fn what_was_changed_after_the_crash_is_told_and_not_written_over() {
     let file = folder.path().join("a b.design.ron");
     let theirs = fs::read_to_string(&file).unwrap().replace("order", "ORDER") + "\n";
     fs::write(&file, &theirs).unwrap();
-    let mut recovered = leftover.open().unwrap().world;
+    let mut recovered = leftover.open().unwrap();
     let found = changes(&recovered);
     assert_eq!(found.len(), 1, "{found:?}");
     assert_eq!(

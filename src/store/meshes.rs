@@ -1,0 +1,163 @@
+//! The meshes of an open design: read with it, again when an edit names others, and missed rather
+//! than demanded, as no number hangs on them.
+
+use super::error::StoreError;
+use super::open::{Reader, World, home};
+use super::place::{Place, absolute, relative};
+use super::write::folder_of;
+use crate::design::{BodyRole, Design, DesignBody, Origin};
+use crate::geometry::mesh::SurfaceMesh;
+use crate::geometry::mesh_reference::MeshReference;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Why a body's mesh is not there; the design keeps its reference.
+#[derive(Clone, Debug)]
+pub struct MeshProblem {
+    pub body: BodyRole,
+    /// What the body refers to.
+    pub reference: MeshReference,
+    pub cause: Arc<StoreError>,
+}
+
+impl std::fmt::Display for MeshProblem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the {}'s mesh is missing: {}", self.body, self.cause)
+    }
+}
+
+/// The mesh of one body as it was read, or not.
+#[derive(Clone, Debug, Default)]
+pub(super) struct BodyMesh {
+    /// What it was read by; `None` where nobody looked yet.
+    source: Option<Source>,
+    pub(super) surface: Option<Arc<SurfaceMesh>>,
+    cause: Option<Arc<StoreError>>,
+}
+
+/// What leads to a mesh: the body's reference, and the mesh's in the body, if it has one.
+#[derive(Clone, Debug, PartialEq)]
+struct Source {
+    body: String,
+    mesh: Option<MeshReference>,
+}
+
+impl BodyMesh {
+    /// A mesh that the body refers to now.
+    pub(super) fn current(body: Option<&DesignBody>, surface: Option<Arc<SurfaceMesh>>) -> Self {
+        Self {
+            source: body.map(Source::of),
+            surface,
+            cause: None,
+        }
+    }
+
+    /// Reads what the body refers to; a failure is kept beside it.
+    fn read(reader: &mut Reader, design_file: &Path, body: &DesignBody) -> Self {
+        let (surface, cause) = match reader.mesh(design_file, body) {
+            Ok(surface) => (surface, None),
+            Err(error) => (None, Some(Arc::new(error))),
+        };
+        Self {
+            source: Some(Source::of(body)),
+            surface,
+            cause,
+        }
+    }
+
+    /// States that the body refers to the same mesh by other words now.
+    pub(super) fn moved(&mut self, body: Option<&DesignBody>) {
+        if self.source.is_some() {
+            self.source = body.map(Source::of);
+        }
+    }
+
+    pub(super) fn problem(&self, body: BodyRole) -> Option<MeshProblem> {
+        Some(MeshProblem {
+            body,
+            cause: Arc::clone(self.cause.as_ref()?),
+            reference: self.source.as_ref()?.mesh.clone()?,
+        })
+    }
+}
+
+impl Source {
+    fn of(body: &DesignBody) -> Self {
+        Self {
+            body: body.reference.clone(),
+            mesh: body.mesh.clone(),
+        }
+    }
+}
+
+/// The meshes of a design, the tool's first.
+pub(super) fn read_all(reader: &mut Reader, design_file: &Path, design: &Design) -> [BodyMesh; 2] {
+    BodyRole::ALL.map(|role| {
+        design.body(role).map_or_else(BodyMesh::default, |body| {
+            BodyMesh::read(reader, design_file, body)
+        })
+    })
+}
+
+/// Reads the meshes again that the design now refers to otherwise, as after an edit, its undo or a
+/// recovery; whether there were any. What cannot be read is a [`World::mesh_problems`], not an
+/// error: a body without mesh is drawn by its sensors.
+///
+/// # Errors
+/// A built-in design that is none.
+pub fn refresh_meshes(world: &mut World) -> Result<bool, StoreError> {
+    read_meshes(world, false)
+}
+
+/// Reads all meshes again, as after their files were changed or put back; whether any differs.
+///
+/// # Errors
+/// As [`refresh_meshes`].
+pub fn reload_meshes(world: &mut World) -> Result<bool, StoreError> {
+    read_meshes(world, true)
+}
+
+fn read_meshes(world: &mut World, is_forced: bool) -> Result<bool, StoreError> {
+    let design = world.document.shared_design();
+    let (place, file) = home(world.document.origin())?;
+    let mut reader = Reader::new(place);
+    let mut is_changed = false;
+    for role in BodyRole::ALL {
+        let body = design.body(role);
+        let has = world.body_mesh(role);
+        if has.source == body.map(Source::of) && !is_forced {
+            continue;
+        }
+        let mut now = body.map_or_else(BodyMesh::default, |body| {
+            BodyMesh::read(&mut reader, &file, body)
+        });
+        if now.surface == has.surface {
+            // Whoever made something of it need not make it again.
+            now.surface.clone_from(&has.surface);
+        }
+        is_changed |= match (&now.surface, &has.surface) {
+            (Some(now), Some(before)) => !Arc::ptr_eq(now, before),
+            (None, None) => {
+                now.cause.as_ref().map(ToString::to_string)
+                    != has.cause.as_ref().map(ToString::to_string)
+            }
+            _ => true,
+        };
+        world.set_body_mesh(role, now);
+    }
+    world.stamps.extend(reader.stamps);
+    Ok(is_changed)
+}
+
+/// How the body of a role refers to a mesh file: relative to its own file, or by the whole path in
+/// a built-in design, which has no place on the disk. `None` where there is no such body.
+pub fn mesh_reference_to(world: &World, role: BodyRole, mesh_file: &Path) -> Option<String> {
+    let body = world.document.design().body(role)?;
+    Some(match world.document.origin() {
+        Origin::File(design_file) => {
+            let body_file = Place::Disk.resolve(design_file, &body.reference);
+            relative(&folder_of(&body_file), mesh_file)
+        }
+        Origin::BuiltIn(_) => absolute(mesh_file).to_string_lossy().into_owned(),
+    })
+}
