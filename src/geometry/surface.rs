@@ -4,9 +4,9 @@
 //! fast enough for every move of a pointer over a million triangles.
 //!
 //! It is written here because the crates that do this in f64 gain nothing: over a torus of a
-//! million triangles `parry3d-f64` 0.31 took as long with a third more memory, meets triangles from
-//! behind too, and brings a second library of vectors; `bvh` 0.13 took at least twice the time and
-//! memory. `docs/measurements.md` has the figures.
+//! million triangles `parry3d-f64` 0.31 took about as long with a third more memory, meets triangles
+//! from behind too, and brings a second library of vectors; `bvh` 0.13 took at least twice the time a
+//! query and twice the memory. `docs/measurements.md` has the figures.
 
 use super::bounds::Bounds;
 use super::mesh::SurfaceMesh;
