@@ -66,7 +66,9 @@ fn the_good_files_are_good() {
     assert!(jhu_cis::parse_calbody(&files[6]).is_ok());
     assert!(jhu_cis::parse_calreadings(&files[7]).is_ok());
     assert!(gltf::parse(&files[8], 1000.0).is_ok());
-    for file in &files[9..] {
+    assert!(recovery_file::parse(&files[9]).is_ok());
+    assert!(recent_file::parse(&files[10]).is_ok());
+    for file in &files[11..] {
         assert!(mesh::read(file, "", None).is_ok());
     }
 }
