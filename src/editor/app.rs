@@ -1,12 +1,15 @@
 //! Puts the editor together, for a window or for a picture.
 
+use super::autosave::RecoveryFolder;
 use super::camera::SceneTarget;
 use super::diagnostics::{Explain, ExplainLine};
 use super::egui_camera::EguiTarget;
 use super::preflight::BACKENDS;
+use super::recent::RecentDesigns;
 use super::state::{OpenWorld, Presentation, ViewportRect};
 use super::{EditorPlugins, document, state};
-use crate::store::World;
+use crate::design::Origin;
+use crate::store::{self, World};
 use bevy::app::{AppExit, TerminalCtrlCHandlerPlugin};
 use bevy::camera::RenderTarget;
 use bevy::light::cluster::GlobalClusterSettings;
@@ -66,6 +69,16 @@ pub fn run(world: World, explain: Option<ExplainLine>) -> Result<(), u8> {
             focused_mode: UpdateMode::reactive_low_power(Duration::MAX),
             unfocused_mode: UpdateMode::reactive_low_power(Duration::MAX),
         });
+    if let Some(folder) = store::recovery_folder() {
+        app.insert_resource(RecoveryFolder(folder));
+    }
+    if let Some(folder) = store::state_folder() {
+        let mut recent = RecentDesigns::in_folder(folder);
+        if let Origin::File(file) = world.document.origin() {
+            recent.remember(file);
+        }
+        app.insert_resource(recent);
+    }
     if let Some(line) = explain {
         app.insert_resource(Explain(line));
     }

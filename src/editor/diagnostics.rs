@@ -125,6 +125,8 @@ fn dialog_line(dialog: Option<&Dialog>) -> String {
         Some(Dialog::Unsaved { .. }) => "unsaved changes",
         Some(Dialog::SharedBodies { .. }) => "shared bodies",
         Some(Dialog::Overwrite { .. }) => "overwrite",
+        Some(Dialog::Recover { .. }) => "recover",
+        Some(Dialog::ChangedOnDisk { .. }) => "changed on disk",
         Some(Dialog::Error { title, text }) => return format!("dialog error {title}: {text}"),
     };
     format!("dialog {what}")

@@ -1,5 +1,7 @@
 //! Applies requests to the open document, and does what the File menu asks for.
 
+use super::autosave::Leftovers;
+use super::recent::RecentDesigns;
 use super::state::{
     EditRequest, EditorSystems, FileRequest, OpenWorld, Results, Selected, Selection, SharedChoice,
     ViewRequest,
@@ -8,7 +10,7 @@ use super::ui::dialogs::{Dialog, Dialogs};
 use crate::design::{Design, Origin};
 use crate::store::{self, SaveReport, StoreError};
 use bevy::prelude::*;
-use bevy::window::{PrimaryWindow, WindowCloseRequested};
+use bevy::window::{PrimaryWindow, WindowCloseRequested, WindowFocused};
 use std::path::{Path, PathBuf};
 
 /// Applies [`EditRequest`], [`ViewRequest`] and [`FileRequest`] in [`EditorSystems::Edit`], keeps
@@ -37,6 +39,8 @@ impl Plugin for DocumentPlugin {
         app.init_resource::<WorldGeneration>()
             .init_resource::<Notice>()
             .init_resource::<AfterSave>()
+            .init_resource::<Leftovers>()
+            .init_resource::<RecentDesigns>()
             .init_resource::<Dialogs>()
             .init_resource::<Selection>()
             .init_resource::<Results>()
@@ -44,10 +48,12 @@ impl Plugin for DocumentPlugin {
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
             .add_message::<WindowCloseRequested>()
+            .add_message::<WindowFocused>()
             .add_systems(
                 Update,
                 (
                     ask_before_closing,
+                    notice_changed_files.run_if(on_message::<WindowFocused>),
                     apply_edits,
                     apply_views,
                     apply_files,
@@ -67,6 +73,22 @@ fn ask_before_closing(
 ) {
     if closed.read().last().is_some() {
         files.write(FileRequest::Quit);
+    }
+}
+
+/// Whoever comes back to the window may have changed its files elsewhere.
+fn notice_changed_files(
+    mut focused: MessageReader<WindowFocused>,
+    world: Option<Res<OpenWorld>>,
+    mut dialogs: ResMut<Dialogs>,
+) {
+    let is_back = focused.read().last().is_some_and(|window| window.focused);
+    let (true, Some(world), None) = (is_back, world, &dialogs.current) else {
+        return;
+    };
+    let changes = store::changes(&world.0);
+    if !changes.is_empty() {
+        dialogs.show(Dialog::changed_on_disk(&changes, false));
     }
 }
 
@@ -99,7 +121,7 @@ fn apply_edits(
                 notice.set_if_neq(Notice::Nothing);
                 if is_changed {
                     world.set_changed();
-                    refresh_room(&mut world, &mut dialogs);
+                    refresh(&mut world, &mut dialogs);
                 }
             }
             Err(error) => {
@@ -109,10 +131,13 @@ fn apply_edits(
     }
 }
 
-/// Another room is read when an edit, or its undo, names it.
-fn refresh_room(world: &mut OpenWorld, dialogs: &mut Dialogs) {
+/// Another room or mesh is read when an edit, or its undo, names it.
+fn refresh(world: &mut OpenWorld, dialogs: &mut Dialogs) {
     if let Err(error) = store::refresh_environment(&mut world.0) {
         dialogs.show(Dialog::error("The room cannot be opened", &error));
+    }
+    if let Err(error) = store::refresh_meshes(&mut world.0) {
+        dialogs.show(Dialog::error("The mesh cannot be opened", &error));
     }
 }
 
@@ -143,6 +168,8 @@ struct Desk<'w> {
     dialogs: ResMut<'w, Dialogs>,
     notice: ResMut<'w, Notice>,
     after_save: ResMut<'w, AfterSave>,
+    leftovers: ResMut<'w, Leftovers>,
+    recent: ResMut<'w, RecentDesigns>,
     exit: MessageWriter<'w, AppExit>,
 }
 
@@ -174,6 +201,14 @@ impl Desk<'_> {
             FileRequest::SaveShared(choice) => self.save_shared(choice),
             FileRequest::ShowSaveAs => self.show_save_as(),
             FileRequest::SaveAs(path) => self.save_as(&path),
+            FileRequest::Recover => self.recover(),
+            FileRequest::DropLeftover => self.drop_leftover(),
+            FileRequest::Reload => self.reload(),
+            FileRequest::KeepMine => self.accept_changes(),
+            FileRequest::SaveOver => {
+                self.accept_changes();
+                self.save();
+            }
             other => self.go_on(other),
         }
     }
@@ -202,10 +237,74 @@ impl Desk<'_> {
                 self.generation.0 += 1;
                 *self.selection = Selection::default();
                 *self.notice = Notice::Nothing;
+                self.tell_missing_meshes();
+                self.remember();
             }
             Err(error) => self
                 .dialogs
                 .show(Dialog::error("The design cannot be opened", &error)),
+        }
+    }
+
+    fn recover(&mut self) {
+        let Some(leftover) = self.leftovers.0.first() else {
+            return;
+        };
+        let opened = leftover.open();
+        let is_open = opened.is_ok();
+        self.open(opened);
+        if is_open {
+            // The file stays until this session has written its own.
+            let leftover = self.leftovers.0.remove(0);
+            self.leftovers.1.push(leftover);
+        }
+    }
+
+    fn drop_leftover(&mut self) {
+        if self.leftovers.0.is_empty() {
+            return;
+        }
+        if let Err(error) = self.leftovers.0.remove(0).discard() {
+            *self.notice = Notice::Refused(error.to_string());
+        }
+        if let Some(next) = Dialog::recover(&self.leftovers.0) {
+            self.dialogs.show(next);
+        }
+    }
+
+    fn reload(&mut self) {
+        let Some(world) = &self.world else { return };
+        match world.0.document.origin().clone() {
+            Origin::File(path) => self.open(store::open_design(&path)),
+            Origin::BuiltIn(name) => self.open(store::open_builtin(name)),
+        }
+    }
+
+    fn accept_changes(&mut self) {
+        if let Some(world) = &mut self.world {
+            store::accept_changes(&mut world.0);
+        }
+    }
+
+    /// A body without its mesh is drawn by its sensors, and that is said.
+    fn tell_missing_meshes(&mut self) {
+        let Some(world) = &self.world else { return };
+        let problems: Vec<String> = world
+            .0
+            .mesh_problems()
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        if !problems.is_empty() {
+            *self.notice = Notice::Refused(problems.join("; "));
+        }
+    }
+
+    fn remember(&mut self) {
+        if let Some(world) = &self.world
+            && let Origin::File(path) = world.0.document.origin()
+        {
+            self.recent.remember(path);
         }
     }
 
@@ -234,9 +333,14 @@ impl Desk<'_> {
             Ok(_) => {
                 let name = file_name(world.0.document.origin());
                 *self.notice = Notice::Done(format!("Saved {name}"));
+                self.remember();
                 if let Some(then) = self.after_save.0.take() {
                     self.go_on(then);
                 }
+            }
+            Err(StoreError::ChangedOnDisk { .. }) => {
+                let changes = store::changes(&world.0);
+                self.dialogs.show(Dialog::changed_on_disk(&changes, true));
             }
             Err(error) => {
                 self.after_save.0 = None;

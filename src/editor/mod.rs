@@ -1,6 +1,7 @@
 //! The editor: everything that knows Bevy or egui, and nothing that computes.
 
 pub mod app;
+pub mod autosave;
 pub mod camera;
 pub mod commands;
 pub mod convert;
@@ -16,6 +17,7 @@ pub mod pick;
 pub mod picture;
 pub mod precision;
 pub mod preflight;
+pub mod recent;
 pub mod scene;
 pub mod shortcuts;
 pub mod slice;
@@ -33,6 +35,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | --- | --- |
 /// | [`state::StatePlugin`] | shared resources, requests, the phases of a frame |
 /// | [`document::DocumentPlugin`] | the only place where the open document changes |
+/// | [`autosave::AutosavePlugin`] | what is unsaved outlasts a crash |
 /// | [`solve::SolverPlugin`] | the solver thread and its results |
 /// | [`diagnostics::DiagnosticsPlugin`] | counts of frames and evaluations |
 /// | [`precision::PrecisionPlugin`] | error against run time, measured when asked for |
@@ -56,6 +59,7 @@ impl PluginGroup for EditorPlugins {
         PluginGroupBuilder::start::<Self>()
             .add(state::StatePlugin)
             .add(document::DocumentPlugin)
+            .add(autosave::AutosavePlugin)
             .add(solve::SolverPlugin)
             .add(diagnostics::DiagnosticsPlugin)
             .add(precision::PrecisionPlugin)

@@ -90,6 +90,16 @@ pub enum FileRequest {
     SaveThen(Box<FileRequest>),
     /// Saves although other designs use a body that changed.
     SaveShared(SharedChoice),
+    /// Opens the newest of what crashed sessions left.
+    Recover,
+    /// Gives the newest of it up.
+    DropLeftover,
+    /// Reads the design again: somebody else changed its files.
+    Reload,
+    /// Goes on with what is open although its files were changed; the next save writes over them.
+    KeepMine,
+    /// Saves over files that somebody else changed.
+    SaveOver,
 }
 
 /// What becomes of a changed body that other designs use too.

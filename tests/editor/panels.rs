@@ -291,6 +291,7 @@ fn the_menu_names_what_undo_takes_back() {
                 undo_label: Some("Move sensor shaft"),
                 redo_label: None,
                 builtins: &["endoscope"],
+                recent: &[],
                 view: &view,
                 workspace: Workspace::Design,
                 is_left_shown: true,

@@ -6,10 +6,12 @@ use super::theme;
 use super::widgets::{Row, quiet_ui, row_ui, warning_ui};
 use crate::editor::palette;
 use crate::editor::state::{FileRequest, SharedChoice};
-use crate::store::SharedBody;
+use crate::formats::recovery_file::RecoveryOrigin;
+use crate::store::{ChangedFile, FileChange, Leftover, SharedBody};
 use bevy::prelude::Resource;
 use bevy_egui::egui::{self, Align, Key, Layout, RichText, ScrollArea, TextEdit, Ui, vec2};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The dialog that is open, if any.
 #[derive(Resource, Default)]
@@ -28,10 +30,31 @@ impl Dialogs {
 pub enum Dialog {
     Open(FileDialog),
     SaveAs(FileDialog),
-    Error { title: String, text: String },
-    Unsaved { file: String, then: FileRequest },
-    SharedBodies { lines: Vec<String> },
-    Overwrite { path: PathBuf },
+    Error {
+        title: String,
+        text: String,
+    },
+    Unsaved {
+        file: String,
+        then: FileRequest,
+    },
+    SharedBodies {
+        lines: Vec<String>,
+    },
+    Overwrite {
+        path: PathBuf,
+    },
+    /// A session that ended badly left this.
+    Recover {
+        text: String,
+        is_usable: bool,
+    },
+    /// Somebody else changed files of the design; `is_saving` says whether it is about to be
+    /// saved over them.
+    ChangedOnDisk {
+        lines: Vec<String>,
+        is_saving: bool,
+    },
 }
 
 /// Chooses a file.
@@ -82,6 +105,47 @@ impl Dialog {
 
     pub fn unsaved(file: String, then: FileRequest) -> Self {
         Self::Unsaved { file, then }
+    }
+
+    /// Offers the first of what crashed sessions left.
+    pub fn recover(leftovers: &[Leftover]) -> Option<Self> {
+        let first = leftovers.first()?;
+        Some(match first.content() {
+            Ok(content) => {
+                let from = match &content.origin {
+                    RecoveryOrigin::BuiltIn(name) => format!("the built-in design {name}"),
+                    RecoveryOrigin::File(file) => file.display().to_string(),
+                };
+                let age = content.written().elapsed().ok().map(ago);
+                Self::Recover {
+                    text: format!(
+                        "The last session ended without saving changes of {:?} ({from}), kept {}.",
+                        content.design.name,
+                        age.unwrap_or_else(|| "just now".to_owned()),
+                    ),
+                    is_usable: true,
+                }
+            }
+            Err(error) => Self::Recover {
+                text: format!("A recovery file cannot be read: {error}"),
+                is_usable: false,
+            },
+        })
+    }
+
+    /// What somebody else changed.
+    pub fn changed_on_disk(changes: &[ChangedFile], is_saving: bool) -> Self {
+        let line = |changed: &ChangedFile| {
+            let what = match changed.change {
+                FileChange::Content => "was changed",
+                FileChange::Gone => "is gone",
+            };
+            format!("{} ({}) {what}", changed.file.display(), changed.part)
+        };
+        Self::ChangedOnDisk {
+            lines: changes.iter().map(line).collect(),
+            is_saving,
+        }
     }
 
     /// Names the designs that a save would change too.
@@ -202,6 +266,55 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
                 ],
             )
         }
+        Dialog::Recover { text, is_usable } => {
+            title_ui(ui, "Recover unsaved changes?");
+            ui.add(egui::Label::new(text.as_str()).wrap());
+            let drop = (
+                "Give them up",
+                DialogAnswer::Request(FileRequest::DropLeftover),
+            );
+            let later = ("Ask again next time", DialogAnswer::Close);
+            match is_usable {
+                true => {
+                    let recover = ("Recover", DialogAnswer::Request(FileRequest::Recover));
+                    buttons_ui(ui, &[recover, drop, later])
+                }
+                false => buttons_ui(ui, &[later, drop]),
+            }
+        }
+        Dialog::ChangedOnDisk { lines, is_saving } => {
+            title_ui(ui, "Somebody else changed files of this design");
+            for line in lines.iter() {
+                ui.add(egui::Label::new(line.as_str()).wrap());
+            }
+            let reload = (
+                "Read them again",
+                DialogAnswer::Request(FileRequest::Reload),
+            );
+            match is_saving {
+                true => buttons_ui(
+                    ui,
+                    &[
+                        ("Cancel", DialogAnswer::Close),
+                        reload,
+                        (
+                            "Write over them",
+                            DialogAnswer::Request(FileRequest::SaveOver),
+                        ),
+                    ],
+                ),
+                false => buttons_ui(
+                    ui,
+                    &[
+                        reload,
+                        (
+                            "Keep what is open",
+                            DialogAnswer::Request(FileRequest::KeepMine),
+                        ),
+                    ],
+                ),
+            }
+        }
         Dialog::Overwrite { path } => {
             title_ui(ui, "Replace the file?");
             ui.add(egui::Label::new(format!("{} exists already", path.display())).wrap());
@@ -209,6 +322,18 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
             buttons_ui(ui, &[("Replace", save), ("Cancel", DialogAnswer::Close)])
         }
     }
+}
+
+/// `3 minutes ago`.
+fn ago(age: Duration) -> String {
+    let (count, unit) = match age.as_secs() {
+        0..60 => return "less than a minute ago".to_owned(),
+        s @ 60..3600 => (s / 60, "minute"),
+        s @ 3600..86_400 => (s / 3600, "hour"),
+        s => (s / 86_400, "day"),
+    };
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {unit}{plural} ago")
 }
 
 fn title_ui(ui: &mut Ui, title: &str) {

@@ -16,6 +16,7 @@ use crate::editor::commands::{Command, RunCommand};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
 use crate::editor::palette::Theme;
 use crate::editor::precision::{PrecisionPage, PrecisionRequest};
+use crate::editor::recent::RecentDesigns;
 use crate::editor::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, Presentation, Results,
     Selected, Selection, ViewRequest, ViewportRect, Workspace,
@@ -70,6 +71,7 @@ impl Plugin for UiPlugin {
             .init_resource::<Notice>()
             .init_resource::<Baseline>()
             .init_resource::<Dialogs>()
+            .init_resource::<RecentDesigns>()
             .init_resource::<CommandPages>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
@@ -123,6 +125,7 @@ struct Shown<'w> {
     drag: Res<'w, ActiveDrag>,
     presentation: Res<'w, Presentation>,
     workspace: Res<'w, Workspace>,
+    recent: Res<'w, RecentDesigns>,
 }
 
 /// Where what the person asked for goes.
@@ -237,6 +240,7 @@ impl Desk<'_> {
                 undo_label: document.undo_label(),
                 redo_label: document.redo_label(),
                 builtins: &builtins,
+                recent: &self.shown.recent.designs,
                 view: self.view(),
                 workspace: *self.shown.workspace,
                 is_left_shown: self.sides.left,

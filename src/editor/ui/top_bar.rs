@@ -6,6 +6,7 @@ use crate::design::view::{Magnification, View};
 use crate::editor::commands::Command;
 use crate::editor::palette;
 use crate::editor::state::{Axis, FileRequest, Workspace};
+use crate::store::RecentDesign;
 use bevy_egui::egui::{self, Align, Button, Layout, Response, RichText, Ui, vec2};
 
 const MENU_WIDTH: f32 = 220.0;
@@ -19,6 +20,7 @@ pub struct TopBarView<'a> {
     pub undo_label: Option<&'a str>,
     pub redo_label: Option<&'a str>,
     pub builtins: &'a [&'a str],
+    pub recent: &'a [RecentDesign],
     pub view: &'a View,
     pub workspace: Workspace,
     pub is_left_shown: bool,
@@ -136,6 +138,25 @@ fn file_menu(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
         actions,
         &[&[Command::Open, Command::Save, Command::SaveAs]],
     );
+    if !bar.recent.is_empty() {
+        ui.separator();
+        quiet_ui(ui, "Recent");
+        for design in bar.recent {
+            let name = design
+                .file
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy();
+            let response = ui
+                .add_enabled(!design.is_missing, Button::new(name))
+                .on_hover_text(design.file.display().to_string())
+                .on_disabled_hover_text(format!("{} is gone", design.file.display()));
+            if response.clicked() {
+                ui.close();
+                actions.push(PanelAction::File(FileRequest::Open(design.file.clone())));
+            }
+        }
+    }
     ui.separator();
     quiet_ui(ui, "Built-in designs");
     for name in bar.builtins {
