@@ -3,6 +3,7 @@
 use super::magnify::ShownErrors;
 use crate::design::BodyRole;
 use crate::editor::materials::GlowMaterial;
+use crate::editor::scene::bodies::{is_same_mesh, shown_mesh};
 use crate::editor::state::EditorSystems;
 use crate::editor::{convert, palette};
 use crate::geometry::mesh::SurfaceMesh;
@@ -40,7 +41,8 @@ fn show(
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
     let tool = errors.tool().filter(|_| errors.layers().ghost);
-    let (Some(tool), Some(mesh)) = (tool, errors.world.0.mesh(BodyRole::Tool)) else {
+    let mesh = tool.and_then(|_| shown_mesh(&errors.world.0, BodyRole::Tool));
+    let (Some(tool), Some(mesh)) = (tool, &mesh) else {
         for (entity, ..) in &ghosts {
             commands.entity(entity).despawn();
         }
@@ -48,7 +50,7 @@ fn show(
     };
     let place = convert::transform(&tool.ghost(errors.times()).world_from_body);
     if let Some((entity, mut transform, made_from)) = ghosts.iter_mut().next() {
-        if Arc::ptr_eq(&made_from.0, mesh) {
+        if is_same_mesh(&made_from.0, mesh) {
             transform.set_if_neq(place);
             return;
         }

@@ -6,6 +6,7 @@ use crate::editor::materials::{GlowMaterial, LitMaterial};
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::{convert, palette};
 use crate::geometry::mesh::{MeshPart, SurfaceMesh};
+use crate::geometry::stand_in::stand_in;
 use bevy::prelude::*;
 use std::sync::Arc;
 
@@ -49,6 +50,26 @@ pub fn mesh_of(world: &crate::store::World, role: BodyRole) -> Option<&Arc<Surfa
     world.mesh(role)
 }
 
+/// What is drawn of a body: its mesh, or a rod and spokes made of tip and sensors where it has none
+/// or its file is missing.
+pub fn shown_mesh(world: &crate::store::World, role: BodyRole) -> Option<Arc<SurfaceMesh>> {
+    let body = world.document.design().body(role)?;
+    Some(mesh_of(world, role).cloned().unwrap_or_else(|| {
+        let sensors: Vec<_> = body
+            .rigid
+            .sensors
+            .iter()
+            .map(|s| s.position_in_body)
+            .collect();
+        Arc::new(stand_in(&body.rigid.judged_tip_in_body(), &sensors))
+    }))
+}
+
+/// Whether two meshes are one; a stand-in is made anew each time.
+pub fn is_same_mesh(a: &Arc<SurfaceMesh>, b: &Arc<SurfaceMesh>) -> bool {
+    Arc::ptr_eq(a, b) || a == b
+}
+
 /// One root a body; its parts anew when it got another mesh.
 fn spawn_bodies(
     mut commands: Commands,
@@ -59,12 +80,12 @@ fn spawn_bodies(
     mut glows: ResMut<Assets<GlowMaterial>>,
 ) {
     for role in BodyRole::ALL {
-        let mesh = mesh_of(&world.0, role);
+        let mesh = shown_mesh(&world.0, role);
         let existing = roots.iter().find(|(_, root, _)| root.0 == role);
         let is_wanted = world.0.document.design().body(role).is_some();
         if let Some((entity, _, made_from)) = existing {
-            let is_current = match (&made_from.0, mesh) {
-                (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            let is_current = match (&made_from.0, &mesh) {
+                (Some(a), Some(b)) => is_same_mesh(a, b),
                 (None, None) => true,
                 _ => false,
             };
@@ -79,7 +100,7 @@ fn spawn_bodies(
         let mut root = commands.spawn((
             Name::new(role.name()),
             BodyRoot(role),
-            MadeFrom(mesh.cloned()),
+            MadeFrom(mesh.clone()),
         ));
         for part in mesh.iter().flat_map(|mesh| &mesh.parts) {
             let shape = (

@@ -10,6 +10,7 @@ use std::process::{Child, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
+use trackwright::store;
 
 /// Longest that anything is waited for; on a busy machine software Vulkan takes seconds a frame.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -27,6 +28,8 @@ pub struct Window {
     lines: Receiver<String>,
     told: Vec<String>,
     pub screen: Screen,
+    /// Recovery files and the like are this window's own.
+    _state: Option<tempfile::TempDir>,
     id: String,
     _turn: MutexGuard<'static, ()>,
 }
@@ -37,11 +40,20 @@ pub type Figure = (String, String);
 impl Window {
     /// Opens a design and waits until everything is computed and drawn.
     pub fn open(design: &Path) -> Self {
+        let state = tempfile::tempdir().unwrap();
+        let mut window = Self::open_with_state(design, state.path());
+        window._state = Some(state);
+        window
+    }
+
+    /// Opens a design in a session that finds what others left in a state folder.
+    pub fn open_with_state(design: &Path, state: &Path) -> Self {
         // A test that failed with a window open says nothing about the next one.
         let turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let screen = Screen::start();
         let mut program = trackwright(&["--explain", &text(design)])
             .env("DISPLAY", &screen.name)
+            .env(store::STATE_VARIABLE, state)
             .env_remove("WAYLAND_DISPLAY")
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
@@ -62,6 +74,7 @@ impl Window {
             lines,
             told: Vec::new(),
             screen,
+            _state: None,
             id: String::new(),
             _turn: turn,
         };

@@ -5,6 +5,7 @@ mod broken_file;
 mod display;
 mod drag;
 mod harness;
+mod killed;
 mod layer;
 mod places;
 mod room_e;
