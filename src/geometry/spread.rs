@@ -3,8 +3,7 @@
 /// A point with whatever else tells places apart, in one length.
 pub type Place = [f64; 7];
 
-/// Samples that a value between them is made of. Of 4 to 16, 8 was the most accurate on the tips
-/// that `study::placement` measures.
+/// Samples that a value between them is made of: on a surface about those of the next ring.
 const NEIGHBOURS: usize = 8;
 
 /// Square of the distance.
@@ -58,7 +57,7 @@ pub fn farthest_first(places: &[Place], count: usize) -> Vec<usize> {
 /// The samples near a place and how much each counts; the counts add to 1.
 ///
 /// Shepard's interpolation in the form of Franke and Little: `((R - d) / (R d))²` of the nearest
-/// [`NEIGHBOURS`], `R` the distance of the next, so that a value changes continuously where the
+/// eight, `R` the distance of the next, so that a value changes continuously where the
 /// neighbours do (Franke, Mathematics of Computation 38(157), 1982). A sample at the very place is
 /// all that counts there. Empty without samples.
 pub fn shares(

@@ -9,6 +9,9 @@
 //! others as their own tip RMS over few poses times how far that is from the full one at the
 //! fully computed vertices around.
 //!
+//! 20,000 vertices of a tool and 3,375 poses take 4.3 million fits, 0.6 µs of one core each; the
+//! first picture 0.11 million. 20,000 vertices of a CRF take some 0.05 s.
+//!
 //! The few poses are a Gauss rule on the motion's grid. How far values are from the full study, in
 //! parts of it, median / 90th percentile / worst of 97 vertices of the built-in tools (room of order 2,
 //! 3,375 poses):
@@ -75,7 +78,8 @@ const FIRST_VERTICES: usize = 512;
 /// Trials up to which there is one picture only.
 const AT_ONCE: usize = 100_000;
 
-/// How far apart two places are whose sensors point a radian apart.
+/// How far apart two places are whose sensors point a radian apart: about as far as sensors of a
+/// tool are from each other. Chosen, not tuned, as is the next.
 const RADIAN_MM: f64 = 20.0;
 
 /// How far apart two places are at one of which trials vary e times as much as at the other. Where
