@@ -2,6 +2,7 @@
 
 mod builtin;
 mod error;
+mod log;
 mod open;
 mod place;
 mod read;
@@ -15,6 +16,7 @@ mod write;
 
 pub use builtin::{DEFAULT_BUILTIN, builtin_names, generator_mesh};
 pub use error::StoreError;
+pub use log::{LogError, write_log};
 pub use open::{World, open_builtin, open_design, refresh_environment};
 pub use read::{
     read_calbody, read_calreadings, read_environment, read_groups, read_input, read_measurements,

@@ -1,5 +1,6 @@
 //! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
 
+pub mod charted;
 mod explain;
 pub mod figures;
 pub mod motion;
@@ -19,9 +20,11 @@ pub mod uncertainty;
 pub mod work;
 
 pub use crate::task::CancelToken;
+pub use charted::{ChartedProfile, Within};
 pub use explain::{Deed, Explained, explain};
 pub use figures::{FigureRow, Figures, figure_rows};
 pub use motion::{AxisRange, Motion};
+pub use profile::{Profile, run_profiled, trial_pose};
 pub use requirement::Requirement;
 pub use run::{Outcome, StudyError, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};

@@ -7,7 +7,6 @@ use crate::editor::materials::GlowMaterial;
 use crate::editor::scene::shapes::GlyphShapes;
 use crate::editor::state::{EditorSystems, OpenWorld, Results, ShownMagnification};
 use crate::editor::{convert, palette};
-use crate::study::requirement::Requirement;
 use bevy::prelude::*;
 
 const STYLE: ArrowStyle = ArrowStyle {
@@ -92,7 +91,7 @@ fn show_sphere(
     let requirement = errors.world.0.document.design().requirement;
     let times = errors.times();
     let wanted = of_tip(&errors)
-        .zip(requirement.and_then(radius_mm))
+        .zip(requirement.and_then(|r| r.single_position_mm()))
         .filter(|(tip, radius_mm)| {
             let radius_px = radius_mm * times / errors.rig.mm_per_px(&tip.tip_mm());
             radius_px < LARGEST_SHARE * errors.rig.view_px[1]
@@ -134,12 +133,4 @@ fn show_sphere(
 /// `None` while the layer is off or nothing is known.
 fn of_tip(errors: &ShownErrors) -> Option<ToolErrors> {
     errors.tool().filter(|_| errors.layers().tip_error)
-}
-
-/// The bound on a single position error: the largest allowed, else what most or the mean may be.
-fn radius_mm(requirement: Requirement) -> Option<f64> {
-    requirement
-        .position_max_mm
-        .or(requirement.position_p95_mm)
-        .or(requirement.position_rms_mm)
 }
