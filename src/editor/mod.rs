@@ -22,6 +22,7 @@ pub mod slice;
 pub mod solve;
 pub mod solver;
 pub mod state;
+pub mod study;
 pub mod ui;
 pub mod wake;
 
@@ -35,6 +36,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`document::DocumentPlugin`] | the only place where the open document changes |
 /// | [`solve::SolverPlugin`] | the solver thread and its results |
 /// | [`diagnostics::DiagnosticsPlugin`] | counts of frames and evaluations |
+/// | [`study::StudyPlugin`] | the Study workspace: modes, trials shown and played, the log |
 /// | [`precision::PrecisionPlugin`] | error against run time, measured when asked for |
 /// | [`camera::CameraPlugin`] | the 3D camera and its gestures |
 /// | [`pick::PickPlugin`] | what is under the pointer |
@@ -58,6 +60,7 @@ impl PluginGroup for EditorPlugins {
             .add(document::DocumentPlugin)
             .add(solve::SolverPlugin)
             .add(diagnostics::DiagnosticsPlugin)
+            .add(study::StudyPlugin)
             .add(precision::PrecisionPlugin)
             .add(camera::CameraPlugin)
             .add(pick::PickPlugin)

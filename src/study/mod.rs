@@ -24,7 +24,7 @@ pub use charted::{ChartedProfile, Within};
 pub use explain::{Deed, Explained, explain};
 pub use figures::{FigureRow, Figures, figure_rows};
 pub use motion::{AxisRange, Motion};
-pub use profile::{Profile, run_profiled, trial_pose};
+pub use profile::{Profile, run_profiled, trial_count, trial_offsets, trial_pose};
 pub use requirement::Requirement;
 pub use run::{Outcome, StudyError, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};

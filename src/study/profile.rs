@@ -76,11 +76,7 @@ pub fn run_profiled(
             .transpose()?,
         Mode::Single | Mode::Input(_) => None,
     };
-    let trials = match (mode, &grid) {
-        (Mode::Input(trials), _) => trials.len(),
-        (_, Some(grid)) => grid.trials(),
-        (_, None) => 1,
-    };
+    let trials = trial_count(scenario, mode).unwrap_or(1);
     if trials > MAX_PROFILED {
         return run(scenario, mode, cancel, None).map(|outcome| (outcome, None));
     }
@@ -98,6 +94,36 @@ pub fn run_profiled(
         axes,
     };
     Ok((outcome, Some(profile)))
+}
+
+/// How many trials a mode has; `None` where there is no range of motion, or none that can be
+/// visited.
+pub fn trial_count(scenario: &Scenario, mode: &Mode) -> Option<usize> {
+    match mode {
+        Mode::Single => Some(1),
+        Mode::Motion => {
+            let grid = scenario.motion?.grid(&scenario.crf_from_tool).ok()?;
+            Some(grid.trials())
+        }
+        Mode::Input(trials) => Some(trials.len()),
+    }
+}
+
+/// How far a trial of the range of motion is from the design's own pose, along the axes that have
+/// more than one value: mm for x, y, z, degrees for rx, ry, rz.
+pub fn trial_offsets(scenario: &Scenario, mode: &Mode, trial: usize) -> Vec<(&'static str, f64)> {
+    let (Mode::Motion, Some(motion)) = (mode, scenario.motion) else {
+        return Vec::new();
+    };
+    let Ok(grid) = motion.grid(&scenario.crf_from_tool) else {
+        return Vec::new();
+    };
+    let names = motion.axes().map(|(name, _)| name);
+    let offsets = names.into_iter().zip(grid.offsets(trial));
+    offsets
+        .zip(grid.counts())
+        .filter_map(|(offset, count)| (count > 1).then_some(offset))
+        .collect()
 }
 
 /// Where the tool is in one trial of a mode, with the CRF's pose where the trial brings its own;

@@ -388,7 +388,10 @@ fn saving_over_a_file_asks_first() {
     std::fs::write(&file, "").unwrap();
     let dialog = Dialog::save_as(folder.path().into(), "mine.design.ron");
     let asked = answer(dialog, |harness| harness.get_by_label("Save").click());
-    let ask = DialogAnswer::Become(Dialog::Overwrite { path: file });
+    let ask = DialogAnswer::Become(Dialog::Overwrite {
+        then: FileRequest::SaveAs(file.clone()),
+        path: file,
+    });
     assert_eq!(asked, Some(ask));
 }
 

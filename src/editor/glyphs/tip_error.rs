@@ -6,6 +6,7 @@ use crate::editor::camera::OrbitRig;
 use crate::editor::materials::GlowMaterial;
 use crate::editor::scene::shapes::GlyphShapes;
 use crate::editor::state::{EditorSystems, OpenWorld, Results, ShownMagnification};
+use crate::editor::study::ShownDesign;
 use crate::editor::{convert, palette};
 use bevy::prelude::*;
 
@@ -55,13 +56,15 @@ impl Plugin for TipErrorPlugin {
 /// Whether glyphs may look different from before.
 pub fn anything_moved(
     world: Option<Res<OpenWorld>>,
+    design: Option<Res<ShownDesign>>,
     results: Res<Results>,
-    shown: Res<ShownMagnification>,
+    magnification: Res<ShownMagnification>,
     rig: Res<OrbitRig>,
 ) -> bool {
     world.is_some_and(|world| world.is_changed())
+        || design.is_some_and(|design| design.is_changed())
         || results.is_changed()
-        || shown.is_changed()
+        || magnification.is_changed()
         || rig.is_changed()
 }
 

@@ -7,6 +7,7 @@ use super::widgets::{
 use crate::editor::palette;
 use crate::editor::solver::Extent;
 use crate::editor::state::Results;
+use crate::editor::study::ModeKind;
 use crate::study::figures::with_separators;
 use crate::study::{FigureRow, Figures, figure_rows};
 use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
@@ -108,7 +109,7 @@ pub fn result_ui(ui: &mut Ui, result: &ResultView) {
         );
     }
     ui.add_space(4.0);
-    counts_ui(ui, figures, result.results.extent);
+    counts_ui(ui, figures, result.results);
 }
 
 fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
@@ -158,8 +159,8 @@ fn figure_ui(ui: &mut Ui, row: &FigureRow) {
     });
 }
 
-fn counts_ui(ui: &mut Ui, figures: &Figures, extent: Option<Extent>) {
-    match extent {
+fn counts_ui(ui: &mut Ui, figures: &Figures, results: &Results) {
+    match results.extent {
         Some(Extent::PreviewOf(whole)) => {
             let part = counted(figures.trials, "trial", "trials");
             warning_ui(
@@ -171,11 +172,20 @@ fn counts_ui(ui: &mut Ui, figures: &Figures, extent: Option<Extent>) {
             );
         }
         Some(Extent::Whole) | None => {
-            quiet_ui(ui, counted(figures.trials, "trial", "trials"));
+            let trials = counted(figures.trials, "trial", "trials");
+            quiet_ui(ui, of_mode(trials, results.mode));
         }
     }
     for text in warnings(figures) {
         warning_ui(ui, &text);
+    }
+}
+
+/// Which mode the figures are of.
+fn of_mode(trials: String, mode: Option<ModeKind>) -> String {
+    match mode {
+        Some(mode) => format!("{}, {trials}", mode.name()),
+        None => trials,
     }
 }
 
