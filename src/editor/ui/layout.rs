@@ -9,10 +9,9 @@ use super::precision_ui::precision_window;
 use super::result::{ResultView, headline, result_ui};
 use super::slice_ui::{SlicePanelView, slice_ui};
 use super::status_bar::{StatusView, hint, status_bar_ui};
-use super::study_charts_ui::{StudyChartsView, study_charts_ui};
-use super::timeline_ui::{TimelineView, timeline_ui, trial_words};
+use super::study_panels::{StudyPanels, sides_ui};
+use super::timeline_ui::trial_words;
 use super::top_bar::{TopBarView, top_bar_ui};
-use super::trial_ui::{TrialView, trial_ui};
 use super::{PanelAction, theme};
 use crate::design::{Design, View};
 use crate::editor::commands::{Command, RunCommand};
@@ -22,7 +21,7 @@ use crate::editor::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, Presentation, Results,
     Selected, Selection, ViewRequest, ViewportRect, Workspace,
 };
-use crate::editor::study::{LogJob, ShownDesign, ShownTrial, Side, StudyDesk, StudyRequest};
+use crate::editor::study::{LogJob, ShownDesign, Side, StudyDesk, StudyRequest};
 use crate::field::Environment;
 use crate::store;
 use bevy::ecs::system::SystemParam;
@@ -220,7 +219,7 @@ impl Desk<'_> {
                 .exact_size(theme::TIMELINE_HEIGHT)
                 .resizable(false)
                 .frame(theme::panel_frame(Margin::symmetric(8, 0)))
-                .show(root, |ui| actions.extend(self.timeline_ui(ui)));
+                .show(root, |ui| actions.extend(self.study().timeline(ui)));
         }
         if self.sides.left {
             Panel::left("left")
@@ -263,7 +262,7 @@ impl Desk<'_> {
             ui,
             &StatusView {
                 hint: hint(self.design(), self.hovered, self.shown.drag.0),
-                trial: self.trial().map(trial_words),
+                trial: self.study().trial.map(trial_words),
                 study: study.map(|s| {
                     let took = self.shown.presentation.window.then_some(s.took);
                     (s.value.figures.trials, took)
@@ -274,70 +273,18 @@ impl Desk<'_> {
         );
     }
 
-    /// The trial that the scene shows.
-    fn trial(&self) -> Option<&ShownTrial> {
-        self.shown.trial.as_ref()?.trial.as_ref()
-    }
-
-    fn timeline_ui(&self, ui: &mut egui::Ui) -> Vec<PanelAction> {
-        let (results, desk) = (&self.shown.results, &self.shown.desk);
-        let kind = desk.kind(self.design().motion.is_some());
-        let profile = results.profile.as_ref();
-        timeline_ui(
-            ui,
-            &TimelineView {
-                kind,
-                has_motion: self.design().motion.is_some(),
-                input: desk.input().map(|input| input.name.as_str()),
-                trials: results.study.as_ref().map_or(0, |s| s.value.figures.trials),
-                shown: self.trial(),
-                profile: profile.map(|p| &p.value),
-                is_computing: self.is_study_computing(),
-                is_playing: desk.is_playing(),
-                rate_per_s: desk.rate_per_s,
-                log_part: self.shown.log.part(),
-            },
-        )
-    }
-
-    /// Whether the trials that are shown are not yet those of the design as it is.
-    fn is_study_computing(&self) -> bool {
-        let results = &self.shown.results;
-        let revision = self.world.document.revision();
-        let kind = self.shown.desk.kind(self.design().motion.is_some());
-        let is_study_new = results
-            .study
-            .as_ref()
-            .is_some_and(|s| s.revision == revision)
-            && results.mode == Some(kind)
-            && results.is_whole();
-        let is_profile_old = (results.profile.as_ref()).is_some_and(|p| p.revision != revision);
-        !is_study_new || is_profile_old
-    }
-
-    /// What the Study workspace shows beside the scene.
-    fn trials_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
-        let (results, desk) = (&self.shown.results, &self.shown.desk);
-        let requirement = self.design().requirement;
-        actions.extend(trial_ui(
-            ui,
-            &TrialView {
-                trial: results.pose.as_ref().map(|pose| &pose.value.trial),
-                number: results.pose_trial,
-                rotation: desk.rotation,
-                has_crf: self.design().crf.is_some(),
-                limit_mm: requirement.and_then(|r| r.single_position_mm()),
-            },
-        ));
-        if let Some(profile) = &results.profile {
-            actions.extend(study_charts_ui(
-                ui,
-                &StudyChartsView {
-                    charted: &profile.value,
-                    axis: desk.axis,
-                    shown: self.trial().map(|trial| trial.number),
-                },
-            ));
+    /// What the panels of the Study workspace are drawn from.
+    fn study(&self) -> StudyPanels<'_> {
+        StudyPanels {
+            document: &self.world.document,
+            results: &self.shown.results,
+            desk: &self.shown.desk,
+            trial: self
+                .shown
+                .trial
+                .as_ref()
+                .and_then(|shown| shown.trial.as_ref()),
+            log: &self.shown.log,
         }
     }
 
@@ -377,16 +324,17 @@ impl Desk<'_> {
             let (name, value) = self.shown.baseline.0?;
             (name == now.name).then_some(value)
         });
-        let revision = self.world.document.revision();
-        let desk = &self.shown.desk;
-        let kind = desk.kind(self.design().motion.is_some());
+        let study_panels = self.study();
         let is_study = *self.shown.workspace == Workspace::Study;
+        let is_trials = is_study && study_panels.desk.side == Side::Trials;
         if is_study {
             Panel::top("sides")
                 .resizable(false)
                 .show_separator_line(false)
                 .frame(theme::panel_frame(Margin::symmetric(10, 4)))
-                .show(ui, |ui| actions.extend(sides_ui(ui, desk.side)));
+                .show(ui, |ui| {
+                    actions.extend(sides_ui(ui, study_panels.desk.side));
+                });
         }
         Panel::bottom("result")
             .resizable(false)
@@ -395,8 +343,8 @@ impl Desk<'_> {
                 let result = ResultView {
                     results,
                     before,
-                    is_computing: study.is_some_and(|s| s.revision != revision)
-                        || results.mode.is_some_and(|mode| mode != kind),
+                    is_computing: study.is_some() && study_panels.are_figures_old(),
+                    is_short: is_trials,
                 };
                 result_ui(ui, &result);
             });
@@ -404,8 +352,8 @@ impl Desk<'_> {
             .inner_margin(Margin::symmetric(12, 0))
             .show(ui, |ui| {
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    if is_study && desk.side == Side::Trials {
-                        self.trials_ui(ui, actions);
+                    if is_trials {
+                        actions.extend(study_panels.trials(ui));
                         ui.add_space(8.0);
                         return;
                     }
@@ -460,31 +408,6 @@ impl Asked<'_> {
             self.redraw.write(RequestRedraw);
         }
     }
-}
-
-/// Which of two things stands above the result.
-fn sides_ui(ui: &mut egui::Ui, shown: Side) -> Vec<PanelAction> {
-    let mut actions = Vec::new();
-    ui.horizontal(|ui| {
-        for (side, name, about) in [
-            (
-                Side::Trials,
-                "Trials",
-                "The shown trial in numbers, and charts of all trials",
-            ),
-            (
-                Side::Inspector,
-                "Inspector",
-                "What is selected, to be edited",
-            ),
-        ] {
-            let tab = egui::Button::selectable(side == shown, name);
-            if ui.add(tab).on_hover_text(about).clicked() && side != shown {
-                actions.push(PanelAction::Study(StudyRequest::ShowSide(side)));
-            }
-        }
-    });
-    actions
 }
 
 fn is_precision_open(page: Option<Res<PrecisionPage>>) -> bool {

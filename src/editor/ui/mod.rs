@@ -15,6 +15,7 @@ pub mod result;
 pub mod slice_ui;
 pub mod status_bar;
 pub mod study_charts_ui;
+pub mod study_panels;
 pub mod theme;
 pub mod timeline_ui;
 pub mod top_bar;

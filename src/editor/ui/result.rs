@@ -19,6 +19,8 @@ pub struct ResultView<'a> {
     pub before: Option<f64>,
     /// The design changed and its figures are on their way.
     pub is_computing: bool,
+    /// Where there is little room: the large figure, and one line of the others.
+    pub is_short: bool,
 }
 
 /// The one figure that counts: the first bound that is missed, else the first bound, else the
@@ -92,6 +94,11 @@ pub fn result_ui(ui: &mut Ui, result: &ResultView) {
     };
     let figures = &study.value.figures;
     headline_ui(ui, &headline(figures), result);
+    if result.is_short {
+        quiet_ui(ui, in_short(figures));
+        counts_ui(ui, figures, result.results);
+        return;
+    }
     ui.add_space(6.0);
     for row in figure_rows(figures) {
         if SHOWN.contains(&row.label) || DETERMINED.contains(&row.label) {
@@ -110,6 +117,14 @@ pub fn result_ui(ui: &mut Ui, result: &ResultView) {
     }
     ui.add_space(4.0);
     counts_ui(ui, figures, result.results);
+}
+
+/// The tip error in one line.
+fn in_short(figures: &Figures) -> String {
+    let error = &figures.position_mm;
+    let [rms, p95, max] = [error.rms, error.p95, error.max].map(|mm| format!("{mm:.2}"));
+    let max = with_unit(&max, "mm");
+    format!("tip error: RMS {rms}, 95th percentile {p95}, max {max}")
 }
 
 fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {

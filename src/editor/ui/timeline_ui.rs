@@ -21,8 +21,8 @@ use std::ops::RangeInclusive;
 /// Trials up to so many are drawn as points too: each can be seen and hit.
 const POINTS_UP_TO: usize = 60;
 
-/// How far above the largest error the chart goes.
-const HEADROOM: f64 = 1.12;
+/// How far above the largest error the chart goes: the caption stands there.
+const HEADROOM: f64 = 1.3;
 
 /// What the panel shows.
 pub struct TimelineView<'a> {

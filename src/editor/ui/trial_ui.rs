@@ -41,7 +41,7 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<PanelAction> {
     Grid::new("trial")
         .num_columns(3)
         .min_col_width(COLUMN_WIDTH)
-        .spacing([6.0, 2.0])
+        .spacing([6.0, 0.0])
         .show(ui, |ui| {
             quiet_ui(ui, "");
             for (name, pose) in ["true", "simulated"].into_iter().zip(poses) {
