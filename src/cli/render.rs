@@ -2,6 +2,8 @@
 
 use super::output;
 use crate::design::view::{CameraView, Layers, View};
+use crate::editor::picture::{Desk, StudyTrial};
+use crate::editor::state::Workspace;
 use crate::editor::{picture, preflight};
 use crate::geometry::orbit::{Axis, OrbitCamera};
 use crate::store::{self, World};
@@ -27,6 +29,12 @@ pub struct RenderArgs {
     /// With the panels around it, as in the window
     #[arg(long)]
     pub window: bool,
+    /// Which workspace's panels
+    #[arg(long, value_enum, value_name = "NAME", requires = "window")]
+    pub workspace: Option<WorkspaceName>,
+    /// In the Study workspace, the trial of the range of motion to show, from 1, or worst
+    #[arg(long, value_name = "N", requires = "workspace")]
+    pub trial: Option<TrialName>,
     /// From where to look; the design's own view unless told
     #[arg(long, value_enum, value_name = "NAME")]
     pub view: Option<ViewName>,
@@ -53,6 +61,40 @@ pub enum ViewName {
     Top,
     /// Near the tip
     Tip,
+}
+
+/// Which workspace's panels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum WorkspaceName {
+    Design,
+    Field,
+    Study,
+}
+
+impl From<WorkspaceName> for Workspace {
+    fn from(name: WorkspaceName) -> Self {
+        match name {
+            WorkspaceName::Design => Self::Design,
+            WorkspaceName::Field => Self::Field,
+            WorkspaceName::Study => Self::Study,
+        }
+    }
+}
+
+/// A trial by its number from 1, or the worst.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TrialName(pub StudyTrial);
+
+impl FromStr for TrialName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse::<usize>() {
+            Ok(number) if number > 0 => Ok(Self(StudyTrial::Number(number - 1))),
+            _ if text == "worst" => Ok(Self(StudyTrial::Worst)),
+            _ => Err("expected a number from 1, or worst".to_owned()),
+        }
+    }
 }
 
 /// The layers that are on; all others are off.
@@ -160,7 +202,15 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         aim(&mut view, name, &world, size);
     }
     world.document.set_view(view);
-    let png = picture::png(world, size, args.window)?;
+    let png = picture::png(
+        world,
+        size,
+        Desk {
+            has_panels: args.window,
+            workspace: args.workspace.map(Workspace::from).unwrap_or_default(),
+            trial: args.trial.map(|TrialName(trial)| trial),
+        },
+    )?;
     store::write_atomic(&args.output, |file| file.write_all(&png))
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     Ok(())
@@ -183,7 +233,7 @@ fn aim(view: &mut View, name: ViewName, world: &World, size: [u32; 2]) {
         ViewName::Tip => Some(Selected::Tip(crate::design::BodyRole::Tool)),
         _ => None,
     };
-    let Some(sphere) = extent::of_selection(world, target) else {
+    let Some(sphere) = extent::of_selection(world, world.document.design(), target) else {
         view.camera = None;
         return;
     };

@@ -3,18 +3,16 @@
 use super::output::{self, Format, OutsideArg};
 use super::uncertainty::UncertaintyArgs;
 use crate::field::samples::MapKind;
-use crate::formats::log;
 use crate::geometry::pose::pose_to_array;
 use crate::store::{self, World};
 use crate::study::support::{SupportSurvey, support_rows};
 use crate::study::{
-    self, CancelToken, FigureRow, Figures, Mode, Outcome, Scenario, StudyError, Trial, figure_rows,
+    self, CancelToken, FigureRow, Figures, Mode, Outcome, Scenario, Trial, figure_rows,
 };
 use crate::task::Task;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
-use std::io;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -193,51 +191,10 @@ fn simulate(
     let cancel = CancelToken::default();
     let outcome = match log_file {
         None => study::run(scenario, mode, &cancel, Some(&mut visit))?,
-        Some(file) => run_logged(scenario, mode, &cancel, file, &mut visit)?,
+        Some(file) => store::write_log(file, scenario, mode, &cancel, &mut visit)?,
     };
     bar.finish_and_clear();
     Ok((outcome, last))
-}
-
-/// Runs while writing the log; no log appears where the study or the writing fails.
-fn run_logged(
-    scenario: &Scenario,
-    mode: &Mode,
-    cancel: &CancelToken,
-    file: &Path,
-    visit: &mut dyn FnMut(&Trial),
-) -> anyhow::Result<Outcome> {
-    let mut result: Option<Result<Outcome, StudyError>> = None;
-    let written = store::write_atomic(file, |out| {
-        log::write_header(out)?;
-        let mut failure = None;
-        let mut write = |trial: &Trial| {
-            visit(trial);
-            if failure.is_none()
-                && let Err(error) = log::write_trial(out, trial)
-            {
-                failure = Some(error);
-                cancel.cancel();
-            }
-        };
-        let outcome = study::run(scenario, mode, cancel, Some(&mut write));
-        if let Some(error) = failure {
-            return Err(error);
-        }
-        let is_ok = outcome.is_ok();
-        result = Some(outcome);
-        if is_ok {
-            Ok(())
-        } else {
-            Err(io::Error::other("no outcome"))
-        }
-    });
-    match (result, written) {
-        (Some(Err(study)), _) => Err(study.into()),
-        (_, Err(store)) => Err(store.into()),
-        (Some(Ok(outcome)), Ok(())) => Ok(outcome),
-        (None, Ok(())) => anyhow::bail!("{}: the log was not written", file.display()),
-    }
 }
 
 fn as_json(figures: &Figures, single: Option<&Trial>) -> Value {

@@ -10,7 +10,9 @@ use super::state::{
     ActiveDrag, EditorSystems, MainCamera, OpenWorld, Presentation, Selection, ViewRequest,
     ViewportRect,
 };
+use super::study::ShownDesign;
 use super::{convert, palette};
+use crate::design::Design;
 use crate::design::view::CameraView;
 use crate::geometry::orbit::{OrbitCamera, VERTICAL_FOV_RAD};
 use crate::geometry::surface::Ray;
@@ -154,11 +156,17 @@ fn clear_in_theme(mut cameras: Query<&mut Camera, With<MainCamera>>) {
 #[derive(SystemParam)]
 pub struct Sight<'w> {
     pub world: Option<Res<'w, OpenWorld>>,
+    shown: Option<Res<'w, ShownDesign>>,
     pub rig: Res<'w, OrbitRig>,
     view: Option<Res<'w, ViewportRect>>,
 }
 
 impl Sight<'_> {
+    /// The design as it is shown; `None` before there is one.
+    pub fn design(&self) -> Option<&Design> {
+        self.shown.as_ref().map(|shown| &*shown.design)
+    }
+
     /// Whether a place in the window is in the 3D view.
     pub fn contains(&self, at: Vec2) -> bool {
         self.view.as_ref().is_some_and(|view| view.contains(at))
@@ -179,6 +187,7 @@ impl Sight<'_> {
 #[derive(SystemParam)]
 struct ViewKeeper<'w> {
     world: Option<Res<'w, OpenWorld>>,
+    shown: Option<Res<'w, ShownDesign>>,
     views: MessageWriter<'w, ViewRequest>,
 }
 
@@ -296,9 +305,9 @@ fn zoom(
         rig.glide = None;
         // What lies under the pointer stays there, at its own depth.
         if let Some(point) = keeper
-            .world
+            .shown
             .as_ref()
-            .and_then(|world| surfaces.under(&world.0, &rig.camera.ray(view.pixel(at), view_px)))
+            .and_then(|s| surfaces.under(&s.design, &rig.camera.ray(view.pixel(at), view_px)))
         {
             rig.camera.refocus(&point);
         }
@@ -346,6 +355,7 @@ fn follow_document(
 fn answer_requests(
     mut requests: MessageReader<ViewRequest>,
     world: Option<Res<OpenWorld>>,
+    shown: Option<Res<ShownDesign>>,
     selection: Res<Selection>,
     mut rig: ResMut<OrbitRig>,
 ) {
@@ -359,7 +369,8 @@ fn answer_requests(
             ViewRequest::FrameSelection => {
                 let Some(sphere) = world
                     .as_ref()
-                    .and_then(|world| extent::of_selection(&world.0, selection.0))
+                    .zip(shown.as_ref())
+                    .and_then(|(w, s)| extent::of_selection(&w.0, &s.design, selection.0))
                 else {
                     continue;
                 };
@@ -455,7 +466,7 @@ fn physical_viewport(view: &ViewportRect, scale: f32, most: Option<UVec2>) -> Op
 
 fn first_camera(world: &OpenWorld, view_px: [f64; 2]) -> OrbitCamera {
     let mut camera = OrbitRig::default().camera;
-    if let Some(sphere) = extent::of_bodies(&world.0) {
+    if let Some(sphere) = extent::of_bodies(&world.0, world.0.document.design()) {
         let radius_mm = sphere.radius_mm * FIRST_SURROUNDINGS;
         camera.frame_sphere(sphere.center_mm, radius_mm, view_px);
     }

@@ -6,6 +6,7 @@ use super::precision::PrecisionRequest;
 use super::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, ViewRequest, Workspace,
 };
+use super::study::{ModeKind, StudyRequest};
 use super::ui::PanelsShown;
 use super::ui::command_ui::CommandPages;
 use crate::design::view::{Magnification, View};
@@ -42,6 +43,16 @@ pub enum Command {
     ToggleRight,
     ToggleTheme,
     ShowWorkspace(Workspace),
+    ChooseMode(ModeKind),
+    ReadInput,
+    /// Plays trials one after the other, or pauses.
+    PlayTrials,
+    NextTrial,
+    PreviousTrial,
+    WorstTrial,
+    /// Back from a trial to the design's own pose.
+    OwnPose,
+    WriteLog,
     ShowPrecision,
     ShowPalette,
     ShowShortcuts,
@@ -53,23 +64,27 @@ pub enum Group {
     File,
     Edit,
     View,
+    /// Only in the Study workspace.
+    Study,
     Help,
 }
 
 impl Group {
-    pub const ALL: [Self; 4] = [Self::File, Self::Edit, Self::View, Self::Help];
+    pub const ALL: [Self; 5] = [Self::File, Self::Edit, Self::View, Self::Study, Self::Help];
 
     pub fn name(self) -> &'static str {
         match self {
             Self::File => "File",
             Self::Edit => "Edit",
             Self::View => "View",
+            Self::Study => "Study",
             Self::Help => "Help",
         }
     }
 }
 
-/// A key with its modifiers. Keys are letters in lower case, digits, `escape`, or `f1` to `f12`.
+/// A key with its modifiers. Keys are letters in lower case, digits, `escape`, `space`,
+/// `left`, `right`, `home`, or `f1` to `f12`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Keys {
     pub key: &'static str,
@@ -112,6 +127,10 @@ impl std::fmt::Display for Keys {
         }
         match self.key {
             "escape" => f.write_str("Esc"),
+            "space" => f.write_str("Space"),
+            "left" => f.write_str("Left"),
+            "right" => f.write_str("Right"),
+            "home" => f.write_str("Home"),
             key => f.write_str(&key.to_uppercase()),
         }
     }
@@ -146,7 +165,7 @@ const fn info(
 }
 
 /// All commands, in the order of menus.
-pub const COMMANDS: [CommandInfo; 21] = [
+pub const COMMANDS: &[CommandInfo] = &[
     info(
         Command::Open,
         Group::File,
@@ -253,6 +272,76 @@ pub const COMMANDS: [CommandInfo; 21] = [
         "Trial by trial: the motion, the plots, the log",
     ),
     info(
+        Command::ChooseMode(ModeKind::Single),
+        Group::Study,
+        "Single pose",
+        &[],
+        "Studies the design's own pose alone",
+    ),
+    info(
+        Command::ChooseMode(ModeKind::Motion),
+        Group::Study,
+        "Range of motion",
+        &[],
+        "Studies every pose of the design's range of motion",
+    ),
+    info(
+        Command::ChooseMode(ModeKind::Input),
+        Group::Study,
+        "Input data",
+        &[],
+        "Studies the poses of a table that was read",
+    ),
+    info(
+        Command::ReadInput,
+        Group::Study,
+        "Read input data…",
+        &[],
+        "Reads a table of poses (CSV); one can also be dropped onto the window",
+    ),
+    info(
+        Command::PlayTrials,
+        Group::Study,
+        "Play or pause",
+        &[Keys::plain("space")],
+        "Moves the tool through the trials, one after the other",
+    ),
+    info(
+        Command::PreviousTrial,
+        Group::Study,
+        "Previous trial",
+        &[Keys::plain("left")],
+        "Shows the tool one trial earlier",
+    ),
+    info(
+        Command::NextTrial,
+        Group::Study,
+        "Next trial",
+        &[Keys::plain("right")],
+        "Shows the tool one trial later",
+    ),
+    info(
+        Command::WorstTrial,
+        Group::Study,
+        "Worst trial",
+        &[Keys::plain("w")],
+        "Shows the tool in the trial with the largest tip error",
+    ),
+    info(
+        Command::OwnPose,
+        Group::Study,
+        "The design's own pose",
+        &[Keys::plain("home")],
+        "Puts the tool back where the design has it",
+    ),
+    info(
+        Command::WriteLog,
+        Group::Study,
+        "Write the log…",
+        &[],
+        "Writes every trial's poses and errors to a table (CSV)",
+    ),
+    info(
         Command::ShowPrecision,
         Group::View,
         "Error against run time…",
@@ -304,12 +393,18 @@ impl Command {
     }
 
     /// What cannot be done now is shown, but cannot be chosen.
-    pub fn is_available(self, world: Option<&OpenWorld>, is_dragging: bool) -> bool {
+    pub fn is_available(
+        self,
+        world: Option<&OpenWorld>,
+        is_dragging: bool,
+        workspace: Workspace,
+    ) -> bool {
         let document = world.map(|world| &world.0.document);
         match self {
             Self::CancelDrag => is_dragging,
             // Nothing else happens in the middle of a drag.
             _ if is_dragging => false,
+            _ if self.info().group == Group::Study => workspace == Workspace::Study,
             Self::Undo => document.is_some_and(|d| d.undo_label().is_some()),
             Self::Redo => document.is_some_and(|d| d.redo_label().is_some()),
             _ => true,
@@ -338,6 +433,7 @@ impl Plugin for CommandsPlugin {
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
             .add_message::<PrecisionRequest>()
+            .add_message::<StudyRequest>()
             .add_message::<RequestRedraw>()
             .add_systems(
                 Update,
@@ -356,6 +452,7 @@ struct Asked<'w> {
     views: MessageWriter<'w, ViewRequest>,
     files: MessageWriter<'w, FileRequest>,
     precision: MessageWriter<'w, PrecisionRequest>,
+    study: MessageWriter<'w, StudyRequest>,
     panels: ResMut<'w, PanelsShown>,
     theme: ResMut<'w, Theme>,
     workspace: ResMut<'w, Workspace>,
@@ -370,7 +467,7 @@ fn run_commands(
     mut asked: Asked,
 ) {
     for RunCommand(command) in commands.read() {
-        if command.is_available(world.as_deref(), drag.0) {
+        if command.is_available(world.as_deref(), drag.0, *asked.workspace) {
             asked.run(*command, world.as_deref());
         }
     }
@@ -403,6 +500,14 @@ impl Asked<'_> {
             Command::ShowWorkspace(workspace) => {
                 self.workspace.set_if_neq(workspace);
             }
+            Command::ChooseMode(kind) => self.study(StudyRequest::Choose(kind)),
+            Command::ReadInput => self.file(FileRequest::ShowReadInput),
+            Command::PlayTrials => self.study(StudyRequest::TogglePlay),
+            Command::NextTrial => self.study(StudyRequest::Step(1)),
+            Command::PreviousTrial => self.study(StudyRequest::Step(-1)),
+            Command::WorstTrial => self.study(StudyRequest::ShowWorst),
+            Command::OwnPose => self.study(StudyRequest::Show(None)),
+            Command::WriteLog => self.file(FileRequest::ShowWriteLog),
             Command::ShowPrecision => {
                 self.precision.write(PrecisionRequest::Open);
             }
@@ -418,6 +523,10 @@ impl Asked<'_> {
 
     fn view(&mut self, request: ViewRequest) {
         self.views.write(request);
+    }
+
+    fn study(&mut self, request: StudyRequest) {
+        self.study.write(request);
     }
 
     fn file(&mut self, request: FileRequest) {

@@ -15,6 +15,8 @@ pub struct Diagnostics {
     pub poses: u64,
     pub studies: u64,
     pub studies_cancelled: u64,
+    /// Studies that were kept trial by trial.
+    pub profiles: u64,
     pub slices: u64,
     /// Results that came too late to be shown.
     pub dropped: u64,
@@ -122,6 +124,8 @@ fn dialog_line(dialog: Option<&Dialog>) -> String {
         None => "none",
         Some(Dialog::Open(_)) => "open",
         Some(Dialog::SaveAs(_)) => "save as",
+        Some(Dialog::ReadInput(_)) => "read input",
+        Some(Dialog::WriteLog(_)) => "write log",
         Some(Dialog::Unsaved { .. }) => "unsaved changes",
         Some(Dialog::SharedBodies { .. }) => "shared bodies",
         Some(Dialog::Overwrite { .. }) => "overwrite",

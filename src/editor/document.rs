@@ -359,13 +359,7 @@ impl Desk<'_> {
 
     fn show_save_as(&mut self) {
         let Some(world) = &self.world else { return };
-        let name = match world.0.document.origin() {
-            Origin::File(path) => path
-                .file_name()
-                .map(|n| n.to_string_lossy().into_owned())
-                .unwrap_or_default(),
-            Origin::BuiltIn(name) => format!("{name}{DESIGN_EXTENSION}"),
-        };
+        let name = default_file_name(world.0.document.origin());
         let folder = self.folder();
         self.dialogs.show(Dialog::save_as(folder, &name));
     }
@@ -381,19 +375,37 @@ impl Desk<'_> {
             .unwrap_or_default()
     }
 
-    /// Where the dialogs begin: the folder of the open file, else the working folder.
     fn folder(&self) -> PathBuf {
-        let of_file = self
-            .world
-            .as_ref()
-            .and_then(|w| match w.0.document.origin() {
-                Origin::File(path) => path.parent().map(Path::to_path_buf),
-                Origin::BuiltIn(_) => None,
-            });
-        of_file
-            .filter(|folder| !folder.as_os_str().is_empty())
-            .or_else(|| std::env::current_dir().ok())
-            .unwrap_or_else(|| PathBuf::from("/"))
+        match &self.world {
+            Some(world) => file_folder(&world.0),
+            None => working_folder(),
+        }
+    }
+}
+
+/// Where dialogs begin: the folder of the open file, else the working folder.
+pub fn file_folder(world: &store::World) -> PathBuf {
+    let of_file = match world.document.origin() {
+        Origin::File(path) => path.parent().map(Path::to_path_buf),
+        Origin::BuiltIn(_) => None,
+    };
+    of_file
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or_else(working_folder)
+}
+
+fn working_folder() -> PathBuf {
+    std::env::current_dir().unwrap_or_else(|_| PathBuf::from("/"))
+}
+
+/// What the file of a design is called, or would be.
+pub fn default_file_name(origin: &Origin) -> String {
+    match origin {
+        Origin::File(path) => path
+            .file_name()
+            .map(|n| n.to_string_lossy().into_owned())
+            .unwrap_or_default(),
+        Origin::BuiltIn(name) => format!("{name}{DESIGN_EXTENSION}"),
     }
 }
 

@@ -197,7 +197,8 @@ impl Grip<'_> {
     /// Takes hold of a sensor with the pointer at `at`.
     fn take(&self, mark: &SensorMark, at: Vec2) -> Option<Held> {
         let world = &self.sight.world.as_ref()?.0;
-        let design = world.document.design();
+        // Where the body is shown; the sensor moves within its body, so what is edited is the same.
+        let design = self.sight.design()?;
         let start = design
             .body(mark.body)?
             .rigid

@@ -24,6 +24,7 @@ pub mod slice;
 pub mod solve;
 pub mod solver;
 pub mod state;
+pub mod study;
 pub mod ui;
 pub mod wake;
 
@@ -38,6 +39,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`autosave::AutosavePlugin`] | what is unsaved outlasts a crash |
 /// | [`solve::SolverPlugin`] | the solver thread and its results |
 /// | [`diagnostics::DiagnosticsPlugin`] | counts of frames and evaluations |
+/// | [`study::StudyPlugin`] | the Study workspace: modes, trials shown and played, the log |
 /// | [`precision::PrecisionPlugin`] | error against run time, measured when asked for |
 /// | [`camera::CameraPlugin`] | the 3D camera and its gestures |
 /// | [`pick::PickPlugin`] | what is under the pointer |
@@ -62,6 +64,7 @@ impl PluginGroup for EditorPlugins {
             .add(autosave::AutosavePlugin)
             .add(solve::SolverPlugin)
             .add(diagnostics::DiagnosticsPlugin)
+            .add(study::StudyPlugin)
             .add(precision::PrecisionPlugin)
             .add(camera::CameraPlugin)
             .add(pick::PickPlugin)

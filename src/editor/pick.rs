@@ -10,7 +10,7 @@ use super::scene::bodies::mesh_of;
 use super::scene::{BodyRoot, SensorMark, sensors};
 use super::slice::SliceHandle;
 use super::state::{MainCamera, OpenWorld};
-use crate::design::BodyRole;
+use crate::design::{BodyRole, Design};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::pose::Pose;
 use crate::geometry::surface::{Ray, Surface};
@@ -60,12 +60,12 @@ impl Surfaces {
     }
 
     /// The nearest point of a body on a ray of the tracker frame.
-    pub fn under(&self, world: &crate::store::World, ray: &Ray) -> Option<Point3<f64>> {
+    pub fn under(&self, design: &Design, ray: &Ray) -> Option<Point3<f64>> {
         let distance = |point: &Point3<f64>| (point - ray.origin_mm).norm();
         BodyRole::ALL
             .into_iter()
             .filter_map(|role| {
-                let pose = world.document.design().tracker_from_body(role)?;
+                let pose = design.tracker_from_body(role)?;
                 let hit = self.of(role)?.cast(&ray.transformed_by(&pose.inverse()))?;
                 Some(pose * hit.position_mm)
             })
@@ -135,11 +135,11 @@ fn pick(
 impl Targets<'_, '_> {
     /// Everything under a place in the window, with a depth that orders it.
     fn under(&self, sight: &Sight, at: Vec2) -> Vec<(Entity, f64)> {
-        let (Some(world), Some(pixel), Some(ray)) = (&sight.world, sight.pixel(at), sight.ray(at))
+        let (Some(design), Some(pixel), Some(ray)) =
+            (sight.design(), sight.pixel(at), sight.ray(at))
         else {
             return Vec::new();
         };
-        let design = world.0.document.design();
         let handles = self.handles.iter().filter_map(|(entity, handle)| {
             let distance = distance_px(&sight.rig, pixel, [handle.at_mm; 2])?;
             (distance <= super::slice::HANDLE_PX).then_some((entity, distance))

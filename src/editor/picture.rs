@@ -2,7 +2,8 @@
 
 use super::app::offscreen;
 use super::solve::SolverHandle;
-use super::state::{OpenWorld, Results};
+use super::state::{OpenWorld, Results, Workspace};
+use super::study::StudyRequest;
 use super::ui::UiSystems;
 use crate::store::World;
 use bevy::app::PluginsState;
@@ -26,6 +27,23 @@ const SETTLING_FRAMES: usize = 4;
 /// Frames from asking for a picture to its bytes.
 const READBACK_FRAMES: usize = 20;
 
+/// What stands around the 3D view, and what is shown in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Desk {
+    pub has_panels: bool,
+    pub workspace: Workspace,
+    /// In the Study workspace; `None` is the design's own pose.
+    pub trial: Option<StudyTrial>,
+}
+
+/// A trial of the design's study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StudyTrial {
+    /// From 0.
+    Number(usize),
+    Worst,
+}
+
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
@@ -41,14 +59,15 @@ pub enum PictureError {
 #[derive(Resource, Default)]
 struct Captured(Option<Image>);
 
-/// Paints the world at a size, with the panels of the window if asked for.
+/// Paints the world at a size, with the panels of a workspace if asked for.
 ///
 /// Ask [`preflight::adapter`](super::preflight::adapter) first: Bevy panics without an adapter.
 ///
 /// # Errors
 /// See [`PictureError`].
-pub fn png(world: World, size: [u32; 2], has_panels: bool) -> Result<Vec<u8>, PictureError> {
-    let (mut app, target) = offscreen(world, UVec2::from(size), has_panels);
+pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureError> {
+    let (mut app, target) = offscreen(world, UVec2::from(size), desk.has_panels);
+    app.insert_resource(desk.workspace);
     app.init_resource::<Captured>();
     // Letters enter the font's texture in the order in which they are first shown, and their
     // edges depend on their place there by the last bit: nothing is written before everything
@@ -64,6 +83,14 @@ pub fn png(world: World, size: [u32; 2], has_panels: bool) -> Result<Vec<u8>, Pi
     app.finish();
     app.cleanup();
     wait_for_results(&mut app, &answers)?;
+    if let Some(trial) = desk.trial {
+        app.world_mut().write_message(match trial {
+            StudyTrial::Number(number) => StudyRequest::Show(Some(number)),
+            StudyTrial::Worst => StudyRequest::ShowWorst,
+        });
+        frame(&mut app);
+        wait_for_results(&mut app, &answers)?;
+    }
     for _ in 0..SETTLING_FRAMES {
         frame(&mut app);
     }

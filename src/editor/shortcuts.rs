@@ -79,6 +79,10 @@ fn name(key: &Key) -> Option<String> {
     Some(match key {
         Key::Character(text) => text.to_lowercase(),
         Key::Escape => "escape".to_owned(),
+        Key::Space => "space".to_owned(),
+        Key::ArrowLeft => "left".to_owned(),
+        Key::ArrowRight => "right".to_owned(),
+        Key::Home => "home".to_owned(),
         Key::F1 => "f1".to_owned(),
         Key::F5 => "f5".to_owned(),
         _ => return None,

@@ -3,14 +3,16 @@
 
 use super::diagnostics::{Diagnostics, Explain};
 use super::document::WorldGeneration;
-use super::solver::{Answer, Extent, Job, PoseWish, Solved, Solver, Stamp};
-use super::state::{ActiveDrag, EditorSystems, OpenWorld, Results, Stamped};
+use super::solver::{Answer, Extent, Job, PoseWish, Solved, Solver, Stamp, StudyOf, StudyWish};
+use super::state::{ActiveDrag, EditorSystems, OpenWorld, Results, Stamped, Workspace};
+use super::study::{ModeKind, ShownDesign, StudyDesk};
 use super::wake::Waker;
 use crate::design::view::{SliceView, View};
 use crate::field::Environment;
 use crate::store;
 use crate::study::preview::preview;
-use crate::study::{Mode, Quantity, Scenario, SlicePlan, SlicePlane, StudyError, figure_rows};
+use crate::study::{Quantity, SlicePlan, SlicePlane, StudyError, figure_rows};
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use nalgebra::{Unit, Vector3};
 use std::sync::Arc;
@@ -38,6 +40,8 @@ struct Submitted {
     stamp: Stamp,
     wish: PoseWish,
     extent: Extent,
+    /// Whether the study is kept trial by trial.
+    profile: bool,
 }
 
 /// The revisions of the newest pose and study that were answered, errors included.
@@ -74,6 +78,8 @@ impl Plugin for SolverPlugin {
             .init_resource::<Results>()
             .init_resource::<ActiveDrag>()
             .init_resource::<WorldGeneration>()
+            .init_resource::<StudyDesk>()
+            .init_resource::<Workspace>()
             .init_resource::<Waker>();
         match Solver::start() {
             Ok(solver) => {
@@ -99,14 +105,28 @@ impl Plugin for SolverPlugin {
     }
 }
 
+/// What is looked at, and in which workspace.
+#[derive(SystemParam)]
+struct LookedAt<'w> {
+    desk: Res<'w, StudyDesk>,
+    shown: Option<Res<'w, ShownDesign>>,
+    workspace: Res<'w, Workspace>,
+}
+
 fn submit(
     mut handle: ResMut<SolverHandle>,
     world: Option<Res<OpenWorld>>,
     generation: Res<WorldGeneration>,
     drag: Res<ActiveDrag>,
+    looked_at: LookedAt,
     mut results: ResMut<Results>,
 ) {
     let Some(world) = world else { return };
+    let LookedAt {
+        desk,
+        shown,
+        workspace,
+    } = looked_at;
     let document = &world.0.document;
     let stamp = Stamp {
         generation: generation.0,
@@ -114,15 +134,26 @@ fn submit(
     };
     let wish = PoseWish {
         scatter: document.view().layers.tip_scatter && world.0.environment.jitter.is_some(),
+        trial: shown.as_ref().and_then(|s| s.trial.as_ref()?.number.into()),
+        serial: desk.serial(),
     };
+    let profile = *workspace == Workspace::Study;
     let last = handle.submitted;
     let is_new = last.is_none_or(|s| s.stamp != stamp);
     let is_wish_new = last.is_none_or(|s| s.wish != wish);
+    let is_study_new = last.is_none_or(|s| s.wish.serial != wish.serial || (profile && !s.profile));
+    if !profile && last.is_some_and(|s| s.profile) {
+        // What is not looked at is not kept.
+        results.profile = None;
+    }
     // The preview of a drag that has ended gives way to the whole.
     let is_preview_old = !drag.0 && last.is_some_and(|s| matches!(s.extent, Extent::PreviewOf(_)));
     let key = slice_key(stamp, &world.0.environment, document.view());
     let is_slice_new = handle.slice != key;
-    if !(is_new || is_wish_new || is_preview_old || is_slice_new) {
+    if !(is_new || is_wish_new || is_study_new || is_preview_old || is_slice_new) {
+        if let Some(submitted) = &mut handle.submitted {
+            submitted.profile = profile;
+        }
         return;
     }
     let scenario = Arc::new(store::resolve(document.design(), &world.0.environment));
@@ -131,24 +162,37 @@ fn submit(
         handle.newest = Newest::default();
     }
     if is_new || is_wish_new {
-        let job = Job::Pose(Arc::clone(&scenario), wish);
-        handle.solver.submit(stamp, job);
+        let posed = match (&shown, wish.trial) {
+            (Some(shown), Some(_)) => Arc::new(store::resolve(&shown.design, &world.0.environment)),
+            _ => Arc::clone(&scenario),
+        };
+        handle.solver.submit(stamp, Job::Pose(posed, wish));
     }
     let mut extent = last.map_or(Extent::Whole, |s| s.extent);
-    if is_new || is_preview_old {
-        let part = drag.0.then(|| preview(&scenario)).flatten();
-        let study = match part {
+    if is_new || is_study_new || is_preview_old {
+        let kind = desk.kind(scenario.motion.is_some());
+        let is_previewed = drag.0 && kind == ModeKind::Motion;
+        let part = is_previewed.then(|| preview(&scenario)).flatten();
+        let (mode, whole) = match part {
             Some(part) => (part.mode, Extent::PreviewOf(part.whole_trials)),
-            None => (mode(&scenario), Extent::Whole),
+            None => (desk.mode(&scenario), Extent::Whole),
         };
-        extent = study.1;
-        let job = Job::Study(Arc::clone(&scenario), study.0, study.1);
-        handle.solver.submit(stamp, job);
+        extent = whole;
+        let wish = StudyWish {
+            mode,
+            of: StudyOf { kind, extent },
+            // A preview's trials are not those of the whole.
+            profile: profile && extent == Extent::Whole,
+        };
+        handle
+            .solver
+            .submit(stamp, Job::Study(Arc::clone(&scenario), wish));
     }
     handle.submitted = Some(Submitted {
         stamp,
         wish,
         extent,
+        profile,
     });
     if is_slice_new {
         match &key {
@@ -163,14 +207,6 @@ fn submit(
             }
         }
         handle.slice = key;
-    }
-}
-
-/// The study that the result panel is about: the range of motion where the design has one.
-pub fn mode(scenario: &Scenario) -> Mode {
-    match scenario.motion {
-        Some(_) => Mode::Motion,
-        None => Mode::Single,
     }
 }
 
@@ -208,7 +244,10 @@ fn show(
 ) {
     for answer in handle.solver.answers() {
         let stamp = answer.stamp;
-        let wanted = handle.slice.as_ref().map(|key| (key.plan, key.quantity));
+        let wanted = Wanted {
+            slice: handle.slice.as_ref().map(|key| (key.plan, key.quantity)),
+            profile: handle.submitted.is_some_and(|s| s.profile),
+        };
         let is_study = matches!(answer.result, Solved::Study(Ok(_), _));
         count(&answer, &mut diagnostics);
         let is_shown = stamp.generation == generation.0
@@ -230,15 +269,16 @@ fn show(
 
 fn count(answer: &Answer, diagnostics: &mut Diagnostics) {
     match &answer.result {
-        Solved::Pose(value, scatter) => {
+        Solved::Pose(value, scatter, _) => {
             diagnostics.poses += 1;
             diagnostics.work += value.work;
             if let Some(Ok(scatter)) = scatter.as_deref() {
                 diagnostics.work += scatter.work;
             }
         }
-        Solved::Study(Ok(value), _) => {
+        Solved::Study(Ok((value, profile)), _) => {
             diagnostics.studies += 1;
+            diagnostics.profiles += u64::from(profile.is_some());
             diagnostics.work += value.work;
         }
         Solved::Study(Err(StudyError::Cancelled), _) => diagnostics.studies_cancelled += 1,
@@ -250,13 +290,14 @@ fn count(answer: &Answer, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// Takes an answer unless a newer one is shown; `wanted` is the slice that is wanted now.
-fn accept(
-    answer: Answer,
-    wanted: Option<(SlicePlan, Quantity)>,
-    newest: &mut Newest,
-    results: &mut Results,
-) -> bool {
+/// What is wanted now, whatever it was when an answer was asked for.
+struct Wanted {
+    slice: Option<(SlicePlan, Quantity)>,
+    profile: bool,
+}
+
+/// Takes an answer unless a newer one is shown.
+fn accept(answer: Answer, wanted: Wanted, newest: &mut Newest, results: &mut Results) -> bool {
     let revision = answer.stamp.revision;
     let took = answer.took;
     let stamped_is_new = |newest: &mut u64| {
@@ -265,10 +306,11 @@ fn accept(
         is_new
     };
     match answer.result {
-        Solved::Pose(value, scatter) => {
+        Solved::Pose(value, scatter, wish) => {
             let is_new = stamped_is_new(&mut newest.pose);
             if is_new {
                 results.scatter = scatter.map(|scatter| *scatter);
+                results.pose_trial = wish.trial;
                 results.pose = Some(Stamped {
                     revision,
                     value: *value,
@@ -278,12 +320,23 @@ fn accept(
             is_new
         }
         Solved::Study(Err(StudyError::Cancelled), _) | Solved::Slice(Err(_), _) => false,
-        Solved::Study(result, extent) => {
+        Solved::Study(result, of) => {
             let is_new = stamped_is_new(&mut newest.study);
             if is_new {
-                results.extent = Some(extent);
+                results.extent = Some(of.extent);
+                results.mode = Some(of.kind);
                 results.problem = result.as_ref().err().map(ToString::to_string);
-                results.study = result.ok().map(|value| Stamped {
+                let (study, profile) = result.ok().unzip();
+                // A preview leaves the profile as it was: it has none of its own.
+                if of.extent == Extent::Whole {
+                    let profile = profile.flatten().filter(|_| wanted.profile);
+                    results.profile = profile.map(|value| Stamped {
+                        revision,
+                        value: *value,
+                        took,
+                    });
+                }
+                results.study = study.map(|value| Stamped {
                     revision,
                     value,
                     took,
@@ -292,14 +345,14 @@ fn accept(
             is_new
         }
         Solved::Slice(Ok(None), quantity) => {
-            let is_wanted = wanted.is_some_and(|(_, q)| q == quantity);
+            let is_wanted = wanted.slice.is_some_and(|(_, q)| q == quantity);
             if is_wanted {
                 results.slice = None;
             }
             is_wanted
         }
         Solved::Slice(Ok(Some(value)), quantity) => {
-            let is_wanted = wanted == Some((value.plan, quantity));
+            let is_wanted = wanted.slice == Some((value.plan, quantity));
             if is_wanted {
                 results.slice = Some(Stamped {
                     revision,

@@ -5,10 +5,11 @@
 //! takes the pose first (cheap, and the hand feels it), then the study, then the slice. Results
 //! carry the revision and the generation they were computed for.
 
+use super::study::ModeKind;
 use crate::study::uncertainty::{TipUncertainty, UncertaintyError, first_order};
 use crate::study::{
-    CancelToken, Mode, Outcome, PoseDetail, Quantity, Scenario, SliceOutcome, SlicePlan,
-    StudyError, look, run, sample_slice,
+    CancelToken, ChartedProfile, Mode, Outcome, PoseDetail, Quantity, Scenario, SliceOutcome,
+    SlicePlan, StudyError, look, run, run_profiled, sample_slice,
 };
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -29,7 +30,7 @@ pub struct Stamp {
 /// Work for the solver.
 pub enum Job {
     Pose(Arc<Scenario>, PoseWish),
-    Study(Arc<Scenario>, Mode, Extent),
+    Study(Arc<Scenario>, StudyWish),
     Slice(Arc<Scenario>, SlicePlan, Quantity),
 }
 
@@ -38,6 +39,27 @@ pub enum Job {
 pub struct PoseWish {
     /// How far jitter scatters the tip.
     pub scatter: bool,
+    /// The trial whose pose the scenario has; `None` for the design's own.
+    pub trial: Option<usize>,
+    /// Tells trials of one number apart where their poses are others.
+    pub serial: u64,
+}
+
+/// What is wanted of a study.
+#[derive(Clone, Debug)]
+pub struct StudyWish {
+    pub mode: Mode,
+    pub of: StudyOf,
+    /// Whether its trials are kept one by one.
+    pub profile: bool,
+}
+
+/// What a study's figures are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StudyOf {
+    /// A preview visits given poses, and stands for the range of motion.
+    pub kind: ModeKind,
+    pub extent: Extent,
 }
 
 /// How much of a range of motion a study visits.
@@ -60,8 +82,11 @@ pub struct Answer {
 
 /// A result by kind. Cancelled work says so, in order that it can be counted.
 pub enum Solved {
-    Pose(Box<PoseDetail>, Option<Box<Scatter>>),
-    Study(Result<Outcome, StudyError>, Extent),
+    Pose(Box<PoseDetail>, Option<Box<Scatter>>, PoseWish),
+    Study(
+        Result<(Outcome, Option<Box<ChartedProfile>>), StudyError>,
+        StudyOf,
+    ),
     /// `None` where the room does not say where its model may be believed.
     Slice(Result<Option<SliceOutcome>, StudyError>, Quantity),
 }
@@ -237,6 +262,20 @@ impl Slots {
     }
 }
 
+/// A study, and what it is charted from where that is wanted.
+fn study(
+    scenario: &Scenario,
+    wish: &StudyWish,
+    cancel: &CancelToken,
+) -> Result<(Outcome, Option<Box<ChartedProfile>>), StudyError> {
+    if !wish.profile {
+        return run(scenario, &wish.mode, cancel, None).map(|outcome| (outcome, None));
+    }
+    let (outcome, profile) = run_profiled(scenario, &wish.mode, cancel)?;
+    let charted = |profile| ChartedProfile::new(profile, scenario.requirement.as_ref());
+    Ok((outcome, profile.map(charted).map(Box::new)))
+}
+
 fn work(shared: &Shared, sender: &Sender<Answer>) {
     loop {
         let (waiting, cancel) = {
@@ -267,10 +306,9 @@ fn work(shared: &Shared, sender: &Sender<Answer>) {
             Job::Pose(scenario, wish) => Solved::Pose(
                 Box::new(look(&scenario)),
                 wish.scatter.then(|| Box::new(first_order(&scenario))),
+                wish,
             ),
-            Job::Study(scenario, mode, extent) => {
-                Solved::Study(run(&scenario, &mode, &cancel, None), extent)
-            }
+            Job::Study(scenario, wish) => Solved::Study(study(&scenario, &wish, &cancel), wish.of),
             Job::Slice(scenario, plan, quantity) => {
                 Solved::Slice(sample_slice(&scenario, quantity, &plan, &cancel), quantity)
             }

@@ -4,11 +4,12 @@
 //! [`EditRequest`], [`ViewRequest`] or [`FileRequest`], and never change it themselves.
 
 use super::solver::{Extent, Scatter};
+use super::study::{ModeKind, ShownPlugin};
 use crate::design::view::{ColorMap, View};
 use crate::design::{BodyRole, Edit};
 pub use crate::geometry::orbit::Axis;
 use crate::store::World as StoreWorld;
-use crate::study::{Outcome, PoseDetail, SliceOutcome};
+use crate::study::{ChartedProfile, Outcome, PoseDetail, SliceOutcome};
 use bevy::prelude::*;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -100,6 +101,12 @@ pub enum FileRequest {
     KeepMine,
     /// Saves over files that somebody else changed.
     SaveOver,
+    /// Shows the dialog that chooses a table of poses.
+    ShowReadInput,
+    ReadInput(PathBuf),
+    /// Shows the dialog that chooses where the log of the study goes.
+    ShowWriteLog,
+    WriteLog(PathBuf),
 }
 
 /// What becomes of a changed body that other designs use too.
@@ -117,12 +124,27 @@ pub struct Results {
     pub study: Option<Stamped<Outcome>>,
     /// What the study's figures are of.
     pub extent: Option<Extent>,
+    /// The mode that the study's figures are of.
+    pub mode: Option<ModeKind>,
+    /// The study trial by trial; `None` outside the Study workspace, and where there are too many
+    /// trials. While something is dragged it stays what it was.
+    pub profile: Option<Stamped<ChartedProfile>>,
+    /// Of the shown trial, or of the design's own pose.
     pub pose: Option<Stamped<PoseDetail>>,
+    /// The trial that `pose` is of, from 0; `None` for the design's own pose.
+    pub pose_trial: Option<usize>,
     /// Of the same pose; `None` while its layer is off.
     pub scatter: Option<Scatter>,
     pub slice: Option<Stamped<SliceOutcome>>,
     /// Why there are no figures, in words.
     pub problem: Option<String>,
+}
+
+impl Results {
+    /// Whether the study's figures are of all its trials.
+    pub fn is_whole(&self) -> bool {
+        self.extent == Some(Extent::Whole)
+    }
 }
 
 /// A result and what it belongs to.
@@ -220,7 +242,8 @@ pub struct StatePlugin;
 
 impl Plugin for StatePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Selection>()
+        app.add_plugins(ShownPlugin)
+            .init_resource::<Selection>()
             .init_resource::<Hovered>()
             .init_resource::<Results>()
             .init_resource::<DragReadout>()

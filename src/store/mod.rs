@@ -3,6 +3,7 @@
 mod builtin;
 mod error;
 mod lock;
+mod log;
 mod meshes;
 mod open;
 mod place;
@@ -21,6 +22,7 @@ mod write;
 
 pub use builtin::{DEFAULT_BUILTIN, builtin_names, generator_mesh};
 pub use error::StoreError;
+pub use log::{LogError, write_log};
 pub use meshes::{MeshProblem, mesh_reference_to, refresh_meshes, reload_meshes};
 pub use open::{
     World, open_builtin, open_builtin_without_meshes, open_design, open_design_without_meshes,

@@ -1,6 +1,7 @@
 //! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
 
 pub mod arrows;
+pub mod charted;
 mod explain;
 pub mod figures;
 pub mod motion;
@@ -25,12 +26,14 @@ pub mod work;
 
 pub use crate::task::CancelToken;
 pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
+pub use charted::{ChartedProfile, Within};
 pub use explain::{Deed, Explained, explain};
 pub use figures::{FigureRow, Figures, figure_rows};
 pub use motion::{AxisRange, Motion};
 pub use placement::{
     AxisRule, Basis, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan, place,
 };
+pub use profile::{Profile, run_profiled, trial_count, trial_offsets, trial_pose};
 pub use requirement::Requirement;
 pub use run::{Outcome, StudyError, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};

@@ -148,6 +148,12 @@ impl MotionGrid {
 
     /// `crf_from_tool` of a trial; x runs slowest, rz fastest.
     pub fn pose(&self, trial: usize) -> Pose {
+        moved(&self.crf_from_tool, self.offsets(trial))
+    }
+
+    /// How far a trial is from the design's own pose along x, y, z in mm and about rx, ry, rz in
+    /// degrees.
+    pub fn offsets(&self, trial: usize) -> [f64; 6] {
         let mut values = [0.0; 6];
         let mut rest = trial;
         for (k, (_, range)) in self.motion.axes().into_iter().enumerate().rev() {
@@ -155,7 +161,7 @@ impl MotionGrid {
             rest /= self.counts[k];
             values[k] = range.map_or(0.0, |r| r.min + index as f64 * r.step);
         }
-        moved(&self.crf_from_tool, values)
+        values
     }
 }
 

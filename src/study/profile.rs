@@ -13,24 +13,33 @@ pub const MAX_PROFILED: usize = 1 << 20;
 /// Most bars of a histogram.
 const MAX_BARS: usize = 40;
 
+/// All three translations as one axis: the positions in the order in which they are visited.
+pub const POSITION: &str = "position";
+
+/// All three turns as one axis: the orientations that are visited at each position.
+pub const ORIENTATION: &str = "orientation";
+
 /// The errors of every trial, in the order of the log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     pub tip_error_mm: Vec<f64>,
     pub angle_error_deg: Vec<f64>,
     /// Along each axis of the range of motion that has more than one value; none for other modes.
+    /// Where both positions and orientations are many, by each of them too.
     pub axes: Vec<AxisProfile>,
 }
 
 /// How the tip error goes with one axis of the range of motion, over all values of the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisProfile {
-    /// `x` to `rz`.
+    /// `x` to `rz`, or one of [`POSITION`] and [`ORIENTATION`].
     pub axis: &'static str,
-    /// Millimetres for x, y, z, degrees for rx, ry, rz.
+    /// Millimetres for x, y, z, degrees for rx, ry, rz, else numbers from 1.
     pub values: Vec<f64>,
     pub rms_mm: Vec<f64>,
     pub max_mm: Vec<f64>,
+    /// The trial with the largest error of each value, the first of equals.
+    pub worst_trial: Vec<usize>,
 }
 
 /// How many trials have which error.
@@ -67,11 +76,7 @@ pub fn run_profiled(
             .transpose()?,
         Mode::Single | Mode::Input(_) => None,
     };
-    let trials = match (mode, &grid) {
-        (Mode::Input(trials), _) => trials.len(),
-        (_, Some(grid)) => grid.trials(),
-        (_, None) => 1,
-    };
+    let trials = trial_count(scenario, mode).unwrap_or(1);
     if trials > MAX_PROFILED {
         return run(scenario, mode, cancel, None).map(|outcome| (outcome, None));
     }
@@ -89,6 +94,36 @@ pub fn run_profiled(
         axes,
     };
     Ok((outcome, Some(profile)))
+}
+
+/// How many trials a mode has; `None` where there is no range of motion, or none that can be
+/// visited.
+pub fn trial_count(scenario: &Scenario, mode: &Mode) -> Option<usize> {
+    match mode {
+        Mode::Single => Some(1),
+        Mode::Motion => {
+            let grid = scenario.motion?.grid(&scenario.crf_from_tool).ok()?;
+            Some(grid.trials())
+        }
+        Mode::Input(trials) => Some(trials.len()),
+    }
+}
+
+/// How far a trial of the range of motion is from the design's own pose, along the axes that have
+/// more than one value: mm for x, y, z, degrees for rx, ry, rz.
+pub fn trial_offsets(scenario: &Scenario, mode: &Mode, trial: usize) -> Vec<(&'static str, f64)> {
+    let (Mode::Motion, Some(motion)) = (mode, scenario.motion) else {
+        return Vec::new();
+    };
+    let Ok(grid) = motion.grid(&scenario.crf_from_tool) else {
+        return Vec::new();
+    };
+    let names = motion.axes().map(|(name, _)| name);
+    let offsets = names.into_iter().zip(grid.offsets(trial));
+    offsets
+        .zip(grid.counts())
+        .filter_map(|(offset, count)| (count > 1).then_some(offset))
+        .collect()
 }
 
 /// Where the tool is in one trial of a mode, with the CRF's pose where the trial brings its own;
@@ -110,31 +145,57 @@ pub fn trial_pose(scenario: &Scenario, mode: &Mode, trial: usize) -> Option<Inpu
 
 fn axes(grid: &MotionGrid, tip_error_mm: &[f64]) -> Vec<AxisProfile> {
     let counts = grid.counts();
-    let mut period = tip_error_mm.len();
+    let mut run = tip_error_mm.len();
     let mut profiles = Vec::new();
     for (k, axis) in ["x", "y", "z", "rx", "ry", "rz"].into_iter().enumerate() {
         // Trials of one value of this axis stand in runs of so many.
-        let run = period / counts[k].max(1);
-        period = run;
-        if counts[k] < 2 || run == 0 {
-            continue;
+        run /= counts[k].max(1);
+        if counts[k] > 1 && run > 0 {
+            profiles.push(axis_profile(axis, grid.axis_values(k), run, tip_error_mm));
         }
-        let mut squares = vec![0.0; counts[k]];
-        let mut max_mm = vec![0.0_f64; counts[k]];
-        for (index, errors) in tip_error_mm.chunks(run).enumerate() {
-            let at = index % counts[k];
-            squares[at] += errors.iter().map(|e| e * e).sum::<f64>();
-            max_mm[at] = errors.iter().copied().fold(max_mm[at], f64::max);
-        }
-        let each = (tip_error_mm.len() / counts[k]) as f64;
-        profiles.push(AxisProfile {
-            axis,
-            values: grid.axis_values(k),
-            rms_mm: squares.into_iter().map(|sum| (sum / each).sqrt()).collect(),
-            max_mm,
-        });
+    }
+    let orientations = grid.orientations();
+    let positions = tip_error_mm.len() / orientations.max(1);
+    if positions > 1 && orientations > 1 {
+        let numbers = |count: usize| (1..=count).map(|k| k as f64).collect();
+        profiles.extend([
+            axis_profile(POSITION, numbers(positions), orientations, tip_error_mm),
+            axis_profile(ORIENTATION, numbers(orientations), 1, tip_error_mm),
+        ]);
     }
     profiles
+}
+
+/// Of an axis whose values take turns, each for a run of so many trials.
+fn axis_profile(
+    axis: &'static str,
+    values: Vec<f64>,
+    run: usize,
+    tip_error_mm: &[f64],
+) -> AxisProfile {
+    let count = values.len();
+    let mut squares = vec![0.0; count];
+    let mut max_mm = vec![0.0_f64; count];
+    // Each value's run in the first turn begins with a trial of its own.
+    let mut worst_trial: Vec<usize> = (0..count).map(|at| at * run).collect();
+    for (number, errors) in tip_error_mm.chunks(run).enumerate() {
+        let at = number % count;
+        for (k, &error) in errors.iter().enumerate() {
+            squares[at] += error * error;
+            if error > max_mm[at] {
+                max_mm[at] = error;
+                worst_trial[at] = number * run + k;
+            }
+        }
+    }
+    let each = (tip_error_mm.len() / count) as f64;
+    AxisProfile {
+        axis,
+        values,
+        rms_mm: squares.into_iter().map(|sum| (sum / each).sqrt()).collect(),
+        max_mm,
+        worst_trial,
+    }
 }
 
 impl Profile {
@@ -212,6 +273,20 @@ impl Profile {
             .collect()
     }
 
+    /// The trial with the largest tip error from `from_mm` up to, and not with, `to_mm`.
+    pub fn worst_between(&self, from_mm: f64, to_mm: f64) -> Option<usize> {
+        let errors = self.tip_error_mm.iter().copied().enumerate();
+        errors
+            .filter(|(_, error)| (from_mm..to_mm).contains(error))
+            .reduce(|a, b| if b.1 > a.1 { b } else { a })
+            .map(|(trial, _)| trial)
+    }
+
+    /// The trial with the largest tip error, the first of equals.
+    pub fn worst(&self) -> Option<usize> {
+        self.worst_between(0.0, f64::INFINITY)
+    }
+
     fn finite(&self) -> impl Iterator<Item = f64> + '_ {
         self.tip_error_mm.iter().copied().filter(|e| e.is_finite())
     }
@@ -277,7 +352,7 @@ mod tests {
     fn profiles_along_the_axes_and_the_whole_tell_the_same_rms_and_max() {
         let (outcome, profile) = profiled(&Mode::Motion);
         let names: Vec<&str> = profile.axes.iter().map(|a| a.axis).collect();
-        assert_eq!(names, ["x", "z", "ry"]);
+        assert_eq!(names, ["x", "z", "ry", POSITION, ORIENTATION]);
         let of_all = outcome.figures.position_mm;
         for axis in &profile.axes {
             let squares: f64 = axis.rms_mm.iter().map(|rms| rms * rms).sum();
@@ -298,11 +373,43 @@ mod tests {
             pose.crf_from_tool.translation.x - scenario.crf_from_tool.translation.x
         };
         let axis = &profile.axes[0];
-        for (value, max_mm) in axis.values.iter().zip(&axis.max_mm) {
+        for (k, value) in axis.values.iter().enumerate() {
             let own = (0..profile.len()).filter(|&t| (x_mm(t) - value).abs() < 1e-9);
             let largest = own.map(|t| profile.tip_error_mm[t]).fold(0.0, f64::max);
-            assert_eq!(largest, *max_mm);
+            assert_eq!(largest, axis.max_mm[k]);
+            assert_eq!(profile.tip_error_mm[axis.worst_trial[k]], largest);
+            assert!((x_mm(axis.worst_trial[k]) - value).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn the_worst_trial_of_a_bar_is_in_it_and_of_all_bars_is_that_of_the_figures() {
+        let (outcome, profile) = profiled(&Mode::Motion);
+        assert_eq!(profile.worst(), Some(outcome.figures.worst.trial));
+        let Histogram { width, counts } = profile.histogram();
+        for (k, count) in counts.iter().enumerate() {
+            let (from, to) = (k as f64 * width, (k + 1) as f64 * width);
+            match profile.worst_between(from, to) {
+                None => assert_eq!(*count, 0),
+                Some(trial) => assert!((from..to).contains(&profile.tip_error_mm[trial])),
+            }
+        }
+    }
+
+    #[test]
+    fn positions_stand_each_for_all_orientations_there() {
+        let (_, profile) = profiled(&Mode::Motion);
+        let [.., position, orientation] = profile.axes.as_slice() else {
+            panic!("{:?}", profile.axes);
+        };
+        assert_eq!((position.values.len(), orientation.values.len()), (8, 5));
+        let there = &profile.tip_error_mm[10..15];
+        assert_eq!(
+            position.max_mm[2],
+            there.iter().copied().fold(0.0, f64::max)
+        );
+        let turned = profile.tip_error_mm.iter().skip(3).step_by(5);
+        assert_eq!(orientation.max_mm[3], turned.copied().fold(0.0, f64::max));
     }
 
     #[test]

@@ -41,6 +41,14 @@ pub struct Check {
 }
 
 impl Requirement {
+    /// The bound on the tip error of a single trial: the largest allowed, else what most or the
+    /// mean may be.
+    pub fn single_position_mm(&self) -> Option<f64> {
+        self.position_max_mm
+            .or(self.position_p95_mm)
+            .or(self.position_rms_mm)
+    }
+
     /// Each bound against its figure. A figure that is not a number meets nothing.
     pub fn checks(&self, position_mm: &Statistics, angle_deg: &Statistics) -> Vec<Check> {
         [

@@ -11,6 +11,8 @@ mod precision_page;
 mod shortcuts;
 mod slice_quantities;
 mod solver;
+mod study;
+mod study_panels;
 mod support;
 mod tip_scatter;
 mod uploads;

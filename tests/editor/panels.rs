@@ -166,6 +166,7 @@ fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
             results: &results,
             before: Some(9.0),
             is_computing: false,
+            is_short: false,
         };
         result_ui(ui, &view);
         Vec::new()
@@ -204,6 +205,7 @@ fn a_preview_says_of_how_many_trials_it_is_a_part() {
                 results,
                 before: None,
                 is_computing: false,
+                is_short: false,
             };
             result_ui(ui, &view);
             Vec::new()
@@ -389,7 +391,10 @@ fn saving_over_a_file_asks_first() {
     std::fs::write(&file, "").unwrap();
     let dialog = Dialog::save_as(folder.path().into(), "mine.design.ron");
     let asked = answer(dialog, |harness| harness.get_by_label("Save").click());
-    let ask = DialogAnswer::Become(Dialog::Overwrite { path: file });
+    let ask = DialogAnswer::Become(Dialog::Overwrite {
+        then: FileRequest::SaveAs(file.clone()),
+        path: file,
+    });
     assert_eq!(asked, Some(ask));
 }
 

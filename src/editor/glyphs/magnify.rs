@@ -1,9 +1,10 @@
 //! The one magnification of errors, decided once and shown in the legend.
 
-use crate::design::BodyRole;
 use crate::design::view::{Layers, Magnification};
+use crate::design::{BodyRole, Design};
 use crate::editor::camera::OrbitRig;
 use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld, Results, ShownMagnification};
+use crate::editor::study::ShownDesign;
 use crate::geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
 use crate::geometry::pose::Pose;
 use crate::study::PoseDetail;
@@ -23,7 +24,7 @@ impl Plugin for MagnifyPlugin {
         .add_systems(
             Update,
             decide
-                .run_if(resource_exists::<OpenWorld>)
+                .run_if(resource_exists::<OpenWorld>.and_then(resource_exists::<ShownDesign>))
                 .in_set(EditorSystems::Sample),
         );
     }
@@ -40,8 +41,7 @@ pub struct ToolErrors {
 impl ToolErrors {
     /// Of a result: the believed pose is relative to where the CRF truly is, as the surgeon
     /// sees it.
-    pub fn of(world: &OpenWorld, detail: &PoseDetail) -> Option<Self> {
-        let design = world.0.document.design();
+    pub fn of(design: &Design, detail: &PoseDetail) -> Option<Self> {
         let tracker_from_crf = design
             .tracker_from_body(BodyRole::Crf)
             .unwrap_or_else(Pose::identity);
@@ -70,6 +70,7 @@ impl ToolErrors {
 #[derive(SystemParam)]
 pub struct ShownErrors<'w> {
     pub world: Res<'w, OpenWorld>,
+    pub shown: Res<'w, ShownDesign>,
     pub results: Res<'w, Results>,
     pub magnification: Res<'w, ShownMagnification>,
     pub rig: Res<'w, OrbitRig>,
@@ -84,30 +85,36 @@ impl ShownErrors<'_> {
         self.magnification.times
     }
 
-    /// At the design's own pose; `None` while nothing is known.
+    /// At the pose that is shown; `None` while nothing is known.
     pub fn pose(&self) -> Option<&PoseDetail> {
         self.results.pose.as_ref().map(|pose| &pose.value)
     }
 
     pub fn tool(&self) -> Option<ToolErrors> {
-        ToolErrors::of(&self.world, self.pose()?)
+        ToolErrors::of(&self.shown.design, self.pose()?)
     }
 }
 
 fn decide(
     world: Res<OpenWorld>,
+    design: Res<ShownDesign>,
     results: Res<Results>,
     rig: Res<OrbitRig>,
     drag: Res<ActiveDrag>,
     mut shown: ResMut<ShownMagnification>,
 ) {
-    if !(world.is_changed() || results.is_changed() || rig.is_changed() || drag.is_changed()) {
+    if !(world.is_changed()
+        || design.is_changed()
+        || results.is_changed()
+        || rig.is_changed()
+        || drag.is_changed())
+    {
         return;
     }
     let Some(errors) = results
         .pose
         .as_ref()
-        .and_then(|pose| ToolErrors::of(&world, &pose.value))
+        .and_then(|pose| ToolErrors::of(&design.design, &pose.value))
     else {
         return;
     };
@@ -116,8 +123,20 @@ fn decide(
         Magnification::Auto if drag.0 => shown.times,
         Magnification::Auto => {
             let error = errors.tracker_from_tool_believed * errors.tip_in_tool - errors.tip_mm();
-            let height_mm = rig.mm_per_px(&errors.tip_mm()) * rig.view_px[1];
-            automatic_magnification(error.norm(), height_mm)
+            let (own_mm, height_px) = (error.norm(), rig.view_px[1]);
+            match (&design.trial, &results.study) {
+                // One for all trials, so that their arrows can be compared: that of the worst one,
+                // as if it were where the camera looks.
+                (Some(_), Some(study)) => {
+                    let worst_mm = study.value.figures.worst.position_mm.max(own_mm);
+                    let height_mm = rig.mm_per_px(&rig.camera.focus_mm) * height_px;
+                    automatic_magnification(worst_mm, height_mm)
+                }
+                _ => {
+                    let height_mm = rig.mm_per_px(&errors.tip_mm()) * height_px;
+                    automatic_magnification(own_mm, height_mm)
+                }
+            }
         }
     };
     shown.set_if_neq(ShownMagnification {

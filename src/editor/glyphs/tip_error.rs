@@ -6,8 +6,8 @@ use crate::editor::camera::OrbitRig;
 use crate::editor::materials::GlowMaterial;
 use crate::editor::scene::shapes::GlyphShapes;
 use crate::editor::state::{EditorSystems, OpenWorld, Results, ShownMagnification};
+use crate::editor::study::ShownDesign;
 use crate::editor::{convert, palette};
-use crate::study::requirement::Requirement;
 use bevy::prelude::*;
 
 const STYLE: ArrowStyle = ArrowStyle {
@@ -56,13 +56,15 @@ impl Plugin for TipErrorPlugin {
 /// Whether glyphs may look different from before.
 pub fn anything_moved(
     world: Option<Res<OpenWorld>>,
+    design: Option<Res<ShownDesign>>,
     results: Res<Results>,
-    shown: Res<ShownMagnification>,
+    magnification: Res<ShownMagnification>,
     rig: Res<OrbitRig>,
 ) -> bool {
     world.is_some_and(|world| world.is_changed())
+        || design.is_some_and(|design| design.is_changed())
         || results.is_changed()
-        || shown.is_changed()
+        || magnification.is_changed()
         || rig.is_changed()
 }
 
@@ -92,7 +94,7 @@ fn show_sphere(
     let requirement = errors.world.0.document.design().requirement;
     let times = errors.times();
     let wanted = of_tip(&errors)
-        .zip(requirement.and_then(radius_mm))
+        .zip(requirement.and_then(|r| r.single_position_mm()))
         .filter(|(tip, radius_mm)| {
             let radius_px = radius_mm * times / errors.rig.mm_per_px(&tip.tip_mm());
             radius_px < LARGEST_SHARE * errors.rig.view_px[1]
@@ -134,12 +136,4 @@ fn show_sphere(
 /// `None` while the layer is off or nothing is known.
 fn of_tip(errors: &ShownErrors) -> Option<ToolErrors> {
     errors.tool().filter(|_| errors.layers().tip_error)
-}
-
-/// The bound on a single position error: the largest allowed, else what most or the mean may be.
-fn radius_mm(requirement: Requirement) -> Option<f64> {
-    requirement
-        .position_max_mm
-        .or(requirement.position_p95_mm)
-        .or(requirement.position_rms_mm)
 }

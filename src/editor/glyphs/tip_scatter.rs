@@ -69,10 +69,8 @@ fn place(errors: &ShownErrors) -> Option<Transform> {
     let tool = errors.tool()?;
     let times = errors.times();
     let tracker_from_crf = errors
-        .world
-        .0
-        .document
-        .design()
+        .shown
+        .design
         .tracker_from_body(BodyRole::Crf)
         .unwrap_or_else(Pose::identity);
     let axes_mm = scatter

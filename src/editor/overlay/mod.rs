@@ -15,6 +15,7 @@ use super::state::{
     ColorScale, DragReadout, Hovered, OpenWorld, Presentation, Results, Selected, Selection,
     ShownMagnification, ViewportRect,
 };
+use super::study::ShownDesign;
 use super::ui::UiSystems;
 use crate::design::Design;
 use crate::design::view::Layers;
@@ -91,6 +92,7 @@ pub fn paint(painter: &Painter, view: &OverlayView) {
 struct Scene<'w> {
     rig: Option<Res<'w, OrbitRig>>,
     rect: Option<Res<'w, ViewportRect>>,
+    shown: Option<Res<'w, ShownDesign>>,
     magnification: Option<Res<'w, ShownMagnification>>,
     color_scale: Option<Res<'w, ColorScale>>,
     readout: Res<'w, DragReadout>,
@@ -116,7 +118,10 @@ fn draw(
     let view = OverlayView {
         rect,
         camera: rig.camera,
-        design: document.design(),
+        design: match &scene.shown {
+            Some(shown) => &shown.design,
+            None => document.design(),
+        },
         environment: &world.0.environment,
         layers: document.view().layers,
         pose: results.pose.as_ref().map(|p| &p.value),

@@ -4,6 +4,7 @@ use super::BodyRoot;
 use crate::design::BodyRole;
 use crate::editor::materials::{GlowMaterial, LitMaterial};
 use crate::editor::state::{EditorSystems, OpenWorld};
+use crate::editor::study::ShownDesign;
 use crate::editor::{convert, palette};
 use crate::geometry::mesh::{MeshPart, SurfaceMesh};
 use crate::geometry::stand_in::stand_in;
@@ -38,7 +39,7 @@ impl Plugin for BodiesPlugin {
             Update,
             (spawn_bodies, ApplyDeferred, place_bodies, show_anatomy)
                 .chain()
-                .run_if(resource_exists_and_changed::<OpenWorld>)
+                .run_if(resource_exists_and_changed::<ShownDesign>)
                 .in_set(BodiesSystems)
                 .in_set(EditorSystems::Draw),
         );
@@ -123,10 +124,9 @@ fn spawn_bodies(
     }
 }
 
-fn place_bodies(world: Res<OpenWorld>, mut roots: Query<(&BodyRoot, &mut Transform)>) {
-    let design = world.0.document.design();
+fn place_bodies(shown: Res<ShownDesign>, mut roots: Query<(&BodyRoot, &mut Transform)>) {
     for (root, mut transform) in &mut roots {
-        if let Some(pose) = design.tracker_from_body(root.0) {
+        if let Some(pose) = shown.design.tracker_from_body(root.0) {
             transform.set_if_neq(convert::transform(&pose));
         }
     }

@@ -1,6 +1,6 @@
 //! How much room things take, for cameras that frame them.
 
-use crate::design::BodyRole;
+use crate::design::{BodyRole, Design};
 use crate::editor::state::Selected;
 use crate::geometry::bounds::Bounds;
 use crate::store::World;
@@ -17,16 +17,16 @@ pub struct Sphere {
 }
 
 /// Tool and CRF with whatever their meshes show.
-pub fn of_bodies(world: &World) -> Option<Sphere> {
-    around(BodyRole::ALL.iter().flat_map(|role| points(world, *role)))
+pub fn of_bodies(world: &World, design: &Design) -> Option<Sphere> {
+    let roles = BodyRole::ALL.iter();
+    around(roles.flat_map(|role| points(world, design, *role)))
 }
 
-/// What is selected, or everything.
-pub fn of_selection(world: &World, selected: Option<Selected>) -> Option<Sphere> {
-    let design = world.document.design();
+/// What is selected, or everything, where the design as it is shown has it.
+pub fn of_selection(world: &World, design: &Design, selected: Option<Selected>) -> Option<Sphere> {
     match selected {
-        None => of_bodies(world),
-        Some(Selected::Body(role)) => around(points(world, role).into_iter()),
+        None => of_bodies(world, design),
+        Some(Selected::Body(role)) => around(points(world, design, role).into_iter()),
         Some(Selected::Sensor(role, index)) => {
             let sensor = design.body(role)?.rigid.sensors.get(index)?;
             Some(at(design.tracker_from_body(role)? * sensor.position_in_body))
@@ -54,8 +54,7 @@ fn around(points: impl Iterator<Item = Point3<f64>>) -> Option<Sphere> {
 }
 
 /// Mesh corners, sensors and tip of a body, tracker frame.
-fn points(world: &World, role: BodyRole) -> Vec<Point3<f64>> {
-    let design = world.document.design();
+fn points(world: &World, design: &Design, role: BodyRole) -> Vec<Point3<f64>> {
     let (Some(body), Some(pose)) = (design.body(role), design.tracker_from_body(role)) else {
         return Vec::new();
     };

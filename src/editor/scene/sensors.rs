@@ -9,7 +9,8 @@ use super::shapes::GlyphShapes;
 use super::{BodyRoot, SensorMark};
 use crate::design::BodyRole;
 use crate::editor::materials::{GlowMaterial, Shown};
-use crate::editor::state::{EditorSystems, Hovered, OpenWorld, Results, Selected, Selection};
+use crate::editor::state::{EditorSystems, Hovered, Results, Selected, Selection};
+use crate::editor::study::ShownDesign;
 use crate::editor::{convert, palette};
 use crate::study::BodyDetail;
 use crate::tracking::body::{Coil, Sensor};
@@ -85,7 +86,7 @@ impl Plugin for SensorsPlugin {
             (
                 (spawn_sensors, ApplyDeferred, place_sensors)
                     .chain()
-                    .run_if(resource_exists_and_changed::<OpenWorld>),
+                    .run_if(resource_exists_and_changed::<ShownDesign>),
                 outline,
                 mark_outside.run_if(resource_changed::<Results>),
             )
@@ -126,14 +127,14 @@ fn make_materials(mut commands: Commands, mut materials: ResMut<Assets<GlowMater
 
 fn spawn_sensors(
     mut commands: Commands,
-    world: Res<OpenWorld>,
+    shown: Res<ShownDesign>,
     roots: Query<(Entity, &BodyRoot)>,
     drawn: Query<(Entity, &SensorMark, &Look, &ChildOf)>,
     shapes: Res<GlyphShapes>,
     materials: Res<SensorMaterials>,
 ) {
     for (root, BodyRoot(role)) in &roots {
-        let Some(body) = world.0.document.design().body(*role) else {
+        let Some(body) = shown.design.body(*role) else {
             continue;
         };
         let sensors = &body.rigid.sensors;
@@ -270,11 +271,11 @@ fn spawn_axis(
 }
 
 fn place_sensors(
-    world: Res<OpenWorld>,
+    shown: Res<ShownDesign>,
     mut sensors: Query<(&SensorMark, &mut Transform)>,
     mut parts: Query<(&Part, &mut ScreenSized)>,
 ) {
-    let design = world.0.document.design();
+    let design = &shown.design;
     let sensor_of = |mark: &SensorMark| design.body(mark.body)?.rigid.sensors.get(mark.index);
     for (mark, mut transform) in &mut sensors {
         if let Some(sensor) = sensor_of(mark) {

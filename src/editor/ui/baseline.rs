@@ -3,6 +3,7 @@
 use super::result::headline;
 use crate::editor::document::WorldGeneration;
 use crate::editor::state::{EditRequest, OpenWorld, Results};
+use crate::editor::study::StudyDesk;
 use bevy::prelude::*;
 
 /// Name and value of the large figure before the last edit or drag began.
@@ -15,8 +16,16 @@ pub(super) fn note_baseline(
     world: Option<Res<OpenWorld>>,
     generation: Option<Res<WorldGeneration>>,
     results: Res<Results>,
+    desk: Option<Res<StudyDesk>>,
     mut baseline: ResMut<Baseline>,
+    mut last_serial: Local<u64>,
 ) {
+    // Figures of another mode are no change of the design.
+    let serial = desk.map_or(0, |desk| desk.serial());
+    if *last_serial != serial {
+        *last_serial = serial;
+        baseline.set_if_neq(Baseline(None));
+    }
     if generation.is_some_and(|g| g.is_changed()) {
         baseline.set_if_neq(Baseline(None));
     }

@@ -4,6 +4,7 @@
 use super::folder::{self, Entry};
 use super::theme;
 use super::widgets::{Row, quiet_ui, row_ui, warning_ui};
+use crate::editor::document::DESIGN_EXTENSION;
 use crate::editor::palette;
 use crate::editor::state::{FileRequest, SharedChoice};
 use crate::formats::recovery_file::RecoveryOrigin;
@@ -30,6 +31,10 @@ impl Dialogs {
 pub enum Dialog {
     Open(FileDialog),
     SaveAs(FileDialog),
+    /// Chooses a table of poses.
+    ReadInput(FileDialog),
+    /// Chooses where a log goes.
+    WriteLog(FileDialog),
     Error {
         title: String,
         text: String,
@@ -43,6 +48,7 @@ pub enum Dialog {
     },
     Overwrite {
         path: PathBuf,
+        then: FileRequest,
     },
     /// A session that ended badly left this.
     Recover {
@@ -60,12 +66,37 @@ pub enum Dialog {
 /// Chooses a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileDialog {
+    pub kind: FileKind,
     pub folder: PathBuf,
     pub entries: Vec<Entry>,
     /// The path field.
     pub text: String,
     pub problem: Option<String>,
     wants_focus: bool,
+}
+
+/// What kind of file a dialog lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileKind {
+    Design,
+    Table,
+}
+
+impl FileKind {
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Design => DESIGN_EXTENSION,
+            Self::Table => ".csv",
+        }
+    }
+
+    /// Behind each file of the list.
+    fn note(self) -> &'static str {
+        match self {
+            Self::Design => "design",
+            Self::Table => "table",
+        }
+    }
 }
 
 /// What a dialog came to.
@@ -78,11 +109,19 @@ pub enum DialogAnswer {
 
 impl Dialog {
     pub fn open(folder: PathBuf) -> Self {
-        Self::Open(FileDialog::new(folder, ""))
+        Self::Open(FileDialog::new(FileKind::Design, folder, ""))
     }
 
     pub fn save_as(folder: PathBuf, name: &str) -> Self {
-        Self::SaveAs(FileDialog::new(folder, name))
+        Self::SaveAs(FileDialog::new(FileKind::Design, folder, name))
+    }
+
+    pub fn read_input(folder: PathBuf) -> Self {
+        Self::ReadInput(FileDialog::new(FileKind::Table, folder, ""))
+    }
+
+    pub fn write_log(folder: PathBuf, name: &str) -> Self {
+        Self::WriteLog(FileDialog::new(FileKind::Table, folder, name))
     }
 
     /// What went wrong, in the words of the command line.
@@ -172,8 +211,9 @@ impl Dialog {
 }
 
 impl FileDialog {
-    fn new(folder: PathBuf, name: &str) -> Self {
+    fn new(kind: FileKind, folder: PathBuf, name: &str) -> Self {
         let mut dialog = Self {
+            kind,
             text: String::new(),
             folder: PathBuf::new(),
             entries: Vec::new(),
@@ -187,7 +227,7 @@ impl FileDialog {
     fn go_to(&mut self, folder: PathBuf, name: &str) {
         // A relative folder has no folder above it.
         let folder = std::path::absolute(&folder).unwrap_or(folder);
-        match folder::list(&folder) {
+        match folder::list(&folder, self.kind.extension()) {
             Ok(entries) => {
                 self.entries = entries;
                 self.problem = None;
@@ -221,11 +261,13 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
             DialogAnswer::Request(FileRequest::Open(path))
         }),
         Dialog::SaveAs(files) => file_ui(ui, files, "Save design as", "Save", |path, exists| {
-            if exists {
-                DialogAnswer::Become(Dialog::Overwrite { path })
-            } else {
-                DialogAnswer::Request(FileRequest::SaveAs(path))
-            }
+            write_to(path, exists, FileRequest::SaveAs)
+        }),
+        Dialog::ReadInput(files) => file_ui(ui, files, "Read input data", "Read", |path, _| {
+            DialogAnswer::Request(FileRequest::ReadInput(path))
+        }),
+        Dialog::WriteLog(files) => file_ui(ui, files, "Write the log", "Write", |path, exists| {
+            write_to(path, exists, FileRequest::WriteLog)
         }),
         Dialog::Error { title, text } => {
             title_ui(ui, title);
@@ -315,11 +357,11 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
                 ),
             }
         }
-        Dialog::Overwrite { path } => {
+        Dialog::Overwrite { path, then } => {
             title_ui(ui, "Replace the file?");
             ui.add(egui::Label::new(format!("{} exists already", path.display())).wrap());
-            let save = DialogAnswer::Request(FileRequest::SaveAs(path.clone()));
-            buttons_ui(ui, &[("Replace", save), ("Cancel", DialogAnswer::Close)])
+            let write = DialogAnswer::Request(then.clone());
+            buttons_ui(ui, &[("Replace", write), ("Cancel", DialogAnswer::Close)])
         }
     }
 }
@@ -334,6 +376,15 @@ fn ago(age: Duration) -> String {
     };
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} {unit}{plural} ago")
+}
+
+/// What is there already is asked about first.
+fn write_to(path: PathBuf, exists: bool, write: fn(PathBuf) -> FileRequest) -> DialogAnswer {
+    let then = write(path.clone());
+    match exists {
+        true => DialogAnswer::Become(Dialog::Overwrite { path, then }),
+        false => DialogAnswer::Request(then),
+    }
 }
 
 fn title_ui(ui: &mut Ui, title: &str) {
@@ -380,7 +431,7 @@ fn file_ui(
     let field = ui.add(
         TextEdit::singleline(&mut files.text)
             .desired_width(f32::INFINITY)
-            .hint_text("path of a *.design.ron file"),
+            .hint_text(format!("path of a *{} file", files.kind.extension())),
     );
     field.widget_info(|| {
         egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, ui.is_enabled(), "path")
@@ -415,7 +466,10 @@ fn file_ui(
         return None;
     }
     if path.as_os_str().is_empty() {
-        files.problem = Some("no path, expected a *.design.ron file".to_owned());
+        files.problem = Some(format!(
+            "no path, expected a *{} file",
+            files.kind.extension()
+        ));
         files.wants_focus = true;
         return None;
     }
@@ -441,7 +495,7 @@ fn list_ui(ui: &mut Ui, files: &FileDialog) -> Option<PathBuf> {
                             note: match entry {
                                 Entry::Up => "folder above",
                                 Entry::Folder(_) => "folder",
-                                Entry::Design(_) => "design",
+                                Entry::File(_) => files.kind.note(),
                             },
                             ..Row::default()
                         };

@@ -9,6 +9,8 @@ use super::precision_ui::precision_window;
 use super::result::{ResultView, headline, result_ui};
 use super::slice_ui::{SlicePanelView, slice_ui};
 use super::status_bar::{StatusView, hint, status_bar_ui};
+use super::study_panels::{StudyPanels, sides_ui};
+use super::timeline_ui::trial_words;
 use super::top_bar::{TopBarView, top_bar_ui};
 use super::{PanelAction, theme};
 use crate::design::{Design, View};
@@ -21,6 +23,7 @@ use crate::editor::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, Presentation, Results,
     Selected, Selection, ViewRequest, ViewportRect, Workspace,
 };
+use crate::editor::study::{LogJob, ShownDesign, Side, StudyDesk, StudyRequest};
 use crate::field::Environment;
 use crate::store;
 use bevy::ecs::system::SystemParam;
@@ -73,11 +76,14 @@ impl Plugin for UiPlugin {
             .init_resource::<Dialogs>()
             .init_resource::<RecentDesigns>()
             .init_resource::<CommandPages>()
+            .init_resource::<StudyDesk>()
+            .init_resource::<LogJob>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
             .add_message::<PrecisionRequest>()
             .add_message::<RunCommand>()
+            .add_message::<StudyRequest>()
             .add_message::<RequestRedraw>()
             .configure_sets(
                 EguiPrimaryContextPass,
@@ -126,6 +132,9 @@ struct Shown<'w> {
     presentation: Res<'w, Presentation>,
     workspace: Res<'w, Workspace>,
     recent: Res<'w, RecentDesigns>,
+    desk: Res<'w, StudyDesk>,
+    trial: Option<Res<'w, ShownDesign>>,
+    log: Res<'w, LogJob>,
 }
 
 /// Where what the person asked for goes.
@@ -138,6 +147,7 @@ struct Asked<'w> {
     views: MessageWriter<'w, ViewRequest>,
     files: MessageWriter<'w, FileRequest>,
     commands: MessageWriter<'w, RunCommand>,
+    study: MessageWriter<'w, StudyRequest>,
     redraw: MessageWriter<'w, RequestRedraw>,
 }
 
@@ -213,6 +223,13 @@ impl Desk<'_> {
             .exact_size(theme::STATUS_BAR_HEIGHT)
             .frame(theme::panel_frame(Margin::symmetric(6, 0)))
             .show(root, |ui| self.status_ui(ui));
+        if *self.shown.workspace == Workspace::Study {
+            Panel::bottom("timeline")
+                .exact_size(theme::TIMELINE_HEIGHT)
+                .resizable(false)
+                .frame(theme::panel_frame(Margin::symmetric(8, 0)))
+                .show(root, |ui| actions.extend(self.study().timeline(ui)));
+        }
         if self.sides.left {
             Panel::left("left")
                 .exact_size(theme::LEFT_WIDTH)
@@ -255,6 +272,7 @@ impl Desk<'_> {
             ui,
             &StatusView {
                 hint: hint(self.design(), self.hovered, self.shown.drag.0),
+                trial: self.study().trial.map(trial_words),
                 study: study.map(|s| {
                     let took = self.shown.presentation.window.then_some(s.took);
                     (s.value.figures.trials, took)
@@ -263,6 +281,21 @@ impl Desk<'_> {
                 notice: &self.shown.notice,
             },
         );
+    }
+
+    /// What the panels of the Study workspace are drawn from.
+    fn study(&self) -> StudyPanels<'_> {
+        StudyPanels {
+            document: &self.world.document,
+            results: &self.shown.results,
+            desk: &self.shown.desk,
+            trial: self
+                .shown
+                .trial
+                .as_ref()
+                .and_then(|shown| shown.trial.as_ref()),
+            log: &self.shown.log,
+        }
     }
 
     fn left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
@@ -301,7 +334,18 @@ impl Desk<'_> {
             let (name, value) = self.shown.baseline.0?;
             (name == now.name).then_some(value)
         });
-        let revision = self.world.document.revision();
+        let study_panels = self.study();
+        let is_study = *self.shown.workspace == Workspace::Study;
+        let is_trials = is_study && study_panels.desk.side == Side::Trials;
+        if is_study {
+            Panel::top("sides")
+                .resizable(false)
+                .show_separator_line(false)
+                .frame(theme::panel_frame(Margin::symmetric(10, 4)))
+                .show(ui, |ui| {
+                    actions.extend(sides_ui(ui, study_panels.desk.side));
+                });
+        }
         Panel::bottom("result")
             .resizable(false)
             .frame(super::result::frame())
@@ -309,7 +353,8 @@ impl Desk<'_> {
                 let result = ResultView {
                     results,
                     before,
-                    is_computing: study.is_some_and(|s| s.revision != revision),
+                    is_computing: study.is_some() && study_panels.are_figures_old(),
+                    is_short: is_trials,
                 };
                 result_ui(ui, &result);
             });
@@ -317,6 +362,11 @@ impl Desk<'_> {
             .inner_margin(Margin::symmetric(12, 0))
             .show(ui, |ui| {
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    if is_trials {
+                        actions.extend(study_panels.trials(ui));
+                        ui.add_space(8.0);
+                        return;
+                    }
                     actions.extend(inspector_ui(
                         ui,
                         &InspectorView {
@@ -350,6 +400,9 @@ impl Asked<'_> {
                 }
                 PanelAction::Run(command) => {
                     self.commands.write(RunCommand(command));
+                }
+                PanelAction::Study(request) => {
+                    self.study.write(request);
                 }
                 PanelAction::Select(what) => self.selection.0 = what,
                 PanelAction::Hover(what) => hovered = Some(what),
@@ -400,12 +453,14 @@ fn command_pages(
     mut pages: ResMut<CommandPages>,
     world: Option<Res<OpenWorld>>,
     drag: Res<ActiveDrag>,
+    workspace: Res<Workspace>,
     mut commands: MessageWriter<RunCommand>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) -> Result {
     // Writing to the resource would mark it as changed in every frame.
     let pages = pages.bypass_change_detection();
-    let is_available = |command: Command| command.is_available(world.as_deref(), drag.0);
+    let is_available =
+        |command: Command| command.is_available(world.as_deref(), drag.0, *workspace);
     if let Some(command) = command_pages_ui(contexts.ctx_mut()?, pages, is_available) {
         commands.write(RunCommand(command));
         redraw.write(RequestRedraw);

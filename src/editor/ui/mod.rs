@@ -14,14 +14,19 @@ pub mod precision_ui;
 pub mod result;
 pub mod slice_ui;
 pub mod status_bar;
+pub mod study_charts_ui;
+pub mod study_panels;
 pub mod theme;
+pub mod timeline_ui;
 pub mod top_bar;
+pub mod trial_ui;
 pub mod widgets;
 
 pub use layout::{PanelsShown, UiPlugin, UiSystems};
 
 use super::commands::Command;
 use super::state::{EditRequest, FileRequest, Selected, ViewRequest};
+use super::study::StudyRequest;
 use crate::design::Edit;
 use widgets::NumberChange;
 
@@ -32,6 +37,7 @@ pub enum PanelAction {
     View(ViewRequest),
     File(FileRequest),
     Run(Command),
+    Study(StudyRequest),
     Select(Option<Selected>),
     Hover(Selected),
 }

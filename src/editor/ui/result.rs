@@ -7,6 +7,7 @@ use super::widgets::{
 use crate::editor::palette;
 use crate::editor::solver::Extent;
 use crate::editor::state::Results;
+use crate::editor::study::ModeKind;
 use crate::study::figures::with_separators;
 use crate::study::{FigureRow, Figures, figure_rows};
 use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
@@ -18,6 +19,8 @@ pub struct ResultView<'a> {
     pub before: Option<f64>,
     /// The design changed and its figures are on their way.
     pub is_computing: bool,
+    /// Where there is little room: the large figure, and one line of the others.
+    pub is_short: bool,
 }
 
 /// The one figure that counts: the first bound that is missed, else the first bound, else the
@@ -91,6 +94,11 @@ pub fn result_ui(ui: &mut Ui, result: &ResultView) {
     };
     let figures = &study.value.figures;
     headline_ui(ui, &headline(figures), result);
+    if result.is_short {
+        quiet_ui(ui, in_short(figures));
+        counts_ui(ui, figures, result.results);
+        return;
+    }
     ui.add_space(6.0);
     for row in figure_rows(figures) {
         if SHOWN.contains(&row.label) || DETERMINED.contains(&row.label) {
@@ -108,7 +116,15 @@ pub fn result_ui(ui: &mut Ui, result: &ResultView) {
         );
     }
     ui.add_space(4.0);
-    counts_ui(ui, figures, result.results.extent);
+    counts_ui(ui, figures, result.results);
+}
+
+/// The tip error in one line.
+fn in_short(figures: &Figures) -> String {
+    let error = &figures.position_mm;
+    let [rms, p95, max] = [error.rms, error.p95, error.max].map(|mm| format!("{mm:.2}"));
+    let max = with_unit(&max, "mm");
+    format!("tip error: RMS {rms}, 95th percentile {p95}, max {max}")
 }
 
 fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
@@ -158,8 +174,8 @@ fn figure_ui(ui: &mut Ui, row: &FigureRow) {
     });
 }
 
-fn counts_ui(ui: &mut Ui, figures: &Figures, extent: Option<Extent>) {
-    match extent {
+fn counts_ui(ui: &mut Ui, figures: &Figures, results: &Results) {
+    match results.extent {
         Some(Extent::PreviewOf(whole)) => {
             let part = counted(figures.trials, "trial", "trials");
             warning_ui(
@@ -171,11 +187,20 @@ fn counts_ui(ui: &mut Ui, figures: &Figures, extent: Option<Extent>) {
             );
         }
         Some(Extent::Whole) | None => {
-            quiet_ui(ui, counted(figures.trials, "trial", "trials"));
+            let trials = counted(figures.trials, "trial", "trials");
+            quiet_ui(ui, of_mode(trials, results.mode));
         }
     }
     for text in warnings(figures) {
         warning_ui(ui, &text);
+    }
+}
+
+/// Which mode the figures are of.
+fn of_mode(trials: String, mode: Option<ModeKind>) -> String {
+    match mode {
+        Some(mode) => format!("{}, {trials}", mode.name()),
+        None => trials,
     }
 }
 

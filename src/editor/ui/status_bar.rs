@@ -11,6 +11,8 @@ use std::time::Duration;
 /// What the line shows.
 pub struct StatusView<'a> {
     pub hint: String,
+    /// Which trial the scene shows; `None` for the design's own pose.
+    pub trial: Option<String>,
     /// Trials of the study shown and how long it took; a picture, which is the same each time,
     /// says no time.
     pub study: Option<(usize, Option<Duration>)>,
@@ -42,6 +44,10 @@ pub fn status_bar_ui(ui: &mut Ui, status: &StatusView) {
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 ui.add_space(6.0);
+                if let Some(trial) = &status.trial {
+                    ui.label(small(trial.clone()).color(palette::ACCENT.color32()));
+                    ui.add_space(10.0);
+                }
                 let (text, color) = match status.notice {
                     Notice::Refused(notice) => (format!("⚠ {notice}"), palette::MISSED),
                     Notice::Done(notice) => (notice.clone(), palette::TEXT),

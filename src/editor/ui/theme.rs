@@ -9,6 +9,8 @@ use bevy_egui::egui::{
 pub const TOP_BAR_HEIGHT: f32 = 36.0;
 /// Height of the status line.
 pub const STATUS_BAR_HEIGHT: f32 = 22.0;
+/// Height of the timeline of the Study workspace.
+pub const TIMELINE_HEIGHT: f32 = 156.0;
 /// Width of outliner and layers.
 pub const LEFT_WIDTH: f32 = 240.0;
 /// Width of inspector and result.

@@ -1,0 +1,50 @@
+//! A profile made ready to be drawn: what every frame would have to sort or count is done once.
+
+use super::profile::{Histogram, Profile};
+use super::requirement::Requirement;
+
+/// Points of the cumulative curve: more than a chart in a panel has pixels.
+const CURVE_POINTS: usize = 400;
+
+/// A profile with its histogram, its cumulative curve, and how it keeps to the requirement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChartedProfile {
+    pub profile: Profile,
+    pub histogram: Histogram,
+    /// Tip errors in millimetres, and the part of the trials that has at most so much.
+    pub cumulative: Vec<(f64, f64)>,
+    pub within: Option<Within>,
+    /// The trial with the largest tip error.
+    pub worst_trial: Option<usize>,
+}
+
+/// How trials keep to the bound that holds for each of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Within {
+    pub limit_mm: f64,
+    /// Of the trials, from 0 to 1.
+    pub part: f64,
+}
+
+impl ChartedProfile {
+    pub fn new(profile: Profile, requirement: Option<&Requirement>) -> Self {
+        let limit_mm = requirement.and_then(Requirement::single_position_mm);
+        Self {
+            histogram: profile.histogram(),
+            cumulative: profile.cumulative(CURVE_POINTS),
+            within: limit_mm.map(|limit_mm| Within {
+                limit_mm,
+                part: profile.part_within(limit_mm),
+            }),
+            worst_trial: profile.worst(),
+            profile,
+        }
+    }
+
+    /// The trial with the largest tip error of a bar of the histogram.
+    pub fn worst_of_bar(&self, bar: usize) -> Option<usize> {
+        let width = self.histogram.width;
+        self.profile
+            .worst_between(bar as f64 * width, (bar + 1) as f64 * width)
+    }
+}

@@ -1,0 +1,452 @@
+//! The Study workspace: what is computed for it, which trial the scene shows, playing, input data,
+//! the log.
+
+use super::copied::Copied;
+use super::support::{create_app, create_scene_app, design, request, settle};
+use bevy::ecs::message::Messages;
+use bevy::input::ButtonState;
+use bevy::input::keyboard::{Key, KeyboardInput};
+use bevy::prelude::*;
+use bevy::time::TimeUpdateStrategy;
+use bevy::window::{FileDragAndDrop, RequestRedraw};
+use std::path::{Path, PathBuf};
+use std::process::Command as Process;
+use std::sync::Mutex;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+use trackwright::design::{BodyRole, Edit};
+use trackwright::editor::commands::CommandsPlugin;
+use trackwright::editor::convert;
+use trackwright::editor::diagnostics::Diagnostics;
+use trackwright::editor::document::Notice;
+use trackwright::editor::scene::BodyRoot;
+use trackwright::editor::shortcuts::ShortcutsPlugin;
+use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, Results, Workspace};
+use trackwright::editor::study::{
+    LogJob, ModeKind, ShownDesign, StudyDesk, StudyPlugin, StudyRequest,
+};
+use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright::editor::wake::Waker;
+use trackwright::geometry::pose::Pose;
+use trackwright::store;
+use trackwright::study::{
+    AxisRange, CancelToken, Mode, Motion, Scenario, figure_rows, look, run, trial_pose,
+};
+
+/// What the writing thread wakes the window with.
+#[derive(Resource)]
+struct Told(Mutex<Receiver<()>>);
+
+fn study_app() -> App {
+    let mut app = create_app();
+    let (tell, told) = channel();
+    app.insert_resource(Waker::new(move || {
+        // A test that has ended no longer listens.
+        let _ = tell.send(());
+    }))
+    .insert_resource(Told(Mutex::new(told)))
+    .add_plugins(StudyPlugin);
+    show_workspace(&mut app, Workspace::Study);
+    app
+}
+
+fn show_workspace(app: &mut App, workspace: Workspace) {
+    app.insert_resource(workspace);
+    settle(app);
+}
+
+fn ask(app: &mut App, request: StudyRequest) {
+    app.world_mut().write_message(request);
+    settle(app);
+}
+
+fn edit(app: &mut App, edit: Edit) {
+    request(app, EditRequest::Apply(edit));
+    settle(app);
+}
+
+fn results(app: &App) -> &Results {
+    app.world().resource::<Results>()
+}
+
+fn shown_trial(app: &App) -> Option<usize> {
+    let shown = app.world().resource::<ShownDesign>();
+    shown.trial.as_ref().map(|trial| trial.number)
+}
+
+fn scenario(app: &App) -> Scenario {
+    let world = &app.world().resource::<OpenWorld>().0;
+    store::resolve(world.document.design(), &world.environment)
+}
+
+#[test]
+fn a_profile_is_computed_and_kept_only_while_the_workspace_is_shown() {
+    let mut app = create_app();
+    app.add_plugins(StudyPlugin);
+    settle(&mut app);
+    let profiles = |app: &App| app.world().resource::<Diagnostics>().profiles;
+    assert_eq!(profiles(&app), 0);
+    assert!(results(&app).profile.is_none());
+
+    show_workspace(&mut app, Workspace::Study);
+    assert_eq!(profiles(&app), 1);
+    let study = results(&app).study.as_ref().unwrap();
+    let profile = results(&app).profile.as_ref().unwrap();
+    assert_eq!(profile.revision, study.revision);
+    assert_eq!(profile.value.profile.len(), 15);
+    let worst = study.value.figures.worst;
+    assert_eq!(profile.value.worst_trial, Some(worst.trial));
+    let pose = Pose::translation(5.0, 0.0, 30.0);
+    edit(&mut app, Edit::SetToolPose(pose));
+    assert_eq!(profiles(&app), 2);
+
+    show_workspace(&mut app, Workspace::Design);
+    assert!(results(&app).profile.is_none(), "nothing is kept");
+    let pose = Pose::translation(6.0, 0.0, 30.0);
+    edit(&mut app, Edit::SetToolPose(pose));
+    assert_eq!(profiles(&app), 2);
+    assert!(results(&app).study.is_some());
+}
+
+#[test]
+fn a_shown_trial_has_the_figures_of_its_pose_alone_and_leaves_the_design_as_it_is() {
+    let mut app = study_app();
+    for trial in [0, 7, 14] {
+        ask(&mut app, StudyRequest::Show(Some(trial)));
+        let pose = trial_pose(&scenario(&app), &Mode::Motion, trial).unwrap();
+        let alone = look(&Scenario {
+            crf_from_tool: pose.crf_from_tool,
+            ..scenario(&app)
+        });
+        let results = results(&app);
+        assert_eq!(results.pose_trial, Some(trial));
+        assert_eq!(results.pose.as_ref().unwrap().value.trial, alone.trial);
+        let profile = &results.profile.as_ref().unwrap().value.profile;
+        let difference = profile.tip_error_mm[trial] - alone.trial.tip_error_mm;
+        assert!(difference.abs() < 1e-9, "{difference:e}");
+    }
+    let document = &app.world().resource::<OpenWorld>().0.document;
+    assert_eq!(*document.design(), design());
+    assert!(!document.is_dirty() && document.undo_label().is_none());
+
+    ask(&mut app, StudyRequest::Show(None));
+    let own = look(&scenario(&app));
+    let results = results(&app);
+    assert_eq!(results.pose_trial, None);
+    assert_eq!(results.pose.as_ref().unwrap().value.trial, own.trial);
+}
+
+#[test]
+fn the_scene_has_the_tool_where_the_trial_has_it_and_elsewhere_where_the_design_does() {
+    let mut app = create_scene_app();
+    app.add_plugins(StudyPlugin);
+    show_workspace(&mut app, Workspace::Study);
+    let place = |app: &mut App| {
+        app.update();
+        let world = app.world_mut();
+        let mut roots = world.query::<(&BodyRoot, &Transform)>();
+        let tool = roots.iter(world).find(|(root, _)| root.0 == BodyRole::Tool);
+        *tool.unwrap().1
+    };
+    let own = place(&mut app);
+    ask(&mut app, StudyRequest::ShowWorst);
+    let trial = shown_trial(&app).unwrap();
+    let pose = trial_pose(&scenario(&app), &Mode::Motion, trial).unwrap();
+    let tracker_from_crf = scenario(&app).crf.unwrap().tracker_from_crf;
+    let expected = convert::transform(&(tracker_from_crf * pose.crf_from_tool));
+    assert_eq!(place(&mut app), expected);
+    assert_ne!(own, expected);
+    show_workspace(&mut app, Workspace::Design);
+    assert_eq!(place(&mut app), own);
+    show_workspace(&mut app, Workspace::Study);
+    assert_eq!(place(&mut app), expected, "the workspace keeps its trial");
+}
+
+#[test]
+fn an_edit_keeps_the_trial_where_it_still_exists_and_else_shows_the_design_s_own_pose() {
+    let mut app = study_app();
+    ask(&mut app, StudyRequest::Show(Some(12)));
+    let moved = Pose::translation(3.0, 0.0, 30.0);
+    edit(&mut app, Edit::SetToolPose(moved));
+    assert_eq!(shown_trial(&app), Some(12));
+    let pose = trial_pose(&scenario(&app), &Mode::Motion, 12).unwrap();
+    let shown = &app.world().resource::<ShownDesign>().design;
+    assert_eq!(shown.tool.crf_from_tool, pose.crf_from_tool);
+
+    let short = Motion {
+        x: Some(AxisRange {
+            min: -10.0,
+            max: 10.0,
+            step: 10.0,
+        }),
+        ..Motion::default()
+    };
+    edit(&mut app, Edit::SetMotion(Some(short)));
+    assert_eq!(shown_trial(&app), None);
+    assert_eq!(results(&app).pose_trial, None);
+    request(&mut app, EditRequest::Undo);
+    settle(&mut app);
+    assert_eq!(shown_trial(&app), None, "it does not come back by itself");
+}
+
+#[test]
+fn steps_stay_within_the_trials_and_the_worst_is_that_of_the_figures() {
+    let mut app = study_app();
+    ask(&mut app, StudyRequest::Step(1));
+    assert_eq!(shown_trial(&app), Some(0));
+    ask(&mut app, StudyRequest::Step(-1));
+    assert_eq!(shown_trial(&app), Some(0));
+    ask(&mut app, StudyRequest::Step(100));
+    assert_eq!(shown_trial(&app), Some(14));
+    ask(&mut app, StudyRequest::ShowWorst);
+    let worst = results(&app).study.as_ref().unwrap().value.figures.worst;
+    assert_eq!(shown_trial(&app), Some(worst.trial));
+}
+
+#[test]
+fn playing_goes_through_the_trials_at_its_rate_and_then_rests() {
+    let mut app = study_app();
+    let tenth = TimeUpdateStrategy::ManualDuration(Duration::from_millis(100));
+    app.insert_resource(tenth);
+    app.world_mut().write_message(StudyRequest::SetRate(25.0));
+    app.world_mut().write_message(StudyRequest::TogglePlay);
+    let frame = |app: &mut App| {
+        app.update();
+        let redraws = app.world().resource::<Messages<RequestRedraw>>();
+        let asked = redraws.iter_current_update_messages().count() > 0;
+        let is_playing = app.world().resource::<StudyDesk>().is_playing();
+        (shown_trial(app), is_playing, asked)
+    };
+    assert_eq!(frame(&mut app), (Some(0), true, true));
+    // 25 trials a second, 0.1 s a frame.
+    for trial in [2, 5, 7, 10, 12] {
+        assert_eq!(frame(&mut app), (Some(trial), true, true));
+    }
+    assert_eq!(frame(&mut app), (Some(14), false, true));
+    for _ in 0..5 {
+        assert_eq!(frame(&mut app), (Some(14), false, false), "at rest");
+    }
+    app.world_mut().write_message(StudyRequest::TogglePlay);
+    assert_eq!(frame(&mut app), (Some(0), true, true), "it begins anew");
+    app.world_mut().write_message(StudyRequest::TogglePlay);
+    frame(&mut app);
+    let (paused, is_playing, _) = frame(&mut app);
+    assert!(!is_playing);
+    assert_eq!(frame(&mut app).0, paused);
+}
+
+#[test]
+fn leaving_the_workspace_stops_playing() {
+    let mut app = study_app();
+    app.world_mut().write_message(StudyRequest::TogglePlay);
+    app.update();
+    assert!(app.world().resource::<StudyDesk>().is_playing());
+    show_workspace(&mut app, Workspace::Field);
+    assert!(!app.world().resource::<StudyDesk>().is_playing());
+}
+
+fn press(app: &mut App, key: &Key) {
+    for state in [ButtonState::Pressed, ButtonState::Released] {
+        app.world_mut().write_message(KeyboardInput {
+            key_code: KeyCode::KeyA,
+            logical_key: key.clone(),
+            state,
+            text: None,
+            repeat: false,
+            window: Entity::PLACEHOLDER,
+        });
+    }
+    settle(app);
+}
+
+#[test]
+fn the_workspace_s_keys_do_nothing_in_other_workspaces() {
+    let mut app = study_app();
+    app.add_plugins((ShortcutsPlugin, CommandsPlugin));
+    press(&mut app, &Key::ArrowRight);
+    press(&mut app, &Key::ArrowRight);
+    assert_eq!(shown_trial(&app), Some(1));
+    press(&mut app, &Key::Character("w".into()));
+    let worst = results(&app).study.as_ref().unwrap().value.figures.worst;
+    assert_eq!(shown_trial(&app), Some(worst.trial));
+    press(&mut app, &Key::Home);
+    assert_eq!(shown_trial(&app), None);
+    show_workspace(&mut app, Workspace::Design);
+    press(&mut app, &Key::ArrowRight);
+    press(&mut app, &Key::Space);
+    let desk = app.world().resource::<StudyDesk>();
+    assert!(desk.trial().is_none() && !desk.is_playing());
+}
+
+#[test]
+fn a_chosen_mode_is_that_of_the_figures_and_no_part_of_the_design() {
+    let mut app = study_app();
+    assert_eq!(results(&app).mode, Some(ModeKind::Motion));
+    ask(&mut app, StudyRequest::Choose(ModeKind::Single));
+    assert_eq!(results(&app).mode, Some(ModeKind::Single));
+    let study = results(&app).study.as_ref().unwrap();
+    assert_eq!(study.value.figures.trials, 1);
+    let document = &app.world().resource::<OpenWorld>().0.document;
+    assert!(!document.is_dirty());
+    show_workspace(&mut app, Workspace::Design);
+    assert_eq!(results(&app).mode, Some(ModeKind::Single), "still chosen");
+}
+
+const POSES: &str = "tool_x,tool_y,tool_z,tool_qw,tool_qx,tool_qy,tool_qz\n\
+    0,0,30,1,0,0,0\n20,-5,40,1,0,0,0\n-40,0,10,0,0,0,1\n";
+
+fn write(folder: &tempfile::TempDir, name: &str, text: &str) -> PathBuf {
+    let file = folder.path().join(name);
+    std::fs::write(&file, text).unwrap();
+    file
+}
+
+fn drop_file(app: &mut App, path: &Path) {
+    app.world_mut().write_message(FileDragAndDrop::DroppedFile {
+        window: Entity::PLACEHOLDER,
+        path_buf: path.to_owned(),
+    });
+    settle(app);
+}
+
+#[test]
+fn a_table_that_is_dropped_is_studied_in_this_workspace_and_in_no_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(&folder, "poses.csv", POSES);
+    let mut app = study_app();
+    show_workspace(&mut app, Workspace::Design);
+    drop_file(&mut app, &file);
+    assert_eq!(results(&app).mode, Some(ModeKind::Motion));
+
+    show_workspace(&mut app, Workspace::Study);
+    drop_file(&mut app, &file);
+    assert_eq!(results(&app).mode, Some(ModeKind::Input));
+    let trials = store::read_input(&file, true).unwrap();
+    let mode = Mode::Input(trials.clone().into());
+    let alone = run(&scenario(&app), &mode, &CancelToken::default(), None).unwrap();
+    let study = results(&app).study.as_ref().unwrap();
+    assert_eq!(
+        figure_rows(&study.value.figures),
+        figure_rows(&alone.figures)
+    );
+    ask(&mut app, StudyRequest::Show(Some(2)));
+    let pose = &results(&app).pose.as_ref().unwrap().value;
+    assert_eq!(pose.trial.crf_from_tool, trials[2].crf_from_tool);
+    let notice = app.world().resource::<Notice>();
+    assert_eq!(*notice, Notice::Done("Read 3 poses from poses.csv".into()));
+}
+
+#[test]
+fn a_table_that_cannot_be_read_says_so_in_the_words_of_the_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(&folder, "wrong.csv", "tool_x,tool_y\n1,2\n");
+    let mut app = study_app();
+    drop_file(&mut app, &file);
+    let error = store::read_input(&file, true).unwrap_err();
+    let expected = Dialog::error("The input data cannot be read", &error);
+    let dialog = app.world().resource::<Dialogs>().current.clone();
+    assert_eq!(dialog, Some(expected));
+    assert_eq!(results(&app).mode, Some(ModeKind::Motion), "as before");
+}
+
+#[test]
+fn another_design_begins_with_its_own_mode_and_pose() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(&folder, "poses.csv", POSES);
+    let mut app = study_app();
+    drop_file(&mut app, &file);
+    ask(&mut app, StudyRequest::Show(Some(1)));
+    let name = store::DEFAULT_BUILTIN.to_owned();
+    app.world_mut()
+        .write_message(FileRequest::OpenBuiltIn(name));
+    settle(&mut app);
+    assert_eq!(shown_trial(&app), None);
+    assert_eq!(results(&app).mode, Some(ModeKind::Motion));
+    assert!(app.world().resource::<StudyDesk>().input().is_none());
+    let shown = &app.world().resource::<ShownDesign>().design;
+    let document = &app.world().resource::<OpenWorld>().0.document;
+    assert_eq!(**shown, *document.design());
+}
+
+/// Updates until no log is written any more.
+fn wait_for_log(app: &mut App) {
+    while app.world().resource::<LogJob>().part().is_some() {
+        let told = app.world().resource::<Told>().0.lock().unwrap();
+        told.recv_timeout(Duration::from_secs(60))
+            .expect("a word of the log");
+        drop(told);
+        app.update();
+    }
+}
+
+#[test]
+fn the_log_is_that_of_the_command_line_to_the_byte() {
+    let copied = Copied::new("pointer-on-head");
+    let mut app = study_app();
+    *app.world_mut().resource_mut::<OpenWorld>() =
+        OpenWorld(store::open_design(&copied.design).unwrap());
+    settle(&mut app);
+    let (ours, theirs) = (copied.path("ours.csv"), copied.path("theirs.csv"));
+    app.world_mut()
+        .write_message(FileRequest::WriteLog(ours.clone()));
+    app.update();
+    wait_for_log(&mut app);
+    let status = Process::new(env!("CARGO_BIN_EXE_trackwright"))
+        .arg("simulate")
+        .arg(&copied.design)
+        .args(["--mode", "motion", "--log"])
+        .arg(&theirs)
+        .output()
+        .unwrap();
+    assert!(status.status.success(), "{status:?}");
+    let read = |file| std::fs::read_to_string(file).unwrap();
+    let (ours, theirs) = (read(ours), read(theirs));
+    assert!(ours == theirs, "{} and {} bytes", ours.len(), theirs.len());
+    assert_eq!(ours.lines().count(), 3375 + 1);
+    let notice = app.world().resource::<Notice>();
+    assert!(matches!(notice, Notice::Done(text) if text.starts_with("Wrote 3,375 trials to ")));
+}
+
+#[test]
+fn a_log_that_is_given_up_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("long.csv");
+    let mut app = study_app();
+    let range = Some(AxisRange {
+        min: -40.0,
+        max: 40.0,
+        step: 1.0,
+    });
+    let long = Motion {
+        x: range,
+        y: range,
+        z: range,
+        ..Motion::default()
+    };
+    request(&mut app, EditRequest::Apply(Edit::SetMotion(Some(long))));
+    app.world_mut()
+        .write_message(FileRequest::WriteLog(file.clone()));
+    app.update();
+    assert!(app.world().resource::<LogJob>().part().is_some());
+    app.world_mut().write_message(StudyRequest::CancelLog);
+    app.update();
+    wait_for_log(&mut app);
+    assert!(!file.exists());
+    let notice = app.world().resource::<Notice>();
+    assert!(matches!(notice, Notice::Done(text) if text.contains("cancelled")));
+}
+
+#[test]
+fn a_log_that_cannot_be_written_names_its_file() {
+    let mut app = study_app();
+    let file = PathBuf::from("/no/such/folder/log.csv");
+    app.world_mut().write_message(FileRequest::WriteLog(file));
+    app.update();
+    wait_for_log(&mut app);
+    let dialog = app.world().resource::<Dialogs>().current.clone();
+    let Some(Dialog::Error { title, text }) = dialog else {
+        panic!("{dialog:?}");
+    };
+    assert_eq!(title, "The log cannot be written");
+    assert!(text.starts_with("/no/such/folder/log.csv"), "{text}");
+}

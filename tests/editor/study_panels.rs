@@ -1,0 +1,232 @@
+//! The panels of the Study workspace as functions.
+
+use super::support::world;
+use bevy_egui::egui;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use std::cell::RefCell;
+use std::rc::Rc;
+use trackwright::editor::commands::Command;
+use trackwright::editor::study::{ModeKind, RotationForm, ShownTrial, StudyRequest};
+use trackwright::editor::ui::PanelAction;
+use trackwright::editor::ui::study_charts_ui::{StudyChartsView, share, study_charts_ui};
+use trackwright::editor::ui::timeline_ui::{TimelineView, timeline_ui};
+use trackwright::editor::ui::trial_ui::{TrialView, trial_ui};
+use trackwright::geometry::rotation::log_quaternion;
+use trackwright::store;
+use trackwright::study::{
+    CancelToken, ChartedProfile, Mode, Scenario, look, run_profiled, trial_offsets, trial_pose,
+};
+
+type Asked = Rc<RefCell<Vec<PanelAction>>>;
+
+fn harness<'a>(
+    size: [f32; 2],
+    panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a,
+) -> (Harness<'a>, Asked) {
+    let asked = Asked::default();
+    let sink = Rc::clone(&asked);
+    let harness = Harness::builder()
+        .with_size(egui::vec2(size[0], size[1]))
+        .build_ui(move |ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            sink.borrow_mut().extend(panel(ui));
+        });
+    (harness, asked)
+}
+
+fn scenario() -> Scenario {
+    let world = world();
+    store::resolve(world.document.design(), &world.environment)
+}
+
+fn charted(scenario: &Scenario) -> ChartedProfile {
+    let token = CancelToken::default();
+    let (_, profile) = run_profiled(scenario, &Mode::Motion, &token).unwrap();
+    ChartedProfile::new(profile.unwrap(), scenario.requirement.as_ref())
+}
+
+fn trial(scenario: &Scenario, number: usize) -> ShownTrial {
+    ShownTrial {
+        number,
+        of: 15,
+        kind: ModeKind::Motion,
+        offsets: trial_offsets(scenario, &Mode::Motion, number),
+        pose: trial_pose(scenario, &Mode::Motion, number).unwrap(),
+    }
+}
+
+fn timeline<'a>(charted: &'a ChartedProfile, shown: Option<&'a ShownTrial>) -> TimelineView<'a> {
+    TimelineView {
+        kind: ModeKind::Motion,
+        has_motion: true,
+        input: None,
+        trials: 15,
+        shown,
+        profile: Some(charted),
+        is_computing: false,
+        is_playing: false,
+        rate_per_s: 25.0,
+        log_part: None,
+    }
+}
+
+fn click(harness: &mut Harness, at: egui::Pos2) {
+    harness.event(egui::Event::PointerMoved(at));
+    harness.run_steps(1);
+    for pressed in [true, false] {
+        harness.event(egui::Event::PointerButton {
+            pos: at,
+            button: egui::PointerButton::Primary,
+            pressed,
+            modifiers: egui::Modifiers::NONE,
+        });
+        harness.run_steps(1);
+    }
+}
+
+#[test]
+fn the_timeline_says_which_trial_is_shown_and_its_buttons_are_commands() {
+    let scenario = scenario();
+    let (charted, shown) = (charted(&scenario), trial(&scenario, 3));
+    let (mut harness, asked) = harness([1200.0, 156.0], |ui| {
+        timeline_ui(ui, &timeline(&charted, Some(&shown)))
+    });
+    harness.run_steps(2);
+    harness.get_by_label("trial 4 of 15: x \u{2212}50\u{2009}mm, rz 45°");
+    for (label, command) in [
+        ("Play or pause", Command::PlayTrials),
+        ("Next trial", Command::NextTrial),
+        ("Previous trial", Command::PreviousTrial),
+        ("Worst", Command::WorstTrial),
+        ("Own pose", Command::OwnPose),
+        ("Single pose", Command::ChooseMode(ModeKind::Single)),
+        ("Input data…", Command::ReadInput),
+        ("Write the log…", Command::WriteLog),
+    ] {
+        asked.borrow_mut().clear();
+        harness.get_by_label(label).click();
+        harness.run_steps(2);
+        assert_eq!(*asked.borrow(), [PanelAction::Run(command)], "{label}");
+    }
+}
+
+#[test]
+fn a_click_in_the_timeline_shows_the_trial_under_it() {
+    let scenario = scenario();
+    let charted = charted(&scenario);
+    let (mut harness, asked) = harness([1200.0, 156.0], |ui| {
+        timeline_ui(ui, &timeline(&charted, None))
+    });
+    harness.run_steps(2);
+    let mut shown = Vec::new();
+    for x in [100.0, 620.0, 1190.0] {
+        asked.borrow_mut().clear();
+        click(&mut harness, egui::pos2(x, 90.0));
+        let asked = asked.borrow();
+        let Some(PanelAction::Study(StudyRequest::Show(Some(trial)))) = asked.first() else {
+            panic!("{asked:?}");
+        };
+        shown.push(*trial);
+    }
+    assert_eq!([shown[0], shown[2]], [0, 14]);
+    assert!((6..=8).contains(&shown[1]), "{shown:?}");
+}
+
+#[test]
+fn a_log_under_way_can_be_cancelled() {
+    let scenario = scenario();
+    let charted = charted(&scenario);
+    let (mut harness, asked) = harness([1200.0, 156.0], |ui| {
+        let view = TimelineView {
+            log_part: Some(0.4),
+            ..timeline(&charted, None)
+        };
+        timeline_ui(ui, &view)
+    });
+    harness.get_by_label("Cancel").click();
+    harness.run_steps(2);
+    let cancel = PanelAction::Study(StudyRequest::CancelLog);
+    assert_eq!(*asked.borrow(), [cancel]);
+}
+
+#[test]
+fn a_study_of_too_many_trials_says_why_it_has_no_timeline() {
+    let scenario = scenario();
+    let charted = charted(&scenario);
+    let (harness, _) = harness([1200.0, 156.0], |ui| {
+        let view = TimelineView {
+            profile: None,
+            trials: 2_000_000,
+            ..timeline(&charted, None)
+        };
+        timeline_ui(ui, &view)
+    });
+    harness.get_by_label_contains("2,000,000 trials: more than the 1,048,576");
+}
+
+#[test]
+fn a_trial_is_told_in_numbers_with_units() {
+    let scenario = scenario();
+    let pose = trial_pose(&scenario, &Mode::Motion, 3).unwrap();
+    let detail = look(&Scenario {
+        crf_from_tool: pose.crf_from_tool,
+        ..scenario
+    });
+    for (form, turn) in [
+        (RotationForm::Turns, 45.0),
+        (
+            RotationForm::Rodrigues,
+            log_quaternion(&pose.crf_from_tool.rotation).z.to_degrees(),
+        ),
+    ] {
+        let (mut harness, asked) = harness([276.0, 400.0], |ui| {
+            let view = TrialView {
+                trial: Some(&detail.trial),
+                number: Some(3),
+                rotation: form,
+                has_crf: true,
+                limit_mm: Some(1.0),
+            };
+            trial_ui(ui, &view)
+        });
+        harness.run_steps(1);
+        harness.get_by_label("Trial 4 in the CRF");
+        let turn = format!("{turn:.3}°");
+        assert!(harness.query_all_by_label(&turn).count() >= 1, "{turn}");
+        let error = detail.trial.tip_error_mm;
+        let sign = if error <= 1.0 { '✔' } else { '✖' };
+        harness.get_by_label(&format!("{sign} {error:.2}\u{2009}mm"));
+        harness.get_by_label("vector").click();
+        harness.run_steps(2);
+        let show = PanelAction::Study(StudyRequest::ShowRotation(RotationForm::Rodrigues));
+        assert_eq!(*asked.borrow(), [show]);
+    }
+}
+
+#[test]
+fn charts_say_the_share_within_the_requirement_and_choose_axes() {
+    let scenario = scenario();
+    let charted = charted(&scenario);
+    let (mut harness, asked) = harness([276.0, 500.0], |ui| {
+        let view = StudyChartsView {
+            charted: &charted,
+            axis: "x",
+            shown: Some(3),
+        };
+        study_charts_ui(ui, &view)
+    });
+    harness.run_steps(2);
+    harness.get_by_label(&share(&charted.within.unwrap()));
+    harness.get_by_label("rz").click();
+    harness.run_steps(2);
+    let axis = PanelAction::Study(StudyRequest::ShowAxis("rz"));
+    assert_eq!(*asked.borrow(), [axis]);
+    asked.borrow_mut().clear();
+    // The lower chart: three values of x, the last at its right end.
+    let chart = harness.get_by_label("rz").rect();
+    click(&mut harness, egui::pos2(268.0, chart.bottom() + 60.0));
+    let worst = charted.profile.axes[0].worst_trial[2];
+    let show = PanelAction::Study(StudyRequest::Show(Some(worst)));
+    assert_eq!(*asked.borrow(), [show]);
+}
