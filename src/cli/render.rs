@@ -3,7 +3,7 @@
 use super::output;
 use crate::design::view::{CameraView, Layers, View};
 use crate::editor::picture::{Desk, StudyTrial};
-use crate::editor::state::Workspace;
+use crate::editor::state::{Selected, Workspace};
 use crate::editor::{picture, preflight};
 use crate::geometry::orbit::{Axis, OrbitCamera};
 use crate::store::{self, World};
@@ -35,11 +35,16 @@ pub struct RenderArgs {
     /// In the Study workspace, the trial of the range of motion to show, from 1, or worst
     #[arg(long, value_name = "N", requires = "workspace")]
     pub trial: Option<TrialName>,
+    /// The sensor that is selected: its name, or body and name where both bodies have one of that
+    /// name, as in crf/left
+    #[arg(long, value_name = "SENSOR")]
+    pub select: Option<String>,
     /// From where to look; the design's own view unless told
     #[arg(long, value_enum, value_name = "NAME")]
     pub view: Option<ViewName>,
     /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
-    /// tip-error, ghost, tip-scatter, slice, labels; or all, or none
+    /// tip-error, ghost, tip-scatter, slice, arrows, placement (of the selected sensor), region,
+    /// labels; or all, or none
     #[arg(long, value_name = "LIST")]
     pub layers: Option<LayerList>,
 }
@@ -148,6 +153,9 @@ impl FromStr for LayerList {
                 "ghost" => &mut layers.ghost,
                 "tip-scatter" => &mut layers.tip_scatter,
                 "slice" => &mut layers.slice,
+                "arrows" => &mut layers.arrows,
+                "placement" => &mut layers.placement,
+                "region" => &mut layers.region,
                 "labels" => &mut layers.labels,
                 other => return Err(format!("no layer {other}")),
             };
@@ -168,6 +176,9 @@ fn every_layer(is_on: bool) -> Layers {
         ghost: is_on,
         tip_scatter: is_on,
         slice: is_on,
+        arrows: is_on,
+        placement: is_on,
+        region: is_on,
         labels: is_on,
     }
 }
@@ -202,6 +213,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         aim(&mut view, name, &world, size);
     }
     world.document.set_view(view);
+    let selected = match &args.select {
+        Some(name) => Some(sensor_named(&world, name)?),
+        None => None,
+    };
     let png = picture::png(
         world,
         size,
@@ -209,6 +224,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             has_panels: args.window,
             workspace: args.workspace.map(Workspace::from).unwrap_or_default(),
             trial: args.trial.map(|TrialName(trial)| trial),
+            selected,
         },
     )?;
     store::write_atomic(&args.output, |file| file.write_all(&png))
@@ -225,9 +241,30 @@ fn open(design: &std::path::Path) -> anyhow::Result<World> {
     Ok(store::open_design(design)?)
 }
 
+fn sensor_named(world: &World, name: &str) -> anyhow::Result<Selected> {
+    let design = world.document.design();
+    let found = design.bodies().find_map(|(role, body)| {
+        let body_name = role.name().to_lowercase();
+        let index = body.rigid.sensors.iter().position(|sensor| {
+            name == sensor.name || name == format!("{body_name}/{}", sensor.name)
+        })?;
+        Some(Selected::Sensor(role, index))
+    });
+    found.with_context(|| {
+        let names: Vec<String> = design
+            .bodies()
+            .flat_map(|(role, body)| {
+                let of = role.name().to_lowercase();
+                let sensors = body.rigid.sensors.iter();
+                sensors.map(move |sensor| format!("{of}/{}", sensor.name))
+            })
+            .collect();
+        format!("no sensor {name}, expected one of {}", names.join(", "))
+    })
+}
+
 fn aim(view: &mut View, name: ViewName, world: &World, size: [u32; 2]) {
     use crate::editor::scene::extent;
-    use crate::editor::state::Selected;
     let view_px = size.map(f64::from);
     let target = match name {
         ViewName::Tip => Some(Selected::Tip(crate::design::BodyRole::Tool)),

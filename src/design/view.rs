@@ -1,7 +1,7 @@
 //! How a design is looked at: camera, layers, magnification, slice. Saved with it, never undone.
 
 pub use crate::geometry::colormap::ColorMap;
-pub use crate::study::Quantity;
+pub use crate::study::{AxisRule, Quantity};
 use serde::{Deserialize, Serialize};
 
 /// The view of a design. Anything that a file leaves out has its default.
@@ -17,6 +17,11 @@ pub struct View {
     pub magnification: Magnification,
     #[serde(skip_serializing_if = "is_default")]
     pub slice: SliceView,
+    #[serde(skip_serializing_if = "is_default")]
+    pub arrows: ArrowsView,
+    /// How a sensor is imagined to be turned where its body is painted by placement.
+    #[serde(skip_serializing_if = "is_default")]
+    pub placement_rule: AxisRule,
 }
 
 /// An orbit camera in the tracker frame.
@@ -47,6 +52,12 @@ pub struct Layers {
     /// The ellipsoid that holds 95 % of where the tracker's jitter puts the tip.
     pub tip_scatter: bool,
     pub slice: bool,
+    /// The field's error as arrows on a lattice.
+    pub arrows: bool,
+    /// The selected sensor's body painted by what the tip error would be with the sensor there.
+    pub placement: bool,
+    /// Where the design meets its requirement.
+    pub region: bool,
     pub labels: bool,
 }
 
@@ -62,6 +73,9 @@ impl Default for Layers {
             ghost: true,
             tip_scatter: true,
             slice: true,
+            arrows: false,
+            placement: false,
+            region: false,
             labels: true,
         }
     }
@@ -104,6 +118,36 @@ impl Default for SliceView {
             sensor_axis: [0.0, 0.0, 1.0],
             range_mm: None,
             color_map: ColorMap::default(),
+        }
+    }
+}
+
+/// The arrows of the field's error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ArrowsView {
+    /// Arrows along each side of the lattice, within [`ArrowsView::PER_SIDE`].
+    pub per_side: usize,
+    /// Of the tool's own sensors as the design turns them; else of one along the slice's axis.
+    pub of_tool: bool,
+}
+
+impl ArrowsView {
+    /// From two corners to more than ten thousand arrows.
+    pub const PER_SIDE: std::ops::RangeInclusive<usize> = 2..=22;
+
+    /// What a file says, within what can be drawn.
+    pub fn per_side(&self) -> usize {
+        self.per_side
+            .clamp(*Self::PER_SIDE.start(), *Self::PER_SIDE.end())
+    }
+}
+
+impl Default for ArrowsView {
+    fn default() -> Self {
+        Self {
+            per_side: 9,
+            of_tool: false,
         }
     }
 }

@@ -82,3 +82,46 @@ pub fn triangle_mesh(
     .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
     .with_inserted_indices(Indices::U32(triangles.iter().flatten().copied().collect()))
 }
+
+/// An sRGB colour of eight bits a channel as a mesh's corners have it.
+pub fn linear([r, g, b]: [u8; 3]) -> [f32; 4] {
+    Color::srgb_u8(r, g, b).to_linear().to_f32_array()
+}
+
+/// Flat triangles whose corners have colours, collected into one mesh.
+#[derive(Clone, Debug, Default)]
+pub struct Painted {
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    colors: Vec<[f32; 4]>,
+}
+
+impl Painted {
+    pub fn triangle(
+        &mut self,
+        corners_mm: [Point3<f64>; 3],
+        normal: &Vector3<f64>,
+        color: [f32; 4],
+    ) {
+        self.positions
+            .extend(corners_mm.map(|corner| point(&corner).to_array()));
+        self.normals.extend([vec3(normal).to_array(); 3]);
+        self.colors.extend([color; 3]);
+    }
+
+    /// Corners in turn around it.
+    pub fn quad(&mut self, [a, b, c, d]: [Point3<f64>; 4], normal: &Vector3<f64>, color: [f32; 4]) {
+        self.triangle([a, b, c], normal, color);
+        self.triangle([a, c, d], normal, color);
+    }
+
+    pub fn mesh(self) -> Mesh {
+        Mesh::new(
+            PrimitiveTopology::TriangleList,
+            RenderAssetUsages::default(),
+        )
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.positions)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, self.normals)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, self.colors)
+    }
+}

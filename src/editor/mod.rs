@@ -10,6 +10,7 @@ pub mod document;
 pub mod drag;
 pub mod egui_camera;
 pub mod glyphs;
+pub mod layers;
 pub mod materials;
 pub mod overlay;
 pub mod palette;
@@ -47,6 +48,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`materials::MaterialsPlugin`] | what surfaces look like |
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
 /// | [`glyphs::GlyphsPlugin`] | magnified errors and the ghost |
+/// | [`layers::LayersPlugin`] | arrows, placement, usable region |
 /// | [`slice::SlicePlugin`] | the coloured plane through the room |
 /// | [`egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
 /// | [`ui::UiPlugin`] | the panels |
@@ -73,6 +75,7 @@ impl PluginGroup for EditorPlugins {
             .add(scene::ScenePlugin)
             .add(glyphs::GlyphsPlugin)
             .add(slice::SlicePlugin)
+            .add(layers::LayersPlugin)
             .add(egui_camera::EguiCameraPlugin)
             .add(ui::UiPlugin)
             .add(overlay::OverlayPlugin)

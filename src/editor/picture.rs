@@ -1,8 +1,9 @@
 //! Pictures of the 3D view without a window: PNG bytes, the same each time on one adapter.
 
 use super::app::offscreen;
+use super::layers;
 use super::solve::SolverHandle;
-use super::state::{OpenWorld, Results, Workspace};
+use super::state::{OpenWorld, Results, Selected, Selection, Workspace};
 use super::study::StudyRequest;
 use super::ui::UiSystems;
 use crate::store::World;
@@ -34,6 +35,7 @@ pub struct Desk {
     pub workspace: Workspace,
     /// In the Study workspace; `None` is the design's own pose.
     pub trial: Option<StudyTrial>,
+    pub selected: Option<Selected>,
 }
 
 /// A trial of the design's study.
@@ -68,6 +70,7 @@ struct Captured(Option<Image>);
 pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureError> {
     let (mut app, target) = offscreen(world, UVec2::from(size), desk.has_panels);
     app.insert_resource(desk.workspace);
+    app.insert_resource(Selection(desk.selected));
     app.init_resource::<Captured>();
     // Letters enter the font's texture in the order in which they are first shown, and their
     // edges depend on their place there by the last bit: nothing is written before everything
@@ -141,6 +144,7 @@ fn is_idle(world: &bevy::prelude::World) -> bool {
     world
         .get_resource::<SolverHandle>()
         .is_none_or(|handle| handle.solver.is_idle())
+        && layers::are_idle(world)
 }
 
 fn is_complete(world: &bevy::prelude::World) -> bool {

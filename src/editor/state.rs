@@ -193,6 +193,19 @@ pub struct ColorScale {
     pub max_mm: f64,
 }
 
+/// A colour bar in the legend.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColorBar {
+    pub label: &'static str,
+    pub unit: &'static str,
+    pub map: ColorMap,
+    /// Where the colours begin and end.
+    pub min: f64,
+    pub max: f64,
+    /// The largest value there is, which may be beyond the end.
+    pub largest: f64,
+}
+
 /// The scene's 3D camera.
 #[derive(Component, Clone, Copy, Debug, Default)]
 pub struct MainCamera;

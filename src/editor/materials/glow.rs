@@ -78,6 +78,7 @@ pub enum Faces {
     Front,
     /// Seen from inside: a hull that is a little larger makes an outline.
     Back,
+    Both,
 }
 
 impl From<&GlowMaterial> for GlowKey {
@@ -117,6 +118,12 @@ impl GlowMaterial {
     /// How narrow the rim is; 2 unless told.
     pub fn rim(mut self, power: f32) -> Self {
         self.glow.shape.z = power;
+        self
+    }
+
+    /// Seen from inside too.
+    pub fn both_faces(mut self) -> Self {
+        self.key.faces = Faces::Both;
         self
     }
 
@@ -175,10 +182,11 @@ impl Material for GlowMaterial {
         key: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         let key = key.bind_group_data;
-        descriptor.primitive.cull_mode = Some(match key.faces {
-            Faces::Front => Face::Back,
-            Faces::Back => Face::Front,
-        });
+        descriptor.primitive.cull_mode = match key.faces {
+            Faces::Front => Some(Face::Back),
+            Faces::Back => Some(Face::Front),
+            Faces::Both => None,
+        };
         if let Some(depth) = &mut descriptor.depth_stencil {
             // Depth is reversed: nearer is greater.
             depth.depth_compare = Some(match key.shown {

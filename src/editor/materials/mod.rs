@@ -1,13 +1,15 @@
-//! What surfaces look like: three small shaders in the place of a physically based one, which a
+//! What surfaces look like: four small shaders in the place of a physically based one, which a
 //! processor that paints by itself pays for with most of its time.
 
 mod glow;
 mod lit;
 mod map;
+mod paint;
 
 pub use glow::{Faces, Glow, GlowKey, GlowMaterial, Shown};
 pub use lit::{Lit, LitMaterial};
 pub use map::MapMaterial;
+pub use paint::PaintMaterial;
 
 use bevy::prelude::*;
 
@@ -18,10 +20,16 @@ use bevy::prelude::*;
 /// | `GlowPlugin` | glyphs, ghosts, anatomy: one colour in any light |
 /// | `LitPlugin` | bodies: a key light, a fill light, a room |
 /// | `MapPlugin` | coloured maps, to the bit |
+/// | `PaintPlugin` | surfaces whose corners have colours |
 pub struct MaterialsPlugin;
 
 impl Plugin for MaterialsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins((glow::GlowPlugin, lit::LitPlugin, map::MapPlugin));
+        app.add_plugins((
+            glow::GlowPlugin,
+            lit::LitPlugin,
+            map::MapPlugin,
+            paint::PaintPlugin,
+        ));
     }
 }

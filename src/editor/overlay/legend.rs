@@ -3,12 +3,12 @@
 use super::OverlayView;
 use super::ruler::{decimals, round_below, ticks};
 use crate::editor::palette::{self, Rgb};
-use crate::editor::state::ColorScale;
+use crate::editor::state::ColorBar;
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{THIN_SPACE, count, decimal, length, with_unit};
 use crate::field::Environment;
+use crate::geometry::colormap::ColorMap;
 use crate::geometry::magnification::MAX_GHOST_TURN_RAD;
-use crate::study::Quantity;
 use bevy_egui::egui::{Align2, Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
 
 /// Distance of legends from the view's edges.
@@ -63,10 +63,15 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Vec<Rect> {
     if caption_rect.right() > right_bottom.x - BAR_WIDTH - 3.0 * PADDING {
         right_bottom.y = bottom;
     }
-    if let Some(scale) = view.color_scale.filter(|_| view.layers.slice) {
-        let bar = color_bar(painter, view, scale, right_bottom);
-        covered.push(bar);
-        right_bottom.y = bar.top() - 8.0;
+    for bar in &view.color_bars {
+        let rect = color_bar(painter, bar, right_bottom);
+        covered.push(rect);
+        right_bottom.y = rect.top() - 8.0;
+    }
+    if let Some(region) = view.region {
+        let rect = note(painter, region, right_bottom);
+        covered.push(rect);
+        right_bottom.y = rect.top() - 8.0;
     }
     covered.extend(magnification(painter, view, right_bottom));
     covered
@@ -103,16 +108,34 @@ fn scale_bar(painter: &Painter, view: &OverlayView, left_bottom: Pos2) -> Rect {
     label.union(Rect::from_two_pos(at, end)).expand(3.0)
 }
 
-fn color_bar(painter: &Painter, view: &OverlayView, scale: ColorScale, right_bottom: Pos2) -> Rect {
-    let largest_mm = view.slice_max_mm.unwrap_or(scale.max_mm);
-    let is_clipped = largest_mm > scale.max_mm * (1.0 + 1e-9);
-    let quantity_unit = view.slice_quantity.unit();
-    // The largest value stands in a line of its own where the name leaves no room for it.
-    let name_lines = if is_clipped && view.slice_quantity != Quantity::PositionErrorMm {
-        2.0
-    } else {
-        1.0
+/// A line of its own on a plate.
+fn note(painter: &Painter, text: &str, right_bottom: Pos2) -> Rect {
+    let color = palette::TEXT.color32();
+    let line = painter.layout_no_wrap(text.to_owned(), theme::label_font(), color);
+    let frame = Rect::from_min_max(
+        right_bottom - line.size() - vec2(2.0, 2.0) * PADDING,
+        right_bottom,
+    );
+    plate(painter, frame);
+    painter.galley(frame.min + vec2(PADDING, PADDING), line, color);
+    frame
+}
+
+fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
+    let span = scale.max - scale.min;
+    let is_clipped = scale.largest > scale.max + 1e-9 * span.abs();
+    let largest = format!(
+        "largest {}",
+        with_unit(&decimal(scale.largest, 2), scale.unit)
+    );
+    let width = |text: &str| {
+        let color = palette::TEXT.color32();
+        let laid = painter.layout_no_wrap(text.to_owned(), theme::label_font(), color);
+        laid.size().x
     };
+    // The largest value stands in a line of its own where the name leaves no room for it.
+    let has_room = width(scale.label) + width(&largest) + 8.0 <= BAR_WIDTH + 14.0;
+    let name_lines = if is_clipped && !has_room { 2.0 } else { 1.0 };
     let size = vec2(
         BAR_WIDTH + 2.0 * PADDING + 14.0,
         name_lines * LINE + BAR_HEIGHT + LINE + 2.0 * PADDING,
@@ -121,40 +144,32 @@ fn color_bar(painter: &Painter, view: &OverlayView, scale: ColorScale, right_bot
     plate(painter, frame);
     let at = frame.left_top() + vec2(PADDING, PADDING);
     let bar_top = at.y + name_lines * LINE;
-    text(
-        painter,
-        at,
-        Align2::LEFT_TOP,
-        view.slice_quantity.label(),
-        palette::TEXT,
-    );
+    text(painter, at, Align2::LEFT_TOP, scale.label, palette::TEXT);
     if is_clipped {
         text(
             painter,
             pos2(frame.right() - PADDING, bar_top - 1.0),
             Align2::RIGHT_BOTTOM,
-            &format!(
-                "largest {}",
-                with_unit(&decimal(largest_mm, 2), quantity_unit)
-            ),
+            &largest,
             palette::TEXT_QUIET,
         );
     }
     let bar = Rect::from_min_size(pos2(at.x, bar_top), vec2(BAR_WIDTH, BAR_HEIGHT));
-    gradient(painter, bar, scale);
+    gradient(painter, bar, scale.map);
     if is_clipped {
-        arrow_right(painter, bar, top_color(scale));
+        arrow_right(painter, bar, top_color(scale.map));
     }
-    let values = ticks(scale.max_mm, MAX_TICKS);
+    let values = values_of(scale);
     let decimals = decimals(&values);
     for (k, value) in values.iter().enumerate() {
-        let x = bar.left() + bar.width() * (value / scale.max_mm.max(f64::MIN_POSITIVE)) as f32;
+        let part = (value - scale.min) / span.max(f64::MIN_POSITIVE);
+        let x = bar.left() + bar.width() * part as f32;
         painter.line_segment(
             [pos2(x, bar.bottom()), pos2(x, bar.bottom() + 3.0)],
             Stroke::new(1.0, palette::TEXT.color32()),
         );
         let unit = if k + 1 == values.len() {
-            quantity_unit
+            scale.unit
         } else {
             ""
         };
@@ -180,16 +195,24 @@ fn color32([r, g, b]: [u8; 3]) -> Color32 {
     Rgb::same([r, g, b]).color32()
 }
 
-fn top_color(scale: ColorScale) -> Color32 {
-    color32(scale.map.srgb(1.0))
+/// Round values along a bar that begins at zero, else its two ends.
+fn values_of(scale: &ColorBar) -> Vec<f64> {
+    match scale.min {
+        0.0 => ticks(scale.max, MAX_TICKS),
+        _ => vec![scale.min, scale.max],
+    }
+}
+
+fn top_color(map: ColorMap) -> Color32 {
+    color32(map.srgb(1.0))
 }
 
 /// One column a pixel, each of the map's own colour and none blended.
-fn gradient(painter: &Painter, bar: Rect, scale: ColorScale) {
+fn gradient(painter: &Painter, bar: Rect, map: ColorMap) {
     let columns = bar.width().round() as usize;
     let mut mesh = Mesh::default();
     for k in 0..columns {
-        let color = color32(scale.map.srgb((k as f64 + 0.5) / columns as f64));
+        let color = color32(map.srgb((k as f64 + 0.5) / columns as f64));
         let left = bar.left() + bar.width() * k as f32 / columns as f32;
         let right = bar.left() + bar.width() * (k + 1) as f32 / columns as f32;
         let column = Rect::from_min_max(pos2(left, bar.top()), pos2(right, bar.bottom()));

@@ -11,9 +11,10 @@ mod summary;
 pub use legend::caption;
 
 use super::camera::OrbitRig;
+use super::layers::ColorBars;
 use super::state::{
-    ColorScale, DragReadout, Hovered, OpenWorld, Presentation, Results, Selected, Selection,
-    ShownMagnification, ViewportRect,
+    ColorBar, ColorScale, DragReadout, Hovered, OpenWorld, Presentation, Results, Selected,
+    Selection, ShownMagnification, ViewportRect,
 };
 use super::study::ShownDesign;
 use super::ui::UiSystems;
@@ -21,7 +22,7 @@ use crate::design::Design;
 use crate::design::view::Layers;
 use crate::field::Environment;
 use crate::geometry::orbit::OrbitCamera;
-use crate::study::{Figures, PoseDetail, Quantity};
+use crate::study::{Figures, PoseDetail};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, LayerId, Painter, pos2, vec2};
@@ -55,13 +56,12 @@ pub struct OverlayView<'a> {
     pub selected: Option<Selected>,
     pub hovered: Option<Selected>,
     pub magnification: Option<ShownMagnification>,
-    pub color_scale: Option<ColorScale>,
-    /// What the slice shows.
-    pub slice_quantity: Quantity,
+    /// From the bottom up.
+    pub color_bars: Vec<ColorBar>,
+    /// What the usable region comes to.
+    pub region: Option<&'a str>,
     /// Whether the tip's scatter is known and drawn.
     pub has_scatter: bool,
-    /// The largest value on the slice.
-    pub slice_max_mm: Option<f64>,
     /// Text and its place while something is dragged.
     pub readout: Option<(egui::Pos2, &'a str)>,
     /// Without panels the picture has to say the result itself.
@@ -95,10 +95,31 @@ struct Scene<'w> {
     shown: Option<Res<'w, ShownDesign>>,
     magnification: Option<Res<'w, ShownMagnification>>,
     color_scale: Option<Res<'w, ColorScale>>,
+    color_bars: Option<Res<'w, ColorBars>>,
     readout: Res<'w, DragReadout>,
     selection: Res<'w, Selection>,
     hovered: Res<'w, Hovered>,
     presentation: Res<'w, Presentation>,
+}
+
+/// The slice's below those of the layers.
+fn color_bars(scene: &Scene, results: &Results, layers: Layers) -> Vec<ColorBar> {
+    let slice = results.slice.as_ref().filter(|_| layers.slice);
+    let of_slice = slice
+        .zip(scene.color_scale.as_deref())
+        .map(|(slice, scale)| {
+            let quantity = slice.value.quantity;
+            ColorBar {
+                label: quantity.label(),
+                unit: quantity.unit(),
+                map: scale.map,
+                min: 0.0,
+                max: scale.max_mm,
+                largest: slice.value.max,
+            }
+        });
+    let of_layers = scene.color_bars.iter().flat_map(|bars| bars.all().cloned());
+    of_slice.into_iter().chain(of_layers).collect()
 }
 
 fn draw(
@@ -129,13 +150,12 @@ fn draw(
         selected: scene.selection.0,
         hovered: scene.hovered.0,
         magnification: scene.magnification.as_deref().copied(),
-        color_scale: scene.color_scale.as_deref().copied(),
-        slice_quantity: results
-            .slice
+        color_bars: color_bars(&scene, &results, document.view().layers),
+        region: scene
+            .color_bars
             .as_ref()
-            .map_or_else(Quantity::default, |s| s.value.quantity),
+            .and_then(|bars| bars.region.as_deref()),
         has_scatter: matches!(&results.scatter, Some(Ok(_))),
-        slice_max_mm: results.slice.as_ref().map(|s| s.value.max),
         readout: scene
             .readout
             .0

@@ -174,7 +174,7 @@ fn room_ui(ui: &mut Ui, environment: &Environment) {
 /// A layer's name and where its switch is.
 type Layer = (&'static str, fn(&mut Layers) -> &mut bool);
 
-const LAYERS: [Layer; 10] = [
+const LAYERS: [Layer; 13] = [
     ("Volume", |l| &mut l.volume),
     ("Field generator", |l| &mut l.generator),
     ("Ground grid", |l| &mut l.grid),
@@ -184,6 +184,9 @@ const LAYERS: [Layer; 10] = [
     ("Ghost", |l| &mut l.ghost),
     ("Tip scatter", |l| &mut l.tip_scatter),
     ("Error slice", |l| &mut l.slice),
+    ("Field arrows", |l| &mut l.arrows),
+    ("Sensor placement", |l| &mut l.placement),
+    ("Usable region", |l| &mut l.region),
     ("Labels", |l| &mut l.labels),
 ];
 

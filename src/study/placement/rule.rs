@@ -4,12 +4,13 @@ use crate::geometry::rotation::{axis_rotation, exp_vector, perpendicular};
 use crate::geometry::surface::SurfacePoint;
 use crate::tracking::Sensor;
 use nalgebra::{Unit, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Shortest part of an axis along the surface that still is a direction.
 const MIN_ALONG: f64 = 1e-9;
 
 /// How a sensor is turned where it is put.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum AxisRule {
     /// As it is now.
     #[default]
@@ -21,6 +22,17 @@ pub enum AxisRule {
 }
 
 impl AxisRule {
+    pub const ALL: [Self; 3] = [Self::Keep, Self::Normal, Self::Tangent];
+
+    /// What a person calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Keep => "as it is",
+            Self::Normal => "out of the surface",
+            Self::Tangent => "along the surface",
+        }
+    }
+
     /// The sensor at a place of its body's surface, by the smallest turn that the rule needs.
     pub fn placed(self, sensor: &Sensor, at: &SurfacePoint) -> Sensor {
         let own = sensor.axis_in_body();

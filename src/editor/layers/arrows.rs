@@ -1,0 +1,254 @@
+//! The field's position error as arrows on a lattice through the volume: their length magnified as
+//! all errors are, their colour by their true length.
+
+use super::ColorBars;
+use super::latest::Latest;
+use crate::editor::convert;
+use crate::editor::diagnostics::Diagnostics;
+use crate::editor::document::WorldGeneration;
+use crate::editor::materials::PaintMaterial;
+use crate::editor::state::{ColorBar, EditorSystems, OpenWorld, ShownMagnification};
+use crate::editor::wake::Waker;
+use crate::geometry::colormap::ColorMap;
+use crate::store;
+use crate::study::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
+use bevy::prelude::*;
+use nalgebra::{Point3, Unit, Vector3};
+use std::sync::Arc;
+
+/// Of an arrow's length: the head's, and half the width of head and shaft, each within bounds in
+/// millimetres, so that long arrows stay slim and short ones are seen.
+const HEAD_SHARE: f64 = 0.35;
+const HEAD_WIDTH_SHARE: f64 = 0.14;
+const HEAD_WIDTH_MM: [f64; 2] = [0.8, 4.0];
+const SHAFT_TO_HEAD: f64 = 0.4;
+
+/// Sides of shaft and head: many arrows are many triangles.
+const SIDES: usize = 4;
+
+/// Samples and draws the arrows while their layer is on.
+pub struct ArrowsPlugin;
+
+#[derive(Component)]
+struct Arrows;
+
+/// What is sampled, and for what.
+#[derive(Resource)]
+struct ArrowLayer {
+    latest: Latest<ArrowOutcome>,
+    key: Option<Key>,
+    found: Option<ArrowOutcome>,
+}
+
+/// What arrows depend on.
+#[derive(Clone, Debug, PartialEq)]
+struct Key {
+    generation: u64,
+    /// The room's address: another room is another one.
+    environment: usize,
+    plan: ArrowPlan,
+    /// The design's, where the arrows hang on it.
+    revision: Option<u64>,
+}
+
+impl FromWorld for ArrowLayer {
+    fn from_world(world: &mut World) -> Self {
+        Self {
+            latest: Latest::new("arrows", world.get_resource_or_init::<Waker>().clone()),
+            key: None,
+            found: None,
+        }
+    }
+}
+
+impl Plugin for ArrowsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<ArrowLayer>()
+            .init_resource::<ColorBars>()
+            .init_resource::<Diagnostics>()
+            .init_resource::<WorldGeneration>()
+            .add_systems(
+                Update,
+                (
+                    ask.run_if(resource_exists_and_changed::<OpenWorld>),
+                    hear.run_if(is_on),
+                )
+                    .chain()
+                    .in_set(EditorSystems::Solve),
+            )
+            .add_systems(Update, draw.run_if(is_due).in_set(EditorSystems::Draw));
+    }
+}
+
+pub(super) fn is_idle(world: &World) -> bool {
+    world
+        .get_resource::<ArrowLayer>()
+        .is_none_or(|layer| layer.latest.is_idle())
+}
+
+fn is_on(layer: Res<ArrowLayer>) -> bool {
+    layer.key.is_some()
+}
+
+fn is_due(layer: Res<ArrowLayer>, magnification: Option<Res<ShownMagnification>>) -> bool {
+    layer.is_changed()
+        || (layer.key.is_some()
+            && magnification.is_some_and(|magnification| magnification.is_changed()))
+}
+
+fn key(world: &OpenWorld, generation: u64) -> Option<Key> {
+    let document = &world.0.document;
+    let view = document.view();
+    if !view.layers.arrows {
+        return None;
+    }
+    let axis = Vector3::from(view.slice.sensor_axis);
+    let sensor = match view.arrows.of_tool {
+        true => ArrowSensor::OfTool,
+        false => ArrowSensor::Along(Unit::try_new(axis, 1e-12).unwrap_or_else(Vector3::z_axis)),
+    };
+    Some(Key {
+        generation,
+        environment: Arc::as_ptr(&world.0.environment).addr(),
+        plan: ArrowPlan {
+            sensor,
+            counts: [view.arrows.per_side(); 3],
+        },
+        revision: view.arrows.of_tool.then(|| document.revision()),
+    })
+}
+
+fn ask(
+    mut layer: ResMut<ArrowLayer>,
+    world: Res<OpenWorld>,
+    generation: Res<WorldGeneration>,
+    mut bars: ResMut<ColorBars>,
+) {
+    let key = key(&world, generation.0);
+    if layer.bypass_change_detection().key == key {
+        return;
+    }
+    layer.key.clone_from(&key);
+    let Some(key) = key else {
+        // A layer that is off keeps nothing.
+        layer.latest.give_up();
+        layer.found = None;
+        bars.arrows = None;
+        return;
+    };
+    let scenario = store::resolve(world.0.document.design(), &world.0.environment);
+    let work = move |task: &crate::task::Task, found: &mut dyn FnMut(ArrowOutcome)| {
+        if let Ok(outcome) = sample_arrows(&scenario, &key.plan, &task.cancel) {
+            found(outcome);
+        }
+    };
+    if let Err(error) = layer.latest.wish(Box::new(work)) {
+        warn!("no thread for the arrows: {error}");
+    }
+}
+
+fn hear(
+    mut layer: ResMut<ArrowLayer>,
+    world: Res<OpenWorld>,
+    mut bars: ResMut<ColorBars>,
+    mut diagnostics: ResMut<Diagnostics>,
+) {
+    let Some(found) = layer.bypass_change_detection().latest.answers().pop() else {
+        return;
+    };
+    diagnostics.work += found.work;
+    bars.arrows = Some(ColorBar {
+        label: "position error of arrows",
+        unit: "mm",
+        map: world.0.document.view().slice.color_map,
+        min: 0.0,
+        max: found.p95_mm,
+        largest: found.max_mm,
+    });
+    layer.found = Some(found);
+}
+
+fn draw(
+    mut commands: Commands,
+    layer: Res<ArrowLayer>,
+    drawn: Query<Entity, With<Arrows>>,
+    magnification: Option<Res<ShownMagnification>>,
+    world: Option<Res<OpenWorld>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<PaintMaterial>>,
+) {
+    for entity in &drawn {
+        commands.entity(entity).despawn();
+    }
+    let (Some(found), Some(world)) = (&layer.found, world) else {
+        return;
+    };
+    let times = magnification.map_or(1.0, |magnification| magnification.times);
+    let map = world.0.document.view().slice.color_map;
+    commands.spawn((
+        Name::new("field arrows"),
+        Arrows,
+        Mesh3d(meshes.add(mesh(found, times, map))),
+        MeshMaterial3d(materials.add(PaintMaterial::flat())),
+    ));
+}
+
+/// All arrows as one mesh: one thing to draw, however many there are.
+fn mesh(found: &ArrowOutcome, times: f64, map: ColorMap) -> Mesh {
+    let mut painted = convert::Painted::default();
+    for (from, error) in found.arrows() {
+        let color = convert::linear(map.srgb_of_value(error.norm(), found.p95_mm));
+        push_arrow(&mut painted, &from, &(error * times), color);
+    }
+    painted.mesh()
+}
+
+/// A shaft and a head with flat sides.
+fn push_arrow(
+    painted: &mut convert::Painted,
+    from: &Point3<f64>,
+    arrow: &Vector3<f64>,
+    color: [f32; 4],
+) {
+    let Some(along) = arrow.try_normalize(1e-9) else {
+        return;
+    };
+    let length_mm = arrow.norm();
+    let across = crate::geometry::rotation::perpendicular(&Unit::new_unchecked(along));
+    let other = along.cross(&across);
+    let head_mm = (length_mm * HEAD_WIDTH_SHARE).clamp(HEAD_WIDTH_MM[0], HEAD_WIDTH_MM[1]);
+    let neck = from + along * (length_mm * (1.0 - HEAD_SHARE));
+    let tip = from + arrow;
+    for side in 0..SIDES {
+        let turn = |k: usize| {
+            let angle = std::f64::consts::TAU * k as f64 / SIDES as f64;
+            across.into_inner() * angle.cos() + other * angle.sin()
+        };
+        let (a, b) = (turn(side), turn(side + 1));
+        let normal = (a + b).normalize();
+        let shaft_mm = head_mm * SHAFT_TO_HEAD;
+        let ring =
+            |center: &Point3<f64>, out: &Vector3<f64>, radius_mm: f64| center + out * radius_mm;
+        painted.quad(
+            [
+                ring(from, &a, shaft_mm),
+                ring(from, &b, shaft_mm),
+                ring(&neck, &b, shaft_mm),
+                ring(&neck, &a, shaft_mm),
+            ],
+            &normal,
+            color,
+        );
+        painted.triangle(
+            [ring(&neck, &a, head_mm), ring(&neck, &b, head_mm), tip],
+            &(normal + along * HEAD_WIDTH_SHARE / HEAD_SHARE).normalize(),
+            color,
+        );
+        // Seen from behind: the head's floor.
+        painted.triangle(
+            [ring(&neck, &b, head_mm), ring(&neck, &a, head_mm), neck],
+            &-along,
+            color,
+        );
+    }
+}

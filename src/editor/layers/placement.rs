@@ -1,0 +1,237 @@
+//! The selected sensor's body painted by the study's tip RMS if the sensor sat there: coarse at
+//! first, better while one looks.
+
+use super::ColorBars;
+use super::latest::Latest;
+use crate::design::BodyRole;
+use crate::editor::convert;
+use crate::editor::diagnostics::Diagnostics;
+use crate::editor::document::WorldGeneration;
+use crate::editor::materials::PaintMaterial;
+use crate::editor::scene::BodyRoot;
+use crate::editor::scene::bodies::shown_mesh;
+use crate::editor::state::{ActiveDrag, ColorBar, EditorSystems, OpenWorld, Selected, Selection};
+use crate::editor::wake::Waker;
+use crate::geometry::colormap::{ColorMap, NO_VALUE_SRGB};
+use crate::geometry::mesh::SurfaceMesh;
+use crate::store;
+use crate::study::placement::vertices;
+use crate::study::{AxisRule, PlacedBody, PlacementOutcome, PlacementPlan, Work, place};
+use bevy::prelude::*;
+use std::sync::Arc;
+
+/// Finds and paints placements while their layer is on and a sensor is selected.
+pub struct PlacementPlugin;
+
+/// What is painted; child of its body.
+#[derive(Component)]
+struct Painted;
+
+#[derive(Resource)]
+struct PlacementLayer {
+    latest: Latest<PlacementOutcome>,
+    key: Option<Key>,
+    mesh: Option<Arc<SurfaceMesh>>,
+    found: Option<PlacementOutcome>,
+    /// Work of the newest wish that was counted already.
+    counted: Work,
+}
+
+/// What placements depend on.
+#[derive(Clone, Debug, PartialEq)]
+struct Key {
+    generation: u64,
+    revision: u64,
+    body: BodyRole,
+    sensor: usize,
+    rule: AxisRule,
+}
+
+impl FromWorld for PlacementLayer {
+    fn from_world(world: &mut World) -> Self {
+        Self {
+            latest: Latest::new("placement", world.get_resource_or_init::<Waker>().clone()),
+            key: None,
+            mesh: None,
+            found: None,
+            counted: Work::default(),
+        }
+    }
+}
+
+impl Plugin for PlacementPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<PlacementLayer>()
+            .init_resource::<ColorBars>()
+            .init_resource::<Diagnostics>()
+            .init_resource::<WorldGeneration>()
+            .init_resource::<Selection>()
+            .init_resource::<ActiveDrag>()
+            .add_systems(
+                Update,
+                (
+                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
+                    hear.run_if(is_on),
+                )
+                    .chain()
+                    .in_set(EditorSystems::Solve),
+            )
+            .add_systems(
+                Update,
+                draw.run_if(resource_changed::<PlacementLayer>)
+                    .after(crate::editor::scene::bodies::BodiesSystems)
+                    .in_set(EditorSystems::Draw),
+            );
+    }
+}
+
+pub(super) fn is_idle(world: &World) -> bool {
+    world
+        .get_resource::<PlacementLayer>()
+        .is_none_or(|layer| layer.latest.is_idle())
+}
+
+fn is_on(layer: Res<PlacementLayer>) -> bool {
+    layer.key.is_some()
+}
+
+fn may_differ(world: Res<OpenWorld>, selection: Res<Selection>, drag: Res<ActiveDrag>) -> bool {
+    world.is_changed() || selection.is_changed() || drag.is_changed()
+}
+
+fn ask(
+    mut layer: ResMut<PlacementLayer>,
+    world: Res<OpenWorld>,
+    generation: Res<WorldGeneration>,
+    selection: Res<Selection>,
+    drag: Res<ActiveDrag>,
+    mut bars: ResMut<ColorBars>,
+) {
+    let document = &world.0.document;
+    let is_wanted = document.view().layers.placement;
+    // While something moves, every step would begin anew: what is painted stays until it rests.
+    if drag.0 && is_wanted {
+        return;
+    }
+    let key = match (is_wanted, selection.0) {
+        (true, Some(Selected::Sensor(body, sensor))) => Some(Key {
+            generation: generation.0,
+            revision: document.revision(),
+            body,
+            sensor,
+            rule: document.view().placement_rule,
+        }),
+        _ => None,
+    };
+    if layer.bypass_change_detection().key == key {
+        return;
+    }
+    layer.key.clone_from(&key);
+    layer.found = None;
+    layer.counted = Work::default();
+    bars.placement = None;
+    let mesh = key.as_ref().and_then(|key| shown_mesh(&world.0, key.body));
+    layer.mesh.clone_from(&mesh);
+    let (Some(key), Some(mesh)) = (key, mesh) else {
+        layer.latest.give_up();
+        return;
+    };
+    let scenario = store::resolve(document.design(), &world.0.environment);
+    let work = move |task: &crate::task::Task, found: &mut dyn FnMut(PlacementOutcome)| {
+        let plan = PlacementPlan {
+            body: match key.body {
+                BodyRole::Tool => PlacedBody::Tool,
+                BodyRole::Crf => PlacedBody::Crf,
+            },
+            sensor: key.sensor,
+            rule: key.rule,
+            candidates: vertices(&mesh).into(),
+        };
+        // What cannot be placed leaves the body unpainted: the result panel says why.
+        let _ = place(&scenario, &plan, task, &mut |outcome| {
+            found(outcome.clone());
+        });
+    };
+    if let Err(error) = layer.latest.wish(Box::new(work)) {
+        warn!("no thread for placements: {error}");
+    }
+}
+
+fn hear(
+    mut layer: ResMut<PlacementLayer>,
+    world: Res<OpenWorld>,
+    mut bars: ResMut<ColorBars>,
+    mut diagnostics: ResMut<Diagnostics>,
+) {
+    let Some(found) = layer.bypass_change_detection().latest.answers().pop() else {
+        return;
+    };
+    // Each picture's work holds that of the pictures before it.
+    diagnostics.work.placement_evaluations +=
+        found.work.placement_evaluations - layer.counted.placement_evaluations;
+    layer.counted = found.work;
+    bars.placement = found.range_mm().map(|[min, max]| ColorBar {
+        label: match found.is_final {
+            true => "tip error RMS, sensor here",
+            false => "tip error RMS, sensor here…",
+        },
+        unit: "mm",
+        map: world.0.document.view().slice.color_map,
+        min,
+        max: upper(&found).unwrap_or(max),
+        largest: max,
+    });
+    layer.found = Some(found);
+}
+
+/// Where the colours end: one bad end of a shaft must not take them all.
+fn upper(found: &PlacementOutcome) -> Option<f64> {
+    let mut values: Vec<f64> = found.places.iter().filter_map(|p| p.tip_rms_mm).collect();
+    (!values.is_empty()).then(|| crate::study::statistics::percentile(&mut values, 0.95))
+}
+
+fn draw(
+    mut commands: Commands,
+    layer: Res<PlacementLayer>,
+    bars: Res<ColorBars>,
+    painted: Query<Entity, With<Painted>>,
+    roots: Query<(Entity, &BodyRoot)>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<PaintMaterial>>,
+) {
+    for entity in &painted {
+        commands.entity(entity).despawn();
+    }
+    let (Some(found), Some(mesh), Some(key), Some(bar)) =
+        (&layer.found, &layer.mesh, &layer.key, &bars.placement)
+    else {
+        return;
+    };
+    let Some((root, _)) = roots.iter().find(|(_, root)| root.0 == key.body) else {
+        return;
+    };
+    let material = materials.add(PaintMaterial::over_a_body());
+    let mut colors = found
+        .places
+        .iter()
+        .map(|place| color(place.tip_rms_mm, bar));
+    for part in mesh.body_parts() {
+        let own: Vec<[f32; 4]> = colors.by_ref().take(part.positions_mm.len()).collect();
+        let mesh = convert::mesh(part).with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, own);
+        commands.entity(root).with_child((
+            Name::new("placement"),
+            Painted,
+            Mesh3d(meshes.add(mesh)),
+            MeshMaterial3d(material.clone()),
+        ));
+    }
+}
+
+fn color(tip_rms_mm: Option<f64>, bar: &ColorBar) -> [f32; 4] {
+    let srgb = tip_rms_mm.map_or(NO_VALUE_SRGB, |value| color_on(bar.map, value, bar));
+    convert::linear(srgb)
+}
+
+fn color_on(map: ColorMap, value: f64, bar: &ColorBar) -> [u8; 3] {
+    map.srgb_of_value(value - bar.min, bar.max - bar.min)
+}

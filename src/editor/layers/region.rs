@@ -1,0 +1,179 @@
+//! Where in the tracker's volume the design meets its requirement: the surface around it.
+
+use super::ColorBars;
+use super::latest::Latest;
+use crate::editor::diagnostics::Diagnostics;
+use crate::editor::document::WorldGeneration;
+use crate::editor::materials::GlowMaterial;
+use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld};
+use crate::editor::wake::Waker;
+use crate::editor::{convert, palette};
+use crate::store;
+use crate::study::usable_region::{RegionError, UsableRegion, usable_region};
+use bevy::prelude::*;
+
+/// Points along each side of the lattice: coarse for the first picture, then fine.
+const COUNTS: [usize; 2] = [13, 33];
+
+const ALPHA: [f32; 2] = [0.10, 0.45];
+const RIM: f32 = 2.0;
+const ORDER_MM: f32 = -400.0;
+
+/// Finds and draws the usable region while its layer is on.
+pub struct RegionPlugin;
+
+#[derive(Component)]
+struct Region;
+
+type Found = Result<UsableRegion, RegionError>;
+
+#[derive(Resource)]
+struct RegionLayer {
+    latest: Latest<Found>,
+    key: Option<(u64, u64)>,
+    found: Option<Found>,
+}
+
+impl FromWorld for RegionLayer {
+    fn from_world(world: &mut World) -> Self {
+        Self {
+            latest: Latest::new("region", world.get_resource_or_init::<Waker>().clone()),
+            key: None,
+            found: None,
+        }
+    }
+}
+
+impl Plugin for RegionPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<RegionLayer>()
+            .init_resource::<ColorBars>()
+            .init_resource::<Diagnostics>()
+            .init_resource::<WorldGeneration>()
+            .init_resource::<ActiveDrag>()
+            .add_systems(
+                Update,
+                (
+                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
+                    hear.run_if(is_on),
+                )
+                    .chain()
+                    .in_set(EditorSystems::Solve),
+            )
+            .add_systems(
+                Update,
+                draw.run_if(resource_changed::<RegionLayer>)
+                    .in_set(EditorSystems::Draw),
+            );
+    }
+}
+
+pub(super) fn is_idle(world: &World) -> bool {
+    world
+        .get_resource::<RegionLayer>()
+        .is_none_or(|layer| layer.latest.is_idle())
+}
+
+fn is_on(layer: Res<RegionLayer>) -> bool {
+    layer.key.is_some()
+}
+
+fn may_differ(world: Res<OpenWorld>, drag: Res<ActiveDrag>) -> bool {
+    world.is_changed() || drag.is_changed()
+}
+
+fn ask(
+    mut layer: ResMut<RegionLayer>,
+    world: Res<OpenWorld>,
+    generation: Res<WorldGeneration>,
+    drag: Res<ActiveDrag>,
+    mut bars: ResMut<ColorBars>,
+) {
+    let document = &world.0.document;
+    let is_wanted = document.view().layers.region;
+    // While something moves, every step would begin anew.
+    if drag.0 && is_wanted {
+        return;
+    }
+    let key = is_wanted.then(|| (generation.0, document.revision()));
+    if layer.bypass_change_detection().key == key {
+        return;
+    }
+    layer.key = key;
+    if !is_wanted {
+        layer.latest.give_up();
+        layer.found = None;
+        bars.region = None;
+        return;
+    }
+    let scenario = store::resolve(document.design(), &world.0.environment);
+    let work = move |task: &crate::task::Task, found: &mut dyn FnMut(Found)| {
+        for count in COUNTS {
+            let region = usable_region(&scenario, [count; 3], task);
+            let is_over = region.is_err();
+            found(region);
+            if is_over {
+                return;
+            }
+        }
+    };
+    if let Err(error) = layer.latest.wish(Box::new(work)) {
+        warn!("no thread for the usable region: {error}");
+    }
+}
+
+fn hear(
+    mut layer: ResMut<RegionLayer>,
+    mut bars: ResMut<ColorBars>,
+    mut diagnostics: ResMut<Diagnostics>,
+) {
+    let Some(found) = layer.bypass_change_detection().latest.answers().pop() else {
+        return;
+    };
+    bars.region = Some(match &found {
+        Ok(region) => {
+            diagnostics.work += region.work;
+            in_words(region)
+        }
+        Err(error) => format!("no usable region: {error}"),
+    });
+    layer.found = Some(found);
+}
+
+/// `requirement met in 61 % of the volume, 76,312 cm³`.
+fn in_words(region: &UsableRegion) -> String {
+    let percent = region.fraction * 100.0;
+    let volume = crate::editor::ui::widgets::count(region.volume_cm3.round() as usize);
+    format!("requirement met in {percent:.0} % of the volume, {volume} cm³")
+}
+
+fn draw(
+    mut commands: Commands,
+    layer: Res<RegionLayer>,
+    drawn: Query<Entity, With<Region>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<GlowMaterial>>,
+) {
+    for entity in &drawn {
+        commands.entity(entity).despawn();
+    }
+    let Some(Ok(region)) = &layer.found else {
+        return;
+    };
+    let surface = &region.surface;
+    if surface.triangles.is_empty() {
+        return;
+    }
+    let mesh = convert::triangle_mesh(&surface.positions_mm, &surface.normals, &surface.triangles);
+    let [middle, rim] = ALPHA;
+    let look = GlowMaterial::translucent(palette::MET, middle, rim)
+        .rim(RIM)
+        .order(ORDER_MM)
+        .both_faces();
+    commands.spawn((
+        Name::new("usable region"),
+        Region,
+        Mesh3d(meshes.add(mesh)),
+        MeshMaterial3d(materials.add(look)),
+    ));
+}
