@@ -242,6 +242,9 @@ fn layers_that_are_off_have_no_entities() {
         ghost: false,
         tip_scatter: false,
         slice: false,
+        arrows: false,
+        placement: false,
+        region: false,
         labels: false,
     };
     hand.app.world_mut().write_message(ViewRequest::Set(view));
