@@ -423,7 +423,7 @@ fn chart_ui(
             false => egui::Align2::RIGHT_TOP,
         };
         caption(
-            pos2(rect.right() - 6.0, y),
+            pos2(rect.right() - 6.0, y - 2.0),
             anchor,
             format!("required {} {}", within.name, length(limit_mm)),
             palette::MET,
