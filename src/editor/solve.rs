@@ -5,7 +5,7 @@ use super::diagnostics::{Diagnostics, Explain};
 use super::document::WorldGeneration;
 use super::solver::{Answer, Extent, Job, PoseWish, Solved, Solver, Stamp, StudyOf, StudyWish};
 use super::state::{ActiveDrag, EditorSystems, OpenWorld, Results, Stamped, Workspace};
-use super::study::{ModeKind, ShownDesign, StudyDesk};
+use super::study::{ModeKind, StudyDesk, WantedTrial};
 use super::wake::Waker;
 use crate::design::view::{SliceView, View};
 use crate::field::Environment;
@@ -109,7 +109,7 @@ impl Plugin for SolverPlugin {
 #[derive(SystemParam)]
 struct LookedAt<'w> {
     desk: Res<'w, StudyDesk>,
-    shown: Option<Res<'w, ShownDesign>>,
+    wanted: Option<Res<'w, WantedTrial>>,
     workspace: Res<'w, Workspace>,
 }
 
@@ -124,7 +124,7 @@ fn submit(
     let Some(world) = world else { return };
     let LookedAt {
         desk,
-        shown,
+        wanted,
         workspace,
     } = looked_at;
     let document = &world.0.document;
@@ -134,7 +134,7 @@ fn submit(
     };
     let wish = PoseWish {
         scatter: document.view().layers.tip_scatter && world.0.environment.jitter.is_some(),
-        trial: shown.as_ref().and_then(|s| s.trial.as_ref()?.number.into()),
+        trial: wanted.as_ref().and_then(|wanted| wanted.number),
         serial: desk.serial(),
     };
     let profile = *workspace == Workspace::Study;
@@ -162,8 +162,10 @@ fn submit(
         handle.newest = Newest::default();
     }
     if is_new || is_wish_new {
-        let posed = match (&shown, wish.trial) {
-            (Some(shown), Some(_)) => Arc::new(store::resolve(&shown.design, &world.0.environment)),
+        let posed = match (&wanted, wish.trial) {
+            (Some(wanted), Some(_)) => {
+                Arc::new(store::resolve(&wanted.design, &world.0.environment))
+            }
             _ => Arc::clone(&scenario),
         };
         handle.solver.submit(stamp, Job::Pose(posed, wish));
@@ -311,6 +313,7 @@ fn accept(answer: Answer, wanted: Wanted, newest: &mut Newest, results: &mut Res
             if is_new {
                 results.scatter = scatter.map(|scatter| *scatter);
                 results.pose_trial = wish.trial;
+                results.pose_serial = wish.serial;
                 results.pose = Some(Stamped {
                     revision,
                     value: *value,

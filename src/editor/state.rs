@@ -133,6 +133,8 @@ pub struct Results {
     pub pose: Option<Stamped<PoseDetail>>,
     /// The trial that `pose` is of, from 0; `None` for the design's own pose.
     pub pose_trial: Option<usize>,
+    /// Which trials `pose_trial` counts; that of the desk where they are still looked at.
+    pub pose_serial: u64,
     /// Of the same pose; `None` while its layer is off.
     pub scatter: Option<Scatter>,
     pub slice: Option<Stamped<SliceOutcome>>,

@@ -21,6 +21,8 @@ pub struct ChartedProfile {
 /// How trials keep to the bound that holds for each of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Within {
+    /// Of the figure that the bound is about: `RMS`, `95th percentile` or `max`.
+    pub name: &'static str,
     pub limit_mm: f64,
     /// Of the trials, from 0 to 1.
     pub part: f64,
@@ -28,11 +30,12 @@ pub struct Within {
 
 impl ChartedProfile {
     pub fn new(profile: Profile, requirement: Option<&Requirement>) -> Self {
-        let limit_mm = requirement.and_then(Requirement::single_position_mm);
+        let limit = requirement.and_then(Requirement::single_position_mm);
         Self {
             histogram: profile.histogram(),
             cumulative: profile.cumulative(CURVE_POINTS),
-            within: limit_mm.map(|limit_mm| Within {
+            within: limit.map(|(name, limit_mm)| Within {
+                name,
                 limit_mm,
                 part: profile.part_within(limit_mm),
             }),

@@ -41,12 +41,13 @@ pub struct Check {
 }
 
 impl Requirement {
-    /// The bound on the tip error of a single trial: the largest allowed, else what most or the
-    /// mean may be.
-    pub fn single_position_mm(&self) -> Option<f64> {
-        self.position_max_mm
-            .or(self.position_p95_mm)
-            .or(self.position_rms_mm)
+    /// The bound that the tip error of a single trial is held against, with the name of the figure
+    /// that it is about: the largest allowed, else what most or the mean may be.
+    pub fn single_position_mm(&self) -> Option<(&'static str, f64)> {
+        let max = self.position_max_mm.map(|limit| ("max", limit));
+        let p95 = self.position_p95_mm.map(|limit| ("95th percentile", limit));
+        let rms = self.position_rms_mm.map(|limit| ("RMS", limit));
+        max.or(p95).or(rms)
     }
 
     /// Each bound against its figure. A figure that is not a number meets nothing.

@@ -139,7 +139,6 @@ fn a_shown_trial_has_the_figures_of_its_pose_alone_and_leaves_the_design_as_it_i
 #[test]
 fn the_scene_has_the_tool_where_the_trial_has_it_and_elsewhere_where_the_design_does() {
     let mut app = create_scene_app();
-    app.add_plugins(StudyPlugin);
     show_workspace(&mut app, Workspace::Study);
     let place = |app: &mut App| {
         app.update();
@@ -215,7 +214,8 @@ fn playing_goes_through_the_trials_at_its_rate_and_then_rests() {
         let redraws = app.world().resource::<Messages<RequestRedraw>>();
         let asked = redraws.iter_current_update_messages().count() > 0;
         let is_playing = app.world().resource::<StudyDesk>().is_playing();
-        (shown_trial(app), is_playing, asked)
+        let trial = app.world().resource::<StudyDesk>().trial();
+        (trial, is_playing, asked)
     };
     assert_eq!(frame(&mut app), (Some(0), true, true));
     // 25 trials a second, 0.1 s a frame.
@@ -226,6 +226,8 @@ fn playing_goes_through_the_trials_at_its_rate_and_then_rests() {
     for _ in 0..5 {
         assert_eq!(frame(&mut app), (Some(14), false, false), "at rest");
     }
+    settle(&mut app);
+    assert_eq!(shown_trial(&app), Some(14));
     app.world_mut().write_message(StudyRequest::TogglePlay);
     assert_eq!(frame(&mut app), (Some(0), true, true), "it begins anew");
     app.world_mut().write_message(StudyRequest::TogglePlay);
@@ -233,6 +235,24 @@ fn playing_goes_through_the_trials_at_its_rate_and_then_rests() {
     let (paused, is_playing, _) = frame(&mut app);
     assert!(!is_playing);
     assert_eq!(frame(&mut app).0, paused);
+}
+
+#[test]
+fn the_tool_and_its_errors_are_never_of_two_trials() {
+    let mut app = study_app();
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(
+        40,
+    )));
+    app.world_mut().write_message(StudyRequest::TogglePlay);
+    for _ in 0..30 {
+        app.update();
+        let results = results(&app);
+        let detail = &results.pose.as_ref().unwrap().value;
+        let shown = app.world().resource::<ShownDesign>();
+        assert_eq!(results.pose_trial, shown_trial(&app));
+        let crf_from_tool = shown.design.tool.crf_from_tool;
+        assert_eq!(crf_from_tool, detail.trial.crf_from_tool);
+    }
 }
 
 #[test]

@@ -225,7 +225,7 @@ fn charts_say_the_share_within_the_requirement_and_choose_axes() {
     asked.borrow_mut().clear();
     // The lower chart: three values of x, the last at its right end.
     let chart = harness.get_by_label("rz").rect();
-    click(&mut harness, egui::pos2(268.0, chart.bottom() + 60.0));
+    click(&mut harness, egui::pos2(262.0, chart.bottom() + 60.0));
     let worst = charted.profile.axes[0].worst_trial[2];
     let show = PanelAction::Study(StudyRequest::Show(Some(worst)));
     assert_eq!(*asked.borrow(), [show]);

@@ -24,6 +24,7 @@ use trackwright::editor::scene::ScenePlugin;
 use trackwright::editor::slice::SlicePlugin;
 use trackwright::editor::solve::{SolverHandle, SolverPlugin};
 use trackwright::editor::state::{EditRequest, OpenWorld, StatePlugin, ViewportRect};
+use trackwright::editor::study::StudyPlugin;
 use trackwright::field::environment::Environment;
 use trackwright::field::model::DistortionModel;
 use trackwright::field::samples::MapKind;
@@ -190,6 +191,7 @@ pub fn create_scene_app() -> App {
         ScenePlugin,
         GlyphsPlugin,
         SlicePlugin,
+        StudyPlugin,
         DiagnosticsPlugin,
     ))
     .insert_resource(ViewportRect {

@@ -94,7 +94,7 @@ fn show_sphere(
     let requirement = errors.world.0.document.design().requirement;
     let times = errors.times();
     let wanted = of_tip(&errors)
-        .zip(requirement.and_then(|r| r.single_position_mm()))
+        .zip(requirement.and_then(|r| Some(r.single_position_mm()?.1)))
         .filter(|(tip, radius_mm)| {
             let radius_px = radius_mm * times / errors.rig.mm_per_px(&tip.tip_mm());
             radius_px < LARGEST_SHARE * errors.rig.view_px[1]

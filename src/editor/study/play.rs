@@ -8,9 +8,9 @@ use crate::study::trial_count;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 
-/// Longest step of one frame, seconds: after a rest or a slow frame playing goes on, and does
-/// not jump.
-const LONGEST_STEP_S: f64 = 0.25;
+/// Longest step of one frame, seconds: after the window was hidden playing goes on, and does not
+/// jump.
+const LONGEST_STEP_S: f64 = 1.0;
 
 pub(super) fn plugin(app: &mut App) {
     app.init_resource::<StudyDesk>()
@@ -95,7 +95,7 @@ fn answer(
 
 /// Runs before requests are answered: the frame that starts playing shows the first trial.
 fn advance(
-    time: Res<Time>,
+    time: Res<Time<Real>>,
     mut desk: ResMut<StudyDesk>,
     world: Option<Res<OpenWorld>>,
     mut redraw: MessageWriter<RequestRedraw>,

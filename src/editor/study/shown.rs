@@ -3,23 +3,37 @@
 use super::desk::{ModeKind, StudyDesk};
 use crate::design::Design;
 use crate::editor::document::WorldGeneration;
-use crate::editor::state::{EditorSystems, OpenWorld, Workspace};
+use crate::editor::state::{EditorSystems, OpenWorld, Results, Workspace};
 use crate::store;
 use crate::study::{InputTrial, trial_count, trial_offsets, trial_pose};
 use bevy::prelude::*;
 use std::sync::Arc;
 
-/// Keeps [`ShownDesign`], between [`EditorSystems::Edit`] and [`EditorSystems::Solve`].
+/// Keeps [`WantedTrial`] before and [`ShownDesign`] after [`EditorSystems::Solve`].
 ///
-/// Whatever draws, picks or frames bodies reads it instead of the document's own design. Edits go
-/// to the document, which showing a trial does not change.
+/// Whatever draws, picks or frames bodies reads [`ShownDesign`] instead of the document's own
+/// design. Edits go to the document, which showing a trial does not change.
 pub struct ShownPlugin;
 
-/// When [`ShownDesign`] follows.
+/// When [`WantedTrial`] and [`ShownDesign`] follow.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct ShownSystems;
+pub enum ShownSystems {
+    Want,
+    Follow,
+}
+
+/// The design with the tool where the wanted trial has it, for the solver.
+#[derive(Resource, Clone, Debug)]
+pub struct WantedTrial {
+    pub design: Arc<Design>,
+    /// From 0; `None` for the design's own pose.
+    pub number: Option<usize>,
+}
 
 /// The design as it is shown. Counts as changed whenever the open world does.
+///
+/// Another trial is shown once its errors are known: what is drawn of the tool and what is drawn
+/// of its errors are never of two trials.
 #[derive(Resource, Clone, Debug)]
 pub struct ShownDesign {
     pub design: Arc<Design>,
@@ -44,27 +58,39 @@ impl Plugin for ShownPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<StudyDesk>()
             .init_resource::<Workspace>()
+            .init_resource::<Results>()
             .configure_sets(
                 Update,
-                ShownSystems
-                    .after(EditorSystems::Edit)
-                    .before(EditorSystems::Solve),
+                (
+                    ShownSystems::Want
+                        .after(EditorSystems::Edit)
+                        .before(EditorSystems::Solve),
+                    ShownSystems::Follow
+                        .after(EditorSystems::Solve)
+                        .before(EditorSystems::Sample),
+                ),
             )
-            .add_systems(Update, keep.in_set(ShownSystems));
+            .add_systems(
+                Update,
+                (
+                    want.in_set(ShownSystems::Want),
+                    follow.in_set(ShownSystems::Follow),
+                ),
+            );
     }
 }
 
-fn keep(
+fn want(
     mut commands: Commands,
     world: Option<Res<OpenWorld>>,
     generation: Option<Res<WorldGeneration>>,
     workspace: Res<Workspace>,
     mut desk: ResMut<StudyDesk>,
-    shown: Option<ResMut<ShownDesign>>,
+    wanted: Option<Res<WantedTrial>>,
     mut last_generation: Local<Option<u64>>,
 ) {
     let Some(world) = world else { return };
-    if !(shown.is_none() || world.is_changed() || desk.is_changed() || workspace.is_changed()) {
+    if !(wanted.is_none() || world.is_changed() || desk.is_changed() || workspace.is_changed()) {
         return;
     }
     let generation = generation.map(|generation| generation.0);
@@ -76,26 +102,47 @@ fn keep(
     if !is_looked_at && desk.playing.is_some() {
         desk.playing = None;
     }
-    let trial = desk.trial.filter(|_| is_looked_at).and_then(|number| {
-        let trial = shown_trial(&world.0, &desk, number);
-        if trial.is_none() {
-            // An edit may leave fewer trials than there were.
-            desk.show(None);
-        }
-        trial
+    let trial = (desk.trial.filter(|_| is_looked_at))
+        .and_then(|number| shown_trial(&world.0, &desk, number));
+    if is_looked_at && trial.is_none() && desk.trial.is_some() {
+        // An edit may leave fewer trials than there were.
+        desk.show(None);
+    }
+    commands.insert_resource(WantedTrial {
+        number: trial.as_ref().map(|trial| trial.number),
+        design: posed(&world.0, trial.as_ref()),
     });
-    let document = &world.0.document;
+}
+
+fn follow(
+    mut commands: Commands,
+    world: Option<Res<OpenWorld>>,
+    wanted: Option<Res<WantedTrial>>,
+    desk: Res<StudyDesk>,
+    results: Res<Results>,
+    shown: Option<ResMut<ShownDesign>>,
+) {
+    let (Some(world), Some(wanted)) = (world, wanted) else {
+        return;
+    };
+    // While trials play, the wanted one is always one ahead of what is known.
+    let number = (results.pose_trial)
+        .filter(|_| wanted.number.is_some() && results.pose_serial == desk.serial());
+    let is_current = shown.as_ref().is_some_and(|shown| {
+        let now = shown.trial.as_ref().map(|trial| trial.number);
+        !world.is_changed() && now == number
+    });
+    if is_current {
+        return;
+    }
+    let trial = number.and_then(|number| shown_trial(&world.0, &desk, number));
     let new = ShownDesign {
-        design: match &trial {
-            None => document.shared_design(),
-            Some(trial) => Arc::new(posed(document.design(), &trial.pose)),
-        },
+        design: posed(&world.0, trial.as_ref()),
         trial,
     };
     match shown {
+        Some(mut shown) => *shown = new,
         None => commands.insert_resource(new),
-        Some(mut shown) if world.is_changed() || shown.trial != new.trial => *shown = new,
-        Some(_) => {}
     }
 }
 
@@ -116,11 +163,14 @@ fn shown_trial(world: &store::World, desk: &StudyDesk, number: usize) -> Option<
     })
 }
 
-fn posed(design: &Design, pose: &InputTrial) -> Design {
-    let mut posed = design.clone();
-    posed.tool.crf_from_tool = pose.crf_from_tool;
-    if let (Some(crf), Some(tracker_from_crf)) = (&mut posed.crf, pose.tracker_from_crf) {
+fn posed(world: &store::World, trial: Option<&ShownTrial>) -> Arc<Design> {
+    let Some(trial) = trial else {
+        return world.document.shared_design();
+    };
+    let mut posed = world.document.design().clone();
+    posed.tool.crf_from_tool = trial.pose.crf_from_tool;
+    if let (Some(crf), Some(tracker_from_crf)) = (&mut posed.crf, trial.pose.tracker_from_crf) {
         crf.tracker_from_crf = tracker_from_crf;
     }
-    posed
+    Arc::new(posed)
 }

@@ -5,6 +5,7 @@ pub mod baseline;
 pub mod chart_ui;
 pub mod command_ui;
 pub mod dialogs;
+pub mod few_marks;
 pub mod folder;
 pub mod inspector;
 mod layout;

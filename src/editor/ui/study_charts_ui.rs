@@ -1,6 +1,7 @@
 //! Charts of a study: how many trials have which tip error, and how that goes with the motion.
 
 use super::PanelAction;
+use super::few_marks::{few_marks, mark_text, small_marks};
 use super::theme;
 use super::widgets::{count, counted, decimal, length, quiet_ui, section_ui, with_unit};
 use crate::editor::palette;
@@ -14,7 +15,10 @@ use egui_plot::{
 };
 use std::ops::RangeInclusive;
 
-const HEIGHT: f32 = 104.0;
+const HEIGHT: f32 = 92.0;
+
+/// Steps between marks, along and up.
+const STEPS: [usize; 2] = [4, 3];
 
 /// How far above the largest value a chart goes.
 const HEADROOM: f64 = 1.1;
@@ -41,7 +45,7 @@ pub fn study_charts_ui(ui: &mut Ui, view: &StudyChartsView) -> Vec<PanelAction> 
     if let Some(within) = &view.charted.within {
         ui.label(RichText::new(share(within)).color(palette::TEXT.color32()));
     }
-    histogram_ui(ui, view, &mut actions);
+    small_marks(ui, |ui| histogram_ui(ui, view, &mut actions));
     if !view.charted.profile.axes.is_empty() {
         axes_ui(ui, view, &mut actions);
     }
@@ -69,6 +73,8 @@ fn plain(name: &str) -> Plot<'_> {
     Plot::new(name)
         .height(HEIGHT)
         .show_grid([false, true])
+        .x_grid_spacer(few_marks(STEPS[0]))
+        .y_grid_spacer(few_marks(STEPS[1]))
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)
@@ -91,7 +97,7 @@ fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelActi
     let bar_at = move |x: f64| (x / width).floor().max(0.0) as usize;
     let plot = plain("histogram")
         .y_axis_min_width(38.0)
-        .x_axis_formatter(move |mark: GridMark, _: &RangeInclusive<f64>| decimals(mark))
+        .x_axis_formatter(move |mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
         .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| whole(mark.value))
         .label_formatter(|at| {
             let (HoverPosition::NearDataPoint { position, .. }
@@ -130,7 +136,7 @@ fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelActi
             }
             let shown = view.shown.and_then(|t| charted.profile.tip_error_mm.get(t));
             if let Some(error_mm) = shown {
-                let line = VLine::new("shown", *error_mm).color(palette::ACCENT.color32());
+                let line = VLine::new("shown", *error_mm).color(palette::TEXT_STRONG.color32());
                 plot.vline(line.width(1.0));
             }
         });
@@ -174,7 +180,8 @@ fn axes_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelAction>) 
             }
         }
     });
-    axis_ui(ui, chosen, view.charted.within.map(|w| w.limit_mm), actions);
+    let limit_mm = view.charted.within.map(|within| within.limit_mm);
+    small_marks(ui, |ui| axis_ui(ui, chosen, limit_mm, actions));
 }
 
 fn axis_ui(ui: &mut Ui, axis: &AxisProfile, limit_mm: Option<f64>, actions: &mut Vec<PanelAction>) {
@@ -204,10 +211,10 @@ fn axis_ui(ui: &mut Ui, axis: &AxisProfile, limit_mm: Option<f64>, actions: &mut
             let is_whole = (mark.value - mark.value.round()).abs() < 1e-6;
             match is_number {
                 true if !is_whole => String::new(),
-                _ => decimals(mark),
+                _ => mark_text(mark),
             }
         })
-        .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| decimals(mark))
+        .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
         .label_formatter(|at| {
             let (HoverPosition::NearDataPoint { position, .. }
             | HoverPosition::Elsewhere { position }) = at;
@@ -285,12 +292,6 @@ fn whole(value: f64) -> String {
     }
 }
 
-/// As many decimals as the grid's steps need.
-fn decimals(mark: GridMark) -> String {
-    let decimals = (-mark.step_size.log10().floor()).clamp(0.0, 6.0) as usize;
-    decimal(mark.value, decimals)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -299,6 +300,7 @@ mod tests {
     fn a_share_is_whole_only_where_it_is() {
         let text = |part| {
             share(&Within {
+                name: "max",
                 limit_mm: 1.0,
                 part,
             })

@@ -59,7 +59,7 @@ impl StudyPanels<'_> {
                 number: self.results.pose_trial,
                 rotation: self.desk.rotation,
                 has_crf: self.design().crf.is_some(),
-                limit_mm: requirement.and_then(|r| r.single_position_mm()),
+                limit_mm: requirement.and_then(|r| Some(r.single_position_mm()?.1)),
             },
         );
         if let Some(profile) = &self.results.profile {

@@ -1,6 +1,7 @@
 //! The timeline of the Study workspace: the mode, the error over the trials, and playing them.
 
 use super::PanelAction;
+use super::few_marks::{few_marks, mark_text, small_marks};
 use super::theme;
 use super::widgets::{count, decimal, length, quiet_ui, with_unit};
 use crate::editor::commands::Command;
@@ -60,7 +61,7 @@ pub fn timeline_ui(ui: &mut Ui, view: &TimelineView) -> Vec<PanelAction> {
     });
     ui.add_space(2.0);
     match view.profile {
-        Some(profile) => chart_ui(ui, profile, view, &mut actions),
+        Some(profile) => small_marks(ui, |ui| chart_ui(ui, profile, view, &mut actions)),
         None => {
             ui.centered_and_justified(|ui| quiet_ui(ui, why_empty(view)));
         }
@@ -330,15 +331,18 @@ fn chart_ui(
     let plot = Plot::new("timeline")
         .height(ui.available_height())
         .show_grid([false, true])
+        .y_grid_spacer(few_marks(4))
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)
         .allow_boxed_zoom(false)
         .allow_double_click_reset(false)
         .sense(Sense::click_and_drag())
-        .y_axis_min_width(54.0)
+        .y_axis_min_width(48.0)
         .x_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| whole(mark.value))
-        .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| millimetres(mark))
+        .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| {
+            with_unit(&mark_text(mark), "mm")
+        })
         .label_formatter(|at| {
             let (HoverPosition::NearDataPoint { position, .. }
             | HoverPosition::Elsewhere { position }) = at;
@@ -386,13 +390,13 @@ fn chart_ui(
                 let x = trial.number as f64 + 1.0;
                 plot.vline(
                     VLine::new("shown", x)
-                        .color(palette::ACCENT.color32())
+                        .color(palette::TEXT_STRONG.color32())
                         .width(1.0),
                 );
                 plot.points(
                     Points::new("shown", PlotPoints::from(vec![[x, error_mm]]))
                         .radius(4.0)
-                        .color(palette::ACCENT.color32()),
+                        .color(palette::TEXT_STRONG.color32()),
                 );
             }
         });
@@ -407,7 +411,8 @@ fn chart_ui(
         "tip error over the trials".to_owned(),
         palette::TEXT_QUIET,
     );
-    if let Some(limit_mm) = limit_mm {
+    if let Some(within) = charted.within {
+        let limit_mm = within.limit_mm;
         let y = plot
             .transform
             .position_from_point(&PlotPoint::new(1.0, limit_mm))
@@ -418,9 +423,9 @@ fn chart_ui(
             false => egui::Align2::RIGHT_TOP,
         };
         caption(
-            pos2(rect.right() - 6.0, y),
+            pos2(rect.right() - 6.0, y - 2.0),
             anchor,
-            format!("required {}", length(limit_mm)),
+            format!("required {} {}", within.name, length(limit_mm)),
             palette::MET,
         );
     }
@@ -465,12 +470,6 @@ fn whole(value: f64) -> String {
         return String::new();
     }
     count(nearest as usize)
-}
-
-/// As many decimals as the grid's steps need.
-fn millimetres(mark: GridMark) -> String {
-    let decimals = (-mark.step_size.log10().floor()).clamp(0.0, 6.0) as usize;
-    with_unit(&decimal(mark.value, decimals), "mm")
 }
 
 #[cfg(test)]

@@ -33,6 +33,9 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<PanelAction> {
         None => format!("The design's own pose in the {frame}"),
     };
     section_ui(ui, &title);
+    // Everything of a trial is to be seen at once, with the charts below it.
+    ui.spacing_mut().item_spacing.y = 1.0;
+    ui.spacing_mut().interact_size.y = 18.0;
     let Some(trial) = view.trial else {
         quiet_ui(ui, "computing…");
         return actions;
@@ -43,7 +46,7 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<PanelAction> {
         .min_col_width(COLUMN_WIDTH)
         .spacing([6.0, 0.0])
         .show(ui, |ui| {
-            quiet_ui(ui, "");
+            form_ui(ui, view.rotation, &mut actions);
             for (name, pose) in ["true", "simulated"].into_iter().zip(poses) {
                 right_ui(ui, |ui| {
                     quiet_ui(ui, name).on_hover_text(quaternion(pose));
@@ -70,29 +73,34 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<PanelAction> {
             quaternion(poses[0]),
             quaternion(poses[1])
         ));
+    errors_ui(ui, trial, view.limit_mm);
+    actions
+}
+
+/// How rotations are written, as two buttons in the head of the table.
+fn form_ui(ui: &mut Ui, shown: RotationForm, actions: &mut Vec<PanelAction>) {
     ui.horizontal(|ui| {
-        quiet_ui(ui, "rotation as");
+        ui.spacing_mut().item_spacing.x = 0.0;
+        ui.spacing_mut().button_padding.x = 4.0;
         for (form, name, about) in [
             (
                 RotationForm::Turns,
-                "rx, ry, rz",
-                "Turns about the axes x, y and z, in this order",
+                "turns",
+                "Rotations as turns rx, ry, rz about the axes x, y and z, in this order",
             ),
             (
                 RotationForm::Rodrigues,
                 "vector",
-                "Rodrigues vector: the axis of rotation times its angle",
+                "Rotations as Rodrigues vectors: the axis of rotation times its angle",
             ),
         ] {
-            let label =
-                egui::Button::selectable(form == view.rotation, RichText::new(name).small());
+            let name = RichText::new(name).font(super::theme::label_font());
+            let label = egui::Button::selectable(form == shown, name);
             if ui.add(label).on_hover_text(about).clicked() {
                 actions.push(PanelAction::Study(StudyRequest::ShowRotation(form)));
             }
         }
     });
-    errors_ui(ui, trial, view.limit_mm);
-    actions
 }
 
 fn errors_ui(ui: &mut Ui, trial: &Trial, limit_mm: Option<f64>) {

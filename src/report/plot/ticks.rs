@@ -108,7 +108,7 @@ fn linear(values: &[f64], wanted: usize) -> Ticks {
 }
 
 /// 1, 2 or 5 times a power of ten, at least `rough`.
-fn nice_step(rough: f64, is_whole: bool) -> f64 {
+pub fn nice_step(rough: f64, is_whole: bool) -> f64 {
     let power = 10.0_f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0]
         .map(|m| m * power)
