@@ -21,6 +21,7 @@ use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::ecs::system::SystemParam;
 use bevy::input::mouse::{MouseScrollUnit, MouseWheel};
 use bevy::prelude::*;
+use bevy::render::renderer::RenderAdapterInfo;
 use bevy::window::{PrimaryWindow, RequestRedraw};
 use bevy_egui::input::EguiWantsInput;
 use nalgebra::Point3;
@@ -91,6 +92,12 @@ impl Plugin for CameraPlugin {
                     .chain()
                     .after(EditorSystems::Edit)
                     .before(EditorSystems::Solve),
+            )
+            .add_systems(
+                Update,
+                smooth_at_rest
+                    .run_if(resource_exists::<RenderAdapterInfo>)
+                    .in_set(EditorSystems::Draw),
             );
     }
 }
@@ -143,6 +150,26 @@ fn spawn(mut commands: Commands, target: Option<Res<SceneTarget>>) {
     ));
     if let Some(target) = target {
         camera.insert(target.0.clone());
+    }
+}
+
+/// A processor that paints by itself spends a third of a frame on smooth edges: while something
+/// moves it does without them, and the first frame at rest has them again.
+fn smooth_at_rest(
+    adapter: Res<RenderAdapterInfo>,
+    gesture: Res<Gesture>,
+    drag: Res<ActiveDrag>,
+    rig: Res<OrbitRig>,
+    mut cameras: Query<&mut Msaa, With<MainCamera>>,
+) {
+    let is_software = adapter.device_type == wgpu::DeviceType::Cpu;
+    let is_moving = gesture.0.is_some() || drag.0 || rig.glide.is_some();
+    let wanted = match is_software && is_moving {
+        true => Msaa::Off,
+        false => Msaa::Sample4,
+    };
+    for mut msaa in &mut cameras {
+        msaa.set_if_neq(wanted);
     }
 }
 
