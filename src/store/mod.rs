@@ -6,6 +6,7 @@ mod open;
 mod place;
 mod read;
 mod resolve;
+mod rooms;
 mod samples;
 mod save;
 mod shared;
@@ -21,6 +22,10 @@ pub use read::{
     read_mesh, read_poses,
 };
 pub use resolve::resolve;
+pub use rooms::{
+    ENVIRONMENT_EXTENSION, RoomListing, RoomPlace, RoomSummary, builtin_rooms, list_rooms,
+    own_room, reference_to_room, room_name, rooms_of_folder, write_room_for,
+};
 pub use samples::{SampleReading, read_samples};
 pub use save::{SaveReport, save, save_as, save_with_copies};
 pub use shared::{SharedBody, shared_bodies};
