@@ -5,3 +5,4 @@ pub mod calibration_object;
 pub mod registration;
 pub mod room_choice;
 pub mod room_fit;
+pub mod room_worth;

@@ -1,7 +1,10 @@
 //! `trackwright render`: the 3D view as a picture, without a window.
 
 use crate::design::view::{CameraView, Layers, View};
-use crate::editor::{picture, preflight};
+use crate::editor::field::TableRole;
+use crate::editor::picture::{self, Panels};
+use crate::editor::preflight;
+use crate::editor::state::Workspace;
 use crate::geometry::orbit::{Axis, OrbitCamera};
 use crate::store::{self, World};
 use anyhow::{Context, bail};
@@ -26,6 +29,21 @@ pub struct RenderArgs {
     /// With the panels around it, as in the window
     #[arg(long)]
     pub window: bool,
+    /// Which workspace's panels to show with --window
+    #[arg(
+        long,
+        value_enum,
+        value_name = "NAME",
+        default_value_t,
+        requires = "window"
+    )]
+    pub workspace: WorkspaceName,
+    /// Measurement table to show in the Field workspace
+    #[arg(long, value_name = "DATA.csv", requires = "window")]
+    pub measurements: Option<PathBuf>,
+    /// Held-out measurement table to show in the Field workspace
+    #[arg(long, value_name = "DATA2.csv", requires = "window")]
+    pub holdout: Option<PathBuf>,
     /// From where to look; the design's own view unless told
     #[arg(long, value_enum, value_name = "NAME")]
     pub view: Option<ViewName>,
@@ -38,6 +56,28 @@ pub struct RenderArgs {
 /// Width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PictureSize(pub [u32; 2]);
+
+/// What the person in the window is at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum WorkspaceName {
+    /// Bodies, sensors, the result
+    #[default]
+    Design,
+    /// The room and its measurements
+    Field,
+    /// Trials one by one
+    Study,
+}
+
+impl From<WorkspaceName> for Workspace {
+    fn from(name: WorkspaceName) -> Self {
+        match name {
+            WorkspaceName::Design => Self::Design,
+            WorkspaceName::Field => Self::Field,
+            WorkspaceName::Study => Self::Study,
+        }
+    }
+}
 
 /// From where to look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -155,10 +195,25 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         aim(&mut view, name, &world, size);
     }
     world.document.set_view(view);
-    let png = picture::png(world, size, args.window)?;
+    let png = picture::png(world, size, panels(args))?;
     store::write_atomic(&args.output, |file| file.write_all(&png))
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     Ok(())
+}
+
+fn panels(args: &RenderArgs) -> Panels {
+    if !args.window {
+        return Panels::None;
+    }
+    let tables = [
+        (TableRole::Training, &args.measurements),
+        (TableRole::HeldOut, &args.holdout),
+    ];
+    let tables = tables
+        .into_iter()
+        .filter_map(|(role, file)| Some((role, file.clone()?)))
+        .collect();
+    Panels::Of(args.workspace.into(), tables)
 }
 
 /// A file, or a built-in design where no file has that name.

@@ -1,6 +1,7 @@
 //! Everything that can be asked for by name: one table for menus, keys, the palette and the sheet
 //! of shortcuts, and the one place that carries commands out.
 
+use super::field::{FieldRequest, RoomToSave, TableRole};
 use super::precision::PrecisionRequest;
 use super::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, ViewRequest, Workspace,
@@ -39,6 +40,9 @@ pub enum Command {
     ToggleMagnification,
     ToggleLeft,
     ToggleRight,
+    OpenMeasurements(TableRole),
+    FitRoom,
+    UseRoom,
     ShowWorkspace(Workspace),
     ShowPrecision,
     ShowPalette,
@@ -144,7 +148,7 @@ const fn info(
 }
 
 /// All commands, in the order of menus.
-pub const COMMANDS: [CommandInfo; 20] = [
+pub const COMMANDS: [CommandInfo; 24] = [
     info(
         Command::Open,
         Group::File,
@@ -165,6 +169,27 @@ pub const COMMANDS: [CommandInfo; 20] = [
         "Save as…",
         &[Keys::control_shift("s")],
         "Writes the design to another file",
+    ),
+    info(
+        Command::OpenMeasurements(TableRole::Training),
+        Group::File,
+        "Open measurements…",
+        &[],
+        "Opens a measurement table in the Field workspace, to fit a room to",
+    ),
+    info(
+        Command::OpenMeasurements(TableRole::HeldOut),
+        Group::File,
+        "Open held-out measurements…",
+        &[],
+        "Opens a second table in the Field workspace, to judge the fit on",
+    ),
+    info(
+        Command::UseRoom,
+        Group::File,
+        "Use the fitted room…",
+        &[],
+        "Saves the room that was fitted last and puts the design into it",
     ),
     info(
         Command::Quit,
@@ -193,6 +218,13 @@ pub const COMMANDS: [CommandInfo; 20] = [
         "Take the drag back",
         &[Keys::plain("escape")],
         "Ends a drag as if it had never been",
+    ),
+    info(
+        Command::FitRoom,
+        Group::Edit,
+        "Fit a room",
+        &[],
+        "Fits a room to the measurements that are open in the Field workspace",
     ),
     info(
         Command::FrameSelection,
@@ -328,6 +360,7 @@ impl Plugin for CommandsPlugin {
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
             .add_message::<PrecisionRequest>()
+            .add_message::<FieldRequest>()
             .add_message::<RequestRedraw>()
             .add_systems(
                 Update,
@@ -346,6 +379,7 @@ struct Asked<'w> {
     views: MessageWriter<'w, ViewRequest>,
     files: MessageWriter<'w, FileRequest>,
     precision: MessageWriter<'w, PrecisionRequest>,
+    fields: MessageWriter<'w, FieldRequest>,
     panels: ResMut<'w, PanelsShown>,
     workspace: ResMut<'w, Workspace>,
     pages: ResMut<'w, CommandPages>,
@@ -388,6 +422,9 @@ impl Asked<'_> {
             Command::ShowWorkspace(workspace) => {
                 self.workspace.set_if_neq(workspace);
             }
+            Command::OpenMeasurements(role) => self.field(FieldRequest::ShowOpen(role)),
+            Command::FitRoom => self.field(FieldRequest::Fit),
+            Command::UseRoom => self.field(FieldRequest::ShowSave(RoomToSave::Fitted)),
             Command::ShowPrecision => {
                 self.precision.write(PrecisionRequest::Open);
             }
@@ -403,6 +440,12 @@ impl Asked<'_> {
 
     fn view(&mut self, request: ViewRequest) {
         self.views.write(request);
+    }
+
+    /// Where what comes of it can be seen.
+    fn field(&mut self, request: FieldRequest) {
+        self.workspace.set_if_neq(Workspace::Field);
+        self.fields.write(request);
     }
 
     fn file(&mut self, request: FileRequest) {

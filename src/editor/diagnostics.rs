@@ -125,6 +125,10 @@ fn dialog_line(dialog: Option<&Dialog>) -> String {
         Some(Dialog::Unsaved { .. }) => "unsaved changes",
         Some(Dialog::SharedBodies { .. }) => "shared bodies",
         Some(Dialog::Overwrite { .. }) => "overwrite",
+        Some(Dialog::Table { .. }) => "open measurements",
+        Some(Dialog::WhichTable { .. }) => "which table",
+        Some(Dialog::SaveRoom { .. }) => "save room",
+        Some(Dialog::ReplaceRoom { .. }) => "replace room",
         Some(Dialog::Error { title, text }) => return format!("dialog error {title}: {text}"),
     };
     format!("dialog {what}")

@@ -1,6 +1,7 @@
 //! The editor: everything that knows Bevy or egui, and nothing that computes.
 
 pub mod app;
+pub mod background;
 pub mod camera;
 pub mod commands;
 pub mod convert;
@@ -8,6 +9,7 @@ pub mod diagnostics;
 pub mod document;
 pub mod drag;
 pub mod egui_camera;
+pub mod field;
 pub mod glyphs;
 pub mod materials;
 pub mod overlay;
@@ -36,6 +38,8 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`solve::SolverPlugin`] | the solver thread and its results |
 /// | [`diagnostics::DiagnosticsPlugin`] | counts of frames and evaluations |
 /// | [`precision::PrecisionPlugin`] | error against run time, measured when asked for |
+/// | [`field::FieldPlugin`] | rooms from measurements |
+/// | [`field::samples::SamplesPlugin`] | the measurements in the scene |
 /// | [`camera::CameraPlugin`] | the 3D camera and its gestures |
 /// | [`pick::PickPlugin`] | what is under the pointer |
 /// | [`drag::DragPlugin`] | hovering, selecting, dragging sensors |
@@ -59,6 +63,8 @@ impl PluginGroup for EditorPlugins {
             .add(solve::SolverPlugin)
             .add(diagnostics::DiagnosticsPlugin)
             .add(precision::PrecisionPlugin)
+            .add(field::FieldPlugin)
+            .add(field::samples::SamplesPlugin)
             .add(camera::CameraPlugin)
             .add(pick::PickPlugin)
             .add(drag::DragPlugin)

@@ -1,9 +1,11 @@
 //! Pictures of the 3D view without a window: PNG bytes, the same each time on one adapter.
 
 use super::app::offscreen;
+use super::field::{FieldDesk, FieldRequest, TableRole};
 use super::solve::SolverHandle;
-use super::state::{OpenWorld, Results};
+use super::state::{OpenWorld, Results, Workspace};
 use super::ui::UiSystems;
+use super::wake::Waker;
 use crate::store::World;
 use bevy::app::PluginsState;
 use bevy::image::ImageFormat;
@@ -13,6 +15,7 @@ use bevy::render::renderer::RenderDevice;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy_egui::EguiPrimaryContextPass;
 use std::io::Cursor;
+use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 
@@ -22,6 +25,9 @@ const PATIENCE: Duration = Duration::from_secs(300);
 /// Frames from the results to the picture: entities, then labels that are placed by them, then
 /// what egui lays out from those.
 const SETTLING_FRAMES: usize = 4;
+
+/// Longest between looks at what is computed or read.
+const NAP: Duration = Duration::from_millis(20);
 
 /// Frames from asking for a picture to its bytes.
 const READBACK_FRAMES: usize = 20;
@@ -41,15 +47,31 @@ pub enum PictureError {
 #[derive(Resource, Default)]
 struct Captured(Option<Image>);
 
+/// What is around the 3D view.
+#[derive(Clone, Debug)]
+pub enum Panels {
+    None,
+    /// Those of a workspace, with measurement tables on the desk of the Field workspace.
+    Of(Workspace, Vec<(TableRole, PathBuf)>),
+}
+
 /// Paints the world at a size, with the panels of the window if asked for.
 ///
 /// Ask [`preflight::adapter`](super::preflight::adapter) first: Bevy panics without an adapter.
 ///
 /// # Errors
 /// See [`PictureError`].
-pub fn png(world: World, size: [u32; 2], has_panels: bool) -> Result<Vec<u8>, PictureError> {
+pub fn png(world: World, size: [u32; 2], panels: Panels) -> Result<Vec<u8>, PictureError> {
+    let has_panels = !matches!(panels, Panels::None);
     let (mut app, target) = offscreen(world, UVec2::from(size), has_panels);
     app.init_resource::<Captured>();
+    if let Panels::Of(workspace, tables) = panels {
+        app.insert_resource(workspace);
+        for (role, file) in tables {
+            app.world_mut()
+                .write_message(FieldRequest::Open(role, file));
+        }
+    }
     // Letters enter the font's texture in the order in which they are first shown, and their
     // edges depend on their place there by the last bit: nothing is written before everything
     // is known, whichever answer comes first.
@@ -57,7 +79,7 @@ pub fn png(world: World, size: [u32; 2], has_panels: bool) -> Result<Vec<u8>, Pi
         EguiPrimaryContextPass,
         (UiSystems::Panels, UiSystems::Overlay).run_if(is_complete),
     );
-    let answers = wake_on_answers(&app);
+    let answers = wake_on_answers(&mut app);
     while app.plugins_state() == PluginsState::Adding {
         bevy::tasks::tick_global_task_pools_on_main_thread();
     }
@@ -81,9 +103,15 @@ pub fn png(world: World, size: [u32; 2], has_panels: bool) -> Result<Vec<u8>, Pi
     Err(PictureError::NoPicture)
 }
 
-/// A channel that gets a word whenever the solver has an answer.
-fn wake_on_answers(app: &App) -> Receiver<()> {
+/// A channel that gets a word whenever a thread has an answer.
+fn wake_on_answers(app: &mut App) -> Receiver<()> {
     let (sender, receiver) = mpsc::channel();
+    app.insert_resource(Waker::new({
+        let sender = sender.clone();
+        move || {
+            let _ = sender.send(());
+        }
+    }));
     if let Some(handle) = app.world().get_resource::<SolverHandle>() {
         // Nobody listens any more once the picture is made.
         handle.solver.wake_with(Box::new(move || {
@@ -103,11 +131,22 @@ fn wait_for_results(app: &mut App, answers: &Receiver<()>) -> Result<(), Picture
         if start.elapsed() > PATIENCE {
             return Err(PictureError::NoResults);
         }
+        if is_reading(app.world()) {
+            // The next frame hears what was read.
+            let _ = answers.recv_timeout(NAP);
+        }
         // Painting more frames would take the cores from the solver.
         while start.elapsed() < PATIENCE && !is_idle(app.world()) {
-            let _ = answers.recv_timeout(Duration::from_millis(20));
+            let _ = answers.recv_timeout(NAP);
         }
     }
+}
+
+/// Whether tables or rooms are on their way to the panels.
+fn is_reading(world: &bevy::prelude::World) -> bool {
+    world
+        .get_resource::<FieldDesk>()
+        .is_some_and(FieldDesk::is_busy)
 }
 
 fn is_idle(world: &bevy::prelude::World) -> bool {
@@ -121,7 +160,8 @@ fn is_complete(world: &bevy::prelude::World) -> bool {
     let has_slice =
         results.slice.is_some() || !world.resource::<OpenWorld>().0.document.view().layers.slice;
     let has_figures = results.study.is_some() && results.pose.is_some();
-    is_idle(world) && (results.problem.is_some() || has_figures && has_slice)
+    let is_read = !is_reading(world) && world.resource::<Messages<FieldRequest>>().is_empty();
+    is_read && is_idle(world) && (results.problem.is_some() || has_figures && has_slice)
 }
 
 fn frame(app: &mut App) {

@@ -10,6 +10,7 @@ mod rooms;
 mod samples;
 mod save;
 mod shared;
+mod table;
 #[cfg(test)]
 mod tests;
 mod write;
@@ -29,4 +30,5 @@ pub use rooms::{
 pub use samples::{SampleReading, read_samples};
 pub use save::{SaveReport, save, save_as, save_with_copies};
 pub use shared::{SharedBody, shared_bodies};
+pub use table::{MeasurementTable, TableGroups, read_table};
 pub use write::{write_atomic, write_environment};

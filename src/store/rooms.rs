@@ -100,7 +100,7 @@ pub fn own_room(world: &World) -> Result<RoomPlace, StoreError> {
     Ok(match place {
         Place::BuiltIn => match builtin::path_of(&path) {
             Some(path) => RoomPlace::BuiltIn(path),
-            None => RoomPlace::File(path),
+            None => RoomPlace::File(absolute(&path)),
         },
         Place::Disk => RoomPlace::File(absolute(&path)),
     })
@@ -175,7 +175,8 @@ pub fn rooms_of_folder(folder: &Path) -> Vec<RoomPlace> {
     files.into_iter().map(RoomPlace::File).collect()
 }
 
-/// Reads rooms for a list, each once; what is no room is left out.
+/// Reads rooms for a list, each once: the built-in ones, then the others by name. What is no room
+/// is left out.
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -194,5 +195,15 @@ pub fn list_rooms(places: Vec<RoomPlace>, task: &Task) -> Result<Vec<RoomListing
             });
         }
     }
+    // The order hangs on nothing that a choice from the list changes.
+    let key = |listing: &RoomListing| {
+        let is_file = matches!(listing.place, RoomPlace::File(_));
+        (
+            is_file,
+            listing.summary.name.clone(),
+            listing.place.file_name(),
+        )
+    };
+    listings.sort_by_cached_key(key);
     Ok(listings)
 }

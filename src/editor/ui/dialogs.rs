@@ -1,12 +1,14 @@
 //! Questions and errors that stand before everything else: open, save as, unsaved changes,
-//! bodies that other designs use too, and what could not be done.
+//! bodies that other designs use too, measurements and rooms, and what could not be done.
 
 use super::folder::{self, Entry};
 use super::theme;
 use super::widgets::{Row, quiet_ui, row_ui, warning_ui};
+use crate::editor::document::DESIGN_EXTENSION;
+use crate::editor::field::{FieldRequest, RoomToSave, TableRole};
 use crate::editor::palette;
 use crate::editor::state::{FileRequest, SharedChoice};
-use crate::store::SharedBody;
+use crate::store::{ENVIRONMENT_EXTENSION, SharedBody};
 use bevy::prelude::Resource;
 use bevy_egui::egui::{self, Align, Key, Layout, RichText, ScrollArea, TextEdit, Ui, vec2};
 use std::path::{Path, PathBuf};
@@ -28,15 +30,68 @@ impl Dialogs {
 pub enum Dialog {
     Open(FileDialog),
     SaveAs(FileDialog),
-    Error { title: String, text: String },
-    Unsaved { file: String, then: FileRequest },
-    SharedBodies { lines: Vec<String> },
-    Overwrite { path: PathBuf },
+    Error {
+        title: String,
+        text: String,
+    },
+    Unsaved {
+        file: String,
+        then: FileRequest,
+    },
+    SharedBodies {
+        lines: Vec<String>,
+    },
+    Overwrite {
+        path: PathBuf,
+    },
+    Table {
+        files: FileDialog,
+        role: TableRole,
+    },
+    /// A second table was dropped.
+    WhichTable {
+        file: PathBuf,
+    },
+    SaveRoom {
+        files: FileDialog,
+        room: RoomToSave,
+    },
+    ReplaceRoom {
+        path: PathBuf,
+        room: RoomToSave,
+    },
+}
+
+/// What a file dialog chooses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileKind {
+    Design,
+    Table,
+    Room,
+}
+
+impl FileKind {
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Design => DESIGN_EXTENSION,
+            Self::Table => ".csv",
+            Self::Room => ENVIRONMENT_EXTENSION,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Design => "design",
+            Self::Table => "table",
+            Self::Room => "room",
+        }
+    }
 }
 
 /// Chooses a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileDialog {
+    pub kind: FileKind,
     pub folder: PathBuf,
     pub entries: Vec<Entry>,
     /// The path field.
@@ -50,16 +105,31 @@ pub struct FileDialog {
 pub enum DialogAnswer {
     Close,
     Request(FileRequest),
+    Field(FieldRequest),
     Become(Dialog),
 }
 
 impl Dialog {
     pub fn open(folder: PathBuf) -> Self {
-        Self::Open(FileDialog::new(folder, ""))
+        Self::Open(FileDialog::new(FileKind::Design, folder, ""))
     }
 
     pub fn save_as(folder: PathBuf, name: &str) -> Self {
-        Self::SaveAs(FileDialog::new(folder, name))
+        Self::SaveAs(FileDialog::new(FileKind::Design, folder, name))
+    }
+
+    pub fn open_table(folder: PathBuf, role: TableRole) -> Self {
+        Self::Table {
+            files: FileDialog::new(FileKind::Table, folder, ""),
+            role,
+        }
+    }
+
+    pub fn save_room(folder: PathBuf, name: &str, room: RoomToSave) -> Self {
+        Self::SaveRoom {
+            files: FileDialog::new(FileKind::Room, folder, name),
+            room,
+        }
     }
 
     /// What went wrong, in the words of the command line.
@@ -108,8 +178,9 @@ impl Dialog {
 }
 
 impl FileDialog {
-    fn new(folder: PathBuf, name: &str) -> Self {
+    fn new(kind: FileKind, folder: PathBuf, name: &str) -> Self {
         let mut dialog = Self {
+            kind,
             text: String::new(),
             folder: PathBuf::new(),
             entries: Vec::new(),
@@ -123,7 +194,7 @@ impl FileDialog {
     fn go_to(&mut self, folder: PathBuf, name: &str) {
         // A relative folder has no folder above it.
         let folder = std::path::absolute(&folder).unwrap_or(folder);
-        match folder::list(&folder) {
+        match folder::list(&folder, self.kind.extension()) {
             Ok(entries) => {
                 self.entries = entries;
                 self.problem = None;
@@ -208,6 +279,56 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
             let save = DialogAnswer::Request(FileRequest::SaveAs(path.clone()));
             buttons_ui(ui, &[("Replace", save), ("Cancel", DialogAnswer::Close)])
         }
+        Dialog::Table { files, role } => {
+            let role = *role;
+            let title = match role {
+                TableRole::Training => "Open measurements to fit",
+                TableRole::HeldOut => "Open measurements to judge the fit on",
+            };
+            file_ui(ui, files, title, "Open", |path, _| {
+                DialogAnswer::Field(FieldRequest::Open(role, path))
+            })
+        }
+        Dialog::WhichTable { file } => {
+            title_ui(ui, "What are these measurements for?");
+            ui.add(egui::Label::new(file.display().to_string()).wrap());
+            let open = |role| DialogAnswer::Field(FieldRequest::Open(role, file.clone()));
+            buttons_ui(
+                ui,
+                &[
+                    ("To judge the fit on", open(TableRole::HeldOut)),
+                    ("To fit, instead", open(TableRole::Training)),
+                    ("Cancel", DialogAnswer::Close),
+                ],
+            )
+        }
+        Dialog::SaveRoom { files, room } => {
+            let room = room.clone();
+            file_ui(
+                ui,
+                files,
+                "Save room and use it",
+                "Save",
+                move |path, exists| {
+                    let room = room.clone();
+                    if exists {
+                        DialogAnswer::Become(Dialog::ReplaceRoom { path, room })
+                    } else {
+                        DialogAnswer::Field(FieldRequest::Save(room, path))
+                    }
+                },
+            )
+        }
+        Dialog::ReplaceRoom { path, room } => {
+            title_ui(ui, "Replace the room's file?");
+            let text = format!(
+                "{} exists already; designs that refer to it would be in another room",
+                path.display()
+            );
+            ui.add(egui::Label::new(text).wrap());
+            let save = DialogAnswer::Field(FieldRequest::Save(room.clone(), path.clone()));
+            buttons_ui(ui, &[("Replace", save), ("Cancel", DialogAnswer::Close)])
+        }
     }
 }
 
@@ -255,7 +376,7 @@ fn file_ui(
     let field = ui.add(
         TextEdit::singleline(&mut files.text)
             .desired_width(f32::INFINITY)
-            .hint_text("path of a *.design.ron file"),
+            .hint_text(format!("path of a *{} file", files.kind.extension())),
     );
     field.widget_info(|| {
         egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, ui.is_enabled(), "path")
@@ -290,7 +411,8 @@ fn file_ui(
         return None;
     }
     if path.as_os_str().is_empty() {
-        files.problem = Some("no path, expected a *.design.ron file".to_owned());
+        let extension = files.kind.extension();
+        files.problem = Some(format!("no path, expected a *{extension} file"));
         files.wants_focus = true;
         return None;
     }
@@ -316,7 +438,7 @@ fn list_ui(ui: &mut Ui, files: &FileDialog) -> Option<PathBuf> {
                             note: match entry {
                                 Entry::Up => "folder above",
                                 Entry::Folder(_) => "folder",
-                                Entry::Design(_) => "design",
+                                Entry::File(_) => files.kind.name(),
                             },
                             ..Row::default()
                         };

@@ -1,6 +1,5 @@
-//! What a folder offers to a dialog: its folders, and its designs.
+//! What a folder offers to a dialog: its folders, and its files of one kind.
 
-use crate::editor::document::DESIGN_EXTENSION;
 use std::path::{Path, PathBuf};
 
 /// One line of a dialog's list.
@@ -9,14 +8,14 @@ pub enum Entry {
     /// The folder above.
     Up,
     Folder(String),
-    Design(String),
+    File(String),
 }
 
 impl Entry {
     pub fn name(&self) -> &str {
         match self {
             Self::Up => "..",
-            Self::Folder(name) | Self::Design(name) => name,
+            Self::Folder(name) | Self::File(name) => name,
         }
     }
 
@@ -24,16 +23,16 @@ impl Entry {
     pub fn path(&self, folder: &Path) -> PathBuf {
         match self {
             Self::Up => folder.parent().unwrap_or(folder).to_path_buf(),
-            Self::Folder(name) | Self::Design(name) => folder.join(name),
+            Self::Folder(name) | Self::File(name) => folder.join(name),
         }
     }
 }
 
-/// Folders first, then designs, each by name; hidden ones are left out.
+/// Folders first, then files whose names end so, each by name; hidden ones are left out.
 ///
 /// # Errors
 /// The system's, in words that name the folder.
-pub fn list(folder: &Path) -> Result<Vec<Entry>, String> {
+pub fn list(folder: &Path, extension: &str) -> Result<Vec<Entry>, String> {
     let found =
         std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut entries: Vec<Entry> = found
@@ -46,8 +45,7 @@ pub fn list(folder: &Path) -> Result<Vec<Entry>, String> {
             if entry.path().is_dir() {
                 Some(Entry::Folder(name))
             } else {
-                name.ends_with(DESIGN_EXTENSION)
-                    .then_some(Entry::Design(name))
+                name.ends_with(extension).then_some(Entry::File(name))
             }
         })
         .collect();
@@ -69,14 +67,14 @@ mod tests {
             std::fs::write(folder.path().join(name), "").unwrap();
         }
         std::fs::create_dir(folder.path().join("rooms")).unwrap();
-        let entries = list(folder.path()).unwrap();
+        let entries = list(folder.path(), ".design.ron").unwrap();
         let names: Vec<&str> = entries.iter().map(Entry::name).collect();
         assert_eq!(names, ["..", "rooms", "a.design.ron", "b.design.ron"]);
     }
 
     #[test]
     fn a_folder_that_is_not_there_is_named() {
-        let error = list(Path::new("/no/such/folder")).unwrap_err();
+        let error = list(Path::new("/no/such/folder"), ".csv").unwrap_err();
         assert!(error.starts_with("/no/such/folder: "), "{error}");
     }
 }

@@ -3,10 +3,13 @@
 use super::baseline::{Baseline, note_baseline};
 use super::command_ui::{CommandPages, command_pages_ui};
 use super::dialogs::{DialogAnswer, Dialogs, dialog_ui};
+use super::field::{
+    comparison_ui, rooms_ui, selection_ui, selection_window, settings_ui, tables_ui, worth_ui,
+};
 use super::inspector::{InspectorView, inspector_ui};
 use super::outliner::{OutlinerView, outliner_ui};
 use super::precision_ui::precision_window;
-use super::result::{ResultView, headline, result_ui};
+use super::result::{ResultView, brief_result_ui, headline, result_ui};
 use super::slice_ui::{SlicePanelView, slice_ui};
 use super::status_bar::{StatusView, hint, status_bar_ui};
 use super::top_bar::{TopBarView, top_bar_ui};
@@ -14,6 +17,8 @@ use super::{PanelAction, theme};
 use crate::design::{Design, View};
 use crate::editor::commands::{Command, RunCommand};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
+use crate::editor::field::samples::SampleScale;
+use crate::editor::field::{FieldDesk, FieldRequest};
 use crate::editor::precision::{PrecisionPage, PrecisionRequest};
 use crate::editor::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, Presentation, Results,
@@ -69,9 +74,13 @@ impl Plugin for UiPlugin {
             .init_resource::<Baseline>()
             .init_resource::<Dialogs>()
             .init_resource::<CommandPages>()
+            .init_resource::<FieldDesk>()
+            .init_resource::<SampleScale>()
+            .init_resource::<WorldGeneration>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
+            .add_message::<FieldRequest>()
             .add_message::<PrecisionRequest>()
             .add_message::<RunCommand>()
             .add_message::<RequestRedraw>()
@@ -86,6 +95,7 @@ impl Plugin for UiPlugin {
                     (set_style, panels).chain().in_set(UiSystems::Panels),
                     (
                         precision_page.run_if(is_precision_open),
+                        selection_page.run_if(is_selection_open),
                         command_pages.run_if(is_command_page_open),
                         dialogs,
                     )
@@ -117,6 +127,9 @@ struct Shown<'w> {
     drag: Res<'w, ActiveDrag>,
     presentation: Res<'w, Presentation>,
     workspace: Res<'w, Workspace>,
+    field: Res<'w, FieldDesk>,
+    sample_scale: Res<'w, SampleScale>,
+    generation: Res<'w, WorldGeneration>,
 }
 
 /// Where what the person asked for goes.
@@ -128,6 +141,7 @@ struct Asked<'w> {
     edits: MessageWriter<'w, EditRequest>,
     views: MessageWriter<'w, ViewRequest>,
     files: MessageWriter<'w, FileRequest>,
+    fields: MessageWriter<'w, FieldRequest>,
     commands: MessageWriter<'w, RunCommand>,
     redraw: MessageWriter<'w, RequestRedraw>,
 }
@@ -204,19 +218,30 @@ impl Desk<'_> {
             .exact_size(theme::STATUS_BAR_HEIGHT)
             .frame(theme::panel_frame(Margin::symmetric(6, 0)))
             .show(root, |ui| self.status_ui(ui));
+        let workspace = *self.shown.workspace;
         if self.sides.left {
             Panel::left("left")
                 .exact_size(theme::LEFT_WIDTH)
                 .resizable(false)
                 .frame(theme::panel_frame(Margin::symmetric(8, 0)))
-                .show(root, |ui| self.left_ui(ui, actions));
+                .show(root, |ui| match workspace {
+                    Workspace::Field => self.field_left_ui(ui, actions),
+                    Workspace::Design | Workspace::Study => self.left_ui(ui, actions),
+                });
         }
         if self.sides.right {
-            Panel::right("right")
-                .exact_size(theme::RIGHT_WIDTH)
+            let (width, margin) = match workspace {
+                Workspace::Field => (theme::FIELD_WIDTH, Margin::symmetric(12, 0)),
+                Workspace::Design | Workspace::Study => (theme::RIGHT_WIDTH, Margin::ZERO),
+            };
+            Panel::right(workspace.name())
+                .exact_size(width)
                 .resizable(false)
-                .frame(theme::panel_frame(Margin::ZERO))
-                .show(root, |ui| self.right_ui(ui, actions));
+                .frame(theme::panel_frame(margin))
+                .show(root, |ui| match workspace {
+                    Workspace::Field => self.field_right_ui(ui, actions),
+                    Workspace::Design | Workspace::Study => self.right_ui(ui, actions),
+                });
         }
     }
 
@@ -268,22 +293,60 @@ impl Desk<'_> {
                     pose: self.shown.results.pose.as_ref().map(|p| &p.value),
                 },
             ));
-            if self.view().layers.slice {
-                actions.extend(slice_ui(
-                    ui,
-                    &SlicePanelView {
-                        view: self.view(),
-                        bounds: *self.environment().model.bounds(),
-                        has_support: self.environment().support.is_some(),
-                        max_mm: self.shown.results.slice.as_ref().map(|s| s.value.max_mm),
-                    },
-                ));
-            }
+            self.slice_ui(ui, actions);
             ui.add_space(8.0);
         });
     }
 
-    fn right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+    fn slice_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        if self.view().layers.slice {
+            actions.extend(slice_ui(
+                ui,
+                &SlicePanelView {
+                    view: self.view(),
+                    bounds: *self.environment().model.bounds(),
+                    has_support: self.environment().support.is_some(),
+                    max_mm: self.shown.results.slice.as_ref().map(|s| s.value.max_mm),
+                },
+            ));
+        }
+    }
+
+    /// The design's figures stand below the rooms: a click on a room shows what it does to them.
+    fn field_left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        Panel::bottom("result in room")
+            .resizable(false)
+            .frame(theme::panel_frame(Margin::symmetric(0, 8)))
+            .show(ui, |ui| brief_result_ui(ui, &self.result_view()));
+        let desk = &self.shown.field;
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            let mut asked = tables_ui(ui, desk, *self.shown.sample_scale);
+            asked.extend(rooms_ui(ui, desk));
+            actions.extend(asked.into_iter().map(PanelAction::Field));
+            self.slice_ui(ui, actions);
+            ui.add_space(8.0);
+        });
+    }
+
+    fn field_right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        let desk = &self.shown.field;
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            let mut asked = settings_ui(ui, desk);
+            asked.extend(worth_ui(ui, desk));
+            if let Some(comparison) = &desk.comparison {
+                let is_current = comparison.generation == self.shown.generation.0
+                    && comparison.revision == self.world.document.revision();
+                comparison_ui(ui, comparison, is_current);
+            }
+            if let Some(fitted) = &desk.fitted {
+                asked.extend(selection_ui(ui, fitted));
+            }
+            actions.extend(asked.into_iter().map(PanelAction::Field));
+            ui.add_space(8.0);
+        });
+    }
+
+    fn result_view(&self) -> ResultView<'_> {
         let results = &self.shown.results;
         let study = results.study.as_ref();
         let before = study.and_then(|study| {
@@ -292,17 +355,19 @@ impl Desk<'_> {
             (name == now.name).then_some(value)
         });
         let revision = self.world.document.revision();
+        ResultView {
+            results,
+            before,
+            is_computing: study.is_some_and(|s| s.revision != revision),
+        }
+    }
+
+    fn right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        let results = &self.shown.results;
         Panel::bottom("result")
             .resizable(false)
             .frame(super::result::frame())
-            .show(ui, |ui| {
-                let result = ResultView {
-                    results,
-                    before,
-                    is_computing: study.is_some_and(|s| s.revision != revision),
-                };
-                result_ui(ui, &result);
-            });
+            .show(ui, |ui| result_ui(ui, &self.result_view()));
         egui::Frame::new()
             .inner_margin(Margin::symmetric(12, 0))
             .show(ui, |ui| {
@@ -337,6 +402,9 @@ impl Asked<'_> {
                 }
                 PanelAction::File(request) => {
                     self.files.write(request);
+                }
+                PanelAction::Field(request) => {
+                    self.fields.write(request);
                 }
                 PanelAction::Run(command) => {
                     self.commands.write(RunCommand(command));
@@ -381,6 +449,26 @@ fn precision_page(
     Ok(())
 }
 
+fn is_selection_open(desk: Res<FieldDesk>, workspace: Res<Workspace>) -> bool {
+    desk.is_selection_open && *workspace == Workspace::Field
+}
+
+fn selection_page(
+    mut contexts: EguiContexts,
+    desk: Res<FieldDesk>,
+    mut requests: MessageWriter<FieldRequest>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) -> Result {
+    let Some(fitted) = desk.fitted.as_ref().filter(|f| f.chosen.is_some()) else {
+        return Ok(());
+    };
+    for request in selection_window(contexts.ctx_mut()?, fitted) {
+        requests.write(request);
+        redraw.write(RequestRedraw);
+    }
+    Ok(())
+}
+
 fn is_command_page_open(pages: Res<CommandPages>) -> bool {
     pages.is_any_open()
 }
@@ -407,6 +495,7 @@ fn dialogs(
     mut contexts: EguiContexts,
     mut dialogs: ResMut<Dialogs>,
     mut files: MessageWriter<FileRequest>,
+    mut fields: MessageWriter<FieldRequest>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
@@ -430,6 +519,10 @@ fn dialogs(
         DialogAnswer::Become(dialog) => Some(dialog),
         DialogAnswer::Request(request) => {
             files.write(request);
+            None
+        }
+        DialogAnswer::Field(request) => {
+            fields.write(request);
             None
         }
     };

@@ -5,6 +5,7 @@ pub mod baseline;
 pub mod chart_ui;
 pub mod command_ui;
 pub mod dialogs;
+pub mod field;
 pub mod folder;
 pub mod inspector;
 mod layout;
@@ -21,6 +22,7 @@ pub mod widgets;
 pub use layout::{PanelsShown, UiPlugin, UiSystems};
 
 use super::commands::Command;
+use super::field::FieldRequest;
 use super::state::{EditRequest, FileRequest, Selected, ViewRequest};
 use crate::design::Edit;
 use widgets::NumberChange;
@@ -31,6 +33,7 @@ pub enum PanelAction {
     Edit(EditRequest),
     View(ViewRequest),
     File(FileRequest),
+    Field(FieldRequest),
     Run(Command),
     Select(Option<Selected>),
     Hover(Selected),

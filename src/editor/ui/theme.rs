@@ -13,6 +13,8 @@ pub const STATUS_BAR_HEIGHT: f32 = 22.0;
 pub const LEFT_WIDTH: f32 = 240.0;
 /// Width of inspector and result.
 pub const RIGHT_WIDTH: f32 = 300.0;
+/// Width of fit and figures in the Field workspace, where tables of numbers stand side by side.
+pub const FIELD_WIDTH: f32 = 360.0;
 /// Height of a row that can be clicked.
 pub const ROW_HEIGHT: f32 = 22.0;
 
