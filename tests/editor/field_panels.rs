@@ -194,7 +194,7 @@ fn a_room_says_what_it_is_worth_and_the_designs_own_is_not_assigned_again() {
     let desk = app.world().resource::<FieldDesk>();
     let asked = look(
         |ui| rooms_ui(ui, desk),
-        |harness| harness.get_by_label("Operating table").click(),
+        |harness| harness.get_by_label("Operating table (built in)").click(),
     );
     assert!(asked.is_empty(), "{asked:?}");
     let desk = FieldDesk {
@@ -203,7 +203,7 @@ fn a_room_says_what_it_is_worth_and_the_designs_own_is_not_assigned_again() {
     };
     let asked = look(
         |ui| rooms_ui(ui, &desk),
-        |harness| harness.get_by_label("Operating table").click(),
+        |harness| harness.get_by_label("Operating table (built in)").click(),
     );
     assert_eq!(asked, [FieldRequest::Assign(desk.rooms[0].place.clone())]);
 }

@@ -231,8 +231,11 @@ impl Hand<'_> {
         }
     }
 
-    /// One undo step with the room's name.
+    /// One undo step with the room's name. The room that is left stays in the list, wherever it is.
     fn put_into(&mut self, name: &str, reference: String) {
+        if let Some(left) = self.desk.own.clone() {
+            self.remember(left);
+        }
         self.edits
             .write(EditRequest::Begin(format!("Use room {name}")));
         self.edits

@@ -210,14 +210,21 @@ impl FieldDesk {
         }
     }
 
+    /// How many threads work for it.
+    pub fn jobs(&self) -> usize {
+        let readings = TableRole::ALL.map(|role| self.slot(role).reading.is_some());
+        let others = [
+            self.fitting.is_some(),
+            self.comparing.is_some(),
+            self.listing.is_some(),
+        ];
+        let all = readings.into_iter().chain(others);
+        all.filter(|is_working| *is_working).count()
+    }
+
     /// Whether any thread works for it.
     pub fn is_busy(&self) -> bool {
-        TableRole::ALL
-            .iter()
-            .any(|role| self.slot(*role).reading.is_some())
-            || self.fitting.is_some()
-            || self.comparing.is_some()
-            || self.listing.is_some()
+        self.jobs() > 0
     }
 
     /// Why nothing can be fitted now; `None` where something can.

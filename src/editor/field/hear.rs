@@ -7,6 +7,7 @@ use crate::editor::document::Notice;
 use crate::editor::ui::dialogs::{Dialog, Dialogs};
 use crate::store::{MeasurementTable, StoreError};
 use bevy::prelude::*;
+use bevy::window::RequestRedraw;
 use std::sync::Arc;
 
 /// Said where a thread is gone without an answer.
@@ -16,7 +17,9 @@ pub(super) fn hear(
     mut desk: ResMut<FieldDesk>,
     mut dialogs: ResMut<Dialogs>,
     mut notice: ResMut<Notice>,
+    mut redraw: MessageWriter<RequestRedraw>,
 ) {
+    let before = desk.jobs();
     let mut told = Vec::new();
     for role in TableRole::ALL {
         hear_table(&mut desk, role, &mut told);
@@ -28,6 +31,10 @@ pub(super) fn hear(
         if let Ended::Done(Ok(rooms)) = ended {
             desk.rooms = rooms;
         }
+    }
+    if desk.jobs() < before {
+        // What was not there before is laid out in this frame and right in the next.
+        redraw.write(RequestRedraw);
     }
     for (title, text) in told {
         dialogs.show(Dialog::Error {

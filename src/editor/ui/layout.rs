@@ -330,6 +330,8 @@ impl Desk<'_> {
 
     fn field_right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
         let desk = &self.shown.field;
+        // The panel is as wide as it is, whatever is in it.
+        ui.set_min_width(ui.available_width());
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             let mut asked = settings_ui(ui, desk);
             asked.extend(worth_ui(ui, desk));

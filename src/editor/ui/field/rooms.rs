@@ -30,8 +30,12 @@ pub fn rooms_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
             (Some(_), Some(rms_mm)) => length(rms_mm),
         };
         let mark = is_own.then_some((Mark::Dot, palette::ACCENT.color32()));
+        let name = match &room.place {
+            RoomPlace::BuiltIn(_) => format!("{} (built in)", room.summary.name),
+            RoomPlace::File(_) => room.summary.name.clone(),
+        };
         let row = Row {
-            label: &room.summary.name,
+            label: &name,
             note: &worth,
             is_selected: is_own,
             mark: Some(mark.unwrap_or((Mark::Dot, palette::LINE.color32()))),

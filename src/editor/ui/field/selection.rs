@@ -3,7 +3,7 @@
 use crate::editor::field::FieldRequest;
 use crate::editor::field::desk::Fitted;
 use crate::editor::palette;
-use crate::editor::ui::chart_ui::chart_ui;
+use crate::editor::ui::chart_ui::chart_above_legend_ui;
 use crate::editor::ui::widgets::{quiet_ui, section_ui};
 use crate::report::selection::{head, notes, reason, rows};
 use crate::report::selection_chart::chart;
@@ -13,6 +13,7 @@ const PANEL_HEIGHT: f32 = 210.0;
 const WINDOW_WIDTH: f32 = 760.0;
 const WINDOW_CHART_HEIGHT: f32 = 300.0;
 const TABLE_HEIGHT: f32 = 240.0;
+const TITLE_SIZE: f32 = 15.0;
 
 /// Draws Fig. 3 as large as a panel allows.
 pub fn selection_ui(ui: &mut Ui, fitted: &Fitted) -> Vec<FieldRequest> {
@@ -25,7 +26,7 @@ pub fn selection_ui(ui: &mut Ui, fitted: &Fitted) -> Vec<FieldRequest> {
     // The axes' names take a third of a panel's width; they stand in the window.
     figure.x.label = "order".to_owned();
     figure.y.label = "position RMS, mm".to_owned();
-    chart_ui(ui, &figure, PANEL_HEIGHT);
+    chart_above_legend_ui(ui, &figure, PANEL_HEIGHT);
     if ui.button("Figure and table…").clicked() {
         asked.push(FieldRequest::ShowSelection(true));
     }
@@ -36,12 +37,13 @@ pub fn selection_ui(ui: &mut Ui, fitted: &Fitted) -> Vec<FieldRequest> {
 pub fn selection_window(ctx: &Context, fitted: &Fitted) -> Vec<FieldRequest> {
     let mut asked = Vec::new();
     let mut is_open = true;
-    egui::Window::new("Held-out error against order")
+    egui::Window::new(RichText::new("Held-out error against order (Fig. 3)").size(TITLE_SIZE))
+        .id(egui::Id::new("selection window"))
         .open(&mut is_open)
-        .collapsible(false)
         .default_width(WINDOW_WIDTH)
-        .min_width(WINDOW_WIDTH)
         .resizable(false)
+        .collapsible(false)
+        .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
         .show(ctx, |ui| page_ui(ui, fitted));
     if !is_open {
         asked.push(FieldRequest::ShowSelection(false));
@@ -53,7 +55,7 @@ fn page_ui(ui: &mut Ui, fitted: &Fitted) {
     let Some(chosen) = &fitted.chosen else { return };
     let selection = &chosen.selection;
     ui.set_width(WINDOW_WIDTH);
-    chart_ui(
+    chart_above_legend_ui(
         ui,
         &chart(&fitted.training.name(), selection),
         WINDOW_CHART_HEIGHT,

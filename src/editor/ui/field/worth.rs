@@ -5,7 +5,10 @@ use crate::calibration::room_worth::Worth;
 use crate::editor::field::desk::{Comparison, Fitted};
 use crate::editor::field::{FieldDesk, FieldRequest, RoomToSave};
 use crate::editor::palette;
-use crate::editor::ui::widgets::{count, quiet_ui, section_ui, warning_ui, with_unit};
+use crate::editor::ui::theme;
+use crate::editor::ui::widgets::{
+    MET_SIGN, MISSED_SIGN, count, quiet_ui, section_ui, warning_ui, with_unit,
+};
 use crate::field::selection::Candidate;
 use crate::report::room::{fit_warnings, method_name};
 use crate::report::selection::{candidate_text, reason};
@@ -86,7 +89,7 @@ fn title_ui(ui: &mut Ui, fitted: &Fitted) {
     if let Some(chosen) = &fitted.chosen {
         let why = reason(&chosen.selection, chosen.by.as_deref(), chosen.tried.folds);
         let why = RichText::new(why)
-            .font(crate::editor::ui::theme::label_font())
+            .font(theme::label_font())
             .color(palette::TEXT_QUIET.color32());
         ui.add(Label::new(why).wrap());
     }
@@ -221,16 +224,25 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
                 change_ui(ui, tried - present, 2);
                 ui.end_row();
             }
+            let verdicts = [&comparison.present, &comparison.tried].map(verdict);
+            if let [Some(present), Some(tried)] = verdicts {
+                ui.label(RichText::new("requirement").color(palette::TEXT_QUIET.color32()));
+                for (text, is_met) in [present, tried] {
+                    cell_ui(ui, text, theme::verdict_color(Some(is_met)));
+                }
+                ui.end_row();
+            }
         });
-    let verdict = |figures: &Figures| match figures.requirement_met() {
-        None => None,
-        Some(true) => Some("met"),
-        Some(false) => Some("missed"),
+}
+
+/// Whether the design's requirement is met, in words with their sign.
+fn verdict(figures: &Figures) -> Option<(String, bool)> {
+    let is_met = figures.requirement_met()?;
+    let text = match is_met {
+        true => format!("{MET_SIGN} met"),
+        false => format!("{MISSED_SIGN} missed"),
     };
-    if let (Some(present), Some(tried)) = (verdict(&comparison.present), verdict(&comparison.tried))
-    {
-        fact_ui(ui, "requirement", &format!("{present}, then {tried}"));
-    }
+    Some((text, is_met))
 }
 
 /// The value that the row of this name has, and its unit.
