@@ -207,3 +207,40 @@ pub fn list_rooms(places: Vec<RoomPlace>, task: &Task) -> Result<Vec<RoomListing
     listings.sort_by_cached_key(key);
     Ok(listings)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::{open_builtin, save_as};
+
+    #[test]
+    fn a_design_refers_to_its_own_room_as_it_did() {
+        let mut world = open_builtin("endoscope").unwrap();
+        let own = own_room(&world).unwrap();
+        assert!(builtin_rooms().any(|room| room == own), "{own:?}");
+        let reference = reference_to_room(&world, &own).unwrap();
+        assert_eq!(
+            reference.as_ref(),
+            Some(&world.document.design().environment)
+        );
+
+        let folder = tempfile::tempdir().unwrap();
+        save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
+        // From the disk the built-in room is out of reach, and its copy is beside the design.
+        assert_eq!(reference_to_room(&world, &own).unwrap(), None);
+        let own = own_room(&world).unwrap();
+        assert_eq!(rooms_of_folder(folder.path()), std::slice::from_ref(&own));
+        let reference = reference_to_room(&world, &own).unwrap();
+        assert_eq!(
+            reference.as_ref(),
+            Some(&world.document.design().environment)
+        );
+    }
+
+    #[test]
+    fn a_room_is_named_after_its_file() {
+        assert_eq!(room_name(Path::new("a/room.env.ron")), "room");
+        assert_eq!(room_name(Path::new("a/room.ron")), "room");
+        assert_eq!(room_name(Path::new("a/cube-fit")), "cube-fit");
+    }
+}
