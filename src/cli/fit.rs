@@ -3,24 +3,22 @@
 use super::choose;
 use super::jitter::JitterArgs;
 use super::output::{self, Format, Shown};
-use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
-use crate::field::fit::{Factored, Fit, FitMethod, FitSettings, Residuals, factor, residuals};
-use crate::field::model::OutsidePolicy;
+use crate::calibration::room_choice::AskedModel;
+use crate::calibration::room_fit::{
+    FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
+};
+use crate::field::environment::{HoldoutProvenance, Jitter};
+use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals};
 use crate::field::samples::{MapKind, SampleSet};
-use crate::field::support::SupportError;
-use crate::field::{DistortionModel, Environment, Support};
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
+use crate::report::room::{fit_warnings, map_name, method_name, support_note};
 use crate::store::{self, SampleReading};
 use crate::study::figures::with_separators;
-use crate::task::Task;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-
-/// Part of a fit's time that reducing its samples takes, for its progress bar only.
-const FACTORING_PART: f64 = 0.8;
 
 #[derive(Debug, Args)]
 pub struct FitArgs {
@@ -127,14 +125,6 @@ pub(super) enum VolumeArg {
     AuroraCube,
 }
 
-/// A model's figures on measurements that it was not fitted to.
-pub(super) struct Holdout {
-    data: String,
-    samples: usize,
-    before: Residuals,
-    after: Residuals,
-}
-
 /// Fits, writes the environment, and prints the residuals.
 ///
 /// # Errors
@@ -148,7 +138,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         .as_ref()
         .map(|f| read(f, args.sensors, map))
         .transpose()?;
-    let (settings, chosen) = choose::settings(&args.data, &set, asked)?;
+    let (settings, chosen) = choose::settings(&args.data, &set, &asked)?;
     let target = Target {
         data: &args.data,
         output: &args.output,
@@ -157,19 +147,19 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         with_support: !args.no_support,
     };
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
-    let (fitted, holdout) = fit_and_write(&target, &settings, &set, holdout)?;
+    let room = fit_and_write(&target, &settings, &set, holdout)?;
     if let Some(chosen) = &chosen {
-        output::note(&chosen.reason());
+        output::note(&choose::reason_of(chosen));
     }
     match args.format {
         Format::Json => {
-            let mut value = as_json(&settings, &fitted, holdout.as_ref());
+            let mut value = as_json(&settings, &room);
             if let Some(chosen) = &chosen {
-                value["selection"] = chosen.as_json();
+                value["selection"] = choose::as_json(chosen);
             }
             output::print_json(&value)
         }
-        Format::Text => output::print(&as_text(&target, &settings, &fitted, holdout.as_ref())),
+        Format::Text => output::print(&as_text(&target, &settings, &room)),
     }
 }
 
@@ -189,41 +179,59 @@ pub(super) fn fit_and_write(
     settings: &FitSettings,
     samples: &SampleSet,
     holdout: Option<(&Path, &SampleSet)>,
-) -> anyhow::Result<(Fit, Option<Holdout>)> {
-    let fitting = Shown::new("fitting");
-    let (factored, fitted) = factor(
-        samples,
-        settings,
-        None,
-        &fitting.task.stretch(0.0, FACTORING_PART),
-    )
-    .and_then(|factored| {
-        let task = fitting.task.stretch(FACTORING_PART, 1.0);
-        let solved = factored.solve_with(settings.rcond, settings.ridge, &task)?;
-        Ok((factored, solved.judged(samples)))
-    })
-    .with_context(|| target.data.display().to_string())?;
-    drop(fitting);
-    let support = match target.with_support {
-        true => {
-            let supporting = Shown::new("support");
-            support(samples, &factored, &fitted, &supporting.task)?
-        }
-        false => None,
+) -> anyhow::Result<FittedRoom> {
+    let (table, held_out) = (
+        file_name(target.data),
+        holdout.map(|(file, set)| (file_name(file), set)),
+    );
+    let order = RoomOrder {
+        name: &store::room_name(target.output),
+        table: RoomTable {
+            name: &table,
+            samples,
+        },
+        held_out: held_out
+            .as_ref()
+            .map(|(name, samples)| RoomTable { name, samples }),
+        settings: *settings,
+        volume: target
+            .volume
+            .map(|VolumeArg::AuroraCube| Volume::AuroraCube),
+        jitter: target.jitter,
+        with_support: target.with_support,
     };
-    let holdout = holdout.map(|(file, set)| judge(&fitted.model, file, set));
-    let mut environment = environment(target, &fitted, settings, holdout.as_ref());
-    environment.support = support;
-    store::write_environment(target.output, &environment)?;
-    for warning in warnings(&fitted) {
+    let mut shown = None;
+    let room = fit_room(&order, |stage| {
+        // The bar of the stage before goes first.
+        shown = None;
+        let bar = Shown::new(match stage {
+            RoomStage::Fitting => "fitting",
+            RoomStage::Support => "support",
+        });
+        let task = bar.task.clone();
+        shown = Some(bar);
+        task
+    });
+    drop(shown);
+    let room = match room {
+        Err(RoomError::Fit(error)) => {
+            return Err(error).with_context(|| target.data.display().to_string());
+        }
+        other => other?,
+    };
+    if let Some(why) = &room.support_left_out {
+        output::note(&format!("note: {}", support_note(why)));
+    }
+    store::write_environment(target.output, &room.environment)?;
+    for warning in fit_warnings(&room.fit) {
         output::note(&format!("warning: {warning}"));
     }
-    Ok((fitted, holdout))
+    Ok(room)
 }
 
 /// What the command line says about the model, and what it leaves open.
-fn asked(args: &FitArgs) -> anyhow::Result<choose::Asked> {
-    Ok(choose::Asked {
+fn asked(args: &FitArgs) -> anyhow::Result<AskedModel> {
+    Ok(AskedModel {
         order: args.order,
         directions: args
             .directions
@@ -280,133 +288,14 @@ pub(super) fn read(file: &Path, sensors: SensorsArg, map: MapKind) -> anyhow::Re
     )?)
 }
 
-/// Where the model may be believed; one that is too large to keep is left out with a note.
-fn support(
-    samples: &SampleSet,
-    factored: &Factored,
-    fitted: &Fit,
-    task: &Task,
-) -> anyhow::Result<Option<Support>> {
-    match Support::of_fit(samples, factored, &fitted.model, task) {
-        Ok(support) => Ok(Some(support)),
-        Err(SupportError::NoOrder) => Ok(None),
-        Err(error @ (SupportError::TooLarge { .. } | SupportError::TooManyUnknowns { .. })) => {
-            output::note(&format!(
-                "note: {error}; the environment is written without it"
-            ));
-            Ok(None)
-        }
-        Err(error @ (SupportError::Cancelled(_) | SupportError::Fit(_))) => Err(error.into()),
-    }
-}
-
-fn judge(model: &DistortionModel, file: &Path, samples: &SampleSet) -> Holdout {
-    let zero = DistortionModel::zero(*model.bounds(), model.map());
-    Holdout {
-        data: file_name(file),
-        samples: samples.samples.len(),
-        before: residuals(&zero, samples, OutsidePolicy::Clamp),
-        after: residuals(model, samples, OutsidePolicy::Clamp),
-    }
-}
-
-fn environment(
-    target: &Target,
-    fitted: &Fit,
-    settings: &FitSettings,
-    holdout: Option<&Holdout>,
-) -> Environment {
-    Environment {
-        name: stem(target.output),
-        model: fitted.model.clone(),
-        volume: target
-            .volume
-            .map(|VolumeArg::AuroraCube| Volume::AuroraCube),
-        jitter: target.jitter,
-        support: None,
-        provenance: Some(Provenance {
-            data: file_name(target.data),
-            samples: fitted.samples,
-            method: settings.method,
-            ridge: settings.ridge,
-            train_before: fitted.before,
-            train_after: fitted.after,
-            holdout: holdout.map(|h| HoldoutProvenance {
-                data: h.data.clone(),
-                samples: h.samples,
-                before: h.before,
-                after: h.after,
-            }),
-        }),
-    }
-}
-
 /// A file's name without its folder.
 pub(super) fn file_name(file: &Path) -> String {
     file.file_name()
         .map_or_else(String::new, |n| n.to_string_lossy().into_owned())
 }
 
-/// `room` of `folder/room.env.ron`.
-fn stem(file: &Path) -> String {
-    let name = file_name(file);
-    let stem = name.strip_suffix(".ron").unwrap_or(&name);
-    stem.strip_suffix(".env").unwrap_or(stem).to_owned()
-}
-
-fn warnings(fitted: &Fit) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let few: Vec<_> = fitted
-        .systems
-        .iter()
-        .filter(|s| s.is_underdetermined())
-        .collect();
-    if let Some(least) = few.iter().min_by_key(|s| s.samples) {
-        warnings.push(format!(
-            "{} of {} orientations have fewer samples than the {} coefficients, the least {}; \
-             the solution of least norm was taken",
-            few.len(),
-            fitted.systems.len(),
-            least.unknowns,
-            with_separators(least.samples),
-        ));
-    }
-    let deficient = fitted
-        .systems
-        .iter()
-        .filter(|s| !s.is_underdetermined() && s.rank < s.unknowns)
-        .count();
-    if deficient > 0 {
-        warnings.push(format!(
-            "{deficient} of {} orientations do not determine all their coefficients; the solution \
-             of least norm was taken",
-            fitted.systems.len()
-        ));
-    }
-    if fitted.ambiguous > 0 {
-        warnings.push(format!(
-            "{} samples have opposite axes, so that their orientation error is ambiguous",
-            with_separators(fitted.ambiguous)
-        ));
-    }
-    warnings
-}
-
-pub(super) fn method_name(method: FitMethod) -> &'static str {
-    match method {
-        FitMethod::PerDirection => "per-direction",
-        FitMethod::Joint => "joint",
-    }
-}
-
-pub(super) fn map_name(map: MapKind) -> &'static str {
-    match map {
-        MapKind::Distortion => "distortion",
-        MapKind::Correction => "correction",
-    }
-}
-
-pub(super) fn as_json(settings: &FitSettings, fitted: &Fit, holdout: Option<&Holdout>) -> Value {
+pub(super) fn as_json(settings: &FitSettings, room: &FittedRoom) -> Value {
+    let (fitted, holdout) = (&room.fit, holdout_of(room));
     let residuals = |r: &Residuals| {
         json!({
             "position_rms_mm": r.position_rms_mm,
@@ -435,12 +324,13 @@ pub(super) fn as_json(settings: &FitSettings, fitted: &Fit, holdout: Option<&Hol
     value
 }
 
-fn as_text(
-    target: &Target,
-    settings: &FitSettings,
-    fitted: &Fit,
-    holdout: Option<&Holdout>,
-) -> String {
+/// The model's figures on measurements that it was not fitted to.
+fn holdout_of(room: &FittedRoom) -> Option<&HoldoutProvenance> {
+    room.environment.provenance.as_ref()?.holdout.as_ref()
+}
+
+fn as_text(target: &Target, settings: &FitSettings, room: &FittedRoom) -> String {
+    let (fitted, holdout): (&Fit, _) = (&room.fit, holdout_of(room));
     let mut lines = vec![format!(
         "{}: {} samples, order {}, {} orientation{}, {}, {} map",
         file_name(target.data),

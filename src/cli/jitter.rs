@@ -1,6 +1,6 @@
 //! How a tracker's jitter is stated on the command line.
 
-use crate::field::environment::{Jitter, JitterGrowth};
+use crate::field::environment::Jitter;
 use clap::Args;
 
 /// Said of each argument: a heading for the group would go on to whatever follows it.
@@ -48,10 +48,12 @@ impl JitterArgs {
     /// The jitter, where it is stated.
     pub fn jitter(&self) -> Option<Jitter> {
         let (position_mm, angle_deg) = self.jitter_position_mm.zip(self.jitter_angle_deg)?;
-        Some(Jitter {
-            growth: self.jitter_growth_mm.map(JitterGrowth::dipole),
-            ..Jitter::uniform(position_mm, angle_deg.to_radians())
-        })
+        let growth_mm = self.jitter_growth_mm;
+        Some(Jitter::stated(
+            position_mm,
+            angle_deg.to_radians(),
+            growth_mm,
+        ))
     }
 }
 

@@ -13,7 +13,6 @@ mod precision;
 #[cfg(feature = "editor")]
 mod render;
 mod select;
-mod select_chart;
 mod simulate;
 mod stability;
 mod uncertainty;

@@ -2,6 +2,7 @@
 
 use super::output;
 use crate::design::view::{CameraView, Layers, View};
+use crate::editor::field::TableRole;
 use crate::editor::picture::{Desk, StudyTrial};
 use crate::editor::state::{Selected, Workspace};
 use crate::editor::{picture, preflight};
@@ -32,6 +33,12 @@ pub struct RenderArgs {
     /// Which workspace's panels
     #[arg(long, value_enum, value_name = "NAME", requires = "window")]
     pub workspace: Option<WorkspaceName>,
+    /// Measurement table to show in the Field workspace
+    #[arg(long, value_name = "DATA.csv", requires = "workspace")]
+    pub measurements: Option<PathBuf>,
+    /// Held-out measurement table to show in the Field workspace
+    #[arg(long, value_name = "DATA2.csv", requires = "workspace")]
+    pub holdout: Option<PathBuf>,
     /// In the Study workspace, the trial of the range of motion to show, from 1, or worst
     #[arg(long, value_name = "N", requires = "workspace")]
     pub trial: Option<TrialName>,
@@ -53,6 +60,27 @@ pub struct RenderArgs {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PictureSize(pub [u32; 2]);
 
+/// What the person in the window is at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum WorkspaceName {
+    /// Bodies, sensors, the result
+    Design,
+    /// The room and its measurements
+    Field,
+    /// Trials one by one
+    Study,
+}
+
+impl From<WorkspaceName> for Workspace {
+    fn from(name: WorkspaceName) -> Self {
+        match name {
+            WorkspaceName::Design => Self::Design,
+            WorkspaceName::Field => Self::Field,
+            WorkspaceName::Study => Self::Study,
+        }
+    }
+}
+
 /// From where to look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ViewName {
@@ -66,24 +94,6 @@ pub enum ViewName {
     Top,
     /// Near the tip
     Tip,
-}
-
-/// Which workspace's panels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum WorkspaceName {
-    Design,
-    Field,
-    Study,
-}
-
-impl From<WorkspaceName> for Workspace {
-    fn from(name: WorkspaceName) -> Self {
-        match name {
-            WorkspaceName::Design => Self::Design,
-            WorkspaceName::Field => Self::Field,
-            WorkspaceName::Study => Self::Study,
-        }
-    }
 }
 
 /// A trial by its number from 1, or the worst.
@@ -217,16 +227,21 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         Some(name) => Some(sensor_named(&world, name)?),
         None => None,
     };
-    let png = picture::png(
-        world,
-        size,
-        Desk {
-            has_panels: args.window,
-            workspace: args.workspace.map(Workspace::from).unwrap_or_default(),
-            trial: args.trial.map(|TrialName(trial)| trial),
-            selected,
-        },
-    )?;
+    let tables = [
+        (TableRole::Training, &args.measurements),
+        (TableRole::HeldOut, &args.holdout),
+    ];
+    let desk = Desk {
+        has_panels: args.window,
+        workspace: args.workspace.map(Workspace::from).unwrap_or_default(),
+        tables: tables
+            .into_iter()
+            .filter_map(|(role, file)| Some((role, file.clone()?)))
+            .collect(),
+        trial: args.trial.map(|TrialName(trial)| trial),
+        selected,
+    };
+    let png = picture::png(world, size, desk)?;
     store::write_atomic(&args.output, |file| file.write_all(&png))
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     Ok(())

@@ -1,21 +1,26 @@
 //! `select`: cross-validates model sizes and regularisation, names the best, and fits it.
 
-use super::choose::{self, Grouping};
+use super::choose;
 use super::fit::{MapArg, MethodArg, SensorsArg, Target, VolumeArg, WeightsArg};
-use super::fit::{as_json as fit_json, file_name, fit_and_write, map_name, method_name, read};
+use super::fit::{as_json as fit_json, file_name, fit_and_write, read};
 use super::jitter::JitterArgs;
 use super::output::{self, Format};
-use super::select_chart;
+use crate::calibration::room_choice::Chosen;
 use crate::field::selection::{
-    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings, Selection,
+    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings,
 };
 use crate::geometry::directions::DirectionSet;
+use crate::report::room::{map_name, method_name};
+use crate::report::{selection, selection_chart};
 use crate::store;
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
+
+/// Size of the chart in pixels.
+const CHART_SIZE: (u32, u32) = (960, 640);
 
 #[derive(Debug, Args)]
 pub struct SelectArgs {
@@ -100,20 +105,9 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
         settings.direction_sets = vec![DirectionSet::One];
     }
     let grouping = choose::grouping(&args.data, &samples, args.group.as_deref(), args.folds)?;
-    let selection = choose::cross_validate(&args.data, &samples, grouping.as_ref(), &settings)?;
-    let mut value = as_json(
-        &settings,
-        &selection,
-        grouping.as_ref(),
-        samples.samples.len(),
-    );
-    let mut text = as_text(
-        args,
-        &settings,
-        &selection,
-        grouping.as_ref(),
-        samples.samples.len(),
-    );
+    let chosen = choose::cross_validate(&args.data, &samples, grouping, settings)?;
+    let mut value = as_json(&chosen, samples.samples.len());
+    let mut text = as_text(args, &chosen, samples.samples.len());
     if let Some(output) = &args.output {
         let target = Target {
             data: &args.data,
@@ -122,13 +116,14 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
             jitter: args.jitter.jitter(),
             with_support: true,
         };
-        let fit_settings = settings.fit_settings(&selection.best().candidate);
-        let (fitted, _) = fit_and_write(&target, &fit_settings, &samples, None)?;
-        value["fit"] = fit_json(&fit_settings, &fitted, None);
+        let fit_settings = chosen.settings();
+        let room = fit_and_write(&target, &fit_settings, &samples, None)?;
+        value["fit"] = fit_json(&fit_settings, &room);
         text.push_str(&format!("\nwritten to {}", output.display()));
     }
     if let Some(plot) = &args.plot {
-        let svg = select_chart::svg(&file_name(&args.data), &selection);
+        let chart = selection_chart::chart(&file_name(&args.data), &chosen.selection);
+        let svg = chart.to_svg(CHART_SIZE);
         store::write_atomic(plot, |out| out.write_all(svg.as_bytes()))?;
         text.push_str(&format!("\ndrawn to {}", plot.display()));
     }
@@ -201,12 +196,8 @@ pub(super) fn scores_json(scores: &Scores) -> Value {
     })
 }
 
-fn as_json(
-    settings: &SelectSettings,
-    selection: &Selection,
-    grouping: Option<&Grouping>,
-    samples: usize,
-) -> Value {
+fn as_json(chosen: &Chosen, samples: usize) -> Value {
+    let (settings, selection) = (&chosen.tried, &chosen.selection);
     let model = |row: &Scored| {
         json!({
             "order": row.candidate.order,
@@ -230,11 +221,11 @@ fn as_json(
     json!({
         "best": model(selection.best()),
         "least": model(selection.least()),
-        "reason": choose::reason(selection, grouping.map(|g| g.by.as_str()), settings.folds),
+        "reason": choose::reason_of(chosen),
         "samples": samples,
         "folds": settings.folds,
         "seed": settings.seed,
-        "groups": grouping.map(|g| json!({"by": g.by, "count": selection.groups})),
+        "groups": chosen.by.as_ref().map(|by| json!({"by": by, "count": selection.groups})),
         "method": method_name(settings.method),
         "map": map_name(settings.map),
         "left_out": selection
@@ -247,19 +238,10 @@ fn as_json(
 }
 
 /// One line a system, with the ridge that serves it best; the choice is marked.
-fn as_text(
-    args: &SelectArgs,
-    settings: &SelectSettings,
-    selection: &Selection,
-    grouping: Option<&Grouping>,
-    samples: usize,
-) -> String {
-    let held_out = match grouping.zip(selection.groups) {
-        Some((grouping, count)) => format!(
-            "folds over {} groups by {}",
-            with_separators(count),
-            grouping.by
-        ),
+fn as_text(args: &SelectArgs, chosen: &Chosen, samples: usize) -> String {
+    let (settings, found) = (&chosen.tried, &chosen.selection);
+    let held_out = match chosen.by.as_ref().zip(found.groups) {
+        Some((by, count)) => format!("folds over {} groups by {by}", with_separators(count)),
         None => "folds row by row".to_owned(),
     };
     let mut lines = vec![format!(
@@ -270,69 +252,16 @@ fn as_text(
         method_name(settings.method),
         map_name(settings.map),
     )];
-    let mut head = vec![
-        "order",
-        "orientations",
-        "coefficients ",
-        "RMS, no ridge",
-        "best ridge",
-        "RMS",
-        "max",
-    ];
-    let has_angles = selection.best().by_row.angle_rms_rad.is_some();
-    if has_angles {
-        head.push("angle RMS");
-    }
-    if grouping.is_some() {
-        head.push("RMS by row");
-    }
-    let mut rows = vec![(false, head.into_iter().map(str::to_owned).collect())];
-    for i in selection.best_of_each_system() {
-        let row = &selection.table[i];
-        let without_ridge = selection.table.iter().find(|other| {
-            let (a, b) = (&other.candidate, &row.candidate);
-            (a.order, a.directions, a.ridge) == (b.order, b.directions, 0.0)
-        });
-        let mm = |value: f64| format!("{value:.4} mm");
-        let mut cells = vec![
-            row.candidate.order.to_string(),
-            row.candidate.directions.len().to_string(),
-            format!(
-                "{}{}",
-                with_separators(row.candidate.coefficients()),
-                if row.is_determined { " " } else { "†" }
-            ),
-            without_ridge.map_or_else(|| "–".to_owned(), |r| mm(r.deciding().position_rms_mm)),
-            choose::ridge_text(row.candidate.ridge).replace("0e0", "0"),
-            mm(row.deciding().position_rms_mm),
-            format!("{:.3} mm", row.deciding().position_max_mm),
-        ];
-        if let Some(angle) = row.deciding().angle_rms_rad {
-            cells.push(format!("{:.4} °", angle.to_degrees()));
-        }
-        if grouping.is_some() {
-            cells.push(mm(row.by_row.position_rms_mm));
-        }
-        rows.push((i == selection.best, cells));
-    }
+    let head = selection::head(found).into_iter().map(str::to_owned);
+    let mut rows = vec![(false, head.collect())];
+    rows.extend(
+        selection::rows(found)
+            .into_iter()
+            .map(|row| (row.is_chosen, row.cells)),
+    );
     lines.push(right_aligned(&rows));
-    if selection.table.iter().any(|row| !row.is_determined) {
-        lines.push(
-            "† at least as many coefficients as places to fit an orientation to: not to be chosen"
-                .to_owned(),
-        );
-    }
-    if !selection.left_out.is_empty() {
-        lines.push(format!(
-            "{} joint models have at least as many coefficients as there are rows, and were left out",
-            selection.left_out.len()
-        ));
-    }
-    lines.push(choose::reason(
-        selection,
-        grouping.map(|g| g.by.as_str()),
-        settings.folds,
-    ));
+    lines.extend(selection::notes(found));
+    lines.push(choose::reason_of(chosen));
     lines.join("\n")
 }
 

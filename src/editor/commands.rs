@@ -1,6 +1,7 @@
 //! Everything that can be asked for by name: one table for menus, keys, the palette and the sheet
 //! of shortcuts, and the one place that carries commands out.
 
+use super::field::{FieldRequest, RoomToSave, TableRole};
 use super::palette::Theme;
 use super::precision::PrecisionRequest;
 use super::state::{
@@ -42,6 +43,9 @@ pub enum Command {
     ToggleLeft,
     ToggleRight,
     ToggleTheme,
+    OpenMeasurements(TableRole),
+    FitRoom,
+    UseRoom,
     ShowWorkspace(Workspace),
     ChooseMode(ModeKind),
     ReadInput,
@@ -188,6 +192,27 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Writes the design to another file",
     ),
     info(
+        Command::OpenMeasurements(TableRole::Training),
+        Group::File,
+        "Open measurements…",
+        &[],
+        "Opens a measurement table in the Field workspace, to fit a room to",
+    ),
+    info(
+        Command::OpenMeasurements(TableRole::HeldOut),
+        Group::File,
+        "Open held-out measurements…",
+        &[],
+        "Opens a second table in the Field workspace, to judge the fit on",
+    ),
+    info(
+        Command::UseRoom,
+        Group::File,
+        "Use the fitted room…",
+        &[],
+        "Saves the room that was fitted last and puts the design into it",
+    ),
+    info(
         Command::Quit,
         Group::File,
         "Quit",
@@ -214,6 +239,13 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Take the drag back",
         &[Keys::plain("escape")],
         "Ends a drag as if it had never been",
+    ),
+    info(
+        Command::FitRoom,
+        Group::Edit,
+        "Fit a room",
+        &[],
+        "Fits a room to the measurements that are open in the Field workspace",
     ),
     info(
         Command::FrameSelection,
@@ -434,6 +466,7 @@ impl Plugin for CommandsPlugin {
             .add_message::<FileRequest>()
             .add_message::<PrecisionRequest>()
             .add_message::<StudyRequest>()
+            .add_message::<FieldRequest>()
             .add_message::<RequestRedraw>()
             .add_systems(
                 Update,
@@ -453,6 +486,7 @@ struct Asked<'w> {
     files: MessageWriter<'w, FileRequest>,
     precision: MessageWriter<'w, PrecisionRequest>,
     study: MessageWriter<'w, StudyRequest>,
+    fields: MessageWriter<'w, FieldRequest>,
     panels: ResMut<'w, PanelsShown>,
     theme: ResMut<'w, Theme>,
     workspace: ResMut<'w, Workspace>,
@@ -508,6 +542,9 @@ impl Asked<'_> {
             Command::WorstTrial => self.study(StudyRequest::ShowWorst),
             Command::OwnPose => self.study(StudyRequest::Show(None)),
             Command::WriteLog => self.file(FileRequest::ShowWriteLog),
+            Command::OpenMeasurements(role) => self.field(FieldRequest::ShowOpen(role)),
+            Command::FitRoom => self.field(FieldRequest::Fit),
+            Command::UseRoom => self.field(FieldRequest::ShowSave(RoomToSave::Fitted)),
             Command::ShowPrecision => {
                 self.precision.write(PrecisionRequest::Open);
             }
@@ -527,6 +564,12 @@ impl Asked<'_> {
 
     fn study(&mut self, request: StudyRequest) {
         self.study.write(request);
+    }
+
+    /// Where what comes of it can be seen.
+    fn field(&mut self, request: FieldRequest) {
+        self.workspace.set_if_neq(Workspace::Field);
+        self.fields.write(request);
     }
 
     fn file(&mut self, request: FileRequest) {

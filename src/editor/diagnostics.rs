@@ -131,6 +131,10 @@ fn dialog_line(dialog: Option<&Dialog>) -> String {
         Some(Dialog::Overwrite { .. }) => "overwrite",
         Some(Dialog::Recover { .. }) => "recover",
         Some(Dialog::ChangedOnDisk { .. }) => "changed on disk",
+        Some(Dialog::Table { .. }) => "open measurements",
+        Some(Dialog::WhichTable { .. }) => "which table",
+        Some(Dialog::SaveRoom { .. }) => "save room",
+        Some(Dialog::ReplaceRoom { .. }) => "replace room",
         Some(Dialog::Error { title, text }) => return format!("dialog error {title}: {text}"),
     };
     format!("dialog {what}")

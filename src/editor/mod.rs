@@ -2,6 +2,7 @@
 
 pub mod app;
 pub mod autosave;
+pub mod background;
 pub mod camera;
 pub mod commands;
 pub mod convert;
@@ -9,6 +10,7 @@ pub mod diagnostics;
 pub mod document;
 pub mod drag;
 pub mod egui_camera;
+pub mod field;
 pub mod glyphs;
 pub mod layers;
 pub mod materials;
@@ -42,6 +44,8 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`diagnostics::DiagnosticsPlugin`] | counts of frames and evaluations |
 /// | [`study::StudyPlugin`] | the Study workspace: modes, trials shown and played, the log |
 /// | [`precision::PrecisionPlugin`] | error against run time, measured when asked for |
+/// | [`field::FieldPlugin`] | rooms from measurements |
+/// | [`field::samples::SamplesPlugin`] | the measurements in the scene |
 /// | [`camera::CameraPlugin`] | the 3D camera and its gestures |
 /// | [`pick::PickPlugin`] | what is under the pointer |
 /// | [`drag::DragPlugin`] | hovering, selecting, dragging sensors |
@@ -68,6 +72,8 @@ impl PluginGroup for EditorPlugins {
             .add(diagnostics::DiagnosticsPlugin)
             .add(study::StudyPlugin)
             .add(precision::PrecisionPlugin)
+            .add(field::FieldPlugin)
+            .add(field::samples::SamplesPlugin)
             .add(camera::CameraPlugin)
             .add(pick::PickPlugin)
             .add(drag::DragPlugin)

@@ -1,11 +1,13 @@
 //! Pictures of the 3D view without a window: PNG bytes, the same each time on one adapter.
 
 use super::app::offscreen;
+use super::field::{FieldDesk, FieldRequest, TableRole};
 use super::layers;
 use super::solve::SolverHandle;
 use super::state::{OpenWorld, Results, Selected, Selection, Workspace};
 use super::study::StudyRequest;
 use super::ui::UiSystems;
+use super::wake::Waker;
 use crate::store::World;
 use bevy::app::PluginsState;
 use bevy::image::ImageFormat;
@@ -15,6 +17,7 @@ use bevy::render::renderer::RenderDevice;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy_egui::EguiPrimaryContextPass;
 use std::io::Cursor;
+use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 
@@ -25,14 +28,19 @@ const PATIENCE: Duration = Duration::from_secs(300);
 /// what egui lays out from those.
 const SETTLING_FRAMES: usize = 4;
 
+/// Longest between looks at what is computed or read.
+const NAP: Duration = Duration::from_millis(20);
+
 /// Frames from asking for a picture to its bytes.
 const READBACK_FRAMES: usize = 20;
 
 /// What stands around the 3D view, and what is shown in it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Desk {
     pub has_panels: bool,
     pub workspace: Workspace,
+    /// On the desk of the Field workspace.
+    pub tables: Vec<(TableRole, PathBuf)>,
     /// In the Study workspace; `None` is the design's own pose.
     pub trial: Option<StudyTrial>,
     pub selected: Option<Selected>,
@@ -69,9 +77,13 @@ struct Captured(Option<Image>);
 /// See [`PictureError`].
 pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureError> {
     let (mut app, target) = offscreen(world, UVec2::from(size), desk.has_panels);
-    app.insert_resource(desk.workspace);
-    app.insert_resource(Selection(desk.selected));
+    app.insert_resource(desk.workspace)
+        .insert_resource(Selection(desk.selected));
     app.init_resource::<Captured>();
+    for (role, file) in desk.tables {
+        app.world_mut()
+            .write_message(FieldRequest::Open(role, file));
+    }
     // Letters enter the font's texture in the order in which they are first shown, and their
     // edges depend on their place there by the last bit: nothing is written before everything
     // is known, whichever answer comes first.
@@ -79,7 +91,7 @@ pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureE
         EguiPrimaryContextPass,
         (UiSystems::Panels, UiSystems::Overlay).run_if(is_complete),
     );
-    let answers = wake_on_answers(&app);
+    let answers = wake_on_answers(&mut app);
     while app.plugins_state() == PluginsState::Adding {
         bevy::tasks::tick_global_task_pools_on_main_thread();
     }
@@ -111,9 +123,15 @@ pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureE
     Err(PictureError::NoPicture)
 }
 
-/// A channel that gets a word whenever the solver has an answer.
-fn wake_on_answers(app: &App) -> Receiver<()> {
+/// A channel that gets a word whenever a thread has an answer.
+fn wake_on_answers(app: &mut App) -> Receiver<()> {
     let (sender, receiver) = mpsc::channel();
+    app.insert_resource(Waker::new({
+        let sender = sender.clone();
+        move || {
+            let _ = sender.send(());
+        }
+    }));
     if let Some(handle) = app.world().get_resource::<SolverHandle>() {
         // Nobody listens any more once the picture is made.
         handle.solver.wake_with(Box::new(move || {
@@ -133,11 +151,22 @@ fn wait_for_results(app: &mut App, answers: &Receiver<()>) -> Result<(), Picture
         if start.elapsed() > PATIENCE {
             return Err(PictureError::NoResults);
         }
+        if is_reading(app.world()) {
+            // The next frame hears what was read.
+            let _ = answers.recv_timeout(NAP);
+        }
         // Painting more frames would take the cores from the solver.
         while start.elapsed() < PATIENCE && !is_idle(app.world()) {
-            let _ = answers.recv_timeout(Duration::from_millis(20));
+            let _ = answers.recv_timeout(NAP);
         }
     }
+}
+
+/// Whether tables or rooms are on their way to the panels.
+fn is_reading(world: &bevy::prelude::World) -> bool {
+    world
+        .get_resource::<FieldDesk>()
+        .is_some_and(FieldDesk::is_busy)
 }
 
 fn is_idle(world: &bevy::prelude::World) -> bool {
@@ -152,7 +181,8 @@ fn is_complete(world: &bevy::prelude::World) -> bool {
     let has_slice =
         results.slice.is_some() || !world.resource::<OpenWorld>().0.document.view().layers.slice;
     let has_figures = results.study.is_some() && results.pose.is_some();
-    is_idle(world) && (results.problem.is_some() || has_figures && has_slice)
+    let is_read = !is_reading(world) && world.resource::<Messages<FieldRequest>>().is_empty();
+    is_read && is_idle(world) && (results.problem.is_some() || has_figures && has_slice)
 }
 
 fn frame(app: &mut App) {

@@ -91,6 +91,14 @@ impl Jitter {
         }
     }
 
+    /// The same everywhere, or with a dipole's growth beyond a distance.
+    pub fn stated(position_mm: f64, angle_rad: f64, growth_mm: Option<f64>) -> Self {
+        Self {
+            growth: growth_mm.map(JitterGrowth::dipole),
+            ..Self::uniform(position_mm, angle_rad)
+        }
+    }
+
     /// The jitter of a sensor at a position in the tracker frame.
     pub fn at(&self, position_in_tracker: &Point3<f64>) -> LocalJitter {
         let factor = |exponent: f64| match &self.growth {

@@ -12,6 +12,7 @@ use super::samples::{MapKind, SampleSet};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::task::{Cancelled, Task};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -181,23 +182,62 @@ pub fn fit_with(
     Ok(solved.judged(set))
 }
 
+/// What a model leaves of one sample's error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Remainder {
+    pub position_mm: f64,
+    /// Means nothing where orientations were not measured.
+    pub angle_rad: f64,
+}
+
 /// What a model leaves of the samples' errors.
 pub fn residuals(model: &DistortionModel, set: &SampleSet, outside: OutsidePolicy) -> Residuals {
     let (mut position, mut angle) = (0.0, 0.0);
+    each_remainder(model, set, outside, |position_mm, rotation_rad| {
+        position += position_mm.norm_squared();
+        angle += rotation_rad.norm_squared();
+    });
+    let n = set.samples.len() as f64;
+    Residuals {
+        position_rms_mm: (position / n).sqrt(),
+        angle_rms_rad: set.has_rotations.then(|| (angle / n).sqrt()),
+    }
+}
+
+/// What a model leaves of each sample's error.
+pub fn remainders(
+    model: &DistortionModel,
+    set: &SampleSet,
+    outside: OutsidePolicy,
+) -> Vec<Remainder> {
+    let mut remainders = Vec::with_capacity(set.samples.len());
+    each_remainder(model, set, outside, |position_mm, rotation_rad| {
+        remainders.push(Remainder {
+            position_mm: position_mm.norm(),
+            angle_rad: rotation_rad.norm(),
+        });
+    });
+    remainders
+}
+
+/// Calls with what is left of each sample's position and rotation, in order.
+fn each_remainder(
+    model: &DistortionModel,
+    set: &SampleSet,
+    outside: OutsidePolicy,
+    mut left: impl FnMut(Vector3<f64>, Vector3<f64>),
+) {
     let (mut batch, mut evaluations) = (Batch::default(), Vec::new());
     for samples in set.samples.chunks(JUDGED_TOGETHER) {
         let positions_mm: Vec<_> = samples.iter().map(|s| s.position_mm).collect();
         let axes: Vec<_> = samples.iter().map(|s| s.axis).collect();
         batch.evaluate(model, &positions_mm, &axes, outside, &mut evaluations);
         for (s, e) in samples.iter().zip(&evaluations) {
-            position += (s.error.position_mm - e.error.position_mm).norm_squared();
-            angle += (s.error.rotation_rad - e.error.rotation_rad).norm_squared();
+            left(
+                s.error.position_mm - e.error.position_mm,
+                s.error.rotation_rad - e.error.rotation_rad,
+            );
         }
-    }
-    let n = set.samples.len() as f64;
-    Residuals {
-        position_rms_mm: (position / n).sqrt(),
-        angle_rms_rad: set.has_rotations.then(|| (angle / n).sqrt()),
     }
 }
 

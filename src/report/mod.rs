@@ -2,3 +2,6 @@
 
 mod palette;
 pub mod plot;
+pub mod room;
+pub mod selection;
+pub mod selection_chart;

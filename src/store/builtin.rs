@@ -49,6 +49,16 @@ pub fn generator_mesh() -> Result<SurfaceMesh, StoreError> {
     read_mesh_at(Place::BuiltIn, Path::new(GENERATOR_MESH), None)
 }
 
+/// The paths of the embedded files.
+pub(super) fn paths() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(path, _)| *path)
+}
+
+/// The embedded file's own spelling of a path without dots.
+pub(super) fn path_of(path: &Path) -> Option<&'static str> {
+    paths().find(|name| Path::new(name) == path)
+}
+
 /// The embedded file at a path without dots.
 pub(super) fn bytes(path: &Path) -> Option<&'static [u8]> {
     FILES

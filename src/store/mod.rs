@@ -11,10 +11,12 @@ mod read;
 mod recent;
 mod recovery;
 mod resolve;
+mod rooms;
 mod samples;
 mod save;
 mod shared;
 mod state;
+mod table;
 #[cfg(test)]
 mod tests;
 mod watch;
@@ -35,9 +37,14 @@ pub use read::{
 pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
 pub use recovery::{Leftover, Recovery, Snapshot, leftovers};
 pub use resolve::resolve;
+pub use rooms::{
+    ENVIRONMENT_EXTENSION, RoomListing, RoomPlace, RoomSummary, builtin_rooms, list_rooms,
+    own_room, reference_to_room, room_name, rooms_of_folder, write_room_for,
+};
 pub use samples::{SampleReading, read_samples};
 pub use save::{SaveReport, save, save_as, save_with_copies};
 pub use shared::{SharedBody, shared_bodies};
 pub use state::{STATE_VARIABLE, recovery_folder, state_folder};
+pub use table::{MeasurementTable, TableGroups, read_table};
 pub use watch::{ChangedFile, FileChange, WatchedPart, accept_changes, changes};
 pub use write::{write_atomic, write_environment};

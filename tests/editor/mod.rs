@@ -3,6 +3,8 @@
 mod copied;
 mod document;
 mod drag;
+mod field_panels;
+mod field_workspace;
 mod overlay;
 mod panels;
 mod picture;

@@ -162,6 +162,11 @@ fn listen(app: &mut App) {
 
 /// An App with the built-in world in a window that nothing paints: scene, glyphs, picking, drags.
 pub fn create_scene_app() -> App {
+    create_scene_app_with(|_| ())
+}
+
+/// The same with more plugins.
+pub fn create_scene_app_with(add: impl FnOnce(&mut App)) -> App {
     let mut app = App::new();
     app.add_plugins((
         MinimalPlugins,
@@ -202,6 +207,7 @@ pub fn create_scene_app() -> App {
         store::open_builtin(store::DEFAULT_BUILTIN).unwrap(),
     ));
     listen(&mut app);
+    add(&mut app);
     app.finish();
     app.cleanup();
     app

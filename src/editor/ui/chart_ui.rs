@@ -1,13 +1,22 @@
 //! A chart in a panel: the same series as in the picture that a command writes, to zoom and hover.
 
+use super::theme;
 use crate::editor::palette;
 use crate::report::plot::{Axis, Chart, Scale, Series, SeriesStyle};
-use bevy_egui::egui::{Color32, Ui};
-use egui_plot::{GridMark, HoverPosition, Legend, Line, MarkerShape, Plot, PlotPoints, Points};
+use bevy_egui::egui::{Color32, Rangef, RichText, Ui};
+use egui_plot::{
+    AxisHints, GridMark, HoverPosition, Legend, Line, MarkerShape, Plot, PlotPoints, Points,
+};
 use std::ops::RangeInclusive;
 
 const MARKER_RADIUS: f32 = 4.0;
 const RING_RADIUS: f32 = 8.0;
+
+/// Labels of the x axis fade in between these distances, pixels: a narrow chart keeps its orders.
+const X_LABEL_SPACING: Rangef = Rangef {
+    min: 24.0,
+    max: 36.0,
+};
 
 /// Between the lane of what is exactly zero and the smallest value, in powers of ten.
 const LANE_GAP: f64 = 0.7;
@@ -23,6 +32,30 @@ const MARKERS: [MarkerShape; 6] = [
 
 /// Draws the chart in the width that there is.
 pub fn chart_ui(ui: &mut Ui, chart: &Chart, height: f32) {
+    plot_ui(ui, chart, height, Some(Legend::default()));
+}
+
+/// Draws the chart with its legend below it: for many series, or where there is little room.
+pub fn chart_above_legend_ui(ui: &mut Ui, chart: &Chart, height: f32) {
+    plot_ui(ui, chart, height, None);
+    ui.horizontal_wrapped(|ui| {
+        let mut number = 0;
+        for series in &chart.series {
+            let (sign, color) = match series.style {
+                SeriesStyle::Front => ("—", palette::TEXT_QUIET.color32()),
+                SeriesStyle::Marked => ("○", palette::TEXT_STRONG.color32()),
+                SeriesStyle::Line | SeriesStyle::Points => {
+                    number += 1;
+                    ("—", color(number - 1))
+                }
+            };
+            let name = RichText::new(format!("{sign} {}", series.name));
+            ui.label(name.font(theme::label_font()).color(color));
+        }
+    });
+}
+
+fn plot_ui(ui: &mut Ui, chart: &Chart, height: f32, legend: Option<Legend>) {
     let x = PlotAxis::new(
         &chart.x,
         chart.series.iter().flat_map(|s| &s.points).map(|p| p.0),
@@ -32,11 +65,18 @@ pub fn chart_ui(ui: &mut Ui, chart: &Chart, height: f32) {
         chart.series.iter().flat_map(|s| &s.points).map(|p| p.1),
     );
     let hover = (x, y);
-    Plot::new(&chart.title)
-        .height(height)
-        .x_axis_label(&*chart.x.label)
+    let mut plot = Plot::new(&chart.title);
+    if let Some(legend) = legend {
+        plot = plot.legend(legend);
+    }
+    plot.height(height)
+        .custom_x_axes(vec![
+            AxisHints::new_x()
+                .label(&*chart.x.label)
+                .formatter(move |mark, _: &RangeInclusive<f64>| x.label(mark))
+                .label_spacing(X_LABEL_SPACING),
+        ])
         .y_axis_label(&*chart.y.label)
-        .x_axis_formatter(move |mark, _: &RangeInclusive<f64>| x.label(mark))
         .y_axis_formatter(move |mark, _: &RangeInclusive<f64>| y.label(mark))
         .label_formatter(move |at| {
             let (HoverPosition::NearDataPoint {
@@ -50,7 +90,6 @@ pub fn chart_ui(ui: &mut Ui, chart: &Chart, height: f32) {
             ))
         })
         .allow_scroll(false)
-        .legend(Legend::default())
         .show(ui, |plot| {
             let mut number = 0;
             for series in &chart.series {

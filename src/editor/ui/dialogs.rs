@@ -1,14 +1,15 @@
 //! Questions and errors that stand before everything else: open, save as, unsaved changes,
-//! bodies that other designs use too, and what could not be done.
+//! bodies that other designs use too, measurements and rooms, and what could not be done.
 
 use super::folder::{self, Entry};
 use super::theme;
 use super::widgets::{Row, quiet_ui, row_ui, warning_ui};
 use crate::editor::document::DESIGN_EXTENSION;
+use crate::editor::field::{FieldRequest, RoomToSave, TableRole};
 use crate::editor::palette;
 use crate::editor::state::{FileRequest, SharedChoice};
 use crate::formats::recovery_file::RecoveryOrigin;
-use crate::store::{ChangedFile, FileChange, Leftover, SharedBody};
+use crate::store::{ChangedFile, ENVIRONMENT_EXTENSION, FileChange, Leftover, SharedBody};
 use bevy::prelude::Resource;
 use bevy_egui::egui::{self, Align, Key, Layout, RichText, ScrollArea, TextEdit, Ui, vec2};
 use std::path::{Path, PathBuf};
@@ -61,6 +62,22 @@ pub enum Dialog {
         lines: Vec<String>,
         is_saving: bool,
     },
+    Table {
+        files: FileDialog,
+        role: TableRole,
+    },
+    /// A second table was dropped.
+    WhichTable {
+        file: PathBuf,
+    },
+    SaveRoom {
+        files: FileDialog,
+        room: RoomToSave,
+    },
+    ReplaceRoom {
+        path: PathBuf,
+        room: RoomToSave,
+    },
 }
 
 /// Chooses a file.
@@ -80,6 +97,7 @@ pub struct FileDialog {
 pub enum FileKind {
     Design,
     Table,
+    Room,
 }
 
 impl FileKind {
@@ -87,6 +105,7 @@ impl FileKind {
         match self {
             Self::Design => DESIGN_EXTENSION,
             Self::Table => ".csv",
+            Self::Room => ENVIRONMENT_EXTENSION,
         }
     }
 
@@ -95,6 +114,7 @@ impl FileKind {
         match self {
             Self::Design => "design",
             Self::Table => "table",
+            Self::Room => "room",
         }
     }
 }
@@ -104,6 +124,7 @@ impl FileKind {
 pub enum DialogAnswer {
     Close,
     Request(FileRequest),
+    Field(FieldRequest),
     Become(Dialog),
 }
 
@@ -122,6 +143,20 @@ impl Dialog {
 
     pub fn write_log(folder: PathBuf, name: &str) -> Self {
         Self::WriteLog(FileDialog::new(FileKind::Table, folder, name))
+    }
+
+    pub fn open_table(folder: PathBuf, role: TableRole) -> Self {
+        Self::Table {
+            files: FileDialog::new(FileKind::Table, folder, ""),
+            role,
+        }
+    }
+
+    pub fn save_room(folder: PathBuf, name: &str, room: RoomToSave) -> Self {
+        Self::SaveRoom {
+            files: FileDialog::new(FileKind::Room, folder, name),
+            room,
+        }
     }
 
     /// What went wrong, in the words of the command line.
@@ -362,6 +397,56 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
             ui.add(egui::Label::new(format!("{} exists already", path.display())).wrap());
             let write = DialogAnswer::Request(then.clone());
             buttons_ui(ui, &[("Replace", write), ("Cancel", DialogAnswer::Close)])
+        }
+        Dialog::Table { files, role } => {
+            let role = *role;
+            let title = match role {
+                TableRole::Training => "Open measurements to fit",
+                TableRole::HeldOut => "Open measurements to judge the fit on",
+            };
+            file_ui(ui, files, title, "Open", |path, _| {
+                DialogAnswer::Field(FieldRequest::Open(role, path))
+            })
+        }
+        Dialog::WhichTable { file } => {
+            title_ui(ui, "What are these measurements for?");
+            ui.add(egui::Label::new(file.display().to_string()).wrap());
+            let open = |role| DialogAnswer::Field(FieldRequest::Open(role, file.clone()));
+            buttons_ui(
+                ui,
+                &[
+                    ("To judge the fit on", open(TableRole::HeldOut)),
+                    ("To fit, instead", open(TableRole::Training)),
+                    ("Cancel", DialogAnswer::Close),
+                ],
+            )
+        }
+        Dialog::SaveRoom { files, room } => {
+            let room = room.clone();
+            file_ui(
+                ui,
+                files,
+                "Save room and use it",
+                "Save",
+                move |path, exists| {
+                    let room = room.clone();
+                    if exists {
+                        DialogAnswer::Become(Dialog::ReplaceRoom { path, room })
+                    } else {
+                        DialogAnswer::Field(FieldRequest::Save(room, path))
+                    }
+                },
+            )
+        }
+        Dialog::ReplaceRoom { path, room } => {
+            title_ui(ui, "Replace the room's file?");
+            let text = format!(
+                "{} exists already; designs that refer to it would be in another room",
+                path.display()
+            );
+            ui.add(egui::Label::new(text).wrap());
+            let save = DialogAnswer::Field(FieldRequest::Save(room.clone(), path.clone()));
+            buttons_ui(ui, &[("Replace", save), ("Cancel", DialogAnswer::Close)])
         }
     }
 }

@@ -28,7 +28,7 @@ impl Entry {
     }
 }
 
-/// Folders first, then files with the extension, each by name; hidden ones are left out.
+/// Folders first, then files whose names end so, each by name; hidden ones are left out.
 ///
 /// # Errors
 /// The system's, in words that name the folder.

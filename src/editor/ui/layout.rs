@@ -3,10 +3,13 @@
 use super::baseline::{Baseline, note_baseline};
 use super::command_ui::{CommandPages, command_pages_ui};
 use super::dialogs::{DialogAnswer, Dialogs, dialog_ui};
+use super::field::{
+    comparison_ui, rooms_ui, selection_ui, selection_window, settings_ui, tables_ui, worth_ui,
+};
 use super::inspector::{InspectorView, inspector_ui};
 use super::outliner::{OutlinerView, outliner_ui};
 use super::precision_ui::precision_window;
-use super::result::{ResultView, headline, result_ui};
+use super::result::{ResultView, brief_result_ui, headline, result_ui};
 use super::slice_ui::{SlicePanelView, slice_ui};
 use super::status_bar::{StatusView, hint, status_bar_ui};
 use super::study_panels::{StudyPanels, sides_ui};
@@ -16,6 +19,8 @@ use super::{PanelAction, theme};
 use crate::design::{Design, View};
 use crate::editor::commands::{Command, RunCommand};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
+use crate::editor::field::samples::SampleScale;
+use crate::editor::field::{FieldDesk, FieldRequest};
 use crate::editor::palette::Theme;
 use crate::editor::precision::{PrecisionPage, PrecisionRequest};
 use crate::editor::recent::RecentDesigns;
@@ -78,9 +83,13 @@ impl Plugin for UiPlugin {
             .init_resource::<CommandPages>()
             .init_resource::<StudyDesk>()
             .init_resource::<LogJob>()
+            .init_resource::<FieldDesk>()
+            .init_resource::<SampleScale>()
+            .init_resource::<WorldGeneration>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
+            .add_message::<FieldRequest>()
             .add_message::<PrecisionRequest>()
             .add_message::<RunCommand>()
             .add_message::<StudyRequest>()
@@ -96,6 +105,7 @@ impl Plugin for UiPlugin {
                     (set_style, panels).chain().in_set(UiSystems::Panels),
                     (
                         precision_page.run_if(is_precision_open),
+                        selection_page.run_if(is_selection_open),
                         command_pages.run_if(is_command_page_open),
                         dialogs,
                     )
@@ -135,6 +145,9 @@ struct Shown<'w> {
     desk: Res<'w, StudyDesk>,
     trial: Option<Res<'w, ShownDesign>>,
     log: Res<'w, LogJob>,
+    field: Res<'w, FieldDesk>,
+    sample_scale: Res<'w, SampleScale>,
+    generation: Res<'w, WorldGeneration>,
 }
 
 /// Where what the person asked for goes.
@@ -146,6 +159,7 @@ struct Asked<'w> {
     edits: MessageWriter<'w, EditRequest>,
     views: MessageWriter<'w, ViewRequest>,
     files: MessageWriter<'w, FileRequest>,
+    fields: MessageWriter<'w, FieldRequest>,
     commands: MessageWriter<'w, RunCommand>,
     study: MessageWriter<'w, StudyRequest>,
     redraw: MessageWriter<'w, RequestRedraw>,
@@ -223,7 +237,8 @@ impl Desk<'_> {
             .exact_size(theme::STATUS_BAR_HEIGHT)
             .frame(theme::panel_frame(Margin::symmetric(6, 0)))
             .show(root, |ui| self.status_ui(ui));
-        if *self.shown.workspace == Workspace::Study {
+        let workspace = *self.shown.workspace;
+        if workspace == Workspace::Study {
             Panel::bottom("timeline")
                 .exact_size(theme::TIMELINE_HEIGHT)
                 .resizable(false)
@@ -235,14 +250,24 @@ impl Desk<'_> {
                 .exact_size(theme::LEFT_WIDTH)
                 .resizable(false)
                 .frame(theme::panel_frame(Margin::symmetric(8, 0)))
-                .show(root, |ui| self.left_ui(ui, actions));
+                .show(root, |ui| match workspace {
+                    Workspace::Field => self.field_left_ui(ui, actions),
+                    Workspace::Design | Workspace::Study => self.left_ui(ui, actions),
+                });
         }
         if self.sides.right {
-            Panel::right("right")
-                .exact_size(theme::RIGHT_WIDTH)
+            let (width, margin) = match workspace {
+                Workspace::Field => (theme::FIELD_WIDTH, Margin::symmetric(12, 0)),
+                Workspace::Design | Workspace::Study => (theme::RIGHT_WIDTH, Margin::ZERO),
+            };
+            Panel::right(workspace.name())
+                .exact_size(width)
                 .resizable(false)
-                .frame(theme::panel_frame(Margin::ZERO))
-                .show(root, |ui| self.right_ui(ui, actions));
+                .frame(theme::panel_frame(margin))
+                .show(root, |ui| match workspace {
+                    Workspace::Field => self.field_right_ui(ui, actions),
+                    Workspace::Design | Workspace::Study => self.right_ui(ui, actions),
+                });
         }
     }
 
@@ -311,22 +336,62 @@ impl Desk<'_> {
                     pose: self.shown.results.pose.as_ref().map(|p| &p.value),
                 },
             ));
-            if self.view().layers.slice {
-                actions.extend(slice_ui(
-                    ui,
-                    &SlicePanelView {
-                        view: self.view(),
-                        bounds: *self.environment().model.bounds(),
-                        has_support: self.environment().support.is_some(),
-                        max_mm: self.shown.results.slice.as_ref().map(|s| s.value.max),
-                    },
-                ));
-            }
+            self.slice_ui(ui, actions);
             ui.add_space(8.0);
         });
     }
 
-    fn right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+    fn slice_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        if self.view().layers.slice {
+            actions.extend(slice_ui(
+                ui,
+                &SlicePanelView {
+                    view: self.view(),
+                    bounds: *self.environment().model.bounds(),
+                    has_support: self.environment().support.is_some(),
+                    max_mm: self.shown.results.slice.as_ref().map(|s| s.value.max),
+                },
+            ));
+        }
+    }
+
+    /// The design's figures stand below the rooms: a click on a room shows what it does to them.
+    fn field_left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        Panel::bottom("result in room")
+            .resizable(false)
+            .frame(theme::panel_frame(Margin::symmetric(0, 8)))
+            .show(ui, |ui| brief_result_ui(ui, &self.result_view()));
+        let desk = &self.shown.field;
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            let mut asked = tables_ui(ui, desk, *self.shown.sample_scale);
+            asked.extend(rooms_ui(ui, desk));
+            actions.extend(asked.into_iter().map(PanelAction::Field));
+            self.slice_ui(ui, actions);
+            ui.add_space(8.0);
+        });
+    }
+
+    fn field_right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        let desk = &self.shown.field;
+        // The panel is as wide as it is, whatever is in it.
+        ui.set_min_width(ui.available_width());
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            let mut asked = settings_ui(ui, desk);
+            asked.extend(worth_ui(ui, desk));
+            if let Some(comparison) = &desk.comparison {
+                let is_current = comparison.generation == self.shown.generation.0
+                    && comparison.revision == self.world.document.revision();
+                comparison_ui(ui, comparison, is_current);
+            }
+            if let Some(fitted) = &desk.fitted {
+                asked.extend(selection_ui(ui, fitted));
+            }
+            actions.extend(asked.into_iter().map(PanelAction::Field));
+            ui.add_space(8.0);
+        });
+    }
+
+    fn result_view(&self) -> ResultView<'_> {
         let results = &self.shown.results;
         let study = results.study.as_ref();
         let before = study.and_then(|study| {
@@ -334,10 +399,24 @@ impl Desk<'_> {
             let (name, value) = self.shown.baseline.0?;
             (name == now.name).then_some(value)
         });
+        ResultView {
+            results,
+            before,
+            is_computing: study.is_some() && self.study().are_figures_old(),
+            is_short: self.are_trials_shown(),
+        }
+    }
+
+    /// Whether the panel at the right shows trials rather than the inspector.
+    fn are_trials_shown(&self) -> bool {
+        *self.shown.workspace == Workspace::Study && self.shown.desk.side == Side::Trials
+    }
+
+    fn right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        let results = &self.shown.results;
         let study_panels = self.study();
-        let is_study = *self.shown.workspace == Workspace::Study;
-        let is_trials = is_study && study_panels.desk.side == Side::Trials;
-        if is_study {
+        let is_trials = self.are_trials_shown();
+        if *self.shown.workspace == Workspace::Study {
             Panel::top("sides")
                 .resizable(false)
                 .show_separator_line(false)
@@ -349,15 +428,7 @@ impl Desk<'_> {
         Panel::bottom("result")
             .resizable(false)
             .frame(super::result::frame())
-            .show(ui, |ui| {
-                let result = ResultView {
-                    results,
-                    before,
-                    is_computing: study.is_some() && study_panels.are_figures_old(),
-                    is_short: is_trials,
-                };
-                result_ui(ui, &result);
-            });
+            .show(ui, |ui| result_ui(ui, &self.result_view()));
         egui::Frame::new()
             .inner_margin(Margin::symmetric(12, 0))
             .show(ui, |ui| {
@@ -397,6 +468,9 @@ impl Asked<'_> {
                 }
                 PanelAction::File(request) => {
                     self.files.write(request);
+                }
+                PanelAction::Field(request) => {
+                    self.fields.write(request);
                 }
                 PanelAction::Run(command) => {
                     self.commands.write(RunCommand(command));
@@ -444,6 +518,26 @@ fn precision_page(
     Ok(())
 }
 
+fn is_selection_open(desk: Res<FieldDesk>, workspace: Res<Workspace>) -> bool {
+    desk.is_selection_open && *workspace == Workspace::Field
+}
+
+fn selection_page(
+    mut contexts: EguiContexts,
+    desk: Res<FieldDesk>,
+    mut requests: MessageWriter<FieldRequest>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) -> Result {
+    let Some(fitted) = desk.fitted.as_ref().filter(|f| f.chosen.is_some()) else {
+        return Ok(());
+    };
+    for request in selection_window(contexts.ctx_mut()?, fitted) {
+        requests.write(request);
+        redraw.write(RequestRedraw);
+    }
+    Ok(())
+}
+
 fn is_command_page_open(pages: Res<CommandPages>) -> bool {
     pages.is_any_open()
 }
@@ -472,6 +566,7 @@ fn dialogs(
     mut contexts: EguiContexts,
     mut dialogs: ResMut<Dialogs>,
     mut files: MessageWriter<FileRequest>,
+    mut fields: MessageWriter<FieldRequest>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
@@ -495,6 +590,10 @@ fn dialogs(
         DialogAnswer::Become(dialog) => Some(dialog),
         DialogAnswer::Request(request) => {
             files.write(request);
+            None
+        }
+        DialogAnswer::Field(request) => {
+            fields.write(request);
             None
         }
     };

@@ -6,6 +6,7 @@ pub mod chart_ui;
 pub mod command_ui;
 pub mod dialogs;
 pub mod few_marks;
+pub mod field;
 pub mod folder;
 pub mod inspector;
 mod layout;
@@ -26,6 +27,7 @@ pub mod widgets;
 pub use layout::{PanelsShown, UiPlugin, UiSystems};
 
 use super::commands::Command;
+use super::field::FieldRequest;
 use super::state::{EditRequest, FileRequest, Selected, ViewRequest};
 use super::study::StudyRequest;
 use crate::design::Edit;
@@ -37,6 +39,7 @@ pub enum PanelAction {
     Edit(EditRequest),
     View(ViewRequest),
     File(FileRequest),
+    Field(FieldRequest),
     Run(Command),
     Study(StudyRequest),
     Select(Option<Selected>),

@@ -80,8 +80,25 @@ const DETERMINED: [&str; 2] = [
     "tip error max, determined part",
 ];
 
+/// What is shown where the result stands below something else.
+const BRIEF: [&str; 4] = [
+    "tip error RMS",
+    "tip error max",
+    "angle error RMS",
+    "angle error max",
+];
+
 /// Draws the result.
 pub fn result_ui(ui: &mut Ui, result: &ResultView) {
+    rows_ui(ui, result, &[&SHOWN[..], &DETERMINED].concat());
+}
+
+/// Draws the large figure and the few that decide.
+pub fn brief_result_ui(ui: &mut Ui, result: &ResultView) {
+    rows_ui(ui, result, &BRIEF);
+}
+
+fn rows_ui(ui: &mut Ui, result: &ResultView, shown: &[&str]) {
     ui.spacing_mut().item_spacing.y = 2.0;
     if let Some(problem) = &result.results.problem {
         quiet_ui(ui, "no figures");
@@ -101,7 +118,7 @@ pub fn result_ui(ui: &mut Ui, result: &ResultView) {
     }
     ui.add_space(6.0);
     for row in figure_rows(figures) {
-        if SHOWN.contains(&row.label) || DETERMINED.contains(&row.label) {
+        if shown.contains(&row.label) {
             figure_ui(ui, &row);
         }
     }

@@ -15,6 +15,8 @@ pub const TIMELINE_HEIGHT: f32 = 156.0;
 pub const LEFT_WIDTH: f32 = 240.0;
 /// Width of inspector and result.
 pub const RIGHT_WIDTH: f32 = 300.0;
+/// Width of fit and figures in the Field workspace, where tables of numbers stand side by side.
+pub const FIELD_WIDTH: f32 = 360.0;
 /// Height of a row that can be clicked.
 pub const ROW_HEIGHT: f32 = 22.0;
 

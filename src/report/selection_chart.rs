@@ -1,24 +1,17 @@
 //! The paper's Fig. 3: what is left of held-out measurements against order and angular resolution.
 
-use super::choose::candidate_text;
+use super::plot::{Axis, Chart, Scale, Series, SeriesStyle};
+use super::selection::candidate_text;
 use crate::field::selection::{Scored, Selection};
 use crate::geometry::directions::DirectionSet;
-use crate::report::plot::{Axis, Chart, Scale, Series, SeriesStyle};
-
-/// Size in pixels.
-const SIZE: (u32, u32) = (960, 640);
 
 /// Highest RMS that is drawn, in multiples of that without correction: a model that doubles the
 /// error needs no finer comparison, and some are a thousandfold off.
 const TOP: f64 = 2.0;
 
-/// The chart as SVG: a line for each set of orientations without ridge, one for the chosen set with
-/// its best ridges, and the choice.
-pub(super) fn svg(data: &str, selection: &Selection) -> String {
-    chart(data, selection).to_svg(SIZE)
-}
-
-fn chart(data: &str, selection: &Selection) -> Chart {
+/// A line for each set of orientations without ridge, one for the chosen set with its best ridges,
+/// and the choice; `data` names the measurements.
+pub fn chart(data: &str, selection: &Selection) -> Chart {
     let best = selection.best();
     let uncorrected = selection.table.iter().find(|row| row.candidate.order == 0);
     let reference = uncorrected.unwrap_or(best).deciding().position_rms_mm;

@@ -1,0 +1,162 @@
+//! Which model a room's measurements are fitted with: as it was asked for, what was left open
+//! chosen by cross-validation.
+
+use crate::field::fit::{FitMethod, FitSettings};
+use crate::field::samples::{MapKind, SampleSet};
+use crate::field::selection::{
+    Candidate, SelectError, SelectSettings, Selection, clusters, folds, select,
+};
+use crate::geometry::directions::{DirectionSet, Weighting};
+use crate::task::Task;
+
+/// A model as far as a person says it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AskedModel {
+    pub order: Option<usize>,
+    pub directions: Option<DirectionSet>,
+    pub ridge: Option<f64>,
+    pub method: FitMethod,
+    pub map: MapKind,
+    pub weighting: Weighting,
+    pub rcond: f64,
+}
+
+/// What an [`AskedModel`] comes to.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WantedModel {
+    /// Nothing is open.
+    Said(FitSettings),
+    /// One of these.
+    Open(SelectSettings),
+}
+
+/// Which rows are held out together, and who says so.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Grouping {
+    /// "column cluster", "clusters of positions".
+    pub by: String,
+    /// One number a row.
+    pub groups: Vec<usize>,
+}
+
+/// How a table's rows are held out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RowGroups {
+    OneByOne,
+    /// The positions lie in so many clusters, too few to be held out whole: one by one.
+    TooFewClusters(usize),
+    Together(Grouping),
+}
+
+/// A column of groups that does not belong to the rows.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("column {name} has {found} rows, expected {expected}")]
+pub struct GroupRowsError {
+    pub name: String,
+    pub found: usize,
+    pub expected: usize,
+}
+
+/// What cross-validation chose, of what.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chosen {
+    pub selection: Selection,
+    pub tried: SelectSettings,
+    /// Who said which rows belong together, if anyone did.
+    pub by: Option<String>,
+}
+
+impl AskedModel {
+    /// The settings, or what has to be tried to find them: orders 0 to 6 with every set of
+    /// orientations, but for what was said.
+    pub fn wanted(&self, samples: &SampleSet) -> WantedModel {
+        // Without orientations there is only one set of them: no choice.
+        let directions = self
+            .directions
+            .or_else(|| (!samples.has_rotations).then_some(DirectionSet::One));
+        let tried = SelectSettings {
+            method: self.method,
+            map: self.map,
+            weighting: self.weighting,
+            rcond: self.rcond,
+            ..SelectSettings::for_samples(samples)
+        };
+        if let (Some(order), Some(directions)) = (self.order, directions) {
+            return WantedModel::Said(tried.fit_settings(&Candidate {
+                order,
+                directions,
+                ridge: self.ridge.unwrap_or(0.0),
+            }));
+        }
+        WantedModel::Open(SelectSettings {
+            orders: self.order.map_or(tried.orders, |order| vec![order]),
+            direction_sets: directions.map_or(tried.direction_sets, |set| vec![set]),
+            ridges: self.ridge.map_or(tried.ridges, |ridge| vec![ridge]),
+            ..tried
+        })
+    }
+}
+
+/// The groups of a table's rows: by a column of labels where there is one (its name first), else
+/// by the clusters that the positions themselves show.
+///
+/// # Errors
+/// A column with more or fewer rows than the samples.
+pub fn row_groups(
+    samples: &SampleSet,
+    column: Option<(&str, &[String])>,
+    folds: usize,
+) -> Result<RowGroups, GroupRowsError> {
+    if let Some((name, labels)) = column {
+        if labels.len() != samples.samples.len() {
+            return Err(GroupRowsError {
+                name: name.to_owned(),
+                found: labels.len(),
+                expected: samples.samples.len(),
+            });
+        }
+        return Ok(RowGroups::Together(Grouping {
+            by: format!("column {name}"),
+            groups: folds::numbered(labels).0,
+        }));
+    }
+    let positions: Vec<_> = samples.samples.iter().map(|s| s.position_mm).collect();
+    let Some(groups) = clusters::find(&positions) else {
+        return Ok(RowGroups::OneByOne);
+    };
+    let count = groups.iter().max().map_or(0, |last| last + 1);
+    Ok(if count < folds {
+        RowGroups::TooFewClusters(count)
+    } else {
+        RowGroups::Together(Grouping {
+            by: "clusters of positions".to_owned(),
+            groups,
+        })
+    })
+}
+
+/// Tries the models on rows held out by their groups, and chooses.
+///
+/// # Errors
+/// Those of [`select`].
+pub fn choose(
+    samples: &SampleSet,
+    grouping: Option<Grouping>,
+    tried: SelectSettings,
+    task: &Task,
+) -> Result<Chosen, SelectError> {
+    let groups = grouping.as_ref().map(|g| g.groups.as_slice());
+    let selection = select(samples, groups, &tried, task)?;
+    Ok(Chosen {
+        selection,
+        tried,
+        by: grouping.map(|g| g.by),
+    })
+}
+
+impl Chosen {
+    /// What fits the chosen model to all samples.
+    pub fn settings(&self) -> FitSettings {
+        self.tried.fit_settings(&self.selection.best().candidate)
+    }
+}

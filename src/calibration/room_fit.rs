@@ -1,0 +1,154 @@
+//! A room from measurements: the model, where it may be believed, and what it is worth on
+//! measurements that it has not seen.
+
+use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
+use crate::field::fit::{Fit, FitError, FitSettings, factor, residuals};
+use crate::field::model::OutsidePolicy;
+use crate::field::samples::SampleSet;
+use crate::field::support::SupportError;
+use crate::field::{DistortionModel, Environment, Support};
+use crate::geometry::volume::Volume;
+use crate::task::Task;
+
+/// Part of a fit's time that reducing its samples takes, for telling progress only.
+const FACTORING_PART: f64 = 0.8;
+
+/// What a room is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct RoomOrder<'a> {
+    /// The room's.
+    pub name: &'a str,
+    pub table: RoomTable<'a>,
+    /// Measurements that are not fitted, to judge the model on.
+    pub held_out: Option<RoomTable<'a>>,
+    pub settings: FitSettings,
+    pub volume: Option<Volume>,
+    pub jitter: Option<Jitter>,
+    /// Whether the room shall say where its model may be believed.
+    pub with_support: bool,
+}
+
+/// A measurement table by the name that provenance keeps, without its folder.
+#[derive(Clone, Copy, Debug)]
+pub struct RoomTable<'a> {
+    pub name: &'a str,
+    pub samples: &'a SampleSet,
+}
+
+/// A room, and what its fit was like.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FittedRoom {
+    pub environment: Environment,
+    pub fit: Fit,
+    /// Why the room does not say where its model may be believed, where that is too large to keep.
+    pub support_left_out: Option<SupportError>,
+}
+
+/// The stretches of work on a room, each told from 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RoomStage {
+    Fitting,
+    Support,
+}
+
+/// Why there is no room.
+#[derive(Debug, thiserror::Error)]
+pub enum RoomError {
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    #[error(transparent)]
+    Support(SupportError),
+}
+
+impl RoomError {
+    /// Whether the work was stopped by whoever asked for it.
+    pub fn is_cancelled(&self) -> bool {
+        matches!(
+            self,
+            Self::Fit(FitError::Cancelled(_))
+                | Self::Support(
+                    SupportError::Cancelled(_) | SupportError::Fit(FitError::Cancelled(_))
+                )
+        )
+    }
+}
+
+/// Fits a room and judges it; `task_of` gives each stage the task that it is told to.
+///
+/// # Errors
+/// Samples or settings that make no fit; a cancelled task.
+pub fn fit_room(
+    order: &RoomOrder,
+    mut task_of: impl FnMut(RoomStage) -> Task,
+) -> Result<FittedRoom, RoomError> {
+    let (samples, settings) = (order.table.samples, &order.settings);
+    let fitting = task_of(RoomStage::Fitting);
+    let factored = factor(
+        samples,
+        settings,
+        None,
+        &fitting.stretch(0.0, FACTORING_PART),
+    )?;
+    let solved = factored.solve_with(
+        settings.rcond,
+        settings.ridge,
+        &fitting.stretch(FACTORING_PART, 1.0),
+    )?;
+    let fit = solved.judged(samples);
+    let (support, support_left_out) = match order.with_support {
+        true => kept(Support::of_fit(
+            samples,
+            &factored,
+            &fit.model,
+            &task_of(RoomStage::Support),
+        ))?,
+        false => (None, None),
+    };
+    let environment = Environment {
+        name: order.name.to_owned(),
+        model: fit.model.clone(),
+        volume: order.volume,
+        jitter: order.jitter,
+        support,
+        provenance: Some(Provenance {
+            data: order.table.name.to_owned(),
+            samples: fit.samples,
+            method: settings.method,
+            ridge: settings.ridge,
+            train_before: fit.before,
+            train_after: fit.after,
+            holdout: order.held_out.map(|table| judge(&fit.model, table)),
+        }),
+    };
+    Ok(FittedRoom {
+        environment,
+        fit,
+        support_left_out,
+    })
+}
+
+/// A support that is too large to keep is left out, and said so.
+fn kept(
+    support: Result<Support, SupportError>,
+) -> Result<(Option<Support>, Option<SupportError>), RoomError> {
+    match support {
+        Ok(support) => Ok((Some(support), None)),
+        Err(SupportError::NoOrder) => Ok((None, None)),
+        Err(error @ (SupportError::TooLarge { .. } | SupportError::TooManyUnknowns { .. })) => {
+            Ok((None, Some(error)))
+        }
+        Err(error @ (SupportError::Cancelled(_) | SupportError::Fit(_))) => {
+            Err(RoomError::Support(error))
+        }
+    }
+}
+
+fn judge(model: &DistortionModel, table: RoomTable) -> HoldoutProvenance {
+    let zero = DistortionModel::zero(*model.bounds(), model.map());
+    HoldoutProvenance {
+        data: table.name.to_owned(),
+        samples: table.samples.samples.len(),
+        before: residuals(&zero, table.samples, OutsidePolicy::Clamp),
+        after: residuals(model, table.samples, OutsidePolicy::Clamp),
+    }
+}

@@ -1,0 +1,193 @@
+//! What the workspace's threads do: calls of the core in order, each told to one task.
+
+use super::desk::{Comparison, FieldSettings, Fitted, Table};
+use crate::calibration::room_choice::{Chosen, RowGroups, WantedModel, choose, row_groups};
+use crate::calibration::room_fit::{
+    FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
+};
+use crate::calibration::room_worth::worth;
+use crate::editor::document::WorldGeneration;
+use crate::editor::state::OpenWorld;
+use crate::field::fit::FitSettings;
+use crate::field::selection::{SelectError, SelectSettings};
+use crate::report::room::support_note;
+use crate::store::{self, room_name};
+use crate::study::{Figures, Mode, Scenario, StudyError, run};
+use crate::task::Task;
+use std::sync::Arc;
+
+/// Part of the time that choosing takes, for the bar only: it tries hundreds of models.
+pub const CHOOSING_PART: f64 = 0.85;
+/// Part of the rest that the fit itself takes; where it may be believed takes what is left.
+const FITTING_PART: f64 = 0.7;
+
+/// How work ended without what was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Failure {
+    Cancelled,
+    /// In the words of the command line.
+    Because(String),
+}
+
+/// Chooses what is open, fits, and judges.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn fit(
+    training: &Table,
+    held_out: Option<&Table>,
+    settings: FieldSettings,
+    task: &Task,
+) -> Result<Fitted, Failure> {
+    let mut notes = Vec::new();
+    let (model, chosen, fitting) = match settings.model.wanted(&training.samples) {
+        WantedModel::Said(model) => (model, None, task.clone()),
+        WantedModel::Open(tried) => {
+            let choosing = task.stretch(0.0, CHOOSING_PART);
+            let chosen = choose_model(training, tried, &mut notes, &choosing)?;
+            let rest = task.stretch(CHOOSING_PART, 1.0);
+            (chosen.settings(), Some(chosen), rest)
+        }
+    };
+    let FittedRoom {
+        environment,
+        fit,
+        support_left_out,
+    } = fit_model(training, held_out, &settings, model, &fitting)?;
+    notes.extend(support_left_out.as_ref().map(support_note));
+    Ok(Fitted {
+        training_worth: worth(&fit.model, &training.samples),
+        held_out_worth: held_out.map(|table| worth(&fit.model, &table.samples)),
+        training: Arc::clone(training),
+        held_out: held_out.map(Arc::clone),
+        asked: settings,
+        settings: model,
+        chosen,
+        notes,
+        fit,
+        environment: Arc::new(environment),
+    })
+}
+
+fn choose_model(
+    training: &Table,
+    tried: SelectSettings,
+    notes: &mut Vec<String>,
+    task: &Task,
+) -> Result<Chosen, Failure> {
+    let column = match &training.groups {
+        Ok(groups) => groups.as_ref().map(|groups| &groups.column),
+        // It names the file already.
+        Err(error) => return Err(Failure::Because(error.to_string())),
+    };
+    let column = column.map(|c| (c.name.as_str(), c.labels.as_slice()));
+    let folds = tried.folds;
+    let grouping = match row_groups(&training.samples, column, folds) {
+        Err(error) => return Err(in_table(training, &error)),
+        Ok(RowGroups::OneByOne) => None,
+        Ok(RowGroups::TooFewClusters(count)) => {
+            notes.push(format!(
+                "The positions lie in {count} clusters, too few for {folds} folds, so rows are \
+                 held out one by one"
+            ));
+            None
+        }
+        Ok(RowGroups::Together(grouping)) => Some(grouping),
+    };
+    choose(&training.samples, grouping, tried, task).map_err(|error| match error {
+        SelectError::Cancelled(_) => Failure::Cancelled,
+        error => in_table(training, &error),
+    })
+}
+
+fn fit_model(
+    training: &Table,
+    held_out: Option<&Table>,
+    settings: &FieldSettings,
+    model: FitSettings,
+    task: &Task,
+) -> Result<FittedRoom, Failure> {
+    let (name, held_out_name) = (training.name(), held_out.map(|table| table.name()));
+    let order = RoomOrder {
+        name: &room_name(&training.file.with_extension("")),
+        table: RoomTable {
+            name: &name,
+            samples: &training.samples,
+        },
+        held_out: held_out
+            .zip(held_out_name.as_deref())
+            .map(|(table, name)| RoomTable {
+                name,
+                samples: &table.samples,
+            }),
+        settings: model,
+        volume: settings.volume,
+        jitter: settings.jitter,
+        with_support: true,
+    };
+    let stage = |stage| match stage {
+        RoomStage::Fitting => task.stretch(0.0, FITTING_PART),
+        RoomStage::Support => task.stretch(FITTING_PART, 1.0),
+    };
+    fit_room(&order, stage).map_err(|error| match error {
+        error if error.is_cancelled() => Failure::Cancelled,
+        RoomError::Fit(error) => in_table(training, &error),
+        RoomError::Support(error) => Failure::Because(error.to_string()),
+    })
+}
+
+/// As the command line says it: the file, then what is wrong.
+fn in_table(table: &Table, error: &dyn std::error::Error) -> Failure {
+    Failure::Because(format!("{}: {error}", table.file.display()))
+}
+
+/// What [`compare`] needs of the open design.
+pub struct Compared {
+    present: Scenario,
+    tried: Scenario,
+    room: Arc<Fitted>,
+    generation: u64,
+    revision: u64,
+}
+
+impl Compared {
+    pub fn new(world: &OpenWorld, generation: WorldGeneration, room: &Arc<Fitted>) -> Self {
+        let document = &world.0.document;
+        Self {
+            present: store::resolve(document.design(), &world.0.environment),
+            tried: store::resolve(document.design(), &room.environment),
+            room: Arc::clone(room),
+            generation: generation.0,
+            revision: document.revision(),
+        }
+    }
+}
+
+/// The figures of the design in the present room and in the fitted one.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn compare(compared: Compared, task: &Task) -> Result<Comparison, Failure> {
+    let figures = |scenario: &Scenario| -> Result<Figures, Failure> {
+        match run(scenario, &mode(scenario), &task.cancel, None) {
+            Ok(outcome) => Ok(outcome.figures),
+            Err(StudyError::Cancelled) => Err(Failure::Cancelled),
+            Err(error) => Err(Failure::Because(error.to_string())),
+        }
+    };
+    Ok(Comparison {
+        present: figures(&compared.present)?,
+        tried: figures(&compared.tried)?,
+        room: compared.room,
+        generation: compared.generation,
+        revision: compared.revision,
+    })
+}
+
+/// The study that a room is judged by: the range of motion where the design has one.
+fn mode(scenario: &Scenario) -> Mode {
+    match scenario.motion {
+        Some(_) => Mode::Motion,
+        None => Mode::Single,
+    }
+}

@@ -1,0 +1,64 @@
+//! A room's fit in words: the command line and the editor say the same.
+
+use crate::field::fit::{Fit, FitMethod};
+use crate::field::samples::MapKind;
+use crate::field::support::SupportError;
+use crate::study::figures::with_separators;
+
+pub fn method_name(method: FitMethod) -> &'static str {
+    match method {
+        FitMethod::PerDirection => "per-direction",
+        FitMethod::Joint => "joint",
+    }
+}
+
+pub fn map_name(map: MapKind) -> &'static str {
+    match map {
+        MapKind::Distortion => "distortion",
+        MapKind::Correction => "correction",
+    }
+}
+
+/// Said where a room is kept without where its model may be believed.
+pub fn support_note(why: &SupportError) -> String {
+    format!("{why}; the environment is written without it")
+}
+
+/// What is not as it should be about a fit.
+pub fn fit_warnings(fitted: &Fit) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let few: Vec<_> = fitted
+        .systems
+        .iter()
+        .filter(|s| s.is_underdetermined())
+        .collect();
+    if let Some(least) = few.iter().min_by_key(|s| s.samples) {
+        warnings.push(format!(
+            "{} of {} orientations have fewer samples than the {} coefficients, the least {}; \
+             the solution of least norm was taken",
+            few.len(),
+            fitted.systems.len(),
+            least.unknowns,
+            with_separators(least.samples),
+        ));
+    }
+    let deficient = fitted
+        .systems
+        .iter()
+        .filter(|s| !s.is_underdetermined() && s.rank < s.unknowns)
+        .count();
+    if deficient > 0 {
+        warnings.push(format!(
+            "{deficient} of {} orientations do not determine all their coefficients; the solution \
+             of least norm was taken",
+            fitted.systems.len()
+        ));
+    }
+    if fitted.ambiguous > 0 {
+        warnings.push(format!(
+            "{} samples have opposite axes, so that their orientation error is ambiguous",
+            with_separators(fitted.ambiguous)
+        ));
+    }
+    warnings
+}

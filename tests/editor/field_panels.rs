@@ -1,0 +1,209 @@
+//! The panels of the Field workspace as functions: what they say, and what they ask for.
+
+use super::field_workspace::{ask, finish, with_field};
+use super::support::create_app;
+use crate::support::data::own;
+use bevy::prelude::*;
+use bevy_egui::egui;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use std::cell::RefCell;
+use trackwright::editor::field::samples::SampleScale;
+use trackwright::editor::field::{FieldDesk, FieldRequest, FieldSettings, RoomToSave, TableRole};
+use trackwright::editor::state::OpenWorld;
+use trackwright::editor::ui::field::{
+    comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui, worth_ui,
+};
+use trackwright::geometry::directions::DirectionSet;
+use trackwright::store;
+
+/// What a panel asked for while it was used.
+fn look(
+    panel: impl Fn(&mut egui::Ui) -> Vec<FieldRequest>,
+    act: impl Fn(&mut Harness),
+) -> Vec<FieldRequest> {
+    let asked = RefCell::new(Vec::new());
+    let mut harness = Harness::builder()
+        .with_size(egui::vec2(360.0, 1100.0))
+        .build_ui(|ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            asked.borrow_mut().extend(panel(ui));
+        });
+    harness.run_steps(2);
+    act(&mut harness);
+    harness.run_steps(3);
+    drop(harness);
+    asked.into_inner()
+}
+
+fn app() -> App {
+    let mut app = create_app();
+    app.add_plugins((bevy::asset::AssetPlugin::default(), bevy::mesh::MeshPlugin))
+        .init_asset::<Image>()
+        .init_asset::<StandardMaterial>();
+    let mut app = with_field(app);
+    let world = store::open_builtin("endoscope").unwrap();
+    app.insert_resource(OpenWorld(world));
+    finish(&mut app);
+    app
+}
+
+fn read(app: &mut App) {
+    for (role, name) in [
+        (TableRole::Training, "room-a/room-a-fit.csv"),
+        (TableRole::HeldOut, "room-a/room-a-holdout.csv"),
+    ] {
+        ask(app, FieldRequest::Open(role, own(name)));
+    }
+}
+
+fn fit(app: &mut App, order: Option<usize>, directions: Option<DirectionSet>) {
+    let mut settings = FieldSettings::default();
+    settings.model.order = order;
+    settings.model.directions = directions;
+    ask(app, FieldRequest::Set(settings));
+    ask(app, FieldRequest::Fit);
+}
+
+#[test]
+fn an_empty_desk_says_what_to_do_and_opens_a_table() {
+    let desk = FieldDesk::default();
+    let asked = look(
+        |ui| tables_ui(ui, &desk, SampleScale(None)),
+        |harness| {
+            harness.get_by_label_contains("Drop a measurement table");
+            harness.get_by_label("Open measurements…").click();
+        },
+    );
+    assert_eq!(asked, [FieldRequest::ShowOpen(TableRole::Training)]);
+    let asked = look(
+        |ui| settings_ui(ui, &desk),
+        |harness| {
+            harness.get_by_label_contains("no measurements to fit");
+            harness.get_by_label("Select and fit").click();
+        },
+    );
+    assert!(asked.is_empty(), "{asked:?}");
+}
+
+#[test]
+fn a_table_shows_its_samples_and_bounds_with_units() {
+    let mut app = app();
+    read(&mut app);
+    let desk = app.world().resource::<FieldDesk>();
+    let scale = *app.world().resource::<SampleScale>();
+    let asked = look(
+        |ui| tables_ui(ui, desk, scale),
+        |harness| {
+            harness.get_by_label("room-a-fit.csv");
+            assert_eq!(harness.query_all_by_label("1,025 samples").count(), 2);
+            let ranges = harness.query_all_by_label_contains("\u{2009}mm").count();
+            assert!(ranges >= 5, "{ranges}");
+            harness.get_by_label("held out").click();
+        },
+    );
+    assert!(
+        matches!(asked.as_slice(), [FieldRequest::Show(shown)] if !shown.held_out),
+        "{asked:?}"
+    );
+    let asked = look(
+        |ui| settings_ui(ui, desk),
+        |harness| harness.get_by_label("Select and fit").click(),
+    );
+    assert_eq!(asked, [FieldRequest::Fit]);
+}
+
+#[test]
+fn a_fit_shows_both_errors_its_warnings_and_what_to_do_with_it() {
+    let mut app = app();
+    read(&mut app);
+    fit(&mut app, Some(4), Some(DirectionSet::FortyTwo));
+    let desk = app.world().resource::<FieldDesk>();
+    let fitted = desk.fitted.as_ref().unwrap();
+    let held_out = fitted.held_out_worth.as_ref().unwrap();
+    let asked = look(
+        |ui| worth_ui(ui, desk),
+        |harness| {
+            for value in [
+                fitted.training_worth.after.rms.position_rms_mm,
+                held_out.after.rms.position_rms_mm,
+                held_out.after.position_max_mm,
+            ] {
+                let text = format!("{value:.2}\u{2009}mm");
+                assert!(harness.query_all_by_label(&text).count() >= 1, "{text}");
+            }
+            harness.get_by_label_contains("have fewer samples than the 125 coefficients");
+            assert!(
+                harness
+                    .query_by_label_contains("have changed since")
+                    .is_none()
+            );
+            harness.get_by_label("Use in this design…").click();
+        },
+    );
+    assert_eq!(asked, [FieldRequest::ShowSave(RoomToSave::Fitted)]);
+
+    ask(&mut app, FieldRequest::Try);
+    let desk = app.world().resource::<FieldDesk>();
+    let comparison = desk.comparison.as_ref().unwrap();
+    look(
+        |ui| {
+            comparison_ui(ui, comparison, false);
+            Vec::new()
+        },
+        |harness| {
+            harness.get_by_label("present");
+            harness.get_by_label_contains("has changed since");
+        },
+    );
+    ask(&mut app, FieldRequest::Set(FieldSettings::default()));
+    let desk = app.world().resource::<FieldDesk>();
+    look(
+        |ui| worth_ui(ui, desk),
+        |harness| {
+            harness.get_by_label_contains("have changed since");
+        },
+    );
+}
+
+#[test]
+fn what_was_selected_is_drawn_with_a_way_to_its_table() {
+    let mut app = app();
+    read(&mut app);
+    fit(&mut app, Some(1), None);
+    let desk = app.world().resource::<FieldDesk>();
+    let fitted = desk.fitted.as_ref().unwrap();
+    let asked = look(
+        |ui| selection_ui(ui, fitted),
+        |harness| harness.get_by_label("Figure and table…").click(),
+    );
+    assert_eq!(asked, [FieldRequest::ShowSelection(true)]);
+    let asked = look(
+        |ui| trackwright::editor::ui::field::selection_window(ui.ctx(), fitted),
+        |harness| {
+            harness.get_by_label("chosen");
+            harness.get_by_label_contains("chosen: order 1");
+        },
+    );
+    assert!(asked.is_empty(), "{asked:?}");
+}
+
+#[test]
+fn a_room_says_what_it_is_worth_and_the_designs_own_is_not_assigned_again() {
+    let app = app();
+    let desk = app.world().resource::<FieldDesk>();
+    let asked = look(
+        |ui| rooms_ui(ui, desk),
+        |harness| harness.get_by_label("Operating table (built in)").click(),
+    );
+    assert!(asked.is_empty(), "{asked:?}");
+    let desk = FieldDesk {
+        rooms: desk.rooms.clone(),
+        ..FieldDesk::default()
+    };
+    let asked = look(
+        |ui| rooms_ui(ui, &desk),
+        |harness| harness.get_by_label("Operating table (built in)").click(),
+    );
+    assert_eq!(asked, [FieldRequest::Assign(desk.rooms[0].place.clone())]);
+}

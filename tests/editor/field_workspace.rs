@@ -1,0 +1,472 @@
+//! Rooms made in the Field workspace: what the command line makes, in the background, and given to
+//! the design as one undo step.
+
+use super::support::{create_app, create_scene_app_with, named, request, settle};
+use crate::support::data::own;
+use crate::support::program::{Scratch, fail, json, succeed, text};
+use bevy::prelude::*;
+use bevy::window::FileDragAndDrop;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::Mutex;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+use trackwright::editor::document::Notice;
+use trackwright::editor::field::desk::FieldCounts;
+use trackwright::editor::field::samples::SamplesPlugin;
+use trackwright::editor::field::{
+    FieldDesk, FieldPlugin, FieldRequest, FieldSettings, RoomToSave, SampleValue, SamplesShown,
+    TableRole,
+};
+use trackwright::editor::state::{EditRequest, OpenWorld, Results, Workspace};
+use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright::editor::wake::Waker;
+use trackwright::geometry::directions::DirectionSet;
+use trackwright::store::{self, RoomPlace};
+use trackwright::study::{FigureRow, figure_rows};
+
+/// What the threads wake the window with.
+#[derive(Resource)]
+struct Told(Mutex<Receiver<()>>);
+
+pub fn with_field(mut app: App) -> App {
+    add_field(&mut app);
+    app
+}
+
+fn add_field(app: &mut App) {
+    let (tell, told) = channel();
+    app.insert_resource(Waker::new(move || {
+        // A test that has ended no longer listens.
+        let _ = tell.send(());
+    }))
+    .insert_resource(Told(Mutex::new(told)))
+    .insert_resource(Workspace::Field)
+    .add_plugins((FieldPlugin, SamplesPlugin));
+}
+
+/// The workspace without renderer, in a design that was saved to a folder.
+fn saved_app(folder: &Path) -> App {
+    let mut app = with_field(without_samples());
+    let mut world = store::open_builtin("endoscope").unwrap();
+    store::save_as(&mut world, &folder.join("endoscope.design.ron")).unwrap();
+    app.insert_resource(OpenWorld(world));
+    finish(&mut app);
+    app
+}
+
+/// Meshes are drawn nowhere, but there is a place for them.
+fn without_samples() -> App {
+    let mut app = create_app();
+    app.add_plugins((bevy::asset::AssetPlugin::default(), bevy::mesh::MeshPlugin))
+        .init_asset::<Image>()
+        .init_asset::<StandardMaterial>();
+    app
+}
+
+fn desk(app: &App) -> &FieldDesk {
+    app.world().resource::<FieldDesk>()
+}
+
+/// Updates until no thread works for the workspace and the solver rests.
+pub fn finish(app: &mut App) {
+    app.update();
+    app.update();
+    while desk(app).is_busy() {
+        let told = app.world().resource::<Told>().0.lock().unwrap();
+        told.recv_timeout(Duration::from_secs(300))
+            .expect("something of what is under way");
+        drop(told);
+        app.update();
+    }
+    settle(app);
+}
+
+pub fn ask(app: &mut App, request: FieldRequest) {
+    app.world_mut().write_message(request);
+    finish(app);
+}
+
+fn drop_file(app: &mut App, file: &Path) {
+    app.world_mut().write_message(FileDragAndDrop::DroppedFile {
+        window: Entity::PLACEHOLDER,
+        path_buf: file.to_owned(),
+    });
+    finish(app);
+}
+
+fn room_a() -> [PathBuf; 2] {
+    ["room-a/room-a-fit.csv", "room-a/room-a-holdout.csv"].map(own)
+}
+
+fn settings(order: Option<usize>, directions: Option<DirectionSet>) -> FieldSettings {
+    let mut settings = FieldSettings::default();
+    settings.model.order = order;
+    settings.model.directions = directions;
+    settings
+}
+
+fn set(app: &mut App, order: usize, directions: DirectionSet) {
+    let settings = settings(Some(order), Some(directions));
+    ask(app, FieldRequest::Set(settings));
+}
+
+fn figures(app: &App) -> Vec<FigureRow> {
+    let study = app.world().resource::<Results>().study.as_ref().unwrap();
+    figure_rows(&study.value.figures)
+}
+
+/// Every figure of the study to the last bit.
+fn figure_bits(app: &App) -> Vec<u64> {
+    let study = app.world().resource::<Results>().study.as_ref().unwrap();
+    let (p, a) = (
+        &study.value.figures.position_mm,
+        &study.value.figures.angle_deg,
+    );
+    [p.rms, p.mean, p.p95, p.max, a.rms, a.mean, a.p95, a.max]
+        .map(f64::to_bits)
+        .to_vec()
+}
+
+/// To the last bit but one: reading JSON rounds once more.
+#[track_caller]
+fn assert_printed(value: f64, printed: &serde_json::Value) {
+    let printed = printed.as_f64().unwrap();
+    assert!(
+        (value - printed).abs() <= 4.0 * f64::EPSILON * value.abs(),
+        "{value} {printed}"
+    );
+}
+
+fn error_text(app: &App) -> String {
+    match &app.world().resource::<Dialogs>().current {
+        Some(Dialog::Error { text, .. }) => text.clone(),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_table_that_is_dropped_and_fitted_gives_the_command_lines_room_to_the_byte() {
+    let scratch = Scratch::new();
+    let mut app = saved_app(&scratch.path(""));
+    let [fit, holdout] = ["cube-fit.csv", "cube-holdout.csv"]
+        .map(|name| own("../../assets/environments/data").join(name));
+    drop_file(&mut app, &fit);
+    let table = desk(&app).training.table.as_ref().unwrap();
+    assert_eq!(table.samples.samples.len(), 4000);
+    // The second one asks what it is for.
+    drop_file(&mut app, &holdout);
+    let asked = app.world_mut().resource_mut::<Dialogs>().current.take();
+    let which = Dialog::WhichTable {
+        file: holdout.clone(),
+    };
+    assert_eq!(asked, Some(which));
+    ask(
+        &mut app,
+        FieldRequest::Open(TableRole::HeldOut, holdout.clone()),
+    );
+    set(&mut app, 2, DirectionSet::Six);
+    ask(&mut app, FieldRequest::Fit);
+    let fitted = desk(&app).fitted.clone().unwrap();
+    assert!(!desk(&app).is_outdated(&fitted));
+    let mine = scratch.path("mine.env.ron");
+    ask(
+        &mut app,
+        FieldRequest::Save(RoomToSave::Fitted, mine.clone()),
+    );
+    std::fs::create_dir(scratch.path("theirs")).unwrap();
+    let theirs = scratch.path("theirs/mine.env.ron");
+    let printed = json(&[
+        "fit",
+        &text(&fit),
+        "--holdout",
+        &text(&holdout),
+        "-o",
+        &text(&theirs),
+        "--order",
+        "2",
+        "--directions",
+        "6",
+    ]);
+    assert!(
+        std::fs::read(&mine).unwrap() == std::fs::read(&theirs).unwrap(),
+        "the two rooms differ"
+    );
+    let held_out = fitted.held_out_worth.as_ref().unwrap();
+    assert_printed(
+        held_out.after.rms.position_rms_mm,
+        &printed["holdout"]["after"]["position_rms_mm"],
+    );
+    assert!(held_out.after.position_max_mm < held_out.before.position_max_mm);
+}
+
+#[test]
+fn what_is_left_open_is_what_the_command_line_selects() {
+    let scratch = Scratch::new();
+    let mut app = with_field(without_samples());
+    let [fit, _] = room_a();
+    drop_file(&mut app, &fit);
+    ask(&mut app, FieldRequest::Set(settings(Some(1), None)));
+    ask(&mut app, FieldRequest::Fit);
+    let printed = json(&[
+        "fit",
+        &text(&fit),
+        "-o",
+        &scratch.arg("room.env.ron"),
+        "--order",
+        "1",
+    ]);
+    let fitted = desk(&app).fitted.as_ref().unwrap();
+    let chosen = fitted.chosen.as_ref().unwrap();
+    let best = chosen.selection.best();
+    let selection = &printed["selection"];
+    assert_eq!(
+        selection["directions"].as_u64(),
+        Some(best.candidate.directions.len() as u64)
+    );
+    assert_printed(best.candidate.ridge, &selection["ridge"]);
+    assert_printed(
+        best.deciding().position_rms_mm,
+        &selection["cv"]["position_rms_mm"],
+    );
+    assert_eq!(fitted.settings, chosen.settings());
+    let room = store::read_environment(&scratch.path("room.env.ron")).unwrap();
+    assert_eq!(room.model, fitted.environment.model);
+}
+
+#[test]
+fn a_fit_that_is_given_up_leaves_everything_as_it_was() {
+    let mut app = with_field(without_samples());
+    drop_file(&mut app, &room_a()[0]);
+    set(&mut app, 1, DirectionSet::Six);
+    ask(&mut app, FieldRequest::Fit);
+    let before = desk(&app).fitted.clone().unwrap();
+    let bits = figure_bits(&app);
+    set(&mut app, 6, DirectionSet::FortyTwo);
+    app.world_mut().write_message(FieldRequest::Fit);
+    ask(&mut app, FieldRequest::CancelFit);
+    let now = desk(&app);
+    assert!(Arc::ptr_eq(now.fitted.as_ref().unwrap(), &before));
+    assert!(now.is_outdated(&before), "the settings have changed since");
+    assert!(app.world().resource::<Dialogs>().current.is_none());
+    assert_eq!(figure_bits(&app), bits);
+    let notice = app.world().resource::<Notice>();
+    assert!(matches!(notice, Notice::Done(text) if text.contains("cancelled")));
+}
+
+#[test]
+fn a_room_is_assigned_as_one_step_and_undo_brings_the_figures_back_to_the_bit() {
+    let scratch = Scratch::new();
+    for is_saved in [true, false] {
+        let mut app = match is_saved {
+            true => saved_app(&scratch.path("")),
+            false => {
+                let mut app = with_field(without_samples());
+                let world = store::open_builtin("endoscope").unwrap();
+                app.insert_resource(OpenWorld(world));
+                app
+            }
+        };
+        drop_file(&mut app, &room_a()[0]);
+        set(&mut app, 2, DirectionSet::Six);
+        ask(&mut app, FieldRequest::Fit);
+        let before = (figure_bits(&app), figures(&app));
+        let revision = app.world().resource::<OpenWorld>().0.document.revision();
+
+        ask(&mut app, FieldRequest::Try);
+        let comparison = desk(&app).comparison.clone().unwrap();
+        assert_eq!(figure_rows(&comparison.present), before.1);
+        assert_eq!(figure_bits(&app), before.0, "trying changes nothing");
+        let document = &app.world().resource::<OpenWorld>().0.document;
+        assert_eq!(document.revision(), revision);
+
+        let file = scratch.path(if is_saved { "a.env.ron" } else { "b.env.ron" });
+        ask(
+            &mut app,
+            FieldRequest::Save(RoomToSave::Fitted, file.clone()),
+        );
+        assert_eq!(
+            figures(&app),
+            figure_rows(&comparison.tried),
+            "what was tried is what came"
+        );
+        let world = &app.world().resource::<OpenWorld>().0;
+        let name = if is_saved { "a" } else { "b" };
+        assert_eq!(world.environment.name, name);
+        let label = format!("Use room {name}");
+        assert_eq!(world.document.undo_label(), Some(&*label));
+        let is_listed = |room: &store::RoomListing| Some(&room.place) == desk(&app).own.as_ref();
+        assert!(desk(&app).rooms.iter().any(is_listed));
+
+        request(&mut app, EditRequest::Undo);
+        finish(&mut app);
+        assert_eq!(figure_bits(&app), before.0);
+        let world = &app.world().resource::<OpenWorld>().0;
+        assert_eq!(world.environment.name, "Operating table");
+        assert_eq!(world.document.undo_label(), None, "it was one step");
+    }
+}
+
+#[test]
+fn a_click_on_a_room_of_the_folder_assigns_it_and_the_own_rooms_file_is_never_replaced() {
+    let scratch = Scratch::new();
+    let [fit, _] = room_a();
+    let other = scratch.arg("other.env.ron");
+    succeed(&[
+        "fit",
+        &text(&fit),
+        "-o",
+        &other,
+        "--order",
+        "1",
+        "--directions",
+        "6",
+    ]);
+    std::fs::write(scratch.path("spoilt.env.ron"), "(version: 1").unwrap();
+    let mut app = saved_app(&scratch.path(""));
+    let names: Vec<&str> = desk(&app)
+        .rooms
+        .iter()
+        .map(|room| room.summary.name.as_str())
+        .collect();
+    // The built-in room, and the two readable ones of the folder.
+    assert_eq!(names, ["Operating table", "Operating table", "other"]);
+    let before = figure_bits(&app);
+    let place = desk(&app).rooms[2].place.clone();
+    ask(&mut app, FieldRequest::Assign(place.clone()));
+    assert_ne!(figure_bits(&app), before);
+    assert_eq!(desk(&app).own.as_ref(), Some(&place));
+    assert_eq!(desk(&app).recent.first(), Some(&place));
+    assert_eq!(
+        desk(&app).rooms.len(),
+        3,
+        "the room that was left can be had again"
+    );
+
+    drop_file(&mut app, &fit);
+    set(&mut app, 1, DirectionSet::Six);
+    ask(&mut app, FieldRequest::Fit);
+    let was = std::fs::read(&other).unwrap();
+    let RoomPlace::File(file) = place else {
+        panic!("{place:?}")
+    };
+    ask(&mut app, FieldRequest::Save(RoomToSave::Fitted, file));
+    assert!(error_text(&app).contains("the design itself uses this file"));
+    assert_eq!(std::fs::read(&other).unwrap(), was);
+
+    // The built-in room has to become a file of its own for a design on the disk.
+    let builtin = desk(&app).rooms[0].place.clone();
+    ask(&mut app, FieldRequest::Assign(builtin.clone()));
+    let asked = app.world_mut().resource_mut::<Dialogs>().current.take();
+    assert!(
+        matches!(&asked, Some(Dialog::SaveRoom { room, .. }) if *room == RoomToSave::Copy(builtin)),
+        "{asked:?}"
+    );
+}
+
+#[test]
+fn tables_that_cannot_be_used_say_so_in_the_command_lines_words() {
+    let scratch = Scratch::new();
+    let head = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z\n";
+    for (name, content) in [
+        ("empty.csv", String::new()),
+        ("nan.csv", format!("{head}0,0,0,NaN,0,0\n")),
+        ("columns.csv", "x,y,z\n1,2,3\n".to_owned()),
+        ("rows.csv", head.to_owned()),
+        ("one.csv", format!("{head}0,0,0,1,0,0\n")),
+    ] {
+        let file = scratch.path(name);
+        std::fs::write(&file, content).unwrap();
+        let mut app = with_field(without_samples());
+        drop_file(&mut app, &file);
+        if desk(&app).training.table.is_some() {
+            ask(&mut app, FieldRequest::Set(settings(None, None)));
+            ask(&mut app, FieldRequest::Fit);
+        }
+        let told = fail(&["fit", &text(&file), "-o", &scratch.arg("no.env.ron")]);
+        assert_eq!(format!("error: {}", error_text(&app)), told.trim_end());
+        assert!(desk(&app).fitted.is_none());
+    }
+}
+
+#[test]
+fn sensors_that_a_table_has_no_rotations_for_are_taken_back() {
+    let scratch = Scratch::new();
+    let file = scratch.path("positions.csv");
+    let head = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z\n";
+    std::fs::write(&file, format!("{head}0,0,0,1,0,0\n9,8,7,9,8,7\n")).unwrap();
+    let mut app = with_field(without_samples());
+    drop_file(&mut app, &file);
+    let table = desk(&app).training.table.clone().unwrap();
+    let six = FieldSettings {
+        has_rolls: true,
+        ..FieldSettings::default()
+    };
+    ask(&mut app, FieldRequest::Set(six));
+    assert!(error_text(&app).ends_with("found no quaternions, expected them for 6-DOF sensors"));
+    assert!(Arc::ptr_eq(
+        desk(&app).training.table.as_ref().unwrap(),
+        &table
+    ));
+    assert!(!desk(&app).settings.has_rolls);
+}
+
+#[test]
+fn a_workspace_that_is_not_shown_does_nothing() {
+    let scratch = Scratch::new();
+    let app = saved_app(&scratch.path(""));
+    let listed = desk(&app).counts;
+    assert_eq!(listed.listings, 1);
+    let mut app = with_field(without_samples());
+    app.insert_resource(Workspace::Design);
+    drop_file(&mut app, &room_a()[0]);
+    request(&mut app, EditRequest::Undo);
+    finish(&mut app);
+    assert_eq!(desk(&app).counts, FieldCounts::default());
+    assert!(app.world().resource::<Dialogs>().current.is_none());
+}
+
+#[test]
+fn samples_are_drawn_in_this_workspace_only_and_once_for_each_look() {
+    let mut app = create_scene_app_with(add_field);
+    let [fit, holdout] = room_a();
+    drop_file(&mut app, &fit);
+    ask(&mut app, FieldRequest::Open(TableRole::HeldOut, holdout));
+    assert_eq!(named(&mut app, "samples"), 2);
+    let drawn = desk(&app).counts.sample_meshes;
+    for _ in 0..3 {
+        app.update();
+    }
+    assert_eq!(desk(&app).counts.sample_meshes, drawn);
+
+    app.insert_resource(Workspace::Design);
+    finish(&mut app);
+    assert_eq!(named(&mut app, "samples"), 0);
+    app.insert_resource(Workspace::Field);
+    finish(&mut app);
+    assert_eq!(named(&mut app, "samples"), 2);
+
+    set(&mut app, 1, DirectionSet::Six);
+    ask(&mut app, FieldRequest::Fit);
+    let shown = SamplesShown {
+        held_out: false,
+        value: SampleValue::Left,
+        ..SamplesShown::default()
+    };
+    ask(&mut app, FieldRequest::Show(shown));
+    assert_eq!(named(&mut app, "samples"), 1);
+    let (value, left) = desk(&app).sample_values(TableRole::Training).unwrap();
+    assert_eq!(value, SampleValue::Left);
+    let mean_square = left.position_mm.iter().map(|v| v * v).sum::<f64>() / 1025.0;
+    let rms_mm = desk(&app)
+        .fitted
+        .as_ref()
+        .unwrap()
+        .fit
+        .after
+        .position_rms_mm;
+    assert!(
+        (mean_square.sqrt() - rms_mm).abs() < 1e-12,
+        "the colours are of what is left"
+    );
+}
