@@ -198,7 +198,7 @@ pub struct ColorScale {
 /// A colour bar in the legend.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColorBar {
-    pub label: &'static str,
+    pub label: String,
     pub unit: &'static str,
     pub map: ColorMap,
     /// Where the colours begin and end.

@@ -10,6 +10,7 @@ use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use trackwright::editor::field::samples::SampleScale;
 use trackwright::editor::field::{FieldDesk, FieldRequest, FieldSettings, RoomToSave, TableRole};
+use trackwright::editor::materials::PaintMaterial;
 use trackwright::editor::state::OpenWorld;
 use trackwright::editor::ui::field::{
     comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui, worth_ui,
@@ -40,7 +41,7 @@ fn app() -> App {
     let mut app = create_app();
     app.add_plugins((bevy::asset::AssetPlugin::default(), bevy::mesh::MeshPlugin))
         .init_asset::<Image>()
-        .init_asset::<StandardMaterial>();
+        .init_asset::<PaintMaterial>();
     let mut app = with_field(app);
     let world = store::open_builtin("endoscope").unwrap();
     app.insert_resource(OpenWorld(world));

@@ -18,6 +18,7 @@ use trackwright::editor::field::{
     FieldDesk, FieldPlugin, FieldRequest, FieldSettings, RoomToSave, SampleValue, SamplesShown,
     TableRole,
 };
+use trackwright::editor::materials::PaintMaterial;
 use trackwright::editor::state::{EditRequest, OpenWorld, Results, Workspace};
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright::editor::wake::Waker;
@@ -60,7 +61,7 @@ fn without_samples() -> App {
     let mut app = create_app();
     app.add_plugins((bevy::asset::AssetPlugin::default(), bevy::mesh::MeshPlugin))
         .init_asset::<Image>()
-        .init_asset::<StandardMaterial>();
+        .init_asset::<PaintMaterial>();
     app
 }
 

@@ -6,6 +6,7 @@
 use super::desk::{FieldDesk, Table, TableRole};
 use crate::design::view::Quantity;
 use crate::editor::convert;
+use crate::editor::materials::PaintMaterial;
 use crate::editor::state::{ColorScale, EditorSystems, OpenWorld, Results, Workspace};
 use crate::field::samples::Sample;
 use bevy::asset::RenderAssetUsages;
@@ -111,7 +112,7 @@ fn draw(
     scale: Res<SampleScale>,
     drawn: Query<(Entity, &Samples)>,
     mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut materials: ResMut<Assets<PaintMaterial>>,
 ) {
     for role in TableRole::ALL {
         let table = desk.slot(role).table.clone();
@@ -143,10 +144,7 @@ fn draw(
             wanted,
             Pickable::IGNORE,
             Mesh3d(meshes.add(mesh)),
-            MeshMaterial3d(materials.add(StandardMaterial {
-                unlit: true,
-                ..default()
-            })),
+            MeshMaterial3d(materials.add(PaintMaterial::flat())),
         ));
     }
 }

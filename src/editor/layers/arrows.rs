@@ -1,5 +1,5 @@
-//! The field's position error as arrows on a lattice through the volume: their length magnified as
-//! all errors are, their colour by their true length.
+//! The field's position error as arrows on a lattice through the volume: magnified so that they fill
+//! the lattice without running into each other, coloured by their true length.
 
 use super::ColorBars;
 use super::latest::Latest;
@@ -7,7 +7,8 @@ use crate::editor::convert;
 use crate::editor::diagnostics::Diagnostics;
 use crate::editor::document::WorldGeneration;
 use crate::editor::materials::PaintMaterial;
-use crate::editor::state::{ColorBar, EditorSystems, OpenWorld, ShownMagnification};
+use crate::editor::overlay::round_below;
+use crate::editor::state::{ColorBar, EditorSystems, OpenWorld};
 use crate::editor::wake::Waker;
 use crate::geometry::colormap::ColorMap;
 use crate::store;
@@ -22,6 +23,9 @@ const HEAD_SHARE: f64 = 0.35;
 const HEAD_WIDTH_SHARE: f64 = 0.14;
 const HEAD_WIDTH_MM: [f64; 2] = [0.8, 4.0];
 const SHAFT_TO_HEAD: f64 = 0.4;
+
+/// In cells of the lattice; longer arrows are cut, and have the last colour.
+const LONGEST: f64 = 1.5;
 
 /// Sides of shaft and head: many arrows are many triangles.
 const SIDES: usize = 4;
@@ -90,12 +94,6 @@ fn is_on(layer: Res<ArrowLayer>) -> bool {
     layer.key.is_some()
 }
 
-fn is_due(layer: Res<ArrowLayer>, magnification: Option<Res<ShownMagnification>>) -> bool {
-    layer.is_changed()
-        || (layer.key.is_some()
-            && magnification.is_some_and(|magnification| magnification.is_changed()))
-}
-
 fn key(world: &OpenWorld, generation: u64) -> Option<Key> {
     let document = &world.0.document;
     let view = document.view();
@@ -158,7 +156,10 @@ fn hear(
     };
     diagnostics.work += found.work;
     bars.arrows = Some(ColorBar {
-        label: "position error of arrows",
+        label: match times(&found) {
+            1.0 => "position error, arrows".to_owned(),
+            times => format!("position error, arrows × {times}"),
+        },
         unit: "mm",
         map: world.0.document.view().slice.color_map,
         min: 0.0,
@@ -172,7 +173,6 @@ fn draw(
     mut commands: Commands,
     layer: Res<ArrowLayer>,
     drawn: Query<Entity, With<Arrows>>,
-    magnification: Option<Res<ShownMagnification>>,
     world: Option<Res<OpenWorld>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<PaintMaterial>>,
@@ -183,24 +183,46 @@ fn draw(
     let (Some(found), Some(world)) = (&layer.found, world) else {
         return;
     };
-    let times = magnification.map_or(1.0, |magnification| magnification.times);
     let map = world.0.document.view().slice.color_map;
     commands.spawn((
         Name::new("field arrows"),
         Arrows,
-        Mesh3d(meshes.add(mesh(found, times, map))),
+        Mesh3d(meshes.add(mesh(found, map))),
         MeshMaterial3d(materials.add(PaintMaterial::flat())),
     ));
 }
 
 /// All arrows as one mesh: one thing to draw, however many there are.
-fn mesh(found: &ArrowOutcome, times: f64, map: ColorMap) -> Mesh {
+fn mesh(found: &ArrowOutcome, map: ColorMap) -> Mesh {
     let mut painted = convert::Painted::default();
+    let (times, longest_mm) = (times(found), LONGEST * spacing_mm(found));
     for (from, error) in found.arrows() {
         let color = convert::linear(map.srgb_of_value(error.norm(), found.p95_mm));
-        push_arrow(&mut painted, &from, &(error * times), color);
+        let arrow = (error * times).cap_magnitude(longest_mm);
+        push_arrow(&mut painted, &from, &arrow, color);
     }
     painted.mesh()
+}
+
+/// How many times larger than life arrows are drawn: 1, 2 or 5 times a power of ten, such that all
+/// but the longest twentieth stay within a cell of the lattice.
+fn times(found: &ArrowOutcome) -> f64 {
+    let wanted = spacing_mm(found) / found.p95_mm;
+    if wanted.is_finite() && wanted > 0.0 {
+        round_below(wanted)
+    } else {
+        1.0
+    }
+}
+
+/// Between neighbours of the lattice, along its closest side.
+fn spacing_mm(found: &ArrowOutcome) -> f64 {
+    found.bounds.map_or(0.0, |bounds| {
+        let sizes = bounds.size_mm();
+        (0..3)
+            .map(|k| sizes[k] / (found.plan.counts[k].max(2) - 1) as f64)
+            .fold(f64::INFINITY, f64::min)
+    })
 }
 
 /// A shaft and a head with flat sides.

@@ -172,8 +172,8 @@ fn hear(
     layer.counted = found.work;
     bars.placement = found.range_mm().map(|[min, max]| ColorBar {
         label: match found.is_final {
-            true => "tip error RMS, sensor here",
-            false => "tip error RMS, sensor here…",
+            true => "tip error RMS, sensor here".to_owned(),
+            false => "tip error RMS, sensor here…".to_owned(),
         },
         unit: "mm",
         map: world.0.document.view().slice.color_map,

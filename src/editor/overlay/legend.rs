@@ -20,6 +20,8 @@ const KEY_INDENT: f32 = 22.0;
 const BAR_WIDTH: f32 = 200.0;
 const BAR_HEIGHT: f32 = 10.0;
 const MAX_TICKS: usize = 5;
+/// Of the ends of a bar that does not begin at zero.
+const END_DECIMALS: usize = 2;
 /// Longest scale bar, pixels.
 const MAX_SCALE_PX: f64 = 150.0;
 
@@ -134,7 +136,7 @@ fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
         laid.size().x
     };
     // The largest value stands in a line of its own where the name leaves no room for it.
-    let has_room = width(scale.label) + width(&largest) + 8.0 <= BAR_WIDTH + 14.0;
+    let has_room = width(&scale.label) + width(&largest) + 8.0 <= BAR_WIDTH + 14.0;
     let name_lines = if is_clipped && !has_room { 2.0 } else { 1.0 };
     let size = vec2(
         BAR_WIDTH + 2.0 * PADDING + 14.0,
@@ -144,7 +146,7 @@ fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
     plate(painter, frame);
     let at = frame.left_top() + vec2(PADDING, PADDING);
     let bar_top = at.y + name_lines * LINE;
-    text(painter, at, Align2::LEFT_TOP, scale.label, palette::TEXT);
+    text(painter, at, Align2::LEFT_TOP, &scale.label, palette::TEXT);
     if is_clipped {
         text(
             painter,
@@ -160,7 +162,10 @@ fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
         arrow_right(painter, bar, top_color(scale.map));
     }
     let values = values_of(scale);
-    let decimals = decimals(&values);
+    let decimals = match scale.min {
+        0.0 => decimals(&values),
+        _ => END_DECIMALS,
+    };
     for (k, value) in values.iter().enumerate() {
         let part = (value - scale.min) / span.max(f64::MIN_POSITIVE);
         let x = bar.left() + bar.width() * part as f32;

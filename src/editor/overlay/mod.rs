@@ -9,6 +9,7 @@ mod ruler;
 mod summary;
 
 pub use legend::caption;
+pub use ruler::round_below;
 
 use super::camera::OrbitRig;
 use super::layers::ColorBars;
@@ -110,7 +111,7 @@ fn color_bars(scene: &Scene, results: &Results, layers: Layers) -> Vec<ColorBar>
         .map(|(slice, scale)| {
             let quantity = slice.value.quantity;
             ColorBar {
-                label: quantity.label(),
+                label: quantity.label().to_owned(),
                 unit: quantity.unit(),
                 map: scale.map,
                 min: 0.0,
