@@ -80,7 +80,11 @@ impl Plugin for ArrowsPlugin {
                     .chain()
                     .in_set(EditorSystems::Solve),
             )
-            .add_systems(Update, draw.run_if(is_due).in_set(EditorSystems::Draw));
+            .add_systems(
+                Update,
+                draw.run_if(resource_changed::<ArrowLayer>)
+                    .in_set(EditorSystems::Draw),
+            );
     }
 }
 
