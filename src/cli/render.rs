@@ -177,13 +177,13 @@ fn open(design: &std::path::Path) -> anyhow::Result<World> {
 
 fn aim(view: &mut View, name: ViewName, world: &World, size: [u32; 2]) {
     use crate::editor::scene::extent;
-    use crate::editor::state::Selected;
+    use crate::editor::state::{Selected, Selection};
     let view_px = size.map(f64::from);
     let target = match name {
         ViewName::Tip => Some(Selected::Tip(crate::design::BodyRole::Tool)),
         _ => None,
     };
-    let Some(sphere) = extent::of_selection(world, target) else {
+    let Some(sphere) = extent::of_selection(world, &Selection::of(target)) else {
         view.camera = None;
         return;
     };

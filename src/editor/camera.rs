@@ -359,7 +359,7 @@ fn answer_requests(
             ViewRequest::FrameSelection => {
                 let Some(sphere) = world
                     .as_ref()
-                    .and_then(|world| extent::of_selection(&world.0, selection.0))
+                    .and_then(|world| extent::of_selection(&world.0, &selection))
                 else {
                     continue;
                 };

@@ -2,12 +2,17 @@
 //! of shortcuts, and the one place that carries commands out.
 
 use super::palette::Theme;
+use super::pick::Surfaces;
 use super::precision::PrecisionRequest;
+use super::sensor_commands::SensorCommand;
 use super::state::{
-    ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, ViewRequest, Workspace,
+    ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, Selection, ViewRequest,
+    Workspace,
 };
 use super::ui::PanelsShown;
 use super::ui::command_ui::CommandPages;
+use super::ui::row_page::RowPage;
+use crate::design::MirrorPlane;
 use crate::design::view::{Magnification, View};
 use crate::geometry::orbit::Axis;
 use bevy::prelude::*;
@@ -35,11 +40,14 @@ pub enum Command {
     Redo,
     /// Takes the drag back that is under way.
     CancelDrag,
+    /// Something done to the selected sensors.
+    Sensors(SensorCommand),
     FrameSelection,
     LookAlong(Axis),
     ToggleMagnification,
     ToggleLeft,
     ToggleRight,
+    ToggleHistory,
     ToggleTheme,
     ShowWorkspace(Workspace),
     ShowPrecision,
@@ -69,7 +77,8 @@ impl Group {
     }
 }
 
-/// A key with its modifiers. Keys are letters in lower case, digits, `escape`, or `f1` to `f12`.
+/// A key with its modifiers. Keys are letters in lower case, digits, `escape`, `delete`, or
+/// `f1` to `f12`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Keys {
     pub key: &'static str,
@@ -112,6 +121,7 @@ impl std::fmt::Display for Keys {
         }
         match self.key {
             "escape" => f.write_str("Esc"),
+            "delete" => f.write_str("Del"),
             key => f.write_str(&key.to_uppercase()),
         }
     }
@@ -146,7 +156,7 @@ const fn info(
 }
 
 /// All commands, in the order of menus.
-pub const COMMANDS: [CommandInfo; 21] = [
+pub const COMMANDS: [CommandInfo; 35] = [
     info(
         Command::Open,
         Group::File,
@@ -195,6 +205,97 @@ pub const COMMANDS: [CommandInfo; 21] = [
         "Take the drag back",
         &[Keys::plain("escape")],
         "Ends a drag as if it had never been",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Duplicate),
+        Group::Edit,
+        "Duplicate sensors",
+        &[Keys::control("d")],
+        "Copies the selected sensors in place, to be moved from there",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Row),
+        Group::Edit,
+        "Row of sensors…",
+        &[],
+        "Makes each selected sensor the first of a row at equal distances",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Remove),
+        Group::Edit,
+        "Delete sensors",
+        &[Keys::plain("delete")],
+        "Takes the selected sensors off their body, which keeps one at least",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Mirror(MirrorPlane::X)),
+        Group::Edit,
+        "Mirror sensors at x = 0",
+        &[],
+        "Moves the selected sensors to the other side of their body's plane x = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Mirror(MirrorPlane::Y)),
+        Group::Edit,
+        "Mirror sensors at y = 0",
+        &[],
+        "Moves the selected sensors to the other side of their body's plane y = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Mirror(MirrorPlane::Z)),
+        Group::Edit,
+        "Mirror sensors at z = 0",
+        &[],
+        "Moves the selected sensors to the other side of their body's plane z = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::MirrorCopy(MirrorPlane::X)),
+        Group::Edit,
+        "Mirror copy at x = 0",
+        &[],
+        "Puts copies on the other side of the body's plane x = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::MirrorCopy(MirrorPlane::Y)),
+        Group::Edit,
+        "Mirror copy at y = 0",
+        &[],
+        "Puts copies on the other side of the body's plane y = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::MirrorCopy(MirrorPlane::Z)),
+        Group::Edit,
+        "Mirror copy at z = 0",
+        &[],
+        "Puts copies on the other side of the body's plane z = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::MakeFiveDof),
+        Group::Edit,
+        "Make sensors 5-DOF",
+        &[],
+        "Leaves the selected sensors their z axis, which is all that a single coil measures",
+    ),
+    info(
+        Command::Sensors(SensorCommand::MakeSixDof),
+        Group::Edit,
+        "Make sensors 6-DOF",
+        &[],
+        "Gives the selected sensors a full rotation with their axis as z",
+    ),
+    info(
+        Command::Sensors(SensorCommand::AlongNormal),
+        Group::Edit,
+        "Axis along the surface normal",
+        &[],
+        "Turns each axis out of the body, straight through its surface",
+    ),
+    info(
+        Command::Sensors(SensorCommand::AlongShaft),
+        Group::Edit,
+        "Axis along the shaft",
+        &[],
+        "Turns each axis along the surface, in the direction in which the body is longest",
     ),
     info(
         Command::FrameSelection,
@@ -274,6 +375,13 @@ pub const COMMANDS: [CommandInfo; 21] = [
         "Shows or hides the panels at the right",
     ),
     info(
+        Command::ToggleHistory,
+        Group::View,
+        "History",
+        &[],
+        "Lists every step since the design was opened; a click goes there",
+    ),
+    info(
         Command::ToggleTheme,
         Group::View,
         "Light or dark",
@@ -304,7 +412,12 @@ impl Command {
     }
 
     /// What cannot be done now is shown, but cannot be chosen.
-    pub fn is_available(self, world: Option<&OpenWorld>, is_dragging: bool) -> bool {
+    pub fn is_available(
+        self,
+        world: Option<&OpenWorld>,
+        selection: &Selection,
+        is_dragging: bool,
+    ) -> bool {
         let document = world.map(|world| &world.0.document);
         match self {
             Self::CancelDrag => is_dragging,
@@ -312,6 +425,9 @@ impl Command {
             _ if is_dragging => false,
             Self::Undo => document.is_some_and(|d| d.undo_label().is_some()),
             Self::Redo => document.is_some_and(|d| d.redo_label().is_some()),
+            Self::Sensors(command) => {
+                world.is_some_and(|world| command.is_available(&world.0, selection))
+            }
             _ => true,
         }
     }
@@ -333,6 +449,8 @@ impl Plugin for CommandsPlugin {
             .init_resource::<Workspace>()
             .init_resource::<Theme>()
             .init_resource::<CommandPages>()
+            .init_resource::<RowPage>()
+            .init_resource::<Selection>()
             .add_message::<RunCommand>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
@@ -360,6 +478,9 @@ struct Asked<'w> {
     theme: ResMut<'w, Theme>,
     workspace: ResMut<'w, Workspace>,
     pages: ResMut<'w, CommandPages>,
+    row: ResMut<'w, RowPage>,
+    selection: Res<'w, Selection>,
+    surfaces: Option<Res<'w, Surfaces>>,
     redraw: MessageWriter<'w, RequestRedraw>,
 }
 
@@ -370,7 +491,7 @@ fn run_commands(
     mut asked: Asked,
 ) {
     for RunCommand(command) in commands.read() {
-        if command.is_available(world.as_deref(), drag.0) {
+        if command.is_available(world.as_deref(), &asked.selection, drag.0) {
             asked.run(*command, world.as_deref());
         }
     }
@@ -386,6 +507,12 @@ impl Asked<'_> {
             Command::Undo => self.edit(EditRequest::Undo),
             Command::Redo => self.edit(EditRequest::Redo),
             Command::CancelDrag => self.edit(EditRequest::Cancel),
+            Command::Sensors(SensorCommand::Row) => self.row.is_open = true,
+            Command::Sensors(command) => {
+                if let Some(world) = world {
+                    self.sensors(command, world);
+                }
+            }
             Command::FrameSelection => self.view(ViewRequest::FrameSelection),
             Command::LookAlong(axis) => self.view(ViewRequest::LookAlong(axis)),
             Command::ToggleMagnification => {
@@ -396,6 +523,10 @@ impl Asked<'_> {
             }
             Command::ToggleLeft => self.panels.left = !self.panels.left,
             Command::ToggleRight => self.panels.right = !self.panels.right,
+            Command::ToggleHistory => {
+                self.panels.history = !self.panels.history;
+                self.panels.left |= self.panels.history;
+            }
             Command::ToggleTheme => {
                 *self.theme = self.theme.other();
                 self.theme.apply();
@@ -410,6 +541,14 @@ impl Asked<'_> {
             Command::ShowShortcuts => self.pages.show_shortcuts(),
         }
         self.redraw.write(RequestRedraw);
+    }
+
+    fn sensors(&mut self, command: SensorCommand, world: &OpenWorld) {
+        let body = self.selection.sensors().map(|(body, _)| body);
+        let surfaces = self.surfaces.as_ref().zip(body);
+        let surface = surfaces.and_then(|(surfaces, body)| surfaces.of(body));
+        let requests = command.requests(&world.0, &self.selection, surface.map(|s| &**s));
+        self.edits.write_batch(requests);
     }
 
     fn edit(&mut self, request: EditRequest) {

@@ -17,6 +17,8 @@ pub mod picture;
 pub mod precision;
 pub mod preflight;
 pub mod scene;
+pub mod selection;
+pub mod sensor_commands;
 pub mod shortcuts;
 pub mod slice;
 pub mod solve;

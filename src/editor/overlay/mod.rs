@@ -121,7 +121,7 @@ fn draw(
         layers: document.view().layers,
         pose: results.pose.as_ref().map(|p| &p.value),
         figures: results.study.as_ref().map(|s| &s.value.figures),
-        selected: scene.selection.0,
+        selected: scene.selection.primary(),
         hovered: scene.hovered.0,
         magnification: scene.magnification.as_deref().copied(),
         color_scale: scene.color_scale.as_deref().copied(),

@@ -314,8 +314,8 @@ fn outline(
     mut outlines: Query<(&Outline, &mut Visibility)>,
 ) {
     for (Outline(mark), mut visibility) in &mut outlines {
-        let me = Some(Selected::Sensor(mark.body, mark.index));
-        let wanted = if selection.0 == me || hovered.0 == me {
+        let me = Selected::Sensor(mark.body, mark.index);
+        let wanted = if selection.contains(me) || hovered.0 == Some(me) {
             Visibility::Inherited
         } else {
             Visibility::Hidden

@@ -2,12 +2,13 @@
 
 use super::motion_ui::{motion_ui, requirement_ui};
 use super::outliner::{detail, sensor_trouble};
+use super::sensor_ui::{IsAvailable, sensor_buttons_ui};
 use super::widgets::{
     FIELD_WIDTH, NumberChange, NumberField, length, number_ui, quiet_ui, section_ui, warning_ui,
 };
 use super::{PanelAction, number_edits};
 use crate::design::{BodyRole, Design, DesignBody, Edit};
-use crate::editor::state::Selected;
+use crate::editor::state::{Selected, Selection};
 use crate::field::environment::{OrientationWeight, OrientationWeightSource};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::study::{BodyDetail, PoseDetail};
@@ -18,7 +19,8 @@ use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 /// What the inspector shows.
 pub struct InspectorView<'a> {
     pub design: &'a Design,
-    pub selected: Option<Selected>,
+    pub selection: &'a Selection,
+    pub is_available: IsAvailable<'a>,
     pub pose: Option<&'a PoseDetail>,
     /// The weight that counts where the design says none.
     pub derived_weight: OrientationWeight,
@@ -35,7 +37,7 @@ const NEW_COIL: Coil = Coil {
 /// Draws what is selected, or the design where nothing is.
 pub fn inspector_ui(ui: &mut Ui, inspector: &InspectorView) -> Vec<PanelAction> {
     let mut actions = Vec::new();
-    match inspector.selected {
+    match inspector.selection.primary() {
         None => design_ui(ui, inspector, &mut actions),
         Some(Selected::Body(role)) => body_ui(ui, inspector, role, &mut actions),
         Some(Selected::Sensor(role, index)) => sensor_ui(ui, inspector, role, index, &mut actions),
@@ -108,6 +110,9 @@ fn body_ui(ui: &mut Ui, inspector: &InspectorView, role: BodyRole, actions: &mut
         return;
     };
     section_ui(ui, &body.rigid.name);
+    if let Some(name) = text_row_ui(ui, "name", &body.rigid.name) {
+        actions.push(PanelAction::apply(Edit::SetBodyName { body: role, name }));
+    }
     quiet_ui(ui, &body.reference);
     let (title, pose) = match (role, &design.crf) {
         (BodyRole::Crf, Some(crf)) => ("Pose in the tracker frame", crf.tracker_from_crf),
@@ -207,6 +212,16 @@ fn sensor_ui(
         })
     };
     section_ui(ui, &format!("Sensor on the {}", role.name()));
+    let selected = inspector.selection.all().count();
+    if selected > 1 {
+        quiet_ui(
+            ui,
+            format!(
+                "{selected} selected: the numbers are those of {}, arranging is done to all",
+                sensor.name
+            ),
+        );
+    }
     if let Some(name) = text_row_ui(ui, "name", &sensor.name) {
         actions.push(PanelAction::apply(set(Sensor {
             name,
@@ -237,10 +252,7 @@ fn sensor_ui(
     if let Some(detail) = detail(inspector.pose, role) {
         reading_ui(ui, detail, index);
     }
-    ui.add_space(8.0);
-    if ui.button("Remove sensor").clicked() {
-        actions.push(PanelAction::apply(Edit::RemoveSensor { body: role, index }));
-    }
+    sensor_buttons_ui(ui, inspector.is_available, actions);
 }
 
 fn kind_ui(

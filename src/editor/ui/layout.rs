@@ -3,10 +3,14 @@
 use super::baseline::{Baseline, note_baseline};
 use super::command_ui::{CommandPages, command_pages_ui};
 use super::dialogs::{DialogAnswer, Dialogs, dialog_ui};
+use super::history_ui::history_ui;
 use super::inspector::{InspectorView, inspector_ui};
 use super::outliner::{OutlinerView, outliner_ui};
 use super::precision_ui::precision_window;
 use super::result::{ResultView, headline, result_ui};
+use super::row_page::{RowPage, row_window};
+use super::scene_menu::{SceneMenu, scene_menu_ui};
+use super::sensor_ui::IsAvailable;
 use super::slice_ui::{SlicePanelView, slice_ui};
 use super::status_bar::{StatusView, hint, status_bar_ui};
 use super::top_bar::{TopBarView, top_bar_ui};
@@ -38,6 +42,8 @@ pub struct UiPlugin;
 pub struct PanelsShown {
     pub left: bool,
     pub right: bool,
+    /// The list of steps, at the foot of the left panel.
+    pub history: bool,
 }
 
 impl Default for PanelsShown {
@@ -45,6 +51,7 @@ impl Default for PanelsShown {
         Self {
             left: true,
             right: true,
+            history: false,
         }
     }
 }
@@ -71,6 +78,8 @@ impl Plugin for UiPlugin {
             .init_resource::<Baseline>()
             .init_resource::<Dialogs>()
             .init_resource::<CommandPages>()
+            .init_resource::<RowPage>()
+            .init_resource::<SceneMenu>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
@@ -88,6 +97,8 @@ impl Plugin for UiPlugin {
                     (set_style, panels).chain().in_set(UiSystems::Panels),
                     (
                         precision_page.run_if(is_precision_open),
+                        scene_menu.run_if(is_scene_menu_open),
+                        row_page.run_if(is_row_page_open),
                         command_pages.run_if(is_command_page_open),
                         dialogs,
                     )
@@ -156,10 +167,13 @@ fn panels(
     );
     let mut actions = Vec::new();
     if let (true, Some(world)) = (shown.presentation.panels, &shown.world) {
+        let is_available =
+            |command: Command| command.is_available(Some(&**world), &asked.selection, shown.drag.0);
         let desk = Desk {
             world: &world.0,
             shown: &shown,
-            selected: asked.selection.0,
+            selection: &asked.selection,
+            is_available: &is_available,
             hovered: asked.hovered.0,
             sides: *asked.shown,
         };
@@ -183,7 +197,8 @@ fn panels(
 struct Desk<'a> {
     world: &'a store::World,
     shown: &'a Shown<'a>,
-    selected: Option<Selected>,
+    selection: &'a Selection,
+    is_available: IsAvailable<'a>,
     hovered: Option<Selected>,
     sides: PanelsShown,
 }
@@ -241,6 +256,8 @@ impl Desk<'_> {
                 workspace: *self.shown.workspace,
                 is_left_shown: self.sides.left,
                 is_right_shown: self.sides.right,
+                is_history_shown: self.sides.history,
+                is_available: self.is_available,
             },
         )
     }
@@ -262,6 +279,14 @@ impl Desk<'_> {
     }
 
     fn left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        if self.sides.history {
+            Panel::bottom("history")
+                .resizable(false)
+                .frame(theme::panel_frame(Margin::symmetric(0, 6)))
+                .show(ui, |ui| {
+                    actions.extend(history_ui(ui, &self.world.document.history()));
+                });
+        }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             actions.extend(outliner_ui(
                 ui,
@@ -269,8 +294,9 @@ impl Desk<'_> {
                     design: self.design(),
                     environment: self.environment(),
                     view: self.view(),
-                    selected: self.selected,
+                    selection: self.selection,
                     hovered: self.hovered,
+                    is_available: self.is_available,
                     pose: self.shown.results.pose.as_ref().map(|p| &p.value),
                 },
             ));
@@ -317,7 +343,8 @@ impl Desk<'_> {
                         ui,
                         &InspectorView {
                             design: self.design(),
-                            selected: self.selected,
+                            selection: self.selection,
+                            is_available: self.is_available,
                             pose: results.pose.as_ref().map(|p| &p.value),
                             derived_weight: self.environment().orientation_weight(None),
                         },
@@ -347,7 +374,8 @@ impl Asked<'_> {
                 PanelAction::Run(command) => {
                     self.commands.write(RunCommand(command));
                 }
-                PanelAction::Select(what) => self.selection.0 = what,
+                PanelAction::Select(what) => *self.selection = Selection::of(what),
+                PanelAction::SelectAlso(what) => self.selection.toggle(what),
                 PanelAction::Hover(what) => hovered = Some(what),
             }
         }
@@ -387,6 +415,58 @@ fn precision_page(
     Ok(())
 }
 
+fn is_scene_menu_open(menu: Res<SceneMenu>) -> bool {
+    menu.0.is_some()
+}
+
+fn scene_menu(
+    mut contexts: EguiContexts,
+    mut menu: ResMut<SceneMenu>,
+    world: Option<Res<OpenWorld>>,
+    selection: Res<Selection>,
+    drag: Res<ActiveDrag>,
+    mut commands: MessageWriter<RunCommand>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) -> Result {
+    let is_available =
+        |command: Command| command.is_available(world.as_deref(), &selection, drag.0);
+    let menu = menu.bypass_change_detection();
+    for action in scene_menu_ui(contexts.ctx_mut()?, menu, &is_available) {
+        if let PanelAction::Run(command) = action {
+            commands.write(RunCommand(command));
+        }
+    }
+    if menu.0.is_none() {
+        redraw.write(RequestRedraw);
+    }
+    Ok(())
+}
+
+fn is_row_page_open(page: Res<RowPage>) -> bool {
+    page.is_open
+}
+
+fn row_page(
+    mut contexts: EguiContexts,
+    mut page: ResMut<RowPage>,
+    world: Option<Res<OpenWorld>>,
+    selection: Res<Selection>,
+    mut edits: MessageWriter<EditRequest>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) -> Result {
+    let Some(world) = world else { return Ok(()) };
+    // Writing to the resource would mark it as changed in every frame.
+    let page = page.bypass_change_detection();
+    let design = world.0.document.design();
+    if let Some(edit) = row_window(contexts.ctx_mut()?, page, design, &selection) {
+        edits.write(edit);
+    }
+    if !page.is_open {
+        redraw.write(RequestRedraw);
+    }
+    Ok(())
+}
+
 fn is_command_page_open(pages: Res<CommandPages>) -> bool {
     pages.is_any_open()
 }
@@ -395,13 +475,15 @@ fn command_pages(
     mut contexts: EguiContexts,
     mut pages: ResMut<CommandPages>,
     world: Option<Res<OpenWorld>>,
+    selection: Res<Selection>,
     drag: Res<ActiveDrag>,
     mut commands: MessageWriter<RunCommand>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) -> Result {
     // Writing to the resource would mark it as changed in every frame.
     let pages = pages.bypass_change_detection();
-    let is_available = |command: Command| command.is_available(world.as_deref(), drag.0);
+    let is_available =
+        |command: Command| command.is_available(world.as_deref(), &selection, drag.0);
     if let Some(command) = command_pages_ui(contexts.ctx_mut()?, pages, is_available) {
         commands.write(RunCommand(command));
         redraw.write(RequestRedraw);

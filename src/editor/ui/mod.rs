@@ -6,12 +6,16 @@ pub mod chart_ui;
 pub mod command_ui;
 pub mod dialogs;
 pub mod folder;
+pub mod history_ui;
 pub mod inspector;
 mod layout;
 pub mod motion_ui;
 pub mod outliner;
 pub mod precision_ui;
 pub mod result;
+pub mod row_page;
+pub mod scene_menu;
+pub mod sensor_ui;
 pub mod slice_ui;
 pub mod status_bar;
 pub mod theme;
@@ -33,6 +37,8 @@ pub enum PanelAction {
     File(FileRequest),
     Run(Command),
     Select(Option<Selected>),
+    /// Selects it with what is selected, or takes it away.
+    SelectAlso(Selected),
     Hover(Selected),
 }
 
