@@ -355,7 +355,7 @@ pub fn file_name(origin: &Origin) -> String {
     }
 }
 
-/// A person can select what a refused edit would have added.
+/// Nothing is selected that is not there, whoever selected it.
 fn drop_lost_selection(world: Option<Res<OpenWorld>>, mut selection: ResMut<Selection>) {
     let Some(world) = world else { return };
     let design = world.0.document.design();

@@ -155,9 +155,10 @@ fn axes_are_turned_along_the_shaft_and_out_of_it_in_one_step() {
     };
     let (label, along) = axis_z(SensorCommand::AlongShaft);
     assert_eq!(label.as_deref(), Some("Align 2 sensors"));
-    assert!(along.iter().all(|z| *z > 0.9), "{along:?}");
+    // The shaft is straight there; what is under the grip has grooves.
+    assert!(along[0] > 0.999_9, "{along:?}");
     let (_, out) = axis_z(SensorCommand::AlongNormal);
-    assert!(out.iter().all(|z| z.abs() < 0.5), "{out:?}");
+    assert!(out[0].abs() < 0.01, "{out:?}");
 }
 
 #[test]

@@ -8,6 +8,8 @@ use super::widgets::{
 };
 use super::{PanelAction, number_edits};
 use crate::design::{BodyRole, Design, DesignBody, Edit};
+use crate::editor::commands::Command;
+use crate::editor::sensor_commands::SensorCommand;
 use crate::editor::state::{Selected, Selection};
 use crate::field::environment::{OrientationWeight, OrientationWeightSource};
 use crate::geometry::pose::{Pose, pose_from_parts};
@@ -228,7 +230,7 @@ fn sensor_ui(
             ..sensor.clone()
         })));
     }
-    kind_ui(ui, &sensor.orientation, actions, changed);
+    kind_ui(ui, &sensor.orientation, actions);
     section_ui(ui, "Place in the body");
     let label = format!("Move sensor {}", sensor.name);
     let at = &sensor.position_in_body.coords;
@@ -255,27 +257,22 @@ fn sensor_ui(
     sensor_buttons_ui(ui, inspector.is_available, actions);
 }
 
-fn kind_ui(
-    ui: &mut Ui,
-    orientation: &SensorOrientation,
-    actions: &mut Vec<PanelAction>,
-    edit: impl Fn(SensorOrientation) -> Edit,
-) {
+/// A choice is made for all selected sensors.
+fn kind_ui(ui: &mut Ui, orientation: &SensorOrientation, actions: &mut Vec<PanelAction>) {
     let is_five = matches!(orientation, SensorOrientation::FiveDof(_));
     row_ui(ui, "measures", |ui| {
         ComboBox::from_id_salt("kind")
             .selected_text(kind_name(is_five))
             .width(2.0 * FIELD_WIDTH)
             .show_ui(ui, |ui| {
-                if ui.selectable_label(is_five, kind_name(true)).clicked() && !is_five {
-                    let axis = orientation.axis();
-                    actions.push(PanelAction::apply(edit(SensorOrientation::FiveDof(axis))));
-                }
-                if ui.selectable_label(!is_five, kind_name(false)).clicked() && is_five {
-                    let rotation = orientation.any_rotation();
-                    actions.push(PanelAction::apply(edit(SensorOrientation::SixDof(
-                        rotation,
-                    ))));
+                for (five, command) in [
+                    (true, SensorCommand::MakeFiveDof),
+                    (false, SensorCommand::MakeSixDof),
+                ] {
+                    let choice = ui.selectable_label(is_five == five, kind_name(five));
+                    if choice.clicked() && is_five != five {
+                        actions.push(PanelAction::Run(Command::Sensors(command)));
+                    }
                 }
             });
     });

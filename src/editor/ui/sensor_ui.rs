@@ -40,16 +40,13 @@ pub fn sensor_menu_ui(ui: &mut Ui, is_available: IsAvailable<'_>, actions: &mut 
     }
 }
 
-/// The same as buttons, with names that fit the inspector.
+/// The same as buttons, with names that fit the inspector; what a sensor measures is chosen above.
 pub fn sensor_buttons_ui(
     ui: &mut Ui,
     is_available: IsAvailable<'_>,
     actions: &mut Vec<PanelAction>,
 ) {
-    use SensorCommand::{
-        AlongNormal, AlongShaft, Duplicate, MakeFiveDof, MakeSixDof, Mirror, MirrorCopy, Remove,
-        Row,
-    };
+    use SensorCommand::{AlongNormal, AlongShaft, Duplicate, Mirror, MirrorCopy, Remove, Row};
     const PLANES: [(&str, MirrorPlane); 3] = [
         ("x = 0", MirrorPlane::X),
         ("y = 0", MirrorPlane::Y),
@@ -59,7 +56,7 @@ pub fn sensor_buttons_ui(
         PLANES.map(|(name, plane)| (name, command(plane)))
     };
     section_ui(ui, "Arrange");
-    let rows: [(&str, &[(&str, SensorCommand)]); 5] = [
+    let rows: [(&str, &[(&str, SensorCommand)]); 4] = [
         (
             "",
             &[("Duplicate", Duplicate), ("Row…", Row), ("Delete", Remove)],
@@ -70,7 +67,6 @@ pub fn sensor_buttons_ui(
             "axis",
             &[("along normal", AlongNormal), ("along shaft", AlongShaft)],
         ),
-        ("make", &[("5-DOF", MakeFiveDof), ("6-DOF", MakeSixDof)]),
     ];
     egui::Grid::new("arrange")
         .num_columns(2)
