@@ -6,8 +6,9 @@ use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, 
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowRef};
 use trackwright::design::view::Layers;
-use trackwright::design::{BodyRole, Design};
+use trackwright::design::{BodyRole, Design, Thing, Things, View};
 use trackwright::editor::camera::OrbitRig;
+use trackwright::editor::scene::{BodyRoot, SensorMark};
 use trackwright::editor::state::{
     ActiveDrag, DragReadout, EditRequest, Hovered, OpenWorld, Selected, Selection, ViewRequest,
     ViewportRect,
@@ -195,6 +196,49 @@ fn a_click_with_control_adds_to_what_is_selected() {
     hand.release(at, PointerButton::Primary);
     let selection = hand.app.world().resource::<Selection>();
     assert_eq!(selection.sensors(), Some((BodyRole::Tool, vec![SHAFT, 1])));
+}
+
+#[test]
+fn what_is_hidden_or_locked_is_not_taken_hold_of() {
+    type ThingsOf = fn(&mut View) -> &mut Things;
+    let things: [ThingsOf; 2] = [|view| &mut view.hidden, |view| &mut view.locked];
+    for things_of in things {
+        for thing in [Thing::sensor(BodyRole::Tool, "shaft"), Thing::Tool] {
+            let mut hand = Hand::new();
+            let before = hand.design();
+            let mut view = View::default();
+            things_of(&mut view).toggle(thing);
+            hand.app.world_mut().write_message(ViewRequest::Set(view));
+            settle(&mut hand.app);
+            let (at, along) = hand.shaft();
+            hand.drag(at, along * 15.0, PointerButton::Primary);
+            hand.release(at + along * 15.0, PointerButton::Primary);
+            assert_eq!(hand.design(), before);
+        }
+    }
+}
+
+#[test]
+fn what_is_hidden_is_not_drawn_and_what_is_locked_is() {
+    let mut hand = Hand::new();
+    let mut view = View::default();
+    view.hidden.toggle(Thing::sensor(BodyRole::Tool, "shaft"));
+    view.hidden.toggle(Thing::Crf);
+    view.locked.toggle(Thing::Tool);
+    hand.app.world_mut().write_message(ViewRequest::Set(view));
+    settle(&mut hand.app);
+    let world = hand.app.world_mut();
+    let mut roots = world.query::<(&BodyRoot, &Visibility)>();
+    for (root, visibility) in roots.iter(world) {
+        let is_hidden = *visibility == Visibility::Hidden;
+        assert_eq!(is_hidden, root.0 == BodyRole::Crf, "{root:?}");
+    }
+    let mut sensors = world.query::<(&SensorMark, &Visibility)>();
+    for (mark, visibility) in sensors.iter(world) {
+        let is_hidden = *visibility == Visibility::Hidden;
+        let wanted = mark.body == BodyRole::Crf || mark.index == SHAFT;
+        assert_eq!(is_hidden, wanted, "{mark:?}");
+    }
 }
 
 #[test]

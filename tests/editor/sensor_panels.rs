@@ -8,10 +8,10 @@ use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use std::rc::Rc;
 use trackwright::design::view::View;
-use trackwright::design::{Arrangement, BodyRole, Document, Edit, MirrorPlane, Origin};
+use trackwright::design::{Arrangement, BodyRole, Document, Edit, MirrorPlane, Origin, Thing};
 use trackwright::editor::commands::Command;
 use trackwright::editor::sensor_commands::SensorCommand;
-use trackwright::editor::state::{EditRequest, Selected, Selection};
+use trackwright::editor::state::{EditRequest, Selected, Selection, ViewRequest};
 use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::history_ui::history_ui;
 use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
@@ -111,6 +111,39 @@ fn a_row_of_the_outliner_is_added_with_control_and_has_a_menu() {
     harness.run_steps(2);
     let duplicate = PanelAction::Run(Command::Sensors(SensorCommand::Duplicate));
     assert!(asked.borrow().contains(&duplicate), "{:?}", asked.borrow());
+}
+
+#[test]
+fn the_eye_and_the_lock_of_a_row_change_the_view_and_select_nothing() {
+    let (design, environment, view) = (design(), environment(), View::default());
+    let (mut harness, asked) = harness(|ui| {
+        outliner_ui(
+            ui,
+            &OutlinerView {
+                design: &design,
+                environment: &environment,
+                view: &view,
+                selection: &Selection::default(),
+                hovered: None,
+                is_available: &|_| true,
+                pose: None,
+            },
+        )
+    });
+    harness.get_by_label("Hide grip").click();
+    harness.run_steps(2);
+    harness.get_by_label("Lock Pointer").click();
+    harness.run_steps(2);
+    let (mut hidden, mut locked) = (view.clone(), view.clone());
+    hidden.hidden.toggle(Thing::sensor(BodyRole::Tool, "grip"));
+    locked.locked.toggle(Thing::Tool);
+    let asked = asked.borrow();
+    for wanted in [hidden, locked] {
+        let set = PanelAction::View(ViewRequest::Set(wanted));
+        assert!(asked.contains(&set), "{asked:?}");
+    }
+    let is_select = |action: &PanelAction| matches!(action, PanelAction::Select(_));
+    assert!(!asked.iter().any(is_select), "{asked:?}");
 }
 
 #[test]

@@ -17,6 +17,7 @@ use super::state::{
 };
 use super::ui::UiSystems;
 use crate::design::Design;
+use crate::design::Things;
 use crate::design::view::Layers;
 use crate::field::Environment;
 use crate::geometry::orbit::OrbitCamera;
@@ -49,6 +50,8 @@ pub struct OverlayView<'a> {
     pub design: &'a Design,
     pub environment: &'a Environment,
     pub layers: Layers,
+    /// What has no names in the scene; what is wrong with it is said all the same.
+    pub hidden: &'a Things,
     pub pose: Option<&'a PoseDetail>,
     pub figures: Option<&'a Figures>,
     pub selected: Option<Selected>,
@@ -119,6 +122,7 @@ fn draw(
         design: document.design(),
         environment: &world.0.environment,
         layers: document.view().layers,
+        hidden: &document.view().hidden,
         pose: results.pose.as_ref().map(|p| &p.value),
         figures: results.study.as_ref().map(|s| &s.value.figures),
         selected: scene.selection.primary(),

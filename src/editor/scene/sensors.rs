@@ -271,13 +271,18 @@ fn spawn_axis(
 
 fn place_sensors(
     world: Res<OpenWorld>,
-    mut sensors: Query<(&SensorMark, &mut Transform)>,
+    mut sensors: Query<(&SensorMark, &mut Transform, &mut Visibility)>,
     mut parts: Query<(&Part, &mut ScreenSized)>,
 ) {
     let design = world.0.document.design();
     let sensor_of = |mark: &SensorMark| design.body(mark.body)?.rigid.sensors.get(mark.index);
-    for (mark, mut transform) in &mut sensors {
+    let hidden = &world.0.document.view().hidden;
+    for (mark, mut transform, mut visibility) in &mut sensors {
         if let Some(sensor) = sensor_of(mark) {
+            visibility.set_if_neq(match hidden.has_sensor(mark.body, &sensor.name) {
+                true => Visibility::Hidden,
+                false => Visibility::Inherited,
+            });
             transform.set_if_neq(convert::transform(&sensor.body_from_sensor()));
         }
     }

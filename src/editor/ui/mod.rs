@@ -18,6 +18,7 @@ pub mod scene_menu;
 pub mod sensor_ui;
 pub mod slice_ui;
 pub mod status_bar;
+pub mod switch;
 pub mod theme;
 pub mod top_bar;
 pub mod widgets;

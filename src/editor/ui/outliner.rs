@@ -2,15 +2,17 @@
 
 use super::PanelAction;
 use super::sensor_ui::{IsAvailable, sensor_menu_ui};
+use super::switch::{SWITCH_WIDTH, Switch, switch_ui};
+use super::theme;
 use super::widgets::{Mark, Row, counted, length, quiet_ui, row_ui, section_ui};
 use crate::design::view::{Layers, View};
-use crate::design::{BodyRole, Design, Edit};
+use crate::design::{BodyRole, Design, Edit, Thing, Things};
 use crate::editor::palette;
 use crate::editor::state::{Selected, Selection, ViewRequest};
 use crate::field::environment::Environment;
 use crate::study::{BodyDetail, PoseDetail};
 use crate::tracking::SensorOrientation;
-use bevy_egui::egui::{Response, Ui};
+use bevy_egui::egui::{Rect, Response, Ui, vec2};
 
 /// What the outliner shows.
 pub struct OutlinerView<'a> {
@@ -64,7 +66,12 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
             is_hovered: outliner.hovered == Some(what),
             ..row
         };
-        let response = row_ui(ui, &row);
+        let thing = match what {
+            Selected::Body(role) => Some(Thing::body(role)),
+            Selected::Sensor(role, _) => Some(Thing::sensor(role, row.label)),
+            Selected::Tip(_) => None,
+        };
+        let response = with_switches_ui(ui, outliner.view, thing, &row, actions);
         answer(ui, &response, what, outliner, actions);
     };
     let head = Row {
@@ -121,6 +128,43 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
         let sensor = super::inspector::new_sensor(&body.rigid);
         actions.push(PanelAction::apply(Edit::AddSensor { body: role, sensor }));
     }
+}
+
+/// A row, and at its right end the switches of a thing that can be hidden and locked.
+fn with_switches_ui(
+    ui: &mut Ui,
+    view: &View,
+    thing: Option<Thing>,
+    row: &Row,
+    actions: &mut Vec<PanelAction>,
+) -> Response {
+    let Some(thing) = thing else {
+        return row_ui(ui, row);
+    };
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 0.0;
+        let whole = vec2(ui.available_width(), theme::ROW_HEIGHT);
+        let size = whole - vec2(2.0 * SWITCH_WIDTH, 0.0);
+        let response = ui.allocate_ui(size, |ui| row_ui(ui, row)).inner;
+        let whole = Rect::from_min_size(response.rect.min, whole);
+        let is_near = ui.rect_contains_pointer(whole) || row.is_hovered;
+        type ThingsOf = fn(&mut View) -> &mut Things;
+        let switches: [(Switch, ThingsOf); 2] = [
+            (Switch::Eye, |view| &mut view.hidden),
+            (Switch::Lock, |view| &mut view.locked),
+        ];
+        for (switch, things_of) in switches {
+            let mut after = view.clone();
+            let things = things_of(&mut after);
+            let is_on = things.has(&thing);
+            if switch_ui(ui, switch, is_on, is_near, row.label).clicked() {
+                things.toggle(thing.clone());
+                actions.push(PanelAction::View(ViewRequest::Set(after)));
+            }
+        }
+        response
+    })
+    .inner
 }
 
 /// A click selects, with Ctrl or Shift beside what is selected; the other button shows what can be
