@@ -9,6 +9,7 @@ pub mod document;
 pub mod drag;
 pub mod egui_camera;
 pub mod glyphs;
+pub mod keys;
 pub mod materials;
 pub mod overlay;
 pub mod palette;
