@@ -4,7 +4,7 @@ use super::output;
 use crate::design::view::{CameraView, Layers, View};
 use crate::editor::field::TableRole;
 use crate::editor::picture::{Desk, StudyTrial};
-use crate::editor::state::{Selected, Workspace};
+use crate::editor::state::{Selected, Selection, Workspace};
 use crate::editor::{picture, preflight};
 use crate::geometry::orbit::{Axis, OrbitCamera};
 use crate::store::{self, World};
@@ -285,7 +285,8 @@ fn aim(view: &mut View, name: ViewName, world: &World, size: [u32; 2]) {
         ViewName::Tip => Some(Selected::Tip(crate::design::BodyRole::Tool)),
         _ => None,
     };
-    let Some(sphere) = extent::of_selection(world, world.document.design(), target) else {
+    let target = Selection::of(target);
+    let Some(sphere) = extent::of_selection(world, world.document.design(), &target) else {
         view.camera = None;
         return;
     };

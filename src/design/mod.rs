@@ -9,6 +9,7 @@ mod edit_label;
 mod history;
 #[cfg(test)]
 mod tests;
+mod things;
 pub mod view;
 
 pub use arrange::{ArrangeError, Arrangement, MAX_ARRAY, MirrorPlane, fresh_name, mirrored};
@@ -16,4 +17,5 @@ pub use content::{BodyRole, CrfPlacement, Design, DesignBody, Target, ToolPlacem
 pub use document::{Document, Origin};
 pub use edit::{Edit, EditError};
 pub use history::{HistoryList, HistoryState};
+pub use things::{Thing, Things};
 pub use view::View;

@@ -1,5 +1,6 @@
-//! How a design is looked at: camera, layers, magnification, slice. Saved with it, never undone.
+//! How a design is looked at: camera, layers, what is hidden or locked, magnification, slice. Saved with it, never undone.
 
+use super::things::Things;
 pub use crate::geometry::colormap::ColorMap;
 pub use crate::study::{AxisRule, Quantity};
 use serde::{Deserialize, Serialize};
@@ -13,6 +14,12 @@ pub struct View {
     pub camera: Option<CameraView>,
     #[serde(skip_serializing_if = "is_default")]
     pub layers: Layers,
+    /// Neither drawn nor picked. What is wrong with them is said all the same.
+    #[serde(skip_serializing_if = "is_default")]
+    pub hidden: Things,
+    /// Drawn, but not picked in the scene.
+    #[serde(skip_serializing_if = "is_default")]
+    pub locked: Things,
     #[serde(skip_serializing_if = "is_default")]
     pub magnification: Magnification,
     #[serde(skip_serializing_if = "is_default")]

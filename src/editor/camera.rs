@@ -397,7 +397,7 @@ fn answer_requests(
                 let Some(sphere) = world
                     .as_ref()
                     .zip(shown.as_ref())
-                    .and_then(|(w, s)| extent::of_selection(&w.0, &s.design, selection.0))
+                    .and_then(|(w, s)| extent::of_selection(&w.0, &s.design, &selection))
                 else {
                     continue;
                 };

@@ -2,14 +2,20 @@
 //! of shortcuts, and the one place that carries commands out.
 
 use super::field::{FieldRequest, RoomToSave, TableRole};
+pub use super::keys::Keys;
 use super::palette::Theme;
+use super::pick::Surfaces;
 use super::precision::PrecisionRequest;
+use super::sensor_commands::SensorCommand;
 use super::state::{
-    ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, ViewRequest, Workspace,
+    ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, Selection, ViewRequest,
+    Workspace,
 };
 use super::study::{ModeKind, StudyRequest};
 use super::ui::PanelsShown;
 use super::ui::command_ui::CommandPages;
+use super::ui::row_page::RowPage;
+use crate::design::MirrorPlane;
 use crate::design::view::{Magnification, View};
 use crate::geometry::orbit::Axis;
 use bevy::prelude::*;
@@ -37,11 +43,14 @@ pub enum Command {
     Redo,
     /// Takes the drag back that is under way.
     CancelDrag,
+    /// Something done to the selected sensors.
+    Sensors(SensorCommand),
     FrameSelection,
     LookAlong(Axis),
     ToggleMagnification,
     ToggleLeft,
     ToggleRight,
+    ToggleHistory,
     ToggleTheme,
     OpenMeasurements(TableRole),
     FitRoom,
@@ -83,59 +92,6 @@ impl Group {
             Self::View => "View",
             Self::Study => "Study",
             Self::Help => "Help",
-        }
-    }
-}
-
-/// A key with its modifiers. Keys are letters in lower case, digits, `escape`, `space`,
-/// `left`, `right`, `home`, or `f1` to `f12`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Keys {
-    pub key: &'static str,
-    pub control: bool,
-    pub shift: bool,
-}
-
-impl Keys {
-    const fn plain(key: &'static str) -> Self {
-        Self {
-            key,
-            control: false,
-            shift: false,
-        }
-    }
-
-    const fn control(key: &'static str) -> Self {
-        Self {
-            control: true,
-            ..Self::plain(key)
-        }
-    }
-
-    const fn control_shift(key: &'static str) -> Self {
-        Self {
-            shift: true,
-            ..Self::control(key)
-        }
-    }
-}
-
-/// `Ctrl+Shift+Z`.
-impl std::fmt::Display for Keys {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if self.control {
-            f.write_str("Ctrl+")?;
-        }
-        if self.shift {
-            f.write_str("Shift+")?;
-        }
-        match self.key {
-            "escape" => f.write_str("Esc"),
-            "space" => f.write_str("Space"),
-            "left" => f.write_str("Left"),
-            "right" => f.write_str("Right"),
-            "home" => f.write_str("Home"),
-            key => f.write_str(&key.to_uppercase()),
         }
     }
 }
@@ -239,6 +195,97 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Take the drag back",
         &[Keys::plain("escape")],
         "Ends a drag as if it had never been",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Duplicate),
+        Group::Edit,
+        "Duplicate sensors",
+        &[Keys::control("d")],
+        "Copies the selected sensors in place, to be moved from there",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Row),
+        Group::Edit,
+        "Row of sensors…",
+        &[],
+        "Makes each selected sensor the first of a row at equal distances",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Remove),
+        Group::Edit,
+        "Delete sensors",
+        &[Keys::plain("delete")],
+        "Takes the selected sensors off their body, which keeps one at least",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Mirror(MirrorPlane::X)),
+        Group::Edit,
+        "Mirror sensors at x = 0",
+        &[],
+        "Moves the selected sensors to the other side of their body's plane x = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Mirror(MirrorPlane::Y)),
+        Group::Edit,
+        "Mirror sensors at y = 0",
+        &[],
+        "Moves the selected sensors to the other side of their body's plane y = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::Mirror(MirrorPlane::Z)),
+        Group::Edit,
+        "Mirror sensors at z = 0",
+        &[],
+        "Moves the selected sensors to the other side of their body's plane z = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::MirrorCopy(MirrorPlane::X)),
+        Group::Edit,
+        "Mirror copy at x = 0",
+        &[],
+        "Puts copies on the other side of the body's plane x = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::MirrorCopy(MirrorPlane::Y)),
+        Group::Edit,
+        "Mirror copy at y = 0",
+        &[],
+        "Puts copies on the other side of the body's plane y = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::MirrorCopy(MirrorPlane::Z)),
+        Group::Edit,
+        "Mirror copy at z = 0",
+        &[],
+        "Puts copies on the other side of the body's plane z = 0",
+    ),
+    info(
+        Command::Sensors(SensorCommand::MakeFiveDof),
+        Group::Edit,
+        "Make sensors 5-DOF",
+        &[],
+        "Leaves the selected sensors their z axis, which is all that a single coil measures",
+    ),
+    info(
+        Command::Sensors(SensorCommand::MakeSixDof),
+        Group::Edit,
+        "Make sensors 6-DOF",
+        &[],
+        "Gives the selected sensors a full rotation with their axis as z",
+    ),
+    info(
+        Command::Sensors(SensorCommand::AlongNormal),
+        Group::Edit,
+        "Axis along the surface normal",
+        &[],
+        "Turns each axis out of the body, straight through its surface",
+    ),
+    info(
+        Command::Sensors(SensorCommand::AlongShaft),
+        Group::Edit,
+        "Axis along the shaft",
+        &[],
+        "Turns each axis along the surface, in the direction in which the body is longest",
     ),
     info(
         Command::FitRoom,
@@ -395,6 +442,13 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Shows or hides the panels at the right",
     ),
     info(
+        Command::ToggleHistory,
+        Group::View,
+        "History",
+        &[],
+        "Lists every step since the design was opened; a click goes there",
+    ),
+    info(
         Command::ToggleTheme,
         Group::View,
         "Light or dark",
@@ -428,6 +482,7 @@ impl Command {
     pub fn is_available(
         self,
         world: Option<&OpenWorld>,
+        selection: &Selection,
         is_dragging: bool,
         workspace: Workspace,
     ) -> bool {
@@ -439,6 +494,9 @@ impl Command {
             _ if self.info().group == Group::Study => workspace == Workspace::Study,
             Self::Undo => document.is_some_and(|d| d.undo_label().is_some()),
             Self::Redo => document.is_some_and(|d| d.redo_label().is_some()),
+            Self::Sensors(command) => {
+                world.is_some_and(|world| command.is_available(&world.0, selection))
+            }
             _ => true,
         }
     }
@@ -460,6 +518,8 @@ impl Plugin for CommandsPlugin {
             .init_resource::<Workspace>()
             .init_resource::<Theme>()
             .init_resource::<CommandPages>()
+            .init_resource::<RowPage>()
+            .init_resource::<Selection>()
             .add_message::<RunCommand>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
@@ -478,6 +538,22 @@ impl Plugin for CommandsPlugin {
     }
 }
 
+/// What decides which commands can be chosen now.
+#[derive(bevy::ecs::system::SystemParam)]
+pub struct Availability<'w> {
+    world: Option<Res<'w, OpenWorld>>,
+    selection: Res<'w, Selection>,
+    drag: Res<'w, ActiveDrag>,
+    workspace: Res<'w, Workspace>,
+}
+
+impl Availability<'_> {
+    pub fn of(&self, command: Command) -> bool {
+        let world = self.world.as_deref();
+        command.is_available(world, &self.selection, self.drag.0, *self.workspace)
+    }
+}
+
 /// Where commands go.
 #[derive(bevy::ecs::system::SystemParam)]
 struct Asked<'w> {
@@ -491,6 +567,9 @@ struct Asked<'w> {
     theme: ResMut<'w, Theme>,
     workspace: ResMut<'w, Workspace>,
     pages: ResMut<'w, CommandPages>,
+    row: ResMut<'w, RowPage>,
+    selection: Res<'w, Selection>,
+    surfaces: Option<Res<'w, Surfaces>>,
     redraw: MessageWriter<'w, RequestRedraw>,
 }
 
@@ -501,7 +580,9 @@ fn run_commands(
     mut asked: Asked,
 ) {
     for RunCommand(command) in commands.read() {
-        if command.is_available(world.as_deref(), drag.0, *asked.workspace) {
+        let is_available =
+            command.is_available(world.as_deref(), &asked.selection, drag.0, *asked.workspace);
+        if is_available {
             asked.run(*command, world.as_deref());
         }
     }
@@ -517,6 +598,12 @@ impl Asked<'_> {
             Command::Undo => self.edit(EditRequest::Undo),
             Command::Redo => self.edit(EditRequest::Redo),
             Command::CancelDrag => self.edit(EditRequest::Cancel),
+            Command::Sensors(SensorCommand::Row) => self.row.is_open = true,
+            Command::Sensors(command) => {
+                if let Some(world) = world {
+                    self.sensors(command, world);
+                }
+            }
             Command::FrameSelection => self.view(ViewRequest::FrameSelection),
             Command::LookAlong(axis) => self.view(ViewRequest::LookAlong(axis)),
             Command::ToggleMagnification => {
@@ -527,6 +614,10 @@ impl Asked<'_> {
             }
             Command::ToggleLeft => self.panels.left = !self.panels.left,
             Command::ToggleRight => self.panels.right = !self.panels.right,
+            Command::ToggleHistory => {
+                self.panels.history = !self.panels.history;
+                self.panels.left |= self.panels.history;
+            }
             Command::ToggleTheme => {
                 *self.theme = self.theme.other();
                 self.theme.apply();
@@ -552,6 +643,14 @@ impl Asked<'_> {
             Command::ShowShortcuts => self.pages.show_shortcuts(),
         }
         self.redraw.write(RequestRedraw);
+    }
+
+    fn sensors(&mut self, command: SensorCommand, world: &OpenWorld) {
+        let body = self.selection.sensors().map(|(body, _)| body);
+        let surfaces = self.surfaces.as_ref().zip(body);
+        let surface = surfaces.and_then(|(surfaces, body)| surfaces.of(body));
+        let requests = command.requests(&world.0, &self.selection, surface.map(|s| &**s));
+        self.edits.write_batch(requests);
     }
 
     fn edit(&mut self, request: EditRequest) {

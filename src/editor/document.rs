@@ -7,7 +7,7 @@ use super::state::{
     ViewRequest,
 };
 use super::ui::dialogs::{Dialog, Dialogs};
-use crate::design::{Design, Origin};
+use crate::design::{Design, Edit, Origin};
 use crate::store::{self, SaveReport, StoreError};
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowCloseRequested, WindowFocused};
@@ -95,6 +95,7 @@ fn notice_changed_files(
 fn apply_edits(
     mut requests: MessageReader<EditRequest>,
     world: Option<ResMut<OpenWorld>>,
+    mut selection: ResMut<Selection>,
     mut notice: ResMut<Notice>,
     mut dialogs: ResMut<Dialogs>,
 ) {
@@ -105,6 +106,7 @@ fn apply_edits(
     for request in requests.read() {
         // The world counts as changed only if it did: the scene is rebuilt from that.
         let document = &mut world.bypass_change_detection().0.document;
+        let before = document.shared_design();
         let outcome = match request.clone() {
             EditRequest::Begin(label) => {
                 document.begin(label);
@@ -115,11 +117,15 @@ fn apply_edits(
             EditRequest::Cancel => Ok(document.cancel()),
             EditRequest::Undo => Ok(document.undo().is_some()),
             EditRequest::Redo => Ok(document.redo().is_some()),
+            EditRequest::JumpTo(state) => Ok(document.jump_to(state)),
         };
         match outcome {
             Ok(is_changed) => {
                 notice.set_if_neq(Notice::Nothing);
                 if is_changed {
+                    let after = document.shared_design();
+                    let selected = selected_after(&selection, request, &before, &after);
+                    selection.set_if_neq(selected);
                     world.set_changed();
                     refresh(&mut world, &mut dialogs);
                 }
@@ -129,6 +135,38 @@ fn apply_edits(
             }
         }
     }
+}
+
+/// What is selected after a request changed the design: the sensors that it added, and after a
+/// removal the body that is left; else what was selected before, as far as it is there.
+fn selected_after(
+    selection: &Selection,
+    request: &EditRequest,
+    before: &Design,
+    after: &Design,
+) -> Selection {
+    let mut followed = selection.clone();
+    followed.follow(before, after);
+    match request {
+        EditRequest::Apply(
+            Edit::Arrange { body, .. }
+            | Edit::AddSensor { body, .. }
+            | Edit::AddSensors { body, .. },
+        ) => {
+            let count = |design: &Design| design.body(*body).map_or(0, |b| b.rigid.sensors.len());
+            let added = count(before)..count(after);
+            if !added.is_empty() {
+                return Selection::of_sensors(*body, added);
+            }
+        }
+        EditRequest::Apply(Edit::RemoveSensor { body, .. } | Edit::RemoveSensors { body, .. })
+            if followed.primary().is_none() =>
+        {
+            return Selection::of(Some(Selected::Body(*body)));
+        }
+        _ => {}
+    }
+    followed
 }
 
 /// Another room or mesh is read when an edit, or its undo, names it.
@@ -433,27 +471,13 @@ pub fn file_name(origin: &Origin) -> String {
     }
 }
 
-/// Undo can take a sensor away that was selected.
+/// Nothing is selected that is not there, whoever selected it.
 fn drop_lost_selection(world: Option<Res<OpenWorld>>, mut selection: ResMut<Selection>) {
     let Some(world) = world else { return };
-    if selection
-        .0
-        .is_some_and(|s| !exists(world.0.document.design(), s))
-    {
-        selection.0 = None;
-    }
-}
-
-fn exists(design: &Design, selected: Selected) -> bool {
-    match selected {
-        Selected::Body(role) => design.body(role).is_some(),
-        Selected::Tip(role) => design
-            .body(role)
-            .is_some_and(|body| body.rigid.tip_in_body.is_some()),
-        Selected::Sensor(role, index) => design
-            .body(role)
-            .is_some_and(|body| index < body.rigid.sensors.len()),
-    }
+    let design = world.0.document.design();
+    let mut kept = selection.clone();
+    kept.follow(design, design);
+    selection.set_if_neq(kept);
 }
 
 fn show_title(

@@ -11,6 +11,7 @@ use super::state::{
     ActiveDrag, DragReadout, DragText, EditRequest, EditorSystems, Hovered, Selected, Selection,
     ViewportRect,
 };
+use super::ui::scene_menu::SceneMenu;
 use crate::design::{BodyRole, Edit};
 use crate::geometry::pose::Pose;
 use crate::geometry::surface::{Ray, Surface};
@@ -45,11 +46,33 @@ struct Held {
     body: BodyRole,
     index: usize,
     start: Sensor,
+    /// Those that are selected with it and go along.
+    others: Vec<(usize, Sensor)>,
     tracker_from_body: Pose,
     on_surface: Option<(Arc<Surface>, SurfaceDrag)>,
     in_plane: PlaneDrag,
     long_axis: Vector3<f64>,
     pointer: FinePointer,
+}
+
+impl Held {
+    /// The held sensor where it is now, and the others as it takes them along.
+    fn edit(&self, sensor: Sensor, start: &Pose, now: &Pose) -> Edit {
+        let (body, index) = (self.body, self.index);
+        if self.others.is_empty() {
+            return Edit::SetSensor {
+                body,
+                index,
+                sensor,
+            };
+        }
+        let others = self.others.iter();
+        let sensors = others
+            .map(|(index, other)| (*index, other.carried(start, now)))
+            .chain([(index, sensor)])
+            .collect();
+        Edit::SetSensors { body, sensors }
+    }
 }
 
 /// The pointer as it counts: slowed down while Shift is held, without a jump when it is pressed
@@ -88,9 +111,11 @@ impl FinePointer {
 impl Plugin for DragPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<HeldSensor>()
+            .init_resource::<SceneMenu>()
             .add_observer(on_over)
             .add_observer(on_out)
             .add_observer(on_click)
+            .add_observer(on_menu_click)
             .add_observer(on_drag_start)
             .add_observer(on_drag)
             .add_observer(on_drag_end)
@@ -104,26 +129,30 @@ impl Plugin for DragPlugin {
     }
 }
 
-/// What an entity under the pointer stands for.
-fn selected_by(
-    entity: Entity,
-    sensors: &Query<&SensorMark>,
-    roots: &Query<&BodyRoot>,
-) -> Option<Selected> {
-    let sensor = sensors.get(entity).ok();
-    sensor
-        .map(|mark| Selected::Sensor(mark.body, mark.index))
-        .or_else(|| roots.get(entity).ok().map(|root| Selected::Body(root.0)))
+/// What can be selected in the scene.
+#[derive(SystemParam)]
+struct Things<'w, 's> {
+    sensors: Query<'w, 's, &'static SensorMark>,
+    roots: Query<'w, 's, &'static BodyRoot>,
+}
+
+impl Things<'_, '_> {
+    /// What an entity under the pointer stands for.
+    fn of(&self, entity: Entity) -> Option<Selected> {
+        let sensor = self.sensors.get(entity).ok();
+        sensor
+            .map(|mark| Selected::Sensor(mark.body, mark.index))
+            .or_else(|| Some(Selected::Body(self.roots.get(entity).ok()?.0)))
+    }
 }
 
 fn on_over(
     over: On<Pointer<Over>>,
-    sensors: Query<&SensorMark>,
-    roots: Query<&BodyRoot>,
+    things: Things,
     mut hovered: ResMut<Hovered>,
     mut redraws: MessageWriter<RequestRedraw>,
 ) {
-    if let Some(selected) = selected_by(over.original_event_target(), &sensors, &roots) {
+    if let Some(selected) = things.of(over.original_event_target()) {
         hovered.set_if_neq(Hovered(Some(selected)));
         redraws.write(RequestRedraw);
     }
@@ -131,39 +160,94 @@ fn on_over(
 
 fn on_out(
     out: On<Pointer<Out>>,
-    sensors: Query<&SensorMark>,
-    roots: Query<&BodyRoot>,
+    things: Things,
     mut hovered: ResMut<Hovered>,
     mut redraws: MessageWriter<RequestRedraw>,
 ) {
-    let left = selected_by(out.original_event_target(), &sensors, &roots);
+    let left = things.of(out.original_event_target());
     if left.is_some() && hovered.0 == left {
         hovered.0 = None;
         redraws.write(RequestRedraw);
     }
 }
 
+/// Held with a click they add to what is selected, or take away from it.
+const ADD_KEYS: [KeyCode; 4] = [
+    KeyCode::ControlLeft,
+    KeyCode::ControlRight,
+    KeyCode::ShiftLeft,
+    KeyCode::ShiftRight,
+];
+
+/// What a click means.
+#[derive(SystemParam)]
+struct Clicks<'w> {
+    view: Option<Res<'w, ViewportRect>>,
+    keys: Option<Res<'w, ButtonInput<KeyCode>>>,
+    drag: Res<'w, ActiveDrag>,
+}
+
+impl Clicks<'_> {
+    /// Whether it is one in the 3D view, and not the end of a drag.
+    fn counts(&self, at: Vec2) -> bool {
+        self.view.as_ref().is_some_and(|view| view.contains(at)) && !self.drag.0
+    }
+
+    fn adds(&self) -> bool {
+        self.keys
+            .as_ref()
+            .is_some_and(|keys| keys.any_pressed(ADD_KEYS))
+    }
+}
+
 /// A click selects what is under it; beside everything, nothing.
 fn on_click(
     mut click: On<Pointer<Click>>,
-    sensors: Query<&SensorMark>,
-    roots: Query<&BodyRoot>,
+    things: Things,
     windows: Query<&Window>,
-    view: Option<Res<ViewportRect>>,
+    clicks: Clicks,
     mut selection: ResMut<Selection>,
     mut redraws: MessageWriter<RequestRedraw>,
 ) {
-    let in_view = view.is_some_and(|view| view.contains(click.pointer_location.position));
-    if click.button != PointerButton::Primary || !in_view {
+    if click.button != PointerButton::Primary || !clicks.counts(click.pointer_location.position) {
         return;
     }
     let target = click.original_event_target();
-    let selected = selected_by(target, &sensors, &roots);
+    let selected = things.of(target);
     if selected.is_some() || windows.contains(target) {
         click.propagate(false);
-        selection.set_if_neq(Selection(selected));
+        let mut after = selection.clone();
+        match selected {
+            Some(what) if clicks.adds() => after.toggle(what),
+            _ => after = Selection::of(selected),
+        }
+        selection.set_if_neq(after);
         redraws.write(RequestRedraw);
     }
+}
+
+/// The other button shows what can be done to a sensor, and to those that are selected with it.
+fn on_menu_click(
+    mut click: On<Pointer<Click>>,
+    sensors: Query<&SensorMark>,
+    clicks: Clicks,
+    mut selection: ResMut<Selection>,
+    mut menu: ResMut<SceneMenu>,
+    mut redraws: MessageWriter<RequestRedraw>,
+) {
+    let at = click.pointer_location.position;
+    let Ok(mark) = sensors.get(click.entity) else {
+        return;
+    };
+    if click.button != PointerButton::Secondary || !clicks.counts(at) {
+        return;
+    }
+    click.propagate(false);
+    let mut after = selection.clone();
+    after.take(Selected::Sensor(mark.body, mark.index));
+    selection.set_if_neq(after);
+    menu.set_if_neq(SceneMenu(Some(at)));
+    redraws.write(RequestRedraw);
 }
 
 fn on_drag_start(mut drag: On<Pointer<DragStart>>, sensors: Query<&SensorMark>) {
@@ -195,16 +279,20 @@ impl Grip<'_> {
     }
 
     /// Takes hold of a sensor with the pointer at `at`.
-    fn take(&self, mark: &SensorMark, at: Vec2) -> Option<Held> {
+    fn take(&self, mark: &SensorMark, at: Vec2, selection: &Selection) -> Option<Held> {
         let world = &self.sight.world.as_ref()?.0;
         // Where the body is shown; the sensor moves within its body, so what is edited is the same.
         let design = self.sight.design()?;
-        let start = design
-            .body(mark.body)?
-            .rigid
-            .sensors
-            .get(mark.index)?
-            .clone();
+        let sensors = &design.body(mark.body)?.rigid.sensors;
+        let start = sensors.get(mark.index)?.clone();
+        let others = match selection.sensors() {
+            Some((body, indices)) if body == mark.body && indices.contains(&mark.index) => indices
+                .into_iter()
+                .filter(|index| *index != mark.index)
+                .filter_map(|index| Some((index, sensors.get(index)?.clone())))
+                .collect(),
+            _ => Vec::new(),
+        };
         let tracker_from_body = design.tracker_from_body(mark.body)?;
         let ray = self.ray(at, &tracker_from_body)?;
         let pose = start.body_from_sensor();
@@ -220,6 +308,7 @@ impl Grip<'_> {
         Some(Held {
             body: mark.body,
             index: mark.index,
+            others,
             in_plane: PlaneDrag::new(pose, &ray, tracker_from_body.rotation.inverse() * forward),
             start,
             tracker_from_body,
@@ -279,15 +368,16 @@ fn on_drag(
         if shown.active.0 {
             return;
         }
-        let Some(taken) = grip.take(mark, at - drag.distance) else {
+        let mut selection = shown.selection.clone();
+        let Some(taken) = grip.take(mark, at - drag.distance, &selection) else {
             return;
         };
-        edits.write(EditRequest::Begin(format!(
-            "Move sensor {}",
-            taken.start.name
-        )));
-        let selected = Selected::Sensor(mark.body, mark.index);
-        shown.selection.set_if_neq(Selection(Some(selected)));
+        edits.write(EditRequest::Begin(match taken.others.len() {
+            0 => format!("Move sensor {}", taken.start.name),
+            others => format!("Move {} sensors", others + 1),
+        }));
+        selection.take(Selected::Sensor(mark.body, mark.index));
+        shown.selection.set_if_neq(selection);
         shown.active.set_if_neq(ActiveDrag(true));
         held.0 = Some(taken);
     }
@@ -295,16 +385,13 @@ fn on_drag(
     let Some(pose) = grip.pose(held, at) else {
         return;
     };
-    let sensor = held.start.moved(&held.start.body_from_sensor(), &pose);
+    let start = held.start.body_from_sensor();
+    let sensor = held.start.moved(&start, &pose);
     shown.readout.set_if_neq(DragReadout(Some(DragText {
         at,
         text: readout_text(held, &sensor),
     })));
-    edits.write(EditRequest::Apply(Edit::SetSensor {
-        body: held.body,
-        index: held.index,
-        sensor,
-    }));
+    edits.write(EditRequest::Apply(held.edit(sensor, &start, &pose)));
 }
 
 fn on_drag_end(

@@ -135,11 +135,12 @@ fn pick(
 impl Targets<'_, '_> {
     /// Everything under a place in the window, with a depth that orders it.
     fn under(&self, sight: &Sight, at: Vec2) -> Vec<(Entity, f64)> {
-        let (Some(design), Some(pixel), Some(ray)) =
-            (sight.design(), sight.pixel(at), sight.ray(at))
+        let (Some(world), Some(design), Some(pixel), Some(ray)) =
+            (&sight.world, sight.design(), sight.pixel(at), sight.ray(at))
         else {
             return Vec::new();
         };
+        let view = world.0.document.view();
         let handles = self.handles.iter().filter_map(|(entity, handle)| {
             let distance = distance_px(&sight.rig, pixel, [handle.at_mm; 2])?;
             (distance <= super::slice::HANDLE_PX).then_some((entity, distance))
@@ -147,11 +148,20 @@ impl Targets<'_, '_> {
         // In front of every body, the nearest on the screen first.
         let sensors = self.sensors.iter().filter_map(|(entity, mark)| {
             let sensor = design.body(mark.body)?.rigid.sensors.get(mark.index)?;
+            if [&view.hidden, &view.locked]
+                .iter()
+                .any(|things| things.has_sensor(mark.body, &sensor.name))
+            {
+                return None;
+            }
             let pose = design.tracker_from_body(mark.body)?;
             let distance = sensor_distance_px(&sight.rig, pixel, sensor, &pose)?;
             Some((entity, distance))
         });
         let bodies = self.roots.iter().filter_map(|(entity, BodyRoot(role))| {
+            if view.hidden.has_body(*role) || view.locked.has_body(*role) {
+                return None;
+            }
             let pose = design.tracker_from_body(*role)?;
             let in_body = ray.transformed_by(&pose.inverse());
             let hit = self.surfaces.of(*role)?.cast(&in_body)?;

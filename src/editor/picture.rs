@@ -78,7 +78,7 @@ struct Captured(Option<Image>);
 pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureError> {
     let (mut app, target) = offscreen(world, UVec2::from(size), desk.has_panels);
     app.insert_resource(desk.workspace)
-        .insert_resource(Selection(desk.selected));
+        .insert_resource(Selection::of(desk.selected));
     app.init_resource::<Captured>();
     for (role, file) in desk.tables {
         app.world_mut()

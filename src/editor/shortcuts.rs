@@ -4,6 +4,8 @@ use super::commands::{CommandsSystems, RunCommand, command_of};
 use super::state::EditorSystems;
 use super::ui::command_ui::CommandPages;
 use super::ui::dialogs::Dialogs;
+use super::ui::row_page::RowPage;
+use bevy::ecs::system::SystemParam;
 use bevy::input::keyboard::{Key, KeyboardFocusLost, KeyboardInput};
 use bevy::prelude::*;
 use bevy_egui::input::EguiWantsInput;
@@ -16,6 +18,7 @@ impl Plugin for ShortcutsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Dialogs>()
             .init_resource::<CommandPages>()
+            .init_resource::<RowPage>()
             .add_message::<KeyboardInput>()
             .add_message::<KeyboardFocusLost>()
             .add_message::<RunCommand>()
@@ -47,20 +50,33 @@ impl Modifiers {
     }
 }
 
+/// What keeps the keys to itself while it is open.
+#[derive(SystemParam)]
+struct OpenPages<'w> {
+    dialogs: Res<'w, Dialogs>,
+    commands: Res<'w, CommandPages>,
+    row: Res<'w, RowPage>,
+}
+
+impl OpenPages<'_> {
+    fn is_any(&self) -> bool {
+        self.dialogs.current.is_some() || self.commands.is_any_open() || self.row.is_open
+    }
+}
+
 fn press_keys(
     mut pressed: MessageReader<KeyboardInput>,
     mut lost: MessageReader<KeyboardFocusLost>,
     mut modifiers: Local<Modifiers>,
     egui: Option<Res<EguiWantsInput>>,
-    dialogs: Res<Dialogs>,
-    pages: Res<CommandPages>,
+    pages: OpenPages,
     mut commands: MessageWriter<RunCommand>,
 ) {
     if lost.read().last().is_some() {
         *modifiers = Modifiers::default();
     }
     let is_typing = egui.is_some_and(|egui| egui.wants_any_keyboard_input());
-    let is_elsewhere = is_typing || dialogs.current.is_some() || pages.is_any_open();
+    let is_elsewhere = is_typing || pages.is_any();
     for input in pressed.read() {
         modifiers.follow(input);
         if is_elsewhere || !input.state.is_pressed() {
@@ -83,6 +99,7 @@ fn name(key: &Key) -> Option<String> {
         Key::ArrowLeft => "left".to_owned(),
         Key::ArrowRight => "right".to_owned(),
         Key::Home => "home".to_owned(),
+        Key::Delete => "delete".to_owned(),
         Key::F1 => "f1".to_owned(),
         Key::F5 => "f5".to_owned(),
         _ => return None,

@@ -3,6 +3,7 @@
 //! The document in [`OpenWorld`] is the only truth. Plugins read it, ask for changes by writing
 //! [`EditRequest`], [`ViewRequest`] or [`FileRequest`], and never change it themselves.
 
+pub use super::selection::Selection;
 use super::solver::{Extent, Scatter};
 use super::study::{ModeKind, ShownPlugin};
 use crate::design::view::{ColorMap, View};
@@ -33,10 +34,6 @@ pub enum EditorSystems {
 #[derive(Resource)]
 pub struct OpenWorld(pub StoreWorld);
 
-/// What the person works on; outliner, inspector and scene agree on it.
-#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Selection(pub Option<Selected>);
-
 /// What the pointer is over, in the scene or in the outliner.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Hovered(pub Option<Selected>);
@@ -61,9 +58,15 @@ pub enum EditRequest {
     Cancel,
     Undo,
     Redo,
+    /// Undoes or redoes until the design is in this state of its history.
+    JumpTo(usize),
 }
 
 /// Asks for a change of how the design is looked at.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a view is asked for some sixty times a second at most"
+)]
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum ViewRequest {
     Set(View),

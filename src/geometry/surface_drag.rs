@@ -2,7 +2,7 @@
 
 use super::pose::Pose;
 use super::rotation::{axis_rotation, exp_vector, perpendicular};
-use super::surface::{Ray, SurfacePoint};
+use super::surface::{Ray, Surface, SurfacePoint};
 use nalgebra::{Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// Normals closer than this to the long axis are end caps, where the long axis gives no
@@ -134,6 +134,31 @@ fn projected_frame(
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(columns))
 }
 
+/// Directions of a body's surface at the point of it that is nearest to a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceDirections {
+    /// Outward.
+    pub normal: Unit<Vector3<f64>>,
+    /// In the surface, along the shaft; on an end cap, where the long axis leaves the surface, the
+    /// long axis itself.
+    pub along: Unit<Vector3<f64>>,
+}
+
+impl SurfaceDirections {
+    /// At the surface point nearest to `place_mm`, which may lie inside, as a coil in a shaft
+    /// does. All in the body frame.
+    pub fn near(surface: &Surface, place_mm: &Point3<f64>, long_axis: Vector3<f64>) -> Self {
+        let long_axis = Unit::try_new(long_axis, 1e-12).unwrap_or_else(Vector3::z_axis);
+        let normal = surface.closest(place_mm).normal;
+        let along = if is_cap(&normal, &long_axis) {
+            long_axis
+        } else {
+            projected_frame(&normal, &long_axis) * Vector3::x_axis()
+        };
+        Self { normal, along }
+    }
+}
+
 /// Dragging freely in the plane that faces the viewer: a body without a mesh, or a sensor that
 /// is taken off the surface.
 #[derive(Clone, Debug)]
@@ -182,7 +207,7 @@ impl PlaneDrag {
 mod tests {
     use super::*;
     use crate::geometry::pose::pose_from_parts;
-    use crate::geometry::surface::{Surface, tests::cylinder};
+    use crate::geometry::surface::tests::cylinder;
 
     fn ray_along_x(y: f64, z: f64) -> Ray {
         Ray {
@@ -290,6 +315,19 @@ mod tests {
         let hit = surface.cast(&ray_along_x(0.0, 71.3)).unwrap();
         let pose = drag.pose_at(&hit, Some(1.0));
         assert!((pose.translation.vector.z - 72.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn inside_a_shaft_the_normal_leads_out_of_it_and_the_tangent_along_it() {
+        let surface = shaft();
+        let place = Point3::new(0.0, 1.5, 60.0);
+        let at = SurfaceDirections::near(&surface, &place, Vector3::z());
+        assert!(at.normal.dot(&Vector3::y()) > 0.999, "{:?}", at.normal);
+        assert!(at.along.dot(&Vector3::z()) > 0.999_999, "{:?}", at.along);
+        let cap = Point3::new(0.0, 0.0, 151.0);
+        let at = SurfaceDirections::near(&surface, &cap, Vector3::z());
+        assert!(at.normal.dot(&Vector3::z()) > 0.999, "{:?}", at.normal);
+        assert_eq!(at.along, Vector3::z_axis());
     }
 
     #[test]

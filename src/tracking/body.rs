@@ -68,6 +68,25 @@ impl Sensor {
         sensor
     }
 
+    /// The sensor after something that it moves with went from `start` to `now` in the body frame.
+    pub fn carried(&self, start: &Pose, now: &Pose) -> Self {
+        let turn = now.rotation * start.rotation.inverse();
+        // A turn that is round-off would shift what is far from where it turns.
+        let turn = if turn.angle() > MIN_TURN_RAD {
+            turn
+        } else {
+            UnitQuaternion::identity()
+        };
+        let own = self.body_from_sensor();
+        let from_start = own.translation.vector - start.translation.vector;
+        let shift = now.translation.vector - start.translation.vector;
+        let swing = turn * from_start - from_start;
+        self.moved(
+            &own,
+            &pose_from_parts(own.translation.vector + swing + shift, turn * own.rotation),
+        )
+    }
+
     /// The sensor's pose; for a 5-DOF sensor one of the many with its axis.
     pub fn body_from_sensor(&self) -> Pose {
         pose_from_parts(
@@ -111,5 +130,39 @@ impl SensorOrientation {
             Self::FiveDof(_) => 5,
             Self::SixDof(_) => 6,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    fn sensor(position: [f64; 3]) -> Sensor {
+        Sensor {
+            name: "a".to_owned(),
+            position_in_body: position.into(),
+            orientation: SensorOrientation::FiveDof(Vector3::x_axis()),
+            coil: None,
+        }
+    }
+
+    #[test]
+    fn what_is_carried_along_keeps_its_place_relative_to_what_carries_it() {
+        let start = pose_from_parts(Vector3::new(2.0, 0.0, 60.0), UnitQuaternion::identity());
+        let quarter = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), FRAC_PI_2);
+        let now = pose_from_parts(Vector3::new(0.0, 2.0, 70.0), quarter);
+        let carried = sensor([3.0, 0.0, 90.0]).carried(&start, &now);
+        let expected = Point3::new(0.0, 3.0, 100.0);
+        assert!((carried.position_in_body - expected).norm() < 1e-12);
+        assert!((carried.axis_in_body().into_inner() - Vector3::y()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_carried_nowhere_stays_as_it_is_to_the_bit() {
+        let turn = UnitQuaternion::from_euler_angles(0.3, 1.1, -2.0);
+        let start = pose_from_parts(Vector3::new(0.1, 0.7, 60.3), turn);
+        let other = sensor([0.123, -4.56, 99.9]);
+        assert_eq!(other.carried(&start, &start), other);
     }
 }

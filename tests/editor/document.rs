@@ -85,12 +85,11 @@ fn undo_drops_the_selection_of_what_is_gone() {
         }),
     );
     app.update();
-    app.world_mut().resource_mut::<Selection>().0 = Some(Selected::Sensor(BodyRole::Tool, 2));
-    app.update();
-    assert!(app.world().resource::<Selection>().0.is_some());
+    let third = Some(Selected::Sensor(BodyRole::Tool, 2));
+    assert_eq!(app.world().resource::<Selection>().primary(), third);
     request(&mut app, EditRequest::Undo);
     app.update();
-    assert_eq!(app.world().resource::<Selection>().0, None);
+    assert_eq!(app.world().resource::<Selection>().primary(), None);
 }
 
 #[test]

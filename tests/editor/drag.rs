@@ -6,12 +6,14 @@ use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, 
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowRef};
 use trackwright::design::view::Layers;
-use trackwright::design::{BodyRole, Design};
+use trackwright::design::{BodyRole, Design, Thing, Things, View};
 use trackwright::editor::camera::OrbitRig;
+use trackwright::editor::scene::{BodyRoot, SensorMark};
 use trackwright::editor::state::{
     ActiveDrag, DragReadout, EditRequest, Hovered, OpenWorld, Selected, Selection, ViewRequest,
     ViewportRect,
 };
+use trackwright::editor::ui::scene_menu::SceneMenu;
 
 /// The sensor in the straight part of the pointer's shaft.
 const SHAFT: usize = 0;
@@ -150,6 +152,107 @@ fn a_drag_slides_the_sensor_along_the_shaft_in_one_undo_step() {
 }
 
 #[test]
+fn sensors_that_are_selected_together_are_dragged_together() {
+    const GRIP: usize = 1;
+    let mut hand = Hand::new();
+    let before = hand.design();
+    let both = Selection::of_sensors(BodyRole::Tool, [SHAFT, GRIP]);
+    *hand.app.world_mut().resource_mut::<Selection>() = both;
+    let start = [SHAFT, GRIP].map(|index| hand.position_mm(index));
+    let (at, along) = hand.shaft();
+    hand.drag(at, along * 15.0, PointerButton::Primary);
+    hand.release(at + along * 15.0, PointerButton::Primary);
+    let moved = [
+        hand.position_mm(SHAFT) - start[0],
+        hand.position_mm(GRIP) - start[1],
+    ];
+    assert!(moved[0].z > 1.0, "{moved:?}");
+    assert!((moved[0] - moved[1]).norm() < 0.1, "{moved:?}");
+    assert_eq!(hand.undo_label().as_deref(), Some("Move 2 sensors"));
+    let selection = hand.app.world().resource::<Selection>();
+    let shaft = Some(Selected::Sensor(BodyRole::Tool, SHAFT));
+    assert_eq!(selection.primary(), shaft);
+    let both = Some((BodyRole::Tool, vec![SHAFT, GRIP]));
+    assert_eq!(
+        selection.sensors(),
+        both,
+        "the click that ends a drag selects nothing"
+    );
+    hand.request(EditRequest::Undo);
+    assert_eq!(hand.design(), before);
+}
+
+#[test]
+fn a_click_with_control_adds_to_what_is_selected() {
+    let mut hand = Hand::new();
+    *hand.app.world_mut().resource_mut::<Selection>() =
+        Selection::of(Some(Selected::Sensor(BodyRole::Tool, 1)));
+    let (at, _) = hand.shaft();
+    hand.press(at, PointerButton::Primary);
+    hand.app
+        .world_mut()
+        .resource_mut::<ButtonInput<KeyCode>>()
+        .press(KeyCode::ControlLeft);
+    hand.release(at, PointerButton::Primary);
+    let selection = hand.app.world().resource::<Selection>();
+    assert_eq!(selection.sensors(), Some((BodyRole::Tool, vec![SHAFT, 1])));
+}
+
+#[test]
+fn what_is_hidden_or_locked_is_not_taken_hold_of() {
+    type ThingsOf = fn(&mut View) -> &mut Things;
+    let things: [ThingsOf; 2] = [|view| &mut view.hidden, |view| &mut view.locked];
+    for things_of in things {
+        for thing in [Thing::sensor(BodyRole::Tool, "shaft"), Thing::Tool] {
+            let mut hand = Hand::new();
+            let before = hand.design();
+            let mut view = View::default();
+            things_of(&mut view).toggle(thing);
+            hand.app.world_mut().write_message(ViewRequest::Set(view));
+            settle(&mut hand.app);
+            let (at, along) = hand.shaft();
+            hand.drag(at, along * 15.0, PointerButton::Primary);
+            hand.release(at + along * 15.0, PointerButton::Primary);
+            assert_eq!(hand.design(), before);
+        }
+    }
+}
+
+#[test]
+fn what_is_hidden_is_not_drawn_and_what_is_locked_is() {
+    let mut hand = Hand::new();
+    let mut view = View::default();
+    view.hidden.toggle(Thing::sensor(BodyRole::Tool, "shaft"));
+    view.hidden.toggle(Thing::Crf);
+    view.locked.toggle(Thing::Tool);
+    hand.app.world_mut().write_message(ViewRequest::Set(view));
+    settle(&mut hand.app);
+    let world = hand.app.world_mut();
+    let mut roots = world.query::<(&BodyRoot, &Visibility)>();
+    for (root, visibility) in roots.iter(world) {
+        let is_hidden = *visibility == Visibility::Hidden;
+        assert_eq!(is_hidden, root.0 == BodyRole::Crf, "{root:?}");
+    }
+    let mut sensors = world.query::<(&SensorMark, &Visibility)>();
+    for (mark, visibility) in sensors.iter(world) {
+        let is_hidden = *visibility == Visibility::Hidden;
+        let wanted = mark.body == BodyRole::Crf || mark.index == SHAFT;
+        assert_eq!(is_hidden, wanted, "{mark:?}");
+    }
+}
+
+#[test]
+fn the_other_button_opens_the_menu_of_a_sensor_and_selects_it() {
+    let mut hand = Hand::new();
+    let (at, _) = hand.shaft();
+    hand.press(at, PointerButton::Secondary);
+    hand.release(at, PointerButton::Secondary);
+    let shaft = Some(Selected::Sensor(BodyRole::Tool, SHAFT));
+    assert_eq!(hand.app.world().resource::<Selection>().primary(), shaft);
+    assert_eq!(hand.app.world().resource::<SceneMenu>().0, Some(at));
+}
+
+#[test]
 fn escape_takes_a_drag_back_to_the_bit_and_lets_go() {
     let mut hand = Hand::new();
     let before = hand.design();
@@ -180,7 +283,7 @@ fn a_press_that_hardly_moves_selects_and_changes_nothing() {
     hand.app.update();
     hand.release(at + Vec2::new(1.0, 1.0), PointerButton::Primary);
     let shaft = Some(Selected::Sensor(BodyRole::Tool, SHAFT));
-    assert_eq!(hand.app.world().resource::<Selection>().0, shaft);
+    assert_eq!(hand.app.world().resource::<Selection>().primary(), shaft);
     assert_eq!(hand.app.world().resource::<Hovered>().0, shaft);
     assert_eq!(hand.design(), before);
 }

@@ -10,6 +10,8 @@ mod panels;
 mod picture;
 mod pixels;
 mod precision_page;
+mod sensor_panels;
+mod sensors;
 mod shortcuts;
 mod slice_quantities;
 mod solver;

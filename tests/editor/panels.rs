@@ -12,7 +12,7 @@ use trackwright::design::{BodyRole, Design, Edit};
 use trackwright::editor::commands::Command;
 use trackwright::editor::solver::Extent;
 use trackwright::editor::state::{
-    EditRequest, FileRequest, Results, Selected, Stamped, ViewRequest, Workspace,
+    EditRequest, FileRequest, Results, Selected, Selection, Stamped, ViewRequest, Workspace,
 };
 use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
@@ -41,12 +41,14 @@ fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harne
 }
 
 fn inspector<'a>(design: &'a Design, selected: Option<Selected>) -> (Harness<'a>, Asked) {
+    let selection = Selection::of(selected);
     harness(move |ui| {
         inspector_ui(
             ui,
             &InspectorView {
                 design,
-                selected,
+                selection: &selection,
+                is_available: &|_| true,
                 pose: None,
                 derived_weight: environment().orientation_weight(None),
             },
@@ -64,8 +66,9 @@ fn a_row_of_the_outliner_selects_its_sensor() {
                 design: &design,
                 environment: &environment,
                 view: &view,
-                selected: None,
+                selection: &Selection::default(),
                 hovered: None,
+                is_available: &|_| true,
                 pose: None,
             },
         )
@@ -232,7 +235,8 @@ fn a_weight_that_the_jitter_gives_is_shown_as_derived_until_it_is_typed() {
                 ui,
                 &InspectorView {
                     design: &design,
-                    selected: None,
+                    selection: &Selection::default(),
+                    is_available: &|_| true,
                     pose: None,
                     derived_weight: weight,
                 },
@@ -258,8 +262,9 @@ fn sensors_out_of_the_volume_are_named_in_words() {
                 design: &design,
                 environment: &environment,
                 view: &view,
-                selected: None,
+                selection: &Selection::default(),
                 hovered: None,
+                is_available: &|_| true,
                 pose: Some(&pose),
             },
         );
@@ -267,7 +272,8 @@ fn sensors_out_of_the_volume_are_named_in_words() {
             ui,
             &InspectorView {
                 design: &design,
-                selected: Some(Selected::Sensor(BodyRole::Tool, 0)),
+                selection: &Selection::of(Some(Selected::Sensor(BodyRole::Tool, 0))),
+                is_available: &|_| true,
                 pose: Some(&pose),
                 derived_weight: environment.orientation_weight(None),
             },
@@ -298,6 +304,8 @@ fn the_menu_names_what_undo_takes_back() {
                 workspace: Workspace::Design,
                 is_left_shown: true,
                 is_right_shown: true,
+                is_history_shown: false,
+                is_available: &|_| true,
             },
         )
     });

@@ -4,12 +4,13 @@ use super::support::{create_app, design, request};
 use bevy::input::ButtonState;
 use bevy::input::keyboard::{Key, KeyboardInput};
 use bevy::prelude::*;
-use trackwright::design::Edit;
+use trackwright::design::{BodyRole, Edit};
 use trackwright::editor::commands::CommandsPlugin;
 use trackwright::editor::shortcuts::ShortcutsPlugin;
-use trackwright::editor::state::{ActiveDrag, EditRequest, OpenWorld};
+use trackwright::editor::state::{ActiveDrag, EditRequest, OpenWorld, Selection};
 use trackwright::editor::ui::command_ui::CommandPages;
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright::editor::ui::row_page::RowPage;
 use trackwright::geometry::pose::Pose;
 
 fn key(app: &mut App, key: &Key, state: ButtonState) {
@@ -88,4 +89,33 @@ fn the_palette_keeps_the_keys_to_itself() {
     assert!(app.world().resource::<CommandPages>().is_any_open());
     chord(&mut app, &[Key::Control, Key::Character("z".into())]);
     assert!(!is_as_it_was(&app));
+}
+
+fn tool_sensors(app: &App) -> usize {
+    let design = app.world().resource::<OpenWorld>().0.document.design();
+    design.tool.body.rigid.sensors.len()
+}
+
+#[test]
+fn control_d_copies_the_selected_sensor_and_delete_takes_the_copy_away() {
+    let mut app = edited_app();
+    let shaft = Selection::of_sensors(BodyRole::Tool, [0]);
+    *app.world_mut().resource_mut::<Selection>() = shaft;
+    chord(&mut app, &[Key::Control, Key::Character("d".into())]);
+    assert_eq!(tool_sensors(&app), 3);
+    chord(&mut app, &[Key::Delete]);
+    assert_eq!(tool_sensors(&app), 2);
+    // The body is selected now, which cannot be deleted.
+    chord(&mut app, &[Key::Delete]);
+    assert_eq!(tool_sensors(&app), 2);
+}
+
+#[test]
+fn the_page_of_a_row_keeps_the_keys_to_itself() {
+    let mut app = edited_app();
+    let shaft = Selection::of_sensors(BodyRole::Tool, [0]);
+    *app.world_mut().resource_mut::<Selection>() = shaft;
+    app.world_mut().resource_mut::<RowPage>().is_open = true;
+    chord(&mut app, &[Key::Delete]);
+    assert_eq!(tool_sensors(&app), 2);
 }

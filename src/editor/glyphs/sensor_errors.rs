@@ -2,8 +2,10 @@
 
 use super::arrows::{Arrow, ArrowStyle, DrawnArrows, ShineThrough, arrows_mesh};
 use super::magnify::ShownErrors;
+use crate::design::{BodyRole, Document};
 use crate::editor::state::EditorSystems;
 use crate::study::PoseDetail;
+use crate::tracking::Sensor;
 use bevy::prelude::*;
 
 const STYLE: ArrowStyle = ArrowStyle {
@@ -37,16 +39,29 @@ fn show(errors: ShownErrors, mut drawn: DrawnArrows<SensorErrors>) {
     let mesh = errors
         .pose()
         .filter(|_| errors.layers().sensor_errors)
-        .and_then(|pose| arrows_mesh(&arrows(pose, errors.times()), STYLE, &errors.rig));
+        .and_then(|pose| {
+            let arrows = arrows(&errors.world.0.document, pose, errors.times());
+            arrows_mesh(&arrows, STYLE, &errors.rig)
+        });
     drawn.show("sensor errors", mesh, HIDDEN);
 }
 
-/// Of tool and CRF, magnified.
-fn arrows(detail: &PoseDetail, times: f64) -> Vec<Arrow> {
-    let bodies = std::iter::once(&detail.tool).chain(&detail.crf);
-    bodies
-        .flat_map(|body| &body.sensors)
-        .map(|sensor| {
+/// Of what is shown of tool and CRF, magnified.
+fn arrows(document: &Document, detail: &PoseDetail, times: f64) -> Vec<Arrow> {
+    let hidden = &document.view().hidden;
+    let is_shown = |role, index| {
+        let body = document.design().body(role);
+        let sensor = body.and_then(|body| body.rigid.sensors.get(index));
+        // A result can be of a design with more sensors; it is about to be replaced.
+        sensor.is_none_or(|sensor: &Sensor| !hidden.has_sensor(role, &sensor.name))
+    };
+    let tool = (BodyRole::Tool, &detail.tool);
+    let crf = detail.crf.iter().map(|crf| (BodyRole::Crf, crf));
+    std::iter::once(tool)
+        .chain(crf)
+        .flat_map(|(role, body)| body.sensors.iter().enumerate().map(move |s| (role, s)))
+        .filter(|(role, (index, _))| is_shown(*role, *index))
+        .map(|(_, (_, sensor))| {
             let from = sensor.tracker_from_sensor.translation.vector;
             let to = sensor.tracker_from_measured.translation.vector;
             Arrow {

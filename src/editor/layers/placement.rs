@@ -113,7 +113,7 @@ fn ask(
     if drag.0 && is_wanted {
         return;
     }
-    let key = match (is_wanted, selection.0) {
+    let key = match (is_wanted, selection.primary()) {
         (true, Some(Selected::Sensor(body, sensor))) => Some(Key {
             generation: generation.0,
             revision: document.revision(),

@@ -155,6 +155,9 @@ fn sensors(view: &OverlayView, labels: &mut Vec<Label>) {
             continue;
         };
         for (index, sensor) in body.rigid.sensors.iter().enumerate() {
+            if view.hidden.has_sensor(role, &sensor.name) {
+                continue;
+            }
             // A sensor in trouble has its label already.
             if detail(view.pose, role).is_some_and(|d| sensor_trouble(d, index).is_some()) {
                 continue;
@@ -193,7 +196,7 @@ fn targets(view: &OverlayView, labels: &mut Vec<Label>) {
 
 /// The bodies' names, away from the tip: at the sensors' far end.
 fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
-    for role in roles(view) {
+    for role in roles(view).filter(|role| !view.hidden.has_body(*role)) {
         let (Some(body), Some(pose)) =
             (view.design.body(role), view.design.tracker_from_body(role))
         else {

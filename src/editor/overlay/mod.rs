@@ -20,6 +20,7 @@ use super::state::{
 use super::study::ShownDesign;
 use super::ui::UiSystems;
 use crate::design::Design;
+use crate::design::Things;
 use crate::design::view::Layers;
 use crate::field::Environment;
 use crate::geometry::orbit::OrbitCamera;
@@ -52,6 +53,8 @@ pub struct OverlayView<'a> {
     pub design: &'a Design,
     pub environment: &'a Environment,
     pub layers: Layers,
+    /// What has no names in the scene; what is wrong with it is said all the same.
+    pub hidden: &'a Things,
     pub pose: Option<&'a PoseDetail>,
     pub figures: Option<&'a Figures>,
     pub selected: Option<Selected>,
@@ -146,9 +149,10 @@ fn draw(
         },
         environment: &world.0.environment,
         layers: document.view().layers,
+        hidden: &document.view().hidden,
         pose: results.pose.as_ref().map(|p| &p.value),
         figures: results.study.as_ref().map(|s| &s.value.figures),
-        selected: scene.selection.0,
+        selected: scene.selection.primary(),
         hovered: scene.hovered.0,
         magnification: scene.magnification.as_deref().copied(),
         color_bars: color_bars(&scene, &results, document.view().layers),

@@ -124,8 +124,17 @@ fn spawn_bodies(
     }
 }
 
-fn place_bodies(shown: Res<ShownDesign>, mut roots: Query<(&BodyRoot, &mut Transform)>) {
-    for (root, mut transform) in &mut roots {
+fn place_bodies(
+    world: Res<OpenWorld>,
+    shown: Res<ShownDesign>,
+    mut roots: Query<(&BodyRoot, &mut Transform, &mut Visibility)>,
+) {
+    let hidden = &world.0.document.view().hidden;
+    for (root, mut transform, mut visibility) in &mut roots {
+        visibility.set_if_neq(match hidden.has_body(root.0) {
+            true => Visibility::Hidden,
+            false => Visibility::Inherited,
+        });
         if let Some(pose) = shown.design.tracker_from_body(root.0) {
             transform.set_if_neq(convert::transform(&pose));
         }

@@ -1,7 +1,7 @@
 //! How much room things take, for cameras that frame them.
 
 use crate::design::{BodyRole, Design};
-use crate::editor::state::Selected;
+use crate::editor::state::{Selected, Selection};
 use crate::geometry::bounds::Bounds;
 use crate::store::World;
 use nalgebra::Point3;
@@ -23,13 +23,16 @@ pub fn of_bodies(world: &World, design: &Design) -> Option<Sphere> {
 }
 
 /// What is selected, or everything, where the design as it is shown has it.
-pub fn of_selection(world: &World, design: &Design, selected: Option<Selected>) -> Option<Sphere> {
-    match selected {
+pub fn of_selection(world: &World, design: &Design, selection: &Selection) -> Option<Sphere> {
+    match selection.primary() {
         None => of_bodies(world, design),
         Some(Selected::Body(role)) => around(points(world, design, role).into_iter()),
-        Some(Selected::Sensor(role, index)) => {
-            let sensor = design.body(role)?.rigid.sensors.get(index)?;
-            Some(at(design.tracker_from_body(role)? * sensor.position_in_body))
+        Some(Selected::Sensor(..)) => {
+            let (role, indices) = selection.sensors()?;
+            let sensors = &design.body(role)?.rigid.sensors;
+            let pose = design.tracker_from_body(role)?;
+            let selected = indices.into_iter().filter_map(|index| sensors.get(index));
+            around(selected.map(|sensor| pose * sensor.position_in_body))
         }
         Some(Selected::Tip(role)) => {
             let tip = design.body(role)?.rigid.judged_tip_in_body();

@@ -9,7 +9,7 @@ use super::shapes::GlyphShapes;
 use super::{BodyRoot, SensorMark};
 use crate::design::BodyRole;
 use crate::editor::materials::{GlowMaterial, Shown};
-use crate::editor::state::{EditorSystems, Hovered, Results, Selected, Selection};
+use crate::editor::state::{EditorSystems, Hovered, OpenWorld, Results, Selected, Selection};
 use crate::editor::study::ShownDesign;
 use crate::editor::{convert, palette};
 use crate::study::BodyDetail;
@@ -271,14 +271,20 @@ fn spawn_axis(
 }
 
 fn place_sensors(
+    world: Res<OpenWorld>,
     shown: Res<ShownDesign>,
-    mut sensors: Query<(&SensorMark, &mut Transform)>,
+    mut sensors: Query<(&SensorMark, &mut Transform, &mut Visibility)>,
     mut parts: Query<(&Part, &mut ScreenSized)>,
 ) {
     let design = &shown.design;
     let sensor_of = |mark: &SensorMark| design.body(mark.body)?.rigid.sensors.get(mark.index);
-    for (mark, mut transform) in &mut sensors {
+    let hidden = &world.0.document.view().hidden;
+    for (mark, mut transform, mut visibility) in &mut sensors {
         if let Some(sensor) = sensor_of(mark) {
+            visibility.set_if_neq(match hidden.has_sensor(mark.body, &sensor.name) {
+                true => Visibility::Hidden,
+                false => Visibility::Inherited,
+            });
             transform.set_if_neq(convert::transform(&sensor.body_from_sensor()));
         }
     }
@@ -315,8 +321,8 @@ fn outline(
     mut outlines: Query<(&Outline, &mut Visibility)>,
 ) {
     for (Outline(mark), mut visibility) in &mut outlines {
-        let me = Some(Selected::Sensor(mark.body, mark.index));
-        let wanted = if selection.0 == me || hovered.0 == me {
+        let me = Selected::Sensor(mark.body, mark.index);
+        let wanted = if selection.contains(me) || hovered.0 == Some(me) {
             Visibility::Inherited
         } else {
             Visibility::Hidden

@@ -41,7 +41,7 @@ pub(super) fn note_baseline(
                 is_in_step = false;
                 false
             }
-            EditRequest::Undo | EditRequest::Redo => true,
+            EditRequest::Undo | EditRequest::Redo | EditRequest::JumpTo(_) => true,
         };
         if begins {
             let now = results.study.as_ref().map(|study| {

@@ -2,12 +2,15 @@
 
 use super::motion_ui::{motion_ui, requirement_ui};
 use super::outliner::{detail, sensor_trouble};
+use super::sensor_ui::{IsAvailable, sensor_buttons_ui};
 use super::widgets::{
     FIELD_WIDTH, NumberChange, NumberField, length, number_ui, quiet_ui, section_ui, warning_ui,
 };
 use super::{PanelAction, number_edits};
 use crate::design::{BodyRole, Design, DesignBody, Edit};
-use crate::editor::state::Selected;
+use crate::editor::commands::Command;
+use crate::editor::sensor_commands::SensorCommand;
+use crate::editor::state::{Selected, Selection};
 use crate::field::environment::{OrientationWeight, OrientationWeightSource};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::study::{BodyDetail, PoseDetail};
@@ -18,7 +21,8 @@ use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 /// What the inspector shows.
 pub struct InspectorView<'a> {
     pub design: &'a Design,
-    pub selected: Option<Selected>,
+    pub selection: &'a Selection,
+    pub is_available: IsAvailable<'a>,
     pub pose: Option<&'a PoseDetail>,
     /// The weight that counts where the design says none.
     pub derived_weight: OrientationWeight,
@@ -35,7 +39,7 @@ const NEW_COIL: Coil = Coil {
 /// Draws what is selected, or the design where nothing is.
 pub fn inspector_ui(ui: &mut Ui, inspector: &InspectorView) -> Vec<PanelAction> {
     let mut actions = Vec::new();
-    match inspector.selected {
+    match inspector.selection.primary() {
         None => design_ui(ui, inspector, &mut actions),
         Some(Selected::Body(role)) => body_ui(ui, inspector, role, &mut actions),
         Some(Selected::Sensor(role, index)) => sensor_ui(ui, inspector, role, index, &mut actions),
@@ -108,6 +112,9 @@ fn body_ui(ui: &mut Ui, inspector: &InspectorView, role: BodyRole, actions: &mut
         return;
     };
     section_ui(ui, &body.rigid.name);
+    if let Some(name) = text_row_ui(ui, "name", &body.rigid.name) {
+        actions.push(PanelAction::apply(Edit::SetBodyName { body: role, name }));
+    }
     quiet_ui(ui, &body.reference);
     let (title, pose) = match (role, &design.crf) {
         (BodyRole::Crf, Some(crf)) => ("Pose in the tracker frame", crf.tracker_from_crf),
@@ -207,13 +214,23 @@ fn sensor_ui(
         })
     };
     section_ui(ui, &format!("Sensor on the {}", role.name()));
+    let selected = inspector.selection.all().count();
+    if selected > 1 {
+        quiet_ui(
+            ui,
+            format!(
+                "{selected} selected: the numbers are those of {}, arranging is done to all",
+                sensor.name
+            ),
+        );
+    }
     if let Some(name) = text_row_ui(ui, "name", &sensor.name) {
         actions.push(PanelAction::apply(set(Sensor {
             name,
             ..sensor.clone()
         })));
     }
-    kind_ui(ui, &sensor.orientation, actions, changed);
+    kind_ui(ui, &sensor.orientation, actions);
     section_ui(ui, "Place in the body");
     let label = format!("Move sensor {}", sensor.name);
     let at = &sensor.position_in_body.coords;
@@ -237,33 +254,25 @@ fn sensor_ui(
     if let Some(detail) = detail(inspector.pose, role) {
         reading_ui(ui, detail, index);
     }
-    ui.add_space(8.0);
-    if ui.button("Remove sensor").clicked() {
-        actions.push(PanelAction::apply(Edit::RemoveSensor { body: role, index }));
-    }
+    sensor_buttons_ui(ui, inspector.is_available, actions);
 }
 
-fn kind_ui(
-    ui: &mut Ui,
-    orientation: &SensorOrientation,
-    actions: &mut Vec<PanelAction>,
-    edit: impl Fn(SensorOrientation) -> Edit,
-) {
+/// A choice is made for all selected sensors.
+fn kind_ui(ui: &mut Ui, orientation: &SensorOrientation, actions: &mut Vec<PanelAction>) {
     let is_five = matches!(orientation, SensorOrientation::FiveDof(_));
     row_ui(ui, "measures", |ui| {
         ComboBox::from_id_salt("kind")
             .selected_text(kind_name(is_five))
             .width(2.0 * FIELD_WIDTH)
             .show_ui(ui, |ui| {
-                if ui.selectable_label(is_five, kind_name(true)).clicked() && !is_five {
-                    let axis = orientation.axis();
-                    actions.push(PanelAction::apply(edit(SensorOrientation::FiveDof(axis))));
-                }
-                if ui.selectable_label(!is_five, kind_name(false)).clicked() && is_five {
-                    let rotation = orientation.any_rotation();
-                    actions.push(PanelAction::apply(edit(SensorOrientation::SixDof(
-                        rotation,
-                    ))));
+                for (five, command) in [
+                    (true, SensorCommand::MakeFiveDof),
+                    (false, SensorCommand::MakeSixDof),
+                ] {
+                    let choice = ui.selectable_label(is_five == five, kind_name(five));
+                    if choice.clicked() && is_five != five {
+                        actions.push(PanelAction::Run(Command::Sensors(command)));
+                    }
                 }
             });
     });

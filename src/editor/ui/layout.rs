@@ -6,10 +6,14 @@ use super::dialogs::{DialogAnswer, Dialogs, dialog_ui};
 use super::field::{
     comparison_ui, rooms_ui, selection_ui, selection_window, settings_ui, tables_ui, worth_ui,
 };
+use super::history_ui::history_ui;
 use super::inspector::{InspectorView, inspector_ui};
 use super::outliner::{OutlinerView, outliner_ui};
 use super::precision_ui::precision_window;
 use super::result::{ResultView, brief_result_ui, headline, result_ui};
+use super::row_page::{RowPage, row_window};
+use super::scene_menu::{SceneMenu, scene_menu_ui};
+use super::sensor_ui::IsAvailable;
 use super::slice_ui::{SlicePanelView, slice_ui};
 use super::status_bar::{StatusView, hint, status_bar_ui};
 use super::study_panels::{StudyPanels, sides_ui};
@@ -17,7 +21,7 @@ use super::timeline_ui::trial_words;
 use super::top_bar::{TopBarView, top_bar_ui};
 use super::{PanelAction, theme};
 use crate::design::{Design, View};
-use crate::editor::commands::{Command, RunCommand};
+use crate::editor::commands::{Availability, Command, RunCommand};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
 use crate::editor::field::samples::SampleScale;
 use crate::editor::field::{FieldDesk, FieldRequest};
@@ -47,6 +51,8 @@ pub struct UiPlugin;
 pub struct PanelsShown {
     pub left: bool,
     pub right: bool,
+    /// The list of steps, at the foot of the left panel.
+    pub history: bool,
 }
 
 impl Default for PanelsShown {
@@ -54,6 +60,7 @@ impl Default for PanelsShown {
         Self {
             left: true,
             right: true,
+            history: false,
         }
     }
 }
@@ -86,6 +93,8 @@ impl Plugin for UiPlugin {
             .init_resource::<FieldDesk>()
             .init_resource::<SampleScale>()
             .init_resource::<WorldGeneration>()
+            .init_resource::<RowPage>()
+            .init_resource::<SceneMenu>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
@@ -106,6 +115,8 @@ impl Plugin for UiPlugin {
                     (
                         precision_page.run_if(is_precision_open),
                         selection_page.run_if(is_selection_open),
+                        scene_menu.run_if(is_scene_menu_open),
+                        row_page.run_if(is_row_page_open),
                         command_pages.run_if(is_command_page_open),
                         dialogs,
                     )
@@ -183,10 +194,15 @@ fn panels(
     );
     let mut actions = Vec::new();
     if let (true, Some(world)) = (shown.presentation.panels, &shown.world) {
+        let is_available = |command: Command| {
+            let workspace = *shown.workspace;
+            command.is_available(Some(&**world), &asked.selection, shown.drag.0, workspace)
+        };
         let desk = Desk {
             world: &world.0,
             shown: &shown,
-            selected: asked.selection.0,
+            selection: &asked.selection,
+            is_available: &is_available,
             hovered: asked.hovered.0,
             sides: *asked.shown,
         };
@@ -210,7 +226,8 @@ fn panels(
 struct Desk<'a> {
     world: &'a store::World,
     shown: &'a Shown<'a>,
-    selected: Option<Selected>,
+    selection: &'a Selection,
+    is_available: IsAvailable<'a>,
     hovered: Option<Selected>,
     sides: PanelsShown,
 }
@@ -287,6 +304,8 @@ impl Desk<'_> {
                 workspace: *self.shown.workspace,
                 is_left_shown: self.sides.left,
                 is_right_shown: self.sides.right,
+                is_history_shown: self.sides.history,
+                is_available: self.is_available,
             },
         )
     }
@@ -324,6 +343,14 @@ impl Desk<'_> {
     }
 
     fn left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        if self.sides.history {
+            Panel::bottom("history")
+                .resizable(false)
+                .frame(theme::panel_frame(Margin::symmetric(0, 6)))
+                .show(ui, |ui| {
+                    actions.extend(history_ui(ui, &self.world.document.history()));
+                });
+        }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             actions.extend(outliner_ui(
                 ui,
@@ -331,8 +358,9 @@ impl Desk<'_> {
                     design: self.design(),
                     environment: self.environment(),
                     view: self.view(),
-                    selected: self.selected,
+                    selection: self.selection,
                     hovered: self.hovered,
+                    is_available: self.is_available,
                     pose: self.shown.results.pose.as_ref().map(|p| &p.value),
                 },
             ));
@@ -442,7 +470,8 @@ impl Desk<'_> {
                         ui,
                         &InspectorView {
                             design: self.design(),
-                            selected: self.selected,
+                            selection: self.selection,
+                            is_available: self.is_available,
                             pose: results.pose.as_ref().map(|p| &p.value),
                             derived_weight: self.environment().orientation_weight(None),
                         },
@@ -478,7 +507,8 @@ impl Asked<'_> {
                 PanelAction::Study(request) => {
                     self.study.write(request);
                 }
-                PanelAction::Select(what) => self.selection.0 = what,
+                PanelAction::Select(what) => *self.selection = Selection::of(what),
+                PanelAction::SelectAlso(what) => self.selection.toggle(what),
                 PanelAction::Hover(what) => hovered = Some(what),
             }
         }
@@ -538,6 +568,55 @@ fn selection_page(
     Ok(())
 }
 
+fn is_scene_menu_open(menu: Res<SceneMenu>) -> bool {
+    menu.0.is_some()
+}
+
+fn scene_menu(
+    mut contexts: EguiContexts,
+    mut menu: ResMut<SceneMenu>,
+    available: Availability,
+    mut commands: MessageWriter<RunCommand>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) -> Result {
+    let is_available = |command: Command| available.of(command);
+    let menu = menu.bypass_change_detection();
+    for action in scene_menu_ui(contexts.ctx_mut()?, menu, &is_available) {
+        if let PanelAction::Run(command) = action {
+            commands.write(RunCommand(command));
+        }
+    }
+    if menu.0.is_none() {
+        redraw.write(RequestRedraw);
+    }
+    Ok(())
+}
+
+fn is_row_page_open(page: Res<RowPage>) -> bool {
+    page.is_open
+}
+
+fn row_page(
+    mut contexts: EguiContexts,
+    mut page: ResMut<RowPage>,
+    world: Option<Res<OpenWorld>>,
+    selection: Res<Selection>,
+    mut edits: MessageWriter<EditRequest>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) -> Result {
+    let Some(world) = world else { return Ok(()) };
+    // Writing to the resource would mark it as changed in every frame.
+    let page = page.bypass_change_detection();
+    let design = world.0.document.design();
+    if let Some(edit) = row_window(contexts.ctx_mut()?, page, design, &selection) {
+        edits.write(edit);
+    }
+    if !page.is_open {
+        redraw.write(RequestRedraw);
+    }
+    Ok(())
+}
+
 fn is_command_page_open(pages: Res<CommandPages>) -> bool {
     pages.is_any_open()
 }
@@ -545,16 +624,13 @@ fn is_command_page_open(pages: Res<CommandPages>) -> bool {
 fn command_pages(
     mut contexts: EguiContexts,
     mut pages: ResMut<CommandPages>,
-    world: Option<Res<OpenWorld>>,
-    drag: Res<ActiveDrag>,
-    workspace: Res<Workspace>,
+    available: Availability,
     mut commands: MessageWriter<RunCommand>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) -> Result {
     // Writing to the resource would mark it as changed in every frame.
     let pages = pages.bypass_change_detection();
-    let is_available =
-        |command: Command| command.is_available(world.as_deref(), drag.0, *workspace);
+    let is_available = |command: Command| available.of(command);
     if let Some(command) = command_pages_ui(contexts.ctx_mut()?, pages, is_available) {
         commands.write(RunCommand(command));
         redraw.write(RequestRedraw);

@@ -8,16 +8,21 @@ pub mod dialogs;
 pub mod few_marks;
 pub mod field;
 pub mod folder;
+pub mod history_ui;
 pub mod inspector;
 mod layout;
 pub mod motion_ui;
 pub mod outliner;
 pub mod precision_ui;
 pub mod result;
+pub mod row_page;
+pub mod scene_menu;
+pub mod sensor_ui;
 pub mod slice_ui;
 pub mod status_bar;
 pub mod study_charts_ui;
 pub mod study_panels;
+pub mod switch;
 pub mod theme;
 pub mod timeline_ui;
 pub mod top_bar;
@@ -43,6 +48,8 @@ pub enum PanelAction {
     Run(Command),
     Study(StudyRequest),
     Select(Option<Selected>),
+    /// Selects it with what is selected, or takes it away.
+    SelectAlso(Selected),
     Hover(Selected),
 }
 

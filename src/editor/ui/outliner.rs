@@ -1,23 +1,27 @@
 //! What is in the design: bodies with their sensors and tips, the room, the layers.
 
 use super::PanelAction;
+use super::sensor_ui::{IsAvailable, sensor_menu_ui};
+use super::switch::{SWITCH_WIDTH, Switch, switch_ui};
+use super::theme;
 use super::widgets::{Mark, Row, counted, length, quiet_ui, row_ui, section_ui};
 use crate::design::view::{Layers, View};
-use crate::design::{BodyRole, Design, Edit};
+use crate::design::{BodyRole, Design, Edit, Thing, Things};
 use crate::editor::palette;
-use crate::editor::state::{Selected, ViewRequest};
+use crate::editor::state::{Selected, Selection, ViewRequest};
 use crate::field::environment::Environment;
 use crate::study::{BodyDetail, PoseDetail};
 use crate::tracking::SensorOrientation;
-use bevy_egui::egui::{Response, Ui};
+use bevy_egui::egui::{Rect, Response, Ui, vec2};
 
 /// What the outliner shows.
 pub struct OutlinerView<'a> {
     pub design: &'a Design,
     pub environment: &'a Environment,
     pub view: &'a View,
-    pub selected: Option<Selected>,
+    pub selection: &'a Selection,
     pub hovered: Option<Selected>,
+    pub is_available: IsAvailable<'a>,
     /// Says which sensors are outside the box or the volume.
     pub pose: Option<&'a PoseDetail>,
 }
@@ -29,7 +33,7 @@ pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<PanelAction> {
     section_ui(ui, "Design");
     let design = Row {
         label: &outliner.design.name,
-        is_selected: outliner.selected.is_none(),
+        is_selected: outliner.selection.primary().is_none(),
         ..Row::default()
     };
     if row_ui(ui, &design).clicked() {
@@ -58,11 +62,17 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
     };
     let selectable = |ui: &mut Ui, what: Selected, row: Row, actions: &mut Vec<PanelAction>| {
         let row = Row {
-            is_selected: outliner.selected == Some(what),
+            is_selected: outliner.selection.contains(what),
             is_hovered: outliner.hovered == Some(what),
             ..row
         };
-        answer(&row_ui(ui, &row), what, actions);
+        let thing = match what {
+            Selected::Body(role) => Some(Thing::body(role)),
+            Selected::Sensor(role, _) => Some(Thing::sensor(role, row.label)),
+            Selected::Tip(_) => None,
+        };
+        let response = with_switches_ui(ui, outliner.view, thing, &row, actions);
+        answer(ui, &response, what, outliner, actions);
     };
     let head = Row {
         label: &body.rigid.name,
@@ -116,19 +126,73 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
     };
     if row_ui(ui, &add).clicked() {
         let sensor = super::inspector::new_sensor(&body.rigid);
-        let index = body.rigid.sensors.len();
         actions.push(PanelAction::apply(Edit::AddSensor { body: role, sensor }));
-        actions.push(PanelAction::Select(Some(Selected::Sensor(role, index))));
     }
 }
 
-fn answer(response: &Response, what: Selected, actions: &mut Vec<PanelAction>) {
+/// A row, and at its right end the switches of a thing that can be hidden and locked.
+fn with_switches_ui(
+    ui: &mut Ui,
+    view: &View,
+    thing: Option<Thing>,
+    row: &Row,
+    actions: &mut Vec<PanelAction>,
+) -> Response {
+    let Some(thing) = thing else {
+        return row_ui(ui, row);
+    };
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 0.0;
+        let whole = vec2(ui.available_width(), theme::ROW_HEIGHT);
+        let size = whole - vec2(2.0 * SWITCH_WIDTH, 0.0);
+        let response = ui.allocate_ui(size, |ui| row_ui(ui, row)).inner;
+        let whole = Rect::from_min_size(response.rect.min, whole);
+        let is_near = ui.rect_contains_pointer(whole) || row.is_hovered;
+        type ThingsOf = fn(&mut View) -> &mut Things;
+        let switches: [(Switch, ThingsOf); 2] = [
+            (Switch::Eye, |view| &mut view.hidden),
+            (Switch::Lock, |view| &mut view.locked),
+        ];
+        for (switch, things_of) in switches {
+            let mut after = view.clone();
+            let things = things_of(&mut after);
+            let is_on = things.has(&thing);
+            if switch_ui(ui, switch, is_on, is_near, row.label).clicked() {
+                things.toggle(thing.clone());
+                actions.push(PanelAction::View(ViewRequest::Set(after)));
+            }
+        }
+        response
+    })
+    .inner
+}
+
+/// A click selects, with Ctrl or Shift beside what is selected; the other button shows what can be
+/// done to the sensors, of which the one under the pointer is one.
+fn answer(
+    ui: &Ui,
+    response: &Response,
+    what: Selected,
+    outliner: &OutlinerView,
+    actions: &mut Vec<PanelAction>,
+) {
     if response.hovered() {
         actions.push(PanelAction::Hover(what));
     }
+    let is_added = ui.input(|input| input.modifiers.command || input.modifiers.shift);
     if response.clicked() {
+        actions.push(match is_added {
+            true => PanelAction::SelectAlso(what),
+            false => PanelAction::Select(Some(what)),
+        });
+    }
+    if !matches!(what, Selected::Sensor(..)) {
+        return;
+    }
+    if response.secondary_clicked() && !outliner.selection.contains(what) {
         actions.push(PanelAction::Select(Some(what)));
     }
+    response.context_menu(|ui| sensor_menu_ui(ui, outliner.is_available, actions));
 }
 
 /// The detail of a body at the design's own pose.

@@ -90,7 +90,8 @@ pub fn hint(design: &Design, hovered: Option<Selected>, is_dragging: bool) -> St
                 .and_then(|body| body.rigid.sensors.get(index))
                 .map_or("", |sensor| sensor.name.as_str());
             format!(
-                "Sensor {name}: click selects, drag slides it along the {}'s surface",
+                "Sensor {name}: click selects, Ctrl+click adds, right click shows what can be done, \
+                 drag slides it along the {}'s surface",
                 body_name(role)
             )
         }

@@ -1,15 +1,15 @@
 //! The bar at the top: menus, the program's and the file's name.
 
 use super::PanelAction;
+use super::sensor_ui::{IsAvailable, item_ui, sensor_menu_ui};
 use super::widgets::quiet_ui;
 use crate::design::view::{Magnification, View};
 use crate::editor::commands::Command;
 use crate::editor::palette;
 use crate::editor::state::{Axis, FileRequest, Workspace};
 use crate::store::RecentDesign;
-use bevy_egui::egui::{self, Align, Button, Layout, Response, RichText, Ui, vec2};
+use bevy_egui::egui::{self, Align, Button, Layout, RichText, Ui, vec2};
 
-const MENU_WIDTH: f32 = 220.0;
 const TAB_WIDTH: f32 = 62.0;
 
 /// What the bar shows.
@@ -25,6 +25,8 @@ pub struct TopBarView<'a> {
     pub workspace: Workspace,
     pub is_left_shown: bool,
     pub is_right_shown: bool,
+    pub is_history_shown: bool,
+    pub is_available: IsAvailable<'a>,
 }
 
 /// Draws the bar.
@@ -42,6 +44,8 @@ pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<PanelAction> {
             ui.menu_button("File", |ui| file_menu(ui, bar, &mut actions));
             ui.menu_button("Edit", |ui| {
                 menu_ui(ui, bar, &mut actions, &[&[Command::Undo, Command::Redo]]);
+                ui.separator();
+                sensor_menu_ui(ui, bar.is_available, &mut actions);
             });
             ui.menu_button("View", |ui| menu_ui(ui, bar, &mut actions, &VIEW_MENU));
             ui.menu_button("Help", |ui| {
@@ -82,6 +86,7 @@ fn command_ui(ui: &mut Ui, command: Command, bar: &TopBarView, actions: &mut Vec
         Command::Redo => labelled("Redo", bar.redo_label),
         Command::ToggleLeft => fold(bar.is_left_shown, "outliner"),
         Command::ToggleRight => fold(bar.is_right_shown, "inspector"),
+        Command::ToggleHistory => fold(bar.is_history_shown, "history"),
         Command::ToggleMagnification if bar.view.magnification == Magnification::Times(1.0) => {
             "Magnify errors".to_owned()
         }
@@ -90,9 +95,9 @@ fn command_ui(ui: &mut Ui, command: Command, bar: &TopBarView, actions: &mut Vec
     let is_enabled = match command {
         Command::Undo => bar.undo_label.is_some(),
         Command::Redo => bar.redo_label.is_some(),
-        _ => true,
+        _ => (bar.is_available)(command),
     };
-    if item(ui, &name, command, is_enabled).clicked() {
+    if item_ui(ui, &name, command, is_enabled).clicked() {
         actions.push(PanelAction::Run(command));
     }
 }
@@ -106,18 +111,6 @@ fn labelled(verb: &str, label: Option<&str>) -> String {
 
 fn fold(is_shown: bool, name: &str) -> String {
     format!("{} {name}", if is_shown { "Hide" } else { "Show" })
-}
-
-fn item(ui: &mut Ui, text: &str, command: Command, is_enabled: bool) -> Response {
-    ui.set_min_width(MENU_WIDTH);
-    let info = command.info();
-    let keys = info.keys.first().map(ToString::to_string);
-    let button = Button::new(text).shortcut_text(keys.unwrap_or_default());
-    let response = ui.add_enabled(is_enabled, button).on_hover_text(info.about);
-    if response.clicked() {
-        ui.close();
-    }
-    response
 }
 
 fn menu_ui(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>, parts: &[&[Command]]) {
@@ -182,6 +175,7 @@ const VIEW_MENU: [&[Command]; 4] = [
     &[
         Command::ToggleLeft,
         Command::ToggleRight,
+        Command::ToggleHistory,
         Command::ToggleTheme,
     ],
 ];

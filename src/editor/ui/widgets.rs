@@ -2,9 +2,11 @@
 
 use super::theme;
 use crate::editor::palette;
+use crate::formats::typed_number::{self, NumberUnit};
 use bevy_egui::egui::{
-    self, Color32, DragValue, Pos2, Response, RichText, Sense, Shape, Stroke, Ui, vec2,
+    self, Color32, DragValue, Pos2, Response, RichText, Sense, Shape, Stroke, StrokeKind, Ui, vec2,
 };
+use std::cell::RefCell;
 
 /// Stands between a value and its unit.
 pub const THIN_SPACE: char = '\u{2009}';
@@ -140,16 +142,57 @@ impl<'a> NumberField<'a> {
     pub fn width(self, width: f32) -> Self {
         Self { width, ..self }
     }
+
+    /// What is typed without a unit is in this one.
+    fn number_unit(&self) -> NumberUnit {
+        match self.unit {
+            "mm" => NumberUnit::Millimetre,
+            "°" => NumberUnit::Degree,
+            _ => NumberUnit::Plain,
+        }
+    }
+
+    /// What is typed into the field, in its unit; why not, in words.
+    fn read(&self, text: &str) -> Result<f64, String> {
+        let value =
+            typed_number::parse(text, self.number_unit()).map_err(|error| error.to_string())?;
+        if (self.min..=self.max).contains(&value) {
+            return Ok(value);
+        }
+        let bound = |value: f64| {
+            // As many decimals as the bound has: whole ones, mostly.
+            let text = value.to_string().replace('-', &MINUS.to_string());
+            with_unit(&text, self.unit)
+        };
+        Err(format!(
+            "found {}, expected {} to {}",
+            with_unit(&decimal(value, self.decimals), self.unit),
+            bound(self.min),
+            bound(self.max)
+        ))
+    }
 }
 
 /// A number that can be typed or dragged. A typed number is one change; a drag is many between
-/// a `Begin` and a `Commit`. A number typed as it was shown is no change: the field shows fewer
+/// a `Begin` and a `Commit`. A number left as it was shown is no change: the field shows fewer
 /// digits than the value has.
+///
+/// What is typed may be an expression with units, see [`typed_number::parse`]. A text that is no
+/// number leaves the value as it is; why is said below the field until the next key or click.
 pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChange> {
     let mut changes = Vec::new();
     let mut edited = value;
     let decimals = field.decimals;
     let suffix = with_unit("", field.unit);
+    let refusal = RefCell::new(None);
+    let shown = decimal(value, decimals);
+    let read = |text: &str| {
+        if text.trim() == shown {
+            return None;
+        }
+        let read = field.read(text);
+        read.map_err(|why| *refusal.borrow_mut() = Some(why)).ok()
+    };
     let response = ui
         .scope(|ui| {
             ui.spacing_mut().interact_size.x = field.width;
@@ -163,42 +206,48 @@ pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChan
                     .update_while_editing(false)
                     .max_decimals(decimals)
                     .custom_formatter(move |v, _| decimal(v, decimals))
-                    .custom_parser(parse_number),
+                    .custom_parser(read),
             )
         })
         .inner;
-    let id = response.id;
-    ui.ctx().accesskit_node_builder(id, |node| {
+    ui.ctx().accesskit_node_builder(response.id, |node| {
         node.set_label(field.name.to_owned());
     });
     if response.drag_started() {
         changes.push(NumberChange::Begin);
     }
-    if response.changed()
-        && edited.is_finite()
-        && decimal(edited, decimals) != decimal(value, decimals)
-    {
+    if response.changed() && edited.is_finite() && edited != value {
         changes.push(NumberChange::Set(edited));
     }
     if response.drag_stopped() {
         changes.push(NumberChange::Commit);
     }
+    refusal_ui(ui, &response, refusal.into_inner());
     changes
 }
 
-/// A number as people type it: a unit behind it, a comma for the decimal point, a true minus.
-fn parse_number(text: &str) -> Option<f64> {
-    let text: String = text
-        .chars()
-        .filter(|c| !c.is_whitespace())
-        .map(|c| match c {
-            MINUS => '-',
-            ',' => '.',
-            c => c,
-        })
-        .collect();
-    let text = text.trim_end_matches("mm").trim_end_matches('°');
-    text.parse().ok().filter(|v: &f64| v.is_finite())
+/// Says why what was typed is no number, until the next key or click.
+fn refusal_ui(ui: &Ui, response: &Response, new: Option<String>) {
+    let id = response.id.with("refusal");
+    let is_pressed = |event: &egui::Event| {
+        matches!(
+            event,
+            egui::Event::Key { pressed: true, .. }
+                | egui::Event::PointerButton { pressed: true, .. }
+        )
+    };
+    if let Some(why) = new {
+        ui.data_mut(|data| data.insert_temp(id, why));
+    } else if ui.input(|input| input.events.iter().any(is_pressed)) {
+        ui.data_mut(|data| data.remove::<String>(id));
+    }
+    let Some(why) = ui.data(|data| data.get_temp::<String>(id)) else {
+        return;
+    };
+    let stroke = Stroke::new(1.0, palette::ERROR.color32());
+    ui.painter()
+        .rect_stroke(response.rect, 3.0, stroke, StrokeKind::Inside);
+    response.show_tooltip_text(why);
 }
 
 /// The head of a section: small, quiet, with a line above all but the first.
@@ -383,10 +432,21 @@ mod tests {
     }
 
     #[test]
-    fn typed_numbers_may_carry_units_commas_and_true_minus_signs() {
-        assert_eq!(parse_number("−1,5 mm"), Some(-1.5));
-        assert_eq!(parse_number(" 12.5° "), Some(12.5));
-        assert_eq!(parse_number("inf"), None);
-        assert_eq!(parse_number("twelve"), None);
+    fn a_field_reads_expressions_in_its_own_unit_and_says_what_it_allows() {
+        let length = NumberField::length("x");
+        assert_eq!(length.read("−1,5 mm"), Ok(-1.5));
+        assert_eq!(length.read("12.5+3"), Ok(15.5));
+        assert_eq!(length.read("1 in"), Ok(25.4));
+        assert!(length.read("12°").is_err());
+        assert!(length.read("twelve").is_err());
+        let angle = NumberField::angle("rx");
+        assert_eq!(angle.read(" 12.5° "), Ok(12.5));
+        let turned = angle.read("0.2 rad").unwrap();
+        assert!((turned - 0.2_f64.to_degrees()).abs() < 1e-12);
+        assert_eq!(
+            angle.read("361"),
+            Err("found 361.00°, expected −360° to 360°".to_owned())
+        );
+        assert_eq!(NumberField::plain("axis x").read("3/5"), Ok(0.6));
     }
 }

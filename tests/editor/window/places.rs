@@ -7,7 +7,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
 use trackwright::design::BodyRole;
-use trackwright::editor::state::Selected;
+use trackwright::editor::state::{Selected, Selection};
 use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::theme;
@@ -57,8 +57,9 @@ pub fn in_outliner(world: &World, label: &str) -> [f64; 2] {
             design: world.document.design(),
             environment: &world.environment,
             view: world.document.view(),
-            selected: None,
+            selection: &Selection::default(),
             hovered: None,
+            is_available: &|_| true,
             pose: None,
         };
         outliner_ui(ui, &outliner);
@@ -79,7 +80,8 @@ pub fn in_inspector(world: &World, selected: Option<Selected>, label: &str) -> [
     let harness = laid_out(rect, |ui| {
         let inspector = InspectorView {
             design: world.document.design(),
-            selected,
+            selection: &Selection::of(selected),
+            is_available: &|_| true,
             pose: None,
             derived_weight: world.environment.orientation_weight(None),
         };

@@ -1,0 +1,217 @@
+//! Panels for sensors as functions: selecting several, menus and buttons, rows, history, and
+//! numbers typed as expressions.
+
+use super::support::{design, environment};
+use bevy_egui::egui;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use std::cell::RefCell;
+use std::rc::Rc;
+use trackwright::design::view::View;
+use trackwright::design::{Arrangement, BodyRole, Document, Edit, MirrorPlane, Origin, Thing};
+use trackwright::editor::commands::Command;
+use trackwright::editor::sensor_commands::SensorCommand;
+use trackwright::editor::state::{EditRequest, Selected, Selection, ViewRequest};
+use trackwright::editor::ui::PanelAction;
+use trackwright::editor::ui::history_ui::history_ui;
+use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
+use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
+use trackwright::editor::ui::row_page::{RowPage, row_page_ui};
+use trackwright::editor::ui::widgets::{NumberChange, NumberField, number_ui};
+
+type Asked<T> = Rc<RefCell<Vec<T>>>;
+
+/// A harness of a panel, and what it asked for in all frames.
+fn harness<'a, T: 'a>(panel: impl FnMut(&mut egui::Ui) -> Vec<T> + 'a) -> (Harness<'a>, Asked<T>) {
+    let asked = Asked::default();
+    let sink = Rc::clone(&asked);
+    let mut panel = panel;
+    let harness = Harness::builder()
+        .with_size(egui::vec2(300.0, 1100.0))
+        .build_ui(move |ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            sink.borrow_mut().extend(panel(ui));
+        });
+    (harness, asked)
+}
+
+/// Types into the field of a value, in millimetres or degrees, and says what is asked for.
+fn type_number(
+    field: NumberField<'static>,
+    value: f64,
+    text: &str,
+) -> (Harness<'static>, Vec<NumberChange>) {
+    let name = field.name;
+    let (mut harness, asked) = harness(move |ui| number_ui(ui, &field, value));
+    harness.get_by_label(name).click();
+    harness.run_steps(2);
+    harness.get_by_label(name).type_text(text);
+    harness.run_steps(1);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(3);
+    let asked = asked.borrow().clone();
+    (harness, asked)
+}
+
+#[test]
+fn a_field_takes_expressions_and_other_units() {
+    for (text, expected) in [("12.5+3", 15.5), ("1 in", 25.4), ("2.001", 2.001)] {
+        let (_, asked) = type_number(NumberField::length("length"), 2.0, text);
+        assert_eq!(asked, [NumberChange::Set(expected)], "{text}");
+    }
+    let (_, asked) = type_number(NumberField::angle("angle"), 0.0, "0.2 rad");
+    let [NumberChange::Set(angle_deg)] = asked[..] else {
+        panic!("{asked:?}");
+    };
+    assert!((angle_deg - 0.2_f64.to_degrees()).abs() < 1e-12);
+}
+
+#[test]
+fn a_text_that_is_no_number_changes_nothing_and_the_field_says_why_until_the_next_key() {
+    let (mut harness, asked) = type_number(NumberField::length("length"), 2.0, "2 furlong");
+    assert!(asked.is_empty(), "{asked:?}");
+    let why = |harness: &Harness| harness.query_all_by_label_contains("furlong").count();
+    assert_eq!(why(&harness), 1);
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(2);
+    assert_eq!(why(&harness), 0);
+    let field = harness.get_by_label("length");
+    assert_eq!(field.value().as_deref(), Some("2.00\u{2009}mm"));
+}
+
+#[test]
+fn a_row_of_the_outliner_is_added_with_control_and_has_a_menu() {
+    let (design, environment, view) = (design(), environment(), View::default());
+    let selection = Selection::of(Some(Selected::Sensor(BodyRole::Tool, 0)));
+    let (mut harness, asked) = harness(|ui| {
+        outliner_ui(
+            ui,
+            &OutlinerView {
+                design: &design,
+                environment: &environment,
+                view: &view,
+                selection: &selection,
+                hovered: None,
+                is_available: &|_| true,
+                pose: None,
+            },
+        )
+    });
+    let grip = Selected::Sensor(BodyRole::Tool, 1);
+    let row = harness.get_by_label("grip");
+    row.click_modifiers(egui::Modifiers::COMMAND);
+    harness.run_steps(2);
+    let also = PanelAction::SelectAlso(grip);
+    assert!(asked.borrow().contains(&also), "{:?}", asked.borrow());
+    harness.get_by_label("grip").click_secondary();
+    harness.run_steps(3);
+    let select = PanelAction::Select(Some(grip));
+    assert!(asked.borrow().contains(&select), "{:?}", asked.borrow());
+    harness.get_by_label_contains("Duplicate sensors").click();
+    harness.run_steps(2);
+    let duplicate = PanelAction::Run(Command::Sensors(SensorCommand::Duplicate));
+    assert!(asked.borrow().contains(&duplicate), "{:?}", asked.borrow());
+}
+
+#[test]
+fn the_eye_and_the_lock_of_a_row_change_the_view_and_select_nothing() {
+    let (design, environment, view) = (design(), environment(), View::default());
+    let (mut harness, asked) = harness(|ui| {
+        outliner_ui(
+            ui,
+            &OutlinerView {
+                design: &design,
+                environment: &environment,
+                view: &view,
+                selection: &Selection::default(),
+                hovered: None,
+                is_available: &|_| true,
+                pose: None,
+            },
+        )
+    });
+    harness.get_by_label("Hide grip").click();
+    harness.run_steps(2);
+    harness.get_by_label("Lock Pointer").click();
+    harness.run_steps(2);
+    let (mut hidden, mut locked) = (view.clone(), view.clone());
+    hidden.hidden.toggle(Thing::sensor(BodyRole::Tool, "grip"));
+    locked.locked.toggle(Thing::Tool);
+    let asked = asked.borrow();
+    for wanted in [hidden, locked] {
+        let set = PanelAction::View(ViewRequest::Set(wanted));
+        assert!(asked.contains(&set), "{asked:?}");
+    }
+    let is_select = |action: &PanelAction| matches!(action, PanelAction::Select(_));
+    assert!(!asked.iter().any(is_select), "{asked:?}");
+}
+
+#[test]
+fn buttons_of_the_inspector_run_commands_and_what_cannot_be_done_is_grey() {
+    let design = design();
+    let selection = Selection::of_sensors(BodyRole::Tool, [0, 1]);
+    let remove = Command::Sensors(SensorCommand::Remove);
+    let (mut harness, asked) = harness(|ui| {
+        inspector_ui(
+            ui,
+            &InspectorView {
+                design: &design,
+                selection: &selection,
+                is_available: &|command| command != remove,
+                pose: None,
+                derived_weight: environment().orientation_weight(None),
+            },
+        )
+    });
+    harness.get_by_label_contains("2 selected");
+    harness.get_by_label("Delete sensors").click();
+    harness.run_steps(2);
+    assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
+    harness.get_by_label("Mirror copy at y = 0").click();
+    harness.run_steps(2);
+    let mirror = Command::Sensors(SensorCommand::MirrorCopy(MirrorPlane::Y));
+    assert_eq!(*asked.borrow(), [PanelAction::Run(mirror)]);
+}
+
+#[test]
+fn the_row_page_makes_the_row_that_it_was_told() {
+    let design = design();
+    let selection = Selection::of_sensors(BodyRole::Tool, [0]);
+    let mut page = RowPage::default();
+    let (mut harness, asked) =
+        harness(|ui| Vec::from_iter(row_page_ui(ui, &mut page, &design, &selection)));
+    harness.get_by_label("2 new sensors");
+    harness.get_by_label("spacing in mm").click();
+    harness.run_steps(2);
+    harness.get_by_label("spacing in mm").type_text("1 in");
+    harness.run_steps(1);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(3);
+    assert!(asked.borrow().is_empty(), "Enter belonged to the field");
+    harness.get_by_label("Make row").click();
+    harness.run_steps(2);
+    let edit = Edit::Arrange {
+        body: BodyRole::Tool,
+        indices: vec![0],
+        arrangement: Arrangement::Array {
+            count: 3,
+            spacing_mm: 25.4,
+            direction_in_body: nalgebra::Vector3::z(),
+        },
+    };
+    assert_eq!(*asked.borrow(), [EditRequest::Apply(edit)]);
+}
+
+#[test]
+fn a_click_in_the_history_jumps_to_that_state() {
+    let mut document = Document::new(design(), View::default(), Origin::BuiltIn("test"));
+    for name in ["one", "two"] {
+        document.apply(Edit::SetName(name.to_owned())).unwrap();
+    }
+    let (mut harness, asked) = harness(|ui| history_ui(ui, &document.history()));
+    assert_eq!(harness.query_all_by_label("Rename design").count(), 2);
+    harness.get_by_label("Beginning").click();
+    harness.run_steps(2);
+    let jump = PanelAction::Edit(EditRequest::JumpTo(0));
+    assert_eq!(*asked.borrow(), [jump]);
+}

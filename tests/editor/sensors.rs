@@ -1,0 +1,215 @@
+//! Commands for the selected sensors: what they do to the design, and what is selected then.
+
+use super::support::{create_app, request};
+use bevy::prelude::*;
+use trackwright::design::{BodyRole, Design, Document, Edit, MirrorPlane};
+use trackwright::editor::commands::{Command, CommandsPlugin, RunCommand};
+use trackwright::editor::sensor_commands::SensorCommand;
+use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, Workspace};
+use trackwright::editor::ui::PanelsShown;
+use trackwright::editor::ui::row_page::{RowDirection, RowPage};
+use trackwright::geometry::surface::Surface;
+use trackwright::store;
+
+fn app() -> App {
+    let mut app = create_app();
+    app.add_plugins(CommandsPlugin);
+    app
+}
+
+fn select(app: &mut App, body: BodyRole, indices: &[usize]) {
+    *app.world_mut().resource_mut::<Selection>() =
+        Selection::of_sensors(body, indices.iter().copied());
+}
+
+fn run(app: &mut App, command: SensorCommand) {
+    app.world_mut()
+        .write_message(RunCommand(Command::Sensors(command)));
+    app.update();
+    app.update();
+}
+
+fn document(app: &App) -> &Document {
+    &app.world().resource::<OpenWorld>().0.document
+}
+
+fn names(app: &App, body: BodyRole) -> Vec<String> {
+    let body = document(app).design().body(body).unwrap();
+    body.rigid.sensors.iter().map(|s| s.name.clone()).collect()
+}
+
+fn selected(app: &App) -> Option<(BodyRole, Vec<usize>)> {
+    app.world().resource::<Selection>().sensors()
+}
+
+fn is_available(app: &App, command: SensorCommand) -> bool {
+    let world = app.world();
+    let selection = world.resource::<Selection>();
+    Command::Sensors(command).is_available(
+        world.get_resource(),
+        selection,
+        false,
+        Workspace::Design,
+    )
+}
+
+#[test]
+fn copies_are_selected_in_the_place_of_what_was_copied() {
+    let mut app = app();
+    select(&mut app, BodyRole::Tool, &[0, 1]);
+    run(&mut app, SensorCommand::Duplicate);
+    assert_eq!(
+        names(&app, BodyRole::Tool),
+        ["shaft", "grip", "shaft 2", "grip 2"]
+    );
+    assert_eq!(selected(&app), Some((BodyRole::Tool, vec![2, 3])));
+    assert_eq!(document(&app).undo_label(), Some("Duplicate 2 sensors"));
+    request(&mut app, EditRequest::Undo);
+    app.update();
+    assert_eq!(*document(&app).design(), super::support::design());
+    assert_eq!(selected(&app), None);
+}
+
+#[test]
+fn what_is_moved_in_place_stays_selected() {
+    let mut app = app();
+    select(&mut app, BodyRole::Tool, &[1]);
+    run(&mut app, SensorCommand::Mirror(MirrorPlane::X));
+    let sensor = &document(&app).design().tool.body.rigid.sensors[1];
+    assert_eq!(sensor.position_in_body.x, -12.0);
+    assert_eq!(selected(&app), Some((BodyRole::Tool, vec![1])));
+}
+
+#[test]
+fn the_last_sensors_of_a_body_cannot_be_deleted_and_the_body_is_selected_after_others() {
+    let mut app = app();
+    select(&mut app, BodyRole::Crf, &[0, 1, 2]);
+    assert!(!is_available(&app, SensorCommand::Remove));
+    run(&mut app, SensorCommand::Remove);
+    assert_eq!(names(&app, BodyRole::Crf).len(), 3);
+    select(&mut app, BodyRole::Crf, &[0, 2]);
+    assert!(is_available(&app, SensorCommand::Remove));
+    run(&mut app, SensorCommand::Remove);
+    assert_eq!(names(&app, BodyRole::Crf), ["right"]);
+    let body = Some(Selected::Body(BodyRole::Crf));
+    assert_eq!(app.world().resource::<Selection>().primary(), body);
+}
+
+#[test]
+fn a_sensor_stays_selected_when_one_before_it_goes() {
+    let mut app = app();
+    select(&mut app, BodyRole::Crf, &[2]);
+    request(
+        &mut app,
+        EditRequest::Apply(Edit::RemoveSensor {
+            body: BodyRole::Crf,
+            index: 0,
+        }),
+    );
+    app.update();
+    assert_eq!(selected(&app), Some((BodyRole::Crf, vec![1])));
+    request(&mut app, EditRequest::Undo);
+    app.update();
+    assert_eq!(selected(&app), Some((BodyRole::Crf, vec![2])));
+}
+
+#[test]
+fn commands_that_would_change_nothing_are_not_available() {
+    let mut app = app();
+    assert!(!is_available(&app, SensorCommand::Duplicate));
+    select(&mut app, BodyRole::Tool, &[0]);
+    assert!(is_available(&app, SensorCommand::Duplicate));
+    assert!(is_available(&app, SensorCommand::MakeSixDof));
+    assert!(!is_available(&app, SensorCommand::MakeFiveDof));
+    assert!(!is_available(&app, SensorCommand::AlongNormal), "no mesh");
+    run(&mut app, SensorCommand::MakeSixDof);
+    assert!(!is_available(&app, SensorCommand::MakeSixDof));
+    assert!(is_available(&app, SensorCommand::MakeFiveDof));
+}
+
+#[test]
+fn axes_are_turned_along_the_shaft_and_out_of_it_in_one_step() {
+    let world = store::open_builtin("pointer-on-head").unwrap();
+    let surface = Surface::new(world.mesh(BodyRole::Tool).unwrap()).unwrap();
+    let selection = Selection::of_sensors(BodyRole::Tool, [1, 0]);
+    let axis_z = |command: SensorCommand| {
+        let mut document = world.document.clone();
+        let before: Design = document.design().clone();
+        for request in command.requests(&world, &selection, Some(&surface)) {
+            match request {
+                EditRequest::Begin(label) => document.begin(label),
+                EditRequest::Apply(edit) => {
+                    document.apply(edit).unwrap();
+                }
+                EditRequest::Commit => {
+                    document.commit();
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+        assert!(!document.is_in_step());
+        let label = document.undo_label().map(str::to_owned);
+        let axes = [0, 1].map(|k| {
+            document.design().tool.body.rigid.sensors[k]
+                .axis_in_body()
+                .z
+        });
+        document.undo();
+        assert_eq!(*document.design(), before);
+        (label, axes)
+    };
+    let (label, along) = axis_z(SensorCommand::AlongShaft);
+    assert_eq!(label.as_deref(), Some("Align 2 sensors"));
+    // The shaft is straight there; what is under the grip has grooves.
+    assert!(along[0] > 0.999_9, "{along:?}");
+    let (_, out) = axis_z(SensorCommand::AlongNormal);
+    assert!(out[0].abs() < 0.01, "{out:?}");
+}
+
+#[test]
+fn the_row_is_asked_about_first_and_its_new_sensors_are_selected() {
+    let mut app = app();
+    select(&mut app, BodyRole::Tool, &[0]);
+    run(&mut app, SensorCommand::Row);
+    assert!(app.world().resource::<RowPage>().is_open);
+    assert_eq!(names(&app, BodyRole::Tool).len(), 2);
+    let page = RowPage {
+        count: 4,
+        spacing_mm: -10.0,
+        direction: RowDirection::OwnAxis,
+        ..RowPage::default()
+    };
+    let selection = app.world().resource::<Selection>().clone();
+    let edit = page.edit(document(&app).design(), &selection).unwrap();
+    request(&mut app, EditRequest::Apply(edit));
+    app.update();
+    assert_eq!(selected(&app), Some((BodyRole::Tool, vec![2, 3, 4])));
+    let last = &document(&app).design().tool.body.rigid.sensors[4];
+    assert_eq!(last.position_in_body.z, 90.0);
+}
+
+#[test]
+fn a_jump_in_the_history_goes_over_many_steps_at_once() {
+    let mut app = app();
+    select(&mut app, BodyRole::Tool, &[0]);
+    for _ in 0..3 {
+        run(&mut app, SensorCommand::Duplicate);
+    }
+    request(&mut app, EditRequest::JumpTo(1));
+    app.update();
+    assert_eq!(names(&app, BodyRole::Tool), ["shaft", "grip", "shaft 2"]);
+    request(&mut app, EditRequest::JumpTo(3));
+    app.update();
+    assert_eq!(names(&app, BodyRole::Tool).len(), 5);
+}
+
+#[test]
+fn the_history_unfolds_the_panel_that_it_stands_in() {
+    let mut app = app();
+    app.world_mut().resource_mut::<PanelsShown>().left = false;
+    app.world_mut()
+        .write_message(RunCommand(Command::ToggleHistory));
+    app.update();
+    let panels = *app.world().resource::<PanelsShown>();
+    assert!(panels.left && panels.history);
+}
