@@ -4,6 +4,7 @@ pub mod app;
 pub mod autosave;
 pub mod background;
 pub mod camera;
+pub mod command_table;
 pub mod commands;
 pub mod convert;
 pub mod diagnostics;

@@ -1,18 +1,15 @@
 //! Lays the panels out around the 3D view and turns what they asked for into messages.
 
 use super::baseline::{Baseline, note_baseline};
-use super::command_ui::{CommandPages, command_pages_ui};
-use super::dialogs::{DialogAnswer, Dialogs, dialog_ui};
-use super::field::{
-    comparison_ui, rooms_ui, selection_ui, selection_window, settings_ui, tables_ui, worth_ui,
-};
+use super::command_ui::CommandPages;
+use super::dialogs::Dialogs;
+use super::field::{comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui, worth_ui};
 use super::history_ui::history_ui;
 use super::inspector::{InspectorView, inspector_ui};
 use super::outliner::{OutlinerView, outliner_ui};
-use super::precision_ui::precision_window;
 use super::result::{ResultView, brief_result_ui, headline, result_ui};
-use super::row_page::{RowPage, row_window};
-use super::scene_menu::{SceneMenu, scene_menu_ui};
+use super::row_page::RowPage;
+use super::scene_menu::SceneMenu;
 use super::sensor_ui::IsAvailable;
 use super::slice_ui::{SlicePanelView, slice_ui};
 use super::status_bar::{StatusView, hint, status_bar_ui};
@@ -21,12 +18,12 @@ use super::timeline_ui::trial_words;
 use super::top_bar::{TopBarView, top_bar_ui};
 use super::{PanelAction, theme};
 use crate::design::{Design, View};
-use crate::editor::commands::{Availability, Command, RunCommand};
+use crate::editor::commands::{Command, RunCommand};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
 use crate::editor::field::samples::SampleScale;
 use crate::editor::field::{FieldDesk, FieldRequest};
 use crate::editor::palette::Theme;
-use crate::editor::precision::{PrecisionPage, PrecisionRequest};
+use crate::editor::precision::PrecisionRequest;
 use crate::editor::recent::RecentDesigns;
 use crate::editor::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, Presentation, Results,
@@ -112,16 +109,7 @@ impl Plugin for UiPlugin {
                 EguiPrimaryContextPass,
                 (
                     (set_style, panels).chain().in_set(UiSystems::Panels),
-                    (
-                        precision_page.run_if(is_precision_open),
-                        selection_page.run_if(is_selection_open),
-                        scene_menu.run_if(is_scene_menu_open),
-                        row_page.run_if(is_row_page_open),
-                        command_pages.run_if(is_command_page_open),
-                        dialogs,
-                    )
-                        .chain()
-                        .in_set(UiSystems::Dialogs),
+                    super::windows::systems().in_set(UiSystems::Dialogs),
                 ),
             );
     }
@@ -522,156 +510,4 @@ impl Asked<'_> {
             self.redraw.write(RequestRedraw);
         }
     }
-}
-
-fn is_precision_open(page: Option<Res<PrecisionPage>>) -> bool {
-    page.is_some_and(|page| page.is_open)
-}
-
-fn precision_page(
-    mut contexts: EguiContexts,
-    page: Res<PrecisionPage>,
-    world: Option<Res<OpenWorld>>,
-    generation: Res<WorldGeneration>,
-    mut requests: MessageWriter<PrecisionRequest>,
-    mut redraw: MessageWriter<RequestRedraw>,
-) -> Result {
-    let revision = world.map(|world| world.0.document.revision());
-    let is_current = page
-        .of
-        .as_ref()
-        .is_some_and(|(_, g, r)| *g == generation.0 && Some(*r) == revision);
-    for request in precision_window(contexts.ctx_mut()?, &page, is_current) {
-        requests.write(request);
-        redraw.write(RequestRedraw);
-    }
-    Ok(())
-}
-
-fn is_selection_open(desk: Res<FieldDesk>, workspace: Res<Workspace>) -> bool {
-    desk.is_selection_open && *workspace == Workspace::Field
-}
-
-fn selection_page(
-    mut contexts: EguiContexts,
-    desk: Res<FieldDesk>,
-    mut requests: MessageWriter<FieldRequest>,
-    mut redraw: MessageWriter<RequestRedraw>,
-) -> Result {
-    let Some(fitted) = desk.fitted.as_ref().filter(|f| f.chosen.is_some()) else {
-        return Ok(());
-    };
-    for request in selection_window(contexts.ctx_mut()?, fitted) {
-        requests.write(request);
-        redraw.write(RequestRedraw);
-    }
-    Ok(())
-}
-
-fn is_scene_menu_open(menu: Res<SceneMenu>) -> bool {
-    menu.0.is_some()
-}
-
-fn scene_menu(
-    mut contexts: EguiContexts,
-    mut menu: ResMut<SceneMenu>,
-    available: Availability,
-    mut commands: MessageWriter<RunCommand>,
-    mut redraw: MessageWriter<RequestRedraw>,
-) -> Result {
-    let is_available = |command: Command| available.of(command);
-    let menu = menu.bypass_change_detection();
-    for action in scene_menu_ui(contexts.ctx_mut()?, menu, &is_available) {
-        if let PanelAction::Run(command) = action {
-            commands.write(RunCommand(command));
-        }
-    }
-    if menu.0.is_none() {
-        redraw.write(RequestRedraw);
-    }
-    Ok(())
-}
-
-fn is_row_page_open(page: Res<RowPage>) -> bool {
-    page.is_open
-}
-
-fn row_page(
-    mut contexts: EguiContexts,
-    mut page: ResMut<RowPage>,
-    world: Option<Res<OpenWorld>>,
-    selection: Res<Selection>,
-    mut edits: MessageWriter<EditRequest>,
-    mut redraw: MessageWriter<RequestRedraw>,
-) -> Result {
-    let Some(world) = world else { return Ok(()) };
-    // Writing to the resource would mark it as changed in every frame.
-    let page = page.bypass_change_detection();
-    let design = world.0.document.design();
-    if let Some(edit) = row_window(contexts.ctx_mut()?, page, design, &selection) {
-        edits.write(edit);
-    }
-    if !page.is_open {
-        redraw.write(RequestRedraw);
-    }
-    Ok(())
-}
-
-fn is_command_page_open(pages: Res<CommandPages>) -> bool {
-    pages.is_any_open()
-}
-
-fn command_pages(
-    mut contexts: EguiContexts,
-    mut pages: ResMut<CommandPages>,
-    available: Availability,
-    mut commands: MessageWriter<RunCommand>,
-    mut redraw: MessageWriter<RequestRedraw>,
-) -> Result {
-    // Writing to the resource would mark it as changed in every frame.
-    let pages = pages.bypass_change_detection();
-    let is_available = |command: Command| available.of(command);
-    if let Some(command) = command_pages_ui(contexts.ctx_mut()?, pages, is_available) {
-        commands.write(RunCommand(command));
-        redraw.write(RequestRedraw);
-    }
-    Ok(())
-}
-
-fn dialogs(
-    mut contexts: EguiContexts,
-    mut dialogs: ResMut<Dialogs>,
-    mut files: MessageWriter<FileRequest>,
-    mut fields: MessageWriter<FieldRequest>,
-    mut redraw: MessageWriter<RequestRedraw>,
-) -> Result {
-    let ctx = contexts.ctx_mut()?;
-    // Writing to the resource would mark it as changed in every frame.
-    let open = dialogs.bypass_change_detection();
-    let Some(dialog) = &mut open.current else {
-        return Ok(());
-    };
-    let modal = egui::Modal::new(Id::new("dialog"))
-        .backdrop_color(crate::editor::palette::SHADOW.color32_alpha(140))
-        .show(ctx, |ui| dialog_ui(ui, dialog));
-    let is_closed = modal.should_close();
-    let answer = match modal.inner {
-        None if is_closed => Some(DialogAnswer::Close),
-        answer => answer,
-    };
-    let Some(answer) = answer else { return Ok(()) };
-    redraw.write(RequestRedraw);
-    open.current = match answer {
-        DialogAnswer::Close => None,
-        DialogAnswer::Become(dialog) => Some(dialog),
-        DialogAnswer::Request(request) => {
-            files.write(request);
-            None
-        }
-        DialogAnswer::Field(request) => {
-            fields.write(request);
-            None
-        }
-    };
-    Ok(())
 }

@@ -28,6 +28,7 @@ pub mod timeline_ui;
 pub mod top_bar;
 pub mod trial_ui;
 pub mod widgets;
+mod windows;
 
 pub use layout::{PanelsShown, UiPlugin, UiSystems};
 
