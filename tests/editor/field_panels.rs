@@ -180,7 +180,7 @@ fn what_was_selected_is_drawn_with_a_way_to_its_table() {
     );
     assert_eq!(asked, [FieldRequest::ShowSelection(true)]);
     let asked = look(
-        |ui| trackwright::editor::ui::field::selection_window(ui.ctx(), fitted),
+        |ui| trackwright::editor::ui::field::selection_window(ui.ctx(), fitted).0,
         |harness| {
             harness.get_by_label("chosen");
             harness.get_by_label_contains("chosen: order 1");

@@ -3,7 +3,7 @@
 use super::theme;
 use crate::editor::palette;
 use crate::report::plot::{Axis, Chart, Scale, Series, SeriesStyle};
-use bevy_egui::egui::{Color32, Rangef, RichText, Ui};
+use bevy_egui::egui::{Color32, Label, Rangef, RichText, Ui};
 use egui_plot::{
     AxisHints, GridMark, HoverPosition, Legend, Line, MarkerShape, Plot, PlotPoints, Points,
 };
@@ -50,7 +50,9 @@ pub fn chart_above_legend_ui(ui: &mut Ui, chart: &Chart, height: f32) {
                 }
             };
             let name = RichText::new(format!("{sign} {}", series.name));
-            ui.label(name.font(theme::label_font()).color(color));
+            let name = name.font(theme::label_font()).color(color);
+            // A name goes to the next line whole.
+            ui.add(Label::new(name).extend());
         }
     });
 }

@@ -65,13 +65,19 @@ fn selection_page(
     desk: Res<FieldDesk>,
     mut requests: MessageWriter<FieldRequest>,
     mut redraw: MessageWriter<RequestRedraw>,
+    mut stood: Local<Option<egui::Rect>>,
 ) -> Result {
     let Some(fitted) = desk.fitted.as_ref().filter(|f| f.chosen.is_some()) else {
         return Ok(());
     };
-    for request in selection_window(contexts.ctx_mut()?, fitted) {
-        requests.write(request);
+    let (asked, stands) = selection_window(contexts.ctx_mut()?, fitted);
+    let is_moving = *stood != stands;
+    *stood = stands;
+    if is_moving || !asked.is_empty() {
         redraw.write(RequestRedraw);
+    }
+    for request in asked {
+        requests.write(request);
     }
     Ok(())
 }

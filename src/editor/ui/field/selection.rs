@@ -33,22 +33,24 @@ pub fn selection_ui(ui: &mut Ui, fitted: &Fitted) -> Vec<FieldRequest> {
     asked
 }
 
-/// Shows Fig. 3 with its table in a window over the scene.
-pub fn selection_window(ctx: &Context, fitted: &Fitted) -> Vec<FieldRequest> {
+/// Shows Fig. 3 with its table in a window over the scene; what the person asked for, and where the
+/// window stands. It takes some frames until it stands where its contents want it.
+pub fn selection_window(ctx: &Context, fitted: &Fitted) -> (Vec<FieldRequest>, Option<egui::Rect>) {
     let mut asked = Vec::new();
     let mut is_open = true;
-    egui::Window::new(RichText::new("Held-out error against order (Fig. 3)").size(TITLE_SIZE))
-        .id(egui::Id::new("selection window"))
-        .open(&mut is_open)
-        .default_width(WINDOW_WIDTH)
-        .resizable(false)
-        .collapsible(false)
-        .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
-        .show(ctx, |ui| page_ui(ui, fitted));
+    let window =
+        egui::Window::new(RichText::new("Held-out error against order (Fig. 3)").size(TITLE_SIZE))
+            .id(egui::Id::new("selection window"))
+            .open(&mut is_open)
+            .default_width(WINDOW_WIDTH)
+            .resizable(false)
+            .collapsible(false)
+            .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
+            .show(ctx, |ui| page_ui(ui, fitted));
     if !is_open {
         asked.push(FieldRequest::ShowSelection(false));
     }
-    asked
+    (asked, window.map(|window| window.response.rect))
 }
 
 fn page_ui(ui: &mut Ui, fitted: &Fitted) {
