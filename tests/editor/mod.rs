@@ -3,6 +3,7 @@
 mod copied;
 mod document;
 mod drag;
+mod field_layers;
 mod field_panels;
 mod field_workspace;
 mod overlay;

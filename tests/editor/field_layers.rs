@@ -1,0 +1,141 @@
+//! Arrows, placement and the usable region: there when they are on, no work while they are off.
+
+use super::support::{create_scene_app, named, request, settle};
+use bevy::prelude::*;
+use std::sync::Mutex;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+use trackwright::design::view::Layers;
+use trackwright::design::{BodyRole, Edit};
+use trackwright::editor::diagnostics::Diagnostics;
+use trackwright::editor::layers::{ColorBars, LayersPlugin, are_idle};
+use trackwright::editor::materials::PaintMaterial;
+use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, ViewRequest};
+use trackwright::editor::wake::Waker;
+use trackwright::geometry::pose::Pose;
+use trackwright::study::Work;
+
+/// What the layers' threads wake the window with.
+#[derive(Resource)]
+struct Woken(Mutex<Receiver<()>>);
+
+fn app() -> App {
+    let mut app = create_scene_app();
+    let (wake, woken) = channel();
+    app.init_asset::<PaintMaterial>()
+        .insert_resource(Woken(Mutex::new(woken)))
+        .insert_resource(Waker::new(move || {
+            // A test that has ended no longer listens.
+            let _ = wake.send(());
+        }))
+        .add_plugins(LayersPlugin);
+    rest(&mut app);
+    app
+}
+
+/// Until neither the solver nor a layer has anything left to do or to show.
+fn rest(app: &mut App) {
+    settle(app);
+    while !are_idle(app.world()) {
+        let woken = app.world().resource::<Woken>().0.lock().unwrap();
+        woken
+            .recv_timeout(Duration::from_secs(120))
+            .expect("a word from a layer");
+        drop(woken);
+        app.update();
+    }
+    app.update();
+    app.update();
+}
+
+fn set(app: &mut App, change: impl FnOnce(&mut Layers)) {
+    let mut view = {
+        let open = app.world().resource::<OpenWorld>();
+        open.0.document.view().clone()
+    };
+    change(&mut view.layers);
+    app.world_mut().write_message(ViewRequest::Set(view));
+    rest(app);
+}
+
+fn work(app: &App) -> Work {
+    app.world().resource::<Diagnostics>().work
+}
+
+/// Moves the tool by an edit.
+fn edit(app: &mut App, x_mm: f64) {
+    let pose = Pose::translation(x_mm, 0.0, 30.0);
+    request(app, EditRequest::Apply(Edit::SetToolPose(pose)));
+    rest(app);
+}
+
+#[test]
+fn layers_that_are_off_do_no_work_at_all() {
+    let mut app = app();
+    edit(&mut app, 3.0);
+    let done = work(&app);
+    let of_layers = [
+        done.arrow_evaluations,
+        done.placement_evaluations,
+        done.region_evaluations,
+    ];
+    assert_eq!(of_layers, [0; 3]);
+    for name in ["field arrows", "placement", "usable region"] {
+        assert_eq!(named(&mut app, name), 0, "{name}");
+    }
+}
+
+#[test]
+fn arrows_are_sampled_once_and_not_again_for_a_tool_that_moves() {
+    let mut app = app();
+    set(&mut app, |layers| layers.arrows = true);
+    assert_eq!(named(&mut app, "field arrows"), 1);
+    let once = work(&app).arrow_evaluations;
+    assert_eq!(once, 9 * 9 * 9);
+    let bars = app.world().resource::<ColorBars>();
+    let bar = bars.arrows.as_ref().unwrap();
+    assert!(bar.max > 0.0 && bar.max <= bar.largest);
+    edit(&mut app, 3.0);
+    assert_eq!(work(&app).arrow_evaluations, once);
+    set(&mut app, |layers| layers.arrows = false);
+    assert_eq!(named(&mut app, "field arrows"), 0);
+    assert_eq!(app.world().resource::<ColorBars>().arrows, None);
+}
+
+#[test]
+fn a_body_is_painted_while_one_of_its_sensors_is_selected() {
+    let mut app = app();
+    set(&mut app, |layers| layers.placement = true);
+    assert_eq!(named(&mut app, "placement"), 0, "nothing is selected");
+    assert_eq!(work(&app).placement_evaluations, 0);
+    let sensor = Selected::Sensor(BodyRole::Tool, 0);
+    *app.world_mut().resource_mut::<Selection>() = Selection::of(Some(sensor));
+    rest(&mut app);
+    assert!(named(&mut app, "placement") > 0);
+    let bar = app
+        .world()
+        .resource::<ColorBars>()
+        .placement
+        .clone()
+        .unwrap();
+    // The sensor sits on the body now, so what is there now is within what could be.
+    assert!(bar.min > 0.0 && bar.min < bar.max && bar.max <= bar.largest);
+    assert!(work(&app).placement_evaluations > 0);
+    *app.world_mut().resource_mut::<Selection>() = Selection::default();
+    rest(&mut app);
+    assert_eq!(named(&mut app, "placement"), 0);
+}
+
+#[test]
+fn the_usable_region_says_how_much_of_the_volume_it_is() {
+    let mut app = app();
+    set(&mut app, |layers| layers.region = true);
+    assert_eq!(named(&mut app, "usable region"), 1);
+    let region = app.world().resource::<ColorBars>().region.clone().unwrap();
+    assert!(region.starts_with("requirement met in "), "{region}");
+    request(&mut app, EditRequest::Apply(Edit::SetRequirement(None)));
+    rest(&mut app);
+    assert_eq!(named(&mut app, "usable region"), 0);
+    let region = app.world().resource::<ColorBars>().region.clone().unwrap();
+    assert_eq!(region, "no usable region: the design has no requirement");
+}
