@@ -1,6 +1,6 @@
 //! Arrows, placement and the usable region: there when they are on, no work while they are off.
 
-use super::support::{create_scene_app, named, request, settle};
+use super::support::{create_scene_app_with, named, request, settle};
 use bevy::prelude::*;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
@@ -9,7 +9,6 @@ use trackwright::design::view::Layers;
 use trackwright::design::{BodyRole, Edit};
 use trackwright::editor::diagnostics::Diagnostics;
 use trackwright::editor::layers::{ColorBars, LayersPlugin, are_idle};
-use trackwright::editor::materials::PaintMaterial;
 use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, ViewRequest};
 use trackwright::editor::wake::Waker;
 use trackwright::geometry::pose::Pose;
@@ -20,15 +19,15 @@ use trackwright::study::Work;
 struct Woken(Mutex<Receiver<()>>);
 
 fn app() -> App {
-    let mut app = create_scene_app();
-    let (wake, woken) = channel();
-    app.init_asset::<PaintMaterial>()
-        .insert_resource(Woken(Mutex::new(woken)))
-        .insert_resource(Waker::new(move || {
-            // A test that has ended no longer listens.
-            let _ = wake.send(());
-        }))
-        .add_plugins(LayersPlugin);
+    let mut app = create_scene_app_with(|app| {
+        let (wake, woken) = channel();
+        app.insert_resource(Woken(Mutex::new(woken)))
+            .insert_resource(Waker::new(move || {
+                // A test that has ended no longer listens.
+                let _ = wake.send(());
+            }))
+            .add_plugins(LayersPlugin);
+    });
     rest(&mut app);
     app
 }

@@ -18,7 +18,7 @@ use trackwright::editor::diagnostics::DiagnosticsPlugin;
 use trackwright::editor::document::DocumentPlugin;
 use trackwright::editor::drag::DragPlugin;
 use trackwright::editor::glyphs::GlyphsPlugin;
-use trackwright::editor::materials::{GlowMaterial, LitMaterial, MapMaterial};
+use trackwright::editor::materials::{GlowMaterial, LitMaterial, MapMaterial, PaintMaterial};
 use trackwright::editor::pick::PickPlugin;
 use trackwright::editor::scene::ScenePlugin;
 use trackwright::editor::slice::SlicePlugin;
@@ -183,6 +183,7 @@ pub fn create_scene_app_with(add: impl FnOnce(&mut App)) -> App {
     .init_asset::<Image>()
     .init_asset::<LitMaterial>()
     .init_asset::<MapMaterial>()
+    .init_asset::<PaintMaterial>()
     .init_asset::<GlowMaterial>()
     .init_asset::<GizmoAsset>()
     .add_message::<RequestRedraw>()

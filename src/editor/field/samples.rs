@@ -144,7 +144,7 @@ fn draw(
             wanted,
             Pickable::IGNORE,
             Mesh3d(meshes.add(mesh)),
-            MeshMaterial3d(materials.add(PaintMaterial::flat())),
+            MeshMaterial3d(materials.add(PaintMaterial::exact())),
         ));
     }
 }

@@ -29,6 +29,14 @@ pub struct PaintMaterial {
 }
 
 impl PaintMaterial {
+    /// For markers that are compared with a map beside them.
+    pub fn exact() -> Self {
+        Self {
+            rim: Vec4::ONE,
+            is_over: false,
+        }
+    }
+
     /// For arrows, whose colours are read against a colour bar.
     pub fn flat() -> Self {
         Self {
