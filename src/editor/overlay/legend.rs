@@ -179,9 +179,12 @@ fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
             ""
         };
         let label = with_unit(&format!("{value:.decimals$}"), unit);
-        // The first begins at the bar's end, so that it stays on the plate.
+        // The first begins at the bar's end, and one at the other end ends there, so that they stay
+        // on the plate.
         let align = if k == 0 {
             Align2::LEFT_TOP
+        } else if part > 0.99 && scale.min != 0.0 {
+            Align2::RIGHT_TOP
         } else {
             Align2::CENTER_TOP
         };
