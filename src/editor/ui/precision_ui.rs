@@ -1,6 +1,6 @@
 //! The page of error against run time: a family at a time, as chart and table.
 
-use super::chart_ui::chart_ui;
+use super::chart_ui::chart_above_legend_ui;
 use super::widgets::{quiet_ui, warning_ui};
 use crate::accuracy::precision::{Family, Row, page};
 use crate::editor::palette;
@@ -9,8 +9,8 @@ use bevy_egui::egui::{self, Align, Context, Grid, Layout, ProgressBar, RichText,
 
 const WIDTH: f32 = 720.0;
 const TITLE_SIZE: f32 = 15.0;
-const CHART_HEIGHT: f32 = 300.0;
-const TABLE_HEIGHT: f32 = 200.0;
+const CHART_HEIGHT: f32 = 260.0;
+const TABLE_HEIGHT: f32 = 180.0;
 
 /// As [`page::cells`] has them.
 const COLUMNS: [&str; 8] = [
@@ -126,11 +126,13 @@ fn family_ui(ui: &mut Ui, family: &Family) {
     }
     ui.label(RichText::new(&family.about).color(palette::TEXT_QUIET.color32()));
     ui.add_space(4.0);
-    chart_ui(ui, &page::chart(family), CHART_HEIGHT);
+    chart_above_legend_ui(ui, &page::chart(family), CHART_HEIGHT);
     ui.add_space(4.0);
     ScrollArea::vertical()
         .max_height(TABLE_HEIGHT)
-        .auto_shrink([false, true])
+        // The window keeps its size from one family to the next.
+        .min_scrolled_height(TABLE_HEIGHT)
+        .auto_shrink(false)
         .show(ui, |ui| {
             Grid::new(("precision", family.what))
                 .striped(true)
