@@ -4,9 +4,7 @@ use super::theme;
 use crate::editor::palette;
 use crate::report::plot::{Axis, Chart, Scale, Series, SeriesStyle};
 use bevy_egui::egui::{Color32, Label, Rangef, RichText, Ui};
-use egui_plot::{
-    AxisHints, GridMark, HoverPosition, Legend, Line, MarkerShape, Plot, PlotPoints, Points,
-};
+use egui_plot::{AxisHints, GridMark, HoverPosition, Line, MarkerShape, Plot, PlotPoints, Points};
 use std::ops::RangeInclusive;
 
 const MARKER_RADIUS: f32 = 4.0;
@@ -30,14 +28,9 @@ const MARKERS: [MarkerShape; 6] = [
     MarkerShape::Cross,
 ];
 
-/// Draws the chart in the width that there is.
+/// Draws the chart in the width that there is, its legend below it, where it covers nothing.
 pub fn chart_ui(ui: &mut Ui, chart: &Chart, height: f32) {
-    plot_ui(ui, chart, height, Some(Legend::default()));
-}
-
-/// Draws the chart with its legend below it: for many series, or where there is little room.
-pub fn chart_above_legend_ui(ui: &mut Ui, chart: &Chart, height: f32) {
-    plot_ui(ui, chart, height, None);
+    plot_ui(ui, chart, height);
     ui.horizontal_wrapped(|ui| {
         let mut number = 0;
         for series in &chart.series {
@@ -57,7 +50,7 @@ pub fn chart_above_legend_ui(ui: &mut Ui, chart: &Chart, height: f32) {
     });
 }
 
-fn plot_ui(ui: &mut Ui, chart: &Chart, height: f32, legend: Option<Legend>) {
+fn plot_ui(ui: &mut Ui, chart: &Chart, height: f32) {
     let x = PlotAxis::new(
         &chart.x,
         chart.series.iter().flat_map(|s| &s.points).map(|p| p.0),
@@ -67,11 +60,8 @@ fn plot_ui(ui: &mut Ui, chart: &Chart, height: f32, legend: Option<Legend>) {
         chart.series.iter().flat_map(|s| &s.points).map(|p| p.1),
     );
     let hover = (x, y);
-    let mut plot = Plot::new(&chart.title);
-    if let Some(legend) = legend {
-        plot = plot.legend(legend);
-    }
-    plot.height(height)
+    Plot::new(&chart.title)
+        .height(height)
         .custom_x_axes(vec![
             AxisHints::new_x()
                 .label(&*chart.x.label)

@@ -1,6 +1,6 @@
 //! The page of error against run time: a family at a time, as chart and table.
 
-use super::chart_ui::chart_above_legend_ui;
+use super::chart_ui::chart_ui;
 use super::widgets::{quiet_ui, warning_ui};
 use crate::accuracy::precision::{Family, Row, page};
 use crate::editor::palette;
@@ -126,7 +126,7 @@ fn family_ui(ui: &mut Ui, family: &Family) {
     }
     ui.label(RichText::new(&family.about).color(palette::TEXT_QUIET.color32()));
     ui.add_space(4.0);
-    chart_above_legend_ui(ui, &page::chart(family), CHART_HEIGHT);
+    chart_ui(ui, &page::chart(family), CHART_HEIGHT);
     ui.add_space(4.0);
     ScrollArea::vertical()
         .max_height(TABLE_HEIGHT)

@@ -207,12 +207,19 @@ impl Window {
     pub fn figures(&self) -> Vec<Figure> {
         let newest = revision_of(&self.told, "result").expect("figures");
         let newest = format!("result revision={newest} ");
-        self.told
+        let rows: Vec<Figure> = self
+            .told
             .iter()
             .filter_map(|line| line.strip_prefix(&newest))
             .filter_map(|row| row.rsplit_once('='))
             .map(|(label, value)| (label.to_owned(), value.to_owned()))
-            .collect()
+            .collect();
+        // Another document that was opened counts its revisions anew.
+        let first = rows.first().map(|(label, _)| label.clone());
+        let begin = rows
+            .iter()
+            .rposition(|(label, _)| Some(label) == first.as_ref());
+        rows[begin.unwrap_or(0)..].to_vec()
     }
 
     /// A counter of the work done since the start.

@@ -3,7 +3,7 @@
 use crate::editor::field::FieldRequest;
 use crate::editor::field::desk::Fitted;
 use crate::editor::palette;
-use crate::editor::ui::chart_ui::chart_above_legend_ui;
+use crate::editor::ui::chart_ui::chart_ui;
 use crate::editor::ui::widgets::{quiet_ui, section_ui};
 use crate::report::selection::{head, notes, reason, rows};
 use crate::report::selection_chart::chart;
@@ -26,7 +26,7 @@ pub fn selection_ui(ui: &mut Ui, fitted: &Fitted) -> Vec<FieldRequest> {
     // The axes' names take a third of a panel's width; they stand in the window.
     figure.x.label = "order".to_owned();
     figure.y.label = "position RMS, mm".to_owned();
-    chart_above_legend_ui(ui, &figure, PANEL_HEIGHT);
+    chart_ui(ui, &figure, PANEL_HEIGHT);
     if ui.button("Figure and table…").clicked() {
         asked.push(FieldRequest::ShowSelection(true));
     }
@@ -57,7 +57,7 @@ fn page_ui(ui: &mut Ui, fitted: &Fitted) {
     let Some(chosen) = &fitted.chosen else { return };
     let selection = &chosen.selection;
     ui.set_width(WINDOW_WIDTH);
-    chart_above_legend_ui(
+    chart_ui(
         ui,
         &chart(&fitted.training.name(), selection),
         WINDOW_CHART_HEIGHT,
