@@ -3,9 +3,7 @@
 //!
 //! Each cell is cut into six tetrahedra about its diagonal, the same way in every cell, and the
 //! scalar is linear in each, so that the surface has no holes, ends exactly on the lattice's faces,
-//! and encloses exactly the volume that is told. The crates for this (fast-surface-nets,
-//! isosurface, mcubes) compute in f32, close or fray at the faces of the lattice, and tell no
-//! volume.
+//! and encloses exactly the volume that is told, in f64 as all of the core.
 //!
 //! The scalar is off by at most `Σ |f_kk| h_k² / 8` where its second derivatives along the axes are
 //! `f_kk` and it has no others: within a tetrahedron the interpolant of `x²` is `h x`.

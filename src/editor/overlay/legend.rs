@@ -11,6 +11,9 @@ use crate::geometry::colormap::ColorMap;
 use crate::geometry::magnification::MAX_GHOST_TURN_RAD;
 use bevy_egui::egui::{Align2, Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
 
+/// How opaque the plates behind writing are.
+pub const PLATE_ALPHA: u8 = 200;
+
 /// Distance of legends from the view's edges.
 pub const MARGIN: f32 = 12.0;
 const PADDING: f32 = 8.0;
@@ -86,7 +89,7 @@ fn text(painter: &Painter, at: Pos2, align: Align2, text: &str, color: Rgb) -> R
 
 /// A dark plate behind a legend, so that it reads over any scene.
 fn plate(painter: &Painter, rect: Rect) {
-    painter.rect_filled(rect, 4.0, palette::BACKGROUND.color32_alpha(200));
+    painter.rect_filled(rect, 4.0, palette::BACKGROUND.color32_alpha(PLATE_ALPHA));
 }
 
 fn scale_bar(painter: &Painter, view: &OverlayView, left_bottom: Pos2) -> Rect {
