@@ -111,7 +111,7 @@ pub const WIDGET: Rgb = Rgb::pair(0x232932, 0xE7EAEE);
 pub const WIDGET_HOVERED: Rgb = Rgb::pair(0x2D3541, 0xD8DDE4);
 pub const LINE: Rgb = Rgb::pair(0x2A303A, 0xC6CCD5);
 pub const TEXT: Rgb = Rgb::pair(0xD7DCE3, 0x232930);
-pub const TEXT_QUIET: Rgb = Rgb::pair(0x8A93A0, 0x5D6773);
+pub const TEXT_QUIET: Rgb = Rgb::pair(0x8A93A0, 0x4A5460);
 pub const TEXT_STRONG: Rgb = Rgb::pair(0xF4F6F8, 0x0C0F13);
 pub const ACCENT: Rgb = Rgb::pair(0x4FA3FF, 0x1766D0);
 pub const SHADOW: Rgb = Rgb::hex(0x000000);
@@ -122,11 +122,11 @@ pub const MISSED: Rgb = Rgb::pair(0xF2994A, 0xB15A00);
 pub const ERROR: Rgb = Rgb::pair(0xF05D5E, 0xC0282A);
 
 // Things in the scene.
-pub const TOOL: Rgb = Rgb::hex(0xB9B4AC);
-pub const CRF: Rgb = Rgb::hex(0x4F8C8A);
+pub const TOOL: Rgb = Rgb::pair(0xB9B4AC, 0x4E4A44);
+pub const CRF: Rgb = Rgb::pair(0x4F8C8A, 0x1F5F5D);
 pub const BONE: Rgb = Rgb::pair(0xE3D9C6, 0xA8997C);
 pub const GENERATOR: Rgb = Rgb::pair(0x3A3F47, 0x5A626D);
-pub const SENSOR: Rgb = Rgb::pair(0xF2B134, 0xD98A00);
+pub const SENSOR: Rgb = Rgb::pair(0xF2B134, 0x9A5B00);
 pub const SENSOR_AXIS: Rgb = Rgb::pair(0xFFD88A, 0xA86A00);
 pub const SELECTED: Rgb = Rgb::pair(0xFFFFFF, 0x0C0F13);
 pub const OUTSIDE: Rgb = Rgb::pair(0xE04F4F, 0xC8282A);
