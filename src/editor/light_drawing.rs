@@ -3,6 +3,7 @@
 
 use super::camera::{Gesture, OrbitRig, Turntable};
 use super::convert;
+use super::egui_camera::{EguiCamera, share_a_picture};
 use super::state::{ActiveDrag, EditorSystems, MainCamera};
 use crate::geometry::coarse::coarser;
 use crate::geometry::mesh::MeshPart;
@@ -20,11 +21,35 @@ pub struct LightDrawingPlugin;
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightDrawing(pub bool);
 
-/// The two shapes of a large part.
+/// The mesh of a part, and the one that stands for it while something moves.
 #[derive(Component, Clone, Debug)]
 pub struct Shapes {
-    fine: Handle<Mesh>,
-    coarse: Handle<Mesh>,
+    pub fine: Handle<Mesh>,
+    coarse: Option<Handle<Mesh>>,
+}
+
+impl Shapes {
+    /// One mesh for all times.
+    pub fn one(fine: Handle<Mesh>) -> Self {
+        Self { fine, coarse: None }
+    }
+
+    /// A coarser one beside it, where the part has many triangles.
+    pub fn with_coarse(part: &MeshPart, fine: Handle<Mesh>, meshes: &mut Assets<Mesh>) -> Self {
+        let coarse = coarser(part, MOVING_TRIANGLES);
+        Self {
+            fine,
+            coarse: coarse.map(|coarse| meshes.add(convert::mesh(&coarse))),
+        }
+    }
+
+    /// What is to be drawn.
+    pub fn shown(&self, light: LightDrawing) -> &Handle<Mesh> {
+        match &self.coarse {
+            Some(coarse) if light.0 => coarse,
+            _ => &self.fine,
+        }
+    }
 }
 
 impl Plugin for LightDrawingPlugin {
@@ -48,14 +73,6 @@ pub fn paints_in_software(adapter: Option<Res<RenderAdapterInfo>>) -> bool {
     adapter.is_some_and(|adapter| adapter.device_type == wgpu::DeviceType::Cpu)
 }
 
-/// The shapes of a part; `None` where it has few triangles, or nobody has to save any.
-pub fn shapes(part: &MeshPart, fine: &Handle<Mesh>, meshes: &mut Assets<Mesh>) -> Option<Shapes> {
-    Some(Shapes {
-        fine: fine.clone(),
-        coarse: meshes.add(convert::mesh(&coarser(part, MOVING_TRIANGLES)?)),
-    })
-}
-
 fn notice(
     gesture: Res<Gesture>,
     drag: Res<ActiveDrag>,
@@ -67,23 +84,26 @@ fn notice(
     light.set_if_neq(LightDrawing(is_moving));
 }
 
-/// A third of a frame goes into smooth edges.
-fn smooth(light: Res<LightDrawing>, mut cameras: Query<&mut Msaa, With<MainCamera>>) {
-    let wanted = match light.0 {
+/// A third of a frame goes into smooth edges; without them one picture will do for scene and panels.
+fn smooth(
+    light: Res<LightDrawing>,
+    scene: Option<Single<(&mut Camera, &mut Msaa), With<MainCamera>>>,
+    egui: Option<Single<&mut Camera, (With<EguiCamera>, Without<MainCamera>)>>,
+) {
+    let Some(scene) = scene else { return };
+    let (mut camera, mut msaa) = scene.into_inner();
+    msaa.set_if_neq(match light.0 {
         true => Msaa::Off,
         false => Msaa::Sample4,
-    };
-    for mut msaa in &mut cameras {
-        msaa.set_if_neq(wanted);
+    });
+    if let Some(egui) = egui {
+        share_a_picture(&mut camera, &mut egui.into_inner(), light.0);
     }
 }
 
 fn choose_shapes(light: Res<LightDrawing>, mut parts: Query<(&Shapes, &mut Mesh3d)>) {
     for (shapes, mut mesh) in &mut parts {
-        let wanted = match light.0 {
-            true => &shapes.coarse,
-            false => &shapes.fine,
-        };
+        let wanted = shapes.shown(*light);
         if mesh.0 != *wanted {
             mesh.0 = wanted.clone();
         }

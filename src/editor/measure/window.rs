@@ -28,7 +28,7 @@ const SIZE: [u32; 2] = [1280, 720];
 const REST: Duration = Duration::from_secs(5);
 const ORBIT: Duration = Duration::from_secs(6);
 
-/// After the first figures: layers that are computed in the background come to an end.
+/// From the first figures to the rest that is measured: what was begun comes to an end.
 const CALM: Duration = Duration::from_secs(2);
 
 /// A tube of a million triangles.
@@ -72,18 +72,18 @@ struct Since {
 }
 
 impl Since {
-    fn now(frames: u64) -> Self {
+    fn now(presented: &Presented) -> Self {
         Self {
             at: Instant::now(),
-            frames,
+            frames: presented.frames().count,
             processor: processor_time(),
         }
     }
 
-    fn until_now(self, frames: u64) -> Stretch {
+    fn until_now(self, presented: &Presented) -> Stretch {
         Stretch {
             lasted: self.at.elapsed(),
-            frames: frames - self.frames,
+            frames: presented.frames().count - self.frames,
             processor: processor_time()
                 .zip(self.processor)
                 .map(|(now, then)| now.saturating_sub(then)),
@@ -92,12 +92,11 @@ impl Since {
 }
 
 /// What is going on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Phase {
     /// Until tool and figures are on the screen.
     Start,
-    Calm(Instant),
-    Rest(Since),
+    Rest(Arc<Mutex<Option<Stretch>>>),
     /// Everything at once is being computed.
     Prepare,
     Orbit(Since),
@@ -166,30 +165,22 @@ fn go_on(world: &mut World) {
 impl Measurement {
     /// Whether that was the last one.
     fn step(&mut self, world: &mut World) -> Result<bool, MeasureError> {
-        let frames = world.resource::<Presented>().frames();
-        match self.phase {
+        let presented = world.resource::<Presented>().clone();
+        match &self.phase {
             Phase::Start => {
-                if let Some(first) = frames.first_with_figures {
+                if let Some(first) = presented.frames().first_with_figures {
                     self.figures.first_frame = self.started.until(first);
                     self.adapter(world);
-                    self.phase = Phase::Calm(Instant::now());
-                    wake_after(world, CALM);
+                    self.phase = Phase::Rest(watch_rest(world, presented));
                 } else if world.resource::<Results>().study.is_some() {
                     // The frame that is asked about may be the last one for now.
                     world.write_message(RequestRedraw);
                 }
             }
-            Phase::Calm(since) => {
-                if since.elapsed() >= CALM {
-                    // This frame is still to be presented.
-                    self.phase = Phase::Rest(Since::now(frames.count + 1));
-                    wake_after(world, REST);
-                }
-            }
-            Phase::Rest(since) => {
-                if since.at.elapsed() >= REST {
-                    // The frame that looks is none that a person would have caused.
-                    self.figures.rest = since.until_now(frames.count.max(since.frames));
+            Phase::Rest(stretch) => {
+                let stretch = stretch.lock().ok().and_then(|stretch| *stretch);
+                if let Some(stretch) = stretch {
+                    self.figures.rest = stretch;
                     self.open(everything()?, world);
                     self.phase = Phase::Prepare;
                     world.write_message(RequestRedraw);
@@ -202,12 +193,12 @@ impl Measurement {
                         self.figures.slice_counts = slice.value.plan.counts;
                     }
                     world.insert_resource(Turntable(Some(TURN_PX)));
-                    self.phase = Phase::Orbit(Since::now(frames.count));
+                    self.phase = Phase::Orbit(Since::now(&presented));
                 }
             }
             Phase::Orbit(since) => {
                 if since.at.elapsed() >= ORBIT {
-                    self.figures.orbit = since.until_now(frames.count);
+                    self.figures.orbit = since.until_now(&presented);
                     self.figures.passes_ms = passes_ms(world);
                     return Ok(true);
                 }
@@ -247,14 +238,24 @@ fn is_ready(world: &World) -> bool {
     has_figures && results.slice.is_some() && is_solved && layers::are_idle(world)
 }
 
-/// Asks a sleeping window for a frame later on.
+/// Watches the window while nothing happens, from outside: the frame that would look is none that
+/// a person causes. Wakes it when that is done.
 #[expect(clippy::disallowed_methods, reason = "time is what is waited for")]
-fn wake_after(world: &mut World, pause: Duration) {
+fn watch_rest(world: &mut World, presented: Presented) -> Arc<Mutex<Option<Stretch>>> {
     let waker = world.get_resource_or_init::<Waker>().clone();
+    let found = Arc::new(Mutex::new(None));
+    let told = Arc::clone(&found);
     std::thread::spawn(move || {
-        std::thread::sleep(pause);
+        std::thread::sleep(CALM);
+        let since = Since::now(&presented);
+        std::thread::sleep(REST);
+        let stretch = since.until_now(&presented);
+        if let Ok(mut told) = told.lock() {
+            *told = Some(stretch);
+        }
         waker.wake();
     });
+    found
 }
 
 /// The adapter's own time of each pass.

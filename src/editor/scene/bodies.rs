@@ -1,6 +1,7 @@
 //! Meshes of tool and CRF, and the anatomy that the CRF sits on.
 
 use super::BodyRoot;
+use super::body_meshes::BodyMeshes;
 use crate::design::BodyRole;
 use crate::editor::materials::{GlowMaterial, LitMaterial};
 use crate::editor::state::{EditorSystems, OpenWorld};
@@ -36,7 +37,7 @@ struct MadeFrom(Option<Arc<SurfaceMesh>>);
 
 impl Plugin for BodiesPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
+        app.init_resource::<BodyMeshes>().add_systems(
             Update,
             (spawn_bodies, ApplyDeferred, place_bodies, show_anatomy)
                 .chain()
@@ -77,6 +78,7 @@ fn spawn_bodies(
     mut commands: Commands,
     world: Res<OpenWorld>,
     roots: Query<(Entity, &BodyRoot, &MadeFrom)>,
+    mut made: ResMut<BodyMeshes>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<LitMaterial>>,
     mut glows: ResMut<Assets<GlowMaterial>>,
@@ -106,9 +108,8 @@ fn spawn_bodies(
             BodyRoot(role),
             MadeFrom(mesh.clone()),
         ));
-        for part in mesh.iter().flat_map(|mesh| &mesh.parts) {
-            let fine = meshes.add(convert::mesh(part));
-            let shapes = is_software.then(|| light_drawing::shapes(part, &fine, &mut meshes));
+        let Some(mesh) = &mesh else { continue };
+        for (part, shapes) in made.of(role, mesh, &mut meshes, is_software) {
             root.with_children(|parts| {
                 let mut shape = parts.spawn((
                     Name::new(part.name.clone()),
@@ -116,11 +117,9 @@ fn spawn_bodies(
                         body: role,
                         is_anatomy: part.is_anatomy(),
                     },
-                    Mesh3d(fine),
+                    Mesh3d(shapes.fine.clone()),
+                    shapes,
                 ));
-                if let Some(shapes) = shapes.flatten() {
-                    shape.insert(shapes);
-                }
                 if part.is_anatomy() {
                     let [middle, rim] = ANATOMY_ALPHA;
                     let look = GlowMaterial::translucent(palette::BONE, middle, rim);

@@ -193,6 +193,16 @@ impl Window {
         self.settle();
     }
 
+    /// Quits as a person does, and waits until the program has ended well.
+    pub fn close(mut self) {
+        self.xdotool(&["keydown", "ctrl"]);
+        self.settle();
+        // Nobody hears the key let go.
+        self.xdotool(&["key", "q"]);
+        let status = self.program.wait().unwrap();
+        assert!(status.success(), "{status:?}; {}", self.newest());
+    }
+
     /// What is on the screen once it has stopped changing.
     pub fn picture(&mut self) -> Picture {
         self.settle();
