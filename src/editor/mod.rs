@@ -15,7 +15,10 @@ pub mod field;
 pub mod glyphs;
 pub mod keys;
 pub mod layers;
+pub mod light_drawing;
+pub mod lost_device;
 pub mod materials;
+pub mod measure;
 pub mod overlay;
 pub mod palette;
 pub mod pick;
@@ -58,12 +61,14 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`glyphs::GlyphsPlugin`] | magnified errors and the ghost |
 /// | [`layers::LayersPlugin`] | arrows, placement, usable region |
 /// | [`slice::SlicePlugin`] | the coloured plane through the room |
+/// | [`light_drawing::LightDrawingPlugin`] | less is drawn in software while something moves |
 /// | [`egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
 /// | [`ui::UiPlugin`] | the panels |
 /// | [`overlay::OverlayPlugin`] | labels and legends over the scene |
 /// | [`commands::CommandsPlugin`] | everything that has a name |
 /// | [`shortcuts::ShortcutsPlugin`] | keys |
 /// | [`wake::WakePlugin`] | rest while nothing changes |
+/// | [`lost_device::LostDevicePlugin`] | an adapter that fails loses nobody's work |
 pub struct EditorPlugins;
 
 impl PluginGroup for EditorPlugins {
@@ -86,11 +91,13 @@ impl PluginGroup for EditorPlugins {
             .add(glyphs::GlyphsPlugin)
             .add(slice::SlicePlugin)
             .add(layers::LayersPlugin)
+            .add(light_drawing::LightDrawingPlugin)
             .add(egui_camera::EguiCameraPlugin)
             .add(ui::UiPlugin)
             .add(overlay::OverlayPlugin)
             .add(commands::CommandsPlugin)
             .add(shortcuts::ShortcutsPlugin)
             .add(wake::WakePlugin)
+            .add(lost_device::LostDevicePlugin)
     }
 }

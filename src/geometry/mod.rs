@@ -1,6 +1,7 @@
 //! Poses, rotations, basis orientations and their spherical weights, volumes, surfaces: f64, mm.
 
 pub mod bounds;
+pub mod coarse;
 pub mod colormap;
 mod direction_search;
 pub mod directions;

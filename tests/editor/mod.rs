@@ -1,5 +1,6 @@
 //! The editor: without a window, in pictures, and in a real window.
 
+mod autosave;
 mod copied;
 mod document;
 mod drag;
