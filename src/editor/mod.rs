@@ -22,12 +22,14 @@ pub mod pick;
 pub mod picture;
 pub mod precision;
 pub mod preflight;
+pub mod probe;
 pub mod recent;
 pub mod scene;
 pub mod selection;
 pub mod sensor_commands;
 pub mod shortcuts;
 pub mod slice;
+pub mod slice_picture;
 pub mod solve;
 pub mod solver;
 pub mod state;
@@ -56,8 +58,9 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`materials::MaterialsPlugin`] | what surfaces look like |
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
 /// | [`glyphs::GlyphsPlugin`] | magnified errors and the ghost |
-/// | [`layers::LayersPlugin`] | arrows, placement, usable region |
+/// | [`layers::LayersPlugin`] | arrows, placement, usable region, model support |
 /// | [`slice::SlicePlugin`] | the coloured plane through the room |
+/// | [`probe::ProbePlugin`] | the value under the pointer |
 /// | [`egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
 /// | [`ui::UiPlugin`] | the panels |
 /// | [`overlay::OverlayPlugin`] | labels and legends over the scene |
@@ -86,6 +89,7 @@ impl PluginGroup for EditorPlugins {
             .add(glyphs::GlyphsPlugin)
             .add(slice::SlicePlugin)
             .add(layers::LayersPlugin)
+            .add(probe::ProbePlugin)
             .add(egui_camera::EguiCameraPlugin)
             .add(ui::UiPlugin)
             .add(overlay::OverlayPlugin)

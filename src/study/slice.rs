@@ -26,6 +26,9 @@ pub struct SliceOutcome {
     /// Whether each point lies in the model's box; of the tip error, whether all sensors of tool
     /// and CRF do.
     pub is_inside: Vec<bool>,
+    /// Whether the model may be believed at each point, see [`super::slice_support`]; empty where
+    /// that was not asked or the environment does not say.
+    pub is_supported: Vec<bool>,
     /// Largest value inside the box, 0 where nothing is inside.
     pub max: f64,
     /// 95th percentile of the values inside the box, 0 where nothing is inside: what a colour map
@@ -86,6 +89,7 @@ fn outcome(
         quantity,
         values,
         is_inside,
+        is_supported: Vec::new(),
         max: statistics.map_or(0.0, |s| s.max),
         p95: statistics.map_or(0.0, |s| s.p95),
         work,

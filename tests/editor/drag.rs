@@ -348,6 +348,7 @@ fn layers_that_are_off_have_no_entities() {
         arrows: false,
         placement: false,
         region: false,
+        support: false,
         labels: false,
     };
     hand.app.world_mut().write_message(ViewRequest::Set(view));

@@ -37,6 +37,7 @@ fn slice() -> SliceView {
         // Between the camera and all bodies.
         axis: SliceAxis::X,
         position_mm: 150.0,
+        free: None,
         sensor_axis: [0.6, 0.0, 0.8],
         range_mm: Some(RANGE_MM),
         color_map: ColorMap::Viridis,
