@@ -154,7 +154,9 @@ pub struct FreePlane {
 
 impl FreePlane {
     fn unit_normal(&self) -> Unit<Vector3<f64>> {
-        Unit::try_new(Vector3::from(self.normal), 0.0).unwrap_or_else(Vector3::z_axis)
+        let normal = Vector3::from(self.normal);
+        // Whatever a file says, the square of its length is a number.
+        Unit::try_new(normal / normal.amax(), 0.5).unwrap_or_else(Vector3::z_axis)
     }
 }
 
