@@ -13,17 +13,18 @@ use crate::study::SliceOutcome;
 use bevy::asset::RenderAssetUsages;
 use bevy::image::{Image, ImageFilterMode, ImageSampler, ImageSamplerDescriptor};
 use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
+use rayon::prelude::*;
 
 /// Texels between neighbouring points of the lattice.
-const TEXELS_PER_CELL: usize = 4;
+const TEXELS_PER_CELL: usize = 6;
 
-/// Texels from one line of a hatching to the next, and how many of them are the line's.
-const HATCH_TEXELS: usize = 9;
-const HATCH_LINE_TEXELS: usize = 2;
+/// From one line of a hatching to the next across the lines, and how much of that a line takes.
+const HATCH_MM: f64 = 9.0;
+const HATCH_LINE_MM: f64 = 2.0;
 
-/// Half the width of the line at the requirement, and of that with its edges, in texels.
-const LEVEL_LINE_TEXELS: f64 = 0.8;
-const LEVEL_EDGE_TEXELS: f64 = 2.0;
+/// Half the width of the line at the requirement, and of that with its edges.
+const LEVEL_LINE_MM: f64 = 1.2;
+const LEVEL_EDGE_MM: f64 = 2.8;
 
 /// How a slice is coloured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,13 +48,15 @@ fn texels(points: usize) -> usize {
 pub fn picture(slice: &SliceOutcome, look: &SliceLook) -> Image {
     let [nu, nv] = slice.plan.counts;
     let (width, height) = (texels(nu), texels(nv));
-    let mut data = Vec::with_capacity(width * height * 4);
-    for y in 0..height {
-        for x in 0..width {
-            let [r, g, b] = color_at(slice, look, x, y);
-            data.extend([r, g, b, 255]);
-        }
-    }
+    let painter = Painter::new(slice, look);
+    let data: Vec<u8> = (0..height)
+        .into_par_iter()
+        .flat_map_iter(|y| (0..width).map(move |x| (x, y)))
+        .flat_map_iter(|(x, y)| {
+            let [r, g, b] = painter.color_at(x, y);
+            [r, g, b, 255]
+        })
+        .collect();
     let mut image = Image::new(
         Extent3d {
             width: width as u32,
@@ -73,42 +76,67 @@ pub fn picture(slice: &SliceOutcome, look: &SliceLook) -> Image {
     image
 }
 
-/// The colour of a texel.
-fn color_at(slice: &SliceOutcome, look: &SliceLook, x: usize, y: usize) -> [u8; 3] {
-    let place = [x, y].map(|t| t as f64 / TEXELS_PER_CELL as f64);
-    let Some(value) = slice.value_at(place) else {
-        return match is_hatch_line(x + y) {
-            true => NO_VALUE_LINE_SRGB,
-            false => NO_VALUE_SRGB,
-        };
-    };
-    let map = look.scale.map.srgb_of_value(value, look.scale.max_mm);
-    let believed = match slice.is_supported_at(place) {
-        // Against the lines of what has no value.
-        false if is_hatch_line(x + (HATCH_TEXELS - 1) * y) => {
-            over(map, UNSUPPORTED_LINE_SRGB, UNSUPPORTED_LINE_OPACITY)
+/// Colours texels one by one.
+struct Painter<'a> {
+    slice: &'a SliceOutcome,
+    look: &'a SliceLook,
+    /// Size of a texel; cells are as good as square.
+    texel_mm: [f64; 2],
+}
+
+impl<'a> Painter<'a> {
+    fn new(slice: &'a SliceOutcome, look: &'a SliceLook) -> Self {
+        Self {
+            slice,
+            look,
+            texel_mm: slice.plan.cell_mm().map(|mm| mm / TEXELS_PER_CELL as f64),
         }
-        _ => map,
-    };
-    let level = look.level.and_then(|level| {
-        let step = 1.0 / TEXELS_PER_CELL as f64;
-        slice.cells_to_level(place, level, step)
-    });
-    match level {
-        Some(cells) => with_level(believed, cells * TEXELS_PER_CELL as f64),
-        None => believed,
     }
-}
 
-fn is_hatch_line(texel: usize) -> bool {
-    texel % HATCH_TEXELS < HATCH_LINE_TEXELS
-}
+    fn color_at(&self, x: usize, y: usize) -> [u8; 3] {
+        let place = [x, y].map(|t| t as f64 / TEXELS_PER_CELL as f64);
+        let [x_mm, y_mm] = [x as f64 * self.texel_mm[0], y as f64 * self.texel_mm[1]];
+        let Some(value) = self.slice.value_at(place) else {
+            let line = self.hatch(x_mm - y_mm);
+            return over(NO_VALUE_SRGB, NO_VALUE_LINE_SRGB, line);
+        };
+        let scale = self.look.scale;
+        let map = scale.map.srgb_of_value(value, scale.max_mm);
+        let believed = match self.slice.is_supported_at(place) {
+            true => map,
+            false => {
+                // Against the lines of what has no value.
+                let line = self.hatch(x_mm + y_mm) * UNSUPPORTED_LINE_OPACITY;
+                over(map, UNSUPPORTED_LINE_SRGB, line)
+            }
+        };
+        let level = self.look.level.and_then(|level| {
+            let step = 1.0 / TEXELS_PER_CELL as f64;
+            self.slice.cells_to_level(place, level, step)
+        });
+        match level {
+            Some(cells) => self.with_level(believed, cells * TEXELS_PER_CELL as f64),
+            None => believed,
+        }
+    }
 
-/// A colour so many texels from the line at the requirement, smooth at the line's edges.
-fn with_level(color: [u8; 3], texels: f64) -> [u8; 3] {
-    let within = |half_width: f64| (half_width + 0.5 - texels).clamp(0.0, 1.0);
-    let edged = over(color, LEVEL_EDGE_SRGB, within(LEVEL_EDGE_TEXELS));
-    over(edged, LEVEL_LINE_SRGB, within(LEVEL_LINE_TEXELS))
+    /// How much of a texel lines of a hatching cover, by how far it is along both axes together.
+    fn hatch(&self, diagonal_mm: f64) -> f64 {
+        let across_mm = diagonal_mm / std::f64::consts::SQRT_2;
+        let from_line_mm = (across_mm.rem_euclid(HATCH_MM) - HATCH_MM / 2.0).abs();
+        self.covered(HATCH_LINE_MM / 2.0, from_line_mm / self.texel_mm[0])
+    }
+
+    /// A colour so many texels from the line at the requirement.
+    fn with_level(&self, color: [u8; 3], texels: f64) -> [u8; 3] {
+        let edged = over(color, LEVEL_EDGE_SRGB, self.covered(LEVEL_EDGE_MM, texels));
+        over(edged, LEVEL_LINE_SRGB, self.covered(LEVEL_LINE_MM, texels))
+    }
+
+    /// How much of a texel a line covers whose middle is so many texels away.
+    fn covered(&self, half_width_mm: f64, texels: f64) -> f64 {
+        (half_width_mm / self.texel_mm[0] + 0.5 - texels).clamp(0.0, 1.0)
+    }
 }
 
 #[cfg(test)]
@@ -127,13 +155,14 @@ mod tests {
         level: None,
     };
 
+    /// Cells of 12 mm, and so texels of 2 mm.
     fn slice() -> SliceOutcome {
         SliceOutcome {
             plan: SlicePlan {
                 plane: SlicePlane::Across {
                     normal_axis: 2,
                     position_mm: 5.0,
-                    bounds: Bounds::from(([0.0; 3], [10.0, 20.0, 30.0])),
+                    bounds: Bounds::from(([0.0; 3], [24.0, 12.0, 30.0])),
                 },
                 sensor_axis: Vector3::z_axis(),
                 counts: [3, 2],
@@ -141,6 +170,7 @@ mod tests {
             quantity: Quantity::PositionErrorMm,
             values: vec![0.0, 1.0, 2.0, 3.0, 4.0, 0.5],
             is_inside: vec![true, true, true, true, true, false],
+            bounds: None,
             is_supported: Vec::new(),
             max: 4.0,
             p95: 4.0,
@@ -148,54 +178,64 @@ mod tests {
         }
     }
 
+    fn colors(slice: &SliceOutcome, look: &SliceLook) -> Vec<([usize; 2], [u8; 3])> {
+        let painter = Painter::new(slice, look);
+        let places = (0..texels(2)).flat_map(|y| (0..texels(3)).map(move |x| [x, y]));
+        places
+            .map(|at| (at, painter.color_at(at[0], at[1])))
+            .collect()
+    }
+
     #[test]
     fn a_point_of_the_lattice_has_the_colour_of_its_value() {
-        for (i, value) in slice().values.iter().enumerate().take(5) {
+        let slice = slice();
+        let painter = Painter::new(&slice, &LOOK);
+        for (i, value) in slice.values.iter().enumerate().take(5) {
             let (u, v) = (i % 3, i / 3);
-            let color = color_at(&slice(), &LOOK, u * TEXELS_PER_CELL, v * TEXELS_PER_CELL);
+            let color = painter.color_at(u * TEXELS_PER_CELL, v * TEXELS_PER_CELL);
             assert_eq!(color, ColorMap::Viridis.srgb_of_value(*value, 4.0));
         }
-        let between = color_at(&slice(), &LOOK, TEXELS_PER_CELL / 2, 0);
+        let between = painter.color_at(TEXELS_PER_CELL / 2, 0);
         assert_eq!(between, ColorMap::Viridis.srgb_of_value(0.5, 4.0));
     }
 
     #[test]
     fn only_what_has_no_value_is_hatched_in_grey() {
-        let slice = slice();
-        let mut lines = 0;
-        for y in 0..texels(2) {
-            for x in 0..texels(3) {
-                let color = color_at(&slice, &LOOK, x, y);
-                let is_grey = [NO_VALUE_SRGB, NO_VALUE_LINE_SRGB].contains(&color);
-                // The quarter of a cell around the last point.
-                assert_eq!(is_grey, x >= 6 && y >= 2, "{x} {y}");
-                lines += usize::from(color == NO_VALUE_LINE_SRGB);
-            }
+        let (mut plain, mut lines) = (0, 0);
+        for ([x, y], color) in colors(&slice(), &LOOK) {
+            let is_grey =
+                (0..3).all(|k| (NO_VALUE_SRGB[k]..=NO_VALUE_LINE_SRGB[k]).contains(&color[k]));
+            // The half cell around the last point.
+            assert_eq!(is_grey, x >= 9 && y >= 3, "{x} {y}");
+            plain += usize::from(color == NO_VALUE_SRGB);
+            lines += usize::from(is_grey && color != NO_VALUE_SRGB);
         }
-        assert!((1..9).contains(&lines), "{lines} of 9 texels");
+        assert!(plain > 0 && lines > 0, "{plain} {lines}");
     }
 
     #[test]
     fn what_should_not_be_believed_is_the_map_with_lines() {
-        let mut slice = slice();
-        slice.is_inside[5] = true;
-        slice.is_supported = vec![false, true, true, false, true, true];
-        let plain = SliceOutcome {
-            is_supported: Vec::new(),
-            ..slice.clone()
+        let plain = slice();
+        let hatched = SliceOutcome {
+            is_supported: vec![false, true, true, false, true, true],
+            ..slice()
         };
         let (mut lines, mut left) = (0, 0);
-        for y in 0..texels(2) {
-            for x in 0..texels(3) {
-                let map = color_at(&plain, &LOOK, x, y);
-                let line = over(map, UNSUPPORTED_LINE_SRGB, UNSUPPORTED_LINE_OPACITY);
-                let color = color_at(&slice, &LOOK, x, y);
-                assert!(color == map || (color == line && x < 2), "{x} {y}");
-                lines += usize::from(color != map);
-                left += usize::from(color == map && x < 2);
-            }
+        for ((at, color), (_, map)) in colors(&hatched, &LOOK)
+            .into_iter()
+            .zip(colors(&plain, &LOOK))
+        {
+            assert!(color == map || at[0] < 3, "{at:?}");
+            // Never so much that the map cannot be read.
+            let most = over(map, UNSUPPORTED_LINE_SRGB, UNSUPPORTED_LINE_OPACITY);
+            assert!(
+                (0..3).all(|k| (map[k]..=most[k]).contains(&color[k])),
+                "{at:?}"
+            );
+            lines += usize::from(color != map);
+            left += usize::from(color == map && at[0] < 3);
         }
-        assert!(lines >= 2 && left > lines, "{lines} {left}");
+        assert!(lines > 3 && left > 3, "{lines} {left}");
     }
 
     #[test]
@@ -208,14 +248,15 @@ mod tests {
             level: Some(1.0),
             ..LOOK
         };
-        for y in 0..texels(2) {
-            let row: Vec<_> = (0..texels(3))
-                .map(|x| color_at(&slice, &look, x, y))
-                .collect();
-            assert_eq!(row[TEXELS_PER_CELL], LEVEL_LINE_SRGB);
-            let plain = |x| color_at(&slice, &LOOK, x, y);
-            assert!((0..2).chain(7..9).all(|x| row[x] == plain(x)), "{row:?}");
-            assert!([3, 5].into_iter().all(|x| row[x] != plain(x)));
+        for ((at, color), (_, map)) in colors(&slice, &look).into_iter().zip(colors(&slice, &LOOK))
+        {
+            match at[0].abs_diff(TEXELS_PER_CELL) {
+                0 => assert_eq!(color, LEVEL_LINE_SRGB),
+                // An edge of 2.8 mm ends within the second texel.
+                1 => assert_ne!(color, map, "{at:?}"),
+                2 => {}
+                _ => assert_eq!(color, map, "{at:?}"),
+            }
         }
     }
 }

@@ -39,19 +39,41 @@ impl SlicePlan {
             false => 0.0,
         })
     }
+
+    /// The point at a place in cells of the lattice, tracker frame, mm.
+    pub fn point_at(&self, place: [f64; 2]) -> Point3<f64> {
+        let (axes, sizes_mm) = (self.plane.axes(), self.plane.sizes_mm());
+        let [along_u, along_v] = [0, 1].map(|k| {
+            let part = place[k] / (self.counts[k].max(2) - 1) as f64;
+            axes[k].into_inner() * (sizes_mm[k] * part)
+        });
+        self.point_mm(0, 0) + along_u + along_v
+    }
+
+    /// Between neighbours of the lattice, along the plane's axes.
+    pub fn cell_mm(&self) -> [f64; 2] {
+        let sizes_mm = self.plane.sizes_mm();
+        [0, 1].map(|k| sizes_mm[k] / (self.counts[k].max(2) - 1) as f64)
+    }
 }
 
 impl SliceOutcome {
     /// At a place in cells of the lattice: bilinear between the points around it, as it is drawn.
-    /// The nearest point says whether it is outside. `None` off the lattice.
+    /// What is outside is told by the box where that decides, else by the nearest point. `None` off
+    /// the lattice.
     pub fn reading(&self, place: [f64; 2]) -> Option<Reading> {
         let nearest = self.nearest(place)?;
         let [nu, nv] = self.plan.counts;
-        if !self.is_inside.get(nearest).copied()? {
-            return Some(match self.values[nearest].is_nan() {
-                true => Reading::Undetermined,
-                false => Reading::Outside,
-            });
+        let (is_inside, value) = (*self.is_inside.get(nearest)?, *self.values.get(nearest)?);
+        let is_outside = match &self.bounds {
+            Some(bounds) => !bounds.contains(&self.plan.point_at(place)),
+            None => !(is_inside || value.is_nan()),
+        };
+        if is_outside {
+            return Some(Reading::Outside);
+        }
+        if value.is_nan() {
+            return Some(Reading::Undetermined);
         }
         let cell = |at: f64, count: usize| {
             let first = (at.max(0.0) as usize).min(count - 1);
@@ -147,6 +169,7 @@ mod tests {
             quantity: Quantity::PositionErrorMm,
             values: vec![1.0, 3.0, 5.0, 4.0, 6.0, 8.0],
             is_inside: vec![true, true, true, true, true, false],
+            bounds: None,
             is_supported: vec![true, true, false, true, true, true],
             max: 6.0,
             p95: 6.0,
@@ -173,6 +196,17 @@ mod tests {
         assert_eq!(slice.reading([2.1, 0.0]), None);
         assert_eq!(slice.reading([0.0, f64::NAN]), None);
         assert!(slice.is_supported_at([1.4, 0.0]) && !slice.is_supported_at([1.6, 0.2]));
+    }
+
+    #[test]
+    fn where_a_box_decides_its_face_is_where_values_end() {
+        let mut slice = slice(across());
+        // Up to x = 26 mm, which is 1.6 cells; the last points are outside.
+        slice.bounds = Some(Bounds::from(([10.0, 20.0, 0.0], [26.0, 40.0, 30.0])));
+        (slice.is_inside[2], slice.is_inside[5]) = (false, false);
+        let almost = slice.value_at([1.59, 0.5]).unwrap();
+        assert!((almost - (1.0 + 3.18 + 1.5)).abs() < 1e-12, "{almost}");
+        assert_eq!(slice.reading([1.61, 0.5]), Some(Reading::Outside));
     }
 
     #[test]

@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Points along each side of the lattice: coarse for the first picture, then fine.
 const COUNTS: [usize; 2] = [13, 33];
 
-const ALPHA: [f32; 2] = [0.05, 0.35];
+const ALPHA: [f32; 2] = [0.06, 0.30];
 const RIM: f32 = 2.5;
 /// Behind the usable region, which lies within it more often than around it.
 const ORDER_MM: f32 = -600.0;

@@ -1,7 +1,7 @@
 //! The error slice: where it lies, which way its imagined sensor points, its colours.
 
 use super::PanelAction;
-use super::widgets::{NumberChange, NumberField, number_ui, section_ui};
+use super::widgets::{NumberChange, NumberField, number_ui, quiet_ui, section_ui};
 use crate::design::view::{ColorMap, Quantity, SliceAxis, SliceView, View};
 use crate::editor::state::ViewRequest;
 use crate::geometry::bounds::Bounds;
@@ -21,11 +21,18 @@ pub struct SlicePanelView<'a> {
     pub camera: Option<OrbitCamera>,
 }
 
+/// Before a setting's name, and what the name takes.
+const INDENT: f32 = 16.0;
+const NAME_WIDTH: f32 = 66.0;
+
 /// Width of a range's number.
 const RANGE_WIDTH: f32 = 62.0;
 
 const FACE: &str = "Turns the slice to face the view, through what the camera looks at, and keeps it \
     there while the view turns; press again to turn it again";
+
+const AUTOMATIC: &str =
+    "Automatic: up to the 95th percentile, so that one bad corner does not take all colours";
 
 /// Why nothing is known of where the model may be believed.
 pub const NO_SUPPORT: &str =
@@ -171,7 +178,7 @@ fn position_ui(ui: &mut Ui, bounds: &Bounds, slice: &mut SliceView) {
         });
     });
     ui.horizontal(|ui| {
-        ui.add_space(6.0);
+        ui.add_space(INDENT);
         let mut offset_mm = slice.offset_mm();
         ui.spacing_mut().slider_width = (ui.available_width() - 8.0).max(40.0);
         let slider = Slider::new(&mut offset_mm, least..=most)
@@ -200,16 +207,15 @@ pub fn range_ui(ui: &mut Ui, field: &NumberField, largest: Option<f64>, range: &
             });
         }
         let mut is_automatic = range.is_none();
-        let name = match range {
-            None => "automatic",
-            Some(_) => "auto",
-        };
-        let about = "The 95th percentile, so that one bad corner does not take all colours";
-        if ui
+        // Beside a number there is no room for the word.
+        let name = if is_automatic { "automatic" } else { "" };
+        let automatic = ui
             .checkbox(&mut is_automatic, name)
-            .on_hover_text(about)
-            .changed()
-        {
+            .on_hover_text(AUTOMATIC);
+        ui.ctx().accesskit_node_builder(automatic.id, |node| {
+            node.set_label("automatic".to_owned());
+        });
+        if automatic.changed() {
             // What can be typed, so that the number stays as it is shown.
             let round = |value: f64| (value / step).ceil() * step;
             *range = (!is_automatic).then(|| largest.filter(|m| *m > 0.0).map_or(1.0, round));
@@ -225,16 +231,16 @@ fn set_from(changes: Vec<NumberChange>, mut set: impl FnMut(f64)) {
     }
 }
 
-/// A setting: its name, and what it can be set with.
+/// A setting: its name, set back from the layers' own, and what it can be set with.
 pub fn row_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) {
     ui.horizontal(|ui| {
-        ui.add_space(6.0);
+        ui.add_space(INDENT);
         ui.allocate_ui_with_layout(
-            egui::vec2(78.0, ui.spacing().interact_size.y),
+            egui::vec2(NAME_WIDTH, ui.spacing().interact_size.y),
             egui::Layout::left_to_right(egui::Align::Center),
             |ui| {
-                ui.set_min_width(78.0);
-                ui.label(name);
+                ui.set_min_width(NAME_WIDTH);
+                quiet_ui(ui, name);
             },
         );
         add(ui);
