@@ -49,9 +49,12 @@ pub struct RenderArgs {
     /// From where to look; the design's own view unless told
     #[arg(long, value_enum, value_name = "NAME")]
     pub view: Option<ViewName>,
+    /// Turns the slice to face the view, through what the camera looks at
+    #[arg(long)]
+    pub facing_slice: bool,
     /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
     /// tip-error, ghost, tip-scatter, slice, arrows, placement (of the selected sensor), region,
-    /// labels; or all, or none
+    /// support, labels; or all, or none
     #[arg(long, value_name = "LIST")]
     pub layers: Option<LayerList>,
 }
@@ -166,6 +169,7 @@ impl FromStr for LayerList {
                 "arrows" => &mut layers.arrows,
                 "placement" => &mut layers.placement,
                 "region" => &mut layers.region,
+                "support" => &mut layers.support,
                 "labels" => &mut layers.labels,
                 other => return Err(format!("no layer {other}")),
             };
@@ -189,6 +193,7 @@ fn every_layer(is_on: bool) -> Layers {
         arrows: is_on,
         placement: is_on,
         region: is_on,
+        support: is_on,
         labels: is_on,
     }
 }
@@ -223,6 +228,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         aim(&mut view, name, &world, size);
     }
     world.document.set_view(view);
+    if args.facing_slice {
+        face_slice(&mut world, size);
+    }
     let selected = match &args.select {
         Some(name) => Some(sensor_named(&world, name)?),
         None => None,
@@ -276,6 +284,13 @@ fn sensor_named(world: &World, name: &str) -> anyhow::Result<Selected> {
             .collect();
         format!("no sensor {name}, expected one of {}", names.join(", "))
     })
+}
+
+fn face_slice(world: &mut World, size: [u32; 2]) {
+    let camera = crate::editor::camera::opening_camera(world, size.map(f64::from));
+    let mut view = world.document.view().clone();
+    view.slice.face(&camera, world.environment.model.bounds());
+    world.document.set_view(view);
 }
 
 fn aim(view: &mut View, name: ViewName, world: &World, size: [u32; 2]) {

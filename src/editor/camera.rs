@@ -16,6 +16,7 @@ use crate::design::Design;
 use crate::design::view::CameraView;
 use crate::geometry::orbit::{OrbitCamera, VERTICAL_FOV_RAD};
 use crate::geometry::surface::Ray;
+use crate::store::World;
 use bevy::camera::{ClearColorConfig, PerspectiveProjection, RenderTarget, Viewport};
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::ecs::system::SystemParam;
@@ -376,7 +377,7 @@ fn follow_document(
     if !is_other_world && (wanted == rig.known || wanted.is_none()) {
         return;
     }
-    let to = wanted.map_or_else(|| first_camera(&world, rig.view_px), orbit_camera);
+    let to = wanted.map_or_else(|| first_camera(&world.0, rig.view_px), orbit_camera);
     rig.generation = generation.or(Some(WorldGeneration::default()));
     rig.known = wanted;
     if is_other_world || !presentation.window {
@@ -499,9 +500,15 @@ fn physical_viewport(view: &ViewportRect, scale: f32, most: Option<UVec2>) -> Op
     })
 }
 
-fn first_camera(world: &OpenWorld, view_px: [f64; 2]) -> OrbitCamera {
+/// The camera that a design is opened with: its own, else one that frames tool and CRF.
+pub fn opening_camera(world: &World, view_px: [f64; 2]) -> OrbitCamera {
+    let own = world.document.view().camera;
+    own.map_or_else(|| first_camera(world, view_px), orbit_camera)
+}
+
+fn first_camera(world: &World, view_px: [f64; 2]) -> OrbitCamera {
     let mut camera = OrbitRig::default().camera;
-    if let Some(sphere) = extent::of_bodies(&world.0, world.0.document.design()) {
+    if let Some(sphere) = extent::of_bodies(world, world.document.design()) {
         let radius_mm = sphere.radius_mm * FIRST_SURROUNDINGS;
         camera.frame_sphere(sphere.center_mm, radius_mm, view_px);
     }

@@ -25,12 +25,14 @@ pub mod pick;
 pub mod picture;
 pub mod precision;
 pub mod preflight;
+pub mod probe;
 pub mod recent;
 pub mod scene;
 pub mod selection;
 pub mod sensor_commands;
 pub mod shortcuts;
 pub mod slice;
+pub mod slice_picture;
 pub mod solve;
 pub mod solver;
 pub mod state;
@@ -59,9 +61,10 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`materials::MaterialsPlugin`] | what surfaces look like |
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
 /// | [`glyphs::GlyphsPlugin`] | magnified errors and the ghost |
-/// | [`layers::LayersPlugin`] | arrows, placement, usable region |
+/// | [`layers::LayersPlugin`] | arrows, placement, usable region, model support |
 /// | [`slice::SlicePlugin`] | the coloured plane through the room |
 /// | [`light_drawing::LightDrawingPlugin`] | less is drawn in software while something moves |
+/// | [`probe::ProbePlugin`] | the value under the pointer |
 /// | [`egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
 /// | [`ui::UiPlugin`] | the panels |
 /// | [`overlay::OverlayPlugin`] | labels and legends over the scene |
@@ -92,6 +95,7 @@ impl PluginGroup for EditorPlugins {
             .add(slice::SlicePlugin)
             .add(layers::LayersPlugin)
             .add(light_drawing::LightDrawingPlugin)
+            .add(probe::ProbePlugin)
             .add(egui_camera::EguiCameraPlugin)
             .add(ui::UiPlugin)
             .add(overlay::OverlayPlugin)

@@ -12,6 +12,7 @@ pub mod mesh_reference;
 pub mod mesh_report;
 pub mod normals;
 pub mod orbit;
+pub mod pointing;
 pub mod pose;
 pub mod rotation;
 pub mod spread;

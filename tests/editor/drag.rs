@@ -5,10 +5,11 @@ use bevy::camera::NormalizedRenderTarget;
 use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, PointerInput};
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowRef};
-use trackwright::design::view::Layers;
+use trackwright::design::view::{FreePlane, Layers};
 use trackwright::design::{BodyRole, Design, Thing, Things, View};
 use trackwright::editor::camera::OrbitRig;
 use trackwright::editor::scene::{BodyRoot, SensorMark};
+use trackwright::editor::slice::SliceHandle;
 use trackwright::editor::state::{
     ActiveDrag, DragReadout, EditRequest, Hovered, OpenWorld, Selected, Selection, ViewRequest,
     ViewportRect,
@@ -348,6 +349,7 @@ fn layers_that_are_off_have_no_entities() {
         arrows: false,
         placement: false,
         region: false,
+        support: false,
         labels: false,
     };
     hand.app.world_mut().write_message(ViewRequest::Set(view));
@@ -355,4 +357,44 @@ fn layers_that_are_off_have_no_entities() {
     for name in LAYERS {
         assert_eq!(named(&mut hand.app, name), 0, "{name}");
     }
+}
+
+#[test]
+fn the_handle_of_a_slice_that_faces_any_way_moves_it_along_its_normal() {
+    let mut hand = Hand::new();
+    let world = hand.app.world_mut();
+    // All of the slice is in view.
+    world.resource_mut::<OrbitRig>().camera.distance_mm = 2500.0;
+    let mut view = world.resource::<OpenWorld>().0.document.view().clone();
+    let turned = FreePlane {
+        normal: [1.0, 1.0, 0.5],
+        offset_mm: -150.0,
+    };
+    view.slice.free = Some(turned);
+    world.write_message(ViewRequest::Set(view.clone()));
+    settle(&mut hand.app);
+    let world = hand.app.world_mut();
+    let handle = *world.query::<&SliceHandle>().single(world).unwrap();
+    let off = view.slice.normal().dot(&handle.at_mm.coords) + 150.0;
+    assert!(off.abs() < 1e-9, "{off}");
+    let in_window = |point: &nalgebra::Point3<f64>| {
+        let rig = world.resource::<OrbitRig>();
+        let [x, y] = rig.camera.project(point, rig.view_px).unwrap();
+        world.resource::<ViewportRect>().min + Vec2::new(x as f32, y as f32)
+    };
+    const WAY_MM: f64 = 60.0;
+    let from = in_window(&handle.at_mm);
+    let to = in_window(&(handle.at_mm + handle.normal.into_inner() * WAY_MM));
+    hand.drag(from, to - from, PointerButton::Primary);
+    hand.release(to, PointerButton::Primary);
+    settle(&mut hand.app);
+    let world = hand.app.world().resource::<OpenWorld>();
+    let slice = world.0.document.view().slice;
+    let moved = slice.free.unwrap();
+    assert_eq!(moved.normal, turned.normal);
+    // A press that has not yet moved far enough is no drag, and places are whole millimetres.
+    let way = moved.offset_mm - turned.offset_mm;
+    assert!((0.6 * WAY_MM..1.05 * WAY_MM).contains(&way), "{way}");
+    assert_eq!(moved.offset_mm, moved.offset_mm.round());
+    assert_eq!(slice.position_mm, view.slice.position_mm);
 }

@@ -10,6 +10,7 @@ pub mod field;
 pub mod folder;
 pub mod history_ui;
 pub mod inspector;
+pub mod layer_settings;
 mod layout;
 pub mod motion_ui;
 pub mod outliner;
