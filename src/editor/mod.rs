@@ -13,9 +13,11 @@ pub mod drag;
 pub mod egui_camera;
 pub mod field;
 pub mod glyphs;
+pub mod handle;
 pub mod keys;
 pub mod layers;
 pub mod materials;
+pub mod motion;
 pub mod overlay;
 pub mod palette;
 pub mod pick;
@@ -57,6 +59,8 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
 /// | [`glyphs::GlyphsPlugin`] | magnified errors and the ghost |
 /// | [`layers::LayersPlugin`] | arrows, placement, usable region |
+/// | [`handle::HandlePlugin`] | balls in the scene that are dragged |
+/// | [`motion::MotionPlugin`] | what the range of motion runs through, and its handles |
 /// | [`slice::SlicePlugin`] | the coloured plane through the room |
 /// | [`egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
 /// | [`ui::UiPlugin`] | the panels |
@@ -84,6 +88,8 @@ impl PluginGroup for EditorPlugins {
             .add(materials::MaterialsPlugin)
             .add(scene::ScenePlugin)
             .add(glyphs::GlyphsPlugin)
+            .add(handle::HandlePlugin)
+            .add(motion::MotionPlugin)
             .add(slice::SlicePlugin)
             .add(layers::LayersPlugin)
             .add(egui_camera::EguiCameraPlugin)

@@ -6,6 +6,8 @@ mod drag;
 mod field_layers;
 mod field_panels;
 mod field_workspace;
+mod hand;
+mod motion_box;
 mod overlay;
 mod panels;
 mod picture;
