@@ -53,8 +53,8 @@ pub struct RenderArgs {
     #[arg(long)]
     pub facing_slice: bool,
     /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
-    /// tip-error, ghost, tip-scatter, slice, arrows, placement (of the selected sensor), region,
-    /// support, labels; or all, or none
+    /// tip-error, ghost, motion, tip-scatter, slice, arrows, placement (of the selected sensor),
+    /// region, support, labels; or all, or none
     #[arg(long, value_name = "LIST")]
     pub layers: Option<LayerList>,
 }
@@ -164,6 +164,7 @@ impl FromStr for LayerList {
                 "sensor-errors" => &mut layers.sensor_errors,
                 "tip-error" => &mut layers.tip_error,
                 "ghost" => &mut layers.ghost,
+                "motion" => &mut layers.motion,
                 "tip-scatter" => &mut layers.tip_scatter,
                 "slice" => &mut layers.slice,
                 "arrows" => &mut layers.arrows,
@@ -188,6 +189,7 @@ fn every_layer(is_on: bool) -> Layers {
         sensor_errors: is_on,
         tip_error: is_on,
         ghost: is_on,
+        motion: is_on,
         tip_scatter: is_on,
         slice: is_on,
         arrows: is_on,

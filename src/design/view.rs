@@ -63,6 +63,8 @@ pub struct Layers {
     pub tip_error: bool,
     /// The tool as the tracker believes it to be.
     pub ghost: bool,
+    /// What the tool's range of motion runs through.
+    pub motion: bool,
     /// The ellipsoid that holds 95 % of where the tracker's jitter puts the tip.
     pub tip_scatter: bool,
     pub slice: bool,
@@ -87,6 +89,7 @@ impl Default for Layers {
             sensor_errors: true,
             tip_error: true,
             ghost: true,
+            motion: true,
             tip_scatter: true,
             slice: true,
             arrows: false,

@@ -13,12 +13,14 @@ pub mod drag;
 pub mod egui_camera;
 pub mod field;
 pub mod glyphs;
+pub mod handle;
 pub mod keys;
 pub mod layers;
 pub mod light_drawing;
 pub mod lost_device;
 pub mod materials;
 pub mod measure;
+pub mod motion;
 pub mod overlay;
 pub mod palette;
 pub mod pick;
@@ -62,6 +64,8 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
 /// | [`glyphs::GlyphsPlugin`] | magnified errors and the ghost |
 /// | [`layers::LayersPlugin`] | arrows, placement, usable region, model support |
+/// | [`handle::HandlePlugin`] | balls in the scene that are dragged |
+/// | [`motion::MotionPlugin`] | what the range of motion runs through, and its handles |
 /// | [`slice::SlicePlugin`] | the coloured plane through the room |
 /// | [`light_drawing::LightDrawingPlugin`] | less is drawn in software while something moves |
 /// | [`probe::ProbePlugin`] | the value under the pointer |
@@ -92,6 +96,8 @@ impl PluginGroup for EditorPlugins {
             .add(materials::MaterialsPlugin)
             .add(scene::ScenePlugin)
             .add(glyphs::GlyphsPlugin)
+            .add(handle::HandlePlugin)
+            .add(motion::MotionPlugin)
             .add(slice::SlicePlugin)
             .add(layers::LayersPlugin)
             .add(light_drawing::LightDrawingPlugin)

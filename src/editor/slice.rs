@@ -3,8 +3,8 @@
 //! Sampling is the solver's; this only draws.
 
 use super::camera::Sight;
-use super::materials::{GlowMaterial, MapMaterial, Shown};
-use super::scene::screen_size::{ScreenSized, SizeBounds};
+use super::handle::{self, BallHandle};
+use super::materials::{GlowMaterial, MapMaterial};
 use super::scene::shapes::GlyphShapes;
 use super::slice_picture::{SliceLook, inset, picture};
 use super::state::{
@@ -21,9 +21,6 @@ use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use bevy::render::render_resource::PrimitiveTopology;
 use nalgebra::{Point3, Unit, Vector3};
-
-/// Radius of the handle on the screen; inside it the pointer takes hold of it.
-pub const HANDLE_PX: f64 = 9.0;
 
 /// Draws the slice while its layer is on.
 pub struct SlicePlugin;
@@ -192,7 +189,7 @@ fn place_handle(
     mut commands: Commands,
     world: Res<OpenWorld>,
     results: Res<Results>,
-    mut drawn: Query<(Entity, &mut SliceHandle, &mut Transform, &mut ScreenSized)>,
+    mut drawn: Query<(Entity, &mut SliceHandle, &mut BallHandle)>,
     shapes: Res<GlyphShapes>,
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
@@ -204,36 +201,20 @@ fn place_handle(
         return;
     };
     let handle = handle_of(&slice.value);
-    let radius = SizeBounds {
-        true_mm: 0.1,
-        least_px: HANDLE_PX * 0.75,
-        most_px: HANDLE_PX * 0.75,
-        extra_px: 0.0,
-    };
-    let size = ScreenSized {
+    let place = BallHandle {
         at_mm: handle.at_mm,
-        across: radius,
-        along: radius,
+        radius_px: handle::LARGE_PX,
     };
-    if let Some((_, mut old, mut transform, mut old_size)) = drawn.iter_mut().next() {
+    if let Some((_, mut old, mut ball)) = drawn.iter_mut().next() {
         old.set_if_neq(handle);
-        old_size.set_if_neq(size);
-        let at = convert::point(&handle.at_mm);
-        if transform.translation != at {
-            transform.translation = at;
-        }
+        ball.set_if_neq(place);
         return;
     }
-    let material = GlowMaterial::translucent(palette::TEXT_STRONG, 0.9, 0.9)
-        .shown(Shown::Always)
-        .order(18_000.0);
+    let material = materials.add(handle::material(palette::TEXT_STRONG));
     commands.spawn((
         Name::new("slice handle"),
         handle,
-        size,
-        Mesh3d(shapes.sphere.clone()),
-        MeshMaterial3d(materials.add(material)),
-        Transform::from_translation(convert::point(&handle.at_mm)),
+        handle::ball(place, &shapes, material),
     ));
 }
 

@@ -5,6 +5,7 @@ pub mod charted;
 mod explain;
 pub mod figures;
 pub mod motion;
+pub mod motion_outline;
 pub mod placement;
 mod plan;
 mod pose_rule;

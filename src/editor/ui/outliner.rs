@@ -223,17 +223,22 @@ fn room_ui(ui: &mut Ui, environment: &Environment) {
         ..Row::default()
     };
     row_ui(ui, &row);
-    ui.indent("room", |ui| match &environment.provenance {
-        None => {
-            quiet_ui(ui, "ideal, never measured");
+    ui.indent("room", |ui| {
+        if let Some(volume) = &environment.volume {
+            quiet_ui(ui, volume.name());
         }
-        Some(from) => {
-            quiet_ui(ui, counted(from.samples, "sample", "samples"));
-            if let Some(holdout) = &from.holdout {
-                quiet_ui(
-                    ui,
-                    format!("held-out error {}", length(holdout.after.position_rms_mm)),
-                );
+        match &environment.provenance {
+            None => {
+                quiet_ui(ui, "ideal, never measured");
+            }
+            Some(from) => {
+                quiet_ui(ui, counted(from.samples, "sample", "samples"));
+                if let Some(holdout) = &from.holdout {
+                    quiet_ui(
+                        ui,
+                        format!("held-out error {}", length(holdout.after.position_rms_mm)),
+                    );
+                }
             }
         }
     });
@@ -253,6 +258,7 @@ const LAYERS: [Layer; 14] = [
     ("Sensor errors", |l| &mut l.sensor_errors),
     ("Tip error", |l| &mut l.tip_error),
     ("Ghost", |l| &mut l.ghost),
+    ("Range of motion", |l| &mut l.motion),
     ("Tip scatter", |l| &mut l.tip_scatter),
     ("Error slice", |l| &mut l.slice),
     ("Field arrows", |l| &mut l.arrows),
