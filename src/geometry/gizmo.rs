@@ -5,7 +5,7 @@ use super::movement::Movement;
 use super::orbit::{Axis, OrbitCamera};
 use super::pose::Pose;
 use super::surface::Ray;
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Point3, Unit, Vector2, Vector3};
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// Radius of the rings. What is moved stays free inside them.
@@ -14,8 +14,8 @@ pub const RING_PX: f64 = 66.0;
 /// Where an arrow begins and ends: outside the rings, so that no handle crosses another.
 pub const ARROW_PX: [f64; 2] = [78.0, 116.0];
 
-/// Where the letter of an axis stands.
-const LETTER_PX: f64 = 129.0;
+/// How far beyond the tip of its arrow, on the screen, the letter of an axis stands.
+const LETTER_BEYOND_PX: f64 = 13.0;
 
 /// How near to a handle the pointer takes hold of it.
 const REACH_PX: f64 = 7.0;
@@ -149,11 +149,18 @@ impl Gizmo {
         }
     }
 
-    /// Where the letter of an axis stands, tracker frame; `None` where it has no usable arrow.
-    pub fn letter_mm(&self, axis: Axis, eye: &Eye) -> Option<Point3<f64>> {
+    /// Pixels of an arrow's tip and of the letter of its axis beyond it; `None` where there is no
+    /// arrow to be used.
+    pub fn arrow_end_px(&self, axis: Axis, eye: &Eye) -> Option<[[f64; 2]; 2]> {
         let arrow = Handle::arrow(axis);
-        let has_letter = self.handles.contains(&arrow) && self.is_usable(arrow, eye);
-        has_letter.then(|| self.on_axis(axis, LETTER_PX, eye))?
+        if !self.handles.contains(&arrow) || !self.is_usable(arrow, eye) {
+            return None;
+        }
+        let project = |point| eye.camera.project(&point, eye.view_px).map(Vector2::from);
+        let pivot = project(self.pivot_mm())?;
+        let tip = project(self.on_axis(axis, ARROW_PX[1], eye)?)?;
+        let beyond = tip + (tip - pivot).normalize() * LETTER_BEYOND_PX;
+        Some([tip.into(), beyond.into()])
     }
 
     /// A pixel at which the pointer takes hold of a handle, as far from the others as there is

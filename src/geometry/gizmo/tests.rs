@@ -174,5 +174,5 @@ fn an_arrow_that_points_at_the_viewer_cannot_be_pulled() {
     assert_eq!(gizmo.distance_px(arrow, middle, &eye), None);
     assert_eq!(gizmo.grip_px(arrow, &eye), None);
     assert!(gizmo.is_usable(Handle::arrow(Axis::Y), &eye));
-    assert!(gizmo.letter_mm(Axis::X, &eye).is_none());
+    assert!(gizmo.arrow_end_px(Axis::X, &eye).is_none());
 }
