@@ -1,119 +1,17 @@
 //! From the pointer to the document: picking, dragging, undoing, letting go.
 
-use super::support::{create_scene_app, named, settle};
-use bevy::camera::NormalizedRenderTarget;
-use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, PointerInput};
+use super::hand::{Hand, SHAFT};
+use super::support::{named, settle};
+use bevy::picking::pointer::{PointerAction, PointerButton};
 use bevy::prelude::*;
-use bevy::window::{PrimaryWindow, WindowRef};
 use trackwright::design::view::Layers;
-use trackwright::design::{BodyRole, Design, Thing, Things, View};
+use trackwright::design::{BodyRole, Thing, Things, View};
 use trackwright::editor::camera::OrbitRig;
 use trackwright::editor::scene::{BodyRoot, SensorMark};
 use trackwright::editor::state::{
     ActiveDrag, DragReadout, EditRequest, Hovered, OpenWorld, Selected, Selection, ViewRequest,
-    ViewportRect,
 };
 use trackwright::editor::ui::scene_menu::SceneMenu;
-
-/// The sensor in the straight part of the pointer's shaft.
-const SHAFT: usize = 0;
-
-struct Hand {
-    app: App,
-}
-
-impl Hand {
-    fn new() -> Self {
-        let mut app = create_scene_app();
-        settle(&mut app);
-        Self { app }
-    }
-
-    fn design(&self) -> Design {
-        self.app
-            .world()
-            .resource::<OpenWorld>()
-            .0
-            .document
-            .design()
-            .clone()
-    }
-
-    fn position_mm(&self, index: usize) -> nalgebra::Point3<f64> {
-        self.design().tool.body.rigid.sensors[index].position_in_body
-    }
-
-    /// Where a point of the tool is in the window.
-    fn pixel(&self, point_in_tool: &nalgebra::Point3<f64>) -> Vec2 {
-        let rig = self.app.world().resource::<OrbitRig>();
-        let view = self.app.world().resource::<ViewportRect>();
-        let pose = self.design().tracker_from_body(BodyRole::Tool).unwrap();
-        let [x, y] = rig
-            .camera
-            .project(&(pose * point_in_tool), rig.view_px)
-            .unwrap();
-        view.min + Vec2::new(x as f32, y as f32)
-    }
-
-    /// The sensor's pixel, and the direction on the screen in which the shaft runs back.
-    fn shaft(&self) -> (Vec2, Vec2) {
-        let at = self.position_mm(SHAFT);
-        let back = self.pixel(&(at + nalgebra::Vector3::z() * 10.0));
-        (self.pixel(&at), (back - self.pixel(&at)).normalize())
-    }
-
-    fn send(&mut self, at: Vec2, action: PointerAction) {
-        let world = self.app.world_mut();
-        let window = world
-            .query_filtered::<Entity, With<PrimaryWindow>>()
-            .single(world)
-            .unwrap();
-        let target = WindowRef::Primary.normalize(Some(window)).unwrap();
-        world.write_message(PointerInput::new(
-            PointerId::Mouse,
-            Location {
-                target: NormalizedRenderTarget::Window(target),
-                position: at,
-            },
-            action,
-        ));
-    }
-
-    fn move_to(&mut self, at: Vec2) {
-        self.send(at, PointerAction::Move { delta: Vec2::ONE });
-    }
-
-    fn press(&mut self, at: Vec2, button: PointerButton) {
-        self.move_to(at);
-        self.app.update();
-        self.send(at, PointerAction::Press(button));
-        self.app.update();
-    }
-
-    fn drag(&mut self, from: Vec2, by: Vec2, button: PointerButton) {
-        self.press(from, button);
-        for step in 1..=6 {
-            self.move_to(from + by * step as f32 / 6.0);
-            self.app.update();
-        }
-    }
-
-    fn release(&mut self, at: Vec2, button: PointerButton) {
-        self.send(at, PointerAction::Release(button));
-        self.app.update();
-        self.app.update();
-    }
-
-    fn request(&mut self, request: EditRequest) {
-        self.app.world_mut().write_message(request);
-        self.app.update();
-    }
-
-    fn undo_label(&self) -> Option<String> {
-        let world = self.app.world().resource::<OpenWorld>();
-        world.0.document.undo_label().map(str::to_owned)
-    }
-}
 
 #[test]
 fn a_drag_slides_the_sensor_along_the_shaft_in_one_undo_step() {

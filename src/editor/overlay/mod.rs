@@ -12,6 +12,7 @@ pub use legend::caption;
 pub use ruler::round_below;
 
 use super::camera::OrbitRig;
+use super::gizmo::{CurrentGizmo, HeldHandle};
 use super::layers::ColorBars;
 use super::state::{
     ColorBar, ColorScale, DragReadout, Hovered, OpenWorld, Presentation, Results, Selected,
@@ -23,6 +24,7 @@ use crate::design::Design;
 use crate::design::Things;
 use crate::design::view::Layers;
 use crate::field::Environment;
+use crate::geometry::gizmo::{Eye, Gizmo};
 use crate::geometry::orbit::OrbitCamera;
 use crate::study::{Figures, PoseDetail};
 use bevy::ecs::system::SystemParam;
@@ -66,6 +68,8 @@ pub struct OverlayView<'a> {
     pub region: Option<&'a str>,
     /// Whether the tip's scatter is known and drawn.
     pub has_scatter: bool,
+    /// The handles of what is selected, for the letters of their axes.
+    pub gizmo: Option<Gizmo>,
     /// Text and its place while something is dragged.
     pub readout: Option<(egui::Pos2, &'a str)>,
     /// Without panels the picture has to say the result itself.
@@ -73,11 +77,18 @@ pub struct OverlayView<'a> {
 }
 
 impl OverlayView<'_> {
+    /// From where it is seen.
+    pub fn eye(&self) -> Eye {
+        let size = self.rect.size();
+        Eye {
+            camera: self.camera,
+            view_px: [f64::from(size.x.max(1.0)), f64::from(size.y.max(1.0))],
+        }
+    }
+
     /// Where a point of the tracker frame is on the screen.
     pub fn project(&self, point_mm: &Point3<f64>) -> Option<egui::Pos2> {
-        let size = self.rect.size();
-        let view_px = [f64::from(size.x.max(1.0)), f64::from(size.y.max(1.0))];
-        let [x, y] = self.camera.project(point_mm, view_px)?;
+        let [x, y] = self.camera.project(point_mm, self.eye().view_px)?;
         Some(self.rect.min + vec2(x as f32, y as f32))
     }
 }
@@ -100,10 +111,21 @@ struct Scene<'w> {
     magnification: Option<Res<'w, ShownMagnification>>,
     color_scale: Option<Res<'w, ColorScale>>,
     color_bars: Option<Res<'w, ColorBars>>,
+    gizmo: Option<Res<'w, CurrentGizmo>>,
+    held: Option<Res<'w, HeldHandle>>,
     readout: Res<'w, DragReadout>,
     selection: Res<'w, Selection>,
     hovered: Res<'w, Hovered>,
     presentation: Res<'w, Presentation>,
+}
+
+impl Scene<'_> {
+    /// Those that are drawn: while one is held the others are not, and its axis is known.
+    fn handles(&self) -> Option<Gizmo> {
+        let is_held = (self.held.as_ref()).is_some_and(|held| held.handle().is_some());
+        let shown = self.gizmo.as_ref().filter(|_| !is_held)?.0?;
+        Some(shown.gizmo)
+    }
 }
 
 /// The slice's below those of the layers.
@@ -161,6 +183,7 @@ fn draw(
             .as_ref()
             .and_then(|bars| bars.region.as_deref()),
         has_scatter: matches!(&results.scatter, Some(Ok(_))),
+        gizmo: scene.handles(),
         readout: scene
             .readout
             .0
