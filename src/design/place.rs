@@ -5,7 +5,6 @@ use super::content::{BodyRole, Design};
 use super::edit::Edit;
 use crate::geometry::movement::Movement;
 use crate::geometry::pose::Pose;
-use crate::tracking::body::SensorOrientation;
 use nalgebra::{Translation3, UnitQuaternion};
 
 /// Which axes handles follow.
@@ -46,8 +45,7 @@ impl Design {
         ))
     }
 
-    /// Where a sensor is turned, `tracker_from_handle`. One with an axis alone is turned about
-    /// its own x and y: another frame's axes could lie along it and turn nothing.
+    /// Where a sensor is turned, `tracker_from_handle`.
     pub fn tracker_from_sensor_handle(
         &self,
         role: BodyRole,
@@ -56,10 +54,6 @@ impl Design {
     ) -> Option<Pose> {
         let sensor = self.body(role)?.rigid.sensors.get(index)?;
         let own = self.tracker_from_body(role)? * sensor.body_from_sensor();
-        let axes = match sensor.orientation {
-            SensorOrientation::FiveDof(_) => HandleAxes::Own,
-            SensorOrientation::SixDof(_) => axes,
-        };
         let rotation = axes.rotation(own.rotation);
         Some(Pose::from_parts(own.translation, rotation))
     }

@@ -3,7 +3,7 @@
 use super::gizmo::{CurrentGizmo, HeldHandle, HoveredHandle, name_of};
 use super::state::{EditorSystems, OpenWorld, PointerHint};
 use super::tool::{SceneTool, ToolAim};
-use crate::design::BodyRole;
+use crate::design::{BodyRole, HandleAxes};
 use crate::geometry::gizmo::{Handle, HandleKind};
 use crate::geometry::movement::{STEP_DEG, STEP_MM};
 use bevy::prelude::*;
@@ -48,10 +48,16 @@ fn say(
 ) {
     let of_handle = || {
         let design = world.as_ref()?.0.document.design();
-        let target = current.0?.target;
+        let shown = current.0?;
         let text = match (held.handle(), hovered.0) {
             (Some(handle), _) => holding(handle),
-            (None, Some(handle)) => over(handle, &name_of(design, target)),
+            (None, Some(handle)) => {
+                let whose = match shown.axes {
+                    HandleAxes::Own => "its",
+                    HandleAxes::Tracker => "the tracker's",
+                };
+                over(handle, whose, &name_of(design, shown.target))
+            }
             (None, None) => return None,
         };
         Some(text)
@@ -64,8 +70,8 @@ fn say(
 }
 
 /// Before a drag: what will move and how.
-fn over(handle: Handle, name: &str) -> String {
-    let axis = handle.axis.name();
+fn over(handle: Handle, whose: &str, name: &str) -> String {
+    let axis = format!("{whose} {}", handle.axis.name());
     let step = step(handle);
     match handle.kind {
         HandleKind::Arrow => format!(

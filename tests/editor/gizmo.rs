@@ -168,7 +168,11 @@ fn along_the_trackers_axes_a_turned_body_moves_along_the_trackers() {
 #[test]
 fn a_sensor_is_turned_in_its_place_by_the_two_rings_that_matter() {
     let mut hand = hand_with(Selected::Sensor(BodyRole::Tool, SHAFT));
+    // Its own, whatever was chosen for bodies: another frame's could lie along its axis.
+    hand.app.world_mut().resource_mut::<GizmoAxes>().0 = HandleAxes::Tracker;
+    settle(&mut hand.app);
     assert_eq!(gizmo(&hand).gizmo.handles, Handle::RINGS_OF_AXIS);
+    assert_eq!(gizmo(&hand).axes, HandleAxes::Own);
     assert_eq!(named(&mut hand.app, "gizmo handle"), 2);
     let sensor = |hand: &Hand| hand.design().tool.body.rigid.sensors[SHAFT].clone();
     let before = sensor(&hand);
@@ -208,7 +212,10 @@ fn a_handle_that_is_pointed_at_says_what_it_does_and_a_click_changes_nothing() {
     hand.move_to(at);
     hand.app.update();
     let hint = hand.resource::<PointerHint>().0.clone().unwrap();
-    assert!(hint.starts_with("Drag to turn the CRF about z"), "{hint}");
+    assert!(
+        hint.starts_with("Drag to turn the CRF about its z"),
+        "{hint}"
+    );
     hand.click(at);
     assert_eq!(hand.resource::<Selection>().primary(), Some(CRF));
     assert_eq!(hand.design(), before);

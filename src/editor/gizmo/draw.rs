@@ -6,7 +6,7 @@ use crate::editor::camera::OrbitRig;
 use crate::editor::materials::{GlowMaterial, Shown};
 use crate::editor::scene::screen_size::{ScreenSized, SizeBounds};
 use crate::editor::scene::shapes::GlyphShapes;
-use crate::editor::state::EditorSystems;
+use crate::editor::state::{ActiveDrag, EditorSystems};
 use crate::editor::{convert, palette};
 use crate::geometry::gizmo::{self as core, ARROW_PX, HandleKind, RING_PX};
 use crate::geometry::orbit::Axis;
@@ -196,18 +196,21 @@ fn has_another_look(
     current: Res<CurrentGizmo>,
     hovered: Res<HoveredHandle>,
     held: Res<HeldHandle>,
+    drag: Res<ActiveDrag>,
     rig: Res<OrbitRig>,
 ) -> bool {
     let is_shown = current.0.is_some();
-    is_shown
-        && (current.is_changed() || hovered.is_changed() || held.is_changed() || rig.is_changed())
+    let is_used = hovered.is_changed() || held.is_changed() || drag.is_changed();
+    is_shown && (is_used || current.is_changed() || rig.is_changed())
 }
 
-/// The one that is hovered stands out; while one is held the others make room.
+/// The one that is hovered stands out; while one, or anything else, is dragged the others make
+/// room.
 fn highlight(
     current: Res<CurrentGizmo>,
     hovered: Res<HoveredHandle>,
     held: Res<HeldHandle>,
+    drag: Res<ActiveDrag>,
     rig: Res<OrbitRig>,
     look: Res<GizmoLook>,
     mut handles: Query<(&GizmoHandle, &mut Visibility)>,
@@ -220,7 +223,7 @@ fn highlight(
     for (GizmoHandle(handle), mut visibility) in &mut handles {
         let is_shown = match held.handle() {
             Some(held) => held == *handle,
-            None => gizmo.is_usable(*handle, &eye),
+            None => !drag.0 && gizmo.is_usable(*handle, &eye),
         };
         visibility.set_if_neq(match is_shown {
             true => Visibility::Inherited,

@@ -36,6 +36,8 @@ pub struct CurrentGizmo(pub Option<ShownGizmo>);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownGizmo {
     pub target: Selected,
+    /// Those that the handles follow.
+    pub axes: HandleAxes,
     pub gizmo: Gizmo,
 }
 
@@ -78,6 +80,7 @@ pub fn gizmo_of(
 ) -> Option<ShownGizmo> {
     let target = selection.primary()?;
     let left_alone = [&view.hidden, &view.locked];
+    let mut axes = axes;
     let gizmo = match target {
         Selected::Tip(_) => return None,
         Selected::Body(role) => {
@@ -96,16 +99,25 @@ pub fn gizmo_of(
             if !is_single || things.any(|things| things.has_sensor(role, &sensor.name)) {
                 return None;
             }
+            let handles = match sensor.orientation {
+                SensorOrientation::FiveDof(_) => {
+                    // Another frame's axes could lie along its own and turn nothing.
+                    axes = HandleAxes::Own;
+                    Handle::RINGS_OF_AXIS
+                }
+                SensorOrientation::SixDof(_) => Handle::RINGS,
+            };
             Gizmo {
                 tracker_from_gizmo: design.tracker_from_sensor_handle(role, index, axes)?,
-                handles: match sensor.orientation {
-                    SensorOrientation::FiveDof(_) => Handle::RINGS_OF_AXIS,
-                    SensorOrientation::SixDof(_) => Handle::RINGS,
-                },
+                handles,
             }
         }
     };
-    Some(ShownGizmo { target, gizmo })
+    Some(ShownGizmo {
+        target,
+        axes,
+        gizmo,
+    })
 }
 
 /// What decides which gizmo is shown.

@@ -12,11 +12,11 @@ pub use legend::caption;
 pub use ruler::round_below;
 
 use super::camera::OrbitRig;
-use super::gizmo::{CurrentGizmo, HeldHandle};
+use super::gizmo::CurrentGizmo;
 use super::layers::ColorBars;
 use super::state::{
-    ColorBar, ColorScale, DragReadout, Hovered, OpenWorld, Presentation, Results, Selected,
-    Selection, ShownMagnification, ViewportRect,
+    ActiveDrag, ColorBar, ColorScale, DragReadout, Hovered, OpenWorld, Presentation, Results,
+    Selected, Selection, ShownMagnification, ViewportRect,
 };
 use super::study::ShownDesign;
 use super::ui::UiSystems;
@@ -112,7 +112,7 @@ struct Scene<'w> {
     color_scale: Option<Res<'w, ColorScale>>,
     color_bars: Option<Res<'w, ColorBars>>,
     gizmo: Option<Res<'w, CurrentGizmo>>,
-    held: Option<Res<'w, HeldHandle>>,
+    drag: Option<Res<'w, ActiveDrag>>,
     readout: Res<'w, DragReadout>,
     selection: Res<'w, Selection>,
     hovered: Res<'w, Hovered>,
@@ -120,10 +120,10 @@ struct Scene<'w> {
 }
 
 impl Scene<'_> {
-    /// Those that are drawn: while one is held the others are not, and its axis is known.
+    /// The handles that are drawn: none beside the one that is held.
     fn handles(&self) -> Option<Gizmo> {
-        let is_held = (self.held.as_ref()).is_some_and(|held| held.handle().is_some());
-        let shown = self.gizmo.as_ref().filter(|_| !is_held)?.0?;
+        let is_dragging = self.drag.as_ref().is_some_and(|drag| drag.0);
+        let shown = self.gizmo.as_ref().filter(|_| !is_dragging)?.0?;
         Some(shown.gizmo)
     }
 }
