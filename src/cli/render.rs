@@ -42,9 +42,9 @@ pub struct RenderArgs {
     /// In the Study workspace, the trial of the range of motion to show, from 1, or worst
     #[arg(long, value_name = "N", requires = "workspace")]
     pub trial: Option<TrialName>,
-    /// The sensor that is selected: its name, or body and name where both bodies have one of that
-    /// name, as in crf/left
-    #[arg(long, value_name = "SENSOR")]
+    /// What is selected: tool, crf, tool/tip, or a sensor by its name, with its body where both
+    /// bodies have one of that name, as in crf/left
+    #[arg(long, value_name = "THING")]
     pub select: Option<String>,
     /// From where to look; the design's own view unless told
     #[arg(long, value_enum, value_name = "NAME")]
@@ -234,7 +234,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         face_slice(&mut world, size);
     }
     let selected = match &args.select {
-        Some(name) => Some(sensor_named(&world, name)?),
+        Some(name) => Some(thing_named(&world, name)?),
         None => None,
     };
     let tables = [
@@ -266,25 +266,33 @@ fn open(design: &std::path::Path) -> anyhow::Result<World> {
     Ok(store::open_design(design)?)
 }
 
-fn sensor_named(world: &World, name: &str) -> anyhow::Result<Selected> {
-    let design = world.document.design();
-    let found = design.bodies().find_map(|(role, body)| {
-        let body_name = role.name().to_lowercase();
-        let index = body.rigid.sensors.iter().position(|sensor| {
-            name == sensor.name || name == format!("{body_name}/{}", sensor.name)
-        })?;
-        Some(Selected::Sensor(role, index))
-    });
-    found.with_context(|| {
-        let names: Vec<String> = design
-            .bodies()
-            .flat_map(|(role, body)| {
-                let of = role.name().to_lowercase();
-                let sensors = body.rigid.sensors.iter();
-                sensors.map(move |sensor| format!("{of}/{}", sensor.name))
-            })
-            .collect();
-        format!("no sensor {name}, expected one of {}", names.join(", "))
+fn thing_named(world: &World, name: &str) -> anyhow::Result<Selected> {
+    let mut things = Vec::new();
+    for (role, body) in world.document.design().bodies() {
+        let of = role.name().to_lowercase();
+        things.push((of.clone(), Selected::Body(role)));
+        if body.rigid.tip_in_body.is_some() {
+            things.push((format!("{of}/tip"), Selected::Tip(role)));
+        }
+        let sensors = body.rigid.sensors.iter().enumerate();
+        things.extend(sensors.map(|(index, sensor)| {
+            let what = Selected::Sensor(role, index);
+            (format!("{of}/{}", sensor.name), what)
+        }));
+    }
+    let is_named = |thing: &&(String, Selected)| thing.0 == name;
+    // A sensor's own name is enough where it tells which one.
+    let is_sensor = |thing: &&(String, Selected)| {
+        let own = thing.0.split_once('/').map(|(_, own)| own);
+        own == Some(name) && matches!(thing.1, Selected::Sensor(..))
+    };
+    let found = (things.iter().find(is_named)).or_else(|| things.iter().find(is_sensor));
+    found.map(|thing| thing.1).with_context(|| {
+        let names: Vec<&str> = things.iter().map(|thing| thing.0.as_str()).collect();
+        format!(
+            "nothing is named {name}, expected one of {}",
+            names.join(", ")
+        )
     })
 }
 

@@ -7,6 +7,8 @@ mod document;
 mod edit;
 mod edit_label;
 mod history;
+mod new_sensor;
+mod place;
 #[cfg(test)]
 mod tests;
 mod things;
@@ -17,5 +19,7 @@ pub use content::{BodyRole, CrfPlacement, Design, DesignBody, Target, ToolPlacem
 pub use document::{Document, Origin};
 pub use edit::{Edit, EditError};
 pub use history::{HistoryList, HistoryState};
+pub use new_sensor::{sensor_beside_last, sensor_on_surface};
+pub use place::HandleAxes;
 pub use things::{Thing, Things};
 pub use view::View;

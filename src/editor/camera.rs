@@ -14,6 +14,7 @@ use super::study::ShownDesign;
 use super::{convert, palette};
 use crate::design::Design;
 use crate::design::view::CameraView;
+use crate::geometry::gizmo::Eye;
 use crate::geometry::orbit::{OrbitCamera, VERTICAL_FOV_RAD};
 use crate::geometry::surface::Ray;
 use crate::store::World;
@@ -132,6 +133,13 @@ impl OrbitRig {
         self.glide.is_some()
     }
 
+    pub fn eye(&self) -> Eye {
+        Eye {
+            camera: self.camera,
+            view_px: self.view_px,
+        }
+    }
+
     /// Millimetres a pixel spans at a point; of the focus for what is behind the camera.
     pub fn mm_per_px(&self, point_mm: &Point3<f64>) -> f64 {
         self.camera
@@ -184,6 +192,11 @@ impl Sight<'_> {
     /// The design as it is shown; `None` before there is one.
     pub fn design(&self) -> Option<&Design> {
         self.shown.as_ref().map(|shown| &*shown.design)
+    }
+
+    /// From where the 3D view is seen.
+    pub fn eye(&self) -> Eye {
+        self.rig.eye()
     }
 
     /// Whether a place in the window is in the 3D view.

@@ -5,6 +5,7 @@ use super::field::TableRole;
 use super::sensor_commands::SensorCommand;
 use super::state::Workspace;
 use super::study::ModeKind;
+use super::tool::SceneTool;
 use crate::design::MirrorPlane;
 use crate::geometry::orbit::Axis;
 
@@ -95,6 +96,27 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Take the drag back",
         &[Keys::plain("escape")],
         "Ends a drag as if it had never been",
+    ),
+    info(
+        Command::Tool(SceneTool::AddSensor),
+        Group::Edit,
+        "Add sensor by click",
+        &[Keys::plain("a")],
+        "Puts a sensor where the next click meets a body; with Shift, one with every click",
+    ),
+    info(
+        Command::AddSensorBeside,
+        Group::Edit,
+        "Add sensor beside the last",
+        &[],
+        "Adds a sensor to the selected body, or the tool, beside its last one",
+    ),
+    info(
+        Command::Tool(SceneTool::SetTip),
+        Group::Edit,
+        "Set the tip by click",
+        &[Keys::plain("t")],
+        "Puts the tip of a body where the next click meets it",
     ),
     info(
         Command::Sensors(SensorCommand::Duplicate),
@@ -221,6 +243,13 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Look along z",
         &[Keys::plain("7")],
         "Looks along the tracker's z axis, which points from volume to generator",
+    ),
+    info(
+        Command::ToggleGizmoAxes,
+        Group::View,
+        "Gizmo along the tracker's axes",
+        &[],
+        "Handles along the tracker's axes, or again along those of what is selected",
     ),
     info(
         Command::ToggleMagnification,

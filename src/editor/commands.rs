@@ -3,6 +3,7 @@
 
 pub use super::command_table::COMMANDS;
 use super::field::{FieldRequest, RoomToSave, TableRole};
+use super::gizmo::GizmoAxes;
 pub use super::keys::Keys;
 use super::palette::Theme;
 use super::pick::Surfaces;
@@ -13,6 +14,7 @@ use super::state::{
     Workspace,
 };
 use super::study::{ModeKind, StudyRequest};
+use super::tool::{SceneTool, add_sensor_beside};
 use super::ui::PanelsShown;
 use super::ui::command_ui::CommandPages;
 use super::ui::row_page::RowPage;
@@ -45,8 +47,12 @@ pub enum Command {
     CancelDrag,
     /// Something done to the selected sensors.
     Sensors(SensorCommand),
+    /// Takes a tool in hand, or puts it back.
+    Tool(SceneTool),
+    AddSensorBeside,
     FrameSelection,
     LookAlong(Axis),
+    ToggleGizmoAxes,
     ToggleMagnification,
     ToggleLeft,
     ToggleRight,
@@ -131,6 +137,10 @@ impl Command {
             _ if self.info().group == Group::Study => workspace == Workspace::Study,
             Self::Undo => document.is_some_and(|d| d.undo_label().is_some()),
             Self::Redo => document.is_some_and(|d| d.redo_label().is_some()),
+            Self::Tool(_) | Self::AddSensorBeside => {
+                world.is_some() && workspace != Workspace::Field
+            }
+            Self::ToggleGizmoAxes => workspace == Workspace::Design,
             Self::Sensors(command) => {
                 world.is_some_and(|world| command.is_available(&world.0, selection))
             }
@@ -157,6 +167,8 @@ impl Plugin for CommandsPlugin {
             .init_resource::<CommandPages>()
             .init_resource::<RowPage>()
             .init_resource::<Selection>()
+            .init_resource::<SceneTool>()
+            .init_resource::<GizmoAxes>()
             .add_message::<RunCommand>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
@@ -206,6 +218,8 @@ struct Asked<'w> {
     pages: ResMut<'w, CommandPages>,
     row: ResMut<'w, RowPage>,
     selection: Res<'w, Selection>,
+    tool: ResMut<'w, SceneTool>,
+    gizmo: ResMut<'w, GizmoAxes>,
     surfaces: Option<Res<'w, Surfaces>>,
     redraw: MessageWriter<'w, RequestRedraw>,
 }
@@ -241,8 +255,15 @@ impl Asked<'_> {
                     self.sensors(command, world);
                 }
             }
+            Command::Tool(tool) => *self.tool = self.tool.toggled(tool),
+            Command::AddSensorBeside => {
+                let design = world.map(|world| world.0.document.design());
+                let edit = design.and_then(|design| add_sensor_beside(design, &self.selection));
+                self.edits.write_batch(edit.map(EditRequest::Apply));
+            }
             Command::FrameSelection => self.view(ViewRequest::FrameSelection),
             Command::LookAlong(axis) => self.view(ViewRequest::LookAlong(axis)),
+            Command::ToggleGizmoAxes => self.gizmo.0 = self.gizmo.0.other(),
             Command::ToggleMagnification => {
                 if let Some(world) = world {
                     let view = toggled_magnification(world.0.document.view());

@@ -4,18 +4,21 @@
 //! one undo step: `Begin`, an `Apply` for each move, `Commit`, or `Cancel` on Escape.
 
 use super::camera::Sight;
-use super::pick::Surfaces;
+use super::fine_pointer::{DEAD_ZONE_PX, DragKeys, FinePointer};
+use super::gizmo::GizmoHandle;
+use super::pick::{Surfaces, Targets};
 use super::scene::bodies::mesh_of;
 use super::scene::{BodyRoot, SensorMark};
 use super::state::{
     ActiveDrag, DragReadout, DragText, EditRequest, EditorSystems, Hovered, Selected, Selection,
     ViewportRect,
 };
+use super::tool::SceneTool;
 use super::ui::scene_menu::SceneMenu;
 use crate::design::{BodyRole, Edit};
 use crate::geometry::pose::Pose;
 use crate::geometry::surface::{Ray, Surface};
-use crate::geometry::surface_drag::{PlaneDrag, SurfaceDrag};
+use crate::geometry::surface_drag::{Grid, PlaneDrag, SurfaceDrag};
 use crate::tracking::body::Sensor;
 use bevy::ecs::system::SystemParam;
 use bevy::picking::events::{Click, Drag, DragEnd, DragStart, Out, Over, Pointer};
@@ -25,12 +28,6 @@ use bevy::window::RequestRedraw;
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass, egui};
 use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
-
-/// A press that moves less than this is a click.
-const DEAD_ZONE_PX: f32 = 3.0;
-
-/// With Shift the pointer counts for this much.
-const FINE: f32 = 0.1;
 
 /// With Ctrl places are rounded to this.
 const SNAP_MM: f64 = 1.0;
@@ -75,49 +72,17 @@ impl Held {
     }
 }
 
-/// The pointer as it counts: slowed down while Shift is held, without a jump when it is pressed
-/// or let go.
-#[derive(Clone, Copy, Debug)]
-struct FinePointer {
-    is_fine: bool,
-    /// Where the pointer and its effect were when that began.
-    since: Vec2,
-    effective: Vec2,
-}
-
-impl FinePointer {
-    fn new(at: Vec2) -> Self {
-        Self {
-            is_fine: false,
-            since: at,
-            effective: at,
-        }
-    }
-
-    fn at(&mut self, at: Vec2, is_fine: bool) -> Vec2 {
-        if is_fine != self.is_fine {
-            self.effective = self.effect_at(at);
-            self.since = at;
-            self.is_fine = is_fine;
-        }
-        self.effect_at(at)
-    }
-
-    fn effect_at(&self, at: Vec2) -> Vec2 {
-        self.effective + (at - self.since) * if self.is_fine { FINE } else { 1.0 }
-    }
-}
-
 impl Plugin for DragPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<HeldSensor>()
             .init_resource::<SceneMenu>()
-            .add_observer(on_over)
+            .init_resource::<SceneTool>()
+            .add_observer(on_over.run_if(resource_equals(SceneTool::Select)))
             .add_observer(on_out)
-            .add_observer(on_click)
+            .add_observer(on_click.run_if(resource_equals(SceneTool::Select)))
             .add_observer(on_menu_click)
             .add_observer(on_drag_start)
-            .add_observer(on_drag)
+            .add_observer(on_drag.run_if(resource_equals(SceneTool::Select)))
             .add_observer(on_drag_end)
             .add_systems(
                 Update,
@@ -125,7 +90,10 @@ impl Plugin for DragPlugin {
                     .run_if(resource_exists::<ButtonInput<KeyCode>>)
                     .in_set(EditorSystems::Input),
             )
-            .add_systems(EguiPrimaryContextPass, show_cursor);
+            .add_systems(
+                EguiPrimaryContextPass,
+                show_cursor.run_if(resource_equals(SceneTool::Select)),
+            );
     }
 }
 
@@ -200,11 +168,30 @@ impl Clicks<'_> {
     }
 }
 
+/// Handles are there to be dragged: a click goes through them to a sensor.
+#[derive(SystemParam)]
+struct Handles<'w, 's> {
+    handles: Query<'w, 's, (), With<GizmoHandle>>,
+    targets: Targets<'w, 's>,
+    sight: Sight<'w>,
+}
+
+impl Handles<'_, '_> {
+    fn seen_through(&self, target: Entity, at: Vec2) -> Entity {
+        let behind = self.handles.contains(target).then(|| {
+            let sensor = self.targets.sensor_under(&self.sight, at);
+            sensor.unwrap_or(target)
+        });
+        behind.unwrap_or(target)
+    }
+}
+
 /// A click selects what is under it; beside everything, nothing.
 fn on_click(
     mut click: On<Pointer<Click>>,
     things: Things,
     windows: Query<&Window>,
+    handles: Handles,
     clicks: Clicks,
     mut selection: ResMut<Selection>,
     mut redraws: MessageWriter<RequestRedraw>,
@@ -212,7 +199,8 @@ fn on_click(
     if click.button != PointerButton::Primary || !clicks.counts(click.pointer_location.position) {
         return;
     }
-    let target = click.original_event_target();
+    let at = click.pointer_location.position;
+    let target = handles.seen_through(click.original_event_target(), at);
     let selected = things.of(target);
     if selected.is_some() || windows.contains(target) {
         click.propagate(false);
@@ -262,16 +250,10 @@ fn on_drag_start(mut drag: On<Pointer<DragStart>>, sensors: Query<&SensorMark>) 
 struct Grip<'w> {
     sight: Sight<'w>,
     surfaces: Res<'w, Surfaces>,
-    keys: Option<Res<'w, ButtonInput<KeyCode>>>,
+    keys: DragKeys<'w>,
 }
 
 impl Grip<'_> {
-    fn is_held(&self, either: [KeyCode; 2]) -> bool {
-        self.keys
-            .as_ref()
-            .is_some_and(|keys| keys.any_pressed(either))
-    }
-
     /// The ray under a place in the window, in a body's frame.
     fn ray(&self, at: Vec2, tracker_from_body: &Pose) -> Option<Ray> {
         let ray = self.sight.ray(at)?;
@@ -320,17 +302,16 @@ impl Grip<'_> {
 
     /// Where the held sensor is with the pointer at `at`.
     fn pose(&self, held: &mut Held, at: Vec2) -> Option<Pose> {
-        let is_fine = self.is_held([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
-        let snap_mm = self
-            .is_held([KeyCode::ControlLeft, KeyCode::ControlRight])
-            .then_some(SNAP_MM);
-        let is_off = self.is_held([KeyCode::AltLeft, KeyCode::AltRight]);
-        let at = held.pointer.at(at, is_fine);
+        let snap_mm = self.keys.is_snapping().then_some(SNAP_MM);
+        let is_off = self.keys.is_off();
+        let at = held.pointer.at(at, self.keys.is_fine());
         let ray = self.ray(at, &held.tracker_from_body)?;
         match &mut held.on_surface {
             Some((surface, drag)) if !is_off => {
                 let near = drag.start_body_from_sensor().translation.vector;
-                Some(drag.pose_at(&surface.under(&ray, &Point3::from(near)), snap_mm))
+                let hit = surface.under(&ray, &Point3::from(near));
+                let grid = snap_mm.map(|step_mm| Grid::at(surface, &hit, step_mm));
+                Some(drag.pose_at(&hit, grid))
             }
             _ => held.in_plane.pose_at(&ray, snap_mm),
         }
@@ -451,28 +432,4 @@ fn show_cursor(
     };
     contexts.ctx_mut()?.set_cursor_icon(icon);
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shift_slows_the_pointer_down_without_a_jump() {
-        let mut pointer = FinePointer::new(Vec2::ZERO);
-        assert_eq!(
-            pointer.at(Vec2::new(10.0, 0.0), false),
-            Vec2::new(10.0, 0.0)
-        );
-        assert_eq!(pointer.at(Vec2::new(10.0, 0.0), true), Vec2::new(10.0, 0.0));
-        assert_eq!(pointer.at(Vec2::new(20.0, 0.0), true), Vec2::new(11.0, 0.0));
-        assert_eq!(
-            pointer.at(Vec2::new(30.0, 0.0), false),
-            Vec2::new(12.0, 0.0)
-        );
-        assert_eq!(
-            pointer.at(Vec2::new(31.0, 0.0), false),
-            Vec2::new(13.0, 0.0)
-        );
-    }
 }

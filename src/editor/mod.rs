@@ -12,6 +12,8 @@ pub mod document;
 pub mod drag;
 pub mod egui_camera;
 pub mod field;
+pub mod fine_pointer;
+pub mod gizmo;
 pub mod glyphs;
 pub mod handle;
 pub mod keys;
@@ -25,6 +27,7 @@ pub mod overlay;
 pub mod palette;
 pub mod pick;
 pub mod picture;
+pub mod pointer_hint;
 pub mod precision;
 pub mod preflight;
 pub mod probe;
@@ -39,6 +42,7 @@ pub mod solve;
 pub mod solver;
 pub mod state;
 pub mod study;
+pub mod tool;
 pub mod ui;
 pub mod wake;
 
@@ -60,6 +64,9 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`camera::CameraPlugin`] | the 3D camera and its gestures |
 /// | [`pick::PickPlugin`] | what is under the pointer |
 /// | [`drag::DragPlugin`] | hovering, selecting, dragging sensors |
+/// | [`gizmo::GizmoPlugin`] | handles that move and turn what is selected |
+/// | [`tool::ToolPlugin`] | what a click in the scene does beside selecting |
+/// | [`pointer_hint::PointerHintPlugin`] | what the pointer can do now, in words |
 /// | [`materials::MaterialsPlugin`] | what surfaces look like |
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
 /// | [`glyphs::GlyphsPlugin`] | magnified errors and the ghost |
@@ -93,6 +100,9 @@ impl PluginGroup for EditorPlugins {
             .add(camera::CameraPlugin)
             .add(pick::PickPlugin)
             .add(drag::DragPlugin)
+            .add(gizmo::GizmoPlugin)
+            .add(tool::ToolPlugin)
+            .add(pointer_hint::PointerHintPlugin)
             .add(materials::MaterialsPlugin)
             .add(scene::ScenePlugin)
             .add(glyphs::GlyphsPlugin)

@@ -137,6 +137,8 @@ pub const MOTION: Rgb = Rgb::pair(0xB9A6E8, 0x5B3FA0);
 pub const AXIS_X: Rgb = Rgb::pair(0xE06C6C, 0xC23B3B);
 pub const AXIS_Y: Rgb = Rgb::pair(0x7CC47C, 0x2F8A3A);
 pub const AXIS_Z: Rgb = Rgb::pair(0x6C9CF0, 0x2F62C9);
+/// Of x, y, z.
+pub const AXES: [Rgb; 3] = [AXIS_X, AXIS_Y, AXIS_Z];
 pub const VOLUME: Rgb = Rgb::pair(0x8FB4E8, 0x3A66A8);
 pub const MODEL_BOX: Rgb = Rgb::pair(0x8A93A0, 0x6B7683);
 /// Where the room's model may be believed.

@@ -1,11 +1,12 @@
-//! Which entity is under the pointer: sensors by their distance on the screen, bodies by the
-//! core's own surfaces.
+//! Which entity is under the pointer: handles and sensors by their distance on the screen, bodies
+//! by the core's own surfaces.
 //!
 //! A backend for Bevy's picking, whose events the observers of drags and selection receive. It
 //! works in f64 on the document, so that a coil inside a shaft can be picked and nothing has to
 //! be marked as not to be picked.
 
 use super::camera::{OrbitRig, Sight};
+use super::gizmo::{CurrentGizmo, GizmoHandle};
 use super::handle::{BallHandle, HANDLE_PX};
 use super::scene::bodies::mesh_of;
 use super::scene::{BodyRoot, SensorMark, sensors};
@@ -13,7 +14,7 @@ use super::state::{MainCamera, OpenWorld};
 use crate::design::{BodyRole, Design};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::pose::Pose;
-use crate::geometry::surface::{Ray, Surface};
+use crate::geometry::surface::{Ray, Surface, SurfacePoint};
 use crate::tracking::body::Sensor;
 use bevy::ecs::system::SystemParam;
 use bevy::picking::PickingSystems;
@@ -61,15 +62,26 @@ impl Surfaces {
 
     /// The nearest point of a body on a ray of the tracker frame.
     pub fn under(&self, design: &Design, ray: &Ray) -> Option<Point3<f64>> {
-        let distance = |point: &Point3<f64>| (point - ray.origin_mm).norm();
-        BodyRole::ALL
-            .into_iter()
-            .filter_map(|role| {
-                let pose = design.tracker_from_body(role)?;
-                let hit = self.of(role)?.cast(&ray.transformed_by(&pose.inverse()))?;
-                Some(pose * hit.position_mm)
-            })
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        let (role, hit) = self.hit(design, ray, &BodyRole::ALL)?;
+        Some(design.tracker_from_body(role)? * hit.position_mm)
+    }
+
+    /// Which of some bodies a ray of the tracker frame meets first, and where, in its frame.
+    pub fn hit(
+        &self,
+        design: &Design,
+        ray: &Ray,
+        roles: &[BodyRole],
+    ) -> Option<(BodyRole, SurfacePoint)> {
+        let hits = roles.iter().filter_map(|role| {
+            let pose = design.tracker_from_body(*role)?;
+            let in_body = ray.transformed_by(&pose.inverse());
+            let hit = self.of(*role)?.cast(&in_body)?;
+            let distance = (hit.position_mm - in_body.origin_mm).norm();
+            Some((distance, (*role, hit)))
+        });
+        let nearest = hits.min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(_, hit)| hit)
     }
 }
 
@@ -91,11 +103,13 @@ fn make_surfaces(world: Res<OpenWorld>, mut surfaces: ResMut<Surfaces>) {
 
 /// What can be picked.
 #[derive(SystemParam)]
-struct Targets<'w, 's> {
+pub struct Targets<'w, 's> {
     surfaces: Res<'w, Surfaces>,
     sensors: Query<'w, 's, (Entity, &'static SensorMark)>,
     roots: Query<'w, 's, (Entity, &'static BodyRoot)>,
     handles: Query<'w, 's, (Entity, &'static BallHandle)>,
+    gizmo: Option<Res<'w, CurrentGizmo>>,
+    gizmo_handles: Query<'w, 's, (Entity, &'static GizmoHandle)>,
 }
 
 fn pick(
@@ -133,6 +147,15 @@ fn pick(
 }
 
 impl Targets<'_, '_> {
+    /// The sensor under a place in the window, be there a handle of the gizmo before it or not.
+    pub fn sensor_under(&self, sight: &Sight, at: Vec2) -> Option<Entity> {
+        let under = self.under(sight, at).into_iter();
+        under
+            .filter(|(entity, _)| self.sensors.contains(*entity))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(entity, _)| entity)
+    }
+
     /// Everything under a place in the window, with a depth that orders it.
     fn under(&self, sight: &Sight, at: Vec2) -> Vec<(Entity, f64)> {
         let (Some(world), Some(design), Some(pixel), Some(ray)) =
@@ -141,6 +164,16 @@ impl Targets<'_, '_> {
             return Vec::new();
         };
         let view = world.0.document.view();
+        // Whoever selected something reaches for its handles, whatever lies behind them.
+        let held = self.gizmo.as_ref().and_then(|gizmo| {
+            let (handle, distance) = gizmo.0?.gizmo.under(pixel, &sight.eye())?;
+            let entity = self
+                .gizmo_handles
+                .iter()
+                .find(|(_, own)| own.0 == handle)?
+                .0;
+            Some((entity, distance - GIZMO_BEFORE))
+        });
         let handles = self.handles.iter().filter_map(|(entity, handle)| {
             let distance = distance_px(&sight.rig, pixel, [handle.at_mm; 2])?;
             (distance <= HANDLE_PX).then_some((entity, distance))
@@ -168,7 +201,8 @@ impl Targets<'_, '_> {
             let depth = (hit.position_mm - in_body.origin_mm).norm();
             Some((entity, BODIES_FROM + depth))
         });
-        handles.chain(sensors).chain(bodies).collect()
+        let things = handles.chain(sensors).chain(bodies);
+        held.into_iter().chain(things).collect()
     }
 }
 
@@ -188,6 +222,9 @@ fn sensor_distance_px(
     let distance = distance_px(rig, pixel, [middle - axis, middle + axis])?;
     (distance <= REACH_PX.max(radius_px + 2.0)).then_some(distance)
 }
+
+/// How far the handles of the gizmo are before everything else.
+const GIZMO_BEFORE: f64 = 1000.0;
 
 /// Depth at which bodies begin: sensors come before all of them.
 const BODIES_FROM: f64 = 1000.0;

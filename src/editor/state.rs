@@ -179,6 +179,11 @@ pub struct DragText {
     pub text: String,
 }
 
+/// What the pointer can do now, where what it is over does not say so by itself: for the status
+/// line.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct PointerHint(pub Option<String>);
+
 /// Whether a drag in the scene is under way.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ActiveDrag(pub bool);
@@ -269,6 +274,7 @@ impl Plugin for StatePlugin {
             .init_resource::<Hovered>()
             .init_resource::<Results>()
             .init_resource::<DragReadout>()
+            .init_resource::<PointerHint>()
             .init_resource::<ActiveDrag>()
             .init_resource::<Presentation>()
             .init_resource::<Workspace>()

@@ -22,12 +22,41 @@ const DISTANCE_MM: std::ops::RangeInclusive<f64> = 10.0..=8000.0;
 /// How much of the view a framed sphere leaves free around it.
 const FRAME_MARGIN: f64 = 1.12;
 
-/// A direction to look along, in tracker axes.
+/// One of a frame's three axes; of the tracker's, where a camera looks along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Axis {
     X,
     Y,
     Z,
+}
+
+impl Axis {
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+        }
+    }
+
+    pub fn unit(self) -> Unit<Vector3<f64>> {
+        match self {
+            Self::X => Vector3::x_axis(),
+            Self::Y => Vector3::y_axis(),
+            Self::Z => Vector3::z_axis(),
+        }
+    }
+
+    /// The other two, such that the three are right-handed.
+    pub fn others(self) -> [Self; 2] {
+        match self {
+            Self::X => [Self::Y, Self::Z],
+            Self::Y => [Self::Z, Self::X],
+            Self::Z => [Self::X, Self::Y],
+        }
+    }
 }
 
 /// Where the camera is, by what it looks at. Lengths in millimetres, angles in radians, tracker

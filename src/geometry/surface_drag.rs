@@ -9,6 +9,37 @@ use nalgebra::{Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, V
 /// direction in the surface.
 const CAP_ANGLE_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
 
+/// A face is flat where normals within a step of the grid differ by less than this: a tube of
+/// more than 57 steps' radius counts as flat, one that a hand can hold does not.
+const FLAT_ANGLE_RAD: f64 = std::f64::consts::PI / 180.0;
+
+/// A grid that places on a surface are rounded to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    pub step_mm: f64,
+    /// Whether it has lines across the body's long axis only, as around a shaft, where there is no
+    /// other coordinate that stays in the surface, or both ways.
+    pub is_flat: bool,
+}
+
+impl Grid {
+    /// The grid at a point of a surface.
+    pub fn at(surface: &Surface, point: &SurfacePoint, step_mm: f64) -> Self {
+        let [u, v] = tangents(&point.normal);
+        let is_flat = [u, -u, v, -v].iter().all(|direction| {
+            let beside = surface.closest(&(point.position_mm + direction * step_mm));
+            beside.normal.dot(&point.normal) > FLAT_ANGLE_RAD.cos()
+        });
+        Self { step_mm, is_flat }
+    }
+}
+
+/// Two directions in the plane of a normal.
+fn tangents(normal: &Unit<Vector3<f64>>) -> [Vector3<f64>; 2] {
+    let u = perpendicular(normal);
+    [u.into_inner(), normal.cross(&u)]
+}
+
 /// Where a sensor that is held sits relative to the surface.
 ///
 /// Poses are of the sensor in its body, millimetres. Every pose of a drag comes from its start:
@@ -59,13 +90,13 @@ impl SurfaceDrag {
     /// The sensor's pose with the surface point under the pointer at `hit`.
     ///
     /// It keeps its rotation in the surface frame and its place relative to the grabbed point:
-    /// the signed depth below the surface and the offset along it. With `snap_mm` its place
-    /// along the body's long axis is rounded to that step.
-    pub fn pose_at(&mut self, hit: &SurfacePoint, snap_mm: Option<f64>) -> Pose {
+    /// the signed depth below the surface and the offset along it. With a grid its place is
+    /// rounded: along the body's long axis, and on a flat face across it too.
+    pub fn pose_at(&mut self, hit: &SurfacePoint, snap: Option<Grid>) -> Pose {
         if *hit == self.start.as_point() {
             // To the bit, and not by way of products that are one within rounding.
             self.latest = self.start;
-            if snap_mm.is_none() {
+            if snap.is_none() {
                 return self.start_body_from_sensor;
             }
         }
@@ -78,8 +109,8 @@ impl SurfaceDrag {
         let start = &self.start_body_from_sensor;
         let offset = turn * (start.translation.vector - self.start.origin_mm.coords);
         let mut position = hit.position_mm.coords + offset;
-        if let Some(step_mm) = snap_mm {
-            position += self.snap_shift(&position, step_mm);
+        if let Some(grid) = snap {
+            position += self.snap_shift(&position, grid);
         }
         Pose::from_parts(
             Translation3::from(position),
@@ -96,16 +127,30 @@ impl SurfaceDrag {
         }
     }
 
-    /// Along the surface to the next whole step of the long axis; none on an end cap, where
-    /// that direction leaves the surface.
-    fn snap_shift(&self, position: &Vector3<f64>, step_mm: f64) -> Vector3<f64> {
-        if is_cap(&self.latest.normal, &self.long_axis) {
-            return Vector3::zeros();
+    /// In the surface to the next line of the grid. On an end cap, where the long axis leaves the
+    /// surface, the lines are those of the body's two other axes.
+    fn snap_shift(&self, position: &Vector3<f64>, grid: Grid) -> Vector3<f64> {
+        let normal = &self.latest.normal;
+        let shift = |coordinate: &Vector3<f64>, tangent: &Vector3<f64>| {
+            let now = position.dot(coordinate);
+            let wanted = (now / grid.step_mm).round() * grid.step_mm;
+            tangent * ((wanted - now) / tangent.dot(coordinate))
+        };
+        if is_cap(normal, &self.long_axis) {
+            if !grid.is_flat {
+                return Vector3::zeros();
+            }
+            let [u, v] = tangents(&self.long_axis);
+            let in_surface = |axis: &Vector3<f64>| axis - normal.into_inner() * normal.dot(axis);
+            return shift(&u, &in_surface(&u)) + shift(&v, &in_surface(&v));
         }
-        let tangent = self.latest.rotation * Vector3::x();
-        let along = position.dot(&self.long_axis);
-        let wanted = (along / step_mm).round() * step_mm;
-        tangent * ((wanted - along) / tangent.dot(&self.long_axis))
+        let along = self.latest.rotation * Vector3::x();
+        let across = self.latest.rotation * Vector3::y();
+        let mut total = shift(&self.long_axis, &along);
+        if grid.is_flat {
+            total += shift(&across, &across);
+        }
+        total
     }
 }
 
@@ -312,9 +357,37 @@ mod tests {
         let start = pose_from_parts(Vector3::new(0.0, 0.0, 60.4), UnitQuaternion::identity());
         let grabbed = surface.cast(&ray_along_x(0.0, 60.0)).unwrap();
         let mut drag = SurfaceDrag::new(start, &grabbed, Vector3::z());
-        let hit = surface.cast(&ray_along_x(0.0, 71.3)).unwrap();
-        let pose = drag.pose_at(&hit, Some(1.0));
-        assert!((pose.translation.vector.z - 72.0).abs() < 1e-12);
+        let hit = surface.cast(&ray_along_x(0.3, 71.3)).unwrap();
+        let free = drag.pose_at(&hit, None).translation.vector;
+        let grid = Grid::at(&surface, &hit, 1.0);
+        assert!(!grid.is_flat);
+        let snapped = drag.pose_at(&hit, Some(grid)).translation.vector;
+        assert!((snapped.z - 72.0).abs() < 1e-12);
+        assert!((snapped - free).xy().norm() < 1e-12, "around it as it was");
+    }
+
+    #[test]
+    fn on_flat_faces_snapping_rounds_both_ways() {
+        // The end of a thick shaft.
+        let surface = Surface::new(&cylinder(30.0, 150.0, 96)).unwrap();
+        let above = Ray {
+            origin_mm: Point3::new(7.3, -11.6, 300.0),
+            direction: -Vector3::z_axis(),
+        };
+        let hit = surface.cast(&above).unwrap();
+        let grid = Grid::at(&surface, &hit, 1.0);
+        assert!(grid.is_flat);
+        let start = pose_from_parts(Vector3::new(7.1, -11.2, 150.0), UnitQuaternion::identity());
+        let grabbed = SurfacePoint {
+            position_mm: Point3::new(7.1, -11.2, 150.0),
+            ..hit
+        };
+        let mut drag = SurfaceDrag::new(start, &grabbed, Vector3::z());
+        let snapped = drag.pose_at(&hit, Some(grid)).translation.vector;
+        assert!(
+            (snapped - Vector3::new(7.0, -12.0, 150.0)).norm() < 1e-12,
+            "{snapped}"
+        );
     }
 
     #[test]

@@ -25,6 +25,7 @@ const NO_LAYERS: Layers = Layers {
     sensor_errors: false,
     tip_error: false,
     ghost: false,
+    motion: false,
     tip_scatter: false,
     slice: false,
     arrows: false,

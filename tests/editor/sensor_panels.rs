@@ -12,6 +12,7 @@ use trackwright::design::{Arrangement, BodyRole, Document, Edit, MirrorPlane, Or
 use trackwright::editor::commands::Command;
 use trackwright::editor::sensor_commands::SensorCommand;
 use trackwright::editor::state::{EditRequest, Selected, Selection, ViewRequest};
+use trackwright::editor::tool::SceneTool;
 use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::history_ui::history_ui;
 use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
@@ -113,6 +114,32 @@ fn a_row_of_the_outliner_is_added_with_control_and_has_a_menu() {
     harness.run_steps(2);
     let duplicate = PanelAction::Run(Command::Sensors(SensorCommand::Duplicate));
     assert!(asked.borrow().contains(&duplicate), "{:?}", asked.borrow());
+}
+
+#[test]
+fn the_row_that_adds_a_sensor_asks_for_the_tool_that_does() {
+    let (design, environment, view) = (design(), environment(), View::default());
+    let (mut harness, asked) = harness(|ui| {
+        outliner_ui(
+            ui,
+            &OutlinerView {
+                design: &design,
+                environment: &environment,
+                view: &view,
+                selection: &Selection::default(),
+                hovered: None,
+                is_available: &|_| true,
+                pose: None,
+                layers: LayerFigures::default(),
+            },
+        )
+    });
+    let rows: Vec<_> = harness.get_all_by_label("Add sensor").collect();
+    assert_eq!(rows.len(), 2, "one a body");
+    rows[0].click();
+    harness.run_steps(2);
+    let tool = PanelAction::Run(Command::Tool(SceneTool::AddSensor));
+    assert!(asked.borrow().contains(&tool), "{:?}", asked.borrow());
 }
 
 #[test]

@@ -17,16 +17,19 @@ use trackwright::editor::camera::CameraPlugin;
 use trackwright::editor::diagnostics::DiagnosticsPlugin;
 use trackwright::editor::document::DocumentPlugin;
 use trackwright::editor::drag::DragPlugin;
+use trackwright::editor::gizmo::GizmoPlugin;
 use trackwright::editor::glyphs::GlyphsPlugin;
 use trackwright::editor::handle::HandlePlugin;
 use trackwright::editor::materials::{GlowMaterial, LitMaterial, MapMaterial, PaintMaterial};
 use trackwright::editor::motion::MotionPlugin;
 use trackwright::editor::pick::PickPlugin;
+use trackwright::editor::pointer_hint::PointerHintPlugin;
 use trackwright::editor::scene::ScenePlugin;
 use trackwright::editor::slice::SlicePlugin;
 use trackwright::editor::solve::{SolverHandle, SolverPlugin};
 use trackwright::editor::state::{EditRequest, OpenWorld, StatePlugin, ViewportRect};
 use trackwright::editor::study::StudyPlugin;
+use trackwright::editor::tool::ToolPlugin;
 use trackwright::field::environment::Environment;
 use trackwright::field::model::DistortionModel;
 use trackwright::field::samples::MapKind;
@@ -196,6 +199,7 @@ pub fn create_scene_app_with(add: impl FnOnce(&mut App)) -> App {
         CameraPlugin,
         PickPlugin,
         DragPlugin,
+        (GizmoPlugin, ToolPlugin, PointerHintPlugin),
         ScenePlugin,
         GlyphsPlugin,
         (HandlePlugin, MotionPlugin, SlicePlugin),

@@ -2,6 +2,7 @@
 
 mod edits;
 mod history;
+mod place;
 
 use super::*;
 use crate::geometry::pose::Pose;

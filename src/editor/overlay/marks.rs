@@ -9,6 +9,7 @@ use crate::editor::ui::inspector::determination_text;
 use crate::editor::ui::outliner::{detail, sensor_trouble};
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{THIN_SPACE, length};
+use crate::geometry::orbit::Axis;
 use crate::geometry::outline::DimensionKind;
 use crate::geometry::volume::Volume;
 use bevy_egui::egui::{Align2, Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
@@ -19,6 +20,12 @@ const AXIS_LETTER_MM: f64 = 130.0;
 
 /// Opacity of the plates behind labels: lines of the scene do not strike them through.
 const PLATE_ALPHA: u8 = 215;
+
+/// Radius of the plate behind a letter of a handle's axis.
+const LETTER_PX: f32 = 8.0;
+
+/// What labels leave free around the head of a handle's arrow.
+const HEAD_PX: f32 = 30.0;
 
 /// A label in the scene.
 struct Label {
@@ -42,6 +49,7 @@ pub fn paint(painter: &Painter, view: &OverlayView, covered: &[Rect]) {
         room(view, &mut labels);
     }
     let mut covered = covered.to_vec();
+    covered.extend(gizmo_letters(painter, view));
     if let Some((at, text)) = view.readout {
         covered.push(readout(painter, view.rect, at, text));
     }
@@ -263,6 +271,25 @@ fn axis_letters(painter: &Painter, view: &OverlayView) {
             painter.text(at, Align2::CENTER_CENTER, letter, font, color.color32());
         }
     }
+}
+
+/// Letters beyond the arrows of the gizmo. Labels leave both free.
+fn gizmo_letters(painter: &Painter, view: &OverlayView) -> Vec<Rect> {
+    let place = |[x, y]: [f64; 2]| view.rect.min + vec2(x as f32, y as f32);
+    let letter = |(axis, color): (Axis, Rgb)| {
+        let [tip, at] = view.gizmo?.arrow_end_px(axis, &view.eye())?.map(place);
+        let font = theme::body_font();
+        let text = axis.name();
+        painter.circle_filled(
+            at,
+            LETTER_PX,
+            palette::BACKGROUND.color32_alpha(PLATE_ALPHA),
+        );
+        let letter = painter.text(at, Align2::CENTER_CENTER, text, font, color.color32());
+        Some(letter.union(Rect::from_center_size(tip, vec2(HEAD_PX, HEAD_PX))))
+    };
+    let axes = Axis::ALL.into_iter().zip(palette::AXES);
+    axes.filter_map(letter).collect()
 }
 
 /// Each length is written where it is lowest on the screen.

@@ -14,12 +14,13 @@ pub use legend::caption;
 pub use ruler::round_below;
 
 use super::camera::OrbitRig;
+use super::gizmo::CurrentGizmo;
 use super::layers::ColorBars;
 use super::palette;
 use super::probe::Probe;
 use super::state::{
-    ColorBar, ColorScale, DragReadout, Hovered, OpenWorld, Presentation, Results, Selected,
-    Selection, ShownMagnification, ViewportRect,
+    ActiveDrag, ColorBar, ColorScale, DragReadout, Hovered, OpenWorld, Presentation, Results,
+    Selected, Selection, ShownMagnification, ViewportRect,
 };
 use super::study::ShownDesign;
 use super::ui::UiSystems;
@@ -27,6 +28,7 @@ use crate::design::Design;
 use crate::design::Things;
 use crate::design::view::Layers;
 use crate::field::Environment;
+use crate::geometry::gizmo::{Eye, Gizmo};
 use crate::geometry::orbit::OrbitCamera;
 use crate::study::{Figures, PoseDetail, Requirement};
 use bevy::ecs::system::SystemParam;
@@ -71,6 +73,8 @@ pub struct OverlayView<'a> {
     pub keys: Vec<LegendKey>,
     /// Whether the tip's scatter is known and drawn.
     pub has_scatter: bool,
+    /// The handles of what is selected, for the letters of their axes.
+    pub gizmo: Option<Gizmo>,
     /// Text and its place while something is dragged, or of what is under the pointer.
     pub readout: Option<(egui::Pos2, &'a str)>,
     /// Without panels the picture has to say the result itself.
@@ -78,11 +82,18 @@ pub struct OverlayView<'a> {
 }
 
 impl OverlayView<'_> {
+    /// From where it is seen.
+    pub fn eye(&self) -> Eye {
+        let size = self.rect.size();
+        Eye {
+            camera: self.camera,
+            view_px: [f64::from(size.x.max(1.0)), f64::from(size.y.max(1.0))],
+        }
+    }
+
     /// Where a point of the tracker frame is on the screen.
     pub fn project(&self, point_mm: &Point3<f64>) -> Option<egui::Pos2> {
-        let size = self.rect.size();
-        let view_px = [f64::from(size.x.max(1.0)), f64::from(size.y.max(1.0))];
-        let [x, y] = self.camera.project(point_mm, view_px)?;
+        let [x, y] = self.camera.project(point_mm, self.eye().view_px)?;
         Some(self.rect.min + vec2(x as f32, y as f32))
     }
 }
@@ -105,11 +116,22 @@ struct Scene<'w> {
     magnification: Option<Res<'w, ShownMagnification>>,
     color_scale: Option<Res<'w, ColorScale>>,
     color_bars: Option<Res<'w, ColorBars>>,
+    gizmo: Option<Res<'w, CurrentGizmo>>,
+    drag: Option<Res<'w, ActiveDrag>>,
     readout: Res<'w, DragReadout>,
     probe: Res<'w, Probe>,
     selection: Res<'w, Selection>,
     hovered: Res<'w, Hovered>,
     presentation: Res<'w, Presentation>,
+}
+
+impl Scene<'_> {
+    /// The handles that are drawn: none beside the one that is held.
+    fn handles(&self) -> Option<Gizmo> {
+        let is_dragging = self.drag.as_ref().is_some_and(|drag| drag.0);
+        let shown = self.gizmo.as_ref().filter(|_| !is_dragging)?.0?;
+        Some(shown.gizmo)
+    }
 }
 
 /// The slice's below those of the layers.
@@ -199,6 +221,7 @@ fn draw(
         ),
         keys: legend_keys(&scene, &results, document.view().layers),
         has_scatter: matches!(&results.scatter, Some(Ok(_))),
+        gizmo: scene.handles(),
         readout: scene
             .readout
             .0

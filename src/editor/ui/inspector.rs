@@ -14,7 +14,7 @@ use crate::editor::state::{Selected, Selection};
 use crate::field::environment::{OrientationWeight, OrientationWeightSource};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::study::{BodyDetail, PoseDetail};
-use crate::tracking::{Coil, Determination, RigidBody, Sensor, SensorOrientation};
+use crate::tracking::{Coil, Determination, Sensor, SensorOrientation};
 use bevy_egui::egui::{self, ComboBox, TextEdit, Ui};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
@@ -470,27 +470,4 @@ fn text_row_ui(ui: &mut Ui, name: &str, value: &str) -> Option<String> {
         }
         None
     })
-}
-
-/// A sensor to begin with: at the tip's place or the origin, along the body's z.
-pub fn new_sensor(body: &RigidBody) -> Sensor {
-    let name = (1..)
-        .map(|k| format!("sensor {k}"))
-        .find(|name| body.sensors.iter().all(|s| s.name != *name))
-        .unwrap_or_default();
-    let position_in_body = match body.sensors.last() {
-        // Beside the last one, where it can be seen and dragged away.
-        Some(last) => last.position_in_body + last.axis_in_body().into_inner() * 15.0,
-        None => body.judged_tip_in_body(),
-    };
-    Sensor {
-        name,
-        position_in_body,
-        orientation: SensorOrientation::FiveDof(
-            body.sensors
-                .last()
-                .map_or_else(Vector3::z_axis, Sensor::axis_in_body),
-        ),
-        coil: body.sensors.last().and_then(|last| last.coil),
-    }
 }

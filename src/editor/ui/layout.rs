@@ -29,7 +29,7 @@ use crate::editor::palette::Theme;
 use crate::editor::precision::PrecisionRequest;
 use crate::editor::recent::RecentDesigns;
 use crate::editor::state::{
-    ActiveDrag, ColorBar, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld,
+    ActiveDrag, ColorBar, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, PointerHint,
     Presentation, Results, Selected, Selection, ViewRequest, ViewportRect, Workspace,
 };
 use crate::editor::study::{LogJob, ShownDesign, Side, StudyDesk, StudyRequest};
@@ -82,6 +82,7 @@ impl Plugin for UiPlugin {
             .init_resource::<Selection>()
             .init_resource::<Hovered>()
             .init_resource::<ActiveDrag>()
+            .init_resource::<PointerHint>()
             .init_resource::<Results>()
             .init_resource::<Notice>()
             .init_resource::<Baseline>()
@@ -141,6 +142,7 @@ struct Shown<'w> {
     baseline: Res<'w, Baseline>,
     notice: Res<'w, Notice>,
     drag: Res<'w, ActiveDrag>,
+    hint: Res<'w, PointerHint>,
     presentation: Res<'w, Presentation>,
     workspace: Res<'w, Workspace>,
     recent: Res<'w, RecentDesigns>,
@@ -308,7 +310,8 @@ impl Desk<'_> {
         status_bar_ui(
             ui,
             &StatusView {
-                hint: hint(self.design(), self.hovered, self.shown.drag.0),
+                hint: (self.shown.hint.0.clone())
+                    .unwrap_or_else(|| hint(self.design(), self.hovered, self.shown.drag.0)),
                 trial: self.study().trial.map(trial_words),
                 study: study.map(|s| {
                     let took = self.shown.presentation.window.then_some(s.took);

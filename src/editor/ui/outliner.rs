@@ -9,9 +9,11 @@ use super::switch::{SWITCH_WIDTH, Switch, switch_ui};
 use super::theme;
 use super::widgets::{Mark, Row, counted, length, quiet_ui, row_ui, section_ui};
 use crate::design::view::{Layers, View};
-use crate::design::{BodyRole, Design, Edit, Thing, Things};
+use crate::design::{BodyRole, Design, Thing, Things};
+use crate::editor::commands::Command;
 use crate::editor::palette;
 use crate::editor::state::{Selected, Selection, ViewRequest};
+use crate::editor::tool::SceneTool;
 use crate::field::environment::Environment;
 use crate::study::{BodyDetail, PoseDetail};
 use crate::tracking::SensorOrientation;
@@ -128,9 +130,9 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
         mark: Some((Mark::Plus, palette::TEXT_QUIET.color32())),
         ..Row::default()
     };
-    if row_ui(ui, &add).clicked() {
-        let sensor = super::inspector::new_sensor(&body.rigid);
-        actions.push(PanelAction::apply(Edit::AddSensor { body: role, sensor }));
+    let about = Command::Tool(SceneTool::AddSensor).info().about;
+    if row_ui(ui, &add).on_hover_text(about).clicked() {
+        actions.push(PanelAction::Run(Command::Tool(SceneTool::AddSensor)));
     }
 }
 
@@ -250,7 +252,7 @@ const MODEL_SUPPORT: &str = "Model support";
 /// A layer's name and where its switch is.
 type Layer = (&'static str, fn(&mut Layers) -> &mut bool);
 
-const LAYERS: [Layer; 14] = [
+const LAYERS: [Layer; 15] = [
     ("Volume", |l| &mut l.volume),
     ("Field generator", |l| &mut l.generator),
     ("Ground grid", |l| &mut l.grid),

@@ -7,6 +7,7 @@ use crate::design::view::{Magnification, View};
 use crate::editor::commands::Command;
 use crate::editor::palette;
 use crate::editor::state::{Axis, FileRequest, Workspace};
+use crate::editor::tool::SceneTool;
 use crate::store::RecentDesign;
 use bevy_egui::egui::{self, Align, Button, Layout, RichText, Ui, vec2};
 
@@ -43,7 +44,7 @@ pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<PanelAction> {
         egui::MenuBar::new().ui(ui, |ui| {
             ui.menu_button("File", |ui| file_menu(ui, bar, &mut actions));
             ui.menu_button("Edit", |ui| {
-                menu_ui(ui, bar, &mut actions, &[&[Command::Undo, Command::Redo]]);
+                menu_ui(ui, bar, &mut actions, &EDIT_MENU);
                 ui.separator();
                 sensor_menu_ui(ui, bar.is_available, &mut actions);
             });
@@ -163,6 +164,16 @@ fn file_menu(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
     command_ui(ui, Command::Quit, bar, actions);
 }
 
+/// Before what is done to the selected sensors.
+const EDIT_MENU: [&[Command]; 2] = [
+    &[Command::Undo, Command::Redo],
+    &[
+        Command::Tool(SceneTool::AddSensor),
+        Command::AddSensorBeside,
+        Command::Tool(SceneTool::SetTip),
+    ],
+];
+
 const VIEW_MENU: [&[Command]; 4] = [
     &[
         Command::FrameSelection,
@@ -170,7 +181,7 @@ const VIEW_MENU: [&[Command]; 4] = [
         Command::LookAlong(Axis::Y),
         Command::LookAlong(Axis::Z),
     ],
-    &[Command::ToggleMagnification],
+    &[Command::ToggleMagnification, Command::ToggleGizmoAxes],
     &[Command::ShowPrecision],
     &[
         Command::ToggleLeft,

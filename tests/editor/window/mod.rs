@@ -10,4 +10,5 @@ mod layer;
 mod places;
 mod room_e;
 mod screen;
+mod session;
 mod typed;

@@ -1,0 +1,98 @@
+//! Moving things by hand: which edit puts a body or a sensor where a movement in the tracker
+//! frame takes it.
+
+use super::content::{BodyRole, Design};
+use super::edit::Edit;
+use crate::geometry::movement::Movement;
+use crate::geometry::pose::Pose;
+use nalgebra::{Translation3, UnitQuaternion};
+
+/// Which axes handles follow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum HandleAxes {
+    /// Those of what is moved.
+    #[default]
+    Own,
+    Tracker,
+}
+
+impl HandleAxes {
+    pub fn other(self) -> Self {
+        match self {
+            Self::Own => Self::Tracker,
+            Self::Tracker => Self::Own,
+        }
+    }
+
+    fn rotation(self, own: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+        match self {
+            Self::Own => own,
+            Self::Tracker => UnitQuaternion::identity(),
+        }
+    }
+}
+
+impl Design {
+    /// Where a body is taken hold of, `tracker_from_handle`: at its tip, or its origin where it
+    /// has none. A tool is turned about its tip by those who hold one; about an origin somewhere
+    /// in its grip the tip, whose error is judged, would sweep through the room.
+    pub fn tracker_from_body_handle(&self, role: BodyRole, axes: HandleAxes) -> Option<Pose> {
+        let tracker_from_body = self.tracker_from_body(role)?;
+        let pivot = tracker_from_body * self.body(role)?.rigid.judged_tip_in_body();
+        Some(Pose::from_parts(
+            Translation3::from(pivot.coords),
+            axes.rotation(tracker_from_body.rotation),
+        ))
+    }
+
+    /// Where a sensor is turned, `tracker_from_handle`.
+    pub fn tracker_from_sensor_handle(
+        &self,
+        role: BodyRole,
+        index: usize,
+        axes: HandleAxes,
+    ) -> Option<Pose> {
+        let sensor = self.body(role)?.rigid.sensors.get(index)?;
+        let own = self.tracker_from_body(role)? * sensor.body_from_sensor();
+        let rotation = axes.rotation(own.rotation);
+        Some(Pose::from_parts(own.translation, rotation))
+    }
+
+    /// The edit that moves a body in the tracker frame. The CRF takes the tool along, whose pose
+    /// in the CRF stays as it is.
+    pub fn moved_body(&self, role: BodyRole, in_tracker: &Movement) -> Option<Edit> {
+        let crf = self.crf.as_ref();
+        match role {
+            BodyRole::Crf => Some(Edit::SetCrfPose(in_tracker.moved(&crf?.tracker_from_crf))),
+            BodyRole::Tool => {
+                // In the frame that the tool's pose is written in, so that what does not change
+                // keeps all its bits.
+                let movement = crf.map_or(*in_tracker, |crf| {
+                    in_tracker.transformed_by(&crf.tracker_from_crf.inverse())
+                });
+                Some(Edit::SetToolPose(movement.moved(&self.tool.crf_from_tool)))
+            }
+        }
+    }
+
+    /// The edit that turns a sensor about its own place by the turn of a movement in the tracker
+    /// frame.
+    pub fn turned_sensor(
+        &self,
+        role: BodyRole,
+        index: usize,
+        in_tracker: &Movement,
+    ) -> Option<Edit> {
+        let mut sensor = self.body(role)?.rigid.sensors.get(index)?.clone();
+        let in_body = in_tracker.transformed_by(&self.tracker_from_body(role)?.inverse());
+        let turn = in_body.rotation();
+        if turn != UnitQuaternion::identity() {
+            sensor.orientation = sensor.orientation.rotated_by(&turn);
+        }
+        Some(Edit::SetSensor {
+            body: role,
+            index,
+            sensor,
+        })
+    }
+}
