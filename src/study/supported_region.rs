@@ -122,15 +122,15 @@ mod tests {
         std::sync::Arc::clone(&world.environment)
     }
 
-    fn region(environment: &Environment) -> SupportedRegion {
+    fn region(environment: &Environment, count: usize) -> SupportedRegion {
         let axis = Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8));
-        supported_region(environment, &axis, 17, &Task::default()).unwrap()
+        supported_region(environment, &axis, count, &Task::default()).unwrap()
     }
 
     #[test]
     fn the_region_holds_as_much_of_the_box_as_points_drawn_in_it_are_supported() {
         let room = room();
-        let found = region(&room);
+        let found = region(&room, 17);
         let support = room.support.as_ref().unwrap();
         let own = *room.model.bounds();
         // Halton points: 2,000 of them tell a share to about 1 %.
@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn on_the_surface_a_pose_has_as_much_leverage_as_any_sample() {
         let room = room();
-        let found = region(&room);
+        let found = region(&room, 33);
         let support = room.support.as_ref().unwrap();
         let positions = &found.surface.positions_mm;
         assert!(positions.len() > 100, "{}", positions.len());
@@ -174,7 +174,7 @@ mod tests {
             .map(|at| support.leverage_share(&room.model.bounds().clamp(at), &found.axis))
             .collect();
         shares.sort_by(f64::total_cmp);
-        // Linear between points a sixteenth of the box apart, while leverage grows with a power.
+        // Linear between points of the lattice, while leverage grows with a power.
         let (low, high) = (shares[shares.len() / 20], shares[shares.len() * 19 / 20]);
         assert!(low > 0.8 && high < 1.1, "{low} {high}");
     }
