@@ -30,7 +30,7 @@ use bevy::picking::events::{Drag, DragEnd, DragStart, Pointer};
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 
-const LINE_ALPHA: f32 = 0.55;
+const LINE_ALPHA: f32 = 0.65;
 const MARK_ALPHA: f32 = 0.45;
 const STEM_ALPHA: f32 = 0.35;
 

@@ -133,7 +133,7 @@ pub const OUTSIDE: Rgb = Rgb::pair(0xE04F4F, 0xC8282A);
 pub const ERROR_VECTOR: Rgb = Rgb::pair(0xE63FB8, 0xC4108F);
 pub const GHOST: Rgb = Rgb::pair(0x45D3E8, 0x0B8DA3);
 /// What the tool's range of motion runs through.
-pub const MOTION: Rgb = Rgb::pair(0xB9A6E8, 0x5B3FA0);
+pub const MOTION: Rgb = Rgb::pair(0xB9A6E8, 0x8A56F0);
 pub const AXIS_X: Rgb = Rgb::pair(0xE06C6C, 0xC23B3B);
 pub const AXIS_Y: Rgb = Rgb::pair(0x7CC47C, 0x2F8A3A);
 pub const AXIS_Z: Rgb = Rgb::pair(0x6C9CF0, 0x2F62C9);

@@ -420,7 +420,11 @@ mod tests {
                 "volume: AuroraBall",
                 "`AuroraDome` or `AuroraTabletop` or `AuroraCompact` or `Box`",
             ),
-            ("volume: AuroraCube", "volume: AuroraDome(480.0)", "4:23"),
+            (
+                "volume: AuroraCube",
+                "volume: AuroraDome(480.0)",
+                "found `(`",
+            ),
         ] {
             assert!(text.contains(from), "{from}");
             let message = parse(text.replacen(from, to, 1).as_bytes())

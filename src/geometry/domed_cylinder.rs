@@ -9,7 +9,7 @@
 //! distance from the generator.
 
 use super::bounds::{Bounds, INSIDE_TOLERANCE};
-use super::outline::{Dimension, DimensionKind, Outline};
+use super::outline::{BRACKET_SHARE, Dimension, DimensionKind, Outline};
 use nalgebra::Point3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
@@ -23,9 +23,6 @@ const DOME_CHORDS: usize = 24;
 /// error falls by `exp(-3.2)` every two nodes for the tabletop's axes and is round-off from some 24
 /// on.
 const NODES: usize = 64;
-
-/// How much of a quarter of a rim, or of the depth, a bracket covers.
-const BRACKET_SHARE: f64 = 0.09;
 
 /// `(x/a)² + (y/b)² <= 1`, `z <= top`, `|p| <= reach`, in the tracker frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]

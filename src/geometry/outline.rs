@@ -3,8 +3,8 @@
 use super::bounds::Bounds;
 use nalgebra::Point3;
 
-/// How much of each edge of a box a bracket covers.
-const BRACKET_SHARE: f64 = 0.09;
+/// How much of an edge of a box, or of a quarter of a rim or the wall between rims, a bracket covers.
+pub(super) const BRACKET_SHARE: f64 = 0.09;
 
 /// What a volume is drawn with: polylines in the tracker frame, mm.
 #[derive(Clone, Debug, Default, PartialEq)]

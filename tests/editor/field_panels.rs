@@ -16,6 +16,7 @@ use trackwright::editor::ui::field::{
     comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui, worth_ui,
 };
 use trackwright::geometry::directions::DirectionSet;
+use trackwright::geometry::volume::Volume;
 use trackwright::store;
 
 /// What a panel asked for while it was used.
@@ -85,6 +86,28 @@ fn an_empty_desk_says_what_to_do_and_opens_a_table() {
         },
     );
     assert!(asked.is_empty(), "{asked:?}");
+}
+
+#[test]
+fn the_trackers_volume_is_one_of_those_with_a_name_or_not_known() {
+    let desk = FieldDesk::default();
+    let asked = look(
+        |ui| settings_ui(ui, &desk),
+        |harness| {
+            let role = egui::accesskit::Role::ComboBox;
+            harness.get_by_role_and_label(role, "volume").click();
+            harness.run_steps(3);
+            for volume in Volume::NAMED {
+                harness.get_by_label(volume.name());
+            }
+            harness.get_by_label("Aurora dome").click();
+        },
+    );
+    let settings = FieldSettings {
+        volume: Some(Volume::AuroraDome),
+        ..FieldSettings::default()
+    };
+    assert_eq!(asked.first(), Some(&FieldRequest::Set(settings)));
 }
 
 #[test]

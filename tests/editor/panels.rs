@@ -58,7 +58,7 @@ fn inspector<'a>(design: &'a Design, selected: Option<Selected>) -> (Harness<'a>
 }
 
 #[test]
-fn a_row_of_the_outliner_selects_its_sensor() {
+fn the_outliner_names_the_volume_and_a_row_of_it_selects_its_sensor() {
     let (design, environment, view) = (design(), environment(), View::default());
     let (mut harness, asked) = harness(|ui| {
         outliner_ui(
@@ -75,6 +75,7 @@ fn a_row_of_the_outliner_selects_its_sensor() {
             },
         )
     });
+    harness.get_by_label("Aurora cube");
     harness.get_by_label("grip").click();
     harness.run_steps(2);
     let select = PanelAction::Select(Some(Selected::Sensor(BodyRole::Tool, 1)));

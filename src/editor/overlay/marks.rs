@@ -301,14 +301,14 @@ fn volume_lengths(view: &OverlayView, volume: &Volume, labels: &mut Vec<Label>) 
         let Some(at) = places.max_by(|a, b| outwards(a).total_cmp(&outwards(b))) else {
             continue;
         };
-        let (before, after) = match dimension.kind {
-            DimensionKind::Side => ("", ""),
-            DimensionKind::Diameter => ("⌀\u{2009}", ""),
-            DimensionKind::Depth => ("", " deep"),
+        let which_way = match dimension.kind {
+            DimensionKind::Side => "",
+            DimensionKind::Diameter => " across",
+            DimensionKind::Depth => " deep",
         };
         labels.push(Label {
             at,
-            text: format!("{before}{:.0}{THIN_SPACE}mm{after}", dimension.length_mm),
+            text: format!("{:.0}{THIN_SPACE}mm{which_way}", dimension.length_mm),
             color: palette::TEXT_QUIET,
             is_needed: false,
         });

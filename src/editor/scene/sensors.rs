@@ -44,9 +44,9 @@ const OUTLINE_PX: f64 = 4.0;
 
 /// Hatching of a coil that is outside: slanted discs through it, in coil lengths and widths; where
 /// their middles are, and how they are turned.
-const HATCH_AT: [f32; 4] = [-0.33, -0.11, 0.11, 0.33];
-const HATCH_SCALE: Vec3 = Vec3::new(1.35, 1.35, 0.075);
-const HATCH_SLANT: f32 = 0.5;
+const HATCH_AT: [f32; 3] = [-0.3, 0.0, 0.3];
+const HATCH_SCALE: Vec3 = Vec3::new(1.35, 1.35, 0.11);
+const HATCH_SLANT: f32 = 0.2;
 
 /// Later than everything else that is translucent.
 const ORDER_MM: f32 = 20_000.0;
