@@ -43,7 +43,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", requires = "workspace")]
     pub trial: Option<TrialName>,
     /// The sensor that is selected: its name, or body and name where both bodies have one of that
-    /// name, as in crf/left
+    /// name, as in crf/left; tool or crf for a body itself
     #[arg(long, value_name = "SENSOR")]
     pub select: Option<String>,
     /// From where to look; the design's own view unless told
@@ -224,7 +224,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
     world.document.set_view(view);
     let selected = match &args.select {
-        Some(name) => Some(sensor_named(&world, name)?),
+        Some(name) => Some(selected_named(&world, name)?),
         None => None,
     };
     let tables = [
@@ -245,6 +245,19 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     store::write_atomic(&args.output, |file| file.write_all(&png))
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     Ok(())
+}
+
+/// A body by what it is, else a sensor by its name.
+fn selected_named(world: &World, name: &str) -> anyhow::Result<Selected> {
+    let design = world.document.design();
+    let body = design
+        .bodies()
+        .map(|(role, _)| role)
+        .find(|role| role.name().eq_ignore_ascii_case(name));
+    match body {
+        Some(role) => Ok(Selected::Body(role)),
+        None => sensor_named(world, name),
+    }
 }
 
 /// A file, or a built-in design where no file has that name.

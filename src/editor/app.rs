@@ -4,6 +4,7 @@ use super::autosave::RecoveryFolder;
 use super::camera::SceneTarget;
 use super::diagnostics::{Explain, ExplainLine};
 use super::egui_camera::EguiTarget;
+use super::preferences::Recalled;
 use super::preflight::BACKENDS;
 use super::recent::RecentDesigns;
 use super::state::{OpenWorld, Presentation, ViewportRect};
@@ -20,7 +21,7 @@ use bevy::render::RenderPlugin;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::settings::{RenderCreation, WgpuSettings};
-use bevy::window::{ExitCondition, WindowResolution};
+use bevy::window::{ExitCondition, PrimaryWindow, WindowResolution};
 use bevy::winit::{UpdateMode, WinitPlugin, WinitSettings};
 use bevy_egui::EguiPlugin;
 use std::time::Duration;
@@ -38,12 +39,20 @@ const LEAST_SIZE: [f32; 2] = [960.0, 600.0];
 /// The code that the window system or the renderer ended with.
 pub fn run(world: World, explain: Option<ExplainLine>) -> Result<(), u8> {
     let mut app = App::new();
+    let recalled = store::state_folder().map(Recalled::in_folder);
+    let [width, height] = recalled
+        .as_ref()
+        .and_then(|recalled| recalled.preferences.window)
+        .unwrap_or(WINDOW_SIZE);
+    let is_maximised = recalled
+        .as_ref()
+        .is_some_and(|recalled| recalled.preferences.is_maximised);
     let title = document::title(&world.document, &state::Results::default());
     let window = WindowPlugin {
         primary_window: Some(Window {
             title,
             name: Some("trackwright".to_owned()),
-            resolution: WindowResolution::new(WINDOW_SIZE[0], WINDOW_SIZE[1]),
+            resolution: WindowResolution::new(width, height),
             resize_constraints: bevy::window::WindowResizeConstraints {
                 min_width: LEAST_SIZE[0],
                 min_height: LEAST_SIZE[1],
@@ -79,13 +88,25 @@ pub fn run(world: World, explain: Option<ExplainLine>) -> Result<(), u8> {
         }
         app.insert_resource(recent);
     }
+    if let Some(recalled) = recalled {
+        app.insert_resource(recalled);
+    }
     if let Some(line) = explain {
         app.insert_resource(Explain(line));
     }
     add_editor(&mut app, world, Presentation::default());
+    if is_maximised {
+        app.add_systems(Startup, maximise);
+    }
     match app.run() {
         AppExit::Success => Ok(()),
         AppExit::Error(code) => Err(code.get()),
+    }
+}
+
+fn maximise(window: Option<Single<&mut Window, With<PrimaryWindow>>>) {
+    if let Some(mut window) = window {
+        window.set_maximized(true);
     }
 }
 
@@ -169,7 +190,7 @@ fn log() -> LogPlugin {
     LogPlugin {
         level: Level::WARN,
         // Drivers and window systems say more than anyone can act on.
-        filter: "wgpu=error,naga=error,winit=error,bevy_winit=error,bevy_render::renderer=error,calloop=error"
+        filter: "wgpu=error,naga=error,winit=error,bevy_winit=error,bevy_render::renderer=error,calloop=error,rfd=off"
             .to_owned(),
         ..default()
     }

@@ -10,17 +10,20 @@ pub mod convert;
 pub mod diagnostics;
 pub mod document;
 pub mod drag;
+pub mod drops;
 pub mod egui_camera;
 pub mod field;
 pub mod glyphs;
 pub mod keys;
 pub mod layers;
 pub mod materials;
+pub mod meshes;
 pub mod overlay;
 pub mod palette;
 pub mod pick;
 pub mod picture;
 pub mod precision;
+pub mod preferences;
 pub mod preflight;
 pub mod recent;
 pub mod scene;
@@ -32,6 +35,7 @@ pub mod solve;
 pub mod solver;
 pub mod state;
 pub mod study;
+pub mod system_dialog;
 pub mod ui;
 pub mod wake;
 
@@ -49,6 +53,10 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`study::StudyPlugin`] | the Study workspace: modes, trials shown and played, the log |
 /// | [`precision::PrecisionPlugin`] | error against run time, measured when asked for |
 /// | [`field::FieldPlugin`] | rooms from measurements |
+/// | [`meshes::MeshesPlugin`] | meshes for bodies |
+/// | [`drops::DropsPlugin`] | files dropped onto the window |
+/// | [`system_dialog::SystemDialogPlugin`] | the system's own file dialog |
+/// | [`preferences::PreferencesPlugin`] | window and layout as they were left |
 /// | [`field::samples::SamplesPlugin`] | the measurements in the scene |
 /// | [`camera::CameraPlugin`] | the 3D camera and its gestures |
 /// | [`pick::PickPlugin`] | what is under the pointer |
@@ -78,6 +86,10 @@ impl PluginGroup for EditorPlugins {
             .add(precision::PrecisionPlugin)
             .add(field::FieldPlugin)
             .add(field::samples::SamplesPlugin)
+            .add(meshes::MeshesPlugin)
+            .add(drops::DropsPlugin)
+            .add(system_dialog::SystemDialogPlugin)
+            .add(preferences::PreferencesPlugin)
             .add(camera::CameraPlugin)
             .add(pick::PickPlugin)
             .add(drag::DragPlugin)

@@ -1,16 +1,21 @@
 //! The editor: without a window, in pictures, and in a real window.
 
+mod bad_places;
 mod copied;
 mod document;
 mod drag;
+mod drops;
 mod field_layers;
 mod field_panels;
 mod field_workspace;
+mod meshes;
+mod new_design;
 mod overlay;
 mod panels;
 mod picture;
 mod pixels;
 mod precision_page;
+mod preferences;
 mod sensor_panels;
 mod sensors;
 mod shortcuts;
