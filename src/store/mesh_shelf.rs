@@ -102,7 +102,7 @@ impl WantedMesh {
         &self.file
     }
 
-    /// Reads it and looks at it, which takes about a second for a million triangles.
+    /// Reads it and looks at it, which takes seconds for a million triangles: work for a thread.
     ///
     /// # Errors
     /// See [`StoreError`].

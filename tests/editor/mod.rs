@@ -8,6 +8,7 @@ mod drops;
 mod field_layers;
 mod field_panels;
 mod field_workspace;
+mod file_dialogs;
 mod meshes;
 mod new_design;
 mod overlay;

@@ -179,7 +179,9 @@ fn dialogs(
     let Some(dialog) = &mut open.current else {
         return Ok(());
     };
-    let modal = egui::Modal::new(Id::new("dialog"))
+    // egui keeps the size of what it has seen: a short question is no list of files.
+    let kind = std::mem::discriminant(&*dialog);
+    let modal = egui::Modal::new(Id::new(("dialog", kind)))
         .backdrop_color(crate::editor::palette::SHADOW.color32_alpha(140))
         .show(ctx, |ui| dialog_ui(ui, dialog));
     let is_closed = modal.should_close();
