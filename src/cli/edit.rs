@@ -3,6 +3,7 @@
 use super::output;
 use crate::editor::app;
 use crate::editor::diagnostics::ExplainLine;
+use crate::editor::measure::{self, Started};
 use crate::editor::preflight::{self, Missing};
 use crate::store;
 use std::path::Path;
@@ -30,8 +31,17 @@ pub fn run(design: Option<&Path>, explain: bool) -> anyhow::Result<Opened> {
         Err(missing) => return Ok(Opened::Missing(missing)),
     };
     let explain: Option<ExplainLine> = explain.then(|| Box::new(output::note) as ExplainLine);
-    match app::run(world, explain) {
-        Ok(()) => Ok(Opened::Closed),
-        Err(code) => anyhow::bail!("the editor failed with code {code}"),
-    }
+    app::edit(world, explain)?;
+    Ok(Opened::Closed)
+}
+
+/// Measures what a hand waits for in the editor, in a window that closes by itself; tells the
+/// figures on standard output.
+///
+/// # Errors
+/// No display or adapter; that the window failed, or was closed too early.
+pub fn measure() -> anyhow::Result<()> {
+    let started = Started::of_process();
+    let _display = preflight::window()?;
+    output::print(&measure::text(&measure::measure(started)?))
 }

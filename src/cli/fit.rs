@@ -68,8 +68,8 @@ pub struct FitArgs {
     holdout: Option<PathBuf>,
 
     /// The tracker's measurement volume, where it is known
-    #[arg(long, value_enum)]
-    volume: Option<VolumeArg>,
+    #[arg(long, value_enum, default_value_t)]
+    volume: VolumeArg,
 
     /// Leave out what the environment says of where its model may be believed
     #[arg(long)]
@@ -119,10 +119,32 @@ pub(super) enum WeightsArg {
     Gnomonic,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
 pub(super) enum VolumeArg {
-    /// 500 mm in front of a planar generator
-    AuroraCube,
+    /// 500 mm in front of a planar Aurora generator
+    #[value(alias = "aurora-cube")]
+    Cube,
+    /// 960 mm across and 610 mm deep in front of a planar Aurora generator
+    Dome,
+    /// 420 by 600 mm above an Aurora tabletop generator
+    Tabletop,
+    /// 220 mm across in front of a compact Aurora generator
+    Compact,
+    /// Not known: nothing counts as out of it
+    #[default]
+    None,
+}
+
+impl From<VolumeArg> for Option<Volume> {
+    fn from(arg: VolumeArg) -> Self {
+        match arg {
+            VolumeArg::Cube => Some(Volume::AuroraCube),
+            VolumeArg::Dome => Some(Volume::AuroraDome),
+            VolumeArg::Tabletop => Some(Volume::AuroraTabletop),
+            VolumeArg::Compact => Some(Volume::AuroraCompact),
+            VolumeArg::None => None,
+        }
+    }
 }
 
 /// Fits, writes the environment, and prints the residuals.
@@ -167,7 +189,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
 pub(super) struct Target<'a> {
     pub data: &'a Path,
     pub output: &'a Path,
-    pub volume: Option<VolumeArg>,
+    pub volume: VolumeArg,
     pub jitter: Option<Jitter>,
     /// Whether the environment says where its model may be believed.
     pub with_support: bool,
@@ -194,9 +216,7 @@ pub(super) fn fit_and_write(
             .as_ref()
             .map(|(name, samples)| RoomTable { name, samples }),
         settings: *settings,
-        volume: target
-            .volume
-            .map(|VolumeArg::AuroraCube| Volume::AuroraCube),
+        volume: target.volume.into(),
         jitter: target.jitter,
         with_support: target.with_support,
     };

@@ -36,6 +36,11 @@ pub struct Cli {
     /// Print what is drawn and computed, and the figures shown, to standard error
     #[arg(long)]
     explain: bool,
+
+    /// Measure what a hand waits for in the editor, in a window that closes by itself, and print it
+    #[cfg(feature = "editor")]
+    #[arg(long, conflicts_with_all = ["design", "explain"])]
+    measure: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -87,6 +92,8 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Import(command)) => import::run(command),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),
+        #[cfg(feature = "editor")]
+        None if cli.measure => edit::measure(),
         None => open_editor(cli),
     }?;
     Ok(Ending::Done)

@@ -49,9 +49,12 @@ pub struct RenderArgs {
     /// From where to look; the design's own view unless told
     #[arg(long, value_enum, value_name = "NAME")]
     pub view: Option<ViewName>,
+    /// Turns the slice to face the view, through what the camera looks at
+    #[arg(long)]
+    pub facing_slice: bool,
     /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
-    /// tip-error, ghost, tip-scatter, slice, arrows, placement (of the selected sensor), region,
-    /// labels; or all, or none
+    /// tip-error, ghost, motion, tip-scatter, slice, arrows, placement (of the selected sensor),
+    /// region, support, labels; or all, or none
     #[arg(long, value_name = "LIST")]
     pub layers: Option<LayerList>,
 }
@@ -161,11 +164,13 @@ impl FromStr for LayerList {
                 "sensor-errors" => &mut layers.sensor_errors,
                 "tip-error" => &mut layers.tip_error,
                 "ghost" => &mut layers.ghost,
+                "motion" => &mut layers.motion,
                 "tip-scatter" => &mut layers.tip_scatter,
                 "slice" => &mut layers.slice,
                 "arrows" => &mut layers.arrows,
                 "placement" => &mut layers.placement,
                 "region" => &mut layers.region,
+                "support" => &mut layers.support,
                 "labels" => &mut layers.labels,
                 other => return Err(format!("no layer {other}")),
             };
@@ -184,11 +189,13 @@ fn every_layer(is_on: bool) -> Layers {
         sensor_errors: is_on,
         tip_error: is_on,
         ghost: is_on,
+        motion: is_on,
         tip_scatter: is_on,
         slice: is_on,
         arrows: is_on,
         placement: is_on,
         region: is_on,
+        support: is_on,
         labels: is_on,
     }
 }
@@ -223,6 +230,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         aim(&mut view, name, &world, size);
     }
     world.document.set_view(view);
+    if args.facing_slice {
+        face_slice(&mut world, size);
+    }
     let selected = match &args.select {
         Some(name) => Some(selected_named(&world, name)?),
         None => None,
@@ -289,6 +299,13 @@ fn sensor_named(world: &World, name: &str) -> anyhow::Result<Selected> {
             .collect();
         format!("no sensor {name}, expected one of {}", names.join(", "))
     })
+}
+
+fn face_slice(world: &mut World, size: [u32; 2]) {
+    let camera = crate::editor::camera::opening_camera(world, size.map(f64::from));
+    let mut view = world.document.view().clone();
+    view.slice.face(&camera, world.environment.model.bounds());
+    world.document.set_view(view);
 }
 
 fn aim(view: &mut View, name: ViewName, world: &World, size: [u32; 2]) {

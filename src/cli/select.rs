@@ -83,8 +83,8 @@ pub struct SelectArgs {
     rcond: f64,
 
     /// The tracker's measurement volume, where it is known, for the environment
-    #[arg(long, value_enum)]
-    volume: Option<VolumeArg>,
+    #[arg(long, value_enum, default_value_t)]
+    volume: VolumeArg,
 
     #[command(flatten)]
     jitter: JitterArgs,

@@ -1,8 +1,12 @@
 //! How a design is looked at: camera, layers, what is hidden or locked, magnification, slice. Saved with it, never undone.
 
 use super::things::Things;
+use crate::geometry::bounds::Bounds;
 pub use crate::geometry::colormap::ColorMap;
+use crate::geometry::orbit::OrbitCamera;
+use crate::study::SlicePlane;
 pub use crate::study::{AxisRule, Quantity};
+use nalgebra::{Point3, Unit, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// The view of a design. Anything that a file leaves out has its default.
@@ -29,6 +33,9 @@ pub struct View {
     /// How a sensor is imagined to be turned where its body is painted by placement.
     #[serde(skip_serializing_if = "is_default")]
     pub placement_rule: AxisRule,
+    /// Upper end of the colours of placement; `None` takes the 95th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub placement_range_mm: Option<f64>,
 }
 
 /// An orbit camera in the tracker frame.
@@ -56,6 +63,8 @@ pub struct Layers {
     pub tip_error: bool,
     /// The tool as the tracker believes it to be.
     pub ghost: bool,
+    /// What the tool's range of motion runs through.
+    pub motion: bool,
     /// The ellipsoid that holds 95 % of where the tracker's jitter puts the tip.
     pub tip_scatter: bool,
     pub slice: bool,
@@ -65,6 +74,8 @@ pub struct Layers {
     pub placement: bool,
     /// Where the design meets its requirement.
     pub region: bool,
+    /// Where the room's model may be believed: the surface around it, and hatching on the slice.
+    pub support: bool,
     pub labels: bool,
 }
 
@@ -78,11 +89,13 @@ impl Default for Layers {
             sensor_errors: true,
             tip_error: true,
             ghost: true,
+            motion: true,
             tip_scatter: true,
             slice: true,
             arrows: false,
             placement: false,
             region: false,
+            support: false,
             labels: true,
         }
     }
@@ -103,10 +116,13 @@ pub enum Magnification {
 pub struct SliceView {
     #[serde(skip_serializing_if = "is_default")]
     pub quantity: Quantity,
-    /// The tracker's axis that the plane is perpendicular to.
+    /// The tracker's axis that the plane is perpendicular to, unless it is a free one.
     pub axis: SliceAxis,
     /// Where along that axis, in the tracker frame.
     pub position_mm: f64,
+    /// Any plane, in the place of one across an axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub free: Option<FreePlane>,
     /// Axis of the sensor that is imagined at each point, in the tracker frame.
     pub sensor_axis: [f64; 3],
     /// Upper end of the colour bar, in the unit of the quantity; `None` takes the 95th percentile
@@ -122,9 +138,79 @@ impl Default for SliceView {
             quantity: Quantity::default(),
             axis: SliceAxis::Z,
             position_mm: -300.0,
+            free: None,
             sensor_axis: [0.0, 0.0, 1.0],
             range_mm: None,
             color_map: ColorMap::default(),
+        }
+    }
+}
+
+/// A plane that faces any way, tracker frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FreePlane {
+    /// Any length but zero.
+    pub normal: [f64; 3],
+    /// From the tracker's origin along the normal.
+    pub offset_mm: f64,
+}
+
+impl FreePlane {
+    fn unit_normal(&self) -> Unit<Vector3<f64>> {
+        let normal = Vector3::from(self.normal);
+        // Whatever a file says, the square of its length is a number.
+        Unit::try_new(normal / normal.amax(), 0.5).unwrap_or_else(Vector3::z_axis)
+    }
+}
+
+impl SliceView {
+    /// Which way the plane faces, tracker frame.
+    pub fn normal(&self) -> Unit<Vector3<f64>> {
+        match &self.free {
+            Some(free) => free.unit_normal(),
+            None => Unit::new_unchecked(Vector3::ith(self.axis.index(), 1.0)),
+        }
+    }
+
+    /// Where the plane is along its normal, from the tracker's origin.
+    pub fn offset_mm(&self) -> f64 {
+        self.free.map_or(self.position_mm, |free| free.offset_mm)
+    }
+
+    /// Moves the plane along its normal.
+    pub fn set_offset_mm(&mut self, offset_mm: f64) {
+        match &mut self.free {
+            Some(free) => free.offset_mm = offset_mm,
+            None => self.position_mm = offset_mm,
+        }
+    }
+
+    /// Turns the plane to face the camera, through what the camera looks at or as near to that as
+    /// the box reaches. It stays there when the camera turns: seen from elsewhere it is the same
+    /// plane, and nothing is computed while one looks around.
+    pub fn face(&mut self, camera: &OrbitCamera, bounds: &Bounds) {
+        let back = camera.tracker_from_camera().rotation * Vector3::z_axis();
+        let [least, most] = bounds.span_mm(&back);
+        self.free = Some(FreePlane {
+            normal: back.into_inner().into(),
+            offset_mm: back.dot(&camera.focus_mm.coords).clamp(least, most),
+        });
+    }
+
+    /// The plane over a box: across an axis the box's own section, else what holds its shadow along
+    /// the normal, screen-up (tracker -z) as near to up as that allows.
+    pub fn plane(&self, bounds: &Bounds) -> SlicePlane {
+        match &self.free {
+            None => SlicePlane::Across {
+                normal_axis: self.axis.index(),
+                position_mm: self.position_mm,
+                bounds: *bounds,
+            },
+            Some(free) => {
+                let normal = free.unit_normal();
+                let through = Point3::from(normal.into_inner() * free.offset_mm);
+                SlicePlane::facing(bounds, &through, &normal, &-Vector3::z())
+            }
         }
     }
 }
@@ -137,6 +223,9 @@ pub struct ArrowsView {
     pub per_side: usize,
     /// Of the tool's own sensors as the design turns them; else of one along the slice's axis.
     pub of_tool: bool,
+    /// Upper end of the arrows' colours; `None` takes the 95th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_mm: Option<f64>,
 }
 
 impl ArrowsView {
@@ -155,6 +244,7 @@ impl Default for ArrowsView {
         Self {
             per_side: 9,
             of_tool: false,
+            range_mm: None,
         }
     }
 }
@@ -200,6 +290,16 @@ impl View {
         };
         let finite = [
             ("slice.position_mm", Some(self.slice.position_mm)),
+            (
+                "slice.free.offset_mm",
+                self.slice.free.map(|free| free.offset_mm),
+            ),
+            (
+                "slice.free.normal",
+                self.slice
+                    .free
+                    .and_then(|free| first_not_finite(&free.normal)),
+            ),
             ("camera.azimuth_rad", self.camera.map(|c| c.azimuth_rad)),
             ("camera.elevation_rad", self.camera.map(|c| c.elevation_rad)),
             (
@@ -224,14 +324,22 @@ impl View {
             ("camera.distance_mm", self.camera.map(|c| c.distance_mm)),
             ("magnification", magnification),
             ("slice.range_mm", self.slice.range_mm),
+            ("arrows.range_mm", self.arrows.range_mm),
+            ("placement_range_mm", self.placement_range_mm),
         ];
         for (field, value) in positive {
             if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
                 return error(field, value, "a number above zero");
             }
         }
-        if self.slice.sensor_axis.iter().all(|v| *v == 0.0) {
-            return error("slice.sensor_axis", 0.0, "a direction");
+        let directions = [
+            ("slice.sensor_axis", Some(self.slice.sensor_axis)),
+            ("slice.free.normal", self.slice.free.map(|free| free.normal)),
+        ];
+        for (field, direction) in directions {
+            if direction.is_some_and(|d| d.iter().all(|v| *v == 0.0)) {
+                return error(field, 0.0, "a direction");
+            }
         }
         Ok(())
     }
@@ -272,5 +380,53 @@ mod tests {
             message.starts_with("view.slice.sensor_axis is NaN"),
             "{message}"
         );
+        view.slice.sensor_axis = [0.0, 0.0, 1.0];
+        let mut free = FreePlane {
+            normal: [0.0; 3],
+            offset_mm: -250.0,
+        };
+        view.slice.free = Some(free);
+        let message = view.check().unwrap_err().to_string();
+        assert_eq!(message, "view.slice.free.normal is 0, expected a direction");
+        free.normal = [0.0, 2.0, 0.0];
+        view.slice.free = Some(free);
+        assert_eq!(view.check(), Ok(()));
+        free.offset_mm = f64::INFINITY;
+        view.slice.free = Some(free);
+        assert!(view.check().is_err());
+    }
+
+    #[test]
+    fn a_slice_that_faces_the_camera_goes_through_its_focus_and_comes_back_from_a_file() {
+        let bounds = Bounds::from(([-100.0, -100.0, -400.0], [100.0, 100.0, -200.0]));
+        let mut camera = OrbitCamera {
+            focus_mm: Point3::new(20.0, -30.0, -310.0),
+            distance_mm: 800.0,
+            azimuth_rad: 0.7,
+            elevation_rad: 0.4,
+        };
+        let mut view = View::default();
+        view.slice.face(&camera, &bounds);
+        let plane = view.slice.plane(&bounds);
+        let eye = camera.tracker_from_camera().translation.vector;
+        let toward_eye = (eye - camera.focus_mm.coords).normalize();
+        assert!((plane.normal().into_inner() - toward_eye).norm() < 1e-12);
+        let off = view.slice.normal().dot(&camera.focus_mm.coords) - view.slice.offset_mm();
+        assert!(off.abs() < 1e-12);
+        // The first axis is to the right on the screen, the second up.
+        let [right, up] = plane.axes();
+        let in_camera = camera.tracker_from_camera().rotation.inverse();
+        assert!((in_camera * right.into_inner() - Vector3::x()).norm() < 1e-12);
+        assert!((in_camera * up.into_inner() - Vector3::y()).norm() < 1e-12);
+        let file = ron::to_string(&view).unwrap();
+        assert_eq!(ron::from_str::<View>(&file).unwrap(), view);
+        // A focus beyond the box: the plane touches the box.
+        camera.focus_mm = Point3::new(0.0, 5000.0, -300.0);
+        view.slice.face(&camera, &bounds);
+        let [least, most] = bounds.span_mm(&view.slice.normal());
+        assert!([least, most].contains(&view.slice.offset_mm()));
+        view.slice.set_offset_mm(least + 1.0);
+        assert_eq!(view.slice.offset_mm(), least + 1.0);
+        assert_eq!(view.slice.position_mm, SliceView::default().position_mm);
     }
 }

@@ -4,6 +4,7 @@ use super::autosave::RecoveryFolder;
 use super::camera::SceneTarget;
 use super::diagnostics::{Explain, ExplainLine};
 use super::egui_camera::EguiTarget;
+use super::lost_device::Failure;
 use super::preferences::Recalled;
 use super::preflight::BACKENDS;
 use super::recent::RecentDesigns;
@@ -32,21 +33,70 @@ const WINDOW_SIZE: [u32; 2] = [1440, 900];
 /// Below this the panels leave no room for the scene.
 const LEAST_SIZE: [f32; 2] = [960.0, 600.0];
 
+/// Why the editor ended otherwise than by closing its window.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EditorError {
+    #[error("{0}; what was not saved is offered at the next start")]
+    Failed(String),
+    #[error("the editor failed with code {0}")]
+    Code(u8),
+}
+
 /// Opens the editor and stays until its window closes. Ask
 /// [`preflight::window`](super::preflight::window) first: Bevy panics without a display.
 ///
 /// # Errors
-/// The code that the window system or the renderer ended with.
-pub fn run(world: World, explain: Option<ExplainLine>) -> Result<(), u8> {
-    let mut app = App::new();
+/// See [`EditorError`].
+pub fn edit(world: World, explain: Option<ExplainLine>) -> Result<(), EditorError> {
+    let file = match world.document.origin() {
+        Origin::File(file) => Some(file.clone()),
+        Origin::BuiltIn(_) => None,
+    };
     let recalled = store::state_folder().map(Recalled::in_folder);
-    let [width, height] = recalled
-        .as_ref()
-        .and_then(|recalled| recalled.preferences.window)
-        .unwrap_or(WINDOW_SIZE);
-    let is_maximised = recalled
-        .as_ref()
-        .is_some_and(|recalled| recalled.preferences.is_maximised);
+    let left = recalled.as_ref().map(|recalled| &recalled.preferences);
+    let size = left.and_then(|left| left.window).unwrap_or(WINDOW_SIZE);
+    let is_maximised = left.is_some_and(|left| left.is_maximised);
+    run(window(world, size, |app| {
+        if let Some(folder) = store::recovery_folder() {
+            app.insert_resource(RecoveryFolder(folder));
+        }
+        if let Some(folder) = store::state_folder() {
+            let mut recent = RecentDesigns::in_folder(folder);
+            if let Some(file) = file {
+                recent.remember(&file);
+            }
+            app.insert_resource(recent);
+        }
+        if let Some(recalled) = recalled {
+            app.insert_resource(recalled);
+        }
+        if is_maximised {
+            app.add_systems(Startup, maximise);
+        }
+        if let Some(line) = explain {
+            app.insert_resource(Explain(line));
+        }
+    }))
+}
+
+/// Runs until the window closes.
+pub(super) fn run(mut app: App) -> Result<(), EditorError> {
+    let failure = app.world_mut().get_resource_or_init::<Failure>().clone();
+    match (app.run(), failure.reason()) {
+        (AppExit::Success, _) => Ok(()),
+        (AppExit::Error(_), Some(reason)) => Err(EditorError::Failed(reason)),
+        (AppExit::Error(code), None) => Err(EditorError::Code(code.get())),
+    }
+}
+
+/// An app with a window of a size in logical pixels; `prepare` adds what the editor's own plugins
+/// are to find. By itself it leaves nothing on the disk.
+pub(super) fn window(
+    world: World,
+    [width, height]: [u32; 2],
+    prepare: impl FnOnce(&mut App),
+) -> App {
+    let mut app = App::new();
     let title = document::title(&world.document, &state::Results::default());
     let window = WindowPlugin {
         primary_window: Some(Window {
@@ -78,30 +128,9 @@ pub fn run(world: World, explain: Option<ExplainLine>) -> Result<(), u8> {
             focused_mode: UpdateMode::reactive_low_power(Duration::MAX),
             unfocused_mode: UpdateMode::reactive_low_power(Duration::MAX),
         });
-    if let Some(folder) = store::recovery_folder() {
-        app.insert_resource(RecoveryFolder(folder));
-    }
-    if let Some(folder) = store::state_folder() {
-        let mut recent = RecentDesigns::in_folder(folder);
-        if let Origin::File(file) = world.document.origin() {
-            recent.remember(file);
-        }
-        app.insert_resource(recent);
-    }
-    if let Some(recalled) = recalled {
-        app.insert_resource(recalled);
-    }
-    if let Some(line) = explain {
-        app.insert_resource(Explain(line));
-    }
+    prepare(&mut app);
     add_editor(&mut app, world, Presentation::default());
-    if is_maximised {
-        app.add_systems(Startup, maximise);
-    }
-    match app.run() {
-        AppExit::Success => Ok(()),
-        AppExit::Error(code) => Err(code.get()),
-    }
+    app
 }
 
 fn maximise(window: Option<Single<&mut Window, With<PrimaryWindow>>>) {

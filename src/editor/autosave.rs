@@ -164,6 +164,22 @@ impl Autosave {
             let _ = sender.send(word);
         }
     }
+
+    /// Waits until what was told last is on the disk.
+    fn end(&mut self) {
+        self.sender = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic of the thread has been reported by the panic hook.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// However the program ends, short of being killed: nobody is asked, and nothing is lost.
+impl Drop for Autosave {
+    fn drop(&mut self) {
+        self.end();
+    }
 }
 
 fn keep(
@@ -211,9 +227,5 @@ fn finish(mut exits: MessageReader<AppExit>, mut autosave: ResMut<Autosave>) {
     if is_clean {
         autosave.tell(Word::Clear);
     }
-    autosave.sender = None;
-    if let Some(thread) = autosave.thread.take() {
-        // A panic of the thread has been reported by the panic hook.
-        let _ = thread.join();
-    }
+    autosave.end();
 }

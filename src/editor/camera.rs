@@ -16,12 +16,12 @@ use crate::design::Design;
 use crate::design::view::CameraView;
 use crate::geometry::orbit::{OrbitCamera, VERTICAL_FOV_RAD};
 use crate::geometry::surface::Ray;
+use crate::store::World;
 use bevy::camera::{ClearColorConfig, PerspectiveProjection, RenderTarget, Viewport};
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::ecs::system::SystemParam;
 use bevy::input::mouse::{MouseScrollUnit, MouseWheel};
 use bevy::prelude::*;
-use bevy::render::renderer::RenderAdapterInfo;
 use bevy::window::{PrimaryWindow, RequestRedraw};
 use bevy_egui::input::EguiWantsInput;
 use nalgebra::Point3;
@@ -67,15 +67,21 @@ struct Glide {
     elapsed: Duration,
 }
 
+/// Turns the camera by itself: how far the pointer of an orbiting hand would move between two
+/// frames, pixels.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
+pub struct Turntable(pub Option<[f64; 2]>);
+
 /// A drag that moves the camera.
 #[derive(Resource, Default)]
-struct Gesture(Option<(MouseButton, Vec2)>);
+pub struct Gesture(Option<(MouseButton, Vec2)>);
 
 impl Plugin for CameraPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<OrbitRig>()
             .init_resource::<Surfaces>()
             .init_resource::<Gesture>()
+            .init_resource::<Turntable>()
             .init_resource::<Theme>()
             .add_systems(PreStartup, spawn)
             .add_systems(Update, clear_in_theme.run_if(resource_changed::<Theme>))
@@ -86,18 +92,13 @@ impl Plugin for CameraPlugin {
                     .run_if(resource_exists::<ButtonInput<MouseButton>>)
                     .in_set(EditorSystems::Input),
             )
+            .add_systems(Update, turn.run_if(is_turning).in_set(EditorSystems::Input))
             .add_systems(
                 Update,
                 (measure_view, follow_document, answer_requests, glide, place)
                     .chain()
                     .after(EditorSystems::Edit)
                     .before(EditorSystems::Solve),
-            )
-            .add_systems(
-                Update,
-                smooth_at_rest
-                    .run_if(resource_exists::<RenderAdapterInfo>)
-                    .in_set(EditorSystems::Draw),
             );
     }
 }
@@ -119,7 +120,18 @@ impl Default for OrbitRig {
     }
 }
 
+impl Gesture {
+    pub fn is_on(&self) -> bool {
+        self.0.is_some()
+    }
+}
+
 impl OrbitRig {
+    /// Whether it is on its way to where it was sent.
+    pub fn is_gliding(&self) -> bool {
+        self.glide.is_some()
+    }
+
     /// Millimetres a pixel spans at a point; of the focus for what is behind the camera.
     pub fn mm_per_px(&self, point_mm: &Point3<f64>) -> f64 {
         self.camera
@@ -150,26 +162,6 @@ fn spawn(mut commands: Commands, target: Option<Res<SceneTarget>>) {
     ));
     if let Some(target) = target {
         camera.insert(target.0.clone());
-    }
-}
-
-/// A processor that paints by itself spends a third of a frame on smooth edges: while something
-/// moves it does without them, and the first frame at rest has them again.
-fn smooth_at_rest(
-    adapter: Res<RenderAdapterInfo>,
-    gesture: Res<Gesture>,
-    drag: Res<ActiveDrag>,
-    rig: Res<OrbitRig>,
-    mut cameras: Query<&mut Msaa, With<MainCamera>>,
-) {
-    let is_software = adapter.device_type == wgpu::DeviceType::Cpu;
-    let is_moving = gesture.0.is_some() || drag.0 || rig.glide.is_some();
-    let wanted = match is_software && is_moving {
-        true => Msaa::Off,
-        false => Msaa::Sample4,
-    };
-    for mut msaa in &mut cameras {
-        msaa.set_if_neq(wanted);
     }
 }
 
@@ -309,6 +301,23 @@ fn drag_camera(
     }
 }
 
+fn is_turning(turntable: Res<Turntable>) -> bool {
+    turntable.0.is_some()
+}
+
+fn turn(
+    turntable: Res<Turntable>,
+    mut rig: ResMut<OrbitRig>,
+    mut redraws: MessageWriter<RequestRedraw>,
+) {
+    if let Some(way_px) = turntable.0 {
+        let view_px = rig.view_px;
+        rig.glide = None;
+        rig.camera.orbit(way_px, view_px);
+        redraws.write(RequestRedraw);
+    }
+}
+
 fn zoom(
     mut wheel: MessageReader<MouseWheel>,
     pointer: ScenePointer,
@@ -368,7 +377,7 @@ fn follow_document(
     if !is_other_world && (wanted == rig.known || wanted.is_none()) {
         return;
     }
-    let to = wanted.map_or_else(|| first_camera(&world, rig.view_px), orbit_camera);
+    let to = wanted.map_or_else(|| first_camera(&world.0, rig.view_px), orbit_camera);
     rig.generation = generation.or(Some(WorldGeneration::default()));
     rig.known = wanted;
     if is_other_world || !presentation.window {
@@ -491,9 +500,15 @@ fn physical_viewport(view: &ViewportRect, scale: f32, most: Option<UVec2>) -> Op
     })
 }
 
-fn first_camera(world: &OpenWorld, view_px: [f64; 2]) -> OrbitCamera {
+/// The camera that a design is opened with: its own, else one that frames tool and CRF.
+pub fn opening_camera(world: &World, view_px: [f64; 2]) -> OrbitCamera {
+    let own = world.document.view().camera;
+    own.map_or_else(|| first_camera(world, view_px), orbit_camera)
+}
+
+fn first_camera(world: &World, view_px: [f64; 2]) -> OrbitCamera {
     let mut camera = OrbitRig::default().camera;
-    if let Some(sphere) = extent::of_bodies(&world.0, world.0.document.design()) {
+    if let Some(sphere) = extent::of_bodies(world, world.document.design()) {
         let radius_mm = sphere.radius_mm * FIRST_SURROUNDINGS;
         camera.frame_sphere(sphere.center_mm, radius_mm, view_px);
     }

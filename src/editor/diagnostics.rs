@@ -18,6 +18,8 @@ pub struct Diagnostics {
     /// Studies that were kept trial by trial.
     pub profiles: u64,
     pub slices: u64,
+    /// Poses that were looked up for the region of supported field.
+    pub support_evaluations: u64,
     /// Results that came too late to be shown.
     pub dropped: u64,
     /// Meshes and pictures that were made or changed, and so go to the graphics card.

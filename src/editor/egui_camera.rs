@@ -13,6 +13,33 @@ use bevy_egui::{EguiGlobalSettings, EguiStartupSet, PrimaryEguiContext};
 /// viewport.
 pub struct EguiCameraPlugin;
 
+/// The camera that egui is painted with.
+#[derive(Component, Clone, Copy, Debug)]
+pub struct EguiCamera;
+
+/// By itself egui is painted on nothing, and laid over what is on the screen.
+const CLEAR: ClearColorConfig = ClearColorConfig::Custom(Color::NONE);
+
+fn over_the_scene() -> CameraOutputMode {
+    CameraOutputMode::Write {
+        blend_state: Some(BlendState::ALPHA_BLENDING),
+        clear_color: ClearColorConfig::None,
+    }
+}
+
+/// Whether both cameras paint one picture that goes to the screen once, instead of one each: they
+/// can while neither is smoothed, since they then share their textures.
+pub fn share_a_picture(scene: &mut Camera, egui: &mut Camera, do_share: bool) {
+    let to_screen = CameraOutputMode::Write {
+        blend_state: None,
+        clear_color: ClearColorConfig::None,
+    };
+    (scene.output_mode, egui.output_mode, egui.clear_color) = match do_share {
+        true => (CameraOutputMode::Skip, to_screen, ClearColorConfig::None),
+        false => (CameraOutputMode::default(), over_the_scene(), CLEAR),
+    };
+}
+
 /// Where egui is painted if not in the window: the offscreen picture. Insert before startup.
 #[derive(Resource, Clone, Debug)]
 pub struct EguiTarget(pub RenderTarget);
@@ -41,13 +68,11 @@ fn spawn_camera(
         RenderLayers::none(),
         // A full-screen resolve is dear in software.
         Msaa::Off,
+        EguiCamera,
         Camera {
             order: 1,
-            output_mode: CameraOutputMode::Write {
-                blend_state: Some(BlendState::ALPHA_BLENDING),
-                clear_color: ClearColorConfig::None,
-            },
-            clear_color: ClearColorConfig::Custom(Color::NONE),
+            output_mode: over_the_scene(),
+            clear_color: CLEAR,
             ..default()
         },
     ));

@@ -14,10 +14,15 @@ pub mod drops;
 pub mod egui_camera;
 pub mod field;
 pub mod glyphs;
+pub mod handle;
 pub mod keys;
 pub mod layers;
+pub mod light_drawing;
+pub mod lost_device;
 pub mod materials;
+pub mod measure;
 pub mod meshes;
+pub mod motion;
 pub mod overlay;
 pub mod palette;
 pub mod pick;
@@ -25,12 +30,14 @@ pub mod picture;
 pub mod precision;
 pub mod preferences;
 pub mod preflight;
+pub mod probe;
 pub mod recent;
 pub mod scene;
 pub mod selection;
 pub mod sensor_commands;
 pub mod shortcuts;
 pub mod slice;
+pub mod slice_picture;
 pub mod solve;
 pub mod solver;
 pub mod state;
@@ -64,14 +71,19 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`materials::MaterialsPlugin`] | what surfaces look like |
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
 /// | [`glyphs::GlyphsPlugin`] | magnified errors and the ghost |
-/// | [`layers::LayersPlugin`] | arrows, placement, usable region |
+/// | [`layers::LayersPlugin`] | arrows, placement, usable region, model support |
+/// | [`handle::HandlePlugin`] | balls in the scene that are dragged |
+/// | [`motion::MotionPlugin`] | what the range of motion runs through, and its handles |
 /// | [`slice::SlicePlugin`] | the coloured plane through the room |
+/// | [`light_drawing::LightDrawingPlugin`] | less is drawn in software while something moves |
+/// | [`probe::ProbePlugin`] | the value under the pointer |
 /// | [`egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
 /// | [`ui::UiPlugin`] | the panels |
 /// | [`overlay::OverlayPlugin`] | labels and legends over the scene |
 /// | [`commands::CommandsPlugin`] | everything that has a name |
 /// | [`shortcuts::ShortcutsPlugin`] | keys |
 /// | [`wake::WakePlugin`] | rest while nothing changes |
+/// | [`lost_device::LostDevicePlugin`] | an adapter that fails loses nobody's work |
 pub struct EditorPlugins;
 
 impl PluginGroup for EditorPlugins {
@@ -96,13 +108,18 @@ impl PluginGroup for EditorPlugins {
             .add(materials::MaterialsPlugin)
             .add(scene::ScenePlugin)
             .add(glyphs::GlyphsPlugin)
+            .add(handle::HandlePlugin)
+            .add(motion::MotionPlugin)
             .add(slice::SlicePlugin)
             .add(layers::LayersPlugin)
+            .add(light_drawing::LightDrawingPlugin)
+            .add(probe::ProbePlugin)
             .add(egui_camera::EguiCameraPlugin)
             .add(ui::UiPlugin)
             .add(overlay::OverlayPlugin)
             .add(commands::CommandsPlugin)
             .add(shortcuts::ShortcutsPlugin)
             .add(wake::WakePlugin)
+            .add(lost_device::LostDevicePlugin)
     }
 }

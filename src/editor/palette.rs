@@ -132,11 +132,15 @@ pub const SELECTED: Rgb = Rgb::pair(0xFFFFFF, 0x0C0F13);
 pub const OUTSIDE: Rgb = Rgb::pair(0xE04F4F, 0xC8282A);
 pub const ERROR_VECTOR: Rgb = Rgb::pair(0xE63FB8, 0xC4108F);
 pub const GHOST: Rgb = Rgb::pair(0x45D3E8, 0x0B8DA3);
+/// What the tool's range of motion runs through.
+pub const MOTION: Rgb = Rgb::pair(0xB9A6E8, 0x5B3FA0);
 pub const AXIS_X: Rgb = Rgb::pair(0xE06C6C, 0xC23B3B);
 pub const AXIS_Y: Rgb = Rgb::pair(0x7CC47C, 0x2F8A3A);
 pub const AXIS_Z: Rgb = Rgb::pair(0x6C9CF0, 0x2F62C9);
 pub const VOLUME: Rgb = Rgb::pair(0x8FB4E8, 0x3A66A8);
 pub const MODEL_BOX: Rgb = Rgb::pair(0x8A93A0, 0x6B7683);
+/// Where the room's model may be believed.
+pub const SUPPORT: Rgb = Rgb::pair(0xA98BF0, 0x6B45C6);
 pub const GRID: Rgb = Rgb::pair(0x4A5360, 0xA9B2BD);
 /// Error vectors over coloured maps.
 pub const ERROR_VECTOR_ON_MAP: Rgb = Rgb::hex(0xFFFFFF);

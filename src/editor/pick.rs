@@ -6,9 +6,9 @@
 //! be marked as not to be picked.
 
 use super::camera::{OrbitRig, Sight};
+use super::handle::{BallHandle, HANDLE_PX};
 use super::scene::bodies::mesh_of;
 use super::scene::{BodyRoot, SensorMark, sensors};
-use super::slice::SliceHandle;
 use super::state::{MainCamera, OpenWorld};
 use crate::design::{BodyRole, Design};
 use crate::geometry::mesh::SurfaceMesh;
@@ -95,7 +95,7 @@ struct Targets<'w, 's> {
     surfaces: Res<'w, Surfaces>,
     sensors: Query<'w, 's, (Entity, &'static SensorMark)>,
     roots: Query<'w, 's, (Entity, &'static BodyRoot)>,
-    handles: Query<'w, 's, (Entity, &'static SliceHandle)>,
+    handles: Query<'w, 's, (Entity, &'static BallHandle)>,
 }
 
 fn pick(
@@ -143,7 +143,7 @@ impl Targets<'_, '_> {
         let view = world.0.document.view();
         let handles = self.handles.iter().filter_map(|(entity, handle)| {
             let distance = distance_px(&sight.rig, pixel, [handle.at_mm; 2])?;
-            (distance <= super::slice::HANDLE_PX).then_some((entity, distance))
+            (distance <= HANDLE_PX).then_some((entity, distance))
         });
         // In front of every body, the nearest on the screen first.
         let sensors = self.sensors.iter().filter_map(|(entity, mark)| {

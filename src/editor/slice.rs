@@ -1,35 +1,26 @@
 //! A plane through the room coloured by position error, and the handle that moves it.
 //!
-//! Sampling is the solver's; this only draws. The texture is finer than the lattice: values are
-//! interpolated and then coloured, so that a point of the lattice has exactly the colour that
-//! the colour bar gives its value.
+//! Sampling is the solver's; this only draws.
 
 use super::camera::Sight;
-use super::materials::{GlowMaterial, MapMaterial, Shown};
-use super::scene::screen_size::{ScreenSized, SizeBounds};
+use super::handle::{self, BallHandle};
+use super::materials::{GlowMaterial, MapMaterial};
 use super::scene::shapes::GlyphShapes;
+use super::slice_picture::{SliceLook, inset, picture};
 use super::state::{
     ActiveDrag, ColorScale, DragReadout, DragText, EditorSystems, OpenWorld, Results, ViewRequest,
 };
 use super::{convert, palette};
-use crate::design::view::SliceView;
-use crate::geometry::colormap::{ColorMap, NO_VALUE_SRGB};
+use crate::geometry::colormap::ColorMap;
 use crate::study::SliceOutcome;
 use bevy::asset::RenderAssetUsages;
 use bevy::ecs::system::SystemParam;
-use bevy::image::{ImageFilterMode, ImageSampler, ImageSamplerDescriptor};
 use bevy::mesh::Indices;
 use bevy::picking::events::{Drag, DragEnd, DragStart, Pointer};
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
-use bevy::render::render_resource::{Extent3d, PrimitiveTopology, TextureDimension, TextureFormat};
+use bevy::render::render_resource::PrimitiveTopology;
 use nalgebra::{Point3, Unit, Vector3};
-
-/// Texels between neighbouring points of the lattice.
-const TEXELS_PER_CELL: usize = 4;
-
-/// Radius of the handle on the screen; inside it the pointer takes hold of it.
-pub const HANDLE_PX: f64 = 9.0;
 
 /// Draws the slice while its layer is on.
 pub struct SlicePlugin;
@@ -109,7 +100,7 @@ fn draw(
     scale: Res<ColorScale>,
     drawn: Query<Entity, With<Slice>>,
     mut assets: SliceAssets,
-    mut last: Local<Option<(SliceOutcome, ColorScale)>>,
+    mut last: Local<Option<(SliceOutcome, SliceLook)>>,
 ) {
     let is_on = world.0.document.view().layers.slice;
     let Some(slice) = results.slice.as_ref().filter(|_| is_on) else {
@@ -119,22 +110,27 @@ fn draw(
         *last = None;
         return;
     };
+    let requirement = world.0.document.design().requirement;
+    let look = SliceLook {
+        scale: *scale,
+        level: requirement.and_then(|of| slice.value.quantity.limit(&of)),
+    };
     if last
         .as_ref()
-        .is_some_and(|(old, with)| *with == *scale && is_same(old, &slice.value))
+        .is_some_and(|(old, with)| *with == look && is_same(old, &slice.value))
     {
         return;
     }
     for entity in &drawn {
         commands.entity(entity).despawn();
     }
-    *last = Some((slice.value.clone(), *scale));
+    *last = Some((slice.value.clone(), look));
     commands.spawn((
         Name::new("slice"),
         Slice,
         Mesh3d(assets.meshes.add(plane(&slice.value))),
         MeshMaterial3d(assets.materials.add(MapMaterial {
-            picture: assets.images.add(picture(&slice.value, *scale)),
+            picture: assets.images.add(picture(&slice.value, &look)),
         })),
     ));
 }
@@ -143,7 +139,11 @@ fn draw(
 fn is_same(a: &SliceOutcome, b: &SliceOutcome) -> bool {
     let bits =
         |slice: &SliceOutcome| -> Vec<u64> { slice.values.iter().map(|v| v.to_bits()).collect() };
-    a.plan == b.plan && a.quantity == b.quantity && a.is_inside == b.is_inside && bits(a) == bits(b)
+    a.plan == b.plan
+        && a.quantity == b.quantity
+        && a.is_inside == b.is_inside
+        && a.is_supported == b.is_supported
+        && bits(a) == bits(b)
 }
 
 /// The lattice's rectangle. Texels sit on its points, so it reaches half a texel into the
@@ -152,7 +152,7 @@ fn plane(slice: &SliceOutcome) -> Mesh {
     let [nu, nv] = slice.plan.counts;
     let corners = [(0, 0), (nu - 1, 0), (nu - 1, nv - 1), (0, nv - 1)]
         .map(|(u, v)| convert::point(&slice.plan.point_mm(u, v)).to_array());
-    let [inset_u, inset_v] = [nu, nv].map(|n| 0.5 / texels(n) as f32);
+    let [inset_u, inset_v] = [nu, nv].map(inset);
     let (lo, hi) = ([inset_u, inset_v], [1.0 - inset_u, 1.0 - inset_v]);
     let normal = convert::vec3(&slice.plan.plane.normal()).to_array();
     Mesh::new(
@@ -173,61 +173,6 @@ fn plane(slice: &SliceOutcome) -> Mesh {
     .with_inserted_indices(Indices::U32(vec![0, 1, 2, 0, 2, 3]))
 }
 
-fn texels(points: usize) -> usize {
-    (points - 1) * TEXELS_PER_CELL + 1
-}
-
-fn picture(slice: &SliceOutcome, scale: ColorScale) -> Image {
-    let [nu, nv] = slice.plan.counts;
-    let (width, height) = (texels(nu), texels(nv));
-    let mut data = Vec::with_capacity(width * height * 4);
-    for y in 0..height {
-        for x in 0..width {
-            let [r, g, b] = color_at(slice, scale, x, y);
-            data.extend([r, g, b, 255]);
-        }
-    }
-    let mut image = Image::new(
-        Extent3d {
-            width: width as u32,
-            height: height as u32,
-            depth_or_array_layers: 1,
-        },
-        TextureDimension::D2,
-        data,
-        TextureFormat::Rgba8UnormSrgb,
-        RenderAssetUsages::RENDER_WORLD,
-    );
-    image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
-        mag_filter: ImageFilterMode::Linear,
-        min_filter: ImageFilterMode::Linear,
-        ..default()
-    });
-    image
-}
-
-/// The colour of a texel: of the value interpolated between the lattice points around it, grey
-/// where the nearest of them is outside the box.
-fn color_at(slice: &SliceOutcome, scale: ColorScale, x: usize, y: usize) -> [u8; 3] {
-    let [nu, nv] = slice.plan.counts;
-    let nearest = |t: usize, n: usize| ((t + TEXELS_PER_CELL / 2) / TEXELS_PER_CELL).min(n - 1);
-    if !slice.is_inside[nearest(y, nv) * nu + nearest(x, nu)] {
-        return NO_VALUE_SRGB;
-    }
-    let cell = |t: usize| {
-        (
-            t / TEXELS_PER_CELL,
-            (t % TEXELS_PER_CELL) as f64 / TEXELS_PER_CELL as f64,
-        )
-    };
-    let ((u, fu), (v, fv)) = (cell(x), cell(y));
-    let value = |u: usize, v: usize| slice.values[v.min(nv - 1) * nu + u.min(nu - 1)];
-    let mix = |a: f64, b: f64, f: f64| if f == 0.0 { a } else { a + (b - a) * f };
-    let lower = mix(value(u, v), value(u + 1, v), fu);
-    let upper = mix(value(u, v + 1), value(u + 1, v + 1), fu);
-    scale.map.srgb_of_value(mix(lower, upper, fv), scale.max_mm)
-}
-
 /// In the middle of the edge where the first of the plane's axes ends.
 fn handle_of(slice: &SliceOutcome) -> SliceHandle {
     let [nu, nv] = slice.plan.counts;
@@ -244,7 +189,7 @@ fn place_handle(
     mut commands: Commands,
     world: Res<OpenWorld>,
     results: Res<Results>,
-    mut drawn: Query<(Entity, &mut SliceHandle, &mut Transform, &mut ScreenSized)>,
+    mut drawn: Query<(Entity, &mut SliceHandle, &mut BallHandle)>,
     shapes: Res<GlyphShapes>,
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
@@ -256,36 +201,20 @@ fn place_handle(
         return;
     };
     let handle = handle_of(&slice.value);
-    let radius = SizeBounds {
-        true_mm: 0.1,
-        least_px: HANDLE_PX * 0.75,
-        most_px: HANDLE_PX * 0.75,
-        extra_px: 0.0,
-    };
-    let size = ScreenSized {
+    let place = BallHandle {
         at_mm: handle.at_mm,
-        across: radius,
-        along: radius,
+        radius_px: handle::LARGE_PX,
     };
-    if let Some((_, mut old, mut transform, mut old_size)) = drawn.iter_mut().next() {
+    if let Some((_, mut old, mut ball)) = drawn.iter_mut().next() {
         old.set_if_neq(handle);
-        old_size.set_if_neq(size);
-        let at = convert::point(&handle.at_mm);
-        if transform.translation != at {
-            transform.translation = at;
-        }
+        ball.set_if_neq(place);
         return;
     }
-    let material = GlowMaterial::translucent(palette::TEXT_STRONG, 0.9, 0.9)
-        .shown(Shown::Always)
-        .order(18_000.0);
+    let material = materials.add(handle::material(palette::TEXT_STRONG));
     commands.spawn((
         Name::new("slice handle"),
         handle,
-        size,
-        Mesh3d(shapes.sphere.clone()),
-        MeshMaterial3d(materials.add(material)),
-        Transform::from_translation(convert::point(&handle.at_mm)),
+        handle::ball(place, &shapes, material),
     ));
 }
 
@@ -310,7 +239,7 @@ fn on_drag_start(
         active.set_if_neq(ActiveDrag(true));
         held.0 = Some(HeldSlice {
             handle: *handle,
-            start_mm: world.0.document.view().slice.position_mm,
+            start_mm: world.0.document.view().slice.offset_mm(),
             grabbed_at_mm,
         });
     }
@@ -340,17 +269,13 @@ fn on_drag(
     };
     let mut view = world.0.document.view().clone();
     let bounds = world.0.environment.model.bounds();
-    let axis = view.slice.axis.index();
-    let position_mm =
-        (held.start_mm + now - held.grabbed_at_mm).clamp(bounds.min_mm[axis], bounds.max_mm[axis]);
+    let [least, most] = bounds.span_mm(&held.handle.normal);
+    let offset_mm = (held.start_mm + now - held.grabbed_at_mm).clamp(least, most);
     // Whole millimetres: nobody needs a slice at 0.37 mm, and round numbers read better.
-    view.slice = SliceView {
-        position_mm: position_mm.round(),
-        ..view.slice
-    };
+    view.slice.set_offset_mm(offset_mm.round());
     readout.set_if_neq(DragReadout(Some(DragText {
         at,
-        text: format!("{:.0}\u{2009}mm", view.slice.position_mm).replace('-', "\u{2212}"),
+        text: format!("{:.0}\u{2009}mm", view.slice.offset_mm()).replace('-', "\u{2212}"),
     })));
     views.write(ViewRequest::Set(view));
 }
@@ -366,51 +291,5 @@ fn on_drag_end(
         drag.propagate(false);
         active.set_if_neq(ActiveDrag(false));
         readout.set_if_neq(DragReadout(None));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::bounds::Bounds;
-    use crate::study::{Quantity, SlicePlan, SlicePlane, Work};
-
-    fn slice() -> SliceOutcome {
-        SliceOutcome {
-            plan: SlicePlan {
-                plane: SlicePlane::Across {
-                    normal_axis: 2,
-                    position_mm: 5.0,
-                    bounds: Bounds::from(([0.0; 3], [10.0, 20.0, 30.0])),
-                },
-                sensor_axis: Vector3::z_axis(),
-                counts: [3, 2],
-            },
-            quantity: Quantity::PositionErrorMm,
-            values: vec![0.0, 1.0, 2.0, 3.0, 4.0, 0.5],
-            is_inside: vec![true, true, true, true, true, false],
-            max: 4.0,
-            p95: 4.0,
-            work: Work::default(),
-        }
-    }
-
-    #[test]
-    fn a_point_of_the_lattice_has_the_colour_of_its_value() {
-        let scale = ColorScale {
-            map: ColorMap::Viridis,
-            max_mm: 4.0,
-        };
-        for (i, value) in slice().values.iter().enumerate().take(5) {
-            let (u, v) = (i % 3, i / 3);
-            let color = color_at(&slice(), scale, u * TEXELS_PER_CELL, v * TEXELS_PER_CELL);
-            assert_eq!(color, ColorMap::Viridis.srgb_of_value(*value, 4.0));
-        }
-        assert_eq!(
-            color_at(&slice(), scale, 2 * TEXELS_PER_CELL, TEXELS_PER_CELL),
-            NO_VALUE_SRGB
-        );
-        let between = color_at(&slice(), scale, TEXELS_PER_CELL / 2, 0);
-        assert_eq!(between, ColorMap::Viridis.srgb_of_value(0.5, 4.0));
     }
 }

@@ -3,7 +3,9 @@
 
 use super::diagnostics::{Diagnostics, Explain};
 use super::document::WorldGeneration;
-use super::solver::{Answer, Extent, Job, PoseWish, Solved, Solver, Stamp, StudyOf, StudyWish};
+use super::solver::{
+    Answer, Extent, Job, PoseWish, SliceWish, Solved, Solver, Stamp, StudyOf, StudyWish,
+};
 use super::state::{ActiveDrag, EditorSystems, OpenWorld, Results, Stamped, Workspace};
 use super::study::{ModeKind, StudyDesk, WantedTrial};
 use super::wake::Waker;
@@ -11,7 +13,7 @@ use crate::design::view::{SliceView, View};
 use crate::field::Environment;
 use crate::store;
 use crate::study::preview::preview;
-use crate::study::{Quantity, SlicePlan, SlicePlane, StudyError, figure_rows};
+use crate::study::{Quantity, SlicePlan, StudyError, figure_rows};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use nalgebra::{Unit, Vector3};
@@ -56,8 +58,7 @@ struct Newest {
 struct SliceKey {
     generation: u64,
     environment: Arc<Environment>,
-    plan: SlicePlan,
-    quantity: Quantity,
+    wish: SliceWish,
     /// The design's, for a quantity that hangs on it.
     revision: Option<u64>,
 }
@@ -66,8 +67,7 @@ impl PartialEq for SliceKey {
     fn eq(&self, other: &Self) -> bool {
         self.generation == other.generation
             && Arc::ptr_eq(&self.environment, &other.environment)
-            && self.plan == other.plan
-            && self.quantity == other.quantity
+            && self.wish == other.wish
             && self.revision == other.revision
     }
 }
@@ -199,7 +199,7 @@ fn submit(
     if is_slice_new {
         match &key {
             Some(key) => {
-                let job = Job::Slice(scenario, key.plan, key.quantity);
+                let job = Job::Slice(scenario, key.wish);
                 handle.solver.submit(stamp, job);
             }
             None => {
@@ -216,19 +216,18 @@ fn slice_key(stamp: Stamp, environment: &Arc<Environment>, view: &View) -> Optio
     view.layers.slice.then(|| SliceKey {
         generation: stamp.generation,
         environment: Arc::clone(environment),
-        plan: slice_plan(environment, &view.slice),
-        quantity: view.slice.quantity,
+        wish: SliceWish {
+            plan: slice_plan(environment, &view.slice),
+            quantity: view.slice.quantity,
+            support: view.layers.support && environment.support.is_some(),
+        },
         revision: view.slice.quantity.needs_tool().then_some(stamp.revision),
     })
 }
 
 /// The lattice of a slice: over the model's box, its cells as square as the counts allow.
 pub fn slice_plan(environment: &Environment, slice: &SliceView) -> SlicePlan {
-    let plane = SlicePlane::Across {
-        normal_axis: slice.axis.index(),
-        position_mm: slice.position_mm,
-        bounds: *environment.model.bounds(),
-    };
+    let plane = slice.plane(environment.model.bounds());
     SlicePlan {
         plane,
         sensor_axis: Unit::try_new(Vector3::from(slice.sensor_axis), 1e-12)
@@ -247,7 +246,7 @@ fn show(
     for answer in handle.solver.answers() {
         let stamp = answer.stamp;
         let wanted = Wanted {
-            slice: handle.slice.as_ref().map(|key| (key.plan, key.quantity)),
+            slice: (handle.slice.as_ref()).map(|key| (key.wish.plan, key.wish.quantity)),
             profile: handle.submitted.is_some_and(|s| s.profile),
         };
         let is_study = matches!(answer.result, Solved::Study(Ok(_), _));

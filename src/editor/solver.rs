@@ -9,7 +9,7 @@ use super::study::ModeKind;
 use crate::study::uncertainty::{TipUncertainty, UncertaintyError, first_order};
 use crate::study::{
     CancelToken, ChartedProfile, Mode, Outcome, PoseDetail, Quantity, Scenario, SliceOutcome,
-    SlicePlan, StudyError, look, run, run_profiled, sample_slice,
+    SlicePlan, StudyError, look, run, run_profiled, sample_slice, slice_support,
 };
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -31,7 +31,16 @@ pub struct Stamp {
 pub enum Job {
     Pose(Arc<Scenario>, PoseWish),
     Study(Arc<Scenario>, StudyWish),
-    Slice(Arc<Scenario>, SlicePlan, Quantity),
+    Slice(Arc<Scenario>, SliceWish),
+}
+
+/// What is wanted of a slice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SliceWish {
+    pub plan: SlicePlan,
+    pub quantity: Quantity,
+    /// Whether it says where its model may be believed.
+    pub support: bool,
 }
 
 /// What is wanted of a pose beside its trial.
@@ -276,6 +285,19 @@ fn study(
     Ok((outcome, profile.map(charted).map(Box::new)))
 }
 
+fn slice(
+    scenario: &Scenario,
+    wish: &SliceWish,
+    cancel: &CancelToken,
+) -> Result<Option<SliceOutcome>, StudyError> {
+    let mut sampled = sample_slice(scenario, wish.quantity, &wish.plan, cancel)?;
+    if let (Some(slice), true) = (&mut sampled, wish.support) {
+        slice.is_supported =
+            slice_support(scenario, wish.quantity, &wish.plan, cancel)?.unwrap_or_default();
+    }
+    Ok(sampled)
+}
+
 fn work(shared: &Shared, sender: &Sender<Answer>) {
     loop {
         let (waiting, cancel) = {
@@ -309,8 +331,8 @@ fn work(shared: &Shared, sender: &Sender<Answer>) {
                 wish,
             ),
             Job::Study(scenario, wish) => Solved::Study(study(&scenario, &wish, &cancel), wish.of),
-            Job::Slice(scenario, plan, quantity) => {
-                Solved::Slice(sample_slice(&scenario, quantity, &plan, &cancel), quantity)
+            Job::Slice(scenario, wish) => {
+                Solved::Slice(slice(&scenario, &wish, &cancel), wish.quantity)
             }
         };
         let answer = Answer {

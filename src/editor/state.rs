@@ -213,6 +213,10 @@ pub struct ColorBar {
     pub max: f64,
     /// The largest value there is, which may be beyond the end.
     pub largest: f64,
+    /// Digits after the point of single values.
+    pub decimals: usize,
+    /// What the requirement says about such a value.
+    pub limit: Option<f64>,
 }
 
 /// The scene's 3D camera.

@@ -4,6 +4,7 @@ pub mod axis_model;
 pub mod batch;
 pub mod bernstein;
 pub mod compensation;
+mod elevate;
 pub mod environment;
 mod factored;
 pub mod fit;

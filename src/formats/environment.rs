@@ -182,6 +182,11 @@ mod tests {
     fn what_is_written_reads_back_to_the_bit() {
         let mut room = room();
         assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        for volume in Volume::NAMED {
+            room.volume = Some(volume);
+            assert!(write(&room).contains(&format!("    volume: {volume:?},\n")));
+            assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        }
         room.volume = Some(Volume::Box(Bounds::from(([0.0; 3], [1.0; 3]))));
         assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
         room.jitter = Some(Jitter::uniform(0.2, 0.0));
@@ -410,6 +415,12 @@ mod tests {
                 "volume: Box(((0, 0, 0), (1, -1, 1)))",
                 "volume is from",
             ),
+            (
+                "volume: AuroraCube",
+                "volume: AuroraBall",
+                "`AuroraDome` or `AuroraTabletop` or `AuroraCompact` or `Box`",
+            ),
+            ("volume: AuroraCube", "volume: AuroraDome(480.0)", "4:23"),
         ] {
             assert!(text.contains(from), "{from}");
             let message = parse(text.replacen(from, to, 1).as_bytes())

@@ -1,6 +1,6 @@
 //! Axis-aligned boxes in millimetres: the model's box, its unit cube, and what lies outside.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// How far beyond the box, relative to its size, still counts as inside: round-off of the box
@@ -82,6 +82,17 @@ impl Bounds {
         (0..3).all(|k| {
             point_mm[k] >= self.min_mm[k] - slack[k] && point_mm[k] <= self.max_mm[k] + slack[k]
         })
+    }
+
+    /// From where to where the box reaches along a direction, from the frame's origin.
+    pub fn span_mm(&self, direction: &Unit<Vector3<f64>>) -> [f64; 2] {
+        let along = self
+            .corners_mm()
+            .map(|corner| direction.dot(&corner.coords));
+        [
+            along.iter().copied().fold(f64::INFINITY, f64::min),
+            along.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        ]
     }
 
     /// The eight corners, x fastest.

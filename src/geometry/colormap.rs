@@ -6,6 +6,27 @@ use serde::{Deserialize, Serialize};
 /// map contains.
 pub const NO_VALUE_SRGB: [u8; 3] = [0x6E, 0x73, 0x7B];
 
+/// Lines over what has no value: hatched, so that the grey is not taken for a colour of a map.
+pub const NO_VALUE_LINE_SRGB: [u8; 3] = [0x96, 0x9C, 0xA5];
+
+/// Lines over a map where its model should not be believed, and how opaque they are there.
+pub const UNSUPPORTED_LINE_SRGB: [u8; 3] = [0xF4, 0xF6, 0xF8];
+pub const UNSUPPORTED_LINE_OPACITY: f64 = 0.6;
+
+/// The line where a map passes a requirement, and its edges: together they stand out from every
+/// colour of a map.
+pub const LEVEL_LINE_SRGB: [u8; 3] = [0xFF, 0xFF, 0xFF];
+pub const LEVEL_EDGE_SRGB: [u8; 3] = [0x0C, 0x0F, 0x13];
+
+/// A colour with another over it.
+pub fn over(below: [u8; 3], above: [u8; 3], opacity: f64) -> [u8; 3] {
+    let opacity = opacity.clamp(0.0, 1.0);
+    std::array::from_fn(|k| {
+        let (from, to) = (f64::from(below[k]), f64::from(above[k]));
+        (from + (to - from) * opacity).round() as u8
+    })
+}
+
 /// A map from a fraction of the range to a colour, lightness rising throughout.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum ColorMap {

@@ -3,10 +3,13 @@
 //!
 //! Each cell is cut into six tetrahedra about its diagonal, the same way in every cell, and the
 //! scalar is linear in each, so that the surface has no holes, ends exactly on the lattice's faces,
-//! and encloses exactly the volume that is told, in f64 as all of the core.
+//! and encloses exactly the volume that is told, in f64 as all of the core. A second scalar, linear
+//! in the same tetrahedra, may cut all of it to a part of the box.
 //!
 //! The scalar is off by at most `Σ |f_kk| h_k² / 8` where its second derivatives along the axes are
 //! `f_kk` and it has no others: within a tetrahedron the interpolant of `x²` is `h x`.
+
+mod clip;
 
 use super::bounds::Bounds;
 use nalgebra::{Point3, Vector3};
@@ -32,6 +35,15 @@ pub struct Isosurface {
     pub triangles: Vec<[u32; 3]>,
     /// Of the part of the box where values are at most the level.
     pub volume_mm3: f64,
+}
+
+/// A surface within a part of the box.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClippedSurface {
+    /// Ends where the part does; so does its volume.
+    pub surface: Isosurface,
+    /// Of the part itself, as the lattice has it.
+    pub whole_mm3: f64,
 }
 
 /// What a triangle without an area counts for in the normals of its corners, so that those have
@@ -69,57 +81,101 @@ impl ScalarLattice {
 
     /// The surface where values pass the level. What is not a number counts as infinite.
     pub fn isosurface(&self, level: f64) -> Isosurface {
+        self.clipped_isosurface(level, None).surface
+    }
+
+    /// The same within the part of the box where `excess`, one number a lattice point, is at most
+    /// zero. Values at points of which no neighbour, diagonal ones too, is in the part are not read.
+    pub fn clipped_isosurface(&self, level: f64, excess: Option<&[f64]>) -> ClippedSurface {
         let [nx, ny, nz] = self.counts;
-        if self.counts.iter().any(|n| *n < 2) || self.values.len() != nx * ny * nz {
-            return Isosurface::default();
+        let points = nx * ny * nz;
+        if self.counts.iter().any(|n| *n < 2)
+            || self.values.len() != points
+            || excess.is_some_and(|excess| excess.len() != points)
+        {
+            return ClippedSurface::default();
         }
         let mut builder = Builder {
             lattice: self,
             level,
+            excess,
             vertex_of_edge: HashMap::new(),
             out: Isosurface::default(),
+            excess_of_vertex: Vec::new(),
         };
-        let mut sixths = 0.0;
+        let mut sixths = [0.0; 2];
         for x in 0..nx - 1 {
             for y in 0..ny - 1 {
                 for z in 0..nz - 1 {
-                    sixths += builder.cell((x * ny + y) * nz + z);
+                    let of_cell = builder.cell((x * ny + y) * nz + z);
+                    sixths = [sixths[0] + of_cell[0], sixths[1] + of_cell[1]];
                 }
             }
         }
         let cells = ((nx - 1) * (ny - 1) * (nz - 1)) as f64;
         let mut out = builder.out;
-        out.volume_mm3 = self.bounds.size_mm().product() * (sixths / 6.0 / cells);
+        if excess.is_some() {
+            clip::clip(&mut out, &builder.excess_of_vertex);
+        }
+        let [volume_mm3, whole_mm3] =
+            sixths.map(|sixths| self.bounds.size_mm().product() * (sixths / 6.0 / cells));
+        out.volume_mm3 = volume_mm3;
         for normal in &mut out.normals {
             *normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::z);
         }
-        out
+        ClippedSurface {
+            surface: out,
+            whole_mm3,
+        }
     }
 }
 
 struct Builder<'a> {
     lattice: &'a ScalarLattice,
     level: f64,
+    excess: Option<&'a [f64]>,
     /// By the lattice point where an edge begins and the bits of where it goes.
     vertex_of_edge: HashMap<(usize, usize), u32>,
     out: Isosurface,
+    /// Only where there is something to cut with.
+    excess_of_vertex: Vec<f64>,
 }
 
 impl Builder<'_> {
-    /// Adds the surface in a cell; how many of its sixths are at most the level.
-    fn cell(&mut self, first: usize) -> f64 {
+    /// Adds the surface in a cell; how many of its sixths are at most the level, and how many there
+    /// are to be so. Where the part of the box ends in the cell, so do these; its surface is cut
+    /// later.
+    fn cell(&mut self, first: usize) -> [f64; 2] {
         let [_, ny, nz] = self.lattice.counts;
         let corners: [usize; 8] = std::array::from_fn(|bits| {
             first + (bits & 1) * ny * nz + (bits >> 1 & 1) * nz + (bits >> 2 & 1)
         });
         let is_low = corners.map(|place| self.lattice.values[place] <= self.level);
+        let mut whole = 6.0;
+        let mut cut_low = None;
+        if let Some(excess) = self.excess {
+            let excess = corners.map(|place| excess[place]);
+            let within = excess.iter().filter(|excess| **excess <= 0.0).count();
+            if within == 0 {
+                return [0.0, 0.0];
+            }
+            if within < 8 {
+                let values = corners.map(|place| self.lattice.values[place]);
+                let cut = TETRAHEDRA.map(|tetrahedron| {
+                    let of = |all: &[f64; 8]| tetrahedron.map(|corner| all[corner]);
+                    clip::low_and_whole(of(&values), self.level, of(&excess))
+                });
+                whole = cut.iter().map(|[_, whole]| whole).sum();
+                cut_low = Some(cut.iter().map(|[low, _]| low).sum());
+            }
+        }
         if is_low.iter().all(|low| *low) {
-            return 6.0;
+            return [whole, whole];
         }
         if !is_low.iter().any(|low| *low) {
-            return 0.0;
+            return [0.0, whole];
         }
-        TETRAHEDRA
+        let low: f64 = TETRAHEDRA
             .iter()
             .map(|tetrahedron| {
                 let (mut low, mut high) = (Vec::with_capacity(4), Vec::with_capacity(4));
@@ -132,7 +188,8 @@ impl Builder<'_> {
                 let uphill = self.uphill(&corners, tetrahedron, &low, &high);
                 self.tetrahedron(&corners, &low, &high, &uphill)
             })
-            .sum()
+            .sum();
+        [cut_low.unwrap_or(low), whole]
     }
 
     /// The direction in which the scalar grows within a tetrahedron, unit length; where it has no
@@ -174,40 +231,22 @@ impl Builder<'_> {
         high: &[usize],
         uphill: &Vector3<f64>,
     ) -> f64 {
-        let part = |a: usize, b: usize| self.part(corners[a], corners[b]);
         match (low, high) {
-            (&[a], &[b, c, d]) => {
-                let volume = part(a, b) * part(a, c) * part(a, d);
-                let triangle = [(a, b), (a, c), (a, d)];
-                self.triangle(corners, triangle, uphill);
-                volume
-            }
-            (&[a, b, c], &[d]) => {
-                let rest = (1.0 - part(a, d)) * (1.0 - part(b, d)) * (1.0 - part(c, d));
-                let triangle = [(a, d), (b, d), (c, d)];
-                self.triangle(corners, triangle, uphill);
-                1.0 - rest
-            }
+            (&[a], &[b, c, d]) => self.triangle(corners, [(a, b), (a, c), (a, d)], uphill),
+            (&[a, b, c], &[d]) => self.triangle(corners, [(a, d), (b, d), (c, d)], uphill),
             (&[a, b], &[c, d]) => {
-                // The prism from the triangle at a to that at b, as three tetrahedra.
-                let (ac, ad, bc, bd) = (part(a, c), part(a, d), part(b, c), part(b, d));
-                let volume = ac * ad + ac * (1.0 - ad) * bd + (1.0 - ac) * bc * bd;
                 self.triangle(corners, [(a, c), (a, d), (b, d)], uphill);
                 self.triangle(corners, [(a, c), (b, d), (b, c)], uphill);
-                volume
             }
-            (_, &[]) => 1.0,
-            _ => 0.0,
+            _ => {}
         }
+        low_part(low, high, |a, b| self.part(corners[a], corners[b]))
     }
 
     /// How far from the low end of an edge the level is, 0 to 1.
     fn part(&self, low: usize, high: usize) -> f64 {
-        let (from, to) = (self.lattice.values[low], self.lattice.values[high]);
-        match to.is_finite() {
-            true => ((self.level - from) / (to - from)).clamp(0.0, 1.0),
-            false => 0.0,
-        }
+        let values = &self.lattice.values;
+        part(values[low], values[high], self.level)
     }
 
     fn triangle(
@@ -249,9 +288,37 @@ impl Builder<'_> {
             self.lattice.point_mm(index)
         });
         self.vertex_of_edge.insert(key, next);
+        if let Some(excess) = self.excess {
+            let [from, to] = [low, high].map(|corner| excess[corners[corner]]);
+            self.excess_of_vertex.push(from + (to - from) * part);
+        }
         self.out.positions_mm.push(from + (to - from) * part);
         self.out.normals.push(Vector3::zeros());
         next
+    }
+}
+
+/// How far from the low end of an edge the level is, 0 to 1, where its ends have these values.
+fn part(from: f64, to: f64, level: f64) -> f64 {
+    match to.is_finite() {
+        true => ((level - from) / (to - from)).clamp(0.0, 1.0),
+        false => 0.0,
+    }
+}
+
+/// Which part of a tetrahedron is at most the level, from how far it is from each low corner to each
+/// high one.
+fn low_part(low: &[usize], high: &[usize], part: impl Fn(usize, usize) -> f64) -> f64 {
+    match (low, high) {
+        (&[a], &[b, c, d]) => part(a, b) * part(a, c) * part(a, d),
+        (&[a, b, c], &[d]) => 1.0 - (1.0 - part(a, d)) * (1.0 - part(b, d)) * (1.0 - part(c, d)),
+        (&[a, b], &[c, d]) => {
+            // The prism from the triangle at a to that at b, as three tetrahedra.
+            let (ac, ad, bc, bd) = (part(a, c), part(a, d), part(b, c), part(b, d));
+            ac * ad + ac * (1.0 - ad) * bd + (1.0 - ac) * bc * bd
+        }
+        (_, &[]) => 1.0,
+        _ => 0.0,
     }
 }
 

@@ -1,9 +1,11 @@
 //! Poses, rotations, basis orientations and their spherical weights, volumes, surfaces: f64, mm.
 
 pub mod bounds;
+pub mod coarse;
 pub mod colormap;
 mod direction_search;
 pub mod directions;
+pub mod domed_cylinder;
 pub mod isosurface;
 pub mod magnification;
 pub mod mesh;
@@ -11,6 +13,8 @@ pub mod mesh_reference;
 pub mod mesh_report;
 pub mod normals;
 pub mod orbit;
+pub mod outline;
+pub mod pointing;
 pub mod pose;
 pub mod rotation;
 pub mod spread;

@@ -76,6 +76,16 @@ pub struct SurfacePoint {
     pub normal: Unit<Vector3<f64>>,
 }
 
+/// Where a ray enters a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceHit {
+    pub distance_mm: f64,
+    /// The triangle's corners, counted through the vertices of the body's parts one after the other.
+    pub corners: [usize; 3],
+    /// What each corner counts for; together 1.
+    pub weights: [f64; 3],
+}
+
 /// The instrument's triangles (anatomy left out) in a tree that rays and points search.
 #[derive(Clone, Debug)]
 pub struct Surface {
@@ -131,6 +141,22 @@ impl Surface {
 
     /// Where the ray first enters the body: the nearest triangle that faces it.
     pub fn cast(&self, ray: &Ray) -> Option<SurfacePoint> {
+        let (_, triangle, weights) = self.first_met(ray)?;
+        Some(self.point(triangle, weights))
+    }
+
+    /// The same as the triangle that is met and where in it: what a value at each vertex is
+    /// interpolated with.
+    pub fn hit(&self, ray: &Ray) -> Option<SurfaceHit> {
+        let (distance_mm, triangle, weights) = self.first_met(ray)?;
+        Some(SurfaceHit {
+            distance_mm,
+            corners: triangle.normals.map(|i| i as usize),
+            weights,
+        })
+    }
+
+    fn first_met(&self, ray: &Ray) -> Option<(f64, &Triangle, [f64; 3])> {
         let mut best = (f64::INFINITY, None);
         let inverse = ray.direction.map(|component| 1.0 / component);
         let mut stack = Vec::with_capacity(STACK);
@@ -162,8 +188,8 @@ impl Surface {
                 }
             }
         }
-        best.1
-            .map(|(triangle, weights)| self.point(triangle, weights))
+        let (triangle, weights) = best.1?;
+        Some((best.0, triangle, weights))
     }
 
     /// The surface point nearest to a point.

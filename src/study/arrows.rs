@@ -8,6 +8,7 @@ use crate::field::model::Evaluation;
 use crate::field::{AxisModel, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::pose::Pose;
+use crate::geometry::volume::Volume;
 use crate::task::CancelToken;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
@@ -38,10 +39,12 @@ pub struct ArrowPlan {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArrowOutcome {
     pub plan: ArrowPlan,
-    /// What the lattice spans: the model's box, as far as the tracker promises to measure; `None`
-    /// where the two have nothing in common, and then there are no arrows.
+    /// What the lattice spans: the model's box, as far as that around where the tracker promises to
+    /// measure; `None` where the two have nothing in common, and then there are no arrows.
     pub bounds: Option<Bounds>,
-    /// Measured minus true position, tracker frame, mm.
+    /// Where the tracker promises to measure: beyond it there is no arrow.
+    pub volume: Option<Volume>,
+    /// Measured minus true position at every point of the lattice, tracker frame, mm.
     pub errors_mm: Vec<Vector3<f64>>,
     /// Length of the longest.
     pub max_mm: f64,
@@ -51,19 +54,20 @@ pub struct ArrowOutcome {
 }
 
 impl ArrowOutcome {
-    /// Where each arrow begins, tracker frame, mm, with the arrow.
+    /// Where each arrow within the volume begins, tracker frame, mm, with the arrow.
     pub fn arrows(&self) -> impl Iterator<Item = (Point3<f64>, Vector3<f64>)> {
         let [_, ny, nz] = self.plan.counts;
         let coordinates = self
             .bounds
             .map(|bounds| coordinates_mm(&bounds, self.plan.counts));
         let errors = self.errors_mm.iter().enumerate();
-        coordinates.into_iter().flat_map(move |[xs, ys, zs]| {
+        let arrows = coordinates.into_iter().flat_map(move |[xs, ys, zs]| {
             errors.clone().map(move |(i, error)| {
                 let at = Point3::new(xs[i / (ny * nz)], ys[i / nz % ny], zs[i % nz]);
                 (at, *error)
             })
-        })
+        });
+        arrows.filter(|(at, _)| self.volume.is_none_or(|volume| volume.contains(at)))
     }
 }
 
@@ -92,22 +96,27 @@ pub fn sample_arrows(
         Some(bounds) => mean_errors(&models, coordinates_mm(bounds, plan.counts), cancel)?,
         None => Vec::new(),
     };
-    let mut lengths: Vec<f64> = errors_mm.iter().map(Vector3::norm).collect();
-    let statistics = Statistics::of(&mut lengths);
     let evaluations = (errors_mm.len() * models.len()) as u64;
-    Ok(ArrowOutcome {
+    let mut outcome = ArrowOutcome {
         plan: *plan,
         bounds,
+        volume: environment.volume,
         errors_mm,
-        max_mm: statistics.map_or(0.0, |s| s.max),
-        p95_mm: statistics.map_or(0.0, |s| s.p95),
+        max_mm: 0.0,
+        p95_mm: 0.0,
         work: Work {
             arrow_evaluations: evaluations,
             coefficient_blends: models.len() as u64,
             blended_evaluations: evaluations,
             ..Work::default()
         },
-    })
+    };
+    let mut lengths: Vec<f64> = outcome.arrows().map(|(_, error)| error.norm()).collect();
+    if let Some(statistics) = Statistics::of(&mut lengths) {
+        outcome.max_mm = statistics.max;
+        outcome.p95_mm = statistics.p95;
+    }
+    Ok(outcome)
 }
 
 /// Axes of the tool's sensors at the design's own pose, tracker frame.
@@ -262,6 +271,28 @@ mod tests {
         let empty = with(beside(own.size_mm() * 2.0));
         assert_eq!((empty.bounds, empty.arrows().count()), (None, 0));
         assert_eq!(empty.work.arrow_evaluations, 0);
+    }
+
+    #[test]
+    fn beyond_a_dome_within_the_box_there_are_no_arrows_and_none_count() {
+        let mut scenario = built_in();
+        let plan = ArrowPlan {
+            sensor: ArrowSensor::Along(Vector3::x_axis()),
+            counts: [9, 9, 9],
+        };
+        let all = sample(&scenario, &plan);
+        let environment = std::sync::Arc::make_mut(&mut scenario.environment);
+        environment.volume = Some(Volume::AuroraCompact);
+        let compact = sample(&scenario, &plan);
+        let lengths = compact.arrows().map(|(at, error)| {
+            assert!(Volume::AuroraCompact.contains(&at), "{at}");
+            error.norm()
+        });
+        assert_eq!(lengths.fold(0.0, f64::max), compact.max_mm);
+        let count = compact.arrows().count();
+        // 49 of 81 points of a square are in its circle, and the dome takes some of the lower ones.
+        assert!((49 * 6..49 * 9).contains(&count), "{count}");
+        assert!(compact.max_mm < all.max_mm);
     }
 
     #[test]

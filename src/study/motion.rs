@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub const MAX_TRIALS: f64 = 1e8;
 
 /// How close to a whole step the last value of an axis may be and still count.
-const STEP_TOLERANCE: f64 = 1e-9;
+pub(super) const STEP_TOLERANCE: f64 = 1e-9;
 
 /// The values of one axis: `min + k step` up to `max`; mm for x, y, z and degrees for rx, ry, rz.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,6 +65,22 @@ impl Motion {
             ("ry", self.ry),
             ("rz", self.rz),
         ]
+    }
+
+    /// The same with another range of an axis, counted in the order of [`Self::axes`].
+    pub fn with_axis(mut self, axis: usize, range: Option<AxisRange>) -> Self {
+        let axes = [
+            &mut self.x,
+            &mut self.y,
+            &mut self.z,
+            &mut self.rx,
+            &mut self.ry,
+            &mut self.rz,
+        ];
+        if let Some(of_axis) = axes.into_iter().nth(axis) {
+            *of_axis = range;
+        }
+        self
     }
 
     /// The grid of poses about `crf_from_tool`.

@@ -9,6 +9,7 @@ use super::trial::{Simulator, TrialBuffers};
 use super::work::Work;
 use crate::field::samples::PoseError;
 use crate::field::{Batch, DistortionModel, OutsidePolicy, Support};
+use crate::geometry::bounds::Bounds;
 use crate::geometry::svd3::svd3;
 use crate::task::CancelToken;
 use rayon::prelude::*;
@@ -26,6 +27,12 @@ pub struct SliceOutcome {
     /// Whether each point lies in the model's box; of the tip error, whether all sensors of tool
     /// and CRF do.
     pub is_inside: Vec<bool>,
+    /// The box that a point of the plane is inside of or not; `None` for the tip error, of which each
+    /// sensor decides.
+    pub bounds: Option<Bounds>,
+    /// Whether the model may be believed at each point, see [`super::slice_support`]; empty where
+    /// that was not asked or the environment does not say.
+    pub is_supported: Vec<bool>,
     /// Largest value inside the box, 0 where nothing is inside.
     pub max: f64,
     /// 95th percentile of the values inside the box, 0 where nothing is inside: what a colour map
@@ -66,7 +73,11 @@ pub fn sample_slice(
         }
     };
     let (sampled, work) = sampled?;
-    Ok(Some(outcome(plan, quantity, sampled, work)))
+    let bounds = (!quantity.needs_tool()).then(|| *model.bounds());
+    Ok(Some(SliceOutcome {
+        bounds,
+        ..outcome(plan, quantity, sampled, work)
+    }))
 }
 
 fn outcome(
@@ -86,6 +97,8 @@ fn outcome(
         quantity,
         values,
         is_inside,
+        bounds: None,
+        is_supported: Vec::new(),
         max: statistics.map_or(0.0, |s| s.max),
         p95: statistics.map_or(0.0, |s| s.p95),
         work,

@@ -1,5 +1,6 @@
 //! What a slice may show: the field's error, what it does to the tool, how far to believe it.
 
+use super::requirement::Requirement;
 use serde::{Deserialize, Serialize};
 
 /// A quantity at each point of a slice.
@@ -55,6 +56,21 @@ impl Quantity {
             | Self::StdErrorMm
             | Self::SupportDistanceMm => "mm",
         }
+    }
+
+    /// Digits after the point that a person is shown.
+    pub fn decimals(self) -> usize {
+        match self {
+            Self::GradientMmPerMm => 4,
+            Self::SupportDistanceMm => 1,
+            _ => 2,
+        }
+    }
+
+    /// What the requirement says about its value at one place, if it says anything.
+    pub fn limit(self, requirement: &Requirement) -> Option<f64> {
+        let (_, limit_mm) = requirement.single_position_mm()?;
+        (self == Self::TipErrorMm).then_some(limit_mm)
     }
 
     /// Whether it hangs on the design: tool, CRF and their poses. Any other is the room's alone,

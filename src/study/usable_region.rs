@@ -10,6 +10,10 @@
 //!
 //! The CRF stays where the design has it. What is asked is how far from a CRF that is fixed to the
 //! patient and from the generator this tool may work, so the tool is moved, not the CRF.
+//!
+//! A volume that is no box lies within its bounding box's lattice, and surface and region are cut
+//! where it ends. The part of it where the requirement is met is that of the volume as the lattice
+//! has it, so that all of it is exactly all, and the region's size is this part of the volume's own.
 
 use super::motion::moved;
 use super::run::{StudyError, check};
@@ -21,6 +25,7 @@ use crate::field::OutsidePolicy;
 use crate::geometry::bounds::Bounds;
 use crate::geometry::isosurface::{Isosurface, ScalarLattice};
 use crate::geometry::pose::Pose;
+use crate::geometry::volume::Volume;
 use crate::study::Requirement;
 use crate::task::{Cancelled, Task};
 use nalgebra::UnitQuaternion;
@@ -37,15 +42,16 @@ const PIECE: usize = 96;
 /// Where the requirement is met.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UsableRegion {
-    /// Over the tracker's volume, or the model's box where that is not known: the largest share of
-    /// a bound that is used up, infinite where each trial is left out.
+    /// Over the bounding box of the tracker's volume, or the model's box where that is not known:
+    /// the largest share of a bound that is used up, infinite where each trial is left out, and
+    /// beyond the volume where nothing hangs on it.
     pub share: ScalarLattice,
     /// Whether all sensors stay in the model's box at each point.
     pub is_inside: Vec<bool>,
-    /// Where the share is 1, tracker frame; open where the region reaches the volume's faces.
+    /// Where the share is 1, tracker frame; open where the region reaches the volume's end.
     pub surface: Isosurface,
     pub volume_cm3: f64,
-    /// Of the tracker's volume, 0 to 1.
+    /// Of the tracker's volume itself, not its bounding box; 0 to 1.
     pub fraction: f64,
     /// Orientations visited at each point, and how many the motion has.
     pub turns: usize,
@@ -99,17 +105,21 @@ pub fn usable_region(
         counts,
         values: Vec::new(),
     };
+    let excess = excess_mm(&share, environment.volume.as_ref());
+    let places = match &excess {
+        Some(excess) => needed(counts, excess),
+        None => (0..counts.iter().product()).collect(),
+    };
     let simulator = Simulator::new(scenario);
-    let points: usize = counts.iter().product();
-    let starts: Vec<usize> = (0..points).step_by(PIECE).collect();
-    let pieces: Result<Vec<_>, Cancelled> = starts
-        .into_par_iter()
-        .map_init(Buffers::default, |buffers, start| {
+    let pieces: Result<Vec<_>, Cancelled> = places
+        .par_chunks(PIECE)
+        .map_init(Buffers::default, |buffers, places| {
             if task.cancel.is_cancelled() {
                 return Err(Cancelled);
             }
-            let piece: Vec<_> = (start..(start + PIECE).min(points))
-                .map(|place| share.point_mm(share.index(place)))
+            let piece: Vec<_> = places
+                .iter()
+                .map(|place| share.point_mm(share.index(*place)))
                 .collect();
             buffers.poses.clear();
             for turn in &turns {
@@ -129,23 +139,30 @@ pub fn usable_region(
         })
         .collect();
     let mut work = simulator.own_work();
-    let mut is_inside = Vec::with_capacity(points);
+    let points = counts.iter().product();
+    share.values = vec![f64::INFINITY; points];
+    let mut is_inside = vec![false; points];
+    let mut places = places.into_iter();
     for (of_piece, cost) in pieces? {
         work += cost;
-        for (value, inside) in of_piece {
-            share.values.push(value);
-            is_inside.push(inside);
+        for ((value, inside), place) in of_piece.into_iter().zip(&mut places) {
+            share.values[place] = value;
+            is_inside[place] = inside;
         }
     }
-    let surface = share.isosurface(1.0);
-    let whole_mm3 = bounds.size_mm().product();
+    let clipped = share.clipped_isosurface(1.0, excess.as_deref());
+    let surface = clipped.surface;
+    let fraction = match clipped.whole_mm3 > 0.0 {
+        true => surface.volume_mm3 / clipped.whole_mm3,
+        false => 0.0,
+    };
+    let whole_mm3 = environment
+        .volume
+        .map_or(bounds.size_mm().product(), |volume| volume.volume_mm3());
     task.step(1, 1)?;
     Ok(UsableRegion {
-        volume_cm3: surface.volume_mm3 / 1e3,
-        fraction: match whole_mm3 > 0.0 {
-            true => surface.volume_mm3 / whole_mm3,
-            false => 0.0,
-        },
+        volume_cm3: fraction * whole_mm3 / 1e3,
+        fraction,
         share,
         is_inside,
         surface,
@@ -157,6 +174,33 @@ pub fn usable_region(
             ..work
         },
     })
+}
+
+/// How far beyond the volume each lattice point is; `None` where all of the lattice is within.
+fn excess_mm(lattice: &ScalarLattice, volume: Option<&Volume>) -> Option<Vec<f64>> {
+    let excess = volume?.excess_mm()?;
+    let points: usize = lattice.counts.iter().product();
+    let at = |place| excess(&lattice.point_mm(lattice.index(place)));
+    Some((0..points).map(at).collect())
+}
+
+/// Points of the cells that the volume reaches into, which are all that surface and region hang on.
+fn needed(counts: [usize; 3], excess: &[f64]) -> Vec<usize> {
+    let [nx, ny, nz] = counts;
+    let mut is_needed = vec![false; excess.len()];
+    for (place, _) in excess.iter().enumerate().filter(|(_, e)| **e <= 0.0) {
+        let near = |index: usize, count: usize| index.saturating_sub(1)..(index + 2).min(count);
+        for x in near(place / (ny * nz), nx) {
+            for y in near(place / nz % ny, ny) {
+                for z in near(place % nz, nz) {
+                    is_needed[(x * ny + y) * nz + z] = true;
+                }
+            }
+        }
+    }
+    (0..excess.len())
+        .filter(|place| is_needed[*place])
+        .collect()
 }
 
 #[derive(Default)]

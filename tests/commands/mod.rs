@@ -11,3 +11,4 @@ mod select;
 mod stability;
 mod support;
 mod uncertainty;
+mod volume;

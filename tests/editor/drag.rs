@@ -1,119 +1,19 @@
 //! From the pointer to the document: picking, dragging, undoing, letting go.
 
-use super::support::{create_scene_app, named, settle};
-use bevy::camera::NormalizedRenderTarget;
-use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, PointerInput};
+use super::hand::{Hand, SHAFT};
+use super::support::{named, settle};
+use bevy::picking::pointer::{PointerAction, PointerButton};
 use bevy::prelude::*;
-use bevy::window::{PrimaryWindow, WindowRef};
-use trackwright::design::view::Layers;
-use trackwright::design::{BodyRole, Design, Thing, Things, View};
+use trackwright::design::view::{FreePlane, Layers};
+use trackwright::design::{BodyRole, Thing, Things, View};
 use trackwright::editor::camera::OrbitRig;
 use trackwright::editor::scene::{BodyRoot, SensorMark};
+use trackwright::editor::slice::SliceHandle;
 use trackwright::editor::state::{
     ActiveDrag, DragReadout, EditRequest, Hovered, OpenWorld, Selected, Selection, ViewRequest,
     ViewportRect,
 };
 use trackwright::editor::ui::scene_menu::SceneMenu;
-
-/// The sensor in the straight part of the pointer's shaft.
-const SHAFT: usize = 0;
-
-struct Hand {
-    app: App,
-}
-
-impl Hand {
-    fn new() -> Self {
-        let mut app = create_scene_app();
-        settle(&mut app);
-        Self { app }
-    }
-
-    fn design(&self) -> Design {
-        self.app
-            .world()
-            .resource::<OpenWorld>()
-            .0
-            .document
-            .design()
-            .clone()
-    }
-
-    fn position_mm(&self, index: usize) -> nalgebra::Point3<f64> {
-        self.design().tool.body.rigid.sensors[index].position_in_body
-    }
-
-    /// Where a point of the tool is in the window.
-    fn pixel(&self, point_in_tool: &nalgebra::Point3<f64>) -> Vec2 {
-        let rig = self.app.world().resource::<OrbitRig>();
-        let view = self.app.world().resource::<ViewportRect>();
-        let pose = self.design().tracker_from_body(BodyRole::Tool).unwrap();
-        let [x, y] = rig
-            .camera
-            .project(&(pose * point_in_tool), rig.view_px)
-            .unwrap();
-        view.min + Vec2::new(x as f32, y as f32)
-    }
-
-    /// The sensor's pixel, and the direction on the screen in which the shaft runs back.
-    fn shaft(&self) -> (Vec2, Vec2) {
-        let at = self.position_mm(SHAFT);
-        let back = self.pixel(&(at + nalgebra::Vector3::z() * 10.0));
-        (self.pixel(&at), (back - self.pixel(&at)).normalize())
-    }
-
-    fn send(&mut self, at: Vec2, action: PointerAction) {
-        let world = self.app.world_mut();
-        let window = world
-            .query_filtered::<Entity, With<PrimaryWindow>>()
-            .single(world)
-            .unwrap();
-        let target = WindowRef::Primary.normalize(Some(window)).unwrap();
-        world.write_message(PointerInput::new(
-            PointerId::Mouse,
-            Location {
-                target: NormalizedRenderTarget::Window(target),
-                position: at,
-            },
-            action,
-        ));
-    }
-
-    fn move_to(&mut self, at: Vec2) {
-        self.send(at, PointerAction::Move { delta: Vec2::ONE });
-    }
-
-    fn press(&mut self, at: Vec2, button: PointerButton) {
-        self.move_to(at);
-        self.app.update();
-        self.send(at, PointerAction::Press(button));
-        self.app.update();
-    }
-
-    fn drag(&mut self, from: Vec2, by: Vec2, button: PointerButton) {
-        self.press(from, button);
-        for step in 1..=6 {
-            self.move_to(from + by * step as f32 / 6.0);
-            self.app.update();
-        }
-    }
-
-    fn release(&mut self, at: Vec2, button: PointerButton) {
-        self.send(at, PointerAction::Release(button));
-        self.app.update();
-        self.app.update();
-    }
-
-    fn request(&mut self, request: EditRequest) {
-        self.app.world_mut().write_message(request);
-        self.app.update();
-    }
-
-    fn undo_label(&self) -> Option<String> {
-        let world = self.app.world().resource::<OpenWorld>();
-        world.0.document.undo_label().map(str::to_owned)
-    }
-}
 
 #[test]
 fn a_drag_slides_the_sensor_along_the_shaft_in_one_undo_step() {
@@ -343,11 +243,13 @@ fn layers_that_are_off_have_no_entities() {
         sensor_errors: false,
         tip_error: false,
         ghost: false,
+        motion: false,
         tip_scatter: false,
         slice: false,
         arrows: false,
         placement: false,
         region: false,
+        support: false,
         labels: false,
     };
     hand.app.world_mut().write_message(ViewRequest::Set(view));
@@ -355,4 +257,44 @@ fn layers_that_are_off_have_no_entities() {
     for name in LAYERS {
         assert_eq!(named(&mut hand.app, name), 0, "{name}");
     }
+}
+
+#[test]
+fn the_handle_of_a_slice_that_faces_any_way_moves_it_along_its_normal() {
+    let mut hand = Hand::new();
+    let world = hand.app.world_mut();
+    // All of the slice is in view.
+    world.resource_mut::<OrbitRig>().camera.distance_mm = 2500.0;
+    let mut view = world.resource::<OpenWorld>().0.document.view().clone();
+    let turned = FreePlane {
+        normal: [1.0, 1.0, 0.5],
+        offset_mm: -150.0,
+    };
+    view.slice.free = Some(turned);
+    world.write_message(ViewRequest::Set(view.clone()));
+    settle(&mut hand.app);
+    let world = hand.app.world_mut();
+    let handle = *world.query::<&SliceHandle>().single(world).unwrap();
+    let off = view.slice.normal().dot(&handle.at_mm.coords) + 150.0;
+    assert!(off.abs() < 1e-9, "{off}");
+    let in_window = |point: &nalgebra::Point3<f64>| {
+        let rig = world.resource::<OrbitRig>();
+        let [x, y] = rig.camera.project(point, rig.view_px).unwrap();
+        world.resource::<ViewportRect>().min + Vec2::new(x as f32, y as f32)
+    };
+    const WAY_MM: f64 = 60.0;
+    let from = in_window(&handle.at_mm);
+    let to = in_window(&(handle.at_mm + handle.normal.into_inner() * WAY_MM));
+    hand.drag(from, to - from, PointerButton::Primary);
+    hand.release(to, PointerButton::Primary);
+    settle(&mut hand.app);
+    let world = hand.app.world().resource::<OpenWorld>();
+    let slice = world.0.document.view().slice;
+    let moved = slice.free.unwrap();
+    assert_eq!(moved.normal, turned.normal);
+    // A press that has not yet moved far enough is no drag, and places are whole millimetres.
+    let way = moved.offset_mm - turned.offset_mm;
+    assert!((0.6 * WAY_MM..1.05 * WAY_MM).contains(&way), "{way}");
+    assert_eq!(moved.offset_mm, moved.offset_mm.round());
+    assert_eq!(slice.position_mm, view.slice.position_mm);
 }

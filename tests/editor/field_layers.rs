@@ -6,11 +6,15 @@ use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use trackwright::design::view::Layers;
-use trackwright::design::{BodyRole, Edit};
+use trackwright::design::{BodyRole, Edit, View};
 use trackwright::editor::diagnostics::Diagnostics;
 use trackwright::editor::layers::{ColorBars, LayersPlugin, are_idle};
-use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, ViewRequest};
+use trackwright::editor::state::{
+    EditRequest, OpenWorld, Results, Selected, Selection, ViewRequest, Workspace,
+};
+use trackwright::editor::study::{ShownDesign, StudyRequest};
 use trackwright::editor::wake::Waker;
+use trackwright::geometry::colormap::ColorMap;
 use trackwright::geometry::pose::Pose;
 use trackwright::study::Work;
 
@@ -19,6 +23,11 @@ use trackwright::study::Work;
 struct Woken(Mutex<Receiver<()>>);
 
 fn app() -> App {
+    app_with(|_| ())
+}
+
+/// The layers in a window that nothing paints, with more plugins.
+pub fn app_with(add: impl FnOnce(&mut App)) -> App {
     let mut app = create_scene_app_with(|app| {
         let (wake, woken) = channel();
         app.insert_resource(Woken(Mutex::new(woken)))
@@ -27,13 +36,14 @@ fn app() -> App {
                 let _ = wake.send(());
             }))
             .add_plugins(LayersPlugin);
+        add(app);
     });
     rest(&mut app);
     app
 }
 
 /// Until neither the solver nor a layer has anything left to do or to show.
-fn rest(app: &mut App) {
+pub fn rest(app: &mut App) {
     settle(app);
     while !are_idle(app.world()) {
         let woken = app.world().resource::<Woken>().0.lock().unwrap();
@@ -61,6 +71,28 @@ fn work(app: &App) -> Work {
     app.world().resource::<Diagnostics>().work
 }
 
+/// Poses looked up for the region of supported field.
+fn looked_up(app: &App) -> u64 {
+    app.world().resource::<Diagnostics>().support_evaluations
+}
+
+fn view(app: &mut App, change: impl FnOnce(&mut View)) {
+    let mut view = {
+        let open = app.world().resource::<OpenWorld>();
+        open.0.document.view().clone()
+    };
+    change(&mut view);
+    app.world_mut().write_message(ViewRequest::Set(view));
+    rest(app);
+}
+
+/// Shows a trial of the study.
+fn show_trial(app: &mut App, trial: Option<usize>) {
+    app.insert_resource(Workspace::Study);
+    app.world_mut().write_message(StudyRequest::Show(trial));
+    rest(app);
+}
+
 /// Moves the tool by an edit.
 fn edit(app: &mut App, x_mm: f64) {
     let pose = Pose::translation(x_mm, 0.0, 30.0);
@@ -79,7 +111,13 @@ fn layers_that_are_off_do_no_work_at_all() {
         done.region_evaluations,
     ];
     assert_eq!(of_layers, [0; 3]);
-    for name in ["field arrows", "placement", "usable region"] {
+    assert_eq!(looked_up(&app), 0);
+    for name in [
+        "field arrows",
+        "placement",
+        "usable region",
+        "supported region",
+    ] {
         assert_eq!(named(&mut app, name), 0, "{name}");
     }
 }
@@ -137,4 +175,92 @@ fn the_usable_region_says_how_much_of_the_volume_it_is() {
     assert_eq!(named(&mut app, "usable region"), 0);
     let region = app.world().resource::<ColorBars>().region.clone().unwrap();
     assert_eq!(region, "no usable region: the design has no requirement");
+}
+
+#[test]
+fn arrows_are_painted_anew_and_not_sampled_anew_in_other_colours() {
+    let mut app = app();
+    set(&mut app, |layers| layers.arrows = true);
+    let once = work(&app).arrow_evaluations;
+    view(&mut app, |view| {
+        view.slice.color_map = ColorMap::Inferno;
+        view.arrows.range_mm = Some(1.5);
+    });
+    let bar = app.world().resource::<ColorBars>().arrows.clone().unwrap();
+    assert_eq!((bar.map, bar.max), (ColorMap::Inferno, 1.5));
+    assert_eq!(work(&app).arrow_evaluations, once);
+}
+
+#[test]
+fn arrows_of_the_tool_follow_the_shown_trial_and_placement_is_of_the_whole_study() {
+    let mut app = app();
+    let sensor = Selected::Sensor(BodyRole::Tool, 0);
+    *app.world_mut().resource_mut::<Selection>() = Selection::of(Some(sensor));
+    view(&mut app, |view| {
+        view.layers.arrows = true;
+        view.layers.placement = true;
+        view.arrows.of_tool = true;
+    });
+    let before = work(&app);
+    show_trial(&mut app, Some(5));
+    let shown = app.world().resource::<ShownDesign>();
+    assert_eq!(shown.trial.as_ref().map(|trial| trial.number), Some(5));
+    let after = work(&app);
+    assert_eq!(after.arrow_evaluations, 2 * before.arrow_evaluations);
+    assert_eq!(after.placement_evaluations, before.placement_evaluations);
+    assert!(named(&mut app, "placement") > 0);
+    // Those of an imagined sensor have nothing to do with the tool.
+    view(&mut app, |view| view.arrows.of_tool = false);
+    let before = work(&app).arrow_evaluations;
+    show_trial(&mut app, Some(9));
+    assert_eq!(work(&app).arrow_evaluations, before);
+}
+
+#[test]
+fn model_support_is_a_surface_and_a_hatching_that_no_tool_changes() {
+    let mut app = app();
+    let hatched = |app: &App| {
+        let results = app.world().resource::<Results>();
+        results.slice.as_ref().map(|s| s.value.is_supported.len())
+    };
+    set(&mut app, |layers| layers.slice = true);
+    assert_eq!(hatched(&app), Some(0), "off costs nothing");
+    set(&mut app, |layers| layers.support = true);
+    assert_eq!(named(&mut app, "supported region"), 1);
+    assert!(hatched(&app) > Some(0));
+    let words = app.world().resource::<ColorBars>().support.clone().unwrap();
+    assert!(words.starts_with("field supported in "), "{words}");
+    let once = looked_up(&app);
+    assert_eq!(once, 13 * 13 * 13 + 33 * 33 * 33);
+    edit(&mut app, 3.0);
+    assert_eq!(looked_up(&app), once);
+    // A sensor that points elsewhere has other samples to lean on.
+    view(&mut app, |view| view.slice.sensor_axis = [1.0, 0.0, 0.0]);
+    assert_eq!(looked_up(&app), 2 * once);
+    set(&mut app, |layers| layers.support = false);
+    assert_eq!(named(&mut app, "supported region"), 0);
+    assert_eq!(hatched(&app), Some(0));
+    assert_eq!(app.world().resource::<ColorBars>().support, None);
+}
+
+#[test]
+fn a_room_that_does_not_know_its_reach_shows_none() {
+    let mut app = app();
+    app.insert_resource(OpenWorld(super::support::world()));
+    set(&mut app, |layers| {
+        layers.slice = true;
+        layers.support = true;
+    });
+    assert_eq!(named(&mut app, "supported region"), 0);
+    assert_eq!(looked_up(&app), 0);
+    let results = app.world().resource::<Results>();
+    assert!(
+        results
+            .slice
+            .as_ref()
+            .unwrap()
+            .value
+            .is_supported
+            .is_empty()
+    );
 }

@@ -1,5 +1,6 @@
 //! The editor: without a window, in pictures, and in a real window.
 
+mod autosave;
 mod bad_places;
 mod copied;
 mod document;
@@ -9,7 +10,10 @@ mod field_layers;
 mod field_panels;
 mod field_workspace;
 mod file_dialogs;
+mod hand;
+mod layer_settings;
 mod meshes;
+mod motion_box;
 mod new_design;
 mod overlay;
 mod panels;
@@ -17,6 +21,7 @@ mod picture;
 mod pixels;
 mod precision_page;
 mod preferences;
+mod probe;
 mod sensor_panels;
 mod sensors;
 mod shortcuts;

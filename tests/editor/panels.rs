@@ -17,6 +17,7 @@ use trackwright::editor::state::{
 use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
 use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
+use trackwright::editor::ui::layer_settings::LayerFigures;
 use trackwright::editor::ui::motion_ui::motion_ui;
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::result::{ResultView, result_ui};
@@ -70,6 +71,7 @@ fn a_row_of_the_outliner_selects_its_sensor() {
                 hovered: None,
                 is_available: &|_| true,
                 pose: None,
+                layers: LayerFigures::default(),
             },
         )
     });
@@ -266,6 +268,7 @@ fn sensors_out_of_the_volume_are_named_in_words() {
                 hovered: None,
                 is_available: &|_| true,
                 pose: Some(&pose),
+                layers: LayerFigures::default(),
             },
         );
         inspector_ui(
@@ -329,7 +332,8 @@ fn another_axis_moves_the_slice_to_the_middle_of_the_box() {
                 view: &view,
                 bounds,
                 has_support: false,
-                max_mm: Some(2.0),
+                max: Some(2.0),
+                camera: None,
             },
         )
     });

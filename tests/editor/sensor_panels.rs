@@ -15,6 +15,7 @@ use trackwright::editor::state::{EditRequest, Selected, Selection, ViewRequest};
 use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::history_ui::history_ui;
 use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
+use trackwright::editor::ui::layer_settings::LayerFigures;
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::row_page::{RowPage, row_page_ui};
 use trackwright::editor::ui::widgets::{NumberChange, NumberField, number_ui};
@@ -94,6 +95,7 @@ fn a_row_of_the_outliner_is_added_with_control_and_has_a_menu() {
                 hovered: None,
                 is_available: &|_| true,
                 pose: None,
+                layers: LayerFigures::default(),
             },
         )
     });
@@ -127,6 +129,7 @@ fn the_eye_and_the_lock_of_a_row_change_the_view_and_select_nothing() {
                 hovered: None,
                 is_available: &|_| true,
                 pose: None,
+                layers: LayerFigures::default(),
             },
         )
     });

@@ -18,7 +18,9 @@ use trackwright::editor::diagnostics::DiagnosticsPlugin;
 use trackwright::editor::document::DocumentPlugin;
 use trackwright::editor::drag::DragPlugin;
 use trackwright::editor::glyphs::GlyphsPlugin;
+use trackwright::editor::handle::HandlePlugin;
 use trackwright::editor::materials::{GlowMaterial, LitMaterial, MapMaterial, PaintMaterial};
+use trackwright::editor::motion::MotionPlugin;
 use trackwright::editor::pick::PickPlugin;
 use trackwright::editor::scene::ScenePlugin;
 use trackwright::editor::slice::SlicePlugin;
@@ -196,7 +198,7 @@ pub fn create_scene_app_with(add: impl FnOnce(&mut App)) -> App {
         DragPlugin,
         ScenePlugin,
         GlyphsPlugin,
-        SlicePlugin,
+        (HandlePlugin, MotionPlugin, SlicePlugin),
         StudyPlugin,
         DiagnosticsPlugin,
     ))

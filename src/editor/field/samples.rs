@@ -3,12 +3,14 @@
 //! All markers of a table are one mesh: an octahedron each for what is fitted, a cube each for what
 //! is held out.
 
-use super::desk::{FieldDesk, Table, TableRole};
+use super::desk::{FieldDesk, SampleValue, Table, TableRole};
 use crate::design::view::Quantity;
 use crate::editor::convert;
 use crate::editor::materials::PaintMaterial;
 use crate::editor::state::{ColorScale, EditorSystems, OpenWorld, Results, Workspace};
 use crate::field::samples::Sample;
+use crate::geometry::pointing::{Target, first_pointed_at};
+use crate::geometry::surface::Ray;
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::Indices;
 use bevy::picking::Pickable;
@@ -155,6 +157,37 @@ fn remove(mut commands: Commands, drawn: Query<Entity, With<Samples>>) {
     }
 }
 
+/// What is shown of the sample that a ray meets first, mm, and how far along the ray.
+pub fn pointed_at(
+    desk: &FieldDesk,
+    ray: &Ray,
+    reach_rad: f64,
+) -> Option<(f64, (SampleValue, f64))> {
+    let of_tables = TableRole::ALL.into_iter().filter_map(|role| {
+        let (kind, left) = desk.sample_values(role)?;
+        let table = desk.slot(role).table.as_ref()?;
+        let samples = &table.samples.samples;
+        let radius_mm = radius_mm(table);
+        let drawn = samples.iter().zip(&left.position_mm);
+        let targets = drawn
+            .step_by(stride(samples.len()))
+            .map(|(sample, &value_mm)| Target {
+                ends_mm: [sample.position_mm; 2],
+                radius_mm,
+                is: (kind, value_mm),
+            });
+        first_pointed_at(ray, reach_rad, targets).filter(|_| desk.shown.is_shown(role))
+    });
+    of_tables.min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+fn radius_mm(table: &Table) -> f64 {
+    table
+        .spacing_mm()
+        .map_or(RADIUS_MM[1], |spacing| spacing * RADIUS_PART)
+        .clamp(RADIUS_MM[0], RADIUS_MM[1])
+}
+
 /// A step between the samples that are drawn.
 pub fn stride(samples: usize) -> usize {
     samples.div_ceil(MOST_MARKERS).max(1)
@@ -162,12 +195,7 @@ pub fn stride(samples: usize) -> usize {
 
 fn markers(of: &Samples, values_mm: &[f64]) -> Mesh {
     let samples: &[Sample] = &of.table.samples.samples;
-    let radius_mm = of
-        .table
-        .spacing_mm()
-        .map_or(RADIUS_MM[1], |spacing| spacing * RADIUS_PART)
-        .clamp(RADIUS_MM[0], RADIUS_MM[1]);
-    let radius = convert::length(radius_mm);
+    let radius = convert::length(radius_mm(&of.table));
     let (corners, triangles): (&[Vec3], &[[u32; 3]]) = match of.role {
         TableRole::Training => (&OCTAHEDRON, &OCTAHEDRON_FACES),
         TableRole::HeldOut => (&CUBE, &CUBE_FACES),

@@ -2,12 +2,15 @@
 
 use super::magnify::ShownErrors;
 use crate::design::BodyRole;
+use crate::editor::light_drawing::paints_in_software;
 use crate::editor::materials::GlowMaterial;
 use crate::editor::scene::bodies::{is_same_mesh, shown_mesh};
+use crate::editor::scene::body_meshes::BodyMeshes;
 use crate::editor::state::EditorSystems;
 use crate::editor::{convert, palette};
 use crate::geometry::mesh::SurfaceMesh;
 use bevy::prelude::*;
+use bevy::render::renderer::RenderAdapterInfo;
 use std::sync::Arc;
 
 const MIDDLE_ALPHA: f32 = 0.16;
@@ -25,7 +28,7 @@ struct GhostRoot(Arc<SurfaceMesh>);
 
 impl Plugin for GhostPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
+        app.init_resource::<BodyMeshes>().add_systems(
             Update,
             show.run_if(super::tip_error::anything_moved)
                 .in_set(EditorSystems::Draw),
@@ -37,8 +40,10 @@ fn show(
     mut commands: Commands,
     errors: ShownErrors,
     mut ghosts: Query<(Entity, &mut Transform, &GhostRoot)>,
+    mut made: ResMut<BodyMeshes>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<GlowMaterial>>,
+    adapter: Option<Res<RenderAdapterInfo>>,
 ) {
     let tool = errors.tool().filter(|_| errors.layers().ghost);
     let mesh = tool.and_then(|_| shown_mesh(&errors.world.0, BodyRole::Tool));
@@ -63,10 +68,17 @@ fn show(
     ]
     .map(|material| materials.add(material));
     let mut root = commands.spawn((Name::new("ghost"), GhostRoot(Arc::clone(mesh)), place));
-    for part in mesh.body_parts() {
-        let handle = meshes.add(convert::mesh(part));
+    let is_software = paints_in_software(adapter);
+    for (part, shapes) in made.of(BodyRole::Tool, mesh, &mut meshes, is_software) {
+        if part.is_anatomy() {
+            continue;
+        }
         for look in &looks {
-            root.with_child((Mesh3d(handle.clone()), MeshMaterial3d(look.clone())));
+            root.with_child((
+                Mesh3d(shapes.fine.clone()),
+                shapes.clone(),
+                MeshMaterial3d(look.clone()),
+            ));
         }
     }
 }

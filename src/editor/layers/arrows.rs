@@ -9,8 +9,11 @@ use crate::editor::document::WorldGeneration;
 use crate::editor::materials::PaintMaterial;
 use crate::editor::overlay::round_below;
 use crate::editor::state::{ColorBar, EditorSystems, OpenWorld};
+use crate::editor::study::{ShownDesign, ShownSystems, ShownTrial};
 use crate::editor::wake::Waker;
 use crate::geometry::colormap::ColorMap;
+use crate::geometry::pointing::{Target, first_pointed_at};
+use crate::geometry::surface::Ray;
 use crate::store;
 use crate::study::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 use bevy::prelude::*;
@@ -38,10 +41,49 @@ struct Arrows;
 
 /// What is sampled, and for what.
 #[derive(Resource)]
-struct ArrowLayer {
+pub(in crate::editor) struct ArrowLayer {
     latest: Latest<ArrowOutcome>,
     key: Option<Key>,
+    look: Look,
     found: Option<ArrowOutcome>,
+}
+
+/// How arrows are coloured.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Look {
+    map: ColorMap,
+    range_mm: Option<f64>,
+}
+
+impl Look {
+    fn max_mm(&self, found: &ArrowOutcome) -> f64 {
+        self.range_mm.unwrap_or(found.p95_mm)
+    }
+}
+
+impl ArrowLayer {
+    /// The length of the error whose arrow a ray meets first, and how far along the ray.
+    pub fn pointed_at(&self, ray: &Ray, reach_rad: f64) -> Option<(f64, f64)> {
+        let found = self.found.as_ref()?;
+        let scale = Scale::of(found);
+        let arrows = found.arrows().map(|(from, error)| {
+            let arrow = scale.drawn(&error);
+            Target {
+                ends_mm: [from, from + arrow],
+                radius_mm: head_mm(arrow.norm()),
+                is: error.norm(),
+            }
+        });
+        first_pointed_at(ray, reach_rad, arrows)
+    }
+
+    /// What an arrow is called.
+    pub fn quantity(&self) -> &'static str {
+        match self.key.as_ref().map(|key| key.plan.sensor) {
+            Some(ArrowSensor::OfTool) => "position error of the tool",
+            _ => "position error",
+        }
+    }
 }
 
 /// What arrows depend on.
@@ -51,8 +93,8 @@ struct Key {
     /// The room's address: another room is another one.
     environment: usize,
     plan: ArrowPlan,
-    /// The design's, where the arrows hang on it.
-    revision: Option<u64>,
+    /// Where the arrows hang on the design: its revision, and which trial shows it.
+    design: Option<(u64, Option<ShownTrial>)>,
 }
 
 impl FromWorld for ArrowLayer {
@@ -60,6 +102,7 @@ impl FromWorld for ArrowLayer {
         Self {
             latest: Latest::new("arrows", world.get_resource_or_init::<Waker>().clone()),
             key: None,
+            look: Look::default(),
             found: None,
         }
     }
@@ -74,11 +117,13 @@ impl Plugin for ArrowsPlugin {
             .add_systems(
                 Update,
                 (
-                    ask.run_if(resource_exists_and_changed::<OpenWorld>),
+                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
                     hear.run_if(is_on),
                 )
                     .chain()
-                    .in_set(EditorSystems::Solve),
+                    // The trial of now, not that of the frame before.
+                    .after(ShownSystems::Follow)
+                    .in_set(EditorSystems::Sample),
             )
             .add_systems(
                 Update,
@@ -98,7 +143,11 @@ fn is_on(layer: Res<ArrowLayer>) -> bool {
     layer.key.is_some()
 }
 
-fn key(world: &OpenWorld, generation: u64) -> Option<Key> {
+fn may_differ(world: Res<OpenWorld>, shown: Option<Res<ShownDesign>>) -> bool {
+    world.is_changed() || shown.is_some_and(|shown| shown.is_changed())
+}
+
+fn key(world: &OpenWorld, shown: Option<&ShownDesign>, generation: u64) -> Option<Key> {
     let document = &world.0.document;
     let view = document.view();
     if !view.layers.arrows {
@@ -116,17 +165,30 @@ fn key(world: &OpenWorld, generation: u64) -> Option<Key> {
             sensor,
             counts: [view.arrows.per_side(); 3],
         },
-        revision: view.arrows.of_tool.then(|| document.revision()),
+        design: view.arrows.of_tool.then(|| {
+            let trial = shown.and_then(|shown| shown.trial.clone());
+            (document.revision(), trial)
+        }),
     })
 }
 
 fn ask(
     mut layer: ResMut<ArrowLayer>,
     world: Res<OpenWorld>,
+    shown: Option<Res<ShownDesign>>,
     generation: Res<WorldGeneration>,
     mut bars: ResMut<ColorBars>,
 ) {
-    let key = key(&world, generation.0);
+    let view = world.0.document.view();
+    let look = Look {
+        map: view.slice.color_map,
+        range_mm: view.arrows.range_mm,
+    };
+    if layer.bypass_change_detection().look != look {
+        layer.look = look;
+        bars.arrows = layer.found.as_ref().map(|found| bar(&layer, found));
+    }
+    let key = key(&world, shown.as_deref(), generation.0);
     if layer.bypass_change_detection().key == key {
         return;
     }
@@ -138,7 +200,12 @@ fn ask(
         bars.arrows = None;
         return;
     };
-    let scenario = store::resolve(world.0.document.design(), &world.0.environment);
+    // The tool's sensors point as they do where the tool is seen.
+    let design = match &shown {
+        Some(shown) => &shown.design,
+        None => world.0.document.design(),
+    };
+    let scenario = store::resolve(design, &world.0.environment);
     let work = move |task: &crate::task::Task, found: &mut dyn FnMut(ArrowOutcome)| {
         if let Ok(outcome) = sample_arrows(&scenario, &key.plan, &task.cancel) {
             found(outcome);
@@ -151,7 +218,6 @@ fn ask(
 
 fn hear(
     mut layer: ResMut<ArrowLayer>,
-    world: Res<OpenWorld>,
     mut bars: ResMut<ColorBars>,
     mut diagnostics: ResMut<Diagnostics>,
 ) {
@@ -159,64 +225,89 @@ fn hear(
         return;
     };
     diagnostics.work += found.work;
-    bars.arrows = Some(ColorBar {
-        label: match times(&found) {
-            1.0 => "position error, arrows".to_owned(),
-            times => format!("position error, arrows × {times}"),
+    bars.arrows = Some(bar(&layer, &found));
+    layer.found = Some(found);
+}
+
+fn bar(layer: &ArrowLayer, found: &ArrowOutcome) -> ColorBar {
+    let quantity = layer.quantity();
+    ColorBar {
+        label: match Scale::of(found).times {
+            1.0 => format!("{quantity}, arrows"),
+            times => format!("{quantity}, arrows × {times}"),
         },
         unit: "mm",
-        map: world.0.document.view().slice.color_map,
+        map: layer.look.map,
         min: 0.0,
-        max: found.p95_mm,
+        max: layer.look.max_mm(found),
         largest: found.max_mm,
-    });
-    layer.found = Some(found);
+        decimals: 2,
+        limit: None,
+    }
 }
 
 fn draw(
     mut commands: Commands,
     layer: Res<ArrowLayer>,
     drawn: Query<Entity, With<Arrows>>,
-    world: Option<Res<OpenWorld>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<PaintMaterial>>,
 ) {
     for entity in &drawn {
         commands.entity(entity).despawn();
     }
-    let (Some(found), Some(world)) = (&layer.found, world) else {
+    let Some(found) = &layer.found else {
         return;
     };
-    let map = world.0.document.view().slice.color_map;
     commands.spawn((
         Name::new("field arrows"),
         Arrows,
-        Mesh3d(meshes.add(mesh(found, map))),
+        Mesh3d(meshes.add(mesh(found, &layer.look))),
         MeshMaterial3d(materials.add(PaintMaterial::flat())),
     ));
 }
 
 /// All arrows as one mesh: one thing to draw, however many there are.
-fn mesh(found: &ArrowOutcome, map: ColorMap) -> Mesh {
+fn mesh(found: &ArrowOutcome, look: &Look) -> Mesh {
     let mut painted = convert::Painted::default();
-    let (times, longest_mm) = (times(found), LONGEST * spacing_mm(found));
+    let (scale, max_mm) = (Scale::of(found), look.max_mm(found));
     for (from, error) in found.arrows() {
-        let color = convert::linear(map.srgb_of_value(error.norm(), found.p95_mm));
-        let arrow = (error * times).cap_magnitude(longest_mm);
-        push_arrow(&mut painted, &from, &arrow, color);
+        let color = convert::linear(look.map.srgb_of_value(error.norm(), max_mm));
+        push_arrow(&mut painted, &from, &scale.drawn(&error), color);
     }
     painted.mesh()
 }
 
-/// How many times larger than life arrows are drawn: 1, 2 or 5 times a power of ten, such that all
-/// but the longest twentieth stay within a cell of the lattice.
-fn times(found: &ArrowOutcome) -> f64 {
-    let wanted = spacing_mm(found) / found.p95_mm;
-    if wanted.is_finite() && wanted > 0.0 {
-        round_below(wanted)
-    } else {
-        1.0
+/// How errors become arrows.
+#[derive(Clone, Copy, Debug)]
+struct Scale {
+    /// Larger than life: 1, 2 or 5 times a power of ten, such that all but the longest twentieth
+    /// stay within a cell of the lattice.
+    times: f64,
+    longest_mm: f64,
+}
+
+impl Scale {
+    fn of(found: &ArrowOutcome) -> Self {
+        let spacing_mm = spacing_mm(found);
+        let wanted = spacing_mm / found.p95_mm;
+        Self {
+            times: match wanted.is_finite() && wanted > 0.0 {
+                true => round_below(wanted),
+                false => 1.0,
+            },
+            longest_mm: LONGEST * spacing_mm,
+        }
     }
+
+    fn drawn(&self, error_mm: &Vector3<f64>) -> Vector3<f64> {
+        (error_mm * self.times).cap_magnitude(self.longest_mm)
+    }
+}
+
+/// Half the width of an arrow's head.
+fn head_mm(length_mm: f64) -> f64 {
+    (length_mm * HEAD_WIDTH_SHARE).clamp(HEAD_WIDTH_MM[0], HEAD_WIDTH_MM[1])
 }
 
 /// Between neighbours of the lattice, along its closest side.
@@ -242,7 +333,7 @@ fn push_arrow(
     let length_mm = arrow.norm();
     let across = crate::geometry::rotation::perpendicular(&Unit::new_unchecked(along));
     let other = along.cross(&across);
-    let head_mm = (length_mm * HEAD_WIDTH_SHARE).clamp(HEAD_WIDTH_MM[0], HEAD_WIDTH_MM[1]);
+    let head_mm = head_mm(length_mm);
     let neck = from + along * (length_mm * (1.0 - HEAD_SHARE));
     let tip = from + arrow;
     for side in 0..SIDES {

@@ -5,6 +5,7 @@ pub mod arrows;
 pub mod latest;
 pub mod placement;
 pub mod region;
+pub mod support;
 
 use super::state::ColorBar;
 use bevy::prelude::*;
@@ -14,6 +15,7 @@ use bevy::prelude::*;
 /// | [`arrows::ArrowsPlugin`] | the field's error as arrows on a lattice |
 /// | [`placement::PlacementPlugin`] | what the selected sensor would be worth anywhere on its body |
 /// | [`region::RegionPlugin`] | where in the volume the design meets its requirement |
+/// | [`support::SupportPlugin`] | where in its box the room's model may be believed |
 pub struct LayersPlugin;
 
 impl Plugin for LayersPlugin {
@@ -22,13 +24,17 @@ impl Plugin for LayersPlugin {
             arrows::ArrowsPlugin,
             placement::PlacementPlugin,
             region::RegionPlugin,
+            support::SupportPlugin,
         ));
     }
 }
 
 /// Whether no layer has anything left to compute or to show.
 pub fn are_idle(world: &World) -> bool {
-    arrows::is_idle(world) && placement::is_idle(world) && region::is_idle(world)
+    arrows::is_idle(world)
+        && placement::is_idle(world)
+        && region::is_idle(world)
+        && support::is_idle(world)
 }
 
 /// The colour bars of the layers that are shown, beside the slice's own.
@@ -38,6 +44,8 @@ pub struct ColorBars {
     pub placement: Option<ColorBar>,
     /// What the usable region comes to, in words.
     pub region: Option<String>,
+    /// What the region of supported field comes to, in words.
+    pub support: Option<String>,
 }
 
 impl ColorBars {

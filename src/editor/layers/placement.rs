@@ -9,11 +9,12 @@ use crate::editor::diagnostics::Diagnostics;
 use crate::editor::document::WorldGeneration;
 use crate::editor::materials::PaintMaterial;
 use crate::editor::scene::BodyRoot;
-use crate::editor::scene::bodies::shown_mesh;
+use crate::editor::scene::bodies::{mesh_of, shown_mesh};
 use crate::editor::state::{ActiveDrag, ColorBar, EditorSystems, OpenWorld, Selected, Selection};
 use crate::editor::wake::Waker;
 use crate::geometry::colormap::{ColorMap, NO_VALUE_SRGB};
 use crate::geometry::mesh::SurfaceMesh;
+use crate::geometry::surface::{Ray, Surface};
 use crate::store;
 use crate::study::placement::vertices;
 use crate::study::{AxisRule, PlacedBody, PlacementOutcome, PlacementPlan, Work, place};
@@ -28,13 +29,41 @@ pub struct PlacementPlugin;
 struct Painted;
 
 #[derive(Resource)]
-struct PlacementLayer {
+pub(in crate::editor) struct PlacementLayer {
     latest: Latest<PlacementOutcome>,
     key: Option<Key>,
+    look: Look,
     mesh: Option<Arc<SurfaceMesh>>,
+    /// Of a stand-in's mesh, which nobody else keeps.
+    surface: Option<Arc<Surface>>,
     found: Option<PlacementOutcome>,
     /// Work of the newest wish that was counted already.
     counted: Work,
+}
+
+/// How places are coloured.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Look {
+    map: ColorMap,
+    range_mm: Option<f64>,
+    /// What the tip error's RMS may be.
+    limit_mm: Option<f64>,
+}
+
+impl PlacementLayer {
+    /// What is painted where a ray of the body's frame enters the painted body, and how far along the
+    /// ray: the study's tip RMS, `None` where the paint says that there is none.
+    pub fn under(
+        &self,
+        body: BodyRole,
+        own: Option<&Arc<Surface>>,
+        ray: &Ray,
+    ) -> Option<(f64, Option<f64>)> {
+        let found = self.found.as_ref()?;
+        self.key.as_ref().filter(|key| key.body == body)?;
+        let hit = own.or(self.surface.as_ref())?.hit(ray)?;
+        Some((hit.distance_mm, found.between(hit.corners, hit.weights)))
+    }
 }
 
 /// What placements depend on.
@@ -52,7 +81,9 @@ impl FromWorld for PlacementLayer {
         Self {
             latest: Latest::new("placement", world.get_resource_or_init::<Waker>().clone()),
             key: None,
+            look: Look::default(),
             mesh: None,
+            surface: None,
             found: None,
             counted: Work::default(),
         }
@@ -108,6 +139,16 @@ fn ask(
     mut bars: ResMut<ColorBars>,
 ) {
     let document = &world.0.document;
+    let (view, requirement) = (document.view(), document.design().requirement);
+    let look = Look {
+        map: view.slice.color_map,
+        range_mm: view.placement_range_mm,
+        limit_mm: requirement.and_then(|of| of.position_rms_mm),
+    };
+    if layer.bypass_change_detection().look != look {
+        layer.look = look;
+        bars.placement = layer.found.as_ref().and_then(|found| bar(&look, found));
+    }
     let is_wanted = document.view().layers.placement;
     // While something moves, every step would begin anew: what is painted stays until it rests.
     if drag.0 && is_wanted {
@@ -132,6 +173,14 @@ fn ask(
     bars.placement = None;
     let mesh = key.as_ref().and_then(|key| shown_mesh(&world.0, key.body));
     layer.mesh.clone_from(&mesh);
+    let is_stand_in = key
+        .as_ref()
+        .is_some_and(|key| mesh_of(&world.0, key.body).is_none());
+    layer.surface = mesh
+        .as_deref()
+        .filter(|_| is_stand_in)
+        .and_then(Surface::new)
+        .map(Arc::new);
     let (Some(key), Some(mesh)) = (key, mesh) else {
         layer.latest.give_up();
         return;
@@ -159,7 +208,6 @@ fn ask(
 
 fn hear(
     mut layer: ResMut<PlacementLayer>,
-    world: Res<OpenWorld>,
     mut bars: ResMut<ColorBars>,
     mut diagnostics: ResMut<Diagnostics>,
 ) {
@@ -170,18 +218,27 @@ fn hear(
     diagnostics.work.placement_evaluations +=
         found.work.placement_evaluations - layer.counted.placement_evaluations;
     layer.counted = found.work;
-    bars.placement = found.range_mm().map(|[min, max]| ColorBar {
+    bars.placement = bar(&layer.look, &found);
+    layer.found = Some(found);
+}
+
+fn bar(look: &Look, found: &PlacementOutcome) -> Option<ColorBar> {
+    let [min, max] = found.range_mm()?;
+    let end = look.range_mm.or_else(|| upper(found)).unwrap_or(max);
+    Some(ColorBar {
         label: match found.is_final {
             true => "tip error RMS, sensor here".to_owned(),
             false => "tip error RMS, sensor here…".to_owned(),
         },
         unit: "mm",
-        map: world.0.document.view().slice.color_map,
-        min,
-        max: upper(&found).unwrap_or(max),
+        map: look.map,
+        // A range that ends below all values begins at zero, as every other.
+        min: if min < end { min } else { 0.0 },
+        max: end,
         largest: max,
-    });
-    layer.found = Some(found);
+        decimals: 2,
+        limit: look.limit_mm,
+    })
 }
 
 /// Where the colours end: one bad end of a shaft must not take them all.

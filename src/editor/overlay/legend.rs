@@ -1,13 +1,13 @@
 //! Legends in the corners of the 3D view: colour bar, magnification, scale bar, caption.
 
-use super::OverlayView;
 use super::ruler::{decimals, round_below, ticks};
+use super::{OverlayView, keys};
 use crate::editor::palette::{self, Rgb};
 use crate::editor::state::ColorBar;
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{THIN_SPACE, count, decimal, length, with_unit};
 use crate::field::Environment;
-use crate::geometry::colormap::ColorMap;
+use crate::geometry::colormap::{ColorMap, LEVEL_EDGE_SRGB, LEVEL_LINE_SRGB};
 use crate::geometry::magnification::MAX_GHOST_TURN_RAD;
 use bevy_egui::egui::{Align2, Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
 
@@ -16,7 +16,8 @@ pub const PLATE_ALPHA: u8 = 200;
 
 /// Distance of legends from the view's edges.
 pub const MARGIN: f32 = 12.0;
-const PADDING: f32 = 8.0;
+/// Between a plate's edge and what is written on it.
+pub const PADDING: f32 = 8.0;
 const LINE: f32 = 15.0;
 /// Where a key's name begins, behind its stroke.
 const KEY_INDENT: f32 = 22.0;
@@ -73,8 +74,7 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Vec<Rect> {
         covered.push(rect);
         right_bottom.y = rect.top() - 8.0;
     }
-    if let Some(region) = view.region {
-        let rect = note(painter, region, right_bottom);
+    if let Some(rect) = keys::paint(painter, &view.keys, right_bottom) {
         covered.push(rect);
         right_bottom.y = rect.top() - 8.0;
     }
@@ -88,7 +88,7 @@ fn text(painter: &Painter, at: Pos2, align: Align2, text: &str, color: Rgb) -> R
 }
 
 /// A dark plate behind a legend, so that it reads over any scene.
-fn plate(painter: &Painter, rect: Rect) {
+pub fn plate(painter: &Painter, rect: Rect) {
     painter.rect_filled(rect, 4.0, palette::BACKGROUND.color32_alpha(PLATE_ALPHA));
 }
 
@@ -113,25 +113,12 @@ fn scale_bar(painter: &Painter, view: &OverlayView, left_bottom: Pos2) -> Rect {
     label.union(Rect::from_two_pos(at, end)).expand(3.0)
 }
 
-/// A line of its own on a plate.
-fn note(painter: &Painter, text: &str, right_bottom: Pos2) -> Rect {
-    let color = palette::TEXT.color32();
-    let line = painter.layout_no_wrap(text.to_owned(), theme::label_font(), color);
-    let frame = Rect::from_min_max(
-        right_bottom - line.size() - vec2(2.0, 2.0) * PADDING,
-        right_bottom,
-    );
-    plate(painter, frame);
-    painter.galley(frame.min + vec2(PADDING, PADDING), line, color);
-    frame
-}
-
 fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
     let span = scale.max - scale.min;
     let is_clipped = scale.largest > scale.max + 1e-9 * span.abs();
     let largest = format!(
         "largest {}",
-        with_unit(&decimal(scale.largest, 2), scale.unit)
+        with_unit(&decimal(scale.largest, scale.decimals), scale.unit)
     );
     let width = |text: &str| {
         let color = palette::TEXT.color32();
@@ -141,9 +128,10 @@ fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
     // The largest value stands in a line of its own where the name leaves no room for it.
     let has_room = width(&scale.label) + width(&largest) + 8.0 <= BAR_WIDTH + 14.0;
     let name_lines = if is_clipped && !has_room { 2.0 } else { 1.0 };
+    let limit_lines = if scale.limit.is_some() { 1.0 } else { 0.0 };
     let size = vec2(
         BAR_WIDTH + 2.0 * PADDING + 14.0,
-        name_lines * LINE + BAR_HEIGHT + LINE + 2.0 * PADDING,
+        (name_lines + limit_lines) * LINE + BAR_HEIGHT + LINE + 2.0 * PADDING,
     );
     let frame = Rect::from_min_max(right_bottom - size, right_bottom);
     plate(painter, frame);
@@ -199,7 +187,34 @@ fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
             palette::TEXT,
         );
     }
+    if let Some(limit) = scale.limit {
+        requirement(painter, scale, limit, bar, frame);
+    }
     frame
+}
+
+/// A line across the bar at the requirement, as on the map, and below the bar what it is.
+fn requirement(painter: &Painter, scale: &ColorBar, limit: f64, bar: Rect, frame: Rect) {
+    let line = |from: Pos2, to: Pos2| {
+        for (width, srgb) in [(4.0, LEVEL_EDGE_SRGB), (1.6, LEVEL_LINE_SRGB)] {
+            painter.line_segment([from, to], Stroke::new(width, color32(srgb)));
+        }
+    };
+    let part = (limit - scale.min) / (scale.max - scale.min).max(f64::MIN_POSITIVE);
+    let is_on_bar = (0.0..=1.0).contains(&part);
+    if is_on_bar {
+        let x = bar.left() + bar.width() * part as f32;
+        line(pos2(x, bar.top() - 2.0), pos2(x, bar.bottom() + 2.0));
+    }
+    let y = frame.bottom() - PADDING - LINE / 2.0;
+    line(pos2(bar.left(), y), pos2(bar.left() + 16.0, y));
+    let value = with_unit(&decimal(limit, scale.decimals), scale.unit);
+    let words = match is_on_bar {
+        true => format!("requirement {value}"),
+        false => format!("requirement {value}, off the bar"),
+    };
+    let at = pos2(bar.left() + KEY_INDENT, y);
+    text(painter, at, Align2::LEFT_CENTER, &words, palette::TEXT);
 }
 
 fn color32([r, g, b]: [u8; 3]) -> Color32 {

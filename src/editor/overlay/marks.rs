@@ -9,7 +9,8 @@ use crate::editor::ui::inspector::determination_text;
 use crate::editor::ui::outliner::{detail, sensor_trouble};
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{THIN_SPACE, length};
-use crate::geometry::bounds::Bounds;
+use crate::geometry::outline::DimensionKind;
+use crate::geometry::volume::Volume;
 use bevy_egui::egui::{Align2, Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
 use nalgebra::{Point3, Vector3};
 
@@ -236,7 +237,7 @@ fn room(view: &OverlayView, labels: &mut Vec<Label>) {
     if view.layers.volume
         && let Some(volume) = &view.environment.volume
     {
-        volume_lengths(view, &volume.bounds(), volume.name(), labels);
+        volume_lengths(view, volume, labels);
     }
     if view.layers.generator {
         let behind = Point3::new(0.0, 0.0, 40.0);
@@ -264,39 +265,38 @@ fn axis_letters(painter: &Painter, view: &OverlayView) {
     }
 }
 
-/// The edge along each axis that is lowest on the screen says how long it is.
-fn volume_lengths(view: &OverlayView, bounds: &Bounds, name: &str, labels: &mut Vec<Label>) {
-    let corners = [bounds.min_mm, bounds.max_mm];
-    for axis in 0..3 {
-        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-        let middles = (0..4).filter_map(|k: usize| {
-            let mut middle = bounds.center_mm();
-            middle[u] = corners[k & 1][u];
-            middle[v] = corners[k >> 1][v];
-            view.project(&middle)
-        });
+/// Each length is written where it is lowest on the screen.
+fn volume_lengths(view: &OverlayView, volume: &Volume, labels: &mut Vec<Label>) {
+    for dimension in volume.dimensions() {
+        let places = dimension.places_mm.iter().filter_map(|p| view.project(p));
         // Vertical edges are told apart by how far out they are instead.
         let outwards = |p: &Pos2| p.y + 0.3 * (p.x - view.rect.center().x).abs();
-        let Some(at) = middles.max_by(|a, b| outwards(a).total_cmp(&outwards(b))) else {
+        let Some(at) = places.max_by(|a, b| outwards(a).total_cmp(&outwards(b))) else {
             continue;
         };
-        let size_mm = bounds.size_mm()[axis];
+        let (before, after) = match dimension.kind {
+            DimensionKind::Side => ("", ""),
+            DimensionKind::Diameter => ("⌀\u{2009}", ""),
+            DimensionKind::Depth => ("", " deep"),
+        };
         labels.push(Label {
             at,
-            text: format!("{size_mm:.0}{THIN_SPACE}mm"),
+            text: format!("{before}{:.0}{THIN_SPACE}mm{after}", dimension.length_mm),
             color: palette::TEXT_QUIET,
             is_needed: false,
         });
     }
-    let top = bounds
-        .corners_mm()
+    let outline = volume.outline();
+    let top = outline
+        .lines
         .iter()
-        .filter_map(|corner| view.project(corner))
+        .flatten()
+        .filter_map(|point| view.project(point))
         .filter(|at| view.rect.contains(*at))
         .min_by(|a, b| a.y.total_cmp(&b.y));
     labels.extend(top.map(|at| Label {
         at,
-        text: format!("measurement volume ({name})"),
+        text: format!("measurement volume ({})", volume.name()),
         color: palette::TEXT_QUIET,
         is_needed: false,
     }));

@@ -2,17 +2,21 @@
 //!
 //! Painted with egui, so that the window and offscreen pictures show the same.
 
+mod keys;
 mod labels;
 mod legend;
 mod marks;
 mod ruler;
 mod summary;
 
+pub use keys::{LegendKey, Swatch};
 pub use legend::caption;
 pub use ruler::round_below;
 
 use super::camera::OrbitRig;
 use super::layers::ColorBars;
+use super::palette;
+use super::probe::Probe;
 use super::state::{
     ColorBar, ColorScale, DragReadout, Hovered, OpenWorld, Presentation, Results, Selected,
     Selection, ShownMagnification, ViewportRect,
@@ -24,7 +28,7 @@ use crate::design::Things;
 use crate::design::view::Layers;
 use crate::field::Environment;
 use crate::geometry::orbit::OrbitCamera;
-use crate::study::{Figures, PoseDetail};
+use crate::study::{Figures, PoseDetail, Requirement};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, LayerId, Painter, pos2, vec2};
@@ -40,6 +44,7 @@ impl Plugin for OverlayPlugin {
             .init_resource::<Hovered>()
             .init_resource::<Results>()
             .init_resource::<DragReadout>()
+            .init_resource::<Probe>()
             .init_resource::<Presentation>()
             .add_systems(EguiPrimaryContextPass, draw.in_set(UiSystems::Overlay));
     }
@@ -62,11 +67,11 @@ pub struct OverlayView<'a> {
     pub magnification: Option<ShownMagnification>,
     /// From the bottom up.
     pub color_bars: Vec<ColorBar>,
-    /// What the usable region comes to.
-    pub region: Option<&'a str>,
+    /// What hatchings and surfaces mean.
+    pub keys: Vec<LegendKey>,
     /// Whether the tip's scatter is known and drawn.
     pub has_scatter: bool,
-    /// Text and its place while something is dragged.
+    /// Text and its place while something is dragged, or of what is under the pointer.
     pub readout: Option<(egui::Pos2, &'a str)>,
     /// Without panels the picture has to say the result itself.
     pub has_summary: bool,
@@ -101,13 +106,19 @@ struct Scene<'w> {
     color_scale: Option<Res<'w, ColorScale>>,
     color_bars: Option<Res<'w, ColorBars>>,
     readout: Res<'w, DragReadout>,
+    probe: Res<'w, Probe>,
     selection: Res<'w, Selection>,
     hovered: Res<'w, Hovered>,
     presentation: Res<'w, Presentation>,
 }
 
 /// The slice's below those of the layers.
-fn color_bars(scene: &Scene, results: &Results, layers: Layers) -> Vec<ColorBar> {
+fn color_bars(
+    scene: &Scene,
+    results: &Results,
+    layers: Layers,
+    requirement: Option<Requirement>,
+) -> Vec<ColorBar> {
     let slice = results.slice.as_ref().filter(|_| layers.slice);
     let of_slice = slice
         .zip(scene.color_scale.as_deref())
@@ -120,10 +131,35 @@ fn color_bars(scene: &Scene, results: &Results, layers: Layers) -> Vec<ColorBar>
                 min: 0.0,
                 max: scale.max_mm,
                 largest: slice.value.max,
+                decimals: quantity.decimals(),
+                limit: requirement.and_then(|of| quantity.limit(&of)),
             }
         });
     let of_layers = scene.color_bars.iter().flat_map(|bars| bars.all().cloned());
     of_slice.into_iter().chain(of_layers).collect()
+}
+
+fn legend_keys(scene: &Scene, results: &Results, layers: Layers) -> Vec<LegendKey> {
+    let mut keys = match scene.color_scale.as_deref().filter(|_| layers.slice) {
+        Some(scale) => keys::of_slice(results, scale),
+        None => Vec::new(),
+    };
+    let Some(bars) = &scene.color_bars else {
+        return keys;
+    };
+    for (text, color) in [
+        (&bars.support, palette::SUPPORT),
+        (&bars.region, palette::MET),
+    ] {
+        keys.extend(text.iter().map(|text| LegendKey {
+            swatch: match text.starts_with("no ") {
+                true => Swatch::Nothing,
+                false => Swatch::Surface(color),
+            },
+            text: text.clone(),
+        }));
+    }
+    keys
 }
 
 fn draw(
@@ -155,16 +191,19 @@ fn draw(
         selected: scene.selection.primary(),
         hovered: scene.hovered.0,
         magnification: scene.magnification.as_deref().copied(),
-        color_bars: color_bars(&scene, &results, document.view().layers),
-        region: scene
-            .color_bars
-            .as_ref()
-            .and_then(|bars| bars.region.as_deref()),
+        color_bars: color_bars(
+            &scene,
+            &results,
+            document.view().layers,
+            document.design().requirement,
+        ),
+        keys: legend_keys(&scene, &results, document.view().layers),
         has_scatter: matches!(&results.scatter, Some(Ok(_))),
         readout: scene
             .readout
             .0
             .as_ref()
+            .or(scene.probe.0.as_ref())
             .map(|readout| (place(readout.at), readout.text.as_str())),
         has_summary: !scene.presentation.panels,
     };

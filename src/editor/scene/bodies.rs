@@ -1,14 +1,16 @@
 //! Meshes of tool and CRF, and the anatomy that the CRF sits on.
 
 use super::BodyRoot;
+use super::body_meshes::BodyMeshes;
 use crate::design::BodyRole;
 use crate::editor::materials::{GlowMaterial, LitMaterial};
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::study::ShownDesign;
-use crate::editor::{convert, palette};
+use crate::editor::{convert, light_drawing, palette};
 use crate::geometry::mesh::{MeshPart, SurfaceMesh};
 use crate::geometry::stand_in::stand_in;
 use bevy::prelude::*;
+use bevy::render::renderer::RenderAdapterInfo;
 use std::sync::Arc;
 
 /// How opaque anatomy is, where it faces the viewer and at its rim: what it hides has to be seen
@@ -35,7 +37,7 @@ struct MadeFrom(Option<Arc<SurfaceMesh>>);
 
 impl Plugin for BodiesPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
+        app.init_resource::<BodyMeshes>().add_systems(
             Update,
             (spawn_bodies, ApplyDeferred, place_bodies, show_anatomy)
                 .chain()
@@ -76,10 +78,13 @@ fn spawn_bodies(
     mut commands: Commands,
     world: Res<OpenWorld>,
     roots: Query<(Entity, &BodyRoot, &MadeFrom)>,
+    mut made: ResMut<BodyMeshes>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<LitMaterial>>,
     mut glows: ResMut<Assets<GlowMaterial>>,
+    adapter: Option<Res<RenderAdapterInfo>>,
 ) {
+    let is_software = light_drawing::paints_in_software(adapter);
     for role in BodyRole::ALL {
         let mesh = shown_mesh(&world.0, role);
         let existing = roots.iter().find(|(_, root, _)| root.0 == role);
@@ -103,23 +108,26 @@ fn spawn_bodies(
             BodyRoot(role),
             MadeFrom(mesh.clone()),
         ));
-        for part in mesh.iter().flat_map(|mesh| &mesh.parts) {
-            let shape = (
-                Name::new(part.name.clone()),
-                BodyPart {
-                    body: role,
-                    is_anatomy: part.is_anatomy(),
-                },
-                Mesh3d(meshes.add(convert::mesh(part))),
-            );
-            if part.is_anatomy() {
-                let [middle, rim] = ANATOMY_ALPHA;
-                let look = GlowMaterial::translucent(palette::BONE, middle, rim);
-                root.with_child((shape, MeshMaterial3d(glows.add(look))));
-            } else {
-                let look = material(role, part);
-                root.with_child((shape, MeshMaterial3d(materials.add(look))));
-            }
+        let Some(mesh) = &mesh else { continue };
+        for (part, shapes) in made.of(role, mesh, &mut meshes, is_software) {
+            root.with_children(|parts| {
+                let mut shape = parts.spawn((
+                    Name::new(part.name.clone()),
+                    BodyPart {
+                        body: role,
+                        is_anatomy: part.is_anatomy(),
+                    },
+                    Mesh3d(shapes.fine.clone()),
+                    shapes,
+                ));
+                if part.is_anatomy() {
+                    let [middle, rim] = ANATOMY_ALPHA;
+                    let look = GlowMaterial::translucent(palette::BONE, middle, rim);
+                    shape.insert(MeshMaterial3d(glows.add(look)));
+                } else {
+                    shape.insert(MeshMaterial3d(materials.add(material(role, part))));
+                }
+            });
         }
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod axes;
 pub mod bodies;
+pub mod body_meshes;
 pub mod extent;
 pub mod generator;
 pub mod screen_size;

@@ -42,8 +42,11 @@ const ARROW_LENGTH: f32 = 0.30;
 /// Both sides of an outline together.
 const OUTLINE_PX: f64 = 4.0;
 
-/// Of coils.
-const RING_SCALE: Vec3 = Vec3::new(1.0, 1.0, 0.2);
+/// Hatching of a coil that is outside: slanted discs through it, in coil lengths and widths; where
+/// their middles are, and how they are turned.
+const HATCH_AT: [f32; 4] = [-0.33, -0.11, 0.11, 0.33];
+const HATCH_SCALE: Vec3 = Vec3::new(1.35, 1.35, 0.075);
+const HATCH_SLANT: f32 = 0.5;
 
 /// Later than everything else that is translucent.
 const ORDER_MM: f32 = 20_000.0;
@@ -64,7 +67,7 @@ struct Outline(SensorMark);
 
 /// Shown while its sensor is outside the model's box or the measurement volume.
 #[derive(Component)]
-struct OutsideRing(SensorMark);
+struct OutsideHatch(SensorMark);
 
 /// Coil or axes, each scaled to its own size on the screen.
 #[derive(Component)]
@@ -240,13 +243,17 @@ fn spawn_coil(
             MeshMaterial3d(material.clone()),
         ));
     }
-    coil.spawn((
-        OutsideRing(mark),
-        Visibility::Hidden,
-        Mesh3d(shapes.ring.clone()),
-        MeshMaterial3d(materials.outside.clone()),
-        Transform::from_scale(RING_SCALE),
-    ));
+    for at in HATCH_AT {
+        coil.spawn((
+            OutsideHatch(mark),
+            Visibility::Hidden,
+            Mesh3d(shapes.cylinder.clone()),
+            MeshMaterial3d(materials.outside.clone()),
+            Transform::from_translation(Vec3::Z * at)
+                .with_rotation(Quat::from_rotation_x(HATCH_SLANT))
+                .with_scale(HATCH_SCALE),
+        ));
+    }
 }
 
 /// From the middle of the coil along `turn * z`.
@@ -331,9 +338,9 @@ fn outline(
     }
 }
 
-fn mark_outside(results: Res<Results>, mut rings: Query<(&OutsideRing, &mut Visibility)>) {
+fn mark_outside(results: Res<Results>, mut hatches: Query<(&OutsideHatch, &mut Visibility)>) {
     let detail = results.pose.as_ref().map(|pose| &pose.value);
-    for (OutsideRing(mark), mut visibility) in &mut rings {
+    for (OutsideHatch(mark), mut visibility) in &mut hatches {
         let body: Option<&BodyDetail> = detail.and_then(|detail| match mark.body {
             BodyRole::Tool => Some(&detail.tool),
             BodyRole::Crf => detail.crf.as_ref(),

@@ -19,8 +19,6 @@ pub struct GlyphShapes {
     pub cone: Handle<Mesh>,
     /// Of radius 1.
     pub sphere: Handle<Mesh>,
-    /// Of radius 1, thin, around z.
-    pub ring: Handle<Mesh>,
 }
 
 impl Plugin for ShapesPlugin {
@@ -37,10 +35,6 @@ fn make(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>) {
         cylinder: meshes.add(turned(&cylinder)),
         cone: meshes.add(turned(&cone)),
         sphere: meshes.add(Sphere::new(1.0).mesh().uv(48, 24)),
-        ring: meshes.add(Torus::new(0.9, 1.1).mesh().build().rotated_by(
-            // Bevy's torus lies around y.
-            Quat::from_rotation_x(std::f32::consts::FRAC_PI_2),
-        )),
     });
 }
 

@@ -1,14 +1,14 @@
-//! Edges of the tracker's measurement volume with brackets at its corners, and the model's box.
+//! The outline of the tracker's measurement volume with brackets at its corners or rims, and the
+//! model's box, dashed.
 
 use crate::editor::palette::Theme;
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::{convert, palette};
 use crate::geometry::bounds::Bounds;
+use crate::geometry::outline::Outline;
+use crate::geometry::volume::Volume;
 use bevy::prelude::*;
 use nalgebra::Point3;
-
-/// How much of each edge a bracket covers.
-const BRACKET_SHARE: f64 = 0.09;
 
 const EDGE_ALPHA: f32 = 0.30;
 const BRACKET_ALPHA: f32 = 0.95;
@@ -20,7 +20,7 @@ pub struct VolumePlugin;
 /// What the drawn lines were made for.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 struct VolumeLines {
-    volume: Option<Bounds>,
+    volume: Option<Volume>,
     model: Bounds,
     theme: Theme,
 }
@@ -52,7 +52,7 @@ fn show(
 ) {
     let environment = &world.0.environment;
     let wanted = world.0.document.view().layers.volume.then(|| VolumeLines {
-        volume: environment.volume.map(|volume| volume.bounds()),
+        volume: environment.volume,
         model: *environment.model.bounds(),
         theme: *theme,
     });
@@ -66,64 +66,61 @@ fn show(
     let mut edges = GizmoAsset::default();
     let mut brackets = GizmoAsset::default();
     if let Some(volume) = wanted.volume {
-        let color = palette::VOLUME.color_alpha(EDGE_ALPHA);
-        for [a, b] in edges_mm(&volume) {
-            edges.line(convert::point(&a), convert::point(&b), color);
-            for (corner, other) in [(a, b), (b, a)] {
-                let end = corner + (other - corner) * BRACKET_SHARE;
-                let color = palette::VOLUME.color_alpha(BRACKET_ALPHA);
-                brackets.line(convert::point(&corner), convert::point(&end), color);
+        let outline = volume.outline();
+        for (asset, lines, alpha) in [
+            (&mut edges, &outline.lines, EDGE_ALPHA),
+            (&mut brackets, &outline.brackets, BRACKET_ALPHA),
+        ] {
+            let color = palette::VOLUME.color_alpha(alpha);
+            for line in lines {
+                asset.linestrip(points(line), color);
             }
         }
     }
     let mut model = GizmoAsset::default();
-    if wanted.volume != Some(wanted.model) {
-        for [a, b] in edges_mm(&wanted.model) {
-            let color = palette::MODEL_BOX.color_alpha(BOX_ALPHA);
-            model.line(convert::point(&a), convert::point(&b), color);
+    if wanted
+        .volume
+        .is_none_or(|volume| !is_same_box(&volume, &wanted.model))
+    {
+        let color = palette::MODEL_BOX.color_alpha(BOX_ALPHA);
+        for line in Outline::of_box(&wanted.model).lines {
+            model.linestrip(points(&line), color);
         }
     }
-    let lines = |gizmo, width| Gizmo {
+    let lines = |gizmo, width, style| Gizmo {
         handle: gizmo,
-        line_config: GizmoLineConfig { width, ..default() },
+        line_config: GizmoLineConfig {
+            width,
+            style,
+            ..default()
+        },
         ..default()
+    };
+    let dashed = GizmoLineStyle::Dashed {
+        gap_scale: 5.0,
+        line_scale: 7.0,
     };
     commands
         .spawn((
             Name::new("measurement volume"),
             wanted,
-            lines(gizmos.add(edges), 1.2),
+            lines(gizmos.add(edges), 1.2, GizmoLineStyle::Solid),
             Visibility::default(),
         ))
         .with_children(|parent| {
-            parent.spawn((VolumePart, lines(gizmos.add(brackets), 2.6)));
-            parent.spawn((VolumePart, lines(gizmos.add(model), 1.0)));
+            parent.spawn((
+                VolumePart,
+                lines(gizmos.add(brackets), 2.6, GizmoLineStyle::Solid),
+            ));
+            parent.spawn((VolumePart, lines(gizmos.add(model), 1.2, dashed)));
         });
 }
 
-/// The twelve edges of a box.
-fn edges_mm(bounds: &Bounds) -> Vec<[Point3<f64>; 2]> {
-    let corners = bounds.corners_mm();
-    (0..8usize)
-        .flat_map(|i| {
-            [1, 2, 4]
-                .into_iter()
-                .filter(move |bit| i & bit == 0)
-                .map(move |bit| [i, i | bit])
-        })
-        .map(|[i, j]| [corners[i], corners[j]])
-        .collect()
+fn points(line: &[Point3<f64>]) -> impl Iterator<Item = Vec3> {
+    line.iter().map(convert::point)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_box_has_twelve_edges_along_its_axes() {
-        let edges = edges_mm(&Bounds::from(([0.0; 3], [1.0, 2.0, 3.0])));
-        assert_eq!(edges.len(), 12);
-        let total: f64 = edges.iter().map(|[a, b]| (b - a).norm()).sum();
-        assert_eq!(total, 4.0 * (1.0 + 2.0 + 3.0));
-    }
+/// Whether the volume's outline is that of the model's box, which is then not drawn a second time.
+fn is_same_box(volume: &Volume, model: &Bounds) -> bool {
+    volume.excess_mm().is_none() && volume.bounds() == *model
 }

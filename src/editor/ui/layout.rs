@@ -6,6 +6,7 @@ use super::dialogs::Dialogs;
 use super::field::{comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui, worth_ui};
 use super::history_ui::history_ui;
 use super::inspector::{InspectorView, inspector_ui};
+use super::layer_settings::LayerFigures;
 use super::mesh_ui::{MeshView, mesh_ui};
 use super::outliner::{OutlinerView, outliner_ui};
 use super::result::{ResultView, brief_result_ui, headline, result_ui};
@@ -19,18 +20,20 @@ use super::timeline_ui::trial_words;
 use super::top_bar::{TopBarView, top_bar_ui};
 use super::{PanelAction, theme};
 use crate::design::{Design, View};
+use crate::editor::camera::OrbitRig;
 use crate::editor::commands::{Command, RunCommand};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
 use crate::editor::drops::HoveringFiles;
 use crate::editor::field::samples::SampleScale;
 use crate::editor::field::{FieldDesk, FieldRequest};
+use crate::editor::layers::ColorBars;
 use crate::editor::meshes::{MeshLoading, MeshRequest};
 use crate::editor::palette::Theme;
 use crate::editor::precision::PrecisionRequest;
 use crate::editor::recent::RecentDesigns;
 use crate::editor::state::{
-    ActiveDrag, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, Presentation, Results,
-    Selected, Selection, ViewRequest, ViewportRect, Workspace,
+    ActiveDrag, ColorBar, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld,
+    Presentation, Results, Selected, Selection, ViewRequest, ViewportRect, Workspace,
 };
 use crate::editor::study::{LogJob, ShownDesign, Side, StudyDesk, StudyRequest};
 use crate::field::Environment;
@@ -154,6 +157,8 @@ struct Shown<'w> {
     sample_scale: Res<'w, SampleScale>,
     generation: Res<'w, WorldGeneration>,
     loading: Res<'w, MeshLoading>,
+    rig: Option<Res<'w, OrbitRig>>,
+    color_bars: Option<Res<'w, ColorBars>>,
 }
 
 /// Where what the person asked for goes.
@@ -358,9 +363,9 @@ impl Desk<'_> {
                     hovered: self.hovered,
                     is_available: self.is_available,
                     pose: self.shown.results.pose.as_ref().map(|p| &p.value),
+                    layers: self.layer_figures(),
                 },
             ));
-            self.slice_ui(ui, actions);
             ui.add_space(8.0);
         });
     }
@@ -373,9 +378,22 @@ impl Desk<'_> {
                     view: self.view(),
                     bounds: *self.environment().model.bounds(),
                     has_support: self.environment().support.is_some(),
-                    max_mm: self.shown.results.slice.as_ref().map(|s| s.value.max),
+                    max: self.layer_figures().slice_max,
+                    camera: self.layer_figures().camera,
                 },
             ));
+        }
+    }
+
+    fn layer_figures(&self) -> LayerFigures {
+        let bars = self.shown.color_bars.as_deref();
+        let largest = |bar: &Option<ColorBar>| bar.as_ref().map(|bar| bar.largest);
+        LayerFigures {
+            camera: self.shown.rig.as_ref().map(|rig| rig.camera),
+            slice_max: self.shown.results.slice.as_ref().map(|s| s.value.max),
+            arrows_max_mm: bars.and_then(|bars| largest(&bars.arrows)),
+            placement_max_mm: bars.and_then(|bars| largest(&bars.placement)),
+            is_sensor_selected: self.selection.sensors().is_some(),
         }
     }
 

@@ -11,6 +11,7 @@ pub mod field;
 pub mod folder;
 pub mod history_ui;
 pub mod inspector;
+pub mod layer_settings;
 mod layout;
 pub mod mesh_ui;
 pub mod motion_ui;

@@ -1,6 +1,9 @@
 //! What is in the design: bodies with their sensors and tips, the room, the layers.
 
 use super::PanelAction;
+use super::layer_settings::{
+    LayerFigures, Settings, layer_settings_ui, switch_ui as layer_switch_ui,
+};
 use super::sensor_ui::{IsAvailable, sensor_menu_ui};
 use super::switch::{SWITCH_WIDTH, Switch, switch_ui};
 use super::theme;
@@ -24,6 +27,7 @@ pub struct OutlinerView<'a> {
     pub is_available: IsAvailable<'a>,
     /// Says which sensors are outside the box or the volume.
     pub pose: Option<&'a PoseDetail>,
+    pub layers: LayerFigures,
 }
 
 /// Draws bodies, room and layers.
@@ -48,7 +52,7 @@ pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<PanelAction> {
     section_ui(ui, "Room");
     room_ui(ui, outliner.environment);
     section_ui(ui, "Layers");
-    layers_ui(ui, outliner.view, &mut actions);
+    layers_ui(ui, outliner, &mut actions);
     actions
 }
 
@@ -219,26 +223,34 @@ fn room_ui(ui: &mut Ui, environment: &Environment) {
         ..Row::default()
     };
     row_ui(ui, &row);
-    ui.indent("room", |ui| match &environment.provenance {
-        None => {
-            quiet_ui(ui, "ideal, never measured");
+    ui.indent("room", |ui| {
+        if let Some(volume) = &environment.volume {
+            quiet_ui(ui, volume.name());
         }
-        Some(from) => {
-            quiet_ui(ui, counted(from.samples, "sample", "samples"));
-            if let Some(holdout) = &from.holdout {
-                quiet_ui(
-                    ui,
-                    format!("held-out error {}", length(holdout.after.position_rms_mm)),
-                );
+        match &environment.provenance {
+            None => {
+                quiet_ui(ui, "ideal, never measured");
+            }
+            Some(from) => {
+                quiet_ui(ui, counted(from.samples, "sample", "samples"));
+                if let Some(holdout) = &from.holdout {
+                    quiet_ui(
+                        ui,
+                        format!("held-out error {}", length(holdout.after.position_rms_mm)),
+                    );
+                }
             }
         }
     });
 }
 
+/// The layer that only a room which knows its own reach has.
+const MODEL_SUPPORT: &str = "Model support";
+
 /// A layer's name and where its switch is.
 type Layer = (&'static str, fn(&mut Layers) -> &mut bool);
 
-const LAYERS: [Layer; 13] = [
+const LAYERS: [Layer; 15] = [
     ("Volume", |l| &mut l.volume),
     ("Field generator", |l| &mut l.generator),
     ("Ground grid", |l| &mut l.grid),
@@ -246,20 +258,27 @@ const LAYERS: [Layer; 13] = [
     ("Sensor errors", |l| &mut l.sensor_errors),
     ("Tip error", |l| &mut l.tip_error),
     ("Ghost", |l| &mut l.ghost),
+    ("Range of motion", |l| &mut l.motion),
     ("Tip scatter", |l| &mut l.tip_scatter),
     ("Error slice", |l| &mut l.slice),
     ("Field arrows", |l| &mut l.arrows),
     ("Sensor placement", |l| &mut l.placement),
     ("Usable region", |l| &mut l.region),
+    (MODEL_SUPPORT, |l| &mut l.support),
     ("Labels", |l| &mut l.labels),
 ];
 
-fn layers_ui(ui: &mut Ui, view: &View, actions: &mut Vec<PanelAction>) {
+fn layers_ui(ui: &mut Ui, outliner: &OutlinerView, actions: &mut Vec<PanelAction>) {
+    let (view, environment) = (outliner.view, outliner.environment);
     for (name, switch) in LAYERS {
         let mut layers = view.layers;
+        let why_not = match name {
+            MODEL_SUPPORT if environment.support.is_none() => Some(super::slice_ui::NO_SUPPORT),
+            _ => None,
+        };
         ui.horizontal(|ui| {
             ui.add_space(6.0);
-            if ui.checkbox(switch(&mut layers), name).changed() {
+            if layer_switch_ui(ui, switch(&mut layers), name, why_not) {
                 let view = View {
                     layers,
                     ..view.clone()
@@ -267,5 +286,13 @@ fn layers_ui(ui: &mut Ui, view: &View, actions: &mut Vec<PanelAction>) {
                 actions.push(PanelAction::View(ViewRequest::Set(view)));
             }
         });
+        let settings = match name {
+            "Error slice" => Settings::Slice,
+            "Field arrows" => Settings::Arrows,
+            "Sensor placement" => Settings::Placement,
+            _ => continue,
+        };
+        let figures = &outliner.layers;
+        actions.extend(layer_settings_ui(ui, settings, view, environment, figures));
     }
 }

@@ -200,6 +200,33 @@ impl Support {
         }
     }
 
+    /// Leverage of a pose as a sample against the greatest of the fitted samples, the largest such
+    /// share over the directions that it weighs. Infinite outside the box, and where the fit leaves
+    /// the pose undetermined.
+    pub fn leverage_share(&self, position_mm: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> f64 {
+        if !self.bounds.contains(position_mm) {
+            return f64::INFINITY;
+        }
+        let parts = &self.parts;
+        let (basis, weighed) = self.placed(&self.bounds.clamp(position_mm), axis);
+        let mut most = 0.0_f64;
+        self.each_leverage(&basis, &weighed, |system, leverage, undetermined| {
+            let is_determined =
+                undetermined <= parts.greatest_undetermined[system].max(NULL_TOLERANCE);
+            let share = match leverage > 0.0 {
+                true => leverage / parts.greatest_leverage[system],
+                false => 0.0,
+            };
+            most = most.max(if is_determined { share } else { f64::INFINITY });
+        });
+        most
+    }
+
+    /// As [`SupportAt::is_supported`], without the other figures, which cost more.
+    pub fn is_supported(&self, position_mm: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> bool {
+        self.leverage_share(position_mm, axis) <= 1.0 + LEVERAGE_SLACK
+    }
+
     /// What the forms are evaluated with.
     fn placed(&self, at: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> (FormBasis, Weighed) {
         let weights = self.directions.weights(axis, self.weighting);

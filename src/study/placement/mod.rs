@@ -182,6 +182,16 @@ struct Found {
 }
 
 impl PlacementOutcome {
+    /// Between candidates, each with what it counts for: of the vertices of a triangle, as the body
+    /// is painted. `None` where one of them that counts has no value.
+    pub fn between(&self, candidates: [usize; 3], weights: [f64; 3]) -> Option<f64> {
+        let parts = candidates.into_iter().zip(weights);
+        parts
+            .filter(|(_, weight)| *weight != 0.0)
+            .map(|(candidate, weight)| Some(weight * self.places.get(candidate)?.tip_rms_mm?))
+            .sum()
+    }
+
     /// The smallest and the largest value.
     pub fn range_mm(&self) -> Option<[f64; 2]> {
         let values = self.places.iter().filter_map(|p| p.tip_rms_mm);

@@ -72,6 +72,49 @@ fn a_fully_computed_place_is_the_study_with_the_sensor_moved_there() {
 }
 
 #[test]
+fn a_value_between_vertices_is_that_of_the_triangle_that_a_ray_hits() {
+    let world = store::open_builtin("pointer-on-head").unwrap();
+    let mesh = world.mesh(BodyRole::Tool).unwrap();
+    let surface = crate::geometry::surface::Surface::new(mesh).unwrap();
+    // A field that is linear in space is its own interpolation on every triangle.
+    let linear = |p: &Point3<f64>| 100.0 + 0.3 * p.x - 0.2 * p.y + 0.01 * p.z;
+    let mut outcome = PlacementOutcome {
+        places: vertices(mesh)
+            .iter()
+            .map(|vertex| Placement {
+                tip_rms_mm: Some(linear(&vertex.position_mm)),
+                basis: Basis::Full,
+                is_outside: false,
+            })
+            .collect(),
+        full: 0,
+        trials: 1,
+        is_final: true,
+        work: Work::default(),
+    };
+    let mut hits = 0;
+    for (i, vertex) in vertices(mesh).iter().enumerate().step_by(97) {
+        // From outside, a little beside the vertex.
+        let beside = nalgebra::Vector3::new(0.11, 0.07, 0.13) * (i % 3) as f64;
+        let ray = crate::geometry::surface::Ray {
+            origin_mm: vertex.position_mm + vertex.normal.into_inner() * 30.0 + beside,
+            direction: -vertex.normal,
+        };
+        let (Some(hit), Some(point)) = (surface.hit(&ray), surface.cast(&ray)) else {
+            continue;
+        };
+        let value = outcome.between(hit.corners, hit.weights).unwrap();
+        assert!((value - linear(&point.position_mm)).abs() < 1e-9, "{value}");
+        assert!((ray.at(hit.distance_mm) - point.position_mm).norm() < 1e-9);
+        hits += 1;
+    }
+    assert!(hits > 50, "{hits}");
+    outcome.places[0].tip_rms_mm = None;
+    assert_eq!(outcome.between([0, 1, 2], [0.2, 0.3, 0.5]), None);
+    assert!(outcome.between([0, 1, 2], [0.0, 0.5, 0.5]).is_some());
+}
+
+#[test]
 fn places_between_are_nearly_as_good_as_full_ones_and_say_how_good() {
     let (scenario, all) = built_in("shaver-on-head", PlacedBody::Tool);
     // Where the axis stays, values are smooth along the surface; where it follows the normal, some

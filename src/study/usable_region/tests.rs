@@ -212,6 +212,50 @@ fn where_all_trials_are_left_out_nothing_is_usable() {
     assert!(region.share.values.iter().any(|share| share.is_infinite()));
 }
 
+/// The room of [`scenario`] with another box, so that a tracker's own volume fits into it.
+fn large(min_mm: [f64; 3], max_mm: [f64; 3], volume: Volume, limit_mm: f64) -> Scenario {
+    let mut scenario = slope(limit_mm);
+    let environment = Arc::make_mut(&mut scenario.environment);
+    let old = &environment.model;
+    let model = DistortionModel::new(
+        old.order(),
+        DirectionSet::One,
+        Weighting::Area,
+        MapKind::Distortion,
+        Bounds::from((min_mm, max_mm)),
+        old.coefficients().to_vec(),
+    );
+    environment.model = model.unwrap();
+    environment.volume = Some(volume);
+    scenario
+}
+
+#[test]
+fn a_region_of_a_dome_is_a_part_of_the_dome_and_not_of_the_box_around_it() {
+    // The error grows from 0 to 4 mm along x; with the tip at x = 0 the sensor is in the middle.
+    let [min, max] = [[-590.0, -600.0, -700.0], [610.0, 600.0, 0.0]];
+    let dome = |limit_mm| large(min, max, Volume::AuroraDome, limit_mm);
+    let half = region(&dome(2.0), [25, 25, 25]);
+    // The lattice's tetrahedra are not those of its mirror image, so its dome is not quite even.
+    assert!((half.fraction - 0.5).abs() < 5e-4, "{}", half.fraction);
+    let whole_cm3 = Volume::AuroraDome.volume_mm3() / 1e3;
+    assert!((half.volume_cm3 - half.fraction * whole_cm3).abs() < 1e-9 * whole_cm3);
+    let dome_itself = Volume::AuroraDome.excess_mm().unwrap();
+    for p in &half.surface.positions_mm {
+        assert!(p.x.abs() < 1e-9, "{p}");
+        // Between lattice points 40 mm apart the dome's chords lie within it.
+        assert!(dome_itself(p) < 1e-9, "{p}");
+    }
+    let cut = Bounds::around(half.surface.positions_mm.iter().copied()).unwrap();
+    assert!(cut.max_mm.y > 478.0 && cut.min_mm.y < -478.0, "{cut:?}");
+    // Points that no cell of the dome has are not looked at.
+    assert!(half.work.region_evaluations < 15 * 25 * 25 * 25 / 16);
+    let all = region(&dome(4.1), [7, 6, 5]);
+    assert_eq!(all.fraction, 1.0);
+    assert!((all.volume_cm3 - whole_cm3).abs() < 1e-9 * whole_cm3);
+    assert!(all.surface.triangles.is_empty());
+}
+
 #[test]
 fn without_a_requirement_there_is_no_region() {
     let mut scenario = slope(1.0);

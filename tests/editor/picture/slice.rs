@@ -8,6 +8,7 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use trackwright::design::BodyRole;
 use trackwright::design::view::{CameraView, ColorMap, Quantity, SliceAxis, SliceView};
 use trackwright::editor::solve::slice_plan;
+use trackwright::geometry::colormap::{NO_VALUE_LINE_SRGB, NO_VALUE_SRGB};
 use trackwright::geometry::orbit::OrbitCamera;
 use trackwright::store::{self, World};
 
@@ -37,6 +38,7 @@ fn slice() -> SliceView {
         // Between the camera and all bodies.
         axis: SliceAxis::X,
         position_mm: 150.0,
+        free: None,
         sensor_axis: [0.6, 0.0, 0.8],
         range_mm: Some(RANGE_MM),
         color_map: ColorMap::Viridis,
@@ -49,6 +51,15 @@ fn camera() -> OrbitCamera {
         distance_mm: 1000.0,
         azimuth_rad: 0.15,
         elevation_rad: 0.1,
+    }
+}
+
+fn camera_view(camera: &OrbitCamera) -> CameraView {
+    CameraView {
+        focus_mm: camera.focus_mm.coords.into(),
+        distance_mm: camera.distance_mm,
+        azimuth_rad: camera.azimuth_rad,
+        elevation_rad: camera.elevation_rad,
     }
 }
 
@@ -138,13 +149,7 @@ fn five_pixels_of_the_slice_have_the_colours_of_what_distort_gives_there() {
     let copy = Copied::new("pointer-on-head");
     copy.look(|view| {
         view.slice = slice();
-        let camera = camera();
-        view.camera = Some(CameraView {
-            focus_mm: camera.focus_mm.coords.into(),
-            distance_mm: camera.distance_mm,
-            azimuth_rad: camera.azimuth_rad,
-            elevation_rad: camera.elevation_rad,
-        });
+        view.camera = Some(camera_view(&camera()));
     });
     let world = store::open_design(&copy.design).unwrap();
     let points = seen(&world);
@@ -168,4 +173,79 @@ fn five_pixels_of_the_slice_have_the_colours_of_what_distort_gives_there() {
     }
     colors.dedup();
     assert_eq!(colors.len(), POINTS, "points of the same colour show less");
+}
+
+#[test]
+fn a_slice_that_faces_the_view_is_hatched_where_it_leaves_the_box_and_nowhere_else() {
+    let copy = Copied::new("pointer-on-head");
+    let oblique = OrbitCamera {
+        // In front of all bodies.
+        focus_mm: Point3::new(130.0, 110.0, -390.0),
+        distance_mm: 1000.0,
+        azimuth_rad: 0.75,
+        elevation_rad: 0.5,
+    };
+    let bounds = {
+        let world = store::open_design(&copy.design).unwrap();
+        *world.environment.model.bounds()
+    };
+    let mut wanted = slice();
+    wanted.face(&oblique, &bounds);
+    copy.look(|view| {
+        view.slice = wanted;
+        view.camera = Some(camera_view(&oblique));
+    });
+    let world = store::open_design(&copy.design).unwrap();
+    let plan = slice_plan(&world.environment, &wanted);
+    let size = format!("{}x{}", SIZE[0], SIZE[1]);
+    let picture = render(&copy, &size, &["--layers", "slice"]);
+    let sensors: Vec<[f64; 2]> = BodyRole::ALL
+        .into_iter()
+        .filter_map(|role| {
+            let design = world.document.design();
+            Some((design.body(role)?, design.tracker_from_body(role)?))
+        })
+        .flat_map(|(body, pose)| {
+            let sensors = body.rigid.sensors.iter();
+            sensors.map(move |s| pose * s.position_in_body)
+        })
+        .filter_map(|point| oblique.project(&point, SIZE.map(f64::from)))
+        .collect();
+    let grey = |color: [u8; 3]| {
+        (0..3).all(|k| {
+            let ends = [NO_VALUE_SRGB[k], NO_VALUE_LINE_SRGB[k]];
+            (ends[0] - 3..=ends[1] + 3).contains(&color[k])
+        })
+    };
+    let (mut inside, mut plain, mut lines) = (0, 0, 0);
+    for u in 1..plan.counts[0] - 1 {
+        for v in 1..plan.counts[1] - 1 {
+            let at = plan.point_mm(u, v);
+            let Some([x, y]) = oblique.project(&at, SIZE.map(f64::from)) else {
+                continue;
+            };
+            let is_free = (0.2..0.75).contains(&(x / f64::from(SIZE[0])))
+                && (0.2..0.75).contains(&(y / f64::from(SIZE[1])))
+                && sensors
+                    .iter()
+                    .all(|s| (s[0] - x).hypot(s[1] - y) > SENSOR_PX);
+            // Neighbours that are told otherwise make a pixel of both.
+            let around = [(-1, -1), (-1, 1), (1, -1), (1, 1)].map(|(i, j)| {
+                let place = |at: usize, by: isize| at.wrapping_add_signed(by);
+                bounds.contains(&plan.point_mm(place(u, i), place(v, j)))
+            });
+            if !is_free || around.iter().any(|inside| *inside != around[0]) {
+                continue;
+            }
+            let color = picture.at([x as usize, y as usize]);
+            assert_eq!(grey(color), !around[0], "{color:?} at {x:.0} {y:.0}");
+            match around[0] {
+                true => inside += 1,
+                false if is_near(color, NO_VALUE_SRGB, 6) => plain += 1,
+                false => lines += 1,
+            }
+        }
+    }
+    assert!(inside > 200, "{inside} inside");
+    assert!(lines > 20 && plain > lines, "{plain} grey, {lines} lines");
 }

@@ -19,8 +19,19 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// each other within this on a machine that paints two a second.
 const REST: Duration = Duration::from_millis(600);
 
-/// Windows share the processors and a person has one pair of hands: one after the other.
+/// Windows share the processors and a person has one pair of hands: one after the other, or those
+/// of one test.
 static TURN: Mutex<()> = Mutex::new(());
+
+/// A test's turn to have windows.
+pub struct Turn(#[expect(dead_code, reason = "held, not read")] MutexGuard<'static, ()>);
+
+impl Turn {
+    pub fn wait() -> Self {
+        // A test that failed with a window open says nothing about the next one.
+        Self(TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner()))
+    }
+}
 
 /// A running editor. Ends with its test.
 pub struct Window {
@@ -31,7 +42,8 @@ pub struct Window {
     /// Recovery files and the like are this window's own.
     _state: Option<tempfile::TempDir>,
     id: String,
-    _turn: MutexGuard<'static, ()>,
+    /// `None` where the test keeps its turn itself.
+    _turn: Option<Turn>,
 }
 
 /// A figure as the result panel shows it, with its unit.
@@ -48,8 +60,14 @@ impl Window {
 
     /// Opens a design in a session that finds what others left in a state folder.
     pub fn open_with_state(design: &Path, state: &Path) -> Self {
-        // A test that failed with a window open says nothing about the next one.
-        let turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let turn = Turn::wait();
+        let mut window = Self::open_beside(&turn, design, state);
+        window._turn = Some(turn);
+        window
+    }
+
+    /// The same, beside other windows of a test whose turn it is.
+    pub fn open_beside(_: &Turn, design: &Path, state: &Path) -> Self {
         let screen = Screen::start();
         let mut program = trackwright(&["--explain", &text(design)])
             .env("DISPLAY", &screen.name)
@@ -76,7 +94,7 @@ impl Window {
             screen,
             _state: None,
             id: String::new(),
-            _turn: turn,
+            _turn: None,
         };
         window.wait_for("its first figures", |told| {
             told.iter().any(|line| line.starts_with("result "))
@@ -173,6 +191,16 @@ impl Window {
     pub fn write(&mut self, text: &str) {
         self.xdotool(&["type", "--delay", "30", text]);
         self.settle();
+    }
+
+    /// Quits as a person does, and waits until the program has ended well.
+    pub fn close(mut self) {
+        self.xdotool(&["keydown", "ctrl"]);
+        self.settle();
+        // Nobody hears the key let go.
+        self.xdotool(&["key", "q"]);
+        let status = self.program.wait().unwrap();
+        assert!(status.success(), "{status:?}; {}", self.newest());
     }
 
     /// What is on the screen once it has stopped changing.

@@ -9,6 +9,7 @@ use nalgebra::Point3;
 use trackwright::design::BodyRole;
 use trackwright::editor::state::{Selected, Selection};
 use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
+use trackwright::editor::ui::layer_settings::LayerFigures;
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::theme;
 use trackwright::geometry::orbit::OrbitCamera;
@@ -61,6 +62,7 @@ pub fn in_outliner(world: &World, label: &str) -> [f64; 2] {
             hovered: None,
             is_available: &|_| true,
             pose: None,
+            layers: LayerFigures::default(),
         };
         outliner_ui(ui, &outliner);
     });

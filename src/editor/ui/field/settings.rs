@@ -34,14 +34,14 @@ pub fn settings_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
         &mut settings.has_rolls,
         &[(false, "5-DOF, an axis"), (true, "6-DOF, a rotation")],
     );
+    let volumes: Vec<_> = std::iter::once((None, "not known"))
+        .chain(Volume::NAMED.map(|volume| (Some(volume), volume.name())))
+        .collect();
     choice_ui(
         ui,
         ("volume", "where the tracker promises to measure"),
         &mut settings.volume,
-        &[
-            (None, "not known"),
-            (Some(Volume::AuroraCube), "500\u{2009}mm cube"),
-        ],
+        &volumes,
     );
     jitter_ui(ui, &mut settings.jitter);
     if settings != before {

@@ -1,0 +1,98 @@
+//! The same field as a model of a higher order: Bernstein polynomials of order n are also ones of
+//! order n + 1 (degree elevation, exact but for rounding).
+
+use super::bernstein::MAX_ORDER;
+use super::model::{Coefficient, DistortionModel, ModelError};
+
+impl DistortionModel {
+    /// This field with the coefficients of a higher order; as it is at its own order or below.
+    ///
+    /// Along one axis, with `c_{-1}` and `c_{n+1}` counted as zero,
+    /// `c'_i = i / (n + 1) c_{i-1} + (1 - i / (n + 1)) c_i`; the three axes one after the other.
+    ///
+    /// # Errors
+    /// [`ModelError::Order`] beyond [`MAX_ORDER`]. A field without distortion stays of order 0.
+    pub fn elevated(&self, order: usize) -> Result<Self, ModelError> {
+        if order > MAX_ORDER {
+            return Err(ModelError::Order(order));
+        }
+        let mut now = self.order();
+        if now == 0 {
+            return Ok(self.clone());
+        }
+        let mut coefficients = self.coefficients().to_vec();
+        while now < order {
+            let n = now + 1;
+            // The last axis first: the axes behind one set how far apart its values lie, and those
+            // have one value more each once they are done.
+            for stride in [1, n + 1, (n + 1) * (n + 1)] {
+                coefficients = along_axis(&coefficients, n, stride);
+            }
+            now += 1;
+        }
+        Self::new(
+            now,
+            self.directions(),
+            self.weighting(),
+            self.map(),
+            *self.bounds(),
+            coefficients,
+        )
+    }
+}
+
+/// Elevates the axis whose `n` values lie `stride` apart.
+fn along_axis(coefficients: &[Coefficient], n: usize, stride: usize) -> Vec<Coefficient> {
+    let mut elevated = Vec::with_capacity(coefficients.len() / n * (n + 1));
+    for block in coefficients.chunks_exact(n * stride) {
+        for i in 0..=n {
+            let part = i as f64 / n as f64;
+            for k in 0..stride {
+                let value = |i: usize| block.get(i * stride + k).copied().unwrap_or([0.0; 6]);
+                let before = if i == 0 { [0.0; 6] } else { value(i - 1) };
+                let here = value(i);
+                elevated.push(std::array::from_fn(|c| {
+                    part * before[c] + (1.0 - part) * here[c]
+                }));
+            }
+        }
+    }
+    elevated
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::OutsidePolicy;
+    use crate::store;
+    use nalgebra::{Point3, Unit, Vector3};
+
+    #[test]
+    fn a_field_of_a_higher_order_is_the_same_field() {
+        let room = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+        let model = &room.environment.model;
+        let [low, high] = [model.bounds().min_mm, model.bounds().max_mm];
+        for order in model.order()..=6 {
+            let elevated = model.elevated(order).unwrap();
+            assert_eq!(elevated.order(), order);
+            for k in 0..50 {
+                let part = |step: f64| (f64::from(k) * step).fract();
+                let at = Point3::from(Vector3::new(part(0.31), part(0.57), part(0.83)))
+                    .coords
+                    .component_mul(&(high - low));
+                let axis = Unit::new_normalize(Vector3::new(part(0.7) - 0.5, part(0.9) - 0.5, 0.4));
+                let of = |model: &DistortionModel| {
+                    let error = model
+                        .evaluate(&(low + at), &axis, OutsidePolicy::Clamp)
+                        .error;
+                    (error.position_mm, error.rotation_rad)
+                };
+                let (before, after) = (of(model), of(&elevated));
+                // Averages of coefficients of a few millimetres: a few units in the last place.
+                assert!((before.0 - after.0).norm() < 1e-13);
+                assert!((before.1 - after.1).norm() < 1e-15);
+            }
+        }
+        assert_eq!(model.elevated(13), Err(ModelError::Order(13)));
+    }
+}

@@ -1,0 +1,190 @@
+//! Where in its box a model may be believed: the surface within which a sensor turned one way finds
+//! field that the samples support.
+//!
+//! The scalar is [`Support::leverage_share`]: the leverage of the pose against the greatest of the
+//! samples, so 1 is where the model begins to extrapolate. The surface ends on the faces of the box,
+//! as the model does.
+
+use crate::field::{Environment, Support};
+use crate::geometry::bounds::Bounds;
+use crate::geometry::isosurface::{Isosurface, ScalarLattice};
+use crate::task::{Cancelled, Task};
+use nalgebra::{Unit, Vector3};
+use rayon::prelude::*;
+
+/// Lattice points that one core does before it looks whether anyone still wants them.
+const PIECE: usize = 512;
+
+/// Where the field is supported.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SupportedRegion {
+    /// Axis of the sensor that was asked for, tracker frame.
+    pub axis: Unit<Vector3<f64>>,
+    /// Where the field ceases to be supported within the box, tracker frame; open where supported field
+    /// reaches the box's faces.
+    pub surface: Isosurface,
+    pub volume_cm3: f64,
+    /// Of the model's box, 0 to 1.
+    pub fraction: f64,
+    /// Poses that were looked up.
+    pub evaluations: u64,
+}
+
+/// Why there is no region.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SupportedRegionError {
+    #[error("the environment {0:?} does not say where its model may be believed")]
+    NoSupport(String),
+    #[error("{count} points along an axis, expected at least 2")]
+    Count { count: usize },
+    #[error("cancelled")]
+    Cancelled,
+}
+
+impl From<Cancelled> for SupportedRegionError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+/// The region where a sensor along `axis` (tracker frame) finds supported field, from a lattice of
+/// `count` points along each side of the model's box. The result does not depend on the number of
+/// threads.
+///
+/// # Errors
+/// See [`SupportedRegionError`].
+pub fn supported_region(
+    environment: &Environment,
+    axis: &Unit<Vector3<f64>>,
+    count: usize,
+    task: &Task,
+) -> Result<SupportedRegion, SupportedRegionError> {
+    let no_support = || SupportedRegionError::NoSupport(environment.name.clone());
+    let support = environment.support.as_ref().ok_or_else(no_support)?;
+    if count < 2 {
+        return Err(SupportedRegionError::Count { count });
+    }
+    let own = *environment.model.bounds();
+    let share = shares(support, &own, axis, count, task)?;
+    let surface = share.isosurface(1.0);
+    let whole_mm3 = own.size_mm().product();
+    Ok(SupportedRegion {
+        axis: *axis,
+        volume_cm3: surface.volume_mm3 / 1e3,
+        fraction: match whole_mm3 > 0.0 {
+            true => (surface.volume_mm3 / whole_mm3).min(1.0),
+            false => 0.0,
+        },
+        surface,
+        evaluations: count.pow(3) as u64,
+    })
+}
+
+/// The scalar over the box.
+fn shares(
+    support: &Support,
+    bounds: &Bounds,
+    axis: &Unit<Vector3<f64>>,
+    count: usize,
+    task: &Task,
+) -> Result<ScalarLattice, Cancelled> {
+    let mut lattice = ScalarLattice {
+        bounds: *bounds,
+        counts: [count; 3],
+        values: Vec::new(),
+    };
+    let points = count.pow(3);
+    let starts: Vec<usize> = (0..points).step_by(PIECE).collect();
+    let pieces: Result<Vec<Vec<f64>>, Cancelled> = starts
+        .into_par_iter()
+        .map(|start| {
+            if task.cancel.is_cancelled() {
+                return Err(Cancelled);
+            }
+            let of_piece = (start..(start + PIECE).min(points)).map(|place| {
+                let at = lattice.point_mm(lattice.index(place));
+                support.leverage_share(&at, axis)
+            });
+            Ok(of_piece.collect())
+        })
+        .collect();
+    lattice.values = pieces?.concat();
+    Ok(lattice)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store;
+
+    fn room() -> std::sync::Arc<Environment> {
+        let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+        std::sync::Arc::clone(&world.environment)
+    }
+
+    fn region(environment: &Environment) -> SupportedRegion {
+        let axis = Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8));
+        supported_region(environment, &axis, 17, &Task::default()).unwrap()
+    }
+
+    #[test]
+    fn the_region_holds_as_much_of_the_box_as_points_drawn_in_it_are_supported() {
+        let room = room();
+        let found = region(&room);
+        let support = room.support.as_ref().unwrap();
+        let own = *room.model.bounds();
+        // Halton points: 2,000 of them tell a share to about 1 %.
+        let halton = |mut i: usize, base: usize| {
+            let (mut part, mut value) = (1.0, 0.0);
+            while i > 0 {
+                part /= base as f64;
+                value += part * (i % base) as f64;
+                i /= base;
+            }
+            value
+        };
+        let points = 2000;
+        let supported = (1..=points)
+            .filter(|&i| {
+                let unit = Vector3::new(halton(i, 2), halton(i, 3), halton(i, 5));
+                let at = own.min_mm + own.size_mm().component_mul(&unit);
+                support.is_supported(&at, &found.axis)
+            })
+            .count();
+        let share = supported as f64 / points as f64;
+        // Beside that the surface is linear between points a sixteenth of the box apart.
+        assert!(
+            (found.fraction - share).abs() < 0.03,
+            "{} {share}",
+            found.fraction
+        );
+        assert!((0.05..=1.0).contains(&found.fraction), "{}", found.fraction);
+        assert_eq!(found.evaluations, 17 * 17 * 17);
+    }
+
+    #[test]
+    fn on_the_surface_a_pose_has_as_much_leverage_as_any_sample() {
+        let room = room();
+        let found = region(&room);
+        let support = room.support.as_ref().unwrap();
+        let positions = &found.surface.positions_mm;
+        assert!(positions.len() > 100, "{}", positions.len());
+        let mut shares: Vec<f64> = positions
+            .iter()
+            .map(|at| support.leverage_share(&room.model.bounds().clamp(at), &found.axis))
+            .collect();
+        shares.sort_by(f64::total_cmp);
+        // Linear between points a sixteenth of the box apart, while leverage grows with a power.
+        let (low, high) = (shares[shares.len() / 20], shares[shares.len() * 19 / 20]);
+        assert!(low > 0.8 && high < 1.1, "{low} {high}");
+    }
+
+    #[test]
+    fn a_room_that_says_nothing_has_none_and_says_so() {
+        let mut room = (*room()).clone();
+        room.support = None;
+        let none = supported_region(&room, &Vector3::z_axis(), 9, &Task::default());
+        let message = none.unwrap_err().to_string();
+        assert!(message.contains("does not say where"), "{message}");
+    }
+}

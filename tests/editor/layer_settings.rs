@@ -1,0 +1,165 @@
+//! What is set of a layer below its switch.
+
+use super::support::{design, environment};
+use bevy_egui::egui;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use std::cell::RefCell;
+use trackwright::design::view::{AxisRule, Quantity, View};
+use trackwright::editor::state::{Selection, ViewRequest};
+use trackwright::editor::ui::PanelAction;
+use trackwright::editor::ui::layer_settings::LayerFigures;
+use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
+use trackwright::editor::ui::theme;
+use trackwright::field::Environment;
+use trackwright::geometry::orbit::OrbitCamera;
+use trackwright::store;
+
+fn camera() -> OrbitCamera {
+    OrbitCamera {
+        focus_mm: nalgebra::Point3::new(0.0, 0.0, -300.0),
+        distance_mm: 900.0,
+        azimuth_rad: 0.6,
+        elevation_rad: 0.3,
+    }
+}
+
+/// The views that the outliner asked for while it was used, as narrow as in the window.
+fn asked(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<View> {
+    let (design, selection) = (design(), Selection::default());
+    let asked = RefCell::new(Vec::new());
+    let mut harness = Harness::builder()
+        .with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 1400.0))
+        .build_ui(|ui| {
+            theme::apply(ui.ctx());
+            let actions = outliner_ui(
+                ui,
+                &OutlinerView {
+                    design: &design,
+                    environment: room,
+                    view,
+                    selection: &selection,
+                    hovered: None,
+                    is_available: &|_| true,
+                    pose: None,
+                    layers: LayerFigures {
+                        camera: Some(camera()),
+                        slice_max: Some(2.347),
+                        ..LayerFigures::default()
+                    },
+                },
+            );
+            asked.borrow_mut().extend(actions);
+            assert!(
+                ui.min_rect().width() <= theme::LEFT_WIDTH - 16.0,
+                "wider than the panel: {}",
+                ui.min_rect().width()
+            );
+        });
+    harness.run_steps(2);
+    act(&mut harness);
+    harness.run_steps(3);
+    drop(harness);
+    let views = asked.into_inner().into_iter().map(|action| match action {
+        PanelAction::View(ViewRequest::Set(view)) => view,
+        other => panic!("{other:?}"),
+    });
+    views.collect()
+}
+
+fn with(change: impl FnOnce(&mut View)) -> View {
+    let mut view = View::default();
+    view.layers.slice = false;
+    change(&mut view);
+    view
+}
+
+#[test]
+fn a_layer_that_is_off_shows_no_settings() {
+    let views = asked(&with(|_| ()), &environment(), |harness| {
+        for label in ["per side", "turned", "colours", "shows"] {
+            assert!(harness.query_by_label(label).is_none(), "{label}");
+        }
+    });
+    assert_eq!(views, []);
+}
+
+#[test]
+fn arrows_are_of_a_sensor_along_an_axis_or_of_the_tool() {
+    let view = with(|view| view.layers.arrows = true);
+    let room = environment();
+    let views = asked(&view, &room, |harness| {
+        harness.get_by_label("the tool's").click();
+    });
+    assert!(views.len() == 1 && views[0].arrows.of_tool, "{views:?}");
+    let views = asked(&view, &room, |harness| harness.get_by_label("x").click());
+    assert_eq!(views[0].slice.sensor_axis, [1.0, 0.0, 0.0]);
+    // Of the tool no axis is chosen.
+    asked(&views_of_tool(&view), &room, |harness| {
+        assert!(harness.query_by_label("sensor along").is_none());
+    });
+}
+
+fn views_of_tool(view: &View) -> View {
+    let mut view = view.clone();
+    view.arrows.of_tool = true;
+    view
+}
+
+#[test]
+fn placement_says_how_the_sensor_is_turned_and_asks_for_one() {
+    let view = with(|view| view.layers.placement = true);
+    let views = asked(&view, &environment(), |harness| {
+        harness.get_by_label("select a sensor");
+        let chosen = view.placement_rule.name();
+        harness.get_by_value(chosen).click();
+        harness.run_steps(3);
+        harness.get_by_label(AxisRule::Tangent.name()).click();
+    });
+    assert_eq!(views[0].placement_rule, AxisRule::Tangent);
+}
+
+#[test]
+fn the_slice_faces_the_view_when_asked_and_an_axis_takes_that_back() {
+    let view = with(|view| view.layers.slice = true);
+    let room = environment();
+    let views = asked(&view, &room, |harness| {
+        harness.get_by_label("the view").click();
+    });
+    let mut wanted = view.slice;
+    wanted.face(&camera(), room.model.bounds());
+    assert_eq!(views[0].slice, wanted);
+    assert_eq!(views[0].check(), Ok(()));
+    let views = asked(&views[0], &room, |harness| {
+        let axes: Vec<_> = harness.get_all_by_label("z").collect();
+        axes[0].click();
+    });
+    assert_eq!(views[0].slice, view.slice);
+}
+
+#[test]
+fn a_range_that_is_fixed_begins_at_the_largest_value_in_the_quantity_s_unit() {
+    let view = with(|view| {
+        view.layers.slice = true;
+        view.slice.quantity = Quantity::GradientMmPerMm;
+    });
+    let views = asked(&view, &environment(), |harness| {
+        harness.get_by_label("automatic").click();
+    });
+    // Four decimals, so that the number is what is shown.
+    let range = views[0].slice.range_mm.unwrap();
+    assert!((range - 2.347).abs() < 1e-12, "{range}");
+    asked(&views[0], &environment(), |harness| {
+        harness.get_by_value("2.3470\u{2009}mm/mm");
+    });
+}
+
+#[test]
+fn model_support_can_be_turned_on_only_where_the_room_knows_its_reach() {
+    let view = with(|_| ());
+    let click = |harness: &mut Harness| harness.get_by_label("Model support").click();
+    assert_eq!(asked(&view, &environment(), click), []);
+    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let views = asked(&view, &world.environment, click);
+    assert!(views.len() == 1 && views[0].layers.support);
+}

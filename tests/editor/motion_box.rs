@@ -1,0 +1,165 @@
+//! The range of motion in the scene: its lines, and its balls under the pointer.
+
+use super::hand::Hand;
+use super::support::{named, settle};
+use bevy::picking::pointer::PointerButton;
+use bevy::prelude::*;
+use nalgebra::{Point3, UnitQuaternion};
+use trackwright::design::{BodyRole, Design, Edit};
+use trackwright::editor::camera::OrbitRig;
+use trackwright::editor::motion::MotionBall;
+use trackwright::editor::state::{
+    ActiveDrag, DragReadout, EditRequest, OpenWorld, Selected, Selection, ViewRequest, ViewportRect,
+};
+use trackwright::study::motion_outline::{HandlePath, MotionHandle, RangeEnd};
+
+/// The axes of the built-in design, each with the same ranges.
+const SHIFT_STEP_MM: f64 = 20.0;
+const TURN_STEP_DEG: f64 = 15.0;
+
+const LINES: &str = "range of motion";
+const BALL: &str = "motion handle";
+
+fn handles(hand: &mut Hand) -> Vec<MotionHandle> {
+    let world = hand.app.world_mut();
+    let mut balls = world.query::<&MotionBall>();
+    balls.iter(world).map(|ball| ball.0).collect()
+}
+
+fn pixel(hand: &Hand, point_mm: &Point3<f64>) -> Vec2 {
+    let (rig, view) = (hand.resource::<OrbitRig>(), hand.resource::<ViewportRect>());
+    let [x, y] = rig.camera.project(point_mm, rig.view_px).unwrap();
+    view.min + Vec2::new(x as f32, y as f32)
+}
+
+/// Where a handle is once its value is so much larger.
+fn ahead(handle: &MotionHandle, by: f64) -> Point3<f64> {
+    match handle.path {
+        HandlePath::Line(along) => handle.at_mm + along.into_inner() * by,
+        HandlePath::Circle { center_mm, axis } => {
+            let turn = UnitQuaternion::from_axis_angle(&axis, by.to_radians());
+            center_mm + turn * (handle.at_mm - center_mm)
+        }
+    }
+}
+
+/// Of the shifts or the turns, the upper end that moves most on the screen, and the pixels from it
+/// to where its value is so much larger.
+fn upper_end(hand: &mut Hand, axes: std::ops::Range<usize>, by: f64) -> (MotionHandle, Vec2, Vec2) {
+    handles(hand)
+        .into_iter()
+        .filter(|h| axes.contains(&h.axis) && h.end == RangeEnd::Max)
+        .map(|h| {
+            let from = pixel(hand, &h.at_mm);
+            (h, from, pixel(hand, &ahead(&h, by)) - from)
+        })
+        .max_by(|a, b| a.2.length().total_cmp(&b.2.length()))
+        .unwrap()
+}
+
+fn with_upper_end(before: &Design, axis: usize, by: f64) -> Design {
+    let motion = before.motion.unwrap();
+    let mut range = motion.axes()[axis].1.unwrap();
+    range.max += by;
+    Design {
+        motion: Some(motion.with_axis(axis, Some(range))),
+        ..before.clone()
+    }
+}
+
+fn trials(design: &Design) -> usize {
+    let grid = design.motion.unwrap().grid(&design.tool.crf_from_tool);
+    grid.unwrap().trials()
+}
+
+#[test]
+fn a_ball_dragged_by_pixels_moves_its_end_of_its_axis_in_one_undo_step() {
+    for (axes, step, counts) in [(0..3, SHIFT_STEP_MM, (3, 4)), (3..6, TURN_STEP_DEG, (5, 6))] {
+        let mut hand = Hand::new();
+        let before = hand.design();
+        let (handle, at, by) = upper_end(&mut hand, axes, 1.1 * step);
+        hand.drag(at, by, PointerButton::Primary);
+        assert_eq!(*hand.resource::<ActiveDrag>(), ActiveDrag(true));
+        let said = hand.resource::<DragReadout>().0.clone().unwrap().text;
+        assert!(said.contains(" to +") && said.ends_with(" poses"), "{said}");
+        hand.release(at + by, PointerButton::Primary);
+        assert_eq!(hand.design(), with_upper_end(&before, handle.axis, step));
+        assert_eq!(
+            trials(&hand.design()) * counts.0,
+            trials(&before) * counts.1
+        );
+        // The ball went along.
+        settle(&mut hand.app);
+        let mut now = handles(&mut hand).into_iter();
+        let now = now.find(|h| (h.axis, h.end) == (handle.axis, handle.end));
+        let expected = ahead(&handle, step);
+        assert!((now.unwrap().at_mm - expected).norm() < 1e-9);
+        assert_eq!(*hand.resource::<ActiveDrag>(), ActiveDrag(false));
+        assert_eq!(hand.resource::<DragReadout>().0, None);
+        assert_eq!(hand.undo_label().as_deref(), Some("Set range of motion"));
+        hand.request(EditRequest::Undo);
+        assert_eq!(hand.design(), before);
+        assert_eq!(hand.undo_label(), None);
+    }
+}
+
+#[test]
+fn with_control_an_end_is_rounded_to_a_millimetre() {
+    let mut hand = Hand::new();
+    let before = hand.design();
+    let (handle, at, by) = upper_end(&mut hand, 0..3, 7.2);
+    hand.hold(KeyCode::ControlLeft);
+    hand.drag(at, by, PointerButton::Primary);
+    hand.release(at + by, PointerButton::Primary);
+    assert_eq!(hand.design(), with_upper_end(&before, handle.axis, 7.0));
+}
+
+#[test]
+fn escape_leaves_the_motion_as_it_was_to_the_bit() {
+    let mut hand = Hand::new();
+    let before = hand.design();
+    let (_, at, by) = upper_end(&mut hand, 0..3, 2.2 * SHIFT_STEP_MM);
+    hand.drag(at, by, PointerButton::Primary);
+    assert_ne!(hand.design(), before);
+    hand.escape();
+    assert_eq!(hand.design(), before);
+    hand.move_to(at + by * 2.0);
+    hand.app.update();
+    hand.release(at + by * 2.0, PointerButton::Primary);
+    assert_eq!(hand.design(), before);
+    assert_eq!(hand.undo_label(), None);
+}
+
+#[test]
+fn a_click_and_a_press_that_hardly_moves_change_and_select_nothing() {
+    let mut hand = Hand::new();
+    let before = hand.design();
+    let (_, at, _) = upper_end(&mut hand, 0..3, SHIFT_STEP_MM);
+    hand.click(at);
+    assert_eq!(hand.resource::<Selection>().primary(), None);
+    hand.drag(at, Vec2::splat(1.5), PointerButton::Primary);
+    hand.release(at + Vec2::splat(1.5), PointerButton::Primary);
+    assert_eq!((hand.design(), hand.undo_label()), (before, None));
+}
+
+#[test]
+fn nothing_is_there_without_the_layer_or_without_a_motion_and_no_balls_beside_a_selection() {
+    let mut hand = Hand::new();
+    let there = |hand: &mut Hand| (named(&mut hand.app, LINES), named(&mut hand.app, BALL));
+    assert_eq!(there(&mut hand), (1, 12));
+    hand.select(Some(Selected::Body(BodyRole::Tool)));
+    assert_eq!(there(&mut hand), (1, 0));
+    hand.select(None);
+    let on = hand.resource::<OpenWorld>().0.document.view().clone();
+    let mut off = on.clone();
+    off.layers.motion = false;
+    hand.app.world_mut().write_message(ViewRequest::Set(off));
+    settle(&mut hand.app);
+    assert_eq!(there(&mut hand), (0, 0));
+    hand.app.world_mut().write_message(ViewRequest::Set(on));
+    settle(&mut hand.app);
+    assert_eq!(there(&mut hand), (1, 12));
+    hand.request(EditRequest::Apply(Edit::SetMotion(None)));
+    settle(&mut hand.app);
+    assert_eq!(there(&mut hand), (0, 0));
+}
