@@ -5,6 +5,7 @@ use super::camera::SceneTarget;
 use super::diagnostics::{Explain, ExplainLine};
 use super::egui_camera::EguiTarget;
 use super::lost_device::Failure;
+use super::preferences::Recalled;
 use super::preflight::BACKENDS;
 use super::recent::RecentDesigns;
 use super::state::{OpenWorld, Presentation, ViewportRect};
@@ -21,7 +22,7 @@ use bevy::render::RenderPlugin;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::settings::{RenderCreation, WgpuSettings};
-use bevy::window::{ExitCondition, WindowResolution};
+use bevy::window::{ExitCondition, PrimaryWindow, WindowResolution};
 use bevy::winit::{UpdateMode, WinitPlugin, WinitSettings};
 use bevy_egui::EguiPlugin;
 use std::time::Duration;
@@ -51,7 +52,11 @@ pub fn edit(world: World, explain: Option<ExplainLine>) -> Result<(), EditorErro
         Origin::File(file) => Some(file.clone()),
         Origin::BuiltIn(_) => None,
     };
-    run(window(world, WINDOW_SIZE, |app| {
+    let recalled = store::state_folder().map(Recalled::in_folder);
+    let left = recalled.as_ref().map(|recalled| &recalled.preferences);
+    let size = left.and_then(|left| left.window).unwrap_or(WINDOW_SIZE);
+    let is_maximised = left.is_some_and(|left| left.is_maximised);
+    run(window(world, size, |app| {
         if let Some(folder) = store::recovery_folder() {
             app.insert_resource(RecoveryFolder(folder));
         }
@@ -61,6 +66,12 @@ pub fn edit(world: World, explain: Option<ExplainLine>) -> Result<(), EditorErro
                 recent.remember(&file);
             }
             app.insert_resource(recent);
+        }
+        if let Some(recalled) = recalled {
+            app.insert_resource(recalled);
+        }
+        if is_maximised {
+            app.add_systems(Startup, maximise);
         }
         if let Some(line) = explain {
             app.insert_resource(Explain(line));
@@ -120,6 +131,12 @@ pub(super) fn window(
     prepare(&mut app);
     add_editor(&mut app, world, Presentation::default());
     app
+}
+
+fn maximise(window: Option<Single<&mut Window, With<PrimaryWindow>>>) {
+    if let Some(mut window) = window {
+        window.set_maximized(true);
+    }
 }
 
 /// An app without a window that paints into an image, to be driven by hand.
@@ -202,7 +219,7 @@ fn log() -> LogPlugin {
     LogPlugin {
         level: Level::WARN,
         // Drivers and window systems say more than anyone can act on.
-        filter: "wgpu=error,naga=error,winit=error,bevy_winit=error,bevy_render::renderer=error,calloop=error"
+        filter: "wgpu=error,naga=error,winit=error,bevy_winit=error,bevy_render::renderer=error,calloop=error,rfd=off"
             .to_owned(),
         ..default()
     }

@@ -81,7 +81,12 @@ impl Plugin for AutosavePlugin {
 }
 
 fn refusal(error: &StoreError) -> Notice {
-    Notice::Refused(format!("Unsaved changes are not kept for a crash: {error}"))
+    Notice::Refused(not_kept(error))
+}
+
+/// What happened and what to do.
+fn not_kept(cause: &dyn std::fmt::Display) -> String {
+    format!("Unsaved changes are not kept for a crash, so save often: {cause}")
 }
 
 fn start(folder: &Path, waker: Waker) -> Result<(Autosave, Vec<Leftover>), StoreError> {
@@ -206,9 +211,7 @@ fn hear(autosave: Res<Autosave>, mut notice: ResMut<Notice>) {
         .lock()
         .unwrap_or_else(PoisonError::into_inner);
     if let Some(problem) = problems.try_iter().last() {
-        *notice = Notice::Refused(format!(
-            "Unsaved changes are not kept for a crash: {problem}"
-        ));
+        *notice = Notice::Refused(not_kept(&problem));
     }
 }
 

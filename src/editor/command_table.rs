@@ -28,6 +28,13 @@ const fn info(
 /// All commands, in the order of menus.
 pub const COMMANDS: &[CommandInfo] = &[
     info(
+        Command::New,
+        Group::File,
+        "New design…",
+        &[Keys::control("n")],
+        "Begins a design with a plain tool in the built-in room",
+    ),
+    info(
         Command::Open,
         Group::File,
         "Open…",
@@ -68,6 +75,13 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Use the fitted room…",
         &[],
         "Saves the room that was fitted last and puts the design into it",
+    ),
+    info(
+        Command::LoadMesh,
+        Group::File,
+        "Load mesh…",
+        &[],
+        "Gives the selected body, or the tool, another shape: glTF, STL or OBJ",
     ),
     info(
         Command::Quit,
@@ -383,6 +397,31 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Light or dark",
         &[],
         "Dark for a dim room, light for daylight and for paper",
+    ),
+    info(
+        Command::LargerInterface,
+        Group::View,
+        "Larger interface",
+        &[
+            Keys::control("+"),
+            Keys::control("="),
+            Keys::control_shift("+"),
+        ],
+        "Makes everything that is written larger",
+    ),
+    info(
+        Command::SmallerInterface,
+        Group::View,
+        "Smaller interface",
+        &[Keys::control("-")],
+        "Makes everything that is written smaller",
+    ),
+    info(
+        Command::PlainInterface,
+        Group::View,
+        "Interface at its own size",
+        &[Keys::control("0")],
+        "Makes everything that is written as large as the program has it",
     ),
     info(
         Command::ShowPalette,

@@ -5,9 +5,11 @@ pub use super::command_table::COMMANDS;
 use super::field::{FieldRequest, RoomToSave, TableRole};
 use super::gizmo::GizmoAxes;
 pub use super::keys::Keys;
+use super::meshes::{MeshRequest, body_of_selection};
 use super::palette::Theme;
 use super::pick::Surfaces;
 use super::precision::PrecisionRequest;
+use super::preferences::InterfaceScale;
 use super::sensor_commands::SensorCommand;
 use super::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, Selection, ViewRequest,
@@ -37,9 +39,12 @@ pub struct RunCommand(pub Command);
 /// What can be asked for by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Command {
+    New,
     Open,
     Save,
     SaveAs,
+    /// For the selected body, else the tool.
+    LoadMesh,
     Quit,
     Undo,
     Redo,
@@ -58,6 +63,9 @@ pub enum Command {
     ToggleRight,
     ToggleHistory,
     ToggleTheme,
+    LargerInterface,
+    SmallerInterface,
+    PlainInterface,
     OpenMeasurements(TableRole),
     FitRoom,
     UseRoom,
@@ -164,6 +172,7 @@ impl Plugin for CommandsPlugin {
             .init_resource::<PanelsShown>()
             .init_resource::<Workspace>()
             .init_resource::<Theme>()
+            .init_resource::<InterfaceScale>()
             .init_resource::<CommandPages>()
             .init_resource::<RowPage>()
             .init_resource::<Selection>()
@@ -176,6 +185,7 @@ impl Plugin for CommandsPlugin {
             .add_message::<PrecisionRequest>()
             .add_message::<StudyRequest>()
             .add_message::<FieldRequest>()
+            .add_message::<MeshRequest>()
             .add_message::<RequestRedraw>()
             .add_systems(
                 Update,
@@ -212,6 +222,8 @@ struct Asked<'w> {
     precision: MessageWriter<'w, PrecisionRequest>,
     study: MessageWriter<'w, StudyRequest>,
     fields: MessageWriter<'w, FieldRequest>,
+    meshes: MessageWriter<'w, MeshRequest>,
+    scale: ResMut<'w, InterfaceScale>,
     panels: ResMut<'w, PanelsShown>,
     theme: ResMut<'w, Theme>,
     workspace: ResMut<'w, Workspace>,
@@ -242,9 +254,14 @@ fn run_commands(
 impl Asked<'_> {
     fn run(&mut self, command: Command, world: Option<&OpenWorld>) {
         match command {
+            Command::New => self.file(FileRequest::ShowNew),
             Command::Open => self.file(FileRequest::ShowOpen),
             Command::Save => self.file(FileRequest::Save),
             Command::SaveAs => self.file(FileRequest::ShowSaveAs),
+            Command::LoadMesh => {
+                let body = body_of_selection(&self.selection);
+                self.meshes.write(MeshRequest::ShowLoad(body));
+            }
             Command::Quit => self.file(FileRequest::Quit),
             Command::Undo => self.edit(EditRequest::Undo),
             Command::Redo => self.edit(EditRequest::Redo),
@@ -280,6 +297,9 @@ impl Asked<'_> {
                 *self.theme = self.theme.other();
                 self.theme.apply();
             }
+            Command::LargerInterface => self.scale.step(1),
+            Command::SmallerInterface => self.scale.step(-1),
+            Command::PlainInterface => *self.scale = InterfaceScale::default(),
             Command::ShowWorkspace(workspace) => {
                 self.workspace.set_if_neq(workspace);
             }

@@ -137,6 +137,11 @@ fn dialog_line(dialog: Option<&Dialog>) -> String {
         Some(Dialog::WhichTable { .. }) => "which table",
         Some(Dialog::SaveRoom { .. }) => "save room",
         Some(Dialog::ReplaceRoom { .. }) => "replace room",
+        Some(Dialog::New) => "new",
+        Some(Dialog::Mesh { .. }) => "load mesh",
+        Some(Dialog::WhichBody { .. }) => "which body",
+        Some(Dialog::MeshUnit { .. }) => "mesh unit",
+        Some(Dialog::NotSaved { text }) => return format!("dialog not saved: {text}"),
         Some(Dialog::Error { title, text }) => return format!("dialog error {title}: {text}"),
     };
     format!("dialog {what}")

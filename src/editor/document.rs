@@ -8,7 +8,7 @@ use super::state::{
 };
 use super::ui::dialogs::{Dialog, Dialogs};
 use crate::design::{Design, Edit, Origin};
-use crate::store::{self, SaveReport, StoreError};
+use crate::store::{self, SaveReport, Starter, StoreError};
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowCloseRequested, WindowFocused};
 use std::path::{Path, PathBuf};
@@ -220,10 +220,21 @@ fn apply_files(mut requests: MessageReader<FileRequest>, mut desk: Desk) {
 
 impl Desk<'_> {
     fn answer(&mut self, request: FileRequest) {
+        // Whoever asks for something else no longer waits for a save to be done.
+        let goes_on = matches!(
+            request,
+            FileRequest::SaveAs(_) | FileRequest::SaveShared(_) | FileRequest::SaveOver
+        );
+        if !goes_on {
+            self.after_save.0 = None;
+        }
         match request {
-            FileRequest::ShowOpen
+            FileRequest::ShowNew
+            | FileRequest::New(_)
+            | FileRequest::ShowOpen
             | FileRequest::Open(_)
             | FileRequest::OpenBuiltIn(_)
+            | FileRequest::Reload
             | FileRequest::Quit
                 if self.is_dirty() =>
             {
@@ -241,7 +252,6 @@ impl Desk<'_> {
             FileRequest::SaveAs(path) => self.save_as(&path),
             FileRequest::Recover => self.recover(),
             FileRequest::DropLeftover => self.drop_leftover(),
-            FileRequest::Reload => self.reload(),
             FileRequest::KeepMine => self.accept_changes(),
             FileRequest::SaveOver => {
                 self.accept_changes();
@@ -254,6 +264,9 @@ impl Desk<'_> {
     /// Does what loses the open document, which was saved or given up.
     fn go_on(&mut self, request: FileRequest) {
         match request {
+            FileRequest::ShowNew => self.dialogs.show(Dialog::New),
+            FileRequest::New(starter) => self.open(store::open_builtin(starter.name())),
+            FileRequest::Reload => self.reload(),
             FileRequest::ShowOpen => {
                 let folder = self.folder();
                 self.dialogs.show(Dialog::open(folder));
@@ -382,8 +395,7 @@ impl Desk<'_> {
             }
             Err(error) => {
                 self.after_save.0 = None;
-                self.dialogs
-                    .show(Dialog::error("The design cannot be saved", &error));
+                self.dialogs.show(Dialog::not_saved(&error));
             }
         }
     }
@@ -443,6 +455,9 @@ pub fn default_file_name(origin: &Origin) -> String {
             .file_name()
             .map(|n| n.to_string_lossy().into_owned())
             .unwrap_or_default(),
+        Origin::BuiltIn(_) if Starter::of(origin).is_some() => {
+            format!("untitled{DESIGN_EXTENSION}")
+        }
         Origin::BuiltIn(name) => format!("{name}{DESIGN_EXTENSION}"),
     }
 }
@@ -463,6 +478,7 @@ fn with_extension(path: &Path) -> PathBuf {
 /// What a person calls the file that a document came from.
 pub fn file_name(origin: &Origin) -> String {
     match origin {
+        Origin::BuiltIn(_) if Starter::of(origin).is_some() => "untitled".to_owned(),
         Origin::BuiltIn(name) => format!("{name} (built in)"),
         Origin::File(path) => path.file_name().map_or_else(
             || path.display().to_string(),

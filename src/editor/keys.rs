@@ -1,6 +1,6 @@
 //! Keys with their modifiers, and how people write them.
 
-/// A key with its modifiers. Keys are letters in lower case, digits, `escape`, `delete`,
+/// A key with its modifiers. Keys are letters in lower case, digits, signs, `escape`, `delete`,
 /// `space`, `left`, `right`, `home`, or `f1` to `f12`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Keys {

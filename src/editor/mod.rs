@@ -10,6 +10,7 @@ pub mod convert;
 pub mod diagnostics;
 pub mod document;
 pub mod drag;
+pub mod drops;
 pub mod egui_camera;
 pub mod field;
 pub mod fine_pointer;
@@ -22,6 +23,7 @@ pub mod light_drawing;
 pub mod lost_device;
 pub mod materials;
 pub mod measure;
+pub mod meshes;
 pub mod motion;
 pub mod overlay;
 pub mod palette;
@@ -29,6 +31,7 @@ pub mod pick;
 pub mod picture;
 pub mod pointer_hint;
 pub mod precision;
+pub mod preferences;
 pub mod preflight;
 pub mod probe;
 pub mod recent;
@@ -42,6 +45,7 @@ pub mod solve;
 pub mod solver;
 pub mod state;
 pub mod study;
+pub mod system_dialog;
 pub mod tool;
 pub mod ui;
 pub mod wake;
@@ -60,6 +64,10 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`study::StudyPlugin`] | the Study workspace: modes, trials shown and played, the log |
 /// | [`precision::PrecisionPlugin`] | error against run time, measured when asked for |
 /// | [`field::FieldPlugin`] | rooms from measurements |
+/// | [`meshes::MeshesPlugin`] | meshes for bodies |
+/// | [`drops::DropsPlugin`] | files dropped onto the window |
+/// | [`system_dialog::SystemDialogPlugin`] | the system's own file dialog |
+/// | [`preferences::PreferencesPlugin`] | window and layout as they were left |
 /// | [`field::samples::SamplesPlugin`] | the measurements in the scene |
 /// | [`camera::CameraPlugin`] | the 3D camera and its gestures |
 /// | [`pick::PickPlugin`] | what is under the pointer |
@@ -97,6 +105,10 @@ impl PluginGroup for EditorPlugins {
             .add(precision::PrecisionPlugin)
             .add(field::FieldPlugin)
             .add(field::samples::SamplesPlugin)
+            .add(meshes::MeshesPlugin)
+            .add(drops::DropsPlugin)
+            .add(system_dialog::SystemDialogPlugin)
+            .add(preferences::PreferencesPlugin)
             .add(camera::CameraPlugin)
             .add(pick::PickPlugin)
             .add(drag::DragPlugin)

@@ -9,7 +9,7 @@ use super::study::{ModeKind, ShownPlugin};
 use crate::design::view::{ColorMap, View};
 use crate::design::{BodyRole, Edit};
 pub use crate::geometry::orbit::Axis;
-use crate::store::World as StoreWorld;
+use crate::store::{Starter, World as StoreWorld};
 use crate::study::{ChartedProfile, Outcome, PoseDetail, SliceOutcome};
 use bevy::prelude::*;
 use std::path::PathBuf;
@@ -78,6 +78,10 @@ pub enum ViewRequest {
 /// Asks for work with files; what may lose something asks the person first.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum FileRequest {
+    /// Shows what a new design can begin as.
+    ShowNew,
+    /// Opens a new design that was never saved.
+    New(Starter),
     /// Shows the dialog that chooses a file to open.
     ShowOpen,
     Open(PathBuf),

@@ -13,6 +13,7 @@ pub mod measurements;
 pub mod mesh;
 pub mod number;
 pub mod poses;
+pub mod preferences_file;
 pub mod recent_file;
 pub mod recovery_file;
 mod ron_text;

@@ -60,6 +60,44 @@ impl UnitSuggestion {
     pub fn factor(&self) -> f64 {
         self.unit.mm_per_unit() / self.read_in.mm_per_unit()
     }
+
+    /// Every unit that the file may be in, with the longest side that makes, in millimetres: the
+    /// suggested one first, then those with a name.
+    pub fn choices(&self) -> Vec<(MeshUnit, f64)> {
+        let units = self.found_mm / self.read_in.mm_per_unit();
+        let others = MeshUnit::NAMED.into_iter().chain([self.read_in]);
+        let mut choices = vec![(self.unit, self.suggested_mm)];
+        for unit in others {
+            if choices.iter().all(|(known, _)| *known != unit) {
+                choices.push((unit, units * unit.mm_per_unit()));
+            }
+        }
+        choices
+    }
+}
+
+/// Something to be said of a mesh.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    pub text: String,
+    /// Whether somebody should do something about it.
+    pub is_fault: bool,
+}
+
+impl Finding {
+    fn fault(text: String) -> Self {
+        Self {
+            text,
+            is_fault: true,
+        }
+    }
+
+    fn fact(text: &str) -> Self {
+        Self {
+            text: text.to_owned(),
+            is_fault: false,
+        }
+    }
 }
 
 impl std::fmt::Display for UnitSuggestion {
@@ -126,11 +164,19 @@ impl MeshReport {
             let size = bounds.size_mm().map(figure);
             lines.push(format!("{} × {} × {} mm", size.x, size.y, size.z));
         }
+        lines.extend(self.findings().into_iter().map(|finding| finding.text));
+        lines
+    }
+
+    /// What is right and wrong with it, a sentence each.
+    pub fn findings(&self) -> Vec<Finding> {
+        let mut found = Vec::new();
         if self.is_closed() {
-            lines.push("Closed".to_owned());
+            found.push(Finding::fact("Closed"));
         } else if self.boundary_edges > 0 {
             let edges = counted(self.boundary_edges, "edge has", "edges have");
-            lines.push(format!("Open: {edges} a triangle on one side only"));
+            let text = format!("Open: {edges} a triangle on one side only");
+            found.push(Finding::fault(text));
         }
         let faults = [
             (
@@ -154,23 +200,25 @@ impl MeshReport {
         ];
         for (count, one, many, what) in faults {
             if count > 0 {
-                lines.push(format!("{} {what}", counted(count, one, many)));
+                let text = format!("{} {what}", counted(count, one, many));
+                found.push(Finding::fault(text));
             }
         }
         if self.triangles_left_out > 0 {
             let left_out = counted(self.triangles_left_out, "triangle was", "triangles were");
-            lines.push(format!(
+            found.push(Finding::fault(format!(
                 "{left_out} left out, with corners that are no numbers"
-            ));
+            )));
         }
         if self.is_inside_out {
-            lines.push("Inside out: its triangles face inward".to_owned());
+            let text = "Inside out: its triangles face inward".to_owned();
+            found.push(Finding::fault(text));
         }
         if self.normals_made {
-            lines.push("Without normals in the file; they were made".to_owned());
+            found.push(Finding::fact("Without normals in the file; they were made"));
         }
-        lines.extend(self.suggestion.map(|suggestion| suggestion.to_string()));
-        lines
+        found.extend(self.suggestion.map(|it| Finding::fault(it.to_string())));
+        found
     }
 }
 

@@ -3,6 +3,7 @@
 use super::error::StoreError;
 use super::place::Place;
 use super::read::read_mesh_at;
+use crate::design::Origin;
 use crate::geometry::mesh::SurfaceMesh;
 use std::path::{Path, PathBuf};
 
@@ -10,6 +11,33 @@ use std::path::{Path, PathBuf};
 pub const DEFAULT_BUILTIN: &str = "pointer-on-head";
 
 const NAMES: [&str; 3] = ["pointer-on-head", "shaver-on-head", "endoscope"];
+
+/// What a new design begins as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Starter {
+    Tool,
+    ToolOnCrf,
+}
+
+impl Starter {
+    pub const ALL: [Self; 2] = [Self::Tool, Self::ToolOnCrf];
+
+    /// Of the embedded design; none of [`builtin_names`].
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tool => "new-tool",
+            Self::ToolOnCrf => "new-tool-on-crf",
+        }
+    }
+
+    /// The starter that a document still is, if it is one: it has no name of its own yet.
+    pub fn of(origin: &Origin) -> Option<Self> {
+        match origin {
+            Origin::BuiltIn(name) => Self::ALL.into_iter().find(|it| it.name() == *name),
+            Origin::File(_) => None,
+        }
+    }
+}
 
 /// A file of the repository by its path there.
 macro_rules! embedded {
@@ -22,10 +50,14 @@ const FILES: &[(&str, &[u8])] = embedded![
     "designs/pointer-on-head.design.ron",
     "designs/shaver-on-head.design.ron",
     "designs/endoscope.design.ron",
+    "designs/new-tool.design.ron",
+    "designs/new-tool-on-crf.design.ron",
     "assets/bodies/pointer.body.ron",
     "assets/bodies/shaver.body.ron",
     "assets/bodies/endoscope.body.ron",
     "assets/bodies/head-crf.body.ron",
+    "assets/bodies/tool.body.ron",
+    "assets/bodies/crf.body.ron",
     "assets/environments/operating-table.env.ron",
     "assets/meshes/pointer.glb",
     "assets/meshes/shaver.glb",
@@ -71,6 +103,7 @@ pub(super) fn bytes(path: &Path) -> Option<&'static [u8]> {
 pub(super) fn design_file(name: &str) -> Result<(&'static str, PathBuf), StoreError> {
     let name = NAMES
         .into_iter()
+        .chain(Starter::ALL.map(Starter::name))
         .find(|n| *n == name)
         .ok_or_else(|| StoreError::NoSuchBuiltIn {
             name: name.to_owned(),
@@ -189,7 +222,7 @@ mod tests {
 
     #[test]
     fn each_design_opens_and_all_its_sensors_are_where_the_tracker_measures() {
-        for name in builtin_names() {
+        for name in builtin_names().chain(Starter::ALL.map(Starter::name)) {
             let world = open_builtin(name).unwrap();
             let scenario = resolve(world.document.design(), &world.environment);
             let outcome = run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap();

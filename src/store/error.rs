@@ -44,6 +44,16 @@ pub enum StoreError {
     InUse { file: PathBuf },
 }
 
+impl StoreError {
+    /// Whether a file is sound as far as anyone can tell, but of another version of the program.
+    pub fn is_other_version(&self) -> bool {
+        let Self::Format { cause, .. } = self else {
+            return false;
+        };
+        matches!(cause, FormatError::Field { field, .. } if field == "version")
+    }
+}
+
 /// An I/O error without its number.
 fn what_happened(error: &io::Error) -> String {
     match error.kind() {

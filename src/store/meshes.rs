@@ -2,14 +2,16 @@
 //! than demanded, as no number hangs on them.
 
 use super::error::StoreError;
+use super::mesh_shelf::{ReadMesh, WantedMesh};
 use super::open::{Reader, World, home};
 use super::place::{Place, absolute, relative};
 use super::write::folder_of;
 use crate::design::{BodyRole, Design, DesignBody, Origin};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::mesh_reference::MeshReference;
+use crate::geometry::mesh_report::MeshReport;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Why a body's mesh is not there; the design keeps its reference.
 #[derive(Clone, Debug)]
@@ -32,6 +34,8 @@ pub(super) struct BodyMesh {
     /// What it was read by; `None` where nobody looked yet.
     source: Option<Source>,
     pub(super) surface: Option<Arc<SurfaceMesh>>,
+    /// Made when it is first asked for.
+    report: OnceLock<Arc<MeshReport>>,
     cause: Option<Arc<StoreError>>,
 }
 
@@ -48,6 +52,16 @@ impl BodyMesh {
         Self {
             source: body.map(Source::of),
             surface,
+            ..Self::default()
+        }
+    }
+
+    /// A mesh that was read before.
+    pub(super) fn kept(body: &DesignBody, mesh: &ReadMesh) -> Self {
+        Self {
+            source: Some(Source::of(body)),
+            surface: Some(Arc::clone(&mesh.surface)),
+            report: Arc::clone(&mesh.report).into(),
             cause: None,
         }
     }
@@ -61,8 +75,18 @@ impl BodyMesh {
         Self {
             source: Some(Source::of(body)),
             surface,
+            report: OnceLock::new(),
             cause,
         }
+    }
+
+    /// What there is to say of the mesh.
+    pub(super) fn report(&self) -> Option<Arc<MeshReport>> {
+        let surface = self.surface.as_ref()?;
+        let report = self
+            .report
+            .get_or_init(|| Arc::new(MeshReport::of(surface)));
+        Some(Arc::clone(report))
     }
 
     /// States that the body refers to the same mesh by other words now.
@@ -128,9 +152,19 @@ fn read_meshes(world: &mut World, is_forced: bool) -> Result<bool, StoreError> {
         if has.source == body.map(Source::of) && !is_forced {
             continue;
         }
-        let mut now = body.map_or_else(BodyMesh::default, |body| {
-            BodyMesh::read(&mut reader, &file, body)
-        });
+        let kept = match body.and_then(|body| body.mesh.clone()) {
+            Some(mesh) if !is_forced => WantedMesh::of_reference(world, role, mesh)?,
+            _ => None,
+        };
+        let kept = kept.and_then(|wanted| world.shelf.find(&wanted));
+        let mut now = match (body, kept) {
+            (None, _) => BodyMesh::default(),
+            (Some(body), Some(kept)) => {
+                reader.stamps.extend(kept.stamps());
+                BodyMesh::kept(body, kept)
+            }
+            (Some(body), None) => BodyMesh::read(&mut reader, &file, body),
+        };
         if now.surface == has.surface {
             // Whoever made something of it need not make it again.
             now.surface.clone_from(&has.surface);

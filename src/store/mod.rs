@@ -4,9 +4,11 @@ mod builtin;
 mod error;
 mod lock;
 mod log;
+mod mesh_shelf;
 mod meshes;
 mod open;
 mod place;
+mod preferences;
 mod read;
 mod recent;
 mod recovery;
@@ -22,14 +24,16 @@ mod tests;
 mod watch;
 mod write;
 
-pub use builtin::{DEFAULT_BUILTIN, builtin_names, generator_mesh};
+pub use builtin::{DEFAULT_BUILTIN, Starter, builtin_names, generator_mesh};
 pub use error::StoreError;
 pub use log::{LogError, write_log};
+pub use mesh_shelf::{ReadMesh, WantedMesh};
 pub use meshes::{MeshProblem, mesh_reference_to, refresh_meshes, reload_meshes};
 pub use open::{
     World, open_builtin, open_builtin_without_meshes, open_design, open_design_without_meshes,
     refresh_environment,
 };
+pub use preferences::{read_preferences, write_preferences};
 pub use read::{
     read_calbody, read_calreadings, read_environment, read_groups, read_input, read_measurements,
     read_mesh, read_poses,

@@ -2,6 +2,7 @@
 
 use super::builtin;
 use super::error::StoreError;
+use super::mesh_shelf::{ReadMesh, Shelf};
 use super::meshes::{BodyMesh, MeshProblem, read_all};
 use super::place::Place;
 use super::read::read;
@@ -10,6 +11,7 @@ use crate::design::{BodyRole, Design, DesignBody, Document, Origin, View};
 use crate::field::Environment;
 use crate::formats::{FormatError, body, design_file, environment, mesh};
 use crate::geometry::mesh::SurfaceMesh;
+use crate::geometry::mesh_report::MeshReport;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,6 +22,7 @@ pub struct World {
     pub environment: Arc<Environment>,
     /// The tool's and the CRF's.
     meshes: [BodyMesh; 2],
+    pub(super) shelf: Shelf,
     /// The reference that `environment` was read by.
     environment_reference: String,
     /// What the files were when they were last read or written.
@@ -52,6 +55,7 @@ impl World {
             document,
             environment,
             meshes,
+            shelf: Shelf::default(),
             stamps: Stamps::default(),
         }
     }
@@ -59,6 +63,27 @@ impl World {
     /// The mesh of a body; `None` where it has none or it could not be read.
     pub fn mesh(&self, role: BodyRole) -> Option<&Arc<SurfaceMesh>> {
         self.body_mesh(role).surface.as_ref()
+    }
+
+    /// What there is to say of a body's mesh, made when it is first asked for.
+    pub fn mesh_report(&self, role: BodyRole) -> Option<Arc<MeshReport>> {
+        self.body_mesh(role).report()
+    }
+
+    /// Keeps a mesh at hand, for an edit that is going to name it. Where the body refers to it
+    /// already, as after its file was written anew, it is the body's from now on; whether it is.
+    pub fn keep_mesh(&mut self, mesh: ReadMesh) -> bool {
+        let role = mesh.wanted.body;
+        let design = self.document.shared_design();
+        let body = design
+            .body(role)
+            .filter(|body| body.mesh.as_ref() == Some(&mesh.wanted.reference));
+        if let Some(body) = body {
+            self.stamps.extend(mesh.stamps());
+            self.set_body_mesh(role, BodyMesh::kept(body, &mesh));
+        }
+        self.shelf.keep(mesh);
+        body.is_some()
     }
 
     /// The meshes that could not be read, and why.

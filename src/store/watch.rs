@@ -148,6 +148,11 @@ impl Stamps {
         }
     }
 
+    /// Whether a file was read and is what it was then.
+    pub(super) fn is_unchanged(&self, file: &Path) -> bool {
+        self.0.contains_key(&key(file)) && self.change_of(file).is_none()
+    }
+
     fn change_of(&self, file: &Path) -> Option<FileChange> {
         let stamp = self.0.get(&key(file))?;
         match differs(file, stamp) {

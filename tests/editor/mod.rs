@@ -1,21 +1,27 @@
 //! The editor: without a window, in pictures, and in a real window.
 
 mod autosave;
+mod bad_places;
 mod copied;
 mod document;
 mod drag;
+mod drops;
 mod field_layers;
 mod field_panels;
 mod field_workspace;
+mod file_dialogs;
 mod gizmo;
 mod hand;
 mod layer_settings;
+mod meshes;
 mod motion_box;
+mod new_design;
 mod overlay;
 mod panels;
 mod picture;
 mod pixels;
 mod precision_page;
+mod preferences;
 mod probe;
 mod sensor_panels;
 mod sensors;

@@ -18,6 +18,7 @@ pub mod work;
 
 use super::commands::CommandsSystems;
 use super::document::{Notice, WorldGeneration};
+use super::drops::is_table;
 use super::state::{EditRequest, EditorSystems, Workspace};
 use super::ui::dialogs::Dialogs;
 use super::wake::Waker;
@@ -111,8 +112,7 @@ impl Plugin for FieldPlugin {
     }
 }
 
-/// Files that are dropped onto the window while the workspace is shown; elsewhere they mean
-/// nothing here.
+/// Tables that are dropped onto the window while the workspace is shown.
 fn hear_drops(
     mut dropped: MessageReader<FileDragAndDrop>,
     workspace: Res<Workspace>,
@@ -122,12 +122,15 @@ fn hear_drops(
 ) {
     let is_shown = *workspace == Workspace::Field;
     for drop in dropped.read() {
-        let is_near = is_shown && matches!(drop, FileDragAndDrop::HoveredFile { .. });
+        let is_near = is_shown
+            && matches!(drop, FileDragAndDrop::HoveredFile { path_buf, .. } if is_table(path_buf));
         if desk.is_drop_near != is_near {
             desk.is_drop_near = is_near;
             redraw.write(RequestRedraw);
         }
-        if let (true, FileDragAndDrop::DroppedFile { path_buf, .. }) = (is_shown, drop) {
+        if let (true, FileDragAndDrop::DroppedFile { path_buf, .. }) = (is_shown, drop)
+            && is_table(path_buf)
+        {
             requests.write(FieldRequest::Drop(path_buf.clone()));
             redraw.write(RequestRedraw);
         }

@@ -3,6 +3,7 @@
 use super::desk::StudyDesk;
 use super::is_study_shown;
 use crate::editor::document::{Notice, file_folder};
+use crate::editor::drops::is_table;
 use crate::editor::state::{EditorSystems, FileRequest, OpenWorld};
 use crate::editor::ui::dialogs::{Dialog, Dialogs};
 use crate::editor::ui::widgets::counted;
@@ -37,7 +38,9 @@ fn read_dropped(
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
     for event in dropped.read() {
-        if let FileDragAndDrop::DroppedFile { path_buf, .. } = event {
+        if let FileDragAndDrop::DroppedFile { path_buf, .. } = event
+            && is_table(path_buf)
+        {
             files.write(FileRequest::ReadInput(path_buf.clone()));
             redraw.write(RequestRedraw);
         }

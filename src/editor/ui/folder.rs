@@ -28,11 +28,12 @@ impl Entry {
     }
 }
 
-/// Folders first, then files whose names end so, each by name; hidden ones are left out.
+/// Folders first, then files whose names end in one of these, in any case; each by name, and hidden
+/// ones are left out.
 ///
 /// # Errors
 /// The system's, in words that name the folder.
-pub fn list(folder: &Path, extension: &str) -> Result<Vec<Entry>, String> {
+pub fn list(folder: &Path, extensions: &[&str]) -> Result<Vec<Entry>, String> {
     let found =
         std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut entries: Vec<Entry> = found
@@ -45,7 +46,9 @@ pub fn list(folder: &Path, extension: &str) -> Result<Vec<Entry>, String> {
             if entry.path().is_dir() {
                 Some(Entry::Folder(name))
             } else {
-                name.ends_with(extension).then_some(Entry::File(name))
+                let lower = name.to_lowercase();
+                let is_wanted = extensions.iter().any(|end| lower.ends_with(end));
+                is_wanted.then_some(Entry::File(name))
             }
         })
         .collect();
@@ -67,14 +70,14 @@ mod tests {
             std::fs::write(folder.path().join(name), "").unwrap();
         }
         std::fs::create_dir(folder.path().join("rooms")).unwrap();
-        let entries = list(folder.path(), ".design.ron").unwrap();
+        let entries = list(folder.path(), &[".design.ron"]).unwrap();
         let names: Vec<&str> = entries.iter().map(Entry::name).collect();
         assert_eq!(names, ["..", "rooms", "a.design.ron", "b.design.ron"]);
     }
 
     #[test]
     fn a_folder_that_is_not_there_is_named() {
-        let error = list(Path::new("/no/such/folder"), ".csv").unwrap_err();
+        let error = list(Path::new("/no/such/folder"), &[".csv"]).unwrap_err();
         assert!(error.starts_with("/no/such/folder: "), "{error}");
     }
 }

@@ -101,7 +101,7 @@ fn weight_source(source: OrientationWeightSource) -> &'static str {
     }
 }
 
-fn right_ui<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
+pub(super) fn right_ui<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), add)
         .inner
 }

@@ -7,6 +7,7 @@ use super::field::{comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui
 use super::history_ui::history_ui;
 use super::inspector::{InspectorView, inspector_ui};
 use super::layer_settings::LayerFigures;
+use super::mesh_ui::{MeshView, mesh_ui};
 use super::outliner::{OutlinerView, outliner_ui};
 use super::result::{ResultView, brief_result_ui, headline, result_ui};
 use super::row_page::RowPage;
@@ -22,9 +23,11 @@ use crate::design::{Design, View};
 use crate::editor::camera::OrbitRig;
 use crate::editor::commands::{Command, RunCommand};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
+use crate::editor::drops::HoveringFiles;
 use crate::editor::field::samples::SampleScale;
 use crate::editor::field::{FieldDesk, FieldRequest};
 use crate::editor::layers::ColorBars;
+use crate::editor::meshes::{MeshLoading, MeshRequest};
 use crate::editor::palette::Theme;
 use crate::editor::precision::PrecisionRequest;
 use crate::editor::recent::RecentDesigns;
@@ -96,10 +99,13 @@ impl Plugin for UiPlugin {
             .init_resource::<WorldGeneration>()
             .init_resource::<RowPage>()
             .init_resource::<SceneMenu>()
+            .init_resource::<MeshLoading>()
+            .init_resource::<HoveringFiles>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
             .add_message::<FieldRequest>()
+            .add_message::<MeshRequest>()
             .add_message::<PrecisionRequest>()
             .add_message::<RunCommand>()
             .add_message::<StudyRequest>()
@@ -152,6 +158,7 @@ struct Shown<'w> {
     field: Res<'w, FieldDesk>,
     sample_scale: Res<'w, SampleScale>,
     generation: Res<'w, WorldGeneration>,
+    loading: Res<'w, MeshLoading>,
     rig: Option<Res<'w, OrbitRig>>,
     color_bars: Option<Res<'w, ColorBars>>,
 }
@@ -166,6 +173,7 @@ struct Asked<'w> {
     views: MessageWriter<'w, ViewRequest>,
     files: MessageWriter<'w, FileRequest>,
     fields: MessageWriter<'w, FieldRequest>,
+    meshes: MessageWriter<'w, MeshRequest>,
     commands: MessageWriter<'w, RunCommand>,
     study: MessageWriter<'w, StudyRequest>,
     redraw: MessageWriter<'w, RequestRedraw>,
@@ -449,6 +457,15 @@ impl Desk<'_> {
         *self.shown.workspace == Workspace::Study && self.shown.desk.side == Side::Trials
     }
 
+    /// Below the inspector's other sections, where a body is selected.
+    fn mesh_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        if let Some(Selected::Body(role)) = self.selection.primary()
+            && let Some(view) = MeshView::of(self.world, role, &self.shown.loading)
+        {
+            actions.extend(mesh_ui(ui, &view));
+        }
+    }
+
     fn right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
         let results = &self.shown.results;
         let study_panels = self.study();
@@ -485,6 +502,7 @@ impl Desk<'_> {
                             derived_weight: self.environment().orientation_weight(None),
                         },
                     ));
+                    self.mesh_ui(ui, actions);
                     ui.add_space(8.0);
                 });
             });
@@ -509,6 +527,9 @@ impl Asked<'_> {
                 }
                 PanelAction::Field(request) => {
                     self.fields.write(request);
+                }
+                PanelAction::Mesh(request) => {
+                    self.meshes.write(request);
                 }
                 PanelAction::Run(command) => {
                     self.commands.write(RunCommand(command));

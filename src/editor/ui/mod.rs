@@ -5,6 +5,7 @@ pub mod baseline;
 pub mod chart_ui;
 pub mod command_ui;
 pub mod dialogs;
+pub mod drop_plate;
 pub mod few_marks;
 pub mod field;
 pub mod folder;
@@ -12,6 +13,7 @@ pub mod history_ui;
 pub mod inspector;
 pub mod layer_settings;
 mod layout;
+pub mod mesh_ui;
 pub mod motion_ui;
 pub mod outliner;
 pub mod precision_ui;
@@ -35,6 +37,7 @@ pub use layout::{PanelsShown, UiPlugin, UiSystems};
 
 use super::commands::Command;
 use super::field::FieldRequest;
+use super::meshes::MeshRequest;
 use super::state::{EditRequest, FileRequest, Selected, ViewRequest};
 use super::study::StudyRequest;
 use crate::design::Edit;
@@ -47,6 +50,7 @@ pub enum PanelAction {
     View(ViewRequest),
     File(FileRequest),
     Field(FieldRequest),
+    Mesh(MeshRequest),
     Run(Command),
     Study(StudyRequest),
     Select(Option<Selected>),

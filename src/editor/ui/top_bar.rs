@@ -130,7 +130,10 @@ fn file_menu(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
         ui,
         bar,
         actions,
-        &[&[Command::Open, Command::Save, Command::SaveAs]],
+        &[
+            &[Command::New, Command::Open, Command::Save, Command::SaveAs],
+            &[Command::LoadMesh],
+        ],
     );
     if !bar.recent.is_empty() {
         ui.separator();
@@ -188,6 +191,9 @@ const VIEW_MENU: [&[Command]; 4] = [
         Command::ToggleRight,
         Command::ToggleHistory,
         Command::ToggleTheme,
+        Command::LargerInterface,
+        Command::SmallerInterface,
+        Command::PlainInterface,
     ],
 ];
 

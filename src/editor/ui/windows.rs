@@ -3,13 +3,16 @@
 use super::PanelAction;
 use super::command_ui::{CommandPages, command_pages_ui};
 use super::dialogs::{DialogAnswer, Dialogs, dialog_ui};
+use super::drop_plate::drop_plate_ui;
 use super::field::selection_window;
 use super::precision_ui::precision_window;
 use super::row_page::{RowPage, row_window};
 use super::scene_menu::{SceneMenu, scene_menu_ui};
 use crate::editor::commands::{Availability, Command, RunCommand};
 use crate::editor::document::WorldGeneration;
+use crate::editor::drops::HoveringFiles;
 use crate::editor::field::{FieldDesk, FieldRequest};
+use crate::editor::meshes::MeshRequest;
 use crate::editor::precision::{PrecisionPage, PrecisionRequest};
 use crate::editor::state::{EditRequest, FileRequest, OpenWorld, Selection, Workspace};
 use bevy::ecs::schedule::ScheduleConfigs;
@@ -28,8 +31,18 @@ pub(super) fn systems() -> ScheduleConfigs<ScheduleSystem> {
         row_page.run_if(is_row_page_open),
         command_pages.run_if(is_command_page_open),
         dialogs,
+        drop_plate.run_if(are_files_hovering),
     )
         .chain()
+}
+
+fn are_files_hovering(hovering: Res<HoveringFiles>) -> bool {
+    !hovering.0.is_empty()
+}
+
+fn drop_plate(mut contexts: EguiContexts, hovering: Res<HoveringFiles>) -> Result {
+    drop_plate_ui(contexts.ctx_mut()?, &hovering);
+    Ok(())
 }
 
 fn is_precision_open(page: Option<Res<PrecisionPage>>) -> bool {
@@ -157,6 +170,7 @@ fn dialogs(
     mut dialogs: ResMut<Dialogs>,
     mut files: MessageWriter<FileRequest>,
     mut fields: MessageWriter<FieldRequest>,
+    mut meshes: MessageWriter<MeshRequest>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
@@ -165,7 +179,9 @@ fn dialogs(
     let Some(dialog) = &mut open.current else {
         return Ok(());
     };
-    let modal = egui::Modal::new(Id::new("dialog"))
+    // egui keeps the size of what it has seen: a short question is no list of files.
+    let kind = std::mem::discriminant(&*dialog);
+    let modal = egui::Modal::new(Id::new(("dialog", kind)))
         .backdrop_color(crate::editor::palette::SHADOW.color32_alpha(140))
         .show(ctx, |ui| dialog_ui(ui, dialog));
     let is_closed = modal.should_close();
@@ -180,6 +196,10 @@ fn dialogs(
         DialogAnswer::Become(dialog) => Some(dialog),
         DialogAnswer::Request(request) => {
             files.write(request);
+            None
+        }
+        DialogAnswer::Mesh(request) => {
+            meshes.write(request);
             None
         }
         DialogAnswer::Field(request) => {

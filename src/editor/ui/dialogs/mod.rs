@@ -1,0 +1,242 @@
+//! Questions and errors that stand before everything else: open, save as, unsaved changes,
+//! bodies that other designs use too, measurements and rooms, and what could not be done.
+
+mod file_dialog;
+mod questions;
+
+use crate::design::BodyRole;
+use crate::editor::field::{FieldRequest, RoomToSave, TableRole};
+use crate::editor::meshes::MeshRequest;
+use crate::editor::palette;
+use crate::editor::state::FileRequest;
+use crate::geometry::mesh_report::UnitSuggestion;
+use bevy::prelude::Resource;
+use bevy_egui::egui::{RichText, Ui};
+pub use file_dialog::{FileDialog, FileKind, SystemChoice, Wish};
+use file_dialog::{file_ui, write_to};
+use std::path::PathBuf;
+
+/// The dialog that is open, if any.
+#[derive(Resource, Default)]
+pub struct Dialogs {
+    pub current: Option<Dialog>,
+}
+
+impl Dialogs {
+    pub fn show(&mut self, dialog: Dialog) {
+        self.current = Some(dialog);
+    }
+}
+
+/// A dialog and what was typed into it so far.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Dialog {
+    Open(FileDialog),
+    SaveAs(FileDialog),
+    /// Chooses a table of poses.
+    ReadInput(FileDialog),
+    /// Chooses where a log goes.
+    WriteLog(FileDialog),
+    Error {
+        title: String,
+        text: String,
+    },
+    Unsaved {
+        file: String,
+        then: FileRequest,
+    },
+    SharedBodies {
+        lines: Vec<String>,
+    },
+    Overwrite {
+        path: PathBuf,
+        then: FileRequest,
+    },
+    /// A session that ended badly left this.
+    Recover {
+        text: String,
+        is_usable: bool,
+    },
+    /// Somebody else changed files of the design; `is_saving` says whether it is about to be
+    /// saved over them.
+    ChangedOnDisk {
+        lines: Vec<String>,
+        is_saving: bool,
+    },
+    Table {
+        files: FileDialog,
+        role: TableRole,
+    },
+    /// A second table was dropped.
+    WhichTable {
+        file: PathBuf,
+    },
+    SaveRoom {
+        files: FileDialog,
+        room: RoomToSave,
+    },
+    ReplaceRoom {
+        path: PathBuf,
+        room: RoomToSave,
+    },
+    /// What a new design begins as.
+    New,
+    /// The design could not be written; it is open as it was.
+    NotSaved {
+        text: String,
+    },
+    /// Chooses a mesh for a body.
+    Mesh {
+        files: FileDialog,
+        body: BodyRole,
+    },
+    /// A mesh was dropped on a design of two bodies.
+    WhichBody {
+        file: PathBuf,
+    },
+    /// A mesh of a size that no instrument has.
+    MeshUnit {
+        body: BodyRole,
+        file: PathBuf,
+        sizes: UnitSuggestion,
+    },
+}
+
+/// What a dialog came to.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DialogAnswer {
+    Close,
+    Request(FileRequest),
+    Field(FieldRequest),
+    Mesh(MeshRequest),
+    Become(Dialog),
+}
+
+impl Dialog {
+    pub fn open(folder: PathBuf) -> Self {
+        Self::Open(FileDialog::new(FileKind::Design, folder, ""))
+    }
+
+    pub fn save_as(folder: PathBuf, name: &str) -> Self {
+        Self::SaveAs(FileDialog::new(FileKind::Design, folder, name))
+    }
+
+    pub fn read_input(folder: PathBuf) -> Self {
+        Self::ReadInput(FileDialog::new(FileKind::Table, folder, ""))
+    }
+
+    pub fn write_log(folder: PathBuf, name: &str) -> Self {
+        Self::WriteLog(FileDialog::new(FileKind::Table, folder, name))
+    }
+
+    pub fn open_table(folder: PathBuf, role: TableRole) -> Self {
+        Self::Table {
+            files: FileDialog::new(FileKind::Table, folder, ""),
+            role,
+        }
+    }
+
+    pub fn save_room(folder: PathBuf, name: &str, room: RoomToSave) -> Self {
+        Self::SaveRoom {
+            files: FileDialog::new(FileKind::Room, folder, name),
+            room,
+        }
+    }
+
+    pub fn load_mesh(folder: PathBuf, body: BodyRole) -> Self {
+        Self::Mesh {
+            files: FileDialog::new(FileKind::Mesh, folder, ""),
+            body,
+        }
+    }
+}
+
+impl Dialog {
+    /// What the system's own dialog would have to know; `None` where no file is chosen.
+    pub fn wish(&mut self) -> Option<Wish<'_>> {
+        let (files, title, is_saving) = match self {
+            Self::Open(files) => (files, "Open design", false),
+            Self::SaveAs(files) => (files, "Save design as", true),
+            Self::ReadInput(files) => (files, "Read input data", false),
+            Self::WriteLog(files) => (files, "Write the log", true),
+            Self::Table { files, .. } => (files, "Open measurements", false),
+            Self::Mesh { files, .. } => (files, "Load a mesh", false),
+            Self::SaveRoom { files, .. } => (files, "Save room and use it", true),
+            _ => return None,
+        };
+        Some(Wish {
+            title,
+            kind: files.kind,
+            folder: files.folder.clone(),
+            name: files.name(),
+            is_saving,
+            choice: &mut files.system,
+        })
+    }
+}
+
+/// Draws a dialog.
+pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
+    match dialog {
+        Dialog::Open(files) => file_ui(ui, files, "Open design", "Open", |path, _| {
+            DialogAnswer::Request(FileRequest::Open(path))
+        }),
+        Dialog::SaveAs(files) => file_ui(ui, files, "Save design as", "Save", |path, exists| {
+            write_to(path, exists, FileRequest::SaveAs)
+        }),
+        Dialog::ReadInput(files) => file_ui(ui, files, "Read input data", "Read", |path, _| {
+            DialogAnswer::Request(FileRequest::ReadInput(path))
+        }),
+        Dialog::WriteLog(files) => file_ui(ui, files, "Write the log", "Write", |path, exists| {
+            write_to(path, exists, FileRequest::WriteLog)
+        }),
+        Dialog::Table { files, role } => {
+            let role = *role;
+            let title = match role {
+                TableRole::Training => "Open measurements to fit",
+                TableRole::HeldOut => "Open measurements to judge the fit on",
+            };
+            file_ui(ui, files, title, "Open", |path, _| {
+                DialogAnswer::Field(FieldRequest::Open(role, path))
+            })
+        }
+        Dialog::Mesh { files, body } => {
+            let body = *body;
+            let title = format!("Load a mesh for the {body}");
+            file_ui(ui, files, &title, "Load", |file, _| {
+                DialogAnswer::Mesh(MeshRequest::load(body, file))
+            })
+        }
+        Dialog::SaveRoom { files, room } => {
+            let room = room.clone();
+            file_ui(
+                ui,
+                files,
+                "Save room and use it",
+                "Save",
+                move |path, exists| {
+                    let room = room.clone();
+                    if exists {
+                        DialogAnswer::Become(Dialog::ReplaceRoom { path, room })
+                    } else {
+                        DialogAnswer::Field(FieldRequest::Save(room, path))
+                    }
+                },
+            )
+        }
+        question => questions::question_ui(ui, question),
+    }
+}
+
+fn title_ui(ui: &mut Ui, title: &str) {
+    ui.set_width(WIDTH);
+    ui.label(
+        RichText::new(title)
+            .strong()
+            .color(palette::TEXT_STRONG.color32()),
+    );
+    ui.add_space(6.0);
+}
+
+/// Width of all dialogs.
+const WIDTH: f32 = 520.0;

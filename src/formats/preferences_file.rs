@@ -1,0 +1,179 @@
+//! How a person left the window, `preferences.ron`: no part of any design.
+
+use super::error::FormatError;
+use super::ron_text;
+use serde::Deserialize;
+use std::fmt::Write;
+
+/// Widest and highest window that is believed, logical pixels.
+const MOST_PX: u32 = 32_768;
+
+/// Smallest and largest interface.
+pub const SCALES: [f64; 2] = [0.5, 3.0];
+
+/// What is remembered from one session to the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Preferences {
+    /// Width and height, logical pixels; `None` leaves it to the program.
+    pub window: Option<[u32; 2]>,
+    pub is_maximised: bool,
+    pub is_light: bool,
+    /// Size of everything that is written, within [`SCALES`].
+    pub scale: f64,
+    pub panels: ShownPanels,
+    /// Its name; what no workspace is called counts as none.
+    pub workspace: String,
+}
+
+/// The panels that are unfolded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+pub struct ShownPanels {
+    pub left: bool,
+    pub right: bool,
+    pub history: bool,
+}
+
+impl Default for Preferences {
+    fn default() -> Self {
+        Self {
+            window: None,
+            is_maximised: false,
+            is_light: false,
+            scale: 1.0,
+            panels: ShownPanels {
+                left: true,
+                right: true,
+                history: false,
+            },
+            workspace: "Design".to_owned(),
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(rename = "Preferences")]
+struct PreferencesEntry {
+    version: u64,
+    #[serde(default)]
+    window: Option<(u32, u32)>,
+    is_maximised: bool,
+    is_light: bool,
+    scale: f64,
+    panels: ShownPanels,
+    workspace: String,
+}
+
+impl ron_text::Versioned for PreferencesEntry {
+    fn version(&self) -> u64 {
+        self.version
+    }
+}
+
+/// Reads preferences.
+///
+/// # Errors
+/// See [`FormatError`].
+pub fn parse(bytes: &[u8]) -> Result<Preferences, FormatError> {
+    let entry: PreferencesEntry = ron_text::parse(bytes)?;
+    let [least, most] = SCALES;
+    if !(least..=most).contains(&entry.scale) {
+        let expected = "a number from 0.5 to 3";
+        return Err(FormatError::field("scale", entry.scale, expected));
+    }
+    if let Some((width, height)) = entry.window
+        && !((1..=MOST_PX).contains(&width) && (1..=MOST_PX).contains(&height))
+    {
+        let found = format!("{width} × {height}");
+        let expected = "sides from 1 to 32768 pixels";
+        return Err(FormatError::field("window", found, expected));
+    }
+    Ok(Preferences {
+        window: entry.window.map(|(width, height)| [width, height]),
+        is_maximised: entry.is_maximised,
+        is_light: entry.is_light,
+        scale: entry.scale,
+        panels: entry.panels,
+        workspace: entry.workspace,
+    })
+}
+
+/// Writes preferences.
+pub fn write(preferences: &Preferences) -> String {
+    let mut out = String::from("(\n    version: 1,\n");
+    // Writing to a string cannot fail, here and below.
+    if let Some([width, height]) = preferences.window {
+        let _ = writeln!(out, "    window: ({width}, {height}),");
+    }
+    let _ = writeln!(out, "    is_maximised: {},", preferences.is_maximised);
+    let _ = writeln!(out, "    is_light: {},", preferences.is_light);
+    let _ = writeln!(out, "    scale: {:?},", preferences.scale);
+    let ShownPanels {
+        left,
+        right,
+        history,
+    } = preferences.panels;
+    let _ = writeln!(
+        out,
+        "    panels: (left: {left}, right: {right}, history: {history}),"
+    );
+    let workspace = ron_text::string(&preferences.workspace);
+    let _ = writeln!(out, "    workspace: {workspace},");
+    out.push_str(")\n");
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn what_is_written_reads_back() {
+        let other = Preferences {
+            window: Some([1280, 720]),
+            is_maximised: true,
+            is_light: true,
+            scale: 1.25,
+            panels: ShownPanels {
+                left: false,
+                right: true,
+                history: true,
+            },
+            workspace: "a \"name\"\n".to_owned(),
+        };
+        for preferences in [Preferences::default(), other] {
+            let text = write(&preferences);
+            assert_eq!(parse(text.as_bytes()).unwrap(), preferences, "{text}");
+        }
+    }
+
+    #[test]
+    fn values_that_no_window_has_are_refused_with_the_value() {
+        let refused = |from: &str, to: &str| {
+            let preferences = Preferences {
+                window: Some([1280, 720]),
+                ..Preferences::default()
+            };
+            let text = write(&preferences).replace(from, to);
+            parse(text.as_bytes()).unwrap_err().to_string()
+        };
+        assert!(refused("scale: 1.0", "scale: NaN").contains("NaN"));
+        assert!(refused("scale: 1.0", "scale: 40.0").contains("40"));
+        assert!(refused("(1280, 720)", "(0, 720)").contains("0 × 720"));
+        assert!(refused("version: 1", "version: 2").contains("version is 2"));
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_it_panic(
+            noise in prop::collection::vec(any::<u8>(), 0..80),
+            cut in 0_usize..200,
+        ) {
+            let whole = write(&Preferences::default());
+            let mut bytes = whole.as_bytes()[..cut.min(whole.len())].to_vec();
+            let _ = parse(&noise);
+            bytes.extend(noise);
+            let _ = parse(&bytes);
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Preferences in the state folder.
+
+use super::error::StoreError;
+use super::place::Place;
+use super::read::read;
+use super::state::create_private_folder;
+use super::write::write_bytes;
+use crate::formats::preferences_file::{self, Preferences};
+use std::io;
+use std::path::Path;
+
+const FILE: &str = "preferences.ron";
+
+/// How a person left the window; `None` where nobody did yet.
+///
+/// # Errors
+/// See [`StoreError`]: a file that is damaged, or that a later version of the program wrote.
+pub fn read_preferences(folder: &Path) -> Result<Option<Preferences>, StoreError> {
+    let parse = preferences_file::parse;
+    match read(Place::Disk, &folder.join(FILE), "preferences", parse) {
+        Err(StoreError::Read { cause, .. }) if cause.kind() == io::ErrorKind::NotFound => Ok(None),
+        preferences => preferences.map(Some),
+    }
+}
+
+/// Writes preferences, whole or not at all. Of two windows the one that wrote last is right.
+///
+/// # Errors
+/// [`StoreError::Write`].
+pub fn write_preferences(folder: &Path, preferences: &Preferences) -> Result<(), StoreError> {
+    create_private_folder(folder).map_err(|cause| StoreError::Write {
+        file: folder.to_owned(),
+        cause,
+    })?;
+    let text = preferences_file::write(preferences);
+    write_bytes(&folder.join(FILE), text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn preferences_outlast_a_session_and_a_damaged_file_is_named_and_written_anew() {
+        let folder = tempfile::tempdir().unwrap();
+        let state = folder.path().join("not/yet");
+        assert_eq!(read_preferences(&state).unwrap(), None);
+        let preferences = Preferences {
+            window: Some([1000, 700]),
+            ..Preferences::default()
+        };
+        write_preferences(&state, &preferences).unwrap();
+        assert_eq!(read_preferences(&state).unwrap(), Some(preferences));
+        fs::write(state.join(FILE), "(version: 1, scale").unwrap();
+        let error = read_preferences(&state).unwrap_err().to_string();
+        assert!(error.contains(FILE), "{error}");
+        write_preferences(&state, &Preferences::default()).unwrap();
+        assert!(read_preferences(&state).unwrap().is_some());
+    }
+
+    /// A folder under a regular file can be made by nobody, root included.
+    #[test]
+    fn a_state_folder_that_cannot_be_made_is_an_error_that_names_it() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let folder = file.path().join("state");
+        let error = write_preferences(&folder, &Preferences::default()).unwrap_err();
+        assert!(error.to_string().contains("cannot be written"), "{error}");
+    }
+}

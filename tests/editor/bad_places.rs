@@ -1,0 +1,185 @@
+//! Places that nothing can be written to: what is said, and that no edit is lost.
+//!
+//! Permission bits mean nothing to the superuser, who runs many of these tests: a folder under a
+//! regular file is one that nobody can write to, and `/dev/full` a disk without space.
+
+use super::support::request;
+use bevy::prelude::*;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::channel;
+use std::time::Duration;
+use tempfile::TempDir;
+use trackwright::design::Edit;
+use trackwright::editor::autosave::{AutosavePlugin, RecoveryFolder};
+use trackwright::editor::document::{DocumentPlugin, Notice};
+use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, StatePlugin};
+use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright::editor::wake::Waker;
+use trackwright::geometry::pose::Pose;
+use trackwright::store;
+
+fn app_of(world: store::World) -> App {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin))
+        .insert_resource(OpenWorld(world));
+    app
+}
+
+/// A design in a folder of its own.
+fn saved() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.design.ron");
+    let mut world = store::open_builtin("pointer-on-head").unwrap();
+    store::save_as(&mut world, &file).unwrap();
+    (folder, file)
+}
+
+fn open(file: &Path) -> App {
+    app_of(store::open_design(file).unwrap())
+}
+
+fn ask(app: &mut App, request: FileRequest) {
+    app.world_mut().write_message(request);
+    app.update();
+}
+
+fn move_tool(app: &mut App, x_mm: f64) {
+    let pose = Edit::SetToolPose(Pose::translation(x_mm, 0.0, 30.0));
+    request(app, EditRequest::Apply(pose));
+    app.update();
+}
+
+fn tool_x(app: &App) -> f64 {
+    let design = app.world().resource::<OpenWorld>().0.document.design();
+    design.tool.crf_from_tool.translation.x
+}
+
+fn is_dirty(app: &App) -> bool {
+    app.world().resource::<OpenWorld>().0.document.is_dirty()
+}
+
+fn dialog(app: &App) -> Option<&Dialog> {
+    app.world().resource::<Dialogs>().current.as_ref()
+}
+
+fn refusal(app: &App) -> &str {
+    match dialog(app) {
+        Some(Dialog::NotSaved { text }) => text,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_place_that_cannot_be_written_to_is_named_and_every_edit_stays() {
+    let (folder, file) = saved();
+    let mut app = open(&file);
+    move_tool(&mut app, 9.0);
+    let under_a_file = file.join("b.design.ron");
+    ask(&mut app, FileRequest::SaveAs(under_a_file));
+    assert!(refusal(&app).contains("a file where a folder should be"));
+    ask(&mut app, FileRequest::SaveAs("/proc/b.design.ron".into()));
+    assert!(refusal(&app).contains("cannot be written"));
+    assert_eq!((tool_x(&app), is_dirty(&app)), (9.0, true));
+    let elsewhere = folder.path().join("c.design.ron");
+    ask(&mut app, FileRequest::SaveAs(elsewhere.clone()));
+    assert!(!is_dirty(&app));
+    let read = store::open_design(&elsewhere).unwrap();
+    let pose = read.document.design().tool.crf_from_tool;
+    assert_eq!(pose.translation.x, 9.0);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_is_said_and_the_old_file_stays_whole() {
+    let (folder, file) = saved();
+    let mut app = open(&file);
+    move_tool(&mut app, 9.0);
+    let full = folder.path().join("full.design.ron");
+    std::os::unix::fs::symlink("/dev/full", &full).unwrap();
+    ask(&mut app, FileRequest::SaveAs(full));
+    assert!(refusal(&app).contains("no space left"), "{}", refusal(&app));
+    assert_eq!((tool_x(&app), is_dirty(&app)), (9.0, true));
+    assert!(store::open_design(&file).is_ok());
+    // Nor does a window close over it.
+    ask(&mut app, FileRequest::Quit);
+    assert!(matches!(dialog(&app), Some(Dialog::Unsaved { .. })));
+    assert!(app.should_exit().is_none());
+}
+
+#[test]
+fn of_two_editors_of_one_file_the_second_to_save_is_asked_and_can_save_elsewhere() {
+    let (folder, file) = saved();
+    let (mut one, mut other) = (open(&file), open(&file));
+    move_tool(&mut one, 9.0);
+    move_tool(&mut other, 7.0);
+    ask(&mut one, FileRequest::Save);
+    assert!(!is_dirty(&one));
+    ask(&mut other, FileRequest::Save);
+    assert!(matches!(
+        dialog(&other),
+        Some(Dialog::ChangedOnDisk {
+            is_saving: true,
+            ..
+        })
+    ));
+    assert_eq!((tool_x(&other), is_dirty(&other)), (7.0, true));
+    let x_of = |file: &Path| {
+        let world = store::open_design(file).unwrap();
+        world.document.design().tool.crf_from_tool.translation.x
+    };
+    assert_eq!(x_of(&file), 9.0);
+    // Coming back to the window, reading the file again would lose the edit: that is asked.
+    ask(&mut other, FileRequest::Reload);
+    assert!(matches!(dialog(&other), Some(Dialog::Unsaved { .. })));
+    let elsewhere = folder.path().join("b.design.ron");
+    ask(&mut other, FileRequest::SaveAs(elsewhere.clone()));
+    assert_eq!((x_of(&file), x_of(&elsewhere)), (9.0, 7.0));
+    move_tool(&mut one, 5.0);
+    ask(
+        &mut one,
+        FileRequest::Discard(Box::new(FileRequest::Reload)),
+    );
+    assert_eq!((tool_x(&one), is_dirty(&one)), (9.0, false));
+}
+
+#[test]
+fn where_recovery_files_cannot_be_kept_that_is_said_and_work_goes_on() {
+    let (_folder, file) = saved();
+    let mut app = open(&file);
+    app.insert_resource(RecoveryFolder(file.join("recovery")))
+        .add_plugins(AutosavePlugin);
+    let notice = app.world().resource::<Notice>();
+    assert!(
+        matches!(notice, Notice::Refused(text) if text.contains("save often")),
+        "{notice:?}"
+    );
+    move_tool(&mut app, 9.0);
+    ask(&mut app, FileRequest::Save);
+    assert_eq!((dialog(&app), is_dirty(&app)), (None, false));
+}
+
+#[test]
+fn a_recovery_folder_that_is_lost_while_working_is_said() {
+    let (folder, file) = saved();
+    let recovery = folder.path().join("recovery");
+    let mut app = open(&file);
+    let (tell, told) = channel();
+    app.insert_resource(Waker::new(move || {
+        // A test that has ended no longer listens.
+        let _ = tell.send(());
+    }))
+    .insert_resource(RecoveryFolder(recovery.clone()))
+    .add_plugins(AutosavePlugin);
+    std::fs::remove_dir_all(&recovery).unwrap();
+    std::fs::write(&recovery, "").unwrap();
+    move_tool(&mut app, 9.0);
+    told.recv_timeout(Duration::from_secs(30))
+        .expect("a word of the thread");
+    app.update();
+    let notice = app.world().resource::<Notice>();
+    assert!(
+        matches!(notice, Notice::Refused(text) if text.contains("save often")),
+        "{notice:?}"
+    );
+    assert_eq!((tool_x(&app), is_dirty(&app)), (9.0, true));
+}

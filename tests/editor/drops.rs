@@ -1,0 +1,125 @@
+//! Files dropped onto the window: what is said of them, and who gets them.
+
+use super::meshes::{box_obj, finish, saved_app};
+use super::support::request;
+use bevy::prelude::*;
+use bevy::window::FileDragAndDrop;
+use std::fs;
+use std::path::Path;
+use trackwright::design::{BodyRole, Edit};
+use trackwright::editor::document::{Notice, WorldGeneration};
+use trackwright::editor::drops::{DropsPlugin, HoveringFiles, words};
+use trackwright::editor::field::FieldPlugin;
+use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, Workspace};
+use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright::geometry::pose::Pose;
+use trackwright::store;
+
+fn app() -> (tempfile::TempDir, App) {
+    let (folder, mut app) = saved_app();
+    app.add_plugins((FieldPlugin, DropsPlugin));
+    (folder, app)
+}
+
+fn drop_file(app: &mut App, file: &Path) {
+    app.world_mut().write_message(FileDragAndDrop::DroppedFile {
+        window: Entity::PLACEHOLDER,
+        path_buf: file.to_owned(),
+    });
+    finish(app);
+}
+
+fn dialog(app: &App) -> Option<&Dialog> {
+    app.world().resource::<Dialogs>().current.as_ref()
+}
+
+#[test]
+fn a_dropped_design_opens_and_asks_first_about_what_is_not_saved() {
+    let (folder, mut app) = app();
+    let file = folder.path().join("b.design.ron");
+    let mut other = store::open_builtin("endoscope").unwrap();
+    store::save_as(&mut other, &file).unwrap();
+    drop_file(&mut app, &file);
+    assert_eq!(app.world().resource::<WorldGeneration>().0, 1);
+    let pose = Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0));
+    request(&mut app, EditRequest::Apply(pose));
+    app.update();
+    drop_file(&mut app, &folder.path().join("a.design.ron"));
+    assert!(matches!(dialog(&app), Some(Dialog::Unsaved { .. })));
+    assert_eq!(app.world().resource::<WorldGeneration>().0, 1);
+}
+
+#[test]
+fn a_dropped_room_is_used_as_one_undo_step() {
+    let (folder, mut app) = app();
+    let room = folder.path().join("other.env.ron");
+    let mut environment = (*app.world().resource::<OpenWorld>().0.environment).clone();
+    environment.name = "Other room".into();
+    store::write_environment(&room, &environment).unwrap();
+    drop_file(&mut app, &room);
+    let world = &app.world().resource::<OpenWorld>().0;
+    assert_eq!(world.environment.name, "Other room");
+    let label = world.document.undo_label();
+    assert_eq!(label, Some("Use room Other room"));
+}
+
+#[test]
+fn a_dropped_mesh_is_the_selected_bodys_and_asked_about_where_none_is() {
+    let (folder, mut app) = app();
+    let file = folder.path().join("block.OBJ");
+    fs::write(&file, box_obj([20.0, 30.0, 40.0], "")).unwrap();
+    drop_file(&mut app, &file);
+    assert!(matches!(dialog(&app), Some(Dialog::WhichBody { .. })));
+    app.world_mut().resource_mut::<Dialogs>().current = None;
+    let sensor = Selection::of(Some(Selected::Sensor(BodyRole::Crf, 0)));
+    app.insert_resource(sensor);
+    drop_file(&mut app, &file);
+    let design = app.world().resource::<OpenWorld>().0.document.design();
+    let mesh = design.body(BodyRole::Crf).unwrap().mesh.as_ref();
+    assert_eq!(mesh.unwrap().file, "block.OBJ");
+}
+
+#[test]
+fn a_file_of_no_use_is_answered_with_what_can_be_dropped() {
+    let (folder, mut app) = app();
+    for (name, said) in [
+        ("notes.pdf", "meshes (.glb, .gltf, .stl, .obj)"),
+        ("table.csv", "Field workspace"),
+    ] {
+        drop_file(&mut app, &folder.path().join(name));
+        let notice = app.world().resource::<Notice>();
+        let Notice::Refused(text) = notice else {
+            panic!("{name}: {notice:?}");
+        };
+        assert!(text.starts_with(name) && text.contains(said), "{text}");
+    }
+}
+
+#[test]
+fn while_files_hover_it_is_said_what_will_happen_and_not_after() {
+    let (_folder, mut app) = app();
+    app.insert_resource(Workspace::Study);
+    for name in ["/x/poses.csv", "/x/grip.stl"] {
+        app.world_mut().write_message(FileDragAndDrop::HoveredFile {
+            window: Entity::PLACEHOLDER,
+            path_buf: name.into(),
+        });
+    }
+    app.update();
+    let lines = [
+        "Read poses from poses.csv",
+        "Use grip.stl as the mesh of tool or CRF",
+    ];
+    assert_eq!(app.world().resource::<HoveringFiles>().0, lines);
+    let window = Entity::PLACEHOLDER;
+    app.world_mut()
+        .write_message(FileDragAndDrop::HoveredFileCanceled { window });
+    app.update();
+    assert_eq!(
+        *app.world().resource::<HoveringFiles>(),
+        HoveringFiles::default()
+    );
+    let tip = Selection::of(Some(Selected::Tip(BodyRole::Crf)));
+    let said = words(Path::new("a/b.glb"), Workspace::Design, &tip, true);
+    assert_eq!(said, "Use b.glb as the CRF's mesh");
+}

@@ -1,0 +1,120 @@
+//! Dialogs about files: what they offer, and what the system's own dialog hands back.
+
+use bevy_egui::egui;
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::rc::Rc;
+use trackwright::design::BodyRole;
+use trackwright::editor::meshes::MeshRequest;
+use trackwright::editor::state::FileRequest;
+use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, SystemChoice, dialog_ui};
+use trackwright::store::Starter;
+
+type Answers = Rc<RefCell<Vec<DialogAnswer>>>;
+
+/// A dialog that stays open, and all its answers.
+fn shown(dialog: Dialog) -> (Harness<'static>, Rc<RefCell<Dialog>>, Answers) {
+    let (answers, dialog) = (Answers::default(), Rc::new(RefCell::new(dialog)));
+    let (sink, open) = (Rc::clone(&answers), Rc::clone(&dialog));
+    let harness = Harness::builder()
+        .with_size(egui::vec2(620.0, 460.0))
+        .build_ui(move |ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            sink.borrow_mut()
+                .extend(dialog_ui(ui, &mut open.borrow_mut()));
+        });
+    (harness, dialog, answers)
+}
+
+fn choose(dialog: &Rc<RefCell<Dialog>>, choice: SystemChoice) {
+    *dialog.borrow_mut().wish().expect("a file dialog").choice = choice;
+}
+
+#[test]
+fn what_the_systems_dialog_chose_is_answered_as_if_it_were_chosen_here() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("grip.stl");
+    std::fs::write(&file, "").unwrap();
+    let load = Dialog::load_mesh(folder.path().to_owned(), BodyRole::Crf);
+    let (mut harness, dialog, answers) = shown(load);
+    harness.get_by_label("System dialog…").click();
+    harness.run_steps(2);
+    let mut open = dialog.borrow_mut();
+    let wish = open.wish().unwrap();
+    assert_eq!(*wish.choice, SystemChoice::Asked);
+    assert!(!wish.is_saving && wish.folder.is_dir());
+    drop(open);
+    choose(&dialog, SystemChoice::Open);
+    harness.run_steps(2);
+    assert!(
+        harness
+            .query_by_label("The system dialog is open")
+            .is_some()
+    );
+    choose(&dialog, SystemChoice::Chosen(file.clone()));
+    harness.run_steps(2);
+    let load = MeshRequest::load(BodyRole::Crf, file.clone());
+    assert_eq!(*answers.borrow(), [DialogAnswer::Mesh(load)]);
+    // A place to save at is asked about where something is there, wherever it was chosen.
+    let save = Dialog::save_as(folder.path().to_owned(), "a.design.ron");
+    let (mut harness, dialog, answers) = shown(save);
+    choose(&dialog, SystemChoice::Chosen(file.clone()));
+    harness.run_steps(2);
+    let replace = Dialog::Overwrite {
+        path: file.clone(),
+        then: FileRequest::SaveAs(file),
+    };
+    assert_eq!(*answers.borrow(), [DialogAnswer::Become(replace)]);
+}
+
+#[test]
+fn where_there_is_no_system_dialog_that_is_said_and_ours_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut harness, dialog, answers) = shown(Dialog::open(folder.path().to_owned()));
+    choose(
+        &dialog,
+        SystemChoice::Nothing("this system has none".into()),
+    );
+    harness.run_steps(2);
+    assert!(
+        harness
+            .query_by_label_contains("this system has none")
+            .is_some()
+    );
+    let button = harness.get_by_label("System dialog…");
+    assert!(!button.accesskit_node().is_disabled());
+    assert!(answers.borrow().is_empty());
+}
+
+#[test]
+fn a_new_design_begins_with_or_without_a_crf() {
+    for (label, starter) in [
+        ("Tool alone", Starter::Tool),
+        ("Tool and CRF", Starter::ToolOnCrf),
+    ] {
+        let (mut harness, _, answers) = shown(Dialog::New);
+        harness.get_by_label(label).click();
+        harness.run_steps(2);
+        let new = DialogAnswer::Request(FileRequest::New(starter));
+        assert_eq!(*answers.borrow(), [new]);
+    }
+}
+
+#[test]
+fn what_cannot_be_saved_says_why_and_can_be_saved_elsewhere() {
+    let error = trackwright::store::StoreError::Write {
+        file: PathBuf::from("/full/a.design.ron"),
+        cause: std::io::ErrorKind::StorageFull.into(),
+    };
+    let (mut harness, _, answers) = shown(Dialog::not_saved(&error));
+    for said in ["/full/a.design.ron", "no space left", "Nothing is lost"] {
+        let found = harness.query_by_label_contains(said);
+        assert!(found.is_some(), "{said:?} is not said");
+    }
+    harness.get_by_label("Save as…").click();
+    harness.run_steps(2);
+    let elsewhere = DialogAnswer::Request(FileRequest::ShowSaveAs);
+    assert_eq!(*answers.borrow(), [elsewhere]);
+}

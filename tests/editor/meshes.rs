@@ -1,0 +1,320 @@
+//! Meshes for bodies: loaded, asked about, refused, missed and found again.
+
+use super::support::request;
+use bevy::prelude::*;
+use bevy_egui::egui;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use std::cell::RefCell;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Mutex;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+use tempfile::TempDir;
+use trackwright::design::{BodyRole, Edit};
+use trackwright::editor::document::DocumentPlugin;
+use trackwright::editor::meshes::{MeshLoading, MeshRequest, MeshesPlugin};
+use trackwright::editor::state::{
+    EditRequest, FileRequest, OpenWorld, Selected, Selection, StatePlugin,
+};
+use trackwright::editor::ui::PanelAction;
+use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
+use trackwright::editor::ui::mesh_ui::{MeshView, mesh_ui};
+use trackwright::editor::wake::Waker;
+use trackwright::geometry::mesh_reference::{MeshReference, MeshUnit};
+use trackwright::store;
+
+/// What the thread wakes the window with.
+#[derive(Resource)]
+struct Told(Mutex<Receiver<()>>);
+
+/// An editor of the built-in pointer, saved to a folder of its own.
+pub fn saved_app() -> (TempDir, App) {
+    let folder = tempfile::tempdir().unwrap();
+    let mut world = store::open_builtin("pointer-on-head").unwrap();
+    store::save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
+    let mut app = App::new();
+    let (tell, told) = channel();
+    app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin))
+        .insert_resource(Waker::new(move || {
+            // A test that has ended no longer listens.
+            let _ = tell.send(());
+        }))
+        .insert_resource(Told(Mutex::new(told)))
+        .insert_resource(OpenWorld(world))
+        .add_plugins(MeshesPlugin);
+    (folder, app)
+}
+
+/// Updates until nothing is read any more, and what was read is applied.
+pub fn finish(app: &mut App) {
+    app.update();
+    while app.world().resource::<MeshLoading>().of().is_some() {
+        let told = app.world().resource::<Told>().0.lock().unwrap();
+        // The thread may have told before anybody waited for it.
+        let _ = told.recv_timeout(Duration::from_millis(50));
+        drop(told);
+        app.update();
+    }
+    app.update();
+}
+
+fn ask(app: &mut App, request: MeshRequest) {
+    app.world_mut().write_message(request);
+    finish(app);
+}
+
+/// A closed box of these sides as OBJ, with more lines after it.
+pub fn box_obj(sides: [f64; 3], more: &str) -> String {
+    let mut text = String::new();
+    for corner in 0..8 {
+        let at = [0, 1, 2].map(|k| if corner >> k & 1 == 1 { sides[k] } else { 0.0 });
+        text += &format!("v {} {} {}\n", at[0], at[1], at[2]);
+    }
+    for face in [
+        [1, 3, 4, 2],
+        [5, 6, 8, 7],
+        [1, 2, 6, 5],
+        [3, 7, 8, 4],
+        [1, 5, 7, 3],
+        [2, 4, 8, 6],
+    ] {
+        text += &format!("f {} {} {} {}\n", face[0], face[1], face[2], face[3]);
+    }
+    text + more
+}
+
+fn write(folder: &TempDir, name: &str, text: &str) -> PathBuf {
+    let file = folder.path().join(name);
+    fs::write(&file, text).unwrap();
+    file
+}
+
+fn world(app: &App) -> &store::World {
+    &app.world().resource::<OpenWorld>().0
+}
+
+fn reference(app: &App) -> Option<MeshReference> {
+    world(app).document.design().tool.body.mesh.clone()
+}
+
+fn dialog(app: &App) -> Option<&Dialog> {
+    app.world().resource::<Dialogs>().current.as_ref()
+}
+
+/// The section of the tool's mesh, and what it asks for.
+fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<PanelAction>>>) {
+    let asked = Rc::new(RefCell::new(Vec::new()));
+    let sink = Rc::clone(&asked);
+    let (world, loading) = (world(app), app.world().resource::<MeshLoading>());
+    let harness = Harness::builder()
+        .with_size(egui::vec2(276.0, 500.0))
+        .build_ui(move |ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            let view = MeshView::of(world, BodyRole::Tool, loading).unwrap();
+            sink.borrow_mut().extend(mesh_ui(ui, &view));
+        });
+    (harness, asked)
+}
+
+fn says(app: &App, what: &str) {
+    let (mut harness, _) = section(app);
+    harness.run_steps(2);
+    assert!(
+        harness.query_by_label_contains(what).is_some(),
+        "{what:?} is not said"
+    );
+}
+
+#[test]
+fn a_loaded_mesh_is_one_undo_step_referred_to_from_the_body_and_selects_it() {
+    let (folder, mut app) = saved_app();
+    let before = reference(&app);
+    let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
+    ask(&mut app, MeshRequest::load(BodyRole::Tool, file));
+    assert_eq!(dialog(&app), None);
+    assert_eq!(reference(&app), Some(MeshReference::new("shaft.obj")));
+    let selected = app.world().resource::<Selection>().primary();
+    assert_eq!(selected, Some(Selected::Body(BodyRole::Tool)));
+    says(&app, "150.0 × 8.0 × 6.0\u{2009}mm, 12 triangles");
+    says(&app, "Without normals in the file");
+    request(&mut app, EditRequest::Undo);
+    app.update();
+    assert_eq!(reference(&app), before);
+    assert!(!world(&app).document.is_dirty());
+}
+
+#[test]
+fn what_is_wrong_with_a_mesh_is_said_beside_it() {
+    let (folder, mut app) = saved_app();
+    let sides = [6.0, 8.0, 150.0];
+    for (more, said) in [
+        ("v nan 0 0\nf 1 2 9\n", "1 triangle was left out"),
+        ("f 1 2 8\n", "more than two triangles"),
+        ("v 9 9 9\nf 1 2 9\n", "a triangle on one side only"),
+        ("f 1 1 2\n", "no area"),
+    ] {
+        let file = write(&folder, "shaft.obj", &box_obj(sides, more));
+        ask(&mut app, MeshRequest::load(BodyRole::Tool, file));
+        assert_eq!(dialog(&app), None, "{more}");
+        says(&app, said);
+    }
+}
+
+#[test]
+fn what_is_no_mesh_is_refused_in_words_and_the_design_stays_as_it_was() {
+    let (folder, mut app) = saved_app();
+    let before = reference(&app);
+    for (name, text, said) in [
+        ("empty.obj", "", "found no triangles"),
+        (
+            "nan.obj",
+            "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+            "no numbers",
+        ),
+        (
+            "far.obj",
+            "v 0 0 0\nv 1e12 0 0\nv 0 1 0\nf 1 2 3\n",
+            "1.000e12 mm from the origin",
+        ),
+        ("short.stl", "solid", "short.stl"),
+        ("broken.glb", "glTF", "broken.glb"),
+    ] {
+        let file = write(&folder, name, text);
+        ask(&mut app, MeshRequest::load(BodyRole::Tool, file));
+        let Some(Dialog::Error { text, .. }) = dialog(&app) else {
+            panic!("{name}: no error, {:?}", dialog(&app));
+        };
+        assert!(text.contains(said), "{name}: {text}");
+        app.world_mut().resource_mut::<Dialogs>().current = None;
+    }
+    let gone = folder.path().join("gone.stl");
+    ask(&mut app, MeshRequest::load(BodyRole::Tool, gone));
+    assert!(
+        matches!(dialog(&app), Some(Dialog::Error { text, .. }) if text.contains("no such file"))
+    );
+    assert_eq!(reference(&app), before);
+    assert_eq!(world(&app).document.undo_label(), None);
+}
+
+#[test]
+fn a_mesh_in_the_wrong_unit_is_asked_about_with_the_sizes_and_the_answer_is_one_step() {
+    let (folder, mut app) = saved_app();
+    let before = reference(&app);
+    let file = write(&folder, "metres.obj", &box_obj([0.006, 0.008, 0.15], ""));
+    ask(&mut app, MeshRequest::load(BodyRole::Tool, file.clone()));
+    assert_eq!(reference(&app), before);
+    let mut question = dialog(&app).unwrap().clone();
+    let answer = Rc::new(RefCell::new(None));
+    let sink = Rc::clone(&answer);
+    let mut harness = Harness::builder()
+        .with_size(egui::vec2(600.0, 400.0))
+        .build_ui(move |ui| {
+            if let Some(answered) = dialog_ui(ui, &mut question) {
+                sink.replace(Some(answered));
+            }
+        });
+    for size in [
+        "in m: 150.00\u{2009}mm",
+        "in mm: 0.15\u{2009}mm",
+        "in cm: 1.50\u{2009}mm",
+        "in inch: 3.81\u{2009}mm",
+    ] {
+        assert!(harness.query_by_label(size).is_some(), "no button {size:?}");
+    }
+    harness.get_by_label("in m: 150.00\u{2009}mm").click();
+    harness.run_steps(2);
+    let load = MeshRequest::Load {
+        body: BodyRole::Tool,
+        file,
+        unit: Some(MeshUnit::Metre),
+    };
+    assert_eq!(*answer.borrow(), Some(DialogAnswer::Mesh(load.clone())));
+    app.world_mut().resource_mut::<Dialogs>().current = None;
+    ask(&mut app, load);
+    assert_eq!(dialog(&app), None);
+    assert_eq!(reference(&app).unwrap().unit, Some(MeshUnit::Metre));
+    says(&app, "150.0 × 8.0 × 6.0\u{2009}mm");
+    // A size that the person chose is not asked about again, however odd.
+    let set = MeshRequest::SetUnit {
+        body: BodyRole::Tool,
+        unit: Some(MeshUnit::Inch),
+    };
+    ask(&mut app, set);
+    assert_eq!(dialog(&app), None);
+    says(&app, "3.8 × 0.2 × 0.2\u{2009}mm");
+    says(&app, "is the file in m rather than inch?");
+    request(&mut app, EditRequest::Undo);
+    request(&mut app, EditRequest::Undo);
+    app.update();
+    assert_eq!(reference(&app), before);
+}
+
+#[test]
+fn a_mesh_that_is_gone_keeps_its_reference_and_is_found_again() {
+    let (folder, mut app) = saved_app();
+    let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
+    ask(&mut app, MeshRequest::load(BodyRole::Tool, file.clone()));
+    app.world_mut().write_message(FileRequest::Save);
+    app.update();
+    let other = folder.path().join("moved.obj");
+    fs::rename(&file, &other).unwrap();
+    app.world_mut().write_message(FileRequest::Reload);
+    app.update();
+    assert_eq!(reference(&app), Some(MeshReference::new("shaft.obj")));
+    says(&app, "no such file");
+    let (mut harness, asked) = section(&app);
+    harness.get_by_label("Find it…").click();
+    harness.run_steps(2);
+    drop(harness);
+    let show = MeshRequest::ShowLoad(BodyRole::Tool);
+    assert_eq!(*asked.borrow(), [PanelAction::Mesh(show.clone())]);
+    ask(&mut app, show);
+    let Some(Dialog::Mesh { files, .. }) = dialog(&app) else {
+        panic!("no dialog");
+    };
+    let canonical = |path: &Path| path.canonicalize().unwrap();
+    assert_eq!(canonical(&files.folder), canonical(folder.path()));
+    assert!(
+        files
+            .entries
+            .iter()
+            .any(|entry| entry.name() == "moved.obj")
+    );
+    ask(&mut app, MeshRequest::load(BodyRole::Tool, other));
+    assert!(world(&app).mesh_problems().is_empty());
+    says(&app, "moved.obj");
+}
+
+#[test]
+fn a_body_may_be_left_without_a_mesh() {
+    let (_folder, mut app) = saved_app();
+    let (mut harness, asked) = section(&app);
+    harness.get_by_label("No mesh").click();
+    harness.run_steps(2);
+    drop(harness);
+    let edit = Edit::SetMesh {
+        body: BodyRole::Tool,
+        mesh: None,
+    };
+    assert_eq!(*asked.borrow(), [PanelAction::apply(edit.clone())]);
+    request(&mut app, EditRequest::Apply(edit));
+    app.update();
+    assert!(world(&app).mesh(BodyRole::Tool).is_none());
+    says(&app, "none: a rod");
+}
+
+#[test]
+fn what_was_read_for_a_design_that_was_left_meanwhile_is_dropped() {
+    let (folder, mut app) = saved_app();
+    let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
+    let load = MeshRequest::load(BodyRole::Tool, file);
+    app.world_mut().write_message(load);
+    let open = FileRequest::OpenBuiltIn("endoscope".into());
+    app.world_mut().write_message(open);
+    finish(&mut app);
+    assert_eq!(world(&app).document.undo_label(), None);
+    assert!(!world(&app).document.is_dirty());
+}

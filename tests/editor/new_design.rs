@@ -1,0 +1,106 @@
+//! New designs, which were never saved.
+
+use super::support::{create_app, request};
+use bevy::prelude::*;
+use std::fs;
+use trackwright::design::{BodyRole, Edit};
+use trackwright::editor::document::{WorldGeneration, title};
+use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, Results};
+use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright::geometry::pose::Pose;
+use trackwright::store::{self, Starter};
+
+fn ask(app: &mut App, request: FileRequest) {
+    app.world_mut().write_message(request);
+    app.update();
+}
+
+fn change(app: &mut App) {
+    let pose = Edit::SetToolPose(Pose::translation(9.0, 0.0, -200.0));
+    request(app, EditRequest::Apply(pose));
+    app.update();
+}
+
+fn dialog(app: &App) -> Option<&Dialog> {
+    app.world().resource::<Dialogs>().current.as_ref()
+}
+
+fn document(app: &App) -> &trackwright::design::Document {
+    &app.world().resource::<OpenWorld>().0.document
+}
+
+#[test]
+fn a_new_design_takes_the_place_of_an_open_one_only_after_asking() {
+    let mut app = create_app();
+    change(&mut app);
+    ask(&mut app, FileRequest::ShowNew);
+    let Some(Dialog::Unsaved { then, .. }) = dialog(&app) else {
+        panic!("no question");
+    };
+    assert_eq!(*then, FileRequest::ShowNew);
+    let discard = FileRequest::Discard(Box::new(FileRequest::ShowNew));
+    ask(&mut app, discard);
+    assert_eq!(dialog(&app), Some(&Dialog::New));
+    ask(
+        &mut app,
+        FileRequest::Discard(Box::new(FileRequest::New(Starter::Tool))),
+    );
+    assert_eq!(app.world().resource::<WorldGeneration>().0, 1);
+    assert_eq!(document(&app).design().crf, None);
+    assert!(!document(&app).is_dirty());
+    let title = title(document(&app), &Results::default());
+    assert!(title.starts_with("untitled — "), "{title}");
+}
+
+#[test]
+fn a_new_design_is_saved_with_all_that_it_refers_to_where_the_person_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = create_app();
+    ask(&mut app, FileRequest::New(Starter::ToolOnCrf));
+    change(&mut app);
+    ask(&mut app, FileRequest::Save);
+    let Some(Dialog::SaveAs(files)) = dialog(&app) else {
+        panic!("no place asked for: {:?}", dialog(&app));
+    };
+    assert!(
+        files.text.ends_with("untitled.design.ron"),
+        "{}",
+        files.text
+    );
+    let file = folder.path().join("mine.design.ron");
+    ask(&mut app, FileRequest::SaveAs(file.clone()));
+    assert!(!document(&app).is_dirty());
+    let mut names: Vec<String> = fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    let expected = [
+        "crf.body.ron",
+        "mine.design.ron",
+        "operating-table.env.ron",
+        "tool.body.ron",
+    ];
+    assert_eq!(names, expected);
+    let read = store::open_design(&file).unwrap();
+    assert_eq!(read.document.design(), document(&app).design());
+    assert!(read.document.design().body(BodyRole::Crf).is_some());
+}
+
+#[test]
+fn a_save_that_was_given_up_ends_nothing_later() {
+    let mut app = create_app();
+    ask(&mut app, FileRequest::New(Starter::Tool));
+    change(&mut app);
+    let quit = Box::new(FileRequest::Quit);
+    ask(&mut app, FileRequest::SaveThen(quit));
+    assert!(matches!(dialog(&app), Some(Dialog::SaveAs(_))));
+    // The person closes the dialog, and saves much later.
+    app.world_mut().resource_mut::<Dialogs>().current = None;
+    let folder = tempfile::tempdir().unwrap();
+    ask(&mut app, FileRequest::ShowSaveAs);
+    let file = folder.path().join("mine.design.ron");
+    ask(&mut app, FileRequest::SaveAs(file));
+    assert!(!document(&app).is_dirty());
+    assert!(app.should_exit().is_none());
+}

@@ -1,0 +1,141 @@
+//! Window and layout as they were left.
+
+use bevy::prelude::*;
+use bevy::window::{PrimaryWindow, WindowResized};
+use std::fs;
+use std::path::Path;
+use trackwright::editor::document::Notice;
+use trackwright::editor::palette::Theme;
+use trackwright::editor::preferences::{InterfaceScale, PreferencesPlugin, Recalled, fitting};
+use trackwright::editor::state::{StatePlugin, Workspace};
+use trackwright::editor::ui::PanelsShown;
+use trackwright::formats::preferences_file::Preferences;
+use trackwright::store;
+
+const FILE: &str = "preferences.ron";
+
+/// A session with preferences in a folder.
+fn session(folder: &Path) -> App {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, StatePlugin))
+        .add_message::<WindowResized>()
+        .insert_resource(Recalled::in_folder(folder.to_owned()))
+        .add_plugins(PreferencesPlugin);
+    app.update();
+    app
+}
+
+fn end(mut app: App) {
+    app.world_mut().write_message(AppExit::Success);
+    app.update();
+}
+
+fn show_window(app: &mut App, width: u32, height: u32) {
+    let window = Window {
+        resolution: bevy::window::WindowResolution::new(width, height),
+        ..default()
+    };
+    let window = app.world_mut().spawn((window, PrimaryWindow)).id();
+    app.world_mut().write_message(WindowResized {
+        window,
+        width: width as f32,
+        height: height as f32,
+    });
+    app.update();
+}
+
+#[test]
+fn the_next_session_begins_as_the_last_one_was_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = session(folder.path());
+    app.world_mut().resource_mut::<PanelsShown>().left = false;
+    app.insert_resource(Workspace::Study);
+    app.world_mut().resource_mut::<InterfaceScale>().step(1);
+    show_window(&mut app, 1300, 800);
+    end(app);
+    let app = session(folder.path());
+    let panels = *app.world().resource::<PanelsShown>();
+    assert_eq!((panels.left, panels.right), (false, true));
+    assert_eq!(*app.world().resource::<Workspace>(), Workspace::Study);
+    assert_eq!(app.world().resource::<InterfaceScale>().0, 1.1);
+    let recalled = &app.world().resource::<Recalled>().preferences;
+    assert_eq!(recalled.window, Some([1300, 800]));
+    assert_eq!(*app.world().resource::<Notice>(), Notice::Nothing);
+}
+
+#[test]
+fn a_session_in_which_nothing_changed_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = session(folder.path());
+    for _ in 0..3 {
+        app.update();
+    }
+    end(app);
+    assert!(!folder.path().join(FILE).exists());
+}
+
+#[test]
+fn a_damaged_file_is_said_and_written_anew_and_that_of_another_version_is_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join(FILE);
+    let later = "(version: 7, moon: true)";
+    for (text, is_written) in [("(version: 1, pan", true), (later, false)] {
+        fs::write(&file, text).unwrap();
+        let mut app = session(folder.path());
+        let notice = app.world().resource::<Notice>();
+        assert!(
+            matches!(notice, Notice::Refused(said) if said.contains(FILE)),
+            "{notice:?}"
+        );
+        assert_eq!(*app.world().resource::<Theme>(), Theme::Dark);
+        app.insert_resource(Workspace::Field);
+        app.update();
+        end(app);
+        assert_eq!(fs::read_to_string(&file).unwrap() != text, is_written);
+    }
+}
+
+/// Nobody can make a folder under a regular file.
+#[test]
+fn a_state_folder_that_cannot_be_written_to_stops_nothing() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let mut app = session(&file.path().join("state"));
+    app.insert_resource(Workspace::Field);
+    app.update();
+    end(app);
+}
+
+#[test]
+fn a_workspace_of_another_version_is_the_first_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let left = Preferences {
+        workspace: "Holodeck".into(),
+        ..Preferences::default()
+    };
+    store::write_preferences(folder.path(), &left).unwrap();
+    let app = session(folder.path());
+    assert_eq!(*app.world().resource::<Workspace>(), Workspace::Design);
+}
+
+#[test]
+fn a_window_larger_than_every_screen_is_reduced_to_the_largest() {
+    let screens = || [Vec2::new(1280.0, 720.0), Vec2::new(800.0, 600.0)].into_iter();
+    let fits = |width, height| fitting(Vec2::new(width, height), screens());
+    assert_eq!(fits(3840.0, 700.0), Vec2::new(1280.0, 700.0));
+    assert_eq!(fits(1000.0, 2000.0), Vec2::new(1000.0, 720.0));
+    assert_eq!(fitting(Vec2::ONE, [].into_iter()), Vec2::ONE);
+}
+
+#[test]
+fn the_interface_grows_and_shrinks_in_steps_within_bounds() {
+    let mut scale = InterfaceScale::default();
+    scale.step(1);
+    assert_eq!(scale.0, 1.1);
+    scale.step(-1);
+    scale.step(-1);
+    assert_eq!(scale.0, 0.9);
+    for _ in 0..20 {
+        scale.step(1);
+    }
+    assert_eq!(scale.0, 3.0);
+}
