@@ -3,6 +3,7 @@
 use super::output;
 use crate::design::view::{CameraView, Layers, View};
 use crate::editor::field::TableRole;
+use crate::editor::palette::Theme;
 use crate::editor::picture::{Desk, StudyTrial};
 use crate::editor::state::{Selected, Selection, Workspace};
 use crate::editor::{picture, preflight};
@@ -46,6 +47,9 @@ pub struct RenderArgs {
     /// bodies have one of that name, as in crf/left
     #[arg(long, value_name = "THING")]
     pub select: Option<String>,
+    /// In light colours, for paper
+    #[arg(long)]
+    pub light: bool,
     /// From where to look; the design's own view unless told
     #[arg(long, value_enum, value_name = "NAME")]
     pub view: Option<ViewName>,
@@ -250,6 +254,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             .collect(),
         trial: args.trial.map(|TrialName(trial)| trial),
         selected,
+        theme: match args.light {
+            true => Theme::Light,
+            false => Theme::Dark,
+        },
     };
     let png = picture::png(world, size, desk)?;
     store::write_atomic(&args.output, |file| file.write_all(&png))

@@ -34,6 +34,12 @@ impl Shapes {
         Self { fine, coarse: None }
     }
 
+    /// Another mesh while something moves.
+    pub fn two(fine: Handle<Mesh>, coarse: Handle<Mesh>) -> Self {
+        let coarse = Some(coarse);
+        Self { fine, coarse }
+    }
+
     /// A coarser one beside it, where the part has many triangles.
     pub fn with_coarse(part: &MeshPart, fine: Handle<Mesh>, meshes: &mut Assets<Mesh>) -> Self {
         let coarse = coarser(part, MOVING_TRIANGLES);

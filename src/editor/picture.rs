@@ -3,6 +3,7 @@
 use super::app::offscreen;
 use super::field::{FieldDesk, FieldRequest, TableRole};
 use super::layers;
+use super::palette::Theme;
 use super::solve::SolverHandle;
 use super::state::{OpenWorld, Results, Selected, Selection, Workspace};
 use super::study::StudyRequest;
@@ -44,6 +45,7 @@ pub struct Desk {
     /// In the Study workspace; `None` is the design's own pose.
     pub trial: Option<StudyTrial>,
     pub selected: Option<Selected>,
+    pub theme: Theme,
 }
 
 /// A trial of the design's study.
@@ -76,8 +78,10 @@ struct Captured(Option<Image>);
 /// # Errors
 /// See [`PictureError`].
 pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureError> {
+    desk.theme.apply();
     let (mut app, target) = offscreen(world, UVec2::from(size), desk.has_panels);
-    app.insert_resource(desk.workspace)
+    app.insert_resource(desk.theme)
+        .insert_resource(desk.workspace)
         .insert_resource(Selection::of(desk.selected));
     app.init_resource::<Captured>();
     for (role, file) in desk.tables {

@@ -44,10 +44,14 @@ fn texels(points: usize) -> usize {
     (points - 1) * TEXELS_PER_CELL + 1
 }
 
+/// Width and height of the texture.
+pub fn size(slice: &SliceOutcome) -> [usize; 2] {
+    slice.plan.counts.map(texels)
+}
+
 /// The texture, the plane's first axis along its rows.
 pub fn picture(slice: &SliceOutcome, look: &SliceLook) -> Image {
-    let [nu, nv] = slice.plan.counts;
-    let (width, height) = (texels(nu), texels(nv));
+    let [width, height] = size(slice);
     let painter = Painter::new(slice, look);
     let data: Vec<u8> = (0..height)
         .into_par_iter()

@@ -59,7 +59,7 @@ fn without_a_place_for_recovery_files_nothing_is_kept_and_that_is_said() {
         panic!("{notice:?}");
     };
     assert!(
-        text.starts_with("Unsaved changes are not kept for a crash:"),
+        text.starts_with("Unsaved changes are not kept for a crash"),
         "{text}"
     );
     // The edit counts all the same.

@@ -6,6 +6,7 @@ use super::latest::Latest;
 use crate::editor::convert;
 use crate::editor::diagnostics::Diagnostics;
 use crate::editor::document::WorldGeneration;
+use crate::editor::light_drawing::{Shapes, paints_in_software};
 use crate::editor::materials::PaintMaterial;
 use crate::editor::overlay::round_below;
 use crate::editor::state::{ColorBar, EditorSystems, OpenWorld};
@@ -17,6 +18,7 @@ use crate::geometry::surface::Ray;
 use crate::store;
 use crate::study::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 use bevy::prelude::*;
+use bevy::render::renderer::RenderAdapterInfo;
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
 
@@ -26,6 +28,9 @@ const HEAD_SHARE: f64 = 0.35;
 const HEAD_WIDTH_SHARE: f64 = 0.14;
 const HEAD_WIDTH_MM: [f64; 2] = [0.8, 4.0];
 const SHAFT_TO_HEAD: f64 = 0.4;
+
+/// A spike's foot is a little wider than a shaft, so that it covers about as much.
+const SPIKE_TO_HEAD: f64 = 0.6;
 
 /// In cells of the lattice; longer arrows are cut, and have the last colour.
 const LONGEST: f64 = 1.5;
@@ -252,6 +257,7 @@ fn draw(
     drawn: Query<Entity, With<Arrows>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<PaintMaterial>>,
+    adapter: Option<Res<RenderAdapterInfo>>,
 ) {
     for entity in &drawn {
         commands.entity(entity).despawn();
@@ -259,21 +265,30 @@ fn draw(
     let Some(found) = &layer.found else {
         return;
     };
+    let fine = meshes.add(mesh(found, &layer.look, push_arrow));
+    let shapes = match paints_in_software(adapter) {
+        true => Shapes::two(fine, meshes.add(mesh(found, &layer.look, push_spike))),
+        false => Shapes::one(fine),
+    };
     commands.spawn((
         Name::new("field arrows"),
         Arrows,
-        Mesh3d(meshes.add(mesh(found, &layer.look))),
+        Mesh3d(shapes.fine.clone()),
+        shapes,
         MeshMaterial3d(materials.add(PaintMaterial::flat())),
     ));
 }
 
+/// Adds the triangles of an arrow from a place, in a colour.
+type Push = fn(&mut convert::Painted, &Point3<f64>, &Vector3<f64>, [f32; 4]);
+
 /// All arrows as one mesh: one thing to draw, however many there are.
-fn mesh(found: &ArrowOutcome, look: &Look) -> Mesh {
+fn mesh(found: &ArrowOutcome, look: &Look, push: Push) -> Mesh {
     let mut painted = convert::Painted::default();
     let (scale, max_mm) = (Scale::of(found), look.max_mm(found));
     for (from, error) in found.arrows() {
         let color = convert::linear(look.map.srgb_of_value(error.norm(), max_mm));
-        push_arrow(&mut painted, &from, &scale.drawn(&error), color);
+        push(&mut painted, &from, &scale.drawn(&error), color);
     }
     painted.mesh()
 }
@@ -318,6 +333,31 @@ fn spacing_mm(found: &ArrowOutcome) -> f64 {
             .map(|k| sizes[k] / (found.plan.counts[k].max(2) - 1) as f64)
             .fold(f64::INFINITY, f64::min)
     })
+}
+
+/// Three sides that meet in the tip: what an arrow comes to while something moves in software.
+fn push_spike(
+    painted: &mut convert::Painted,
+    from: &Point3<f64>,
+    arrow: &Vector3<f64>,
+    color: [f32; 4],
+) {
+    const SIDES: usize = 3;
+    let Some(along) = arrow.try_normalize(1e-9) else {
+        return;
+    };
+    let across = crate::geometry::rotation::perpendicular(&Unit::new_unchecked(along));
+    let other = along.cross(&across);
+    let radius_mm = head_mm(arrow.norm()) * SPIKE_TO_HEAD;
+    let out = |k: usize| {
+        let angle = std::f64::consts::TAU * k as f64 / SIDES as f64;
+        across.into_inner() * angle.cos() + other * angle.sin()
+    };
+    for side in 0..SIDES {
+        let (a, b) = (out(side), out(side + 1));
+        let corners = [from + a * radius_mm, from + b * radius_mm, from + arrow];
+        painted.triangle(corners, &(a + b).normalize(), color);
+    }
 }
 
 /// A shaft and a head with flat sides.

@@ -112,10 +112,10 @@ fn window_rows(window: &WindowFigures) -> Vec<Row> {
     let orbit = &window.orbit;
     let a_second = orbit.frames as f64 / orbit.lasted.as_secs_f64();
     let what = format!(
-        "orbiting {} arrows, a slice of {}x{}, {} triangles",
+        "orbiting {} arrows, a slice of {}x{} texels, {} triangles",
         grouped(SHOWN_ARROWS),
-        window.slice_counts[0],
-        window.slice_counts[1],
+        window.slice_texels[0],
+        window.slice_texels[1],
         grouped(window.triangles),
     );
     let a_frame_ms = 1e3 / a_second.max(f64::MIN_POSITIVE);

@@ -9,6 +9,7 @@ use crate::editor::app;
 use crate::editor::camera::Turntable;
 use crate::editor::document::WorldGeneration;
 use crate::editor::layers;
+use crate::editor::slice_picture;
 use crate::editor::solve::SolverHandle;
 use crate::editor::state::{OpenWorld, Results};
 use crate::editor::wake::Waker;
@@ -48,7 +49,8 @@ pub struct WindowFigures {
     pub first_frame: Duration,
     pub rest: Stretch,
     pub orbit: Stretch,
-    pub slice_counts: [usize; 2],
+    /// Of the slice's picture.
+    pub slice_texels: [usize; 2],
     pub triangles: usize,
     /// Time on the adapter of each pass of such a frame, milliseconds; none where it keeps no time.
     pub passes_ms: Vec<(String, f64)>,
@@ -190,7 +192,7 @@ impl Measurement {
                 world.write_message(RequestRedraw);
                 if is_ready(world) {
                     if let Some(slice) = &world.resource::<Results>().slice {
-                        self.figures.slice_counts = slice.value.plan.counts;
+                        self.figures.slice_texels = slice_picture::size(&slice.value);
                     }
                     world.insert_resource(Turntable(Some(TURN_PX)));
                     self.phase = Phase::Orbit(Since::now(&presented));

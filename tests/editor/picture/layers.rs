@@ -43,6 +43,43 @@ fn each_layer_draws_what_it_is_named_for_and_nothing_where_it_is_off() {
     );
 }
 
+/// Every layer, and how many pixels of this picture it changes at least: far less than the things
+/// it draws cover, far more than edges that are smoothed otherwise.
+const LEAST_CHANGED: [(&str, usize); 14] = [
+    ("volume", 400),
+    ("generator", 400),
+    ("grid", 400),
+    ("anatomy", 2000),
+    ("sensor-errors", 40),
+    ("tip-error", 40),
+    ("ghost", 150),
+    ("motion", 100),
+    ("slice", 5000),
+    ("arrows", 2000),
+    ("placement", 100),
+    ("region", 1000),
+    ("support", 1000),
+    ("labels", 200),
+];
+
+#[test]
+fn every_layer_is_seen() {
+    let copy = Copied::new("pointer-on-head");
+    let layers = |list: &str| {
+        let more = ["--layers", list, "--select", "tool/shaft"];
+        render(&copy, SIZE, &more)
+    };
+    let none = layers("none");
+    let missing: Vec<String> = LEAST_CHANGED
+        .into_iter()
+        .filter_map(|(name, least)| {
+            let changed = layers(name).differences(&none);
+            (changed < least).then(|| format!("{name}: {changed}"))
+        })
+        .collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
 #[test]
 fn the_window_s_panels_are_drawn_when_asked_for() {
     let copy = Copied::new("endoscope");

@@ -1,6 +1,7 @@
 //! Pictures made by `render`, read pixel by pixel.
 
 mod layers;
+mod panels;
 mod slice;
 
 use super::copied::Copied;

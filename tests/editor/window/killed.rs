@@ -21,8 +21,9 @@ const PROMISED: Duration = Duration::from_secs(10);
 /// A stream of edits lasts longer than what is promised, and by so much more at most.
 const LONGER: Duration = Duration::from_secs(6);
 
-/// Where the coordinate begins that tells which edit was the last, and its step.
-const FIRST_MM: f64 = 60.0;
+/// Where the coordinate begins that tells which edit was the last, and its step: never again where
+/// the file has it, since a design that is as it was saved needs no recovery.
+const FIRST_MM: f64 = 73.0;
 const STEP_MM: f64 = 0.5;
 
 /// A stream of edits and when each was on the screen.
