@@ -90,11 +90,14 @@ fn notice(
     light.set_if_neq(LightDrawing(is_moving));
 }
 
+/// The camera that egui is painted with, told apart from the scene's.
+type OfEgui = (With<EguiCamera>, Without<MainCamera>);
+
 /// A third of a frame goes into smooth edges; without them one picture will do for scene and panels.
 fn smooth(
     light: Res<LightDrawing>,
     scene: Option<Single<(&mut Camera, &mut Msaa), With<MainCamera>>>,
-    egui: Option<Single<&mut Camera, (With<EguiCamera>, Without<MainCamera>)>>,
+    egui: Option<Single<&mut Camera, OfEgui>>,
 ) {
     let Some(scene) = scene else { return };
     let (mut camera, mut msaa) = scene.into_inner();

@@ -194,8 +194,7 @@ fn place(
 
 fn has_another_look(
     current: Res<CurrentGizmo>,
-    hovered: Res<HoveredHandle>,
-    held: Res<HeldHandle>,
+    (hovered, held): (Res<HoveredHandle>, Res<HeldHandle>),
     drag: Res<ActiveDrag>,
     rig: Res<OrbitRig>,
 ) -> bool {

@@ -80,8 +80,7 @@ fn spawn_bodies(
     roots: Query<(Entity, &BodyRoot, &MadeFrom)>,
     mut made: ResMut<BodyMeshes>,
     mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<LitMaterial>>,
-    mut glows: ResMut<Assets<GlowMaterial>>,
+    (mut materials, mut glows): (ResMut<Assets<LitMaterial>>, ResMut<Assets<GlowMaterial>>),
     adapter: Option<Res<RenderAdapterInfo>>,
 ) {
     let is_software = light_drawing::paints_in_software(adapter);
