@@ -194,7 +194,8 @@ fn place(
 
 fn has_another_look(
     current: Res<CurrentGizmo>,
-    (hovered, held): (Res<HoveredHandle>, Res<HeldHandle>),
+    hovered: Res<HoveredHandle>,
+    held: Res<HeldHandle>,
     drag: Res<ActiveDrag>,
     rig: Res<OrbitRig>,
 ) -> bool {
@@ -207,8 +208,7 @@ fn has_another_look(
 /// room.
 fn highlight(
     current: Res<CurrentGizmo>,
-    hovered: Res<HoveredHandle>,
-    held: Res<HeldHandle>,
+    (hovered, held): (Res<HoveredHandle>, Res<HeldHandle>),
     drag: Res<ActiveDrag>,
     rig: Res<OrbitRig>,
     look: Res<GizmoLook>,
