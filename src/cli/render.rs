@@ -1,7 +1,7 @@
 //! `trackwright render`: the 3D view as a picture, without a window.
 
 use super::output;
-use crate::design::view::{CameraView, Layers, View};
+use crate::design::view::{Layers, View};
 use crate::editor::field::TableRole;
 use crate::editor::palette::Theme;
 use crate::editor::picture::{Desk, StudyTrial};
@@ -335,12 +335,7 @@ fn aim(view: &mut View, name: ViewName, world: &World, size: [u32; 2]) {
         ViewName::Tip => {}
     }
     camera.frame_sphere(sphere.center_mm, sphere.radius_mm, view_px);
-    view.camera = Some(CameraView {
-        focus_mm: camera.focus_mm.coords.into(),
-        distance_mm: camera.distance_mm,
-        azimuth_rad: camera.azimuth_rad,
-        elevation_rad: camera.elevation_rad,
-    });
+    view.camera = Some(camera.into());
 }
 
 #[cfg(test)]

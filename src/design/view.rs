@@ -47,6 +47,28 @@ pub struct CameraView {
     pub elevation_rad: f64,
 }
 
+impl From<OrbitCamera> for CameraView {
+    fn from(camera: OrbitCamera) -> Self {
+        Self {
+            focus_mm: camera.focus_mm.coords.into(),
+            distance_mm: camera.distance_mm,
+            azimuth_rad: camera.azimuth_rad,
+            elevation_rad: camera.elevation_rad,
+        }
+    }
+}
+
+impl From<CameraView> for OrbitCamera {
+    fn from(view: CameraView) -> Self {
+        Self {
+            focus_mm: view.focus_mm.into(),
+            distance_mm: view.distance_mm,
+            azimuth_rad: view.azimuth_rad,
+            elevation_rad: view.elevation_rad,
+        }
+    }
+}
+
 /// What is drawn; a layer that is off costs nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(default)]
@@ -79,6 +101,27 @@ pub struct Layers {
     pub labels: bool,
 }
 
+impl Layers {
+    /// Bodies and sensors only.
+    pub const NONE: Self = Self {
+        volume: false,
+        generator: false,
+        grid: false,
+        anatomy: false,
+        sensor_errors: false,
+        tip_error: false,
+        ghost: false,
+        motion: false,
+        tip_scatter: false,
+        slice: false,
+        arrows: false,
+        placement: false,
+        region: false,
+        support: false,
+        labels: false,
+    };
+}
+
 impl Default for Layers {
     fn default() -> Self {
         Self {
@@ -92,11 +135,8 @@ impl Default for Layers {
             motion: true,
             tip_scatter: true,
             slice: true,
-            arrows: false,
-            placement: false,
-            region: false,
-            support: false,
             labels: true,
+            ..Self::NONE
         }
     }
 }

@@ -4,7 +4,7 @@ use super::autosave::RecoveryFolder;
 use super::camera::SceneTarget;
 use super::diagnostics::{Explain, ExplainLine};
 use super::egui_camera::EguiTarget;
-use super::lost_device::Failure;
+use super::lost_device::{self, Failure};
 use super::preferences::Recalled;
 use super::preflight::BACKENDS;
 use super::recent::RecentDesigns;
@@ -25,6 +25,7 @@ use bevy::render::settings::{RenderCreation, WgpuSettings};
 use bevy::window::{ExitCondition, PrimaryWindow, WindowResolution};
 use bevy::winit::{UpdateMode, WinitPlugin, WinitSettings};
 use bevy_egui::EguiPlugin;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
 /// Size of a new window, logical pixels.
@@ -80,12 +81,17 @@ pub fn edit(world: World, explain: Option<ExplainLine>) -> Result<(), EditorErro
 }
 
 /// Runs until the window closes.
+///
+/// A device that goes away within a frame makes the renderer panic before its own error handler
+/// hears of it. The app is dropped on the way here, which writes what is unsaved.
 pub(super) fn run(mut app: App) -> Result<(), EditorError> {
     let failure = app.world_mut().get_resource_or_init::<Failure>().clone();
-    match (app.run(), failure.reason()) {
-        (AppExit::Success, _) => Ok(()),
-        (AppExit::Error(_), Some(reason)) => Err(EditorError::Failed(reason)),
-        (AppExit::Error(code), None) => Err(EditorError::Code(code.get())),
+    let exit = catch_unwind(AssertUnwindSafe(|| app.run()));
+    match (exit, failure.reason()) {
+        (Ok(AppExit::Success), _) => Ok(()),
+        (_, Some(reason)) => Err(EditorError::Failed(reason)),
+        (Ok(AppExit::Error(code)), None) => Err(EditorError::Code(code.get())),
+        (Err(panic), None) => Err(EditorError::Failed(lost_device::panic_in_words(&*panic))),
     }
 }
 
@@ -139,8 +145,14 @@ fn maximise(window: Option<Single<&mut Window, With<PrimaryWindow>>>) {
     }
 }
 
-/// An app without a window that paints into an image, to be driven by hand.
-pub(super) fn offscreen(world: World, size: UVec2, has_panels: bool) -> (App, Handle<Image>) {
+/// An app without a window that paints into an image, to be driven by hand; `prepare` as for
+/// [`window`].
+pub(super) fn offscreen(
+    world: World,
+    size: UVec2,
+    has_panels: bool,
+    prepare: impl FnOnce(&mut App),
+) -> (App, Handle<Image>) {
     let mut app = App::new();
     let window = WindowPlugin {
         primary_window: None,
@@ -173,6 +185,7 @@ pub(super) fn offscreen(world: World, size: UVec2, has_panels: bool) -> (App, Ha
         panels: has_panels,
         window: false,
     };
+    prepare(&mut app);
     add_editor(&mut app, world, presentation);
     (app, image)
 }

@@ -227,7 +227,7 @@ impl ViewKeeper<'_> {
     /// Done at the end of a gesture.
     fn keep(&mut self, rig: &mut OrbitRig) {
         let Some(world) = &self.world else { return };
-        let camera = camera_view(&rig.camera);
+        let camera = CameraView::from(rig.camera);
         if rig.known != Some(camera) {
             rig.known = Some(camera);
             let mut view = world.0.document.view().clone();
@@ -390,7 +390,7 @@ fn follow_document(
     if !is_other_world && (wanted == rig.known || wanted.is_none()) {
         return;
     }
-    let to = wanted.map_or_else(|| first_camera(&world.0, rig.view_px), orbit_camera);
+    let to = wanted.map_or_else(|| first_camera(&world.0, rig.view_px), Into::into);
     rig.generation = generation.or(Some(WorldGeneration::default()));
     rig.known = wanted;
     if is_other_world || !presentation.window {
@@ -516,7 +516,7 @@ fn physical_viewport(view: &ViewportRect, scale: f32, most: Option<UVec2>) -> Op
 /// The camera that a design is opened with: its own, else one that frames tool and CRF.
 pub fn opening_camera(world: &World, view_px: [f64; 2]) -> OrbitCamera {
     let own = world.document.view().camera;
-    own.map_or_else(|| first_camera(world, view_px), orbit_camera)
+    own.map_or_else(|| first_camera(world, view_px), Into::into)
 }
 
 fn first_camera(world: &World, view_px: [f64; 2]) -> OrbitCamera {
@@ -526,24 +526,6 @@ fn first_camera(world: &World, view_px: [f64; 2]) -> OrbitCamera {
         camera.frame_sphere(sphere.center_mm, radius_mm, view_px);
     }
     camera
-}
-
-fn orbit_camera(view: CameraView) -> OrbitCamera {
-    OrbitCamera {
-        focus_mm: view.focus_mm.into(),
-        distance_mm: view.distance_mm,
-        azimuth_rad: view.azimuth_rad,
-        elevation_rad: view.elevation_rad,
-    }
-}
-
-fn camera_view(camera: &OrbitCamera) -> CameraView {
-    CameraView {
-        focus_mm: camera.focus_mm.coords.into(),
-        distance_mm: camera.distance_mm,
-        azimuth_rad: camera.azimuth_rad,
-        elevation_rad: camera.elevation_rad,
-    }
 }
 
 #[cfg(test)]

@@ -4,15 +4,13 @@
 //! one undo step: `Begin`, an `Apply` for each move, `Commit`, or `Cancel` on Escape.
 
 use super::camera::Sight;
+use super::drag_edits::DragEdits;
 use super::fine_pointer::{DEAD_ZONE_PX, DragKeys, FinePointer};
 use super::gizmo::GizmoHandle;
 use super::pick::{Surfaces, Targets};
 use super::scene::bodies::mesh_of;
 use super::scene::{BodyRoot, SensorMark};
-use super::state::{
-    ActiveDrag, DragReadout, DragText, EditRequest, EditorSystems, Hovered, Selected, Selection,
-    ViewportRect,
-};
+use super::state::{ActiveDrag, EditorSystems, Hovered, Selected, Selection, ViewportRect};
 use super::tool::SceneTool;
 use super::ui::scene_menu::SceneMenu;
 use crate::design::{BodyRole, Edit};
@@ -318,21 +316,13 @@ impl Grip<'_> {
     }
 }
 
-/// What others see of a drag.
-#[derive(SystemParam)]
-struct ShownDrag<'w> {
-    active: ResMut<'w, ActiveDrag>,
-    readout: ResMut<'w, DragReadout>,
-    selection: ResMut<'w, Selection>,
-}
-
 fn on_drag(
     mut drag: On<Pointer<Drag>>,
     sensors: Query<&SensorMark>,
     grip: Grip,
-    mut shown: ShownDrag,
+    mut selection: ResMut<Selection>,
     mut held: ResMut<HeldSensor>,
-    mut edits: MessageWriter<EditRequest>,
+    mut edits: DragEdits,
 ) {
     let Ok(mark) = sensors.get(drag.entity) else {
         return;
@@ -340,26 +330,25 @@ fn on_drag(
     drag.propagate(false);
     let at = drag.pointer_location.position;
     if drag.button != PointerButton::Primary
-        || drag.distance.length() < DEAD_ZONE_PX && !shown.active.0
+        || drag.distance.length() < DEAD_ZONE_PX && !edits.is_active()
     {
         return;
     }
     if held.0.is_none() {
         // After Escape the button is still down: that drag is over.
-        if shown.active.0 {
+        if edits.is_active() {
             return;
         }
-        let mut selection = shown.selection.clone();
         let Some(taken) = grip.take(mark, at - drag.distance, &selection) else {
             return;
         };
-        edits.write(EditRequest::Begin(match taken.others.len() {
+        edits.begin(match taken.others.len() {
             0 => format!("Move sensor {}", taken.start.name),
             others => format!("Move {} sensors", others + 1),
-        }));
-        selection.take(Selected::Sensor(mark.body, mark.index));
-        shown.selection.set_if_neq(selection);
-        shown.active.set_if_neq(ActiveDrag(true));
+        });
+        let mut after = selection.clone();
+        after.take(Selected::Sensor(mark.body, mark.index));
+        selection.set_if_neq(after);
         held.0 = Some(taken);
     }
     let Some(held) = &mut held.0 else { return };
@@ -368,41 +357,30 @@ fn on_drag(
     };
     let start = held.start.body_from_sensor();
     let sensor = held.start.moved(&start, &pose);
-    shown.readout.set_if_neq(DragReadout(Some(DragText {
-        at,
-        text: readout_text(held, &sensor),
-    })));
-    edits.write(EditRequest::Apply(held.edit(sensor, &start, &pose)));
+    let text = readout_text(held, &sensor);
+    edits.apply(held.edit(sensor, &start, &pose), at, text);
 }
 
 fn on_drag_end(
     mut drag: On<Pointer<DragEnd>>,
     sensors: Query<&SensorMark>,
     mut held: ResMut<HeldSensor>,
-    mut active: ResMut<ActiveDrag>,
-    mut readout: ResMut<DragReadout>,
-    mut edits: MessageWriter<EditRequest>,
+    mut edits: DragEdits,
 ) {
     if !sensors.contains(drag.entity) || drag.button != PointerButton::Primary {
         return;
     }
     drag.propagate(false);
-    if held.0.take().is_some() {
-        edits.write(EditRequest::Commit);
-    }
-    active.set_if_neq(ActiveDrag(false));
-    readout.set_if_neq(DragReadout(None));
+    edits.end(held.0.take().is_some());
 }
 
 fn let_go_on_escape(
     keys: Res<ButtonInput<KeyCode>>,
     mut held: ResMut<HeldSensor>,
-    mut readout: ResMut<DragReadout>,
-    mut edits: MessageWriter<EditRequest>,
+    mut edits: DragEdits,
 ) {
     if keys.just_pressed(KeyCode::Escape) && held.0.take().is_some() {
-        edits.write(EditRequest::Cancel);
-        readout.set_if_neq(DragReadout(None));
+        edits.cancel();
     }
 }
 

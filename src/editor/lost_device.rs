@@ -6,6 +6,7 @@
 use bevy::app::AppExit;
 use bevy::prelude::*;
 use bevy::render::error_handler::{ErrorType, RenderError, RenderErrorHandler, RenderErrorPolicy};
+use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Ends the program when the adapter fails, and tells [`Failure`] why.
@@ -52,5 +53,90 @@ fn words(error: &RenderError) -> String {
     match lines.find(|line| !line.is_empty()) {
         Some(why) => format!("{what} ({why})"),
         None => what.to_owned(),
+    }
+}
+
+/// What a panic says; the renderer's own are about the adapter.
+pub(super) fn panic_in_words(panic: &(dyn Any + Send)) -> String {
+    let text = panic
+        .downcast_ref::<String>()
+        .map(String::as_str)
+        .or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or_default();
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    match lines
+        .clone()
+        .find(|line| line.to_lowercase().contains("device is lost"))
+    {
+        Some(_) => "the graphics adapter was lost".to_owned(),
+        None => match lines.next() {
+            Some(why) => format!("the editor stopped at a fault of its own ({why})"),
+            None => "the editor stopped at a fault of its own".to_owned(),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::{BodyRole, Edit};
+    use crate::editor::app::{self, EditorError};
+    use crate::editor::autosave::RecoveryFolder;
+    use crate::editor::state::{EditRequest, OpenWorld};
+    use crate::store;
+    use bevy::app::PluginsState;
+    use bevy::render::renderer::RenderDevice;
+
+    /// A window's frames one after the other, of which the last has no adapter any more.
+    fn lose_the_adapter(mut app: App) -> AppExit {
+        while app.plugins_state() == PluginsState::Adding {
+            bevy::tasks::tick_global_task_pools_on_main_thread();
+        }
+        app.finish();
+        app.cleanup();
+        app.update();
+        let mut sensor = {
+            let open = app.world().resource::<OpenWorld>();
+            open.0.document.design().tool.body.rigid.sensors[0].clone()
+        };
+        sensor.position_in_body.z += 7.0;
+        app.world_mut()
+            .write_message(EditRequest::Apply(Edit::SetSensor {
+                body: BodyRole::Tool,
+                index: 0,
+                sensor,
+            }));
+        app.update();
+        let device = app.world().resource::<RenderDevice>();
+        device.wgpu_device().destroy();
+        for _ in 0..20 {
+            app.update();
+            if let Some(exit) = app.should_exit() {
+                return exit;
+            }
+        }
+        panic!("it went on");
+    }
+
+    #[test]
+    fn a_lost_adapter_ends_the_program_with_the_reason_and_what_is_unsaved_is_recovered() {
+        let folder = tempfile::tempdir().unwrap();
+        let world = store::open_builtin("pointer-on-head").unwrap();
+        let before_mm = world.document.design().tool.body.rigid.sensors[0]
+            .position_in_body
+            .z;
+        let (mut app, _) = app::offscreen(world, UVec2::new(320, 240), true, |app| {
+            app.insert_resource(RecoveryFolder(folder.path().to_owned()));
+        });
+        app.set_runner(lose_the_adapter);
+        let error = app::run(app).unwrap_err();
+        let said = "the graphics adapter was lost".to_owned();
+        assert_eq!(error, EditorError::Failed(said));
+        let left = store::leftovers(folder.path()).unwrap();
+        let world = left.first().expect("a recovery file").open().unwrap();
+        let after_mm = world.document.design().tool.body.rigid.sensors[0]
+            .position_in_body
+            .z;
+        assert!((after_mm - before_mm - 7.0).abs() < 1e-12);
     }
 }

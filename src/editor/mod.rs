@@ -10,6 +10,7 @@ pub mod convert;
 pub mod diagnostics;
 pub mod document;
 pub mod drag;
+pub mod drag_edits;
 pub mod drops;
 pub mod egui_camera;
 pub mod field;

@@ -8,14 +8,12 @@
 //! within them.
 
 use super::camera::Sight;
+use super::drag_edits::DragEdits;
 use super::handle::{self, BallHandle};
 use super::materials::GlowMaterial;
 use super::palette::Theme;
 use super::scene::shapes::GlyphShapes;
-use super::state::{
-    ActiveDrag, DragReadout, DragText, EditRequest, EditorSystems, OpenWorld, Presentation,
-    Selection, Workspace,
-};
+use super::state::{EditorSystems, OpenWorld, Presentation, Selection, Workspace};
 use super::study::ShownDesign;
 use super::ui::widgets::{THIN_SPACE, counted, signed};
 use super::{convert, palette};
@@ -244,7 +242,7 @@ fn on_drag_start(
     balls: Query<&MotionBall>,
     sight: Sight,
     mut held: ResMut<MotionDrag>,
-    mut active: ResMut<ActiveDrag>,
+    mut edits: DragEdits,
 ) {
     let Ok(ball) = balls.get(drag.entity) else {
         return;
@@ -261,7 +259,7 @@ fn on_drag_start(
         return;
     };
     if let Some(end) = ball.0.take(&motion, &ray) {
-        active.set_if_neq(ActiveDrag(true));
+        edits.take_hold();
         held.0 = Some(Held {
             end,
             has_begun: false,
@@ -275,8 +273,7 @@ fn on_drag(
     sight: Sight,
     keys: Option<Res<ButtonInput<KeyCode>>>,
     mut held: ResMut<MotionDrag>,
-    mut readout: ResMut<DragReadout>,
-    mut edits: MessageWriter<EditRequest>,
+    mut edits: DragEdits,
 ) {
     if !balls.contains(drag.entity) {
         return;
@@ -300,43 +297,32 @@ fn on_drag(
     };
     if !held.has_begun {
         held.has_begun = true;
-        edits.write(EditRequest::Begin("Set range of motion".to_owned()));
+        edits.begin("Set range of motion".to_owned());
     }
-    edits.write(EditRequest::Apply(Edit::SetMotion(Some(motion))));
-    readout.set_if_neq(DragReadout(Some(DragText {
-        at,
-        text: readout_text(held.end.handle(), &motion),
-    })));
+    let text = readout_text(held.end.handle(), &motion);
+    edits.apply(Edit::SetMotion(Some(motion)), at, text);
 }
 
 fn on_drag_end(
     mut drag: On<Pointer<DragEnd>>,
     balls: Query<(), With<MotionBall>>,
     mut held: ResMut<MotionDrag>,
-    mut active: ResMut<ActiveDrag>,
-    mut readout: ResMut<DragReadout>,
-    mut edits: MessageWriter<EditRequest>,
+    mut edits: DragEdits,
 ) {
     if !balls.contains(drag.entity) || drag.button != PointerButton::Primary {
         return;
     }
     drag.propagate(false);
-    if held.0.take().is_some_and(|held| held.has_begun) {
-        edits.write(EditRequest::Commit);
-    }
-    active.set_if_neq(ActiveDrag(false));
-    readout.set_if_neq(DragReadout(None));
+    edits.end(held.0.take().is_some_and(|held| held.has_begun));
 }
 
 fn let_go_on_escape(
     keys: Res<ButtonInput<KeyCode>>,
     mut held: ResMut<MotionDrag>,
-    mut readout: ResMut<DragReadout>,
-    mut edits: MessageWriter<EditRequest>,
+    mut edits: DragEdits,
 ) {
     if keys.just_pressed(KeyCode::Escape) && held.0.take().is_some_and(|held| held.has_begun) {
-        edits.write(EditRequest::Cancel);
-        readout.set_if_neq(DragReadout(None));
+        edits.cancel();
     }
 }
 

@@ -79,11 +79,12 @@ struct Captured(Option<Image>);
 /// See [`PictureError`].
 pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureError> {
     desk.theme.apply();
-    let (mut app, target) = offscreen(world, UVec2::from(size), desk.has_panels);
-    app.insert_resource(desk.theme)
-        .insert_resource(desk.workspace)
-        .insert_resource(Selection::of(desk.selected));
-    app.init_resource::<Captured>();
+    let (mut app, target) = offscreen(world, UVec2::from(size), desk.has_panels, |app| {
+        app.insert_resource(desk.theme)
+            .insert_resource(desk.workspace)
+            .insert_resource(Selection::of(desk.selected))
+            .init_resource::<Captured>();
+    });
     for (role, file) in desk.tables {
         app.world_mut()
             .write_message(FieldRequest::Open(role, file));

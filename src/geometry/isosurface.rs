@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_is_closed_and_as_large_as_its_cells_allow() {
+    fn a_ball_is_closed_and_as_large_as_its_cells_permit() {
         let center = Point3::new(2.5, 3.7, 0.3);
         let radius = 7.0_f64;
         let lattice = lattice([25, 31, 28], |p| (p - center).norm_squared());

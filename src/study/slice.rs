@@ -30,7 +30,7 @@ pub struct SliceOutcome {
     /// The box that a point of the plane is inside of or not; `None` for the tip error, of which each
     /// sensor decides.
     pub bounds: Option<Bounds>,
-    /// Whether the model may be believed at each point, see [`super::slice_support`]; empty where
+    /// Whether the model may be believed at each point, see [`super::slice_support()`]; empty where
     /// that was not asked or the environment does not say.
     pub is_supported: Vec<bool>,
     /// Largest value inside the box, 0 where nothing is inside.

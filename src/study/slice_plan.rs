@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_are_as_square_as_whole_counts_allow() {
+    fn cells_are_as_square_as_whole_counts_permit() {
         let plane = SlicePlane::Across {
             normal_axis: 1,
             position_mm: 0.0,

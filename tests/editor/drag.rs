@@ -235,23 +235,7 @@ fn layers_that_are_off_have_no_entities() {
         .document
         .view()
         .clone();
-    view.layers = Layers {
-        volume: false,
-        generator: false,
-        grid: false,
-        anatomy: false,
-        sensor_errors: false,
-        tip_error: false,
-        ghost: false,
-        motion: false,
-        tip_scatter: false,
-        slice: false,
-        arrows: false,
-        placement: false,
-        region: false,
-        support: false,
-        labels: false,
-    };
+    view.layers = Layers::NONE;
     hand.app.world_mut().write_message(ViewRequest::Set(view));
     settle(&mut hand.app);
     for name in LAYERS {

@@ -35,18 +35,12 @@ fn asked(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<Vie
             let actions = outliner_ui(
                 ui,
                 &OutlinerView {
-                    design: &design,
-                    environment: room,
-                    view,
-                    selection: &selection,
-                    hovered: None,
-                    is_available: &|_| true,
-                    pose: None,
                     layers: LayerFigures {
                         camera: Some(camera()),
                         slice_max: Some(2.347),
                         ..LayerFigures::default()
                     },
+                    ..OutlinerView::new(&design, room, view, &selection)
                 },
             );
             asked.borrow_mut().extend(actions);

@@ -17,7 +17,6 @@ use trackwright::editor::state::{
 use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
 use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
-use trackwright::editor::ui::layer_settings::LayerFigures;
 use trackwright::editor::ui::motion_ui::motion_ui;
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::result::{ResultView, result_ui};
@@ -63,16 +62,7 @@ fn the_outliner_names_the_volume_and_a_row_of_it_selects_its_sensor() {
     let (mut harness, asked) = harness(|ui| {
         outliner_ui(
             ui,
-            &OutlinerView {
-                design: &design,
-                environment: &environment,
-                view: &view,
-                selection: &Selection::default(),
-                hovered: None,
-                is_available: &|_| true,
-                pose: None,
-                layers: LayerFigures::default(),
-            },
+            &OutlinerView::new(&design, &environment, &view, &Selection::default()),
         )
     });
     harness.get_by_label("Aurora cube");
@@ -262,14 +252,8 @@ fn sensors_out_of_the_volume_are_named_in_words() {
         outliner_ui(
             ui,
             &OutlinerView {
-                design: &design,
-                environment: &environment,
-                view: &view,
-                selection: &Selection::default(),
-                hovered: None,
-                is_available: &|_| true,
                 pose: Some(&pose),
-                layers: LayerFigures::default(),
+                ..OutlinerView::new(&design, &environment, &view, &Selection::default())
             },
         );
         inspector_ui(

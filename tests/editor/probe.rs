@@ -17,30 +17,12 @@ use trackwright::editor::state::{
 use trackwright::store;
 use trackwright::study::{ArrowPlan, ArrowSensor, CancelToken, SliceOutcome, sample_arrows};
 
-const NO_LAYERS: Layers = Layers {
-    volume: false,
-    generator: false,
-    grid: false,
-    anatomy: false,
-    sensor_errors: false,
-    tip_error: false,
-    ghost: false,
-    motion: false,
-    tip_scatter: false,
-    slice: false,
-    arrows: false,
-    placement: false,
-    region: false,
-    support: false,
-    labels: false,
-};
-
 fn app(change: impl FnOnce(&mut View)) -> App {
     let mut app = app_with(|app| {
         app.add_plugins(ProbePlugin);
     });
     look(&mut app, |view| {
-        view.layers = NO_LAYERS;
+        view.layers = Layers::NONE;
         change(view);
     });
     app

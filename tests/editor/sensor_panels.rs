@@ -16,7 +16,6 @@ use trackwright::editor::tool::SceneTool;
 use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::history_ui::history_ui;
 use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
-use trackwright::editor::ui::layer_settings::LayerFigures;
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::row_page::{RowPage, row_page_ui};
 use trackwright::editor::ui::widgets::{NumberChange, NumberField, number_ui};
@@ -88,16 +87,7 @@ fn a_row_of_the_outliner_is_added_with_control_and_has_a_menu() {
     let (mut harness, asked) = harness(|ui| {
         outliner_ui(
             ui,
-            &OutlinerView {
-                design: &design,
-                environment: &environment,
-                view: &view,
-                selection: &selection,
-                hovered: None,
-                is_available: &|_| true,
-                pose: None,
-                layers: LayerFigures::default(),
-            },
+            &OutlinerView::new(&design, &environment, &view, &selection),
         )
     });
     let grip = Selected::Sensor(BodyRole::Tool, 1);
@@ -122,16 +112,7 @@ fn the_row_that_adds_a_sensor_asks_for_the_tool_that_does() {
     let (mut harness, asked) = harness(|ui| {
         outliner_ui(
             ui,
-            &OutlinerView {
-                design: &design,
-                environment: &environment,
-                view: &view,
-                selection: &Selection::default(),
-                hovered: None,
-                is_available: &|_| true,
-                pose: None,
-                layers: LayerFigures::default(),
-            },
+            &OutlinerView::new(&design, &environment, &view, &Selection::default()),
         )
     });
     let rows: Vec<_> = harness.get_all_by_label("Add sensor").collect();
@@ -148,16 +129,7 @@ fn the_eye_and_the_lock_of_a_row_change_the_view_and_select_nothing() {
     let (mut harness, asked) = harness(|ui| {
         outliner_ui(
             ui,
-            &OutlinerView {
-                design: &design,
-                environment: &environment,
-                view: &view,
-                selection: &Selection::default(),
-                hovered: None,
-                is_available: &|_| true,
-                pose: None,
-                layers: LayerFigures::default(),
-            },
+            &OutlinerView::new(&design, &environment, &view, &Selection::default()),
         )
     });
     harness.get_by_label("Hide grip").click();

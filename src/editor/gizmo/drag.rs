@@ -3,10 +3,9 @@
 use super::{CurrentGizmo, GizmoHandle, HoveredHandle};
 use crate::design::{BodyRole, Design, Edit};
 use crate::editor::camera::Sight;
+use crate::editor::drag_edits::DragEdits;
 use crate::editor::fine_pointer::{DEAD_ZONE_PX, DragKeys, FinePointer};
-use crate::editor::state::{
-    ActiveDrag, DragReadout, DragText, EditRequest, EditorSystems, Selected,
-};
+use crate::editor::state::{ActiveDrag, DragReadout, EditorSystems, Selected};
 use crate::geometry::gizmo::{Handle, HandleDrag, HandleKind};
 use crate::geometry::movement::Movement;
 use bevy::ecs::system::SystemParam;
@@ -158,28 +157,27 @@ fn on_drag(
     handles: Query<&GizmoHandle>,
     grip: Grip,
     mut held: ResMut<HeldHandle>,
-    mut active: ResMut<ActiveDrag>,
-    mut readout: ResMut<DragReadout>,
-    mut edits: MessageWriter<EditRequest>,
+    mut edits: DragEdits,
 ) {
     let Ok(GizmoHandle(handle)) = handles.get(drag.entity) else {
         return;
     };
     drag.propagate(false);
     let at = drag.pointer_location.position;
-    if drag.button != PointerButton::Primary || drag.distance.length() < DEAD_ZONE_PX && !active.0 {
+    if drag.button != PointerButton::Primary
+        || drag.distance.length() < DEAD_ZONE_PX && !edits.is_active()
+    {
         return;
     }
     if held.0.is_none() {
         // After Escape the button is still down: that drag is over.
-        if active.0 {
+        if edits.is_active() {
             return;
         }
         let Some(taken) = grip.take(*handle, at - drag.distance) else {
             return;
         };
-        edits.write(EditRequest::Begin(taken.label()));
-        active.set_if_neq(ActiveDrag(true));
+        edits.begin(taken.label());
         held.0 = Some(taken);
     }
     let Some(held) = &mut held.bypass_change_detection().0 else {
@@ -188,42 +186,32 @@ fn on_drag(
     let Some(movement) = grip.movement(held, at) else {
         return;
     };
-    readout.set_if_neq(DragReadout(Some(DragText {
-        at,
-        text: amount_text(&movement),
-    })));
-    edits.write_batch(held.edit(&movement).map(EditRequest::Apply));
+    if let Some(edit) = held.edit(&movement) {
+        edits.apply(edit, at, amount_text(&movement));
+    }
 }
 
 fn on_drag_end(
     mut drag: On<Pointer<DragEnd>>,
     handles: Query<&GizmoHandle>,
     mut held: ResMut<HeldHandle>,
-    mut active: ResMut<ActiveDrag>,
-    mut readout: ResMut<DragReadout>,
-    mut edits: MessageWriter<EditRequest>,
+    mut edits: DragEdits,
 ) {
     if !handles.contains(drag.entity) || drag.button != PointerButton::Primary {
         return;
     }
     drag.propagate(false);
-    if held.0.take().is_some() {
-        edits.write(EditRequest::Commit);
-    }
-    active.set_if_neq(ActiveDrag(false));
-    readout.set_if_neq(DragReadout(None));
+    edits.end(held.0.take().is_some());
 }
 
 fn let_go_on_escape(
     keys: Res<ButtonInput<KeyCode>>,
     mut held: ResMut<HeldHandle>,
-    mut readout: ResMut<DragReadout>,
-    mut edits: MessageWriter<EditRequest>,
+    mut edits: DragEdits,
 ) {
     if keys.just_pressed(KeyCode::Escape) && held.bypass_change_detection().0.is_some() {
         held.0 = None;
-        edits.write(EditRequest::Cancel);
-        readout.set_if_neq(DragReadout(None));
+        edits.cancel();
     }
 }
 

@@ -5,6 +5,7 @@ pub mod arrows;
 pub mod latest;
 pub mod placement;
 pub mod region;
+mod shell;
 pub mod support;
 
 use super::state::ColorBar;

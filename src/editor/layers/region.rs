@@ -2,12 +2,12 @@
 
 use super::ColorBars;
 use super::latest::Latest;
+use super::shell::{Shell, ShellLook};
 use crate::editor::diagnostics::Diagnostics;
 use crate::editor::document::WorldGeneration;
-use crate::editor::materials::GlowMaterial;
+use crate::editor::palette;
 use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld};
 use crate::editor::wake::Waker;
-use crate::editor::{convert, palette};
 use crate::store;
 use crate::study::usable_region::{RegionError, UsableRegion, usable_region};
 use bevy::prelude::*;
@@ -15,9 +15,13 @@ use bevy::prelude::*;
 /// Points along each side of the lattice: coarse for the first picture, then fine.
 const COUNTS: [usize; 2] = [13, 33];
 
-const ALPHA: [f32; 2] = [0.10, 0.45];
-const RIM: f32 = 2.0;
-const ORDER_MM: f32 = -400.0;
+const LOOK: ShellLook = ShellLook {
+    name: "usable region",
+    color: palette::MET,
+    alpha: [0.10, 0.45],
+    rim: 2.0,
+    order_mm: -400.0,
+};
 
 /// Finds and draws the usable region while its layer is on.
 pub struct RegionPlugin;
@@ -147,33 +151,10 @@ fn in_words(region: &UsableRegion) -> String {
     format!("requirement met in {percent:.0} % of the volume, {volume} cm³")
 }
 
-fn draw(
-    mut commands: Commands,
-    layer: Res<RegionLayer>,
-    drawn: Query<Entity, With<Region>>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<GlowMaterial>>,
-) {
-    for entity in &drawn {
-        commands.entity(entity).despawn();
-    }
-    let Some(Ok(region)) = &layer.found else {
-        return;
+fn draw(layer: Res<RegionLayer>, mut shell: Shell<Region>) {
+    let surface = match &layer.found {
+        Some(Ok(region)) => Some(&region.surface),
+        _ => None,
     };
-    let surface = &region.surface;
-    if surface.triangles.is_empty() {
-        return;
-    }
-    let mesh = convert::triangle_mesh(&surface.positions_mm, &surface.normals, &surface.triangles);
-    let [middle, rim] = ALPHA;
-    let look = GlowMaterial::translucent(palette::MET, middle, rim)
-        .rim(RIM)
-        .order(ORDER_MM)
-        .both_faces();
-    commands.spawn((
-        Name::new("usable region"),
-        Region,
-        Mesh3d(meshes.add(mesh)),
-        MeshMaterial3d(materials.add(look)),
-    ));
+    shell.draw(Region, surface, &LOOK);
 }

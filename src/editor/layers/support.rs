@@ -3,11 +3,11 @@
 
 use super::ColorBars;
 use super::latest::Latest;
+use super::shell::{Shell, ShellLook};
 use crate::editor::diagnostics::Diagnostics;
-use crate::editor::materials::GlowMaterial;
+use crate::editor::palette;
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::wake::Waker;
-use crate::editor::{convert, palette};
 use crate::field::Environment;
 use crate::study::{SupportedRegion, SupportedRegionError, supported_region};
 use bevy::prelude::*;
@@ -17,10 +17,14 @@ use std::sync::Arc;
 /// Points along each side of the lattice: coarse for the first picture, then fine.
 const COUNTS: [usize; 2] = [13, 33];
 
-const ALPHA: [f32; 2] = [0.06, 0.30];
-const RIM: f32 = 2.5;
-/// Behind the usable region, which lies within it more often than around it.
-const ORDER_MM: f32 = -600.0;
+const LOOK: ShellLook = ShellLook {
+    name: "supported region",
+    color: palette::SUPPORT,
+    alpha: [0.06, 0.30],
+    rim: 2.5,
+    // Behind the usable region, which lies within it more often than around it.
+    order_mm: -600.0,
+};
 
 /// Finds and draws the region of supported field while its layer is on.
 pub struct SupportPlugin;
@@ -153,33 +157,10 @@ fn in_words(region: &SupportedRegion) -> String {
     format!("field supported in {percent:.0} % of the box{along}")
 }
 
-fn draw(
-    mut commands: Commands,
-    layer: Res<SupportLayer>,
-    drawn: Query<Entity, With<Supported>>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<GlowMaterial>>,
-) {
-    for entity in &drawn {
-        commands.entity(entity).despawn();
-    }
-    let Some(Ok(region)) = &layer.found else {
-        return;
+fn draw(layer: Res<SupportLayer>, mut shell: Shell<Supported>) {
+    let surface = match &layer.found {
+        Some(Ok(region)) => Some(&region.surface),
+        _ => None,
     };
-    let surface = &region.surface;
-    if surface.triangles.is_empty() {
-        return;
-    }
-    let mesh = convert::triangle_mesh(&surface.positions_mm, &surface.normals, &surface.triangles);
-    let [middle, rim] = ALPHA;
-    let look = GlowMaterial::translucent(palette::SUPPORT, middle, rim)
-        .rim(RIM)
-        .order(ORDER_MM)
-        .both_faces();
-    commands.spawn((
-        Name::new("supported region"),
-        Supported,
-        Mesh3d(meshes.add(mesh)),
-        MeshMaterial3d(materials.add(look)),
-    ));
+    shell.draw(Supported, surface, &LOOK);
 }

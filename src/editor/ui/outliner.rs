@@ -32,6 +32,27 @@ pub struct OutlinerView<'a> {
     pub layers: LayerFigures,
 }
 
+impl<'a> OutlinerView<'a> {
+    /// Of a design at rest: nothing under the pointer, no results yet, every command at hand.
+    pub fn new(
+        design: &'a Design,
+        environment: &'a Environment,
+        view: &'a View,
+        selection: &'a Selection,
+    ) -> Self {
+        Self {
+            design,
+            environment,
+            view,
+            selection,
+            hovered: None,
+            is_available: &|_| true,
+            pose: None,
+            layers: LayerFigures::default(),
+        }
+    }
+}
+
 /// Draws bodies, room and layers.
 pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<PanelAction> {
     let mut actions = Vec::new();

@@ -6,7 +6,7 @@ use crate::editor::pixels::{Pixel, is_near};
 use crate::support::program::{succeed, text};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use trackwright::design::BodyRole;
-use trackwright::design::view::{CameraView, ColorMap, Quantity, SliceAxis, SliceView};
+use trackwright::design::view::{ColorMap, Quantity, SliceAxis, SliceView};
 use trackwright::editor::solve::slice_plan;
 use trackwright::geometry::colormap::{NO_VALUE_LINE_SRGB, NO_VALUE_SRGB};
 use trackwright::geometry::orbit::OrbitCamera;
@@ -51,15 +51,6 @@ fn camera() -> OrbitCamera {
         distance_mm: 1000.0,
         azimuth_rad: 0.15,
         elevation_rad: 0.1,
-    }
-}
-
-fn camera_view(camera: &OrbitCamera) -> CameraView {
-    CameraView {
-        focus_mm: camera.focus_mm.coords.into(),
-        distance_mm: camera.distance_mm,
-        azimuth_rad: camera.azimuth_rad,
-        elevation_rad: camera.elevation_rad,
     }
 }
 
@@ -149,7 +140,7 @@ fn five_pixels_of_the_slice_have_the_colours_of_what_distort_gives_there() {
     let copy = Copied::new("pointer-on-head");
     copy.look(|view| {
         view.slice = slice();
-        view.camera = Some(camera_view(&camera()));
+        view.camera = Some(camera().into());
     });
     let world = store::open_design(&copy.design).unwrap();
     let points = seen(&world);
@@ -193,7 +184,7 @@ fn a_slice_that_faces_the_view_is_hatched_where_it_leaves_the_box_and_nowhere_el
     wanted.face(&oblique, &bounds);
     copy.look(|view| {
         view.slice = wanted;
-        view.camera = Some(camera_view(&oblique));
+        view.camera = Some(oblique.into());
     });
     let world = store::open_design(&copy.design).unwrap();
     let plan = slice_plan(&world.environment, &wanted);

@@ -7,7 +7,7 @@ use crate::editor::pixels::{Blob, Picture, Pixel, is_ghost, is_near};
 use bevy_egui::egui::pos2;
 use nalgebra::Point3;
 use std::collections::BTreeSet;
-use trackwright::design::view::{CameraView, Magnification};
+use trackwright::design::view::Magnification;
 use trackwright::editor::palette;
 use trackwright::geometry::orbit::OrbitCamera;
 use trackwright::store;
@@ -34,12 +34,7 @@ fn pointer_on_head() -> (Copied, OrbitCamera) {
         elevation_rad: 0.25,
     };
     copy.look(|view| {
-        view.camera = Some(CameraView {
-            focus_mm: camera.focus_mm.coords.into(),
-            distance_mm: camera.distance_mm,
-            azimuth_rad: camera.azimuth_rad,
-            elevation_rad: camera.elevation_rad,
-        });
+        view.camera = Some(camera.into());
         // The map's colours run through the ghost's; vectors and labels that move with the sensor
         // would cover other parts of it; an automatic magnification would move it by itself.
         view.layers.slice = false;

@@ -231,6 +231,15 @@ impl Window {
         field_of(self.last("document").expect("a document"), field)
     }
 
+    /// Waits until the document is another than the one of a revision, and everything of it shown.
+    #[track_caller]
+    pub fn wait_for_edit(&mut self, before: &str) {
+        self.wait_for("the edit", |told| {
+            revision_of(told, "document").is_some_and(|now| now != before)
+        });
+        self.settle();
+    }
+
     /// The newest figures, in order.
     pub fn figures(&self) -> Vec<Figure> {
         let newest = revision_of(&self.told, "result").expect("figures");

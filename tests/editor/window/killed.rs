@@ -1,6 +1,6 @@
 //! A program that is killed loses nothing that was on the screen a few seconds before.
 
-use super::harness::Window;
+use super::harness::{Turn, Window};
 use super::places::{in_inspector, in_outliner, tool_sensor};
 use crate::editor::copied::Copied;
 use rand_chacha::ChaCha8Rng;
@@ -10,16 +10,19 @@ use std::time::{Duration, Instant};
 use trackwright::design::BodyRole;
 use trackwright::store::{self, World};
 
-/// How many times a program is killed: in each run few, and as many as this variable says where
-/// somebody wants to be surer.
-const KILLS_VARIABLE: &str = "TRACKWRIGHT_KILLS";
-const KILLS: u64 = 3;
+/// How many programs are killed, and how many of them run side by side: each spends most of its
+/// time waiting for a hand.
+const KILLS: u64 = 20;
+const SIDE_BY_SIDE: u64 = 4;
 
 /// An edit that was shown so long ago has to be in the recovery file.
 const PROMISED: Duration = Duration::from_secs(10);
 
 /// A stream of edits lasts longer than what is promised, and by so much more at most.
 const LONGER: Duration = Duration::from_secs(6);
+
+/// An edit reaches the disk within this: some kills are before, some within and some after that.
+const MIDST: Duration = Duration::from_secs(1);
 
 /// Where the coordinate begins that tells which edit was the last, and its step: never again where
 /// the file has it, since a design that is as it was saved needs no recovery.
@@ -34,10 +37,10 @@ struct Stream {
 }
 
 impl Stream {
-    fn open(copy: &Copied, state: &Path) -> Self {
+    fn open(turn: &Turn, copy: &Copied, state: &Path) -> Self {
         let world = store::open_design(&copy.design).unwrap();
         let (selected, _) = tool_sensor(&world, "shaft");
-        let mut window = Window::open_with_state(&copy.design, state);
+        let mut window = Window::open_beside(turn, &copy.design, state);
         window.click(in_outliner(&world, "shaft"));
         Self {
             window,
@@ -46,11 +49,20 @@ impl Stream {
         }
     }
 
-    fn edit(&mut self) {
+    /// Types the next place, millimetres.
+    fn begin(&mut self) -> f64 {
         let z_mm = FIRST_MM + STEP_MM * self.shown.len() as f64;
         self.window.click(self.field);
         self.window.write(&format!("{z_mm}"));
-        self.window.key("Return");
+        self.window.xdotool(&["key", "Return"]);
+        z_mm
+    }
+
+    /// Types the next place; it counts once the window has drawn it.
+    fn edit(&mut self) {
+        let before = self.window.document("revision").to_owned();
+        let z_mm = self.begin();
+        self.window.wait_for_edit(&before);
         self.shown.push((Instant::now(), z_mm));
     }
 }
@@ -67,38 +79,70 @@ fn recovered(state: &Path) -> Option<World> {
     left.first().map(|leftover| leftover.open().unwrap())
 }
 
+/// Edits until a moment that the seed chooses, and kills the program there. Where the shaft's sensor
+/// was on the screen ten seconds before.
+fn promised_mm(turn: &Turn, state: &Path, seed: u64) -> f64 {
+    let copy = Copied::new("pointer-on-head");
+    let mut stream = Stream::open(turn, &copy, state);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let [longer, midst] = [LONGER, MIDST].map(|most| {
+        let part = f64::from(random.next_u32()) / f64::from(u32::MAX);
+        most.mul_f64(part)
+    });
+    stream.edit();
+    let end = Instant::now() + PROMISED + longer;
+    while Instant::now() < end {
+        stream.edit();
+    }
+    stream.begin();
+    let moment = Instant::now() + midst;
+    let Stream {
+        mut window, shown, ..
+    } = stream;
+    while window.next_line(moment - Instant::now()).is_some() {}
+    // The window's end is a kill.
+    drop(window);
+    let killed = Instant::now();
+    let promised = shown.iter().rev().find(|(at, _)| killed - *at >= PROMISED);
+    promised.expect("an edit that was shown so long ago").1
+}
+
 #[test]
 fn every_edit_that_was_on_the_screen_ten_seconds_before_a_kill_is_recovered() {
-    let kills = std::env::var(KILLS_VARIABLE)
-        .ok()
-        .map_or(KILLS, |count| count.parse().unwrap());
-    for seed in 0..kills {
-        let copy = Copied::new("pointer-on-head");
-        let state = tempfile::tempdir().unwrap();
-        let mut stream = Stream::open(&copy, state.path());
-        let part = ChaCha8Rng::seed_from_u64(seed).next_u32() as f64 / f64::from(u32::MAX);
-        stream.edit();
-        let end = Instant::now() + PROMISED + LONGER.mul_f64(part);
-        while Instant::now() < end {
-            stream.edit();
+    let turn = Turn::wait();
+    std::thread::scope(|scope| {
+        for first in 0..SIDE_BY_SIDE {
+            let turn = &turn;
+            scope.spawn(move || {
+                for seed in (first..KILLS).step_by(SIDE_BY_SIDE as usize) {
+                    let state = tempfile::tempdir().unwrap();
+                    let promised_mm = promised_mm(turn, state.path(), seed);
+                    let world = recovered(state.path()).expect("a recovery file");
+                    assert!(z_mm(&world) >= promised_mm - 1e-9, "seed {seed}");
+                    assert!(world.document.is_dirty());
+                }
+            });
         }
-        let Stream { window, shown, .. } = stream;
-        // The window's end is a kill.
-        drop(window);
-        let killed = Instant::now();
-        let promised = shown.iter().rev().find(|(at, _)| killed - *at >= PROMISED);
-        let (_, promised_mm) = promised.expect("an edit that was shown so long ago");
-        let world = recovered(state.path()).expect("a recovery file");
-        assert!(z_mm(&world) >= *promised_mm - 1e-9, "seed {seed}");
-        assert!(world.document.is_dirty());
-    }
+    });
+}
+
+#[test]
+fn where_no_recovery_file_can_be_written_a_kill_loses_the_same_edits() {
+    let state = tempfile::tempdir().unwrap();
+    let folder = state.path().join("recovery");
+    // No folder can be made there: autosave is off.
+    std::fs::write(&folder, "").unwrap();
+    promised_mm(&Turn::wait(), state.path(), 0);
+    std::fs::remove_file(&folder).unwrap();
+    assert!(recovered(state.path()).is_none());
 }
 
 #[test]
 fn the_next_start_offers_what_was_lost_and_shows_its_figures() {
     let copy = Copied::new("pointer-on-head");
     let state = tempfile::tempdir().unwrap();
-    let mut stream = Stream::open(&copy, state.path());
+    let turn = Turn::wait();
+    let mut stream = Stream::open(&turn, &copy, state.path());
     stream.edit();
     // Until the file is there: it is written a moment after the last edit.
     let start = Instant::now();
@@ -109,7 +153,7 @@ fn the_next_start_offers_what_was_lost_and_shows_its_figures() {
     let figures = stream.window.figures();
     drop(stream);
 
-    let mut window = Window::open_with_state(&copy.design, state.path());
+    let mut window = Window::open_beside(&turn, &copy.design, state.path());
     assert_eq!(window.last("dialog"), Some("recover"));
     window.key("Return");
     assert_eq!(window.last("dialog"), Some("none"));

@@ -9,7 +9,6 @@ use nalgebra::Point3;
 use trackwright::design::BodyRole;
 use trackwright::editor::state::{Selected, Selection};
 use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
-use trackwright::editor::ui::layer_settings::LayerFigures;
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::theme;
 use trackwright::geometry::orbit::OrbitCamera;
@@ -54,16 +53,13 @@ pub fn in_outliner(world: &World, label: &str) -> [f64; 2] {
         pos2(theme::LEFT_WIDTH - LEFT_MARGIN, SIZE[1].into()),
     );
     let harness = laid_out(rect, |ui| {
-        let outliner = OutlinerView {
-            design: world.document.design(),
-            environment: &world.environment,
-            view: world.document.view(),
-            selection: &Selection::default(),
-            hovered: None,
-            is_available: &|_| true,
-            pose: None,
-            layers: LayerFigures::default(),
-        };
+        let selection = Selection::default();
+        let outliner = OutlinerView::new(
+            world.document.design(),
+            &world.environment,
+            world.document.view(),
+            &selection,
+        );
         outliner_ui(ui, &outliner);
     });
     place(harness.get_by_label(label).rect())

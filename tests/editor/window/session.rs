@@ -5,7 +5,7 @@ use super::harness::{Turn, Window, simulated};
 use super::places::{in_outliner, middle_of_view, project, tool_sensor, view};
 use crate::editor::copied::Copied;
 use nalgebra::{Point3, Vector3};
-use trackwright::design::view::{CameraView, Magnification};
+use trackwright::design::view::Magnification;
 use trackwright::design::{BodyRole, HandleAxes};
 use trackwright::editor::gizmo::gizmo_of;
 use trackwright::editor::state::{Selected, Selection};
@@ -35,12 +35,7 @@ fn pointer_on_head() -> (Copied, OrbitCamera) {
         elevation_rad: 0.25,
     };
     copy.look(|view| {
-        view.camera = Some(CameraView {
-            focus_mm: camera.focus_mm.coords.into(),
-            distance_mm: camera.distance_mm,
-            azimuth_rad: camera.azimuth_rad,
-            elevation_rad: camera.elevation_rad,
-        });
+        view.camera = Some(camera.into());
         // Nothing but bodies and sensors under the pointer.
         view.layers.slice = false;
         view.layers.labels = false;
