@@ -231,13 +231,19 @@ impl Window {
         field_of(self.last("document").expect("a document"), field)
     }
 
-    /// Waits until the document is another than the one of a revision, and everything of it shown.
+    /// Whether the document becomes another than the one of a revision within so long, with
+    /// everything of it shown.
     #[track_caller]
-    pub fn wait_for_edit(&mut self, before: &str) {
-        self.wait_for("the edit", |told| {
-            revision_of(told, "document").is_some_and(|now| now != before)
-        });
+    pub fn is_edited(&mut self, before: &str, within: Duration) -> bool {
+        let start = Instant::now();
+        while self.document("revision") == before {
+            if start.elapsed() > within {
+                return false;
+            }
+            self.listen(Duration::from_millis(50));
+        }
         self.settle();
+        true
     }
 
     /// The newest figures, in order.
