@@ -94,6 +94,7 @@ pub struct Painted {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     colors: Vec<[f32; 4]>,
+    corners: Vec<u32>,
 }
 
 impl Painted {
@@ -103,10 +104,33 @@ impl Painted {
         normal: &Vector3<f64>,
         color: [f32; 4],
     ) {
-        self.positions
-            .extend(corners_mm.map(|corner| point(&corner).to_array()));
-        self.normals.extend([vec3(normal).to_array(); 3]);
-        self.colors.extend([color; 3]);
+        let [a, b, c] = corners_mm.map(|at_mm| self.corner(&at_mm, normal, color));
+        self.corners.extend([a, b, c]);
+    }
+
+    /// The sides of a pyramid, smooth around it: `foot` has each corner and the normal there.
+    pub fn pyramid(
+        &mut self,
+        foot: &[(Point3<f64>, Vector3<f64>)],
+        tip: (Point3<f64>, Vector3<f64>),
+        color: [f32; 4],
+    ) {
+        let tip = self.corner(&tip.0, &tip.1, color);
+        let first = tip + 1;
+        let count = foot.len() as u32;
+        for (k, (at_mm, normal)) in (0..count).zip(foot) {
+            self.corner(at_mm, normal, color);
+            self.corners
+                .extend([first + k, first + (k + 1) % count, tip]);
+        }
+    }
+
+    fn corner(&mut self, at_mm: &Point3<f64>, normal: &Vector3<f64>, color: [f32; 4]) -> u32 {
+        let number = self.positions.len() as u32;
+        self.positions.push(point(at_mm).to_array());
+        self.normals.push(vec3(normal).to_array());
+        self.colors.push(color);
+        number
     }
 
     /// Corners in turn around it.
@@ -123,5 +147,6 @@ impl Painted {
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.positions)
         .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, self.normals)
         .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, self.colors)
+        .with_inserted_indices(Indices::U32(self.corners))
     }
 }

@@ -349,15 +349,12 @@ fn push_spike(
     let across = crate::geometry::rotation::perpendicular(&Unit::new_unchecked(along));
     let other = along.cross(&across);
     let radius_mm = head_mm(arrow.norm()) * SPIKE_TO_HEAD;
-    let out = |k: usize| {
+    let foot: [_; SIDES] = std::array::from_fn(|k| {
         let angle = std::f64::consts::TAU * k as f64 / SIDES as f64;
-        across.into_inner() * angle.cos() + other * angle.sin()
-    };
-    for side in 0..SIDES {
-        let (a, b) = (out(side), out(side + 1));
-        let corners = [from + a * radius_mm, from + b * radius_mm, from + arrow];
-        painted.triangle(corners, &(a + b).normalize(), color);
-    }
+        let out = across.into_inner() * angle.cos() + other * angle.sin();
+        (from + out * radius_mm, out)
+    });
+    painted.pyramid(&foot, (from + arrow, along), color);
 }
 
 /// A shaft and a head with flat sides.
