@@ -389,7 +389,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         Group::View,
         "History",
         &[],
-        "Lists every step since the design was opened; a click goes there",
+        "Shows or hides the list of every step since the design was opened; a click goes there",
     ),
     info(
         Command::ToggleTheme,

@@ -39,13 +39,17 @@ pub struct BallHandle {
     pub radius_px: f64,
 }
 
+/// What dragging a ball does, for the status line.
+#[derive(Component, Clone, Debug, PartialEq, Eq)]
+pub struct BallWords(pub String);
+
 /// The ball under the pointer.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct HoveredHandle(pub Option<Entity>);
+pub struct HoveredBall(pub Option<Entity>);
 
 impl Plugin for HandlePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<HoveredHandle>()
+        app.init_resource::<HoveredBall>()
             .init_resource::<ActiveDrag>()
             .add_observer(on_over)
             .add_observer(on_out)
@@ -57,11 +61,13 @@ impl Plugin for HandlePlugin {
 /// Everything of a ball but its name.
 pub fn ball(
     handle: BallHandle,
+    words: String,
     shapes: &GlyphShapes,
     material: Handle<GlowMaterial>,
 ) -> impl Bundle {
     (
         handle,
+        BallWords(words),
         size(&handle, false),
         Mesh3d(shapes.sphere.clone()),
         MeshMaterial3d(material),
@@ -96,7 +102,7 @@ fn size(handle: &BallHandle, is_hovered: bool) -> ScreenSized {
 }
 
 fn follow(
-    hovered: Res<HoveredHandle>,
+    hovered: Res<HoveredBall>,
     mut balls: Query<(Entity, Ref<BallHandle>, &mut Transform, &mut ScreenSized)>,
 ) {
     for (entity, ball, mut transform, mut sized) in &mut balls {
@@ -114,19 +120,19 @@ fn follow(
 fn on_over(
     over: On<Pointer<Over>>,
     balls: Query<(), With<BallHandle>>,
-    mut hovered: ResMut<HoveredHandle>,
+    mut hovered: ResMut<HoveredBall>,
     mut redraws: MessageWriter<RequestRedraw>,
 ) {
     let entity = over.original_event_target();
     if balls.contains(entity) {
-        hovered.set_if_neq(HoveredHandle(Some(entity)));
+        hovered.set_if_neq(HoveredBall(Some(entity)));
         redraws.write(RequestRedraw);
     }
 }
 
 fn on_out(
     out: On<Pointer<Out>>,
-    mut hovered: ResMut<HoveredHandle>,
+    mut hovered: ResMut<HoveredBall>,
     mut redraws: MessageWriter<RequestRedraw>,
 ) {
     if hovered.0 == Some(out.original_event_target()) {
@@ -138,7 +144,7 @@ fn on_out(
 /// A hand over what can be dragged.
 fn show_cursor(
     mut contexts: EguiContexts,
-    hovered: Res<HoveredHandle>,
+    hovered: Res<HoveredBall>,
     balls: Query<(), With<BallHandle>>,
     active: Res<ActiveDrag>,
 ) -> Result {

@@ -225,7 +225,7 @@ fn place_balls(
         commands.spawn((
             Name::new("motion handle"),
             MotionBall(handle),
-            handle::ball(place_of(&handle), &shapes, material.clone()),
+            handle::ball(place_of(&handle), words(&handle), &shapes, material.clone()),
         ));
     }
 }
@@ -324,6 +324,20 @@ fn let_go_on_escape(
     if keys.just_pressed(KeyCode::Escape) && held.0.take().is_some_and(|held| held.has_begun) {
         edits.cancel();
     }
+}
+
+/// What dragging its ball does.
+fn words(handle: &MotionHandle) -> String {
+    let (name, _) = Motion::default().axes()[handle.axis];
+    let (verb, step) = match handle.axis {
+        0..3 => ("shift", format!("{ROUND_MM:.0}\u{2009}mm")),
+        _ => ("turn", format!("{ROUND_DEG:.0}°")),
+    };
+    let end = match handle.end {
+        RangeEnd::Min => "begins",
+        RangeEnd::Max => "ends",
+    };
+    format!("Drag to set where the {verb} {name} {end} · Ctrl rounds to {step} · Esc takes it back")
 }
 
 /// `x to +45 mm   375 poses`.

@@ -1,11 +1,13 @@
 //! What the pointer can do now with a handle or a tool, in words for the status line.
 
 use super::gizmo::{CurrentGizmo, HeldHandle, HoveredHandle, name_of};
+use super::handle::{BallWords, HoveredBall};
 use super::state::{EditorSystems, OpenWorld, PointerHint};
 use super::tool::{SceneTool, ToolAim};
 use crate::design::{BodyRole, HandleAxes};
 use crate::geometry::gizmo::{Handle, HandleKind};
 use crate::geometry::movement::{STEP_DEG, STEP_MM};
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
 /// Keeps [`PointerHint`].
@@ -13,13 +15,15 @@ pub struct PointerHintPlugin;
 
 impl Plugin for PointerHintPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<PointerHint>().add_systems(
-            Update,
-            say.run_if(is_due)
-                .in_set(EditorSystems::Draw)
-                .after(super::gizmo::GizmoSystems)
-                .after(super::tool::AimSystems),
-        );
+        app.init_resource::<PointerHint>()
+            .init_resource::<HoveredBall>()
+            .add_systems(
+                Update,
+                say.run_if(is_due)
+                    .in_set(EditorSystems::Draw)
+                    .after(super::gizmo::GizmoSystems)
+                    .after(super::tool::AimSystems),
+            );
     }
 }
 
@@ -29,41 +33,66 @@ fn is_due(
     current: Res<CurrentGizmo>,
     tool: Res<SceneTool>,
     aim: Res<ToolAim>,
+    ball: Res<HoveredBall>,
 ) -> bool {
-    hovered.is_changed()
+    ball.is_changed()
+        || hovered.is_changed()
         || held.is_changed()
         || current.is_changed()
         || tool.is_changed()
         || aim.is_changed()
 }
 
-fn say(
-    world: Option<Res<OpenWorld>>,
-    hovered: Res<HoveredHandle>,
-    held: Res<HeldHandle>,
-    current: Res<CurrentGizmo>,
-    tool: Res<SceneTool>,
-    aim: Res<ToolAim>,
-    mut hint: ResMut<PointerHint>,
-) {
-    let of_handle = || {
-        let design = world.as_ref()?.0.document.design();
-        let shown = current.0?;
-        let text = match (held.handle(), hovered.0) {
-            (Some(handle), _) => holding(handle),
+/// Balls that are dragged say themselves what that does.
+#[derive(SystemParam)]
+struct Balls<'w, 's> {
+    hovered: Res<'w, HoveredBall>,
+    words: Query<'w, 's, &'static BallWords>,
+}
+
+impl Balls<'_, '_> {
+    fn words(&self) -> Option<String> {
+        let words = self.words.get(self.hovered.0?).ok()?;
+        Some(words.0.clone())
+    }
+}
+
+/// The handles of what is selected.
+#[derive(SystemParam)]
+struct Gizmo<'w> {
+    world: Option<Res<'w, OpenWorld>>,
+    hovered: Res<'w, HoveredHandle>,
+    held: Res<'w, HeldHandle>,
+    current: Res<'w, CurrentGizmo>,
+}
+
+impl Gizmo<'_> {
+    fn words(&self) -> Option<String> {
+        let design = self.world.as_ref()?.0.document.design();
+        let shown = self.current.0?;
+        match (self.held.handle(), self.hovered.0) {
+            (Some(handle), _) => Some(holding(handle)),
             (None, Some(handle)) => {
                 let whose = match shown.axes {
                     HandleAxes::Own => "its",
                     HandleAxes::Tracker => "the tracker's",
                 };
-                over(handle, whose, &name_of(design, shown.target))
+                Some(over(handle, whose, &name_of(design, shown.target)))
             }
-            (None, None) => return None,
-        };
-        Some(text)
-    };
+            (None, None) => None,
+        }
+    }
+}
+
+fn say(
+    tool: Res<SceneTool>,
+    aim: Res<ToolAim>,
+    gizmo: Gizmo,
+    balls: Balls,
+    mut hint: ResMut<PointerHint>,
+) {
     let text = match *tool {
-        SceneTool::Select => of_handle(),
+        SceneTool::Select => gizmo.words().or_else(|| balls.words()),
         tool => Some(with_tool(tool, &aim)),
     };
     hint.set_if_neq(PointerHint(text));

@@ -211,10 +211,11 @@ fn place_handle(
         return;
     }
     let material = materials.add(handle::material(palette::TEXT_STRONG));
+    let words = "Drag to move the slice across its plane, in whole millimetres".to_owned();
     commands.spawn((
         Name::new("slice handle"),
         handle,
-        handle::ball(place, &shapes, material),
+        handle::ball(place, words, &shapes, material),
     ));
 }
 

@@ -70,6 +70,25 @@ fn what_the_systems_dialog_chose_is_answered_as_if_it_were_chosen_here() {
 }
 
 #[test]
+fn the_list_follows_the_folder_that_is_typed_and_stays_where_there_is_none() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("meshes")).unwrap();
+    std::fs::write(folder.path().join("meshes/grip.stl"), "").unwrap();
+    let load = Dialog::load_mesh(folder.path().to_owned(), BodyRole::Tool);
+    let (mut harness, _, answers) = shown(load);
+    harness.run_steps(2);
+    assert!(harness.query_by_label("grip.stl").is_none());
+    // The field has the keys from the start, with the folder in it.
+    for (typed, is_listed) in [("mes", false), ("hes/", true), ("nothing/", true)] {
+        harness.get_by_label("path").type_text(typed);
+        harness.run_steps(2);
+        let row = harness.query_by_label("grip.stl");
+        assert_eq!(row.is_some(), is_listed, "{typed}");
+    }
+    assert!(answers.borrow().is_empty());
+}
+
+#[test]
 fn where_there_is_no_system_dialog_that_is_said_and_ours_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let (mut harness, dialog, answers) = shown(Dialog::open(folder.path().to_owned()));

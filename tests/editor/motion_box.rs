@@ -9,7 +9,8 @@ use trackwright::design::{BodyRole, Design, Edit};
 use trackwright::editor::camera::OrbitRig;
 use trackwright::editor::motion::MotionBall;
 use trackwright::editor::state::{
-    ActiveDrag, DragReadout, EditRequest, OpenWorld, Selected, Selection, ViewRequest, ViewportRect,
+    ActiveDrag, DragReadout, EditRequest, OpenWorld, PointerHint, Selected, Selection, ViewRequest,
+    ViewportRect,
 };
 use trackwright::study::motion_outline::{HandlePath, MotionHandle, RangeEnd};
 
@@ -112,6 +113,23 @@ fn with_control_an_end_is_rounded_to_a_millimetre() {
     hand.drag(at, by, PointerButton::Primary);
     hand.release(at + by, PointerButton::Primary);
     assert_eq!(hand.design(), with_upper_end(&before, handle.axis, 7.0));
+}
+
+#[test]
+fn the_status_line_says_what_the_end_under_the_pointer_does() {
+    let mut hand = Hand::new();
+    let (handle, at, _) = upper_end(&mut hand, 3..6, TURN_STEP_DEG);
+    hand.move_to(at);
+    hand.app.update();
+    let hint = hand.resource::<PointerHint>().0.clone().unwrap();
+    let name = ["x", "y", "z", "rx", "ry", "rz"][handle.axis];
+    assert!(
+        hint.contains(&format!("the turn {name} ends")) && hint.contains("5°"),
+        "{hint}"
+    );
+    hand.move_to(at + Vec2::new(0.0, 300.0));
+    hand.app.update();
+    assert_eq!(hand.resource::<PointerHint>().0, None);
 }
 
 #[test]

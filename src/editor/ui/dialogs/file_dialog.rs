@@ -119,6 +119,24 @@ impl FileDialog {
         self.wants_focus = true;
     }
 
+    /// Lists the folder that is typed as soon as there is one of that name.
+    fn follow_text(&mut self) {
+        let typed = Path::new(self.text.trim());
+        let is_whole = self.text.trim_end().ends_with(std::path::is_separator);
+        let folder = match is_whole {
+            true => Some(typed),
+            false => typed.parent(),
+        };
+        let Some(folder) = folder.filter(|f| f.is_absolute() && **f != *self.folder) else {
+            return;
+        };
+        if let Ok(entries) = folder::list(folder, self.kind.extensions()) {
+            self.folder = folder.to_owned();
+            self.entries = entries;
+            self.problem = None;
+        }
+    }
+
     /// The name in the path field, kept while a person looks through folders.
     pub(super) fn name(&self) -> String {
         let path = Path::new(&self.text);
@@ -160,6 +178,9 @@ pub(super) fn file_ui(
     field.widget_info(|| {
         egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, ui.is_enabled(), "path")
     });
+    if field.changed() {
+        files.follow_text();
+    }
     if files.wants_focus {
         field.request_focus();
         files.wants_focus = false;
