@@ -4,7 +4,7 @@
 use super::support::{design, environment};
 use bevy_egui::egui;
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use std::cell::RefCell;
 use std::rc::Rc;
 use trackwright::design::view::View;
@@ -216,4 +216,27 @@ fn a_click_in_the_history_jumps_to_that_state() {
     harness.run_steps(2);
     let jump = PanelAction::Edit(EditRequest::JumpTo(0));
     assert_eq!(*asked.borrow(), [jump]);
+}
+
+#[test]
+fn the_history_shows_where_the_document_is_and_what_is_around_it() {
+    let mut document = Document::new(design(), View::default(), Origin::BuiltIn("test"));
+    for name in 0..20 {
+        document.apply(Edit::SetName(name.to_string())).unwrap();
+    }
+    for undone in [0, 10] {
+        for _ in 0..undone {
+            document.undo().unwrap();
+        }
+        let (mut harness, _) = harness(|ui| history_ui(ui, &document.history()));
+        harness.run_steps(3);
+        // What is scrolled away is not there at all.
+        let rows = harness.get_all_by_label("Rename design");
+        let seen: Vec<_> = rows.filter(|row| row.rect().max.y <= 1100.0).collect();
+        assert!((7..=10).contains(&seen.len()), "{} rows", seen.len());
+        assert!(
+            seen.iter()
+                .any(|row| row.accesskit_node().toggled() == Some(egui::accesskit::Toggled::True))
+        );
+    }
 }

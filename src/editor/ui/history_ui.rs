@@ -4,13 +4,21 @@ use super::widgets::{Row, quiet_ui, row_ui, section_ui};
 use super::{PanelAction, theme};
 use crate::design::{HistoryList, HistoryState};
 use crate::editor::state::EditRequest;
-use bevy_egui::egui::{Id, Response, ScrollArea, Ui};
+use bevy_egui::egui::{Id, Margin, Panel, Response, ScrollArea, Ui};
 
-/// Tall enough for some eight steps; more scroll.
-const HEIGHT: f32 = 8.5 * theme::ROW_HEIGHT;
+/// So many states are seen at once; more scroll.
+const SEEN: f32 = 8.5;
 
-/// Draws the list, the oldest state first.
+/// Draws the list at the lower end of a column, the oldest state first.
 pub fn history_ui(ui: &mut Ui, history: &HistoryList) -> Vec<PanelAction> {
+    Panel::bottom("history")
+        .resizable(false)
+        .frame(theme::panel_frame(Margin::symmetric(0, 6)))
+        .show(ui, |ui| list_ui(ui, history))
+        .inner
+}
+
+fn list_ui(ui: &mut Ui, history: &HistoryList) -> Vec<PanelAction> {
     let mut actions = Vec::new();
     section_ui(ui, "History");
     // The list follows the present when that moves, and stays where it was scrolled to else.
@@ -20,7 +28,9 @@ pub fn history_ui(ui: &mut Ui, history: &HistoryList) -> Vec<PanelAction> {
     let top = (history.present as f32 - 4.0).max(0.0) * theme::ROW_HEIGHT;
     let mut area = ScrollArea::vertical()
         .id_salt("history")
-        .max_height(HEIGHT)
+        .max_height(SEEN * theme::ROW_HEIGHT)
+        // A panel is first as low as it can be, and takes its height from what is in it.
+        .min_scrolled_height(SEEN.min(history.states.len() as f32) * theme::ROW_HEIGHT)
         .auto_shrink([false, true]);
     if is_new {
         area = area.vertical_scroll_offset(top);

@@ -348,12 +348,7 @@ impl Desk<'_> {
 
     fn left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
         if self.sides.history {
-            Panel::bottom("history")
-                .resizable(false)
-                .frame(theme::panel_frame(Margin::symmetric(0, 6)))
-                .show(ui, |ui| {
-                    actions.extend(history_ui(ui, &self.world.document.history()));
-                });
+            actions.extend(history_ui(ui, &self.world.document.history()));
         }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             actions.extend(outliner_ui(
