@@ -9,6 +9,7 @@ mod fit;
 mod import;
 mod jitter;
 mod output;
+mod pivot;
 mod precision;
 #[cfg(feature = "editor")]
 mod render;
@@ -60,6 +61,8 @@ enum Command {
     /// Make a measurement table from another program's files
     #[command(subcommand)]
     Import(import::ImportCommand),
+    /// Find where a tool's tip is from recordings of it around one point, or say why they don't tell
+    Pivot(pivot::PivotArgs),
     /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
     /// minutes; exit status 1 where a bound is broken
     Stability(stability::StabilityArgs),
@@ -90,6 +93,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
+        Some(Command::Pivot(args)) => pivot::run(args),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),
         #[cfg(feature = "editor")]

@@ -1,4 +1,4 @@
-//! Calibration files of the Johns Hopkins computer-integrated-surgery data sets.
+//! Calibration and pivot files of the Johns Hopkins computer-integrated-surgery data sets.
 //!
 //! The first line holds counts and the file's name, every other one `x, y, z` in millimetres.
 
@@ -44,6 +44,22 @@ pub fn parse_calreadings(bytes: &[u8]) -> Result<Vec<CalibrationFrame>, FormatEr
                 em_on_object: file.take(em)?,
             })
         })
+        .collect::<Result<_, FormatError>>()?;
+    file.finish()?;
+    Ok(frames)
+}
+
+/// Reads an `empivot` file: counts `N_G, N_frames, name`, then where the markers of the probe are in
+/// each frame.
+///
+/// # Errors
+/// As [`parse_calbody`].
+pub fn parse_empivot(bytes: &[u8]) -> Result<Vec<Vec<Point3<f64>>>, FormatError> {
+    let mut file = Points::open(bytes)?;
+    let [markers, frames] = file.counts("two counts and a name (N_G, N_frames, name)")?;
+    file.expect_total([markers, 0, 0, frames])?;
+    let frames = (0..frames)
+        .map(|_| file.take(markers))
         .collect::<Result<_, FormatError>>()?;
     file.finish()?;
     Ok(frames)

@@ -6,6 +6,7 @@ use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use crate::field::Environment;
 use crate::field::samples::MeasurementSet;
 use crate::formats::groups::{self, GroupColumn};
+use crate::formats::pivot_recording::{self, PivotRecording};
 use crate::formats::{FormatError, environment, input, jhu_cis, measurements, mesh, poses};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::mesh_reference::MeshUnit;
@@ -57,6 +58,11 @@ pub fn read_calreadings(file: &Path) -> Result<Vec<CalibrationFrame>, StoreError
         "a calreadings file",
         jhu_cis::parse_calreadings,
     )
+}
+
+/// A tool's poses or markers around one point, in any format of theirs.
+pub fn read_pivot_recording(file: &Path) -> Result<PivotRecording, StoreError> {
+    read(Place::Disk, file, "a recording", pivot_recording::parse)
 }
 
 /// A mesh in any format; `unit` overrides that of the format.

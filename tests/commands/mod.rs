@@ -6,6 +6,7 @@ mod explain;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;
+mod pivot;
 mod precision;
 mod select;
 mod stability;

@@ -1,0 +1,106 @@
+//! Where the tip of a pivoted tool is: published answers, and the three refusals.
+
+use crate::support::data::third_party;
+use crate::support::golden::numbers;
+use crate::support::program::{Scratch, fail, json, succeed, text};
+
+#[test]
+fn the_published_recording_gives_the_published_tip_pivot_and_residual() {
+    let Some(file) = third_party("pivot/poses-57.txt") else {
+        return;
+    };
+    let found = json(&["pivot", &text(&file)]);
+    assert_eq!(found["poses"], 57);
+    // Published to three decimals; the last digit of the offset may round either way.
+    let tip = numbers::<3>(&found["tip"]);
+    let pivot = numbers::<3>(&found["pivot"]);
+    for (found, expected) in tip.iter().zip([-14.473, 394.634, -7.407]) {
+        assert!((found - expected).abs() < 1.5e-3, "{tip:?}");
+    }
+    for (found, expected) in pivot.iter().zip([-804.742, -85.474, -2112.131]) {
+        assert!((found - expected).abs() < 0.5e-3, "{pivot:?}");
+    }
+    let [all, one] = ["rms_mm", "rms_component_mm"].map(|key| found[key].as_f64().unwrap());
+    assert!((one - 1.761).abs() < 0.5e-3, "{one}");
+    assert!((all - 3.0_f64.sqrt() * one).abs() < 1e-12 && (all - 3.050).abs() < 0.5e-3);
+    let words = succeed(&["pivot", &text(&file)]);
+    assert!(words.contains("-804.742 -85.474 -2112.131 mm"), "{words}");
+}
+
+#[test]
+fn a_probe_that_is_known_by_its_markers_finds_the_post_of_each_jhu_case() {
+    let Some(folder) = third_party("jhu-cis") else {
+        return;
+    };
+    for case in ["a", "b", "c", "d", "e", "f", "g"] {
+        let file = |kind: &str| folder.join(format!("pa1-debug-{case}-{kind}.txt"));
+        let found = json(&["pivot", &text(&file("empivot"))]);
+        // The second line of the course's own answers is the post of the EM probe.
+        let answers = std::fs::read_to_string(file("output1")).unwrap();
+        let post = answers.lines().nth(1).unwrap().split(',');
+        for (found, expected) in numbers::<3>(&found["pivot"]).iter().zip(post) {
+            let expected: f64 = expected.trim().parse().unwrap();
+            assert!(
+                (found - expected).abs() < 0.05,
+                "{case}: {found} {expected}"
+            );
+        }
+    }
+}
+
+/// Twelve poses with the tip in (0, 0, 0), turned about x by as many degrees as are given; in every
+/// second one about y instead, if asked for, and shifted along x by so much, one way and the other.
+fn recording(scratch: &Scratch, turns_deg: f64, has_two_axes: bool, slide_mm: f64) -> String {
+    let mut table = "x,y,z,qw,qx,qy,qz\n".to_owned();
+    for i in 0..12 {
+        let half = (turns_deg * (f64::from(i / 2) - 2.5) / 5.0).to_radians() / 2.0;
+        let (sine, cosine) = half.sin_cos();
+        let (x, y) = match has_two_axes && i % 2 == 1 {
+            true => (0.0, sine),
+            false => (sine, 0.0),
+        };
+        let shift = if i % 2 == 0 { slide_mm } else { -slide_mm };
+        table += &format!("{shift},0,0,{cosine},{x},{y},0\n");
+    }
+    let name = format!("{turns_deg}-{has_two_axes}-{slide_mm}.csv");
+    std::fs::write(scratch.path(&name), table).unwrap();
+    scratch.arg(&name)
+}
+
+#[test]
+fn each_refusal_has_its_reason_and_its_limit() {
+    let scratch = Scratch::new();
+    let good = recording(&scratch, 60.0, true, 0.0);
+    let found = json(&["pivot", &good]);
+    assert!(
+        numbers::<3>(&found["tip"])
+            .iter()
+            .all(|v: &f64| v.abs() < 1e-9)
+    );
+    let range = found["orientation_range_deg"].as_f64().unwrap();
+    assert!((range - 60.0).abs() < 1e-9, "{range}");
+    let refused = [
+        (
+            fail(&["pivot", &good, "--min-poses", "13"]),
+            "too few poses: 12, expected at least 13",
+        ),
+        (
+            fail(&["pivot", &recording(&scratch, 10.0, true, 0.0)]),
+            "too little variation: no two poses differ by more than 10.0°",
+        ),
+        (
+            fail(&["pivot", &recording(&scratch, 60.0, false, 0.0)]),
+            "too little variation: the tool turned about one axis only",
+        ),
+        (
+            fail(&["pivot", &recording(&scratch, 60.0, true, 8.0)]),
+            "too large an error: the tip is",
+        ),
+    ];
+    for (said, expected) in refused {
+        assert!(said.contains(expected), "{said}");
+    }
+    // All recordings of one tool together.
+    let both = json(&["pivot", &good, &good, "--min-poses", "24"]);
+    assert_eq!(both["poses"], 24);
+}
