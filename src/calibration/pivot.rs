@@ -20,16 +20,24 @@ pub struct PivotLimits {
     pub max_rms_mm: f64,
 }
 
+impl PivotLimits {
+    /// Poses and range as SlicerIGT asks for them.
+    pub const MIN_POSES: usize = 10;
+    pub const MIN_RANGE_DEG: f64 = 15.0;
+    /// A tool that only spins has a turn of 0 about some axis; one that is swung through the least
+    /// range has some 4°.
+    pub const MIN_TURN_DEG: f64 = 2.0;
+    /// Far above that of a good recording (below 1 mm), and below that of one where the tip slid.
+    pub const MAX_RMS_MM: f64 = 5.0;
+}
+
 impl Default for PivotLimits {
-    /// Poses and range as SlicerIGT asks for them. A tool that only spins has a turn of 0 about
-    /// some axis; one that is swung through the least range has some 4°. The error is far above that
-    /// of a good recording (below 1 mm), and below that of one where the tip slid.
     fn default() -> Self {
         Self {
-            min_poses: 10,
-            min_range_rad: 15.0_f64.to_radians(),
-            min_turn_rad: 2.0_f64.to_radians(),
-            max_rms_mm: 5.0,
+            min_poses: Self::MIN_POSES,
+            min_range_rad: Self::MIN_RANGE_DEG.to_radians(),
+            min_turn_rad: Self::MIN_TURN_DEG.to_radians(),
+            max_rms_mm: Self::MAX_RMS_MM,
         }
     }
 }

@@ -15,26 +15,31 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub struct PivotArgs {
-    /// Recordings of one tool around one point: 4x4 matrices as text, row by row; a poses table (CSV:
-    /// x, y, z, qw, qx, qy, qz); or an empivot file of the JHU course, whose tool has the frame of
-    /// its markers' mean in the first frame. All in mm
+    /// Recordings of one tool around one point: tables of NDI Track or ToolBox (CSV, TSV), an Aurora
+    /// log, a PLUS sequence (*.igs.mha); 4x4 matrices as text, row by row; a poses table (CSV: x, y,
+    /// z, qw, qx, qy, qz); or an empivot file of the JHU course, whose tool has the frame of its
+    /// markers' mean in the first frame. All in mm
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
 
+    /// The tool that is meant where a recording has several: a part of its name
+    #[arg(long, value_name = "NAME")]
+    tool: Option<String>,
+
     /// Fewest poses that are accepted; 3 are needed
-    #[arg(long, value_name = "COUNT", default_value_t = PivotLimits::default().min_poses)]
+    #[arg(long, value_name = "COUNT", default_value_t = PivotLimits::MIN_POSES)]
     min_poses: usize,
 
     /// Least angle between the two poses that differ most
-    #[arg(long, value_name = "DEG", default_value_t = PivotLimits::default().min_range_rad.to_degrees(), value_parser = positive)]
+    #[arg(long, value_name = "DEG", default_value_t = PivotLimits::MIN_RANGE_DEG, value_parser = positive)]
     min_range: f64,
 
     /// Least RMS turn about the axis that the tool turned about least
-    #[arg(long, value_name = "DEG", default_value_t = PivotLimits::default().min_turn_rad.to_degrees().round(), value_parser = positive)]
+    #[arg(long, value_name = "DEG", default_value_t = PivotLimits::MIN_TURN_DEG, value_parser = positive)]
     min_turn: f64,
 
     /// Largest RMS distance of the tip from the point that it rested in
-    #[arg(long, value_name = "MM", default_value_t = PivotLimits::default().max_rms_mm, value_parser = positive)]
+    #[arg(long, value_name = "MM", default_value_t = PivotLimits::MAX_RMS_MM, value_parser = positive)]
     max_rms: f64,
 
     /// How to print the figures
@@ -60,7 +65,8 @@ pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
         min_turn_rad: args.min_turn.to_radians(),
         max_rms_mm: args.max_rms,
     };
-    let found = pivot(&poses(&args.recordings)?, &limits).context("no tip")?;
+    let poses = poses(&args.recordings, args.tool.as_deref())?;
+    let found = pivot(&poses, &limits).context("no tip")?;
     match args.format {
         Format::Json => output::print_json(&as_json(&found)),
         Format::Text => output::print(&as_text(&found)),
@@ -68,12 +74,25 @@ pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
 }
 
 /// Of all recordings; markers have the frame that they have in the first of them.
-fn poses(files: &[PathBuf]) -> anyhow::Result<Vec<Pose>> {
+fn poses(files: &[PathBuf], tool: Option<&str>) -> anyhow::Result<Vec<Pose>> {
     let mut poses = Vec::new();
     let mut body: Option<MarkerBody> = None;
     for file in files {
         match store::read_pivot_recording(file)? {
             PivotRecording::Poses(more) if body.is_none() => poses.extend(more),
+            PivotRecording::Tools(recording) if body.is_none() => {
+                let named = || file.display().to_string();
+                let track = recording.tool(tool).with_context(named)?;
+                for (reason, count) in track.unusable() {
+                    output::note(&format!(
+                        "{}: {} of {} samples not used: {reason}",
+                        named(),
+                        with_separators(count),
+                        with_separators(track.samples.len())
+                    ));
+                }
+                poses.extend(track.good());
+            }
             PivotRecording::Markers(frames) if body.is_some() || poses.is_empty() => {
                 let body = body.get_or_insert_with(|| {
                     MarkerBody::seen_at(frames.first().map_or(&[], Vec::as_slice))

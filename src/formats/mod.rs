@@ -17,6 +17,7 @@ pub mod pivot_recording;
 pub mod poses;
 pub mod preferences_file;
 pub mod recent_file;
+pub mod recording;
 pub mod recovery_file;
 mod ron_text;
 mod support;

@@ -2,8 +2,9 @@
 //! first line.
 
 use super::error::{FormatError, text};
-use super::{jhu_cis, matrices, poses};
+use super::{jhu_cis, matrices, poses, recording};
 use crate::geometry::pose::Pose;
+use crate::tracking::recording::Recording;
 use nalgebra::Point3;
 
 /// A recording of a tool whose tip rests in one point; tracker frame, mm.
@@ -13,30 +14,43 @@ pub enum PivotRecording {
     Poses(Vec<Pose>),
     /// Of the tool, frame by frame, in the same order.
     Markers(Vec<Vec<Point3<f64>>>),
+    /// One or several tools, of which one is meant.
+    Tools(Recording),
 }
 
-/// Reads 4x4 matrices, a poses table, or an `empivot` file of the JHU course.
+/// Reads a tracker's recording, 4x4 matrices, a poses table, or an `empivot` file of the JHU course.
 ///
 /// # Errors
 /// Those of the format that the first line belongs to.
 pub fn parse(bytes: &[u8]) -> Result<PivotRecording, FormatError> {
-    let first = text(bytes)?
-        .lines()
-        .map(str::trim)
-        .find(|line| !line.is_empty() && !line.starts_with('#'))
-        .unwrap_or("");
+    if recording::is_recording(bytes) {
+        return recording::parse(bytes).map(PivotRecording::Tools);
+    }
+    let (line, first) = (1..)
+        .zip(text(bytes)?.lines().map(str::trim))
+        .find(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+        .ok_or(FormatError::NoRows)?;
     let is_number = |cell: &str| cell.trim().parse::<f64>().is_ok();
     let is_between = |c: char| c.is_whitespace() || c == ',' || c == ';';
-    let mut cells = first.split(is_between).filter(|cell| !cell.is_empty());
-    match (
-        cells.next().map(is_number),
-        cells.next_back().map(is_number),
-    ) {
+    let cells: Vec<&str> = first
+        .split(is_between)
+        .filter(|cell| !cell.is_empty())
+        .collect();
+    let is_number_at = |index: Option<&&str>| index.is_some_and(|cell| is_number(cell));
+    match (is_number_at(cells.first()), is_number_at(cells.last())) {
+        (true, true) => matrices::parse(bytes).map(PivotRecording::Poses),
         // Counts, then the file's name.
-        (Some(true), Some(false)) => jhu_cis::parse_empivot(bytes).map(PivotRecording::Markers),
-        // A header.
-        (Some(false), _) => poses::parse(bytes).map(PivotRecording::Poses),
-        _ => matrices::parse(bytes).map(PivotRecording::Poses),
+        (true, false) => jhu_cis::parse_empivot(bytes).map(PivotRecording::Markers),
+        (false, _) if cells.iter().any(|cell| ["x", "qw"].contains(cell)) => {
+            poses::parse(bytes).map(PivotRecording::Poses)
+        }
+        (false, _) => Err(FormatError::Line {
+            line,
+            found: format!("{:?}", first.chars().take(60).collect::<String>()),
+            expected: "the beginning of a recording: an NDI table, an Aurora log, a PLUS sequence, 4x4 matrices, \
+                       a poses table (x, y, z, qw, qx, qy, qz) or an empivot file"
+                .to_owned(),
+        }),
     }
 }
 
@@ -55,6 +69,8 @@ mod tests {
                 PivotRecording::Poses(vec![Pose::translation(4.0, 5.0, 6.0)])
             );
         }
+        let ndi = b"Tools\tPort 1\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\n1\tPort 1\tOK\t1\t0\t0\t0\t4\t5\t6\n";
+        assert!(matches!(parse(ndi), Ok(PivotRecording::Tools(found)) if found.tools.len() == 1));
         let jhu = b"2, 1, pa1-empivot.txt\n1, 2, 3\n4, 5, 6\n";
         let markers = vec![vec![Point3::new(1.0, 2.0, 3.0), Point3::new(4.0, 5.0, 6.0)]];
         assert_eq!(parse(jhu).unwrap(), PivotRecording::Markers(markers));
@@ -68,6 +84,11 @@ mod tests {
         assert!(
             no_poses.contains("expected the columns of a poses table"),
             "{no_poses}"
+        );
+        let prose = said(b"# Title\n\nSome words, and more.\n");
+        assert!(
+            prose.starts_with("line 3: found \"Some words, and more.\", expected the beginning of"),
+            "{prose}"
         );
         let other_counts = said(b"8, 6, 12, pa1-optpivot.txt\n");
         assert!(other_counts.contains("N_G, N_frames"), "{other_counts}");

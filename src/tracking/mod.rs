@@ -1,7 +1,9 @@
-//! Rigid bodies and sensors, frame fitting, tool in CRF, uncertainty, what is not determined.
+//! Rigid bodies and sensors, recordings of them, frame fitting, tool in CRF, uncertainty, what is not
+//! determined.
 
 pub mod body;
 pub mod frame_fit;
+pub mod recording;
 pub mod tool_in_crf;
 pub mod uncertainty;
 

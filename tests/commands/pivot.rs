@@ -2,7 +2,7 @@
 
 use crate::support::data::third_party;
 use crate::support::golden::numbers;
-use crate::support::program::{Scratch, fail, json, succeed, text};
+use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
 
 #[test]
 fn the_published_recording_gives_the_published_tip_pivot_and_residual() {
@@ -103,4 +103,94 @@ fn each_refusal_has_its_reason_and_its_limit() {
     // All recordings of one tool together.
     let both = json(&["pivot", &good, &good, "--min-poses", "24"]);
     assert_eq!(both["poses"], 24);
+}
+
+#[test]
+fn a_tool_of_an_ndi_recording_is_named_and_only_good_samples_count() {
+    let scratch = Scratch::new();
+    let poses = std::fs::read_to_string(recording(&scratch, 60.0, true, 0.0)).unwrap();
+    let columns = "Frame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz";
+    let mut table = format!("Tools\tPort 1: still\t{columns}\tPort 2: probe\t{columns}\n");
+    for (i, row) in poses.lines().skip(1).enumerate() {
+        let cells: Vec<&str> = row.split(',').collect();
+        let (at, turn) = cells.split_at(3);
+        let still = "8\tOK\t1\t0\t0\t0\t0\t0\t0";
+        let probe = [turn, at].concat().join("\t");
+        table += &format!("2\tPort 1: still\t{still}\tPort 2: probe\t{i}\tOK\t{probe}\n");
+        // Numbers that the tracker does not stand by.
+        let off = probe.replacen("\t0\t0\t0", "\t90\t0\t0", 1);
+        table += &format!(
+            "2\tPort 1: still\t{still}\tPort 2: probe\t{i}\tPartially Out of Volume\t{off}\n"
+        );
+    }
+    std::fs::write(scratch.path("ndi.tsv"), table).unwrap();
+    let file = scratch.arg("ndi.tsv");
+    let several = fail(&["pivot", &file]);
+    assert!(
+        several.contains("Port 1: still; Port 2: probe"),
+        "{several}"
+    );
+    let found = json(&["pivot", &file, "--tool", "probe"]);
+    assert_eq!(found["poses"], 12);
+    assert!(found["rms_mm"].as_f64().unwrap() < 1e-9);
+    let output = trackwright(&["pivot", &file, "--tool", "probe"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.contains("12 of 24 samples not used: Partially Out of Volume"),
+        "{said}"
+    );
+    let still = fail(&["pivot", &file, "--tool", "still"]);
+    assert!(still.contains("too little variation"), "{still}");
+}
+
+#[test]
+fn real_recordings_are_read_with_every_tool_and_sample_that_they_have() {
+    use trackwright::formats::recording::parse;
+    // Tools, samples of each, and how many of them the tracker calls good.
+    let expected: [(&str, usize, usize, &[usize]); 6] = [
+        (
+            "aurora-polaris/static/EM_31_08_2013_001.tsv",
+            3,
+            100,
+            &[100, 100, 100],
+        ),
+        (
+            "aurora-polaris/static/OT_31_08_2013_001.tsv",
+            1,
+            100,
+            &[100],
+        ),
+        // Its last row is cut.
+        ("aurora-csv/NDIdata_snakeravenTest_2_2_21.csv", 4, 159, &[]),
+        (
+            "igs-mha/SlidingProbeTrackingData.igs.mha",
+            3,
+            85,
+            &[85, 85, 85],
+        ),
+        (
+            "igs-mha/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha",
+            2,
+            1000,
+            &[],
+        ),
+        ("igs-mha/TransformInterpolationTest.igs.mha", 3, 500, &[]),
+    ];
+    for (file, tools, samples, good) in expected {
+        let Some(path) = third_party(file) else {
+            return;
+        };
+        let found = parse(&std::fs::read(path).unwrap()).unwrap();
+        assert_eq!(found.tools.len(), tools, "{file}");
+        for (tool, good) in found.tools.iter().zip(good) {
+            assert_eq!(tool.good().count(), *good, "{file} {}", tool.name);
+        }
+        for tool in &found.tools {
+            assert_eq!(tool.samples.len(), samples, "{file} {}", tool.name);
+            let unusable: usize = tool.unusable().values().sum();
+            assert_eq!(tool.good().count() + unusable, samples);
+        }
+    }
 }
