@@ -9,6 +9,7 @@ use trackwright::design::view::{AxisRule, Quantity, View};
 use trackwright::editor::state::{Selection, ViewRequest};
 use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::layer_settings::LayerFigures;
+use trackwright::editor::ui::layers_ui::{LayersView, Listed, layers_ui};
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::theme;
 use trackwright::field::Environment;
@@ -156,4 +157,34 @@ fn model_support_can_be_turned_on_only_where_the_room_knows_its_reach() {
     let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
     let views = asked(&view, &world.environment, click);
     assert!(views.len() == 1 && views[0].layers.support);
+}
+
+#[test]
+fn the_field_workspace_lists_the_layers_of_the_room_and_switches_them() {
+    let view = View::default();
+    let asked = RefCell::new(Vec::new());
+    let room = environment();
+    let panel = LayersView {
+        view: &view,
+        environment: &room,
+        figures: LayerFigures::default(),
+        listed: Listed::OfTheRoom,
+    };
+    let mut harness = Harness::builder()
+        .with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 600.0))
+        .build_ui(|ui| {
+            theme::apply(ui.ctx());
+            asked.borrow_mut().extend(layers_ui(ui, &panel));
+        });
+    harness.run_steps(2);
+    assert!(harness.query_by_label("Ghost").is_none());
+    for name in ["Volume", "Error slice", "Usable region", "Model support"] {
+        assert!(harness.query_by_label(name).is_some(), "{name}");
+    }
+    harness.get_by_label("Field arrows").click();
+    harness.run_steps(2);
+    let mut wanted = view.clone();
+    wanted.layers.arrows = true;
+    let asked = asked.borrow();
+    assert_eq!(*asked, [PanelAction::View(ViewRequest::Set(wanted))]);
 }

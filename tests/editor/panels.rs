@@ -20,7 +20,7 @@ use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
 use trackwright::editor::ui::motion_ui::motion_ui;
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::result::{ResultView, result_ui};
-use trackwright::editor::ui::slice_ui::{SlicePanelView, slice_ui};
+use trackwright::editor::ui::slice_ui::{SlicePanelView, slice_settings_ui};
 use trackwright::editor::ui::top_bar::{TopBarView, top_bar_ui};
 use trackwright::field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 use trackwright::study::{CancelToken, Mode, figure_rows, look, run};
@@ -311,7 +311,7 @@ fn another_axis_moves_the_slice_to_the_middle_of_the_box() {
     let view = View::default();
     let bounds = *environment().model.bounds();
     let (mut harness, asked) = harness(|ui| {
-        slice_ui(
+        slice_settings_ui(
             ui,
             &SlicePanelView {
                 view: &view,

@@ -7,13 +7,13 @@ use super::field::{comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui
 use super::history_ui::history_ui;
 use super::inspector::{InspectorView, inspector_ui};
 use super::layer_settings::LayerFigures;
+use super::layers_ui::{LayersView, Listed, layers_ui};
 use super::mesh_ui::{MeshView, mesh_ui};
 use super::outliner::{OutlinerView, outliner_ui};
 use super::result::{ResultView, brief_result_ui, headline, result_ui};
 use super::row_page::RowPage;
 use super::scene_menu::SceneMenu;
 use super::sensor_ui::IsAvailable;
-use super::slice_ui::{SlicePanelView, slice_ui};
 use super::status_bar::{StatusView, hint, status_bar_ui};
 use super::study_panels::{StudyPanels, sides_ui};
 use super::timeline_ui::trial_words;
@@ -368,21 +368,6 @@ impl Desk<'_> {
         });
     }
 
-    fn slice_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
-        if self.view().layers.slice {
-            actions.extend(slice_ui(
-                ui,
-                &SlicePanelView {
-                    view: self.view(),
-                    bounds: *self.environment().model.bounds(),
-                    has_support: self.environment().support.is_some(),
-                    max: self.layer_figures().slice_max,
-                    camera: self.layer_figures().camera,
-                },
-            ));
-        }
-    }
-
     fn layer_figures(&self) -> LayerFigures {
         let bars = self.shown.color_bars.as_deref();
         let largest = |bar: &Option<ColorBar>| bar.as_ref().map(|bar| bar.largest);
@@ -406,7 +391,13 @@ impl Desk<'_> {
             let mut asked = tables_ui(ui, desk, *self.shown.sample_scale);
             asked.extend(rooms_ui(ui, desk));
             actions.extend(asked.into_iter().map(PanelAction::Field));
-            self.slice_ui(ui, actions);
+            let layers = LayersView {
+                view: self.view(),
+                environment: self.environment(),
+                figures: self.layer_figures(),
+                listed: Listed::OfTheRoom,
+            };
+            actions.extend(layers_ui(ui, &layers));
             ui.add_space(8.0);
         });
     }

@@ -12,6 +12,7 @@ pub mod folder;
 pub mod history_ui;
 pub mod inspector;
 pub mod layer_settings;
+pub mod layers_ui;
 mod layout;
 pub mod mesh_ui;
 pub mod motion_ui;

@@ -1,14 +1,13 @@
 //! What is in the design: bodies with their sensors and tips, the room, the layers.
 
 use super::PanelAction;
-use super::layer_settings::{
-    LayerFigures, Settings, layer_settings_ui, switch_ui as layer_switch_ui,
-};
+use super::layer_settings::LayerFigures;
+use super::layers_ui::{LayersView, Listed, layers_ui};
 use super::sensor_ui::{IsAvailable, sensor_menu_ui};
 use super::switch::{SWITCH_WIDTH, Switch, switch_ui};
 use super::theme;
 use super::widgets::{Mark, Row, counted, length, quiet_ui, row_ui, section_ui};
-use crate::design::view::{Layers, View};
+use crate::design::view::View;
 use crate::design::{BodyRole, Design, Thing, Things};
 use crate::editor::commands::Command;
 use crate::editor::palette;
@@ -74,8 +73,13 @@ pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<PanelAction> {
     }
     section_ui(ui, "Room");
     room_ui(ui, outliner.environment);
-    section_ui(ui, "Layers");
-    layers_ui(ui, outliner, &mut actions);
+    let layers = LayersView {
+        view: outliner.view,
+        environment: outliner.environment,
+        figures: outliner.layers,
+        listed: Listed::All,
+    };
+    actions.extend(layers_ui(ui, &layers));
     actions
 }
 
@@ -265,57 +269,4 @@ fn room_ui(ui: &mut Ui, environment: &Environment) {
             }
         }
     });
-}
-
-/// The layer that only a room which knows its own reach has.
-const MODEL_SUPPORT: &str = "Model support";
-
-/// A layer's name and where its switch is.
-type Layer = (&'static str, fn(&mut Layers) -> &mut bool);
-
-const LAYERS: [Layer; 15] = [
-    ("Volume", |l| &mut l.volume),
-    ("Field generator", |l| &mut l.generator),
-    ("Ground grid", |l| &mut l.grid),
-    ("Anatomy", |l| &mut l.anatomy),
-    ("Sensor errors", |l| &mut l.sensor_errors),
-    ("Tip error", |l| &mut l.tip_error),
-    ("Ghost", |l| &mut l.ghost),
-    ("Range of motion", |l| &mut l.motion),
-    ("Tip scatter", |l| &mut l.tip_scatter),
-    ("Error slice", |l| &mut l.slice),
-    ("Field arrows", |l| &mut l.arrows),
-    ("Sensor placement", |l| &mut l.placement),
-    ("Usable region", |l| &mut l.region),
-    (MODEL_SUPPORT, |l| &mut l.support),
-    ("Labels", |l| &mut l.labels),
-];
-
-fn layers_ui(ui: &mut Ui, outliner: &OutlinerView, actions: &mut Vec<PanelAction>) {
-    let (view, environment) = (outliner.view, outliner.environment);
-    for (name, switch) in LAYERS {
-        let mut layers = view.layers;
-        let why_not = match name {
-            MODEL_SUPPORT if environment.support.is_none() => Some(super::slice_ui::NO_SUPPORT),
-            _ => None,
-        };
-        ui.horizontal(|ui| {
-            ui.add_space(6.0);
-            if layer_switch_ui(ui, switch(&mut layers), name, why_not) {
-                let view = View {
-                    layers,
-                    ..view.clone()
-                };
-                actions.push(PanelAction::View(ViewRequest::Set(view)));
-            }
-        });
-        let settings = match name {
-            "Error slice" => Settings::Slice,
-            "Field arrows" => Settings::Arrows,
-            "Sensor placement" => Settings::Placement,
-            _ => continue,
-        };
-        let figures = &outliner.layers;
-        actions.extend(layer_settings_ui(ui, settings, view, environment, figures));
-    }
 }

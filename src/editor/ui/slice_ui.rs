@@ -1,7 +1,7 @@
 //! The error slice: where it lies, which way its imagined sensor points, its colours.
 
 use super::PanelAction;
-use super::widgets::{NumberChange, NumberField, number_ui, quiet_ui, section_ui};
+use super::widgets::{NumberChange, NumberField, number_ui, quiet_ui};
 use crate::design::view::{ColorMap, Quantity, SliceAxis, SliceView, View};
 use crate::editor::state::ViewRequest;
 use crate::geometry::bounds::Bounds;
@@ -39,12 +39,6 @@ pub const NO_SUPPORT: &str =
     "This room does not say where its model may be believed; fit its measurements again to know";
 
 const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
-
-/// Draws the section.
-pub fn slice_ui(ui: &mut Ui, panel: &SlicePanelView) -> Vec<PanelAction> {
-    section_ui(ui, "Error slice");
-    slice_settings_ui(ui, panel)
-}
 
 /// Draws the settings alone, for below the layer's switch.
 pub fn slice_settings_ui(ui: &mut Ui, panel: &SlicePanelView) -> Vec<PanelAction> {
