@@ -176,20 +176,35 @@ fn at(pose: &Pose) -> Vector3<f64> {
     pose.translation.vector
 }
 
-/// Poses beyond this many are compared with a choice of the others only: a recording of minutes has
-/// tens of thousands.
+/// Of more poses than this a choice is compared: a recording of minutes has tens of thousands.
 const ALL_PAIRS: usize = 2_000;
 
-/// The largest angle between any two poses; for very many, between any one and evenly chosen others.
+/// The largest angle between any two poses. Of very many, it begins with the largest between evenly
+/// chosen ones, and goes to the one farthest from either end.
 fn orientation_range_rad(poses: &[Pose]) -> f64 {
-    let step = poses.len().div_ceil(ALL_PAIRS);
-    let mut range_rad = 0.0_f64;
-    for (i, a) in poses.iter().enumerate().step_by(step) {
-        for b in &poses[i + 1..] {
-            range_rad = range_rad.max(rotation_angle_rad(&a.rotation.rotation_to(&b.rotation)));
+    let angle = |a: &Pose, b: &Pose| rotation_angle_rad(&a.rotation.rotation_to(&b.rotation));
+    let farther =
+        |best: (f64, usize), next: (f64, usize)| if next.0 > best.0 { next } else { best };
+    let chosen: Vec<usize> = (0..poses.len())
+        .step_by(poses.len().div_ceil(ALL_PAIRS).max(1))
+        .collect();
+    let mut range = (0.0, 0);
+    for (k, &a) in chosen.iter().enumerate() {
+        let others = chosen[k + 1..].iter();
+        range = others.fold(range, |best, &b| {
+            farther(best, (angle(&poses[a], &poses[b]), b))
+        });
+    }
+    if chosen.len() < poses.len() {
+        for _ in 0..2 {
+            let end = &poses[range.1];
+            let all = poses.iter().enumerate();
+            range = all.fold(range, |best, (b, pose)| {
+                farther(best, (angle(end, pose), b))
+            });
         }
     }
-    range_rad
+    range.0
 }
 
 #[cfg(test)]
@@ -283,6 +298,16 @@ mod tests {
             ..PivotLimits::default()
         };
         assert_eq!(pivot(&poses, &limits).unwrap().rms_mm, rms_mm);
+    }
+
+    #[test]
+    fn of_very_many_poses_the_two_that_differ_most_are_found_too() {
+        let mut poses = cone(3 * ALL_PAIRS, 0.2);
+        // Between those that are chosen.
+        poses[4] = pose(Vector3::x() * 0.5);
+        poses[ALL_PAIRS + 1] = pose(Vector3::x() * -0.5);
+        let range_rad = orientation_range_rad(&poses);
+        assert!((range_rad - 1.0).abs() < 1e-12, "{range_rad}");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! How a tracker's jitter is stated on the command line.
 
+use super::numbers::{length_above_zero, zero_or_more};
 use crate::field::environment::Jitter;
 use clap::Args;
 
@@ -37,7 +38,7 @@ pub struct JitterArgs {
         long,
         help_heading = HEADING,
         value_name = "MM",
-        value_parser = above_zero,
+        value_parser = length_above_zero,
         allow_negative_numbers = true,
         requires = "jitter_position_mm"
     )]
@@ -55,19 +56,4 @@ impl JitterArgs {
             growth_mm,
         ))
     }
-}
-
-fn zero_or_more(text: &str) -> Result<f64, String> {
-    number(text, "zero or more", |value| value >= 0.0)
-}
-
-fn above_zero(text: &str) -> Result<f64, String> {
-    number(text, "a length above zero", |value| value > 0.0)
-}
-
-fn number(text: &str, expected: &str, is_fine: fn(f64) -> bool) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|value: &f64| value.is_finite() && is_fine(*value))
-        .ok_or_else(|| format!("expected {expected}"))
 }

@@ -8,6 +8,7 @@ mod edit;
 mod fit;
 mod import;
 mod jitter;
+mod numbers;
 mod output;
 mod pivot;
 mod precision;

@@ -1,5 +1,6 @@
 //! `pivot`: where a tool's tip is, from recordings around one point.
 
+use super::numbers::above_zero;
 use super::output::{self, Format};
 use crate::calibration::marker_body::MarkerBody;
 use crate::calibration::pivot::{Pivot, PivotLimits, pivot};
@@ -31,27 +32,20 @@ pub struct PivotArgs {
     min_poses: usize,
 
     /// Least angle between the two poses that differ most
-    #[arg(long, value_name = "DEG", default_value_t = PivotLimits::MIN_RANGE_DEG, value_parser = positive)]
+    #[arg(long, value_name = "DEG", default_value_t = PivotLimits::MIN_RANGE_DEG, value_parser = above_zero)]
     min_range: f64,
 
     /// Least RMS turn about the axis that the tool turned about least
-    #[arg(long, value_name = "DEG", default_value_t = PivotLimits::MIN_TURN_DEG, value_parser = positive)]
+    #[arg(long, value_name = "DEG", default_value_t = PivotLimits::MIN_TURN_DEG, value_parser = above_zero)]
     min_turn: f64,
 
     /// Largest RMS distance of the tip from the point that it rested in
-    #[arg(long, value_name = "MM", default_value_t = PivotLimits::MAX_RMS_MM, value_parser = positive)]
+    #[arg(long, value_name = "MM", default_value_t = PivotLimits::MAX_RMS_MM, value_parser = above_zero)]
     max_rms: f64,
 
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("expected a number above 0".to_owned()),
-    }
 }
 
 /// Reads and calibrates.
