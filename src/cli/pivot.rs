@@ -33,15 +33,15 @@ pub struct PivotArgs {
 
     /// Least angle between the two poses that differ most
     #[arg(long, value_name = "DEG", default_value_t = PivotLimits::MIN_RANGE_DEG, value_parser = above_zero)]
-    min_range: f64,
+    min_range_deg: f64,
 
     /// Least RMS turn about the axis that the tool turned about least
     #[arg(long, value_name = "DEG", default_value_t = PivotLimits::MIN_TURN_DEG, value_parser = above_zero)]
-    min_turn: f64,
+    min_turn_deg: f64,
 
     /// Largest RMS distance of the tip from the point that it rested in
     #[arg(long, value_name = "MM", default_value_t = PivotLimits::MAX_RMS_MM, value_parser = above_zero)]
-    max_rms: f64,
+    max_rms_mm: f64,
 
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
@@ -55,9 +55,9 @@ pub struct PivotArgs {
 pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
     let limits = PivotLimits {
         min_poses: args.min_poses,
-        min_range_rad: args.min_range.to_radians(),
-        min_turn_rad: args.min_turn.to_radians(),
-        max_rms_mm: args.max_rms,
+        min_range_rad: args.min_range_deg.to_radians(),
+        min_turn_rad: args.min_turn_deg.to_radians(),
+        max_rms_mm: args.max_rms_mm,
     };
     let poses = poses(&args.recordings, args.tool.as_deref())?;
     let found = pivot(&poses, &limits).context("no tip")?;

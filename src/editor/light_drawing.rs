@@ -11,8 +11,8 @@ use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 
 /// Triangles of a body's part that are drawn while something moves: each of those of a part that
-/// fills half the height of a 720 pixel view covers a few pixels. A body and its ghost of 40,000
-/// each took 20 ms longer to draw in software.
+/// fills half the height of a 720 pixel view covers a few pixels. With 40,000 a frame of a body and
+/// its ghost took 110 ms in software, with 10,000 90 ms.
 const MOVING_TRIANGLES: usize = 12_000;
 
 /// Draws less while something moves, where no graphics card does the work.
