@@ -13,7 +13,7 @@ struct Layer {
     name: &'static str,
     switch: fn(&mut Layers) -> &mut bool,
     settings: Option<Settings>,
-    /// Whether it shows the room rather than the design.
+    /// Whether it is about places in the room rather than about bodies.
     is_of_room: bool,
 }
 
