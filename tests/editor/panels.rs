@@ -22,6 +22,7 @@ use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::result::{ResultView, result_ui};
 use trackwright::editor::ui::slice_ui::{SlicePanelView, slice_settings_ui};
 use trackwright::editor::ui::top_bar::{TopBarView, top_bar_ui};
+use trackwright::editor::ui::widgets::signed;
 use trackwright::field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 use trackwright::study::{CancelToken, Mode, figure_rows, look, run};
 
@@ -149,6 +150,7 @@ fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
     let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
     let rows = figure_rows(&outcome.figures);
     let is_met = outcome.figures.requirement_met().unwrap();
+    let change = signed(outcome.figures.position_mm.rms - 9.0, 2);
     let results = Results {
         study: Some(Stamped {
             revision: 0,
@@ -178,6 +180,7 @@ fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
     }
     let sign = if is_met { "✔ met" } else { "✖ missed" };
     assert_eq!(harness.query_all_by_label_contains(sign).count(), 1);
+    harness.get_by_label(&format!("{change}\u{2009}mm"));
     harness.get_by_label("15 trials");
 }
 

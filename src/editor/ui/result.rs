@@ -159,7 +159,7 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
         ui.label(RichText::new(value).font(theme::figure_font()).color(color));
         if let Some(before) = result.before {
             let change = headline.value - before;
-            let text = signed(change, 2);
+            let text = with_unit(&signed(change, 2), headline.unit);
             let color = if text.starts_with('±') {
                 palette::TEXT_QUIET
             } else if change < 0.0 {
