@@ -103,7 +103,8 @@ impl Plugin for MeshesPlugin {
                 Update,
                 (
                     answer.run_if(on_message::<MeshRequest>),
-                    hear.run_if(is_loading),
+                    // Whatever else a frame asks for, an opened file or to give it up, comes first.
+                    hear.run_if(is_loading.and_then(not(on_message::<MeshRequest>))),
                 )
                     .chain()
                     .after(CommandsSystems)
