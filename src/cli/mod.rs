@@ -5,6 +5,7 @@ mod compensate;
 mod distort;
 #[cfg(feature = "editor")]
 mod edit;
+mod export;
 mod fit;
 mod import;
 mod jitter;
@@ -64,6 +65,9 @@ enum Command {
     Import(import::ImportCommand),
     /// Find where a tool's tip is from recordings of it around one point, or say why they don't tell
     Pivot(pivot::PivotArgs),
+    /// Write the field of an environment, or poses, as files for 3D Slicer, ParaView or a spreadsheet
+    #[command(subcommand)]
+    Export(export::ExportCommand),
     /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
     /// minutes; exit status 1 where a bound is broken
     Stability(stability::StabilityArgs),
@@ -95,6 +99,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
         Some(Command::Pivot(args)) => pivot::run(args),
+        Some(Command::Export(command)) => export::run(command),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),
         #[cfg(feature = "editor")]

@@ -68,7 +68,7 @@ pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
 }
 
 /// Of all recordings; markers have the frame that they have in the first of them.
-fn poses(files: &[PathBuf], tool: Option<&str>) -> anyhow::Result<Vec<Pose>> {
+pub(super) fn poses(files: &[PathBuf], tool: Option<&str>) -> anyhow::Result<Vec<Pose>> {
     let mut poses = Vec::new();
     let mut body: Option<MarkerBody> = None;
     for file in files {

@@ -4,6 +4,7 @@ pub mod body;
 pub mod design_file;
 pub mod environment;
 mod error;
+pub mod export;
 pub mod gltf;
 pub mod groups;
 pub mod input;

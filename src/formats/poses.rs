@@ -24,6 +24,82 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Pose>, FormatError> {
     table.rows()?.map(|row| row.pose(&columns)).collect()
 }
 
+/// Whose poses of a table that has several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WhosePoses {
+    /// Of a simulation log.
+    True,
+    Simulated,
+    /// Of a measurement table, which may have positions alone.
+    Ideal,
+    Measured,
+    /// Of input data.
+    Tool,
+    Crf,
+}
+
+impl WhosePoses {
+    fn columns(self) -> [&'static str; 7] {
+        match self {
+            Self::True => [
+                "true_x", "true_y", "true_z", "true_qw", "true_qx", "true_qy", "true_qz",
+            ],
+            Self::Simulated => [
+                "sim_x", "sim_y", "sim_z", "sim_qw", "sim_qx", "sim_qy", "sim_qz",
+            ],
+            Self::Ideal => [
+                "ideal_x", "ideal_y", "ideal_z", "ideal_qw", "ideal_qx", "ideal_qy", "ideal_qz",
+            ],
+            Self::Measured => [
+                "measured_x",
+                "measured_y",
+                "measured_z",
+                "measured_qw",
+                "measured_qx",
+                "measured_qy",
+                "measured_qz",
+            ],
+            Self::Tool => [
+                "tool_x", "tool_y", "tool_z", "tool_qw", "tool_qx", "tool_qy", "tool_qz",
+            ],
+            Self::Crf => [
+                "crf_x", "crf_y", "crf_z", "crf_qw", "crf_qx", "crf_qy", "crf_qz",
+            ],
+        }
+    }
+}
+
+/// Reads some poses of a table; they are not turned where it has positions alone.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_of(bytes: &[u8], whose: WhosePoses) -> Result<Vec<Pose>, FormatError> {
+    const EXPECTED: &str = "the columns of these poses (…_x, …_y, …_z, and …_qw, …_qx, …_qy, …_qz)";
+    let table = Table::parse(bytes)?;
+    let [x, y, z, quaternion @ ..] = whose.columns();
+    let position = table.columns([x, y, z], EXPECTED)?;
+    let has_rotations = quaternion.iter().any(|name| table.has(name));
+    let rotation = match has_rotations {
+        true => Some(table.columns(quaternion, EXPECTED)?),
+        false => None,
+    };
+    let columns = PoseColumns { position, rotation };
+    table.rows()?.map(|row| row.pose(&columns)).collect()
+}
+
+/// Writes poses.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write<'a>(out: &mut dyn Write, poses: impl IntoIterator<Item = &'a Pose>) -> io::Result<()> {
+    writeln!(out, "x,y,z,qw,qx,qy,qz")?;
+    for pose in poses {
+        write_pose(out, pose)?;
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
 /// Writes poses, each with whether it was outside the model's box; a pose that was left out has
 /// empty cells.
 ///

@@ -7,6 +7,7 @@ use crate::field::Environment;
 use crate::field::samples::MeasurementSet;
 use crate::formats::groups::{self, GroupColumn};
 use crate::formats::pivot_recording::{self, PivotRecording};
+use crate::formats::poses::WhosePoses;
 use crate::formats::{FormatError, environment, input, jhu_cis, measurements, mesh, poses};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::mesh_reference::MeshUnit;
@@ -38,6 +39,13 @@ pub fn read_groups(file: &Path, column: Option<&str>) -> Result<Option<GroupColu
 
 pub fn read_poses(file: &Path) -> Result<Vec<Pose>, StoreError> {
     read(Place::Disk, file, "a poses table", poses::parse)
+}
+
+/// Some poses of a table that has several.
+pub fn read_poses_of(file: &Path, whose: WhosePoses) -> Result<Vec<Pose>, StoreError> {
+    read(Place::Disk, file, "a table of poses", |bytes| {
+        poses::parse_of(bytes, whose)
+    })
 }
 
 /// Input data; the CRF's columns count only for a design that has one.

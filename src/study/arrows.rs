@@ -1,10 +1,10 @@
 //! Position error vectors on a lattice through the room: what arrows are drawn from.
 
+use super::field_lattice::MeanErrors;
 use super::run::StudyError;
 use super::scenario::Scenario;
 use super::statistics::Statistics;
 use super::work::Work;
-use crate::field::model::Evaluation;
 use crate::field::{AxisModel, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::pose::Pose;
@@ -146,21 +146,9 @@ fn mean_errors(
 ) -> Result<Vec<Vector3<f64>>, StudyError> {
     let slabs: Option<Vec<Vec<Vector3<f64>>>> = xs
         .par_chunks(SLAB)
-        .map_init(Vec::new, |evaluations: &mut Vec<Evaluation>, xs| {
-            let mut sums = vec![Vector3::zeros(); xs.len() * ys.len() * zs.len()];
-            for model in models {
-                if cancel.is_cancelled() {
-                    return None;
-                }
-                model.evaluate_lattice([xs, &ys, &zs], OutsidePolicy::Clamp, evaluations);
-                for (sum, at) in sums.iter_mut().zip(evaluations.iter()) {
-                    *sum += at.error.position_mm;
-                }
-            }
-            for sum in &mut sums {
-                *sum /= models.len() as f64;
-            }
-            Some(sums)
+        .map_init(MeanErrors::default, |buffers, xs| {
+            let means = buffers.of(models, [xs, &ys, &zs], OutsidePolicy::Clamp, cancel)?;
+            Some(means.iter().map(|at| at.error.position_mm).collect())
         })
         .collect();
     Ok(slabs.ok_or(StudyError::Cancelled)?.concat())

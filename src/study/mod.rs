@@ -3,6 +3,7 @@
 pub mod arrows;
 pub mod charted;
 mod explain;
+pub mod field_lattice;
 pub mod figures;
 pub mod motion;
 pub mod motion_outline;

@@ -3,6 +3,7 @@
 mod bad_input;
 mod compensate;
 mod explain;
+mod export;
 mod golden_designs;
 mod jhu_cis;
 mod main_job;

@@ -1,0 +1,55 @@
+//! `export`: the field and poses as files of other programs.
+
+mod field;
+mod poses;
+
+use crate::formats::export::PatientAxes;
+use clap::{Subcommand, ValueEnum};
+use std::path::Path;
+
+#[derive(Debug, Subcommand)]
+pub enum ExportCommand {
+    /// The error of an environment on a lattice: a displacement field for 3D Slicer (*.nrrd, *.mha),
+    /// image data for ParaView (*.vti), or a table (*.csv)
+    Field(field::FieldArgs),
+    /// Poses or tips of a recording or table: points (*.mrk.json) or one transform (*.tfm) for
+    /// 3D Slicer, or a poses table (*.csv)
+    Poses(poses::PosesArgs),
+}
+
+/// Exports.
+///
+/// # Errors
+/// Files that can't be used, and what they cannot hold.
+pub fn run(command: &ExportCommand) -> anyhow::Result<()> {
+    match command {
+        ExportCommand::Field(args) => field::run(args),
+        ExportCommand::Poses(args) => poses::run(args),
+    }
+}
+
+/// What 3D Slicer takes the tracker's x, y and z for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum AxesArg {
+    /// Its own right, anterior, superior, as it takes live poses over OpenIGTLink: files, which are
+    /// in LPS, have x and y negated
+    #[default]
+    Ras,
+    /// Left, posterior, superior: files have the tracker's numbers as they are
+    Lps,
+}
+
+impl From<AxesArg> for PatientAxes {
+    fn from(arg: AxesArg) -> Self {
+        match arg {
+            AxesArg::Ras => Self::Ras,
+            AxesArg::Lps => Self::Lps,
+        }
+    }
+}
+
+/// Whether a file's name ends so, in any case.
+fn ends_with(file: &Path, ending: &str) -> bool {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    name.to_lowercase().ends_with(ending)
+}

@@ -1,0 +1,162 @@
+//! `export poses`: poses and tips as points, as a transform, as a table.
+
+use super::super::numbers::three;
+use super::super::{output, pivot};
+use super::{AxesArg, ends_with};
+use crate::formats::export::markups::MarkupPoint;
+use crate::formats::export::{itk_transform, markups};
+use crate::formats::poses::{self, WhosePoses};
+use crate::geometry::pose::Pose;
+use crate::store;
+use crate::study::figures::with_separators;
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct PosesArgs {
+    /// Recordings or tables of poses: whatever `pivot` reads; or, with --columns, one of the
+    /// program's own tables
+    #[arg(required = true)]
+    poses: Vec<PathBuf>,
+
+    /// File to write, its kind told by its name: *.mrk.json (points, LPS), *.tfm (one transform,
+    /// LPS) or *.csv (poses as they are)
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+
+    /// The tool that is meant where a recording has several: a part of its name
+    #[arg(long, value_name = "NAME", conflicts_with = "columns")]
+    tool: Option<String>,
+
+    /// Which poses of a table that has several: `true` and `sim` of a simulation log, `ideal` and
+    /// `measured` of a measurement table, `tool` and `crf` of input data
+    #[arg(long, value_enum)]
+    columns: Option<ColumnsArg>,
+
+    /// What is exported of each pose: the point of its body at this place, mm, as `pivot` prints a
+    /// tip; the body's origin where left out
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = three)]
+    tip: Option<[f64; 3]>,
+
+    /// One pose only, counted from 0
+    #[arg(long, value_name = "N")]
+    row: Option<usize>,
+
+    /// What 3D Slicer is to take x, y and z for (*.mrk.json, *.tfm)
+    #[arg(long, value_enum, default_value_t)]
+    axes: AxesArg,
+}
+
+/// Whose poses of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ColumnsArg {
+    True,
+    Sim,
+    Ideal,
+    Measured,
+    Tool,
+    Crf,
+}
+
+impl From<ColumnsArg> for WhosePoses {
+    fn from(arg: ColumnsArg) -> Self {
+        match arg {
+            ColumnsArg::True => Self::True,
+            ColumnsArg::Sim => Self::Simulated,
+            ColumnsArg::Ideal => Self::Ideal,
+            ColumnsArg::Measured => Self::Measured,
+            ColumnsArg::Tool => Self::Tool,
+            ColumnsArg::Crf => Self::Crf,
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+enum FileKind {
+    Markups,
+    Transform,
+    Csv,
+}
+
+/// Reads and writes.
+///
+/// # Errors
+/// Files that can't be used, rows that are not there, several poses for one transform.
+pub fn run(args: &PosesArgs) -> anyhow::Result<()> {
+    let kind = kind_of(&args.output)?;
+    let mut found = match args.columns {
+        None => pivot::poses(&args.poses, args.tool.as_deref())?,
+        Some(columns) => {
+            let mut all = Vec::new();
+            for file in &args.poses {
+                all.extend(store::read_poses_of(file, columns.into())?);
+            }
+            all
+        }
+    };
+    if let Some([x, y, z]) = args.tip {
+        let tip = Pose::translation(x, y, z);
+        found.iter_mut().for_each(|pose| *pose *= tip);
+    }
+    let chosen = chosen(&found, args.row)?;
+    let axes = args.axes.into();
+    match (kind, chosen.as_slice()) {
+        (FileKind::Csv, _) => store::write_atomic(&args.output, |out| {
+            poses::write(out, chosen.iter().map(|(_, pose)| pose))
+        })?,
+        (FileKind::Markups, _) => {
+            let points: Vec<_> = chosen
+                .iter()
+                .map(|(row, pose)| MarkupPoint {
+                    label: row.to_string(),
+                    tracker_from_point: *pose,
+                })
+                .collect();
+            store::write_atomic(&args.output, |out| markups::write(out, &points, axes))?;
+        }
+        (FileKind::Transform, [(_, pose)]) => {
+            store::write_atomic(&args.output, |out| itk_transform::write(out, pose, axes))?;
+        }
+        (FileKind::Transform, _) => bail!(
+            "{}: found {} poses, expected one for a transform; --row 0 to {} chooses it",
+            args.output.display(),
+            with_separators(chosen.len()),
+            chosen.len().saturating_sub(1)
+        ),
+    }
+    output::print(&format!(
+        "{} poses written to {}",
+        with_separators(chosen.len()),
+        args.output.display()
+    ))
+}
+
+/// All poses with their rows, or one.
+fn chosen(poses: &[Pose], row: Option<usize>) -> anyhow::Result<Vec<(usize, Pose)>> {
+    let all = || poses.iter().copied().enumerate();
+    match row {
+        None => Ok(all().collect()),
+        Some(row) if row < poses.len() => Ok(all().skip(row).take(1).collect()),
+        Some(row) => bail!(
+            "found {} poses, expected more than --row {row}, which counts from 0",
+            with_separators(poses.len())
+        ),
+    }
+}
+
+fn kind_of(file: &Path) -> anyhow::Result<FileKind> {
+    let kinds = [
+        (".mrk.json", FileKind::Markups),
+        (".tfm", FileKind::Transform),
+        (".csv", FileKind::Csv),
+    ];
+    match kinds.iter().find(|(ending, _)| ends_with(file, ending)) {
+        Some((_, kind)) => Ok(*kind),
+        None => bail!(
+            "{}: found no kind of file that poses can be written as, expected a name that ends with .mrk.json, .tfm or \
+             .csv",
+            file.display()
+        ),
+    }
+}

@@ -1,0 +1,55 @@
+//! Points as 3D Slicer's markups (`*.mrk.json`).
+
+use super::PatientAxes;
+use crate::geometry::pose::Pose;
+use serde_json::{Value, json};
+use std::io::{self, Write};
+
+/// What Slicer tells the version of the file by.
+const SCHEMA: &str = "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#";
+
+/// A control point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarkupPoint {
+    pub label: String,
+    pub tracker_from_point: Pose,
+}
+
+/// Writes a list of points in LPS, mm, with their axes.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write(out: &mut dyn Write, points: &[MarkupPoint], axes: PatientAxes) -> io::Result<()> {
+    let controls: Vec<Value> = (1..)
+        .zip(points)
+        .map(|(id, point)| control_point(id, point, axes))
+        .collect();
+    let file = json!({
+        "@schema": SCHEMA,
+        "markups": [{
+            "type": "Fiducial",
+            "coordinateSystem": "LPS",
+            "coordinateUnits": "mm",
+            "controlPoints": controls,
+        }],
+    });
+    serde_json::to_writer_pretty(&mut *out, &file)?;
+    writeln!(out)
+}
+
+fn control_point(id: usize, point: &MarkupPoint, axes: PatientAxes) -> Value {
+    let at = point.tracker_from_point.translation.vector;
+    // Row by row, its columns the point's own axes.
+    let turn = axes.lps_axes(&point.tracker_from_point).transpose();
+    let orientation: Vec<f64> = turn.iter().map(|v| v + 0.0).collect();
+    json!({
+        "id": id.to_string(),
+        "label": point.label,
+        "position": axes.lps(&at),
+        "orientation": orientation,
+        "selected": true,
+        "locked": false,
+        "visibility": true,
+        "positionStatus": "defined",
+    })
+}

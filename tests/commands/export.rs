@@ -1,0 +1,483 @@
+//! Files for other programs, as those programs read them.
+
+use crate::support::data::{own, third_party};
+use crate::support::golden::{count, number, numbers};
+use crate::support::peers::python;
+use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use nalgebra::{Point3, Unit, Vector3};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use serde_json::Value;
+use std::fs;
+use trackwright::geometry::pose::{Pose, pose_from_array, pose_from_parts, pose_to_array};
+use trackwright::geometry::rotation::{axis_rotation, exp_vector};
+use trackwright::store;
+
+const AXIS: &str = "0.3,-0.5,0.8";
+
+fn axis() -> Unit<Vector3<f64>> {
+    Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8))
+}
+
+/// A room of order 3 with 14 orientations.
+fn room(scratch: &Scratch) -> String {
+    let (table, env) = (
+        text(&own("room-a/room-a-fit.csv")),
+        scratch.arg("room.env.ron"),
+    );
+    let size = ["--order", "3", "--directions", "14"];
+    succeed(&[&["fit", &table, "-o", &env], &size[..]].concat());
+    env
+}
+
+/// Numbers from 0 to 1, the same each time.
+fn parts() -> impl Iterator<Item = f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    std::iter::repeat_with(move || f64::from(rng.next_u32()) / f64::from(u32::MAX))
+}
+
+/// What `distort` makes of a sensor along the axis at each point: how far it is off, mm, and turned,
+/// degrees.
+fn distorted(scratch: &Scratch, env: &str, points: &[Point3<f64>]) -> Vec<(Vector3<f64>, f64)> {
+    let turn = exp_vector(&axis_rotation(&Vector3::z_axis(), &axis()).vector_rad);
+    let mut table = "x,y,z,qw,qx,qy,qz\n".to_owned();
+    let ideal: Vec<Pose> = points
+        .iter()
+        .map(|at| pose_from_parts(at.coords, turn))
+        .collect();
+    for pose in &ideal {
+        table += &(pose_to_array(pose).map(|v| v.to_string()).join(",") + "\n");
+    }
+    let (poses, out) = (scratch.arg("poses.csv"), scratch.arg("distorted.csv"));
+    fs::write(&poses, table).unwrap();
+    succeed(&["distort", env, &poses, "-o", &out]);
+    let measured = store::read_poses(out.as_ref()).unwrap();
+    let pairs = ideal.iter().zip(&measured);
+    pairs
+        .map(|(ideal, measured)| {
+            let off = measured.translation.vector - ideal.translation.vector;
+            (
+                off,
+                ideal.rotation.angle_to(&measured.rotation).to_degrees(),
+            )
+        })
+        .collect()
+}
+
+/// What a program of others reads from a file at points of the tracker frame.
+fn read(scratch: &Scratch, reader: &str, file: &str, points: &[Point3<f64>]) -> Vec<Vec<f64>> {
+    let list = scratch.arg("points.csv");
+    let rows = points.iter().map(|p| format!("{},{},{}\n", p.x, p.y, p.z));
+    fs::write(&list, rows.collect::<String>()).unwrap();
+    run(python("field_at.py").args([reader, file, &list]))
+}
+
+fn run(command: &mut std::process::Command) -> Vec<Vec<f64>> {
+    let output = command.output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// A point of the tracker frame in a file for 3D Slicer, or back.
+fn flipped(at: &Point3<f64>) -> Point3<f64> {
+    Point3::new(-at.x, -at.y, at.z)
+}
+
+/// By how much lines between the points of a lattice may miss one component of the field: half the
+/// step squared times half the second derivative, summed over the axes. The second derivative of a
+/// Bernstein polynomial of order n is at most n (n - 1) times its coefficients' greatest second
+/// difference, in the unit cube.
+fn interpolation_bound_mm(env: &str, counts: [usize; 3]) -> f64 {
+    let environment = store::read_environment(env.as_ref()).unwrap();
+    let model = environment.model.at_axis(&axis());
+    let n = model.order();
+    let coefficient = |[i, j, k]: [usize; 3]| model.coefficients()[(i * (n + 1) + j) * (n + 1) + k];
+    let mut bound = 0.0;
+    for (along, count) in counts.iter().enumerate() {
+        let mut greatest: f64 = 0.0;
+        for place in 0..(n + 1_usize).pow(3) {
+            let at = [
+                place / (n + 1).pow(2),
+                place / (n + 1) % (n + 1),
+                place % (n + 1),
+            ];
+            if at[along] + 2 > n {
+                continue;
+            }
+            let [a, b, c] = [0, 1, 2].map(|step| {
+                let mut at = at;
+                at[along] += step;
+                coefficient(at)
+            });
+            for component in 0..3 {
+                greatest = greatest.max((a[component] - 2.0 * b[component] + c[component]).abs());
+            }
+        }
+        let step = 1.0 / (count - 1) as f64;
+        bound += step * step / 8.0 * (n * (n - 1)) as f64 * greatest;
+    }
+    bound
+}
+
+#[test]
+fn programs_of_others_read_the_error_that_distort_makes() {
+    let scratch = Scratch::new();
+    let env = room(&scratch);
+    let export = |name: &str, more: &[&str]| {
+        let file = scratch.arg(name);
+        let args = [
+            "export",
+            "field",
+            &env,
+            "-o",
+            &file,
+            "--axis",
+            AXIS,
+            "--spacing",
+            "25,20,15",
+        ];
+        let found = json(&[&args[..], more].concat());
+        (file, found)
+    };
+    let (nrrd, found) = export("field.nrrd", &[]);
+    let files = [
+        ("pynrrd", nrrd.clone(), true),
+        ("itk", nrrd, true),
+        ("itk", export("field.mha", &[]).0, true),
+        ("itk", export("as-it-is.mha", &["--axes", "lps"]).0, false),
+        (
+            "pynrrd",
+            export("as-it-is.nrrd", &["--axes", "lps"]).0,
+            false,
+        ),
+        ("vtkio", export("field.vti", &[]).0, false),
+    ];
+    let counts: [usize; 3] = serde_json::from_value(found["counts"].clone()).unwrap();
+    assert_eq!(count(&found["points"]), counts.iter().product::<usize>());
+    let corners = found["box"].as_array().unwrap();
+    let [min, max] = [0, 1].map(|i| Vector3::from(numbers::<3>(&corners[i])));
+    let place =
+        |parts: [f64; 3]| Point3::from(min + (max - min).component_mul(&Vector3::from(parts)));
+    let mut parts = parts();
+    let mut three = || [0; 3].map(|_| parts.next().unwrap());
+    let on_lattice: Vec<_> = (0..100)
+        .map(|_| {
+            let parts = three();
+            place([0, 1, 2].map(|k| {
+                let last = (counts[k] - 1) as f64;
+                (parts[k] * last).round() / last
+            }))
+        })
+        .collect();
+    let between: Vec<_> = (0..100).map(|_| place(three())).collect();
+    let allowed_between_mm = interpolation_bound_mm(&env, counts);
+    // Errors are millimetres: a bound that lets everything through would show nothing.
+    assert!(
+        (1e-4..0.2).contains(&allowed_between_mm),
+        "{allowed_between_mm}"
+    );
+    // A point is found by its coordinates to some 1e-12 of a step, over which the field changes less.
+    for (points, allowed_mm) in [(&on_lattice, 1e-9), (&between, allowed_between_mm)] {
+        let errors = distorted(&scratch, &env, points);
+        for (reader, file, is_flipped) in &files {
+            let in_file: Vec<_> = match is_flipped {
+                true => points.iter().map(flipped).collect(),
+                false => points.clone(),
+            };
+            let read = read(&scratch, reader, file, &in_file);
+            assert_eq!(read.len(), 100);
+            for (vector, (expected, _)) in read.iter().zip(&errors) {
+                let mut vector = Point3::new(vector[0], vector[1], vector[2]);
+                if *is_flipped {
+                    vector = flipped(&vector);
+                }
+                let off = (vector.coords - expected).amax();
+                assert!(
+                    off <= allowed_mm,
+                    "{reader} {file}: {off} beyond {allowed_mm}"
+                );
+            }
+        }
+    }
+    let angles = read(&scratch, "vtkio-angle", &files[5].1, &on_lattice);
+    for (angle, (_, expected)) in angles.iter().zip(distorted(&scratch, &env, &on_lattice)) {
+        assert!((angle[0] - expected).abs() < 1e-9, "{angle:?} {expected}");
+    }
+}
+
+#[test]
+fn a_table_of_the_field_has_the_same_numbers_and_no_cells_where_there_is_no_answer() {
+    let scratch = Scratch::new();
+    let env = room(&scratch);
+    let out = scratch.arg("field.csv");
+    let found = json(&[
+        "export",
+        "field",
+        &env,
+        "-o",
+        &out,
+        "--axis",
+        AXIS,
+        "--spacing",
+        "100",
+        "--box",
+        "-100,-100,-300,900,0,-200",
+        "--outside",
+        "reject",
+    ]);
+    let (outside, missing) = (count(&found["outside"]), count(&found["missing"]));
+    assert!(outside > 0 && outside == missing);
+    let table = fs::read_to_string(&out).unwrap();
+    let mut lines = table.lines();
+    let header = "x,y,z,error_x,error_y,error_z,error_mm,error_deg,outside";
+    assert_eq!(lines.next(), Some(header));
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows.len(), count(&found["points"]));
+    let inside: Vec<_> = rows.iter().filter(|row| row[8] == "0").collect();
+    assert_eq!(rows.len() - inside.len(), outside);
+    let beyond = rows.iter().filter(|row| row[8] == "1");
+    assert!(beyond.clone().all(|row| row[3..8] == [""; 5]));
+    let at = |row: &[&str], from: usize| {
+        Point3::from([0, 1, 2].map(|k| row[from + k].parse::<f64>().unwrap()))
+    };
+    let points: Vec<_> = inside.iter().map(|row| at(row, 0)).collect();
+    for (row, (expected, _)) in inside.iter().zip(distorted(&scratch, &env, &points)) {
+        let error = at(row, 3).coords;
+        assert!((error - expected).norm() < 1e-12);
+        assert!((row[6].parse::<f64>().unwrap() - error.norm()).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_correction_takes_readings_to_where_compensate_takes_them() {
+    let scratch = Scratch::new();
+    let env = room(&scratch);
+    let out = scratch.arg("field.csv");
+    let correction = [
+        "--displacement",
+        "correction",
+        "--axis",
+        AXIS,
+        "--spacing",
+        "120",
+    ];
+    succeed(&[&["export", "field", &env, "-o", &out], &correction[..]].concat());
+    let table = fs::read_to_string(&out).unwrap();
+    let turn = exp_vector(&axis_rotation(&Vector3::z_axis(), &axis()).vector_rad);
+    let turned = pose_to_array(&pose_from_parts(Vector3::zeros(), turn));
+    let quaternion = turned[3..].iter().map(f64::to_string);
+    let quaternion = quaternion.collect::<Vec<_>>().join(",");
+    let mut poses = "x,y,z,qw,qx,qy,qz\n".to_owned();
+    let rows: Vec<Vec<&str>> = table
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').collect())
+        .collect();
+    for row in &rows {
+        poses += &format!("{},{quaternion}\n", row[..3].join(","));
+    }
+    let (list, corrected) = (scratch.arg("measured.csv"), scratch.arg("corrected.csv"));
+    fs::write(&list, poses).unwrap();
+    succeed(&["compensate", &env, &list, "-o", &corrected]);
+    let corrected = fs::read_to_string(corrected).unwrap();
+    let mut answers = 0;
+    for (row, line) in rows.iter().zip(corrected.lines().skip(1)) {
+        let cells: Vec<&str> = line.split(',').collect();
+        for k in 0..3 {
+            let [from, to, by] = [row[k], cells[k], row[3 + k]].map(|cell| cell.parse::<f64>());
+            match (from, to, by) {
+                (Ok(from), Ok(to), Ok(by)) => {
+                    answers += 1;
+                    assert!((from + by - to).abs() < 1e-9, "{row:?} {line}");
+                }
+                (Ok(_), Err(_), Err(_)) => {}
+                _ => panic!("{row:?} {line}"),
+            }
+        }
+    }
+    assert!(answers > rows.len(), "{answers} of {} rows", rows.len());
+}
+
+#[test]
+fn a_transform_moves_points_in_another_program_as_the_pose_does() {
+    let scratch = Scratch::new();
+    let pose = pose_from_array([12.5, -80.25, -310.0, 0.5, -0.1, 0.7, 0.4]).unwrap();
+    let cells = pose_to_array(&pose).map(|v| v.to_string()).join(",");
+    let (table, points) = (scratch.arg("poses.csv"), scratch.arg("points.csv"));
+    fs::write(
+        &table,
+        format!("x,y,z,qw,qx,qy,qz\n0,0,0,1,0,0,0\n{cells}\n"),
+    )
+    .unwrap();
+    let in_tool = [
+        [0.0; 3],
+        [100.0, 0.0, 0.0],
+        [-3.0, 40.0, 7.0],
+        [1.0, 2.0, -150.0],
+    ];
+    for (axes, is_flipped) in [("ras", true), ("lps", false)] {
+        let turn = |p: &Point3<f64>| if is_flipped { flipped(p) } else { *p };
+        let file = scratch.arg(&format!("{axes}.tfm"));
+        succeed(&[
+            "export", "poses", &table, "--row", "1", "-o", &file, "--axes", axes,
+        ]);
+        let rows = in_tool.map(|p| {
+            let p = turn(&p.into());
+            format!("{},{},{}\n", p.x, p.y, p.z)
+        });
+        fs::write(&points, rows.concat()).unwrap();
+        let moved = run(python("move_points.py").args([&file, &points]));
+        for (p, moved) in in_tool.iter().zip(moved) {
+            let moved = turn(&Point3::new(moved[0], moved[1], moved[2]));
+            let expected = pose * Point3::from(*p);
+            assert!(
+                (moved - expected).norm() < 1e-9,
+                "{axes}: {moved} {expected}"
+            );
+        }
+    }
+    let several = fail(&["export", "poses", &table, "-o", &scratch.arg("all.tfm")]);
+    assert!(several.contains("found 2 poses, expected one") && several.contains("--row 0 to 1"));
+    let none = fail(&[
+        "export",
+        "poses",
+        &table,
+        "--row",
+        "2",
+        "-o",
+        &scratch.arg("one.tfm"),
+    ]);
+    assert!(
+        none.contains("found 2 poses, expected more than --row 2"),
+        "{none}"
+    );
+}
+
+#[test]
+fn tips_of_a_pivoted_tool_are_points_around_their_pivot() {
+    let Some(file) = third_party("pivot/poses-57.txt") else {
+        return;
+    };
+    let scratch = Scratch::new();
+    let recording = text(&file);
+    let found = json(&["pivot", &recording]);
+    let tip = numbers::<3>(&found["tip"]).map(|v| v.to_string()).join(",");
+    let (markups, table) = (scratch.arg("tips.mrk.json"), scratch.arg("poses.csv"));
+    succeed(&["export", "poses", &recording, "-o", &markups, "--tip", &tip]);
+    let written: Value = serde_json::from_slice(&fs::read(&markups).unwrap()).unwrap();
+    let points = written["markups"][0]["controlPoints"].as_array().unwrap();
+    assert_eq!(points.len(), 57);
+    let pivot = flipped(&numbers::<3>(&found["pivot"]).into());
+    let squares = points
+        .iter()
+        .map(|point| (Point3::from(numbers::<3>(&point["position"])) - pivot).norm_squared());
+    let rms_mm = (squares.sum::<f64>() / 57.0).sqrt();
+    assert!((rms_mm - number(&found["rms_mm"])).abs() < 1e-9, "{rms_mm}");
+    // The same poses as a table are the same recording.
+    succeed(&["export", "poses", &recording, "-o", &table]);
+    let again = json(&["pivot", &table]);
+    for key in ["tip", "pivot"] {
+        let [a, b] = [&found, &again].map(|f| Vector3::from(numbers::<3>(&f[key])));
+        assert!((a - b).norm() < 1e-9, "{key}");
+    }
+}
+
+#[test]
+fn poses_of_the_programs_own_tables_are_named_by_their_columns() {
+    let scratch = Scratch::new();
+    let table = text(&own("room-a/room-a-fit.csv"));
+    let out = scratch.arg("measured.csv");
+    let args = ["export", "poses", &table, "-o", &out, "--columns"];
+    let said = succeed(&[&args[..], &["measured"]].concat());
+    let rows = fs::read_to_string(&table).unwrap().lines().count() - 1;
+    assert_eq!(
+        store::read_poses(out.as_ref()).unwrap().len(),
+        rows,
+        "{said}"
+    );
+    let missing = fail(&[&args[..], &["sim"]].concat());
+    assert!(
+        missing.contains("room-a-fit.csv: line 1: found no column sim_x"),
+        "{missing}"
+    );
+}
+
+#[test]
+fn what_cannot_be_exported_is_said_and_nothing_is_written() {
+    let scratch = Scratch::new();
+    let env = room(&scratch);
+    let out = scratch.arg("field.vti");
+    let refused = |args: &[&str], words: &[&str]| {
+        let said = fail(&[&["export", "field", &env, "-o"], args].concat());
+        for word in words {
+            assert!(said.contains(word), "{word:?} is not in: {said}");
+        }
+        assert!(!scratch.path("field.vti").exists(), "{args:?}");
+    };
+    let upside_down = [&out, "--box", "0,0,0,10,-10,10"];
+    refused(&upside_down, &["--box", "y from 0 to -10", "empty"]);
+    refused(&[&out, "--box", "0,0,0,10,10"], &["--box", "six numbers"]);
+    refused(&[&out, "--box", "0,0,0,10,10,NaN"], &["six numbers"]);
+    for spacing in ["0", "-5", "NaN", "inf", "1,0,1", "1,2"] {
+        refused(&[&out, "--spacing", spacing], &["--spacing", "above zero"]);
+    }
+    refused(
+        &[&out, "--spacing", "0.001"],
+        &["expected at most 33554432", "a spacing of"],
+    );
+    refused(
+        &[&out, "--box", "0,0,0,1e300,1,1"],
+        &["e299 points", "expected at most 33554432"],
+    );
+    refused(
+        &[&out, "--axis", "0,0,0"],
+        &["--axis", "not all zero, or mean"],
+    );
+    refused(
+        &[&scratch.arg("field.stl")],
+        &["field.stl", ".nrrd, .mha, .vti or .csv"],
+    );
+    refused(
+        &[&scratch.arg("nowhere/field.vti")],
+        &["nowhere/field.vti", "cannot be written"],
+    );
+    let table = text(&own("room-a/room-a-fit.csv"));
+    let map = scratch.arg("correction.env.ron");
+    let size = ["--order", "1", "--directions", "6", "--map", "correction"];
+    succeed(&[&["fit", &table, "-o", &map], &size[..]].concat());
+    let said = fail(&[
+        "export",
+        "field",
+        &map,
+        "-o",
+        &out,
+        "--displacement",
+        "error",
+    ]);
+    assert!(
+        said.contains("correction.env.ron: found a correction map"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_displacement_field_with_holes_is_warned_of() {
+    let scratch = Scratch::new();
+    let env = room(&scratch);
+    let out = scratch.arg("field.mha");
+    let args = [
+        "--box",
+        "-100,-100,-300,900,0,-200",
+        "--outside",
+        "reject",
+        "--spacing",
+        "100",
+    ];
+    let output = trackwright(&[&["export", "field", &env, "-o", &out], &args[..]].concat())
+        .output()
+        .unwrap();
+    assert!(output.status.success());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("points are NaN"), "{said}");
+}
