@@ -13,8 +13,8 @@ use crate::task::{CancelToken, Cancelled, Task};
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
-/// Most points of a lattice: some 2 GB while it is made and written, and a cube of 322 on a side.
-pub const MAX_POINTS: usize = 1 << 25;
+/// Most points of a lattice: some 2 GB while it is made, and a cube of 256 on a side.
+pub const MAX_POINTS: usize = 1 << 24;
 
 /// Layers across z that one core does before it looks whether anyone still wants them.
 const SLAB: usize = 2;

@@ -28,19 +28,8 @@ def of_itk(file):
     return lambda point: np.array(field.TransformPoint(point)) - point
 
 
-def of_vtkio(file, name="error_mm"):
-    from vtkio.reader.api import load_vtk_data
-
-    image = load_vtk_data(file)
-    extents = np.array(image.grid.whole_extents).reshape(3, 2)
-    counts = extents[:, 1] - extents[:, 0] + 1
-    values = np.array(image.point_data[name])
-    values = values.reshape(*counts[::-1], -1).transpose(2, 1, 0, 3)
-    return lattice(values, image.grid.origin, np.diag(np.array(image.grid.spacing, dtype=float)))
-
-
 def of_vtk(file, name="error_mm"):
-    """VTK's own reader, which ParaView has; by hand, for it is half a gigabyte."""
+    """VTK's own reader, which ParaView has."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 
@@ -75,8 +64,6 @@ def lattice(values, origin, steps):
 READERS = {
     "pynrrd": of_nrrd,
     "itk": of_itk,
-    "vtkio": of_vtkio,
-    "vtkio-angle": lambda file: of_vtkio(file, "error_angle_deg"),
     "vtk": of_vtk,
     "vtk-angle": lambda file: of_vtk(file, "error_angle_deg"),
 }

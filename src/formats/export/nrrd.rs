@@ -26,7 +26,7 @@ pub fn write(out: &mut dyn Write, field: &FieldLattice, axes: PatientAxes) -> io
     write!(
         out,
         "NRRD0005\n\
-         # {}\n\
+         # Displacements of an electromagnetic tracker's readings\n\
          type: double\n\
          dimension: 4\n\
          space: left-posterior-superior\n\
@@ -39,7 +39,6 @@ pub fn write(out: &mut dyn Write, field: &FieldLattice, axes: PatientAxes) -> io
          space units: \"mm\" \"mm\" \"mm\"\n\
          space origin: ({origin})\n\
          meaning:={}\n\n",
-        "Displacements of an electromagnetic tracker's readings",
         along(0),
         along(1),
         along(2),
