@@ -47,6 +47,39 @@ impl MarkerBody {
     }
 }
 
+/// What an optical tracker sees at once, mm, optical frame: markers of an EM tracker's base, and of a
+/// tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaseAndTool {
+    pub on_base: Vec<Point3<f64>>,
+    pub on_tool: Vec<Point3<f64>>,
+}
+
+/// The tool's markers in the frame of the base, whichever way the optical tracker was moved.
+///
+/// # Errors
+/// The first frame whose markers on the base determine no pose.
+pub fn in_base(
+    markers_in_base: &[Point3<f64>],
+    frames: &[BaseAndTool],
+) -> Result<Vec<Vec<Point3<f64>>>, MarkerPoseError> {
+    frames
+        .iter()
+        .enumerate()
+        .map(|(frame, seen)| {
+            let optical_from_base = register(markers_in_base, &seen.on_base)
+                .map_err(|source| MarkerPoseError { frame, source })?
+                .target_from_source;
+            let base_from_optical = optical_from_base.inverse();
+            Ok(seen
+                .on_tool
+                .iter()
+                .map(|at| base_from_optical * at)
+                .collect())
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,6 +5,7 @@ pub mod calibration_object;
 pub mod marker_body;
 pub mod pivot;
 pub mod registration;
+pub mod registration_error;
 pub mod room_choice;
 pub mod room_fit;
 pub mod room_worth;

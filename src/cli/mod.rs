@@ -13,11 +13,13 @@ mod numbers;
 mod output;
 mod pivot;
 mod precision;
+mod register;
 #[cfg(feature = "editor")]
 mod render;
 mod select;
 mod simulate;
 mod stability;
+mod tool_reader;
 mod uncertainty;
 
 use clap::{Parser, Subcommand};
@@ -65,6 +67,8 @@ enum Command {
     Import(import::ImportCommand),
     /// Find where a tool's tip is from recordings of it around one point, or say why they don't tell
     Pivot(pivot::PivotArgs),
+    /// Register points in two frames, and say how far off other points are to be expected
+    Register(register::RegisterArgs),
     /// Write the field of an environment, or poses, as files for 3D Slicer, ParaView or a spreadsheet
     #[command(subcommand)]
     Export(export::ExportCommand),
@@ -99,6 +103,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
         Some(Command::Pivot(args)) => pivot::run(args),
+        Some(Command::Register(args)) => register::run(args),
         Some(Command::Export(command)) => export::run(command),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),

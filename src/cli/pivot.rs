@@ -1,14 +1,13 @@
 //! `pivot`: where a tool's tip is, from recordings around one point.
 
 use super::numbers::above_zero;
-use super::output::{self, Format};
-use crate::calibration::marker_body::MarkerBody;
+use super::output::{self, Format, OutsideArg};
+use super::tool_reader::ToolReader;
 use crate::calibration::pivot::{Pivot, PivotLimits, pivot};
-use crate::formats::pivot_recording::PivotRecording;
-use crate::geometry::pose::Pose;
+use crate::formats::points;
 use crate::store;
 use crate::study::figures::with_separators;
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
 use nalgebra::Point3;
 use serde_json::{Value, json};
@@ -18,8 +17,8 @@ use std::path::PathBuf;
 pub struct PivotArgs {
     /// Recordings of one tool around one point: tables of NDI Track or ToolBox (CSV, TSV), an Aurora
     /// log, a PLUS sequence (*.igs.mha); 4x4 matrices as text, row by row; a poses table (CSV: x, y,
-    /// z, qw, qx, qy, qz); or an empivot file of the JHU course, whose tool has the frame of its
-    /// markers' mean in the first frame. All in mm
+    /// z, qw, qx, qy, qz); or an empivot or optpivot file of the JHU course, whose tool has the
+    /// frame of its markers' mean in the first frame. All in mm
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
 
@@ -43,6 +42,28 @@ pub struct PivotArgs {
     #[arg(long, value_name = "MM", default_value_t = PivotLimits::MAX_RMS_MM, value_parser = above_zero)]
     max_rms_mm: f64,
 
+    /// Room (*.env.ron) that readings are corrected for before anything else
+    #[arg(long, value_name = "ENV")]
+    environment: Option<PathBuf>,
+
+    /// What happens to readings outside that room's box
+    #[arg(long, value_enum, default_value_t, requires = "environment")]
+    outside: OutsideArg,
+
+    /// Geometry of the JHU course's calibration object (*-calbody.txt), which an optpivot file needs:
+    /// its pivot is then in the frame of the EM tracker
+    #[arg(long, value_name = "CALBODY")]
+    calbody: Option<PathBuf>,
+
+    /// Further recordings of the same tool, such as of fiducials that were touched with it: where the
+    /// tip was in each sample goes to --output
+    #[arg(long, value_name = "FILE", num_args = 1.., requires = "output")]
+    tips: Vec<PathBuf>,
+
+    /// Table to write the tips to: x, y, z in the tracker's frame, mm
+    #[arg(short, long, value_name = "OUT.csv", requires = "tips")]
+    output: Option<PathBuf>,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -59,48 +80,29 @@ pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
         min_turn_rad: args.min_turn_deg.to_radians(),
         max_rms_mm: args.max_rms_mm,
     };
-    let poses = poses(&args.recordings, args.tool.as_deref())?;
+    let mut reader = reader(args)?;
+    let poses = reader.read_all(args.recordings.iter().map(PathBuf::as_path))?;
     let found = pivot(&poses, &limits).context("no tip")?;
+    if let Some(output) = &args.output {
+        let poses = reader.read_all(args.tips.iter().map(PathBuf::as_path))?;
+        let tips: Vec<Point3<f64>> = poses.iter().map(|p| p * found.tip_in_tool).collect();
+        store::write_atomic(output, |out| points::write(out, &tips))?;
+    }
     match args.format {
         Format::Json => output::print_json(&as_json(&found)),
         Format::Text => output::print(&as_text(&found)),
     }
 }
 
-/// Of all recordings; markers have the frame that they have in the first of them.
-pub(super) fn poses(files: &[PathBuf], tool: Option<&str>) -> anyhow::Result<Vec<Pose>> {
-    let mut poses = Vec::new();
-    let mut body: Option<MarkerBody> = None;
-    for file in files {
-        match store::read_pivot_recording(file)? {
-            PivotRecording::Poses(more) if body.is_none() => poses.extend(more),
-            PivotRecording::Tools(recording) if body.is_none() => {
-                let named = || file.display().to_string();
-                let track = recording.tool(tool).with_context(named)?;
-                for (reason, count) in track.unusable() {
-                    output::note(&format!(
-                        "{}: {} of {} samples not used: {reason}",
-                        named(),
-                        with_separators(count),
-                        with_separators(track.samples.len())
-                    ));
-                }
-                poses.extend(track.good());
-            }
-            PivotRecording::Markers(frames) if body.is_some() || poses.is_empty() => {
-                let body = body.get_or_insert_with(|| {
-                    MarkerBody::seen_at(frames.first().map_or(&[], Vec::as_slice))
-                });
-                let more = body.poses(&frames);
-                poses.extend(more.with_context(|| file.display().to_string())?);
-            }
-            _ => bail!(
-                "{}: found poses beside markers, expected recordings of one kind: the tool's frame is not the same",
-                file.display()
-            ),
-        }
+fn reader(args: &PivotArgs) -> anyhow::Result<ToolReader> {
+    let mut reader = ToolReader::of_tool(args.tool.as_deref());
+    if let Some(file) = &args.environment {
+        reader.room = Some((store::read_environment(file)?, args.outside.into()));
     }
-    Ok(poses)
+    if let Some(file) = &args.calbody {
+        reader.base = Some(store::read_calbody(file)?.optical_on_base);
+    }
+    Ok(reader)
 }
 
 fn as_json(found: &Pivot) -> Value {

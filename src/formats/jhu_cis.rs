@@ -1,9 +1,10 @@
-//! Calibration and pivot files of the Johns Hopkins computer-integrated-surgery data sets.
+//! Calibration, pivot and fiducial files of the Johns Hopkins computer-integrated-surgery data sets.
 //!
 //! The first line holds counts and the file's name, every other one `x, y, z` in millimetres.
 
 use super::error::{FormatError, text};
 use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
+use crate::calibration::marker_body::BaseAndTool;
 use nalgebra::Point3;
 
 /// Most points of a file: far above any real one, far below what would fill the memory.
@@ -49,8 +50,8 @@ pub fn parse_calreadings(bytes: &[u8]) -> Result<Vec<CalibrationFrame>, FormatEr
     Ok(frames)
 }
 
-/// Reads an `empivot` file: counts `N_G, N_frames, name`, then where the markers of the probe are in
-/// each frame.
+/// Reads an `empivot`, `em-fiducialss` or `EM-nav` file: counts `N_G, N_frames, name`, then where the
+/// markers of the probe are in each frame.
 ///
 /// # Errors
 /// As [`parse_calbody`].
@@ -63,6 +64,41 @@ pub fn parse_empivot(bytes: &[u8]) -> Result<Vec<Vec<Point3<f64>>>, FormatError>
         .collect::<Result<_, FormatError>>()?;
     file.finish()?;
     Ok(frames)
+}
+
+/// Reads an `optpivot` file: counts `N_D, N_H, N_frames, name`, then in each frame where the markers of
+/// the EM tracker's base are, and those of the probe.
+///
+/// # Errors
+/// As [`parse_calbody`].
+pub fn parse_optpivot(bytes: &[u8]) -> Result<Vec<BaseAndTool>, FormatError> {
+    let mut file = Points::open(bytes)?;
+    let [base, probe, frames] =
+        file.counts("three counts and a name (N_D, N_H, N_frames, name)")?;
+    file.expect_total([base, probe, 0, frames])?;
+    let frames = (0..frames)
+        .map(|_| {
+            Ok(BaseAndTool {
+                on_base: file.take(base)?,
+                on_tool: file.take(probe)?,
+            })
+        })
+        .collect::<Result<_, FormatError>>()?;
+    file.finish()?;
+    Ok(frames)
+}
+
+/// Reads a `ct-fiducials` file: a count and a name, `N_B, name`, then the points.
+///
+/// # Errors
+/// As [`parse_calbody`].
+pub fn parse_ct_fiducials(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
+    let mut file = Points::open(bytes)?;
+    let [count] = file.counts("a count and a name (N_B, name)")?;
+    file.expect_total([count, 0, 0, 1])?;
+    let points = file.take(count)?;
+    file.finish()?;
+    Ok(points)
 }
 
 /// The lines of a file that still have to be read; empty ones are skipped.

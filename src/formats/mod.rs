@@ -15,6 +15,7 @@ pub mod measurements;
 pub mod mesh;
 pub mod number;
 pub mod pivot_recording;
+pub mod points;
 pub mod poses;
 pub mod preferences_file;
 pub mod recent_file;

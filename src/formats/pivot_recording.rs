@@ -3,6 +3,7 @@
 
 use super::error::{FormatError, text};
 use super::{jhu_cis, matrices, poses, recording};
+use crate::calibration::marker_body::BaseAndTool;
 use crate::geometry::pose::Pose;
 use crate::tracking::recording::Recording;
 use nalgebra::Point3;
@@ -14,11 +15,14 @@ pub enum PivotRecording {
     Poses(Vec<Pose>),
     /// Of the tool, frame by frame, in the same order.
     Markers(Vec<Vec<Point3<f64>>>),
+    /// The same beside markers of an EM tracker's base, optical frame.
+    MarkersAndBase(Vec<BaseAndTool>),
     /// One or several tools, of which one is meant.
     Tools(Recording),
 }
 
-/// Reads a tracker's recording, 4x4 matrices, a poses table, or an `empivot` file of the JHU course.
+/// Reads a tracker's recording, 4x4 matrices, a poses table, or an `empivot` or `optpivot` file of the
+/// JHU course.
 ///
 /// # Errors
 /// Those of the format that the first line belongs to.
@@ -40,6 +44,9 @@ pub fn parse(bytes: &[u8]) -> Result<PivotRecording, FormatError> {
     match (is_number_at(cells.first()), is_number_at(cells.last())) {
         (true, true) => matrices::parse(bytes).map(PivotRecording::Poses),
         // Counts, then the file's name.
+        (true, false) if cells.len() == 4 => {
+            jhu_cis::parse_optpivot(bytes).map(PivotRecording::MarkersAndBase)
+        }
         (true, false) => jhu_cis::parse_empivot(bytes).map(PivotRecording::Markers),
         (false, _) if cells.iter().any(|cell| ["x", "qw"].contains(cell)) => {
             poses::parse(bytes).map(PivotRecording::Poses)
@@ -48,7 +55,7 @@ pub fn parse(bytes: &[u8]) -> Result<PivotRecording, FormatError> {
             line,
             found: format!("{:?}", first.chars().take(60).collect::<String>()),
             expected: "the beginning of a recording: an NDI table, an Aurora log, a PLUS sequence, 4x4 matrices, \
-                       a poses table (x, y, z, qw, qx, qy, qz) or an empivot file"
+                       a poses table (x, y, z, qw, qx, qy, qz), an empivot or an optpivot file"
                 .to_owned(),
         }),
     }
@@ -90,7 +97,12 @@ mod tests {
             prose.starts_with("line 3: found \"Some words, and more.\", expected the beginning of"),
             "{prose}"
         );
-        let other_counts = said(b"8, 6, 12, pa1-optpivot.txt\n");
+        let other_counts = said(b"8, 8, 27, 8, pa1-calreadings.txt\n");
         assert!(other_counts.contains("N_G, N_frames"), "{other_counts}");
+        let cut = said(b"8, 6, 12, pa1-optpivot.txt\n");
+        assert!(
+            cut.contains("the end of the file, expected more points"),
+            "{cut}"
+        );
     }
 }

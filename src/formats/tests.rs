@@ -15,6 +15,8 @@ const CALBODY: &str = "1, 1, 2, pa1-calbody.txt\n 1.00, 2.00, 3.00\n4,5,6\n7,8,9
 const CALREADINGS: &str =
     "1, 1, 1, 2, x-calreadings.txt\n1,2,3\n4,5,6\n7,8,9\n1,2,3\n4,5,6\n7,8,9\n";
 
+const OPTPIVOT: &str = "1, 2, 2, x-optpivot.txt\n1,2,3\n4,5,6\n7,8,9\n1,2,3\n4,5,6\n7,8,0\n";
+
 /// All parsers, one after the other.
 fn parse_all(bytes: &[u8]) {
     let _ = body::parse(bytes);
@@ -25,6 +27,8 @@ fn parse_all(bytes: &[u8]) {
     let _ = input::parse(bytes, true);
     let _ = jhu_cis::parse_calbody(bytes);
     let _ = jhu_cis::parse_calreadings(bytes);
+    let _ = jhu_cis::parse_optpivot(bytes);
+    let _ = points::parse(bytes);
     let _ = recovery_file::parse(bytes);
     let _ = recent_file::parse(bytes);
     for extension in ["glb", "stl", "obj", ""] {
@@ -52,6 +56,21 @@ fn good_files() -> Vec<Vec<u8>> {
     files.push(recent_file::write(&["/a".into()]).into_bytes());
     files.extend(mesh::tests::good_files());
     files
+}
+
+#[test]
+fn an_optical_pivot_has_base_and_probe_frame_by_frame_and_is_whole_or_nothing() {
+    let frames = jhu_cis::parse_optpivot(OPTPIVOT.as_bytes()).unwrap();
+    let lengths = frames.iter().map(|f| (f.on_base.len(), f.on_tool.len()));
+    assert!(lengths.eq([(1, 2), (1, 2)]));
+    assert_eq!((frames[1].on_base[0].x, frames[1].on_tool[1].z), (1.0, 0.0));
+    // Up to its last number, whatever is cut off.
+    for end in 0..OPTPIVOT.len() - "0\n".len() {
+        assert!(
+            jhu_cis::parse_optpivot(&OPTPIVOT.as_bytes()[..end]).is_err(),
+            "{end}"
+        );
+    }
 }
 
 #[test]

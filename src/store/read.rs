@@ -8,11 +8,12 @@ use crate::field::samples::MeasurementSet;
 use crate::formats::groups::{self, GroupColumn};
 use crate::formats::pivot_recording::{self, PivotRecording};
 use crate::formats::poses::WhosePoses;
-use crate::formats::{FormatError, environment, input, jhu_cis, measurements, mesh, poses};
+use crate::formats::{FormatError, environment, input, jhu_cis, measurements, mesh, points, poses};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::mesh_reference::MeshUnit;
 use crate::geometry::pose::Pose;
 use crate::study::InputTrial;
+use nalgebra::Point3;
 use std::path::Path;
 
 /// # Errors
@@ -71,6 +72,11 @@ pub fn read_calreadings(file: &Path) -> Result<Vec<CalibrationFrame>, StoreError
 /// A tool's poses or markers around one point, in any format of theirs.
 pub fn read_pivot_recording(file: &Path) -> Result<PivotRecording, StoreError> {
     read(Place::Disk, file, "a recording", pivot_recording::parse)
+}
+
+/// Points in any of their formats.
+pub fn read_points(file: &Path) -> Result<Vec<Point3<f64>>, StoreError> {
+    read(Place::Disk, file, "points", points::parse)
 }
 
 /// A mesh in any format; `unit` overrides that of the format.

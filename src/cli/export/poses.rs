@@ -1,7 +1,8 @@
 //! `export poses`: poses and tips as points, as a transform, as a table.
 
 use super::super::numbers::three;
-use super::super::{output, pivot};
+use super::super::output;
+use super::super::tool_reader::ToolReader;
 use super::{AxesArg, ends_with};
 use crate::formats::export::markups::MarkupPoint;
 use crate::formats::export::{itk_transform, markups};
@@ -86,7 +87,8 @@ enum FileKind {
 pub fn run(args: &PosesArgs) -> anyhow::Result<()> {
     let kind = kind_of(&args.output)?;
     let mut found = match args.columns {
-        None => pivot::poses(&args.poses, args.tool.as_deref())?,
+        None => ToolReader::of_tool(args.tool.as_deref())
+            .read_all(args.poses.iter().map(PathBuf::as_path))?,
         Some(columns) => {
             let mut all = Vec::new();
             for file in &args.poses {

@@ -1,0 +1,168 @@
+//! Poses of one tool from recordings of any kind, corrected for a room where one is given.
+
+use super::output;
+use crate::calibration::marker_body::{MarkerBody, in_base};
+use crate::field::OutsidePolicy;
+use crate::field::compensation::{Method, compensate};
+use crate::field::environment::Environment;
+use crate::formats::pivot_recording::PivotRecording;
+use crate::geometry::directions::DirectionSet;
+use crate::geometry::pose::Pose;
+use crate::store;
+use crate::study::figures::with_separators;
+use crate::task::Task;
+use anyhow::{Context, bail};
+use nalgebra::Point3;
+use std::path::Path;
+
+/// What files of the same tool share.
+#[derive(Default)]
+pub(super) struct ToolReader {
+    /// A part of the tool's name.
+    pub tool: Option<String>,
+    /// The room that readings are corrected for, and what happens outside its box.
+    pub room: Option<(Environment, OutsidePolicy)>,
+    /// Markers of an EM tracker's base, in its frame.
+    pub base: Option<Vec<Point3<f64>>>,
+    /// A tool that is known by its markers has the frame that they have when they are first seen.
+    body: Option<MarkerBody>,
+    has_poses: bool,
+}
+
+impl ToolReader {
+    pub(super) fn of_tool(tool: Option<&str>) -> Self {
+        Self {
+            tool: tool.map(str::to_owned),
+            ..Self::default()
+        }
+    }
+
+    /// The tool's poses in several files, one after the other.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub(super) fn read_all<'a>(
+        &mut self,
+        files: impl IntoIterator<Item = &'a Path>,
+    ) -> anyhow::Result<Vec<Pose>> {
+        let mut poses = Vec::new();
+        for file in files {
+            poses.extend(self.read(file)?);
+        }
+        Ok(poses)
+    }
+
+    /// The tool's poses in a file.
+    ///
+    /// # Errors
+    /// Files that can't be used, poses beside markers, markers without an answer.
+    fn read(&mut self, file: &Path) -> anyhow::Result<Vec<Pose>> {
+        let named = || file.display().to_string();
+        let markers = match store::read_pivot_recording(file)? {
+            PivotRecording::Poses(poses) => return self.poses(file, poses),
+            PivotRecording::Tools(recording) => {
+                let track = recording.tool(self.tool.as_deref()).with_context(named)?;
+                for (reason, count) in track.unusable() {
+                    output::note(&format!(
+                        "{}: {} of {} samples not used: {reason}",
+                        named(),
+                        with_separators(count),
+                        with_separators(track.samples.len())
+                    ));
+                }
+                return self.poses(file, track.good().copied().collect());
+            }
+            PivotRecording::Markers(frames) => self.corrected(file, frames)?,
+            PivotRecording::MarkersAndBase(_) if self.room.is_some() => bail!(
+                "{}: found readings of an optical tracker, which no --environment corrects",
+                named()
+            ),
+            PivotRecording::MarkersAndBase(frames) => {
+                let base = self.base.as_ref().with_context(|| {
+                    format!(
+                        "{}: found markers beside those of the EM tracker's base, expected --calbody, which says where \
+                         these are",
+                        named()
+                    )
+                })?;
+                in_base(base, &frames).with_context(named)?
+            }
+        };
+        if self.has_poses {
+            bail!(MixedKinds(named()));
+        }
+        let first = markers.first().map_or(&[][..], Vec::as_slice);
+        let body = self.body.get_or_insert_with(|| MarkerBody::seen_at(first));
+        body.poses(&markers).with_context(named)
+    }
+
+    fn poses(&mut self, file: &Path, poses: Vec<Pose>) -> anyhow::Result<Vec<Pose>> {
+        if self.body.is_some() {
+            bail!(MixedKinds(file.display().to_string()));
+        }
+        self.has_poses = true;
+        let Some((room, outside)) = &self.room else {
+            return Ok(poses);
+        };
+        let method = Method::of(room.model.map());
+        let found = compensate(&room.model, &poses, *outside, method, &Task::default())?;
+        let corrected: Vec<Pose> = found.iter().filter_map(|at| at.pose).collect();
+        if corrected.len() < poses.len() {
+            output::note(&format!(
+                "{}: {} of {} poses not used: the room has no correction there",
+                file.display(),
+                with_separators(poses.len() - corrected.len()),
+                with_separators(poses.len())
+            ));
+        }
+        Ok(corrected)
+    }
+
+    /// Markers, which have positions alone, corrected each by itself.
+    fn corrected(
+        &self,
+        file: &Path,
+        frames: Vec<Vec<Point3<f64>>>,
+    ) -> anyhow::Result<Vec<Vec<Point3<f64>>>> {
+        let Some((room, outside)) = &self.room else {
+            return Ok(frames);
+        };
+        let found = room.model.directions().len();
+        if room.model.directions() != DirectionSet::One {
+            bail!(
+                "{}: found markers, which have no axes, expected a room of 1 orientation for them, not {found}",
+                file.display()
+            );
+        }
+        let method = Method::of(room.model.map());
+        let read: Vec<Pose> = frames
+            .iter()
+            .flatten()
+            .map(|at| Pose::translation(at.x, at.y, at.z))
+            .collect();
+        let found = compensate(&room.model, &read, *outside, method, &Task::default())?;
+        let mut corrected = found.iter().map(|at| at.pose);
+        let mut answers = Vec::with_capacity(frames.len());
+        for (frame, markers) in frames.iter().enumerate() {
+            let positions: Option<Vec<Point3<f64>>> = corrected
+                .by_ref()
+                .take(markers.len())
+                .map(|pose| pose.map(|pose| pose.translation.vector.into()))
+                .collect();
+            answers.push(positions.with_context(|| {
+                format!(
+                    "{}: frame {frame}: found a marker where the room has no correction",
+                    file.display()
+                )
+            })?);
+        }
+        Ok(answers)
+    }
+}
+
+/// Recordings that know their tool in different ways.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{0}: found poses beside markers, expected recordings of one kind: the tool's frame is not the same"
+)]
+struct MixedKinds(String);

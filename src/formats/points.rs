@@ -1,0 +1,124 @@
+//! Points: a table with columns `x, y, z`, plain rows of three numbers, or a `ct-fiducials` file of
+//! the JHU course, told apart by the first line.
+
+use super::error::{FormatError, text};
+use super::jhu_cis;
+use super::number::shortest;
+use super::table::Table;
+use nalgebra::Point3;
+use std::io::{self, Write};
+
+/// Reads points, mm, in whatever frame they are.
+///
+/// # Errors
+/// Cells that are no numbers, rows that are no points, no rows.
+pub fn parse(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
+    let first = text(bytes)?
+        .lines()
+        .map(str::trim)
+        .find(|line| !line.is_empty() && !line.starts_with('#'))
+        .ok_or(FormatError::NoRows)?;
+    let cells: Vec<&str> = cells(first).collect();
+    let is_number = |cell: Option<&&str>| cell.is_some_and(|cell| cell.parse::<f64>().is_ok());
+    match (is_number(cells.first()), is_number(cells.last())) {
+        (true, true) => rows(bytes),
+        // A count, then the file's name.
+        (true, false) => jhu_cis::parse_ct_fiducials(bytes),
+        (false, _) => {
+            let table = Table::parse(bytes)?;
+            let columns = table.columns(["x", "y", "z"], "the columns of points (x, y, z)")?;
+            let point = |row: super::table::Row| -> Result<Point3<f64>, FormatError> {
+                let [x, y, z] = columns.map(|column| row.number(column));
+                Ok(Point3::new(x?, y?, z?))
+            };
+            table.rows()?.map(point).collect()
+        }
+    }
+}
+
+/// Writes points as a table.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write<'a>(
+    out: &mut dyn Write,
+    points: impl IntoIterator<Item = &'a Point3<f64>>,
+) -> io::Result<()> {
+    writeln!(out, "x,y,z")?;
+    for point in points {
+        let [x, y, z] = [point.x, point.y, point.z].map(shortest);
+        writeln!(out, "{x},{y},{z}")?;
+    }
+    Ok(())
+}
+
+fn rows(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
+    (1..)
+        .zip(text(bytes)?.lines().map(str::trim))
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+        .map(|(line, content)| {
+            let values: Vec<f64> = cells(content)
+                .map_while(|cell| cell.parse().ok().filter(|value: &f64| value.is_finite()))
+                .collect();
+            match (values.as_slice(), cells(content).count()) {
+                ([x, y, z], 3) => Ok(Point3::new(*x, *y, *z)),
+                _ => Err(FormatError::Line {
+                    line,
+                    found: format!("{:?}", content.chars().take(60).collect::<String>()),
+                    expected: "x, y, z in mm".to_owned(),
+                }),
+            }
+        })
+        .collect()
+}
+
+fn cells(line: &str) -> impl Iterator<Item = &str> {
+    let is_between = |c: char| c.is_whitespace() || c == ',' || c == ';';
+    line.split(is_between).filter(|cell| !cell.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn the_first_line_says_how_points_are_written() {
+        let expected = vec![Point3::new(1.0, -2.5, 3.0), Point3::new(4.0, 5.0, 6.0)];
+        for text in [
+            "# a\nname,x,y,z\na,1,-2.5,3\nb,4,5,6\n".trim_start_matches("# a\n"),
+            "# a\n1 -2.5 3\n\n4;5;6\n",
+            "2, pa2-ct-fiducials.txt\n 1.00, -2.50, 3.00\n 4, 5, 6\n",
+        ] {
+            assert_eq!(parse(text.as_bytes()), Ok(expected.clone()), "{text}");
+        }
+        let mut written = Vec::new();
+        write(&mut written, &expected).unwrap();
+        assert_eq!(parse(&written), Ok(expected));
+    }
+
+    #[test]
+    fn what_is_no_point_is_named() {
+        let said = |text: &str| parse(text.as_bytes()).unwrap_err().to_string();
+        assert_eq!(said(" \n"), "found no rows, expected at least one");
+        assert!(said("1 2 3\n4 5\n").starts_with("line 2: found \"4 5\", expected x, y, z"));
+        assert!(said("1 2 3 4\n").starts_with("line 1: found \"1 2 3 4\""));
+        assert!(said("1 2 3\n4 5 NaN\n").starts_with("line 2"));
+        assert!(said("x,y\n1,2\n").contains("found no column z"));
+        assert!(said("3, ct.txt\n1,2,3\n").contains("expected more points"));
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_it_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+            let _ = parse(&bytes);
+        }
+
+        #[test]
+        fn nearly_points_do_not_make_it_panic(
+            bytes in prop::collection::vec(prop::sample::select(&b"0129xyz,; .\n#e-"[..]), 0..60),
+        ) {
+            let _ = parse(&bytes);
+        }
+    }
+}

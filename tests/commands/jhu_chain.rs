@@ -1,0 +1,251 @@
+//! The whole chain of the Johns Hopkins sets: a room from the calibration object, the tip of the probe
+//! in it, fiducials that it touched, their registration to CT, and points that it touched there;
+//! against what the generator of the data says is true.
+
+use crate::support::data::{own, third_party};
+use crate::support::golden::{number, numbers};
+use crate::support::jhu_cis::import;
+use crate::support::program::{Scratch, fail, json, succeed, text};
+use nalgebra::Point3;
+use std::fs;
+use std::path::Path;
+
+/// Errors of a chain, mm.
+struct Chain {
+    /// Of the post that the probe was pivoted on.
+    post: f64,
+    /// Mean over the navigation points, in CT.
+    navigation: f64,
+    navigation_rms: f64,
+    /// What the registration says that this should be.
+    predicted_rms: f64,
+}
+
+/// Numbers with commas after a label, one an occurrence.
+fn after(text: &str, label: &str) -> Vec<Point3<f64>> {
+    text.lines()
+        .filter_map(|line| line.split_once(label))
+        .map(|(_, values)| {
+            let values: Vec<f64> = values
+                .trim_matches([' ', '=', ':'])
+                .split(',')
+                .map(|value| value.trim().parse().unwrap())
+                .collect();
+            Point3::from_slice(&values)
+        })
+        .collect()
+}
+
+fn points(file: &Path) -> Vec<Point3<f64>> {
+    trackwright::store::read_points(file).unwrap()
+}
+
+/// The probe's chain in a set of the second assignment, in a room where one is given.
+fn chain(scratch: &Scratch, case: &str, room: Option<&str>) -> Chain {
+    let folder = third_party("jhu-cis").unwrap();
+    let path = |kind: &str| folder.join(format!("pa2-debug-{case}-{kind}.txt"));
+    let file = |kind: &str| text(&path(kind));
+    let [fiducials, nav, in_ct] =
+        ["fiducials.csv", "nav.csv", "nav-ct.csv"].map(|n| scratch.arg(n));
+    let touched = |kind: &str, output: &str| {
+        let (empivot, other) = (file("empivot"), file(kind));
+        let mut args = vec!["pivot", &empivot, "--tips", &other, "-o", output];
+        args.extend(["--max-rms-mm", "50"]);
+        if let Some(room) = room {
+            args.extend(["--environment", room, "--outside", "extrapolate"]);
+        }
+        json(&args)
+    };
+    let pivot = touched("em-fiducialss", &fiducials);
+    touched("EM-nav", &nav);
+    let ct = file("ct-fiducials");
+    let registered = json(&["register", &fiducials, &ct, "--at", &nav, "-o", &in_ct]);
+    // The clean set comes without the generator's words; its answers are the truth.
+    let (post, navigation) = match case {
+        "a" => (
+            points_of_answers(&path("output1"))[0],
+            points(&path("output2")),
+        ),
+        _ => {
+            let [first, second] =
+                ["auxilliary1", "auxilliary2"].map(|kind| fs::read_to_string(path(kind)).unwrap());
+            let truth = after(&second, "WRT CT:");
+            let navigation = truth.into_iter().step_by(2).collect();
+            (
+                after(&first, "EM pivot post actual position")[0],
+                navigation,
+            )
+        }
+    };
+    let found = points(in_ct.as_ref());
+    assert_eq!(found.len(), navigation.len());
+    let errors: Vec<f64> = found
+        .iter()
+        .zip(&navigation)
+        .map(|(a, b)| (a - b).norm())
+        .collect();
+    let rms = |squares: f64| (squares / found.len() as f64).sqrt();
+    let fle_mm = number(&registered["fle_rms_mm"]);
+    let tre2: f64 = fs::read_to_string(&in_ct)
+        .unwrap()
+        .lines()
+        .skip(1)
+        .map(|line| {
+            line.rsplit(',')
+                .next()
+                .unwrap()
+                .parse::<f64>()
+                .unwrap()
+                .powi(2)
+        })
+        .sum();
+    Chain {
+        post: (Point3::from(numbers::<3>(&pivot["pivot"])) - post).norm(),
+        navigation: errors.iter().sum::<f64>() / found.len() as f64,
+        navigation_rms: rms(errors.iter().map(|e| e * e).sum()),
+        predicted_rms: rms(tre2).hypot(fle_mm),
+    }
+}
+
+/// The points of a file of answers, whose header has as many counts as it likes.
+fn points_of_answers(file: &Path) -> Vec<Point3<f64>> {
+    let text = fs::read_to_string(file).unwrap();
+    let rows: String = text
+        .lines()
+        .skip(1)
+        .map(|line| format!("{line}\n"))
+        .collect();
+    trackwright::formats::points::parse(rows.as_bytes()).unwrap()
+}
+
+/// What a correction of so many orders (none of 0) leaves, as published: post and navigation, mm.
+type Published = (&'static str, f64, f64);
+
+/// Case by case; the figures' last digits are hundredths, with a third one where it was given.
+const PUBLISHED: [(&str, [Published; 3]); 3] = [
+    (
+        "c",
+        [("0", 3.61, 1.26), ("3", 3.39, 0.78), ("5", 0.09, 0.042)],
+    ),
+    (
+        "e",
+        [("0", 5.94, 3.23), ("3", 3.09, 2.08), ("5", 0.26, 0.166)],
+    ),
+    (
+        "f",
+        [("0", 6.97, 2.85), ("3", 5.76, 2.08), ("5", 0.32, 0.203)],
+    ),
+];
+
+/// Another program's last digit may differ by one: the files are rounded to 0.01 mm.
+const LAST_DIGIT_MM: f64 = 0.01;
+
+/// Of positions in files, each number rounded to 0.01 mm: in what was read and in what is true.
+const ROUNDING_MM: f64 = 2.0 * 0.005 * 1.733;
+
+#[test]
+fn corrected_rooms_leave_the_published_errors_of_post_and_navigation() {
+    let scratch = Scratch::new();
+    for (case, figures) in PUBLISHED {
+        let Some(table) = import(&scratch, case) else {
+            return;
+        };
+        for (order, post, navigation) in figures {
+            let room = (order != "0").then(|| {
+                let room = scratch.arg(&format!("{case}-{order}.env.ron"));
+                let size = ["--directions", "1", "--order", order, "--map", "correction"];
+                succeed(&[&["fit", &table, "-o", &room], &size[..]].concat());
+                room
+            });
+            let found = chain(&scratch, case, room.as_deref());
+            let digit = if order == "5" {
+                LAST_DIGIT_MM / 10.0
+            } else {
+                LAST_DIGIT_MM
+            };
+            let off = [found.post - post, found.navigation - navigation].map(f64::abs);
+            assert!(
+                off[0] < LAST_DIGIT_MM,
+                "{case} {order}: post {}",
+                found.post
+            );
+            assert!(
+                off[1] < digit,
+                "{case} {order}: navigation {}",
+                found.navigation
+            );
+        }
+    }
+}
+
+#[test]
+fn without_distortion_the_chain_is_exact_and_noise_leaves_what_is_predicted() {
+    if third_party("jhu-cis").is_none() {
+        return;
+    }
+    let scratch = Scratch::new();
+    // Optical jiggle (d) has no part in what the EM tracker reads.
+    for case in ["a", "d"] {
+        let found = chain(&scratch, case, None);
+        assert!(found.post < ROUNDING_MM, "{case}: {}", found.post);
+        assert!(
+            found.navigation < ROUNDING_MM,
+            "{case}: {}",
+            found.navigation
+        );
+    }
+    // The tip that touches a point is off like one that touched a fiducial, and the registration is
+    // on top. Twelve components scatter by a fifth, and share the registration's part.
+    let noisy = chain(&scratch, "b", None);
+    let predicted = noisy.predicted_rms;
+    assert!(
+        (0.5..2.0).contains(&(noisy.navigation_rms / predicted)),
+        "{} {predicted}",
+        noisy.navigation_rms
+    );
+}
+
+#[test]
+fn an_optical_probe_finds_its_post_in_the_frame_of_the_em_tracker() {
+    let Some(folder) = third_party("jhu-cis") else {
+        return;
+    };
+    for (set, cases) in [("pa1", "abcdefg"), ("pa2", "bcdef")] {
+        for case in cases.chars() {
+            let path = |kind: &str| folder.join(format!("{set}-debug-{case}-{kind}.txt"));
+            let file = |kind: &str| text(&path(kind));
+            let (optpivot, calbody) = (file("optpivot"), file("calbody"));
+            let found = json(&["pivot", &optpivot, "--calbody", &calbody]);
+            let truth = fs::read_to_string(path("auxilliary1")).unwrap();
+            let truth = after(&truth, "Optical pivot post actual position")[0];
+            let off_mm = (Point3::from(numbers::<3>(&found["pivot"])) - truth).norm();
+            assert!(off_mm < ROUNDING_MM, "{set} {case}: {off_mm}");
+        }
+    }
+    let optpivot = text(&folder.join("pa1-debug-a-optpivot.txt"));
+    let said = fail(&["pivot", &optpivot]);
+    assert!(
+        said.contains("pa1-debug-a-optpivot.txt") && said.contains("--calbody"),
+        "{said}"
+    );
+}
+
+#[test]
+fn markers_are_not_corrected_by_a_room_that_asks_for_their_axes() {
+    let Some(folder) = third_party("jhu-cis") else {
+        return;
+    };
+    let scratch = Scratch::new();
+    let (table, room) = (
+        text(&own("room-a/room-a-fit.csv")),
+        scratch.arg("room.env.ron"),
+    );
+    let size = ["--order", "1", "--directions", "6"];
+    succeed(&[&["fit", &table, "-o", &room], &size[..]].concat());
+    let empivot = text(&folder.join("pa1-debug-a-empivot.txt"));
+    let said = fail(&["pivot", &empivot, "--environment", &room]);
+    assert!(
+        said.contains("pa1-debug-a-empivot.txt") && said.contains("not 6"),
+        "{said}"
+    );
+}
