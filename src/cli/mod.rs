@@ -2,6 +2,7 @@
 
 mod choose;
 mod compensate;
+mod convert;
 mod distort;
 #[cfg(feature = "editor")]
 mod edit;
@@ -17,6 +18,7 @@ mod render;
 mod select;
 mod simulate;
 mod stability;
+mod tool_report;
 mod uncertainty;
 
 use clap::{Parser, Subcommand};
@@ -62,6 +64,8 @@ enum Command {
     /// Make a measurement table from another program's files
     #[command(subcommand)]
     Import(import::ImportCommand),
+    /// Convert a tool definition of a tracker's maker to a body file, back, or to another maker's
+    Convert(convert::ConvertArgs),
     /// Find where a tool's tip is from recordings of it around one point, or say why they don't tell
     Pivot(pivot::PivotArgs),
     /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
@@ -94,6 +98,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
+        Some(Command::Convert(args)) => convert::run(args),
         Some(Command::Pivot(args)) => pivot::run(args),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),
