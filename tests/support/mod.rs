@@ -1,7 +1,9 @@
-//! What several tests share: where data is, comparing to a tolerance, running the program.
+//! What several tests share: where data is, comparing to a tolerance, running the
+//! program and those of others.
 
 pub mod close;
 pub mod data;
 pub mod golden;
 pub mod jhu_cis;
+pub mod peers;
 pub mod program;
