@@ -123,9 +123,9 @@ mod tests {
             assert_eq!(word.date().unwrap().to_string(), date);
         }
         assert_eq!(SerialWord([0x03, 0x14, 0x80, 0x34]).sequence(), 3);
-        // Day 366 of a year that has 365, and a January day that calls itself a February one.
+        // Day 366 (5 * 64 + 45, from 0) of a year that has 365, and a January day that calls itself a February one.
         assert_eq!(
-            SerialWord([0, (365 & 63) << 2, 0x80 | 11 << 3 | 5, 50]).date(),
+            SerialWord([0, 45 << 2, 0x80 | 11 << 3 | 5, 50]).date(),
             None
         );
         assert_eq!(SerialWord([0, 0, 1 << 3, 50]).date(), None);

@@ -76,7 +76,8 @@ proptest! {
             let text = conversion.definition.write();
             let back = read(&text, extension).unwrap();
             prop_assert_eq!(&back.rigid, &body.rigid);
-            prop_assert_eq!(to(&back, format).definition.write(), text);
+            let again = to(&back, format);
+            prop_assert_eq!(again.definition.write(), text);
         }
     }
 
@@ -88,7 +89,8 @@ proptest! {
     ) {
         let bytes = [beginning.as_bytes(), &bytes].concat();
         if let Ok((body, Some(_))) = read_body(&bytes, extension, OnMismatch::Accept) {
-            prop_assert_eq!(&*body.definition.unwrap().write(), &bytes[..]);
+            let definition = body.definition.unwrap();
+            prop_assert_eq!(&*definition.write(), &bytes[..]);
         }
     }
 
@@ -99,7 +101,8 @@ proptest! {
             let at = at % bytes.len();
             bytes[at] = letter;
             if let Ok((body, Some(_))) = read_body(&bytes, "", OnMismatch::Refuse) {
-                prop_assert_eq!(&*body.definition.unwrap().write(), &bytes[..]);
+                let definition = body.definition.unwrap();
+                prop_assert_eq!(&*definition.write(), &bytes[..]);
             }
             let _ = read_body(&text.as_bytes()[..at], "", OnMismatch::Refuse);
         }
