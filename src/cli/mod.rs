@@ -2,6 +2,7 @@
 
 mod choose;
 mod compensate;
+mod convert;
 mod distort;
 #[cfg(feature = "editor")]
 mod edit;
@@ -20,6 +21,7 @@ mod select;
 mod simulate;
 mod stability;
 mod tool_reader;
+mod tool_report;
 mod uncertainty;
 
 use clap::{Parser, Subcommand};
@@ -65,6 +67,8 @@ enum Command {
     /// Make a measurement table from another program's files
     #[command(subcommand)]
     Import(import::ImportCommand),
+    /// Convert a tool definition of a tracker's maker to a body file, back, or to another maker's
+    Convert(convert::ConvertArgs),
     /// Find where a tool's tip is from recordings of it around one point, or say why they don't tell
     Pivot(pivot::PivotArgs),
     /// Register points in two frames, and say how far off other points are to be expected
@@ -102,6 +106,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
+        Some(Command::Convert(args)) => convert::run(args),
         Some(Command::Pivot(args)) => pivot::run(args),
         Some(Command::Register(args)) => register::run(args),
         Some(Command::Export(command)) => export::run(command),

@@ -1,11 +1,13 @@
 //! A design: a tool, perhaps a coordinate reference frame (CRF), and what is asked of them.
 
+use crate::formats::tool_definition::ToolDefinition;
 use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
 use crate::study::motion::Motion;
 use crate::study::requirement::Requirement;
 use crate::tracking::body::RigidBody;
 use nalgebra::Point3;
+use std::sync::Arc;
 
 /// Everything that a study of a tool depends on, apart from the room itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +31,8 @@ pub struct DesignBody {
     /// The mesh as the body file refers to it.
     pub mesh: Option<MeshReference>,
     pub rigid: RigidBody,
+    /// The maker's file that the body came from: what no body has of it stays with the body.
+    pub definition: Option<Arc<ToolDefinition>>,
 }
 
 /// The CRF, where it is, and where its own study judges it.

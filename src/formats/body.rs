@@ -2,11 +2,15 @@
 
 use super::error::FormatError;
 use super::ron_text;
+use super::tool_definition::{DefinitionKind, OnMismatch, ToolDefinition};
+use crate::design::DesignBody;
 use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use crate::tracking::body::{Coil, RigidBody, Sensor, SensorOrientation};
+use data_encoding::BASE64;
 use serde::Deserialize;
 use std::collections::HashMap;
 use std::fmt::Write;
+use std::sync::Arc;
 
 /// What a body file holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +18,19 @@ pub struct BodyFile {
     pub rigid: RigidBody,
     /// Its file is relative to the body's.
     pub mesh: Option<MeshReference>,
+    /// The maker's file that the body came from, for what of it no body has.
+    pub definition: Option<Arc<ToolDefinition>>,
+}
+
+impl BodyFile {
+    /// What a body's own file holds of it.
+    pub fn of(body: &DesignBody) -> Self {
+        Self {
+            rigid: body.rigid.clone(),
+            mesh: body.mesh.clone(),
+            definition: body.definition.clone(),
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -25,6 +42,15 @@ struct BodyEntry {
     mesh_unit: Option<MeshUnit>,
     tip: Option<[f64; 3]>,
     sensors: Vec<SensorEntry>,
+    tool_definition: Option<DefinitionEntry>,
+}
+
+/// A whole file of a kind, in base64.
+#[derive(Deserialize)]
+#[serde(rename = "ToolDefinition")]
+struct DefinitionEntry {
+    kind: DefinitionKind,
+    file: String,
 }
 
 impl ron_text::Versioned for BodyEntry {
@@ -89,7 +115,25 @@ pub fn parse(bytes: &[u8]) -> Result<BodyFile, FormatError> {
             sensors,
         },
         mesh: read_mesh(entry.mesh, entry.mesh_unit)?,
+        definition: entry.tool_definition.map(read_definition).transpose()?,
     })
+}
+
+fn read_definition(entry: DefinitionEntry) -> Result<Arc<ToolDefinition>, FormatError> {
+    let bytes = BASE64.decode(entry.file.as_bytes()).map_err(|error| {
+        FormatError::field(
+            "tool_definition.file",
+            format!("no base64 from its letter {} on", error.position + 1),
+            "base64",
+        )
+    })?;
+    // Whoever made the body was told of a sum that does not match, and wanted it all the same.
+    ToolDefinition::parse(entry.kind, &bytes, OnMismatch::Accept)
+        .map(Arc::new)
+        .map_err(|cause| FormatError::Part {
+            part: "tool_definition",
+            cause: Box::new(cause),
+        })
 }
 
 fn read_mesh(
@@ -167,7 +211,18 @@ pub fn write(body: &BodyFile) -> String {
     for sensor in &body.rigid.sensors {
         push_sensor(&mut out, sensor);
     }
-    out.push_str("    ],\n)\n");
+    out.push_str("    ],\n");
+    if let Some(definition) = &body.definition {
+        // As in Rust: `NdiOptical`.
+        let kind = definition.kind();
+        let file = BASE64.encode(&definition.write());
+        push_field(
+            &mut out,
+            "tool_definition",
+            &format!("(kind: {kind:?}, file: \"{file}\")"),
+        );
+    }
+    out.push_str(")\n");
     out
 }
 
@@ -419,6 +474,7 @@ mod tests {
             let body = BodyFile {
                 rigid: RigidBody { name, tip_in_body: tip.map(Point3::from), sensors },
                 mesh: mesh.map(|(file, unit)| MeshReference { file, unit }),
+                definition: None,
             };
             let text = write(&body);
             let back = parse(text.as_bytes()).unwrap();

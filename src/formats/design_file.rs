@@ -67,11 +67,16 @@ impl DesignFile {
         mut body: impl FnMut(&str) -> Result<BodyFile, E>,
     ) -> Result<(Design, View), E> {
         let mut inlined = |reference: String| {
-            let BodyFile { rigid, mesh } = body(&reference)?;
+            let BodyFile {
+                rigid,
+                mesh,
+                definition,
+            } = body(&reference)?;
             Ok(DesignBody {
                 reference,
                 mesh,
                 rigid,
+                definition,
             })
         };
         let tool = ToolPlacement {

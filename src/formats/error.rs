@@ -63,6 +63,10 @@ pub enum FormatError {
     },
     #[error("support: {0}")]
     Support(#[from] SupportPartsError),
+    #[error(
+        "checksum is {stored}, expected {computed}, the sum of the bytes: they are not what was once written"
+    )]
+    Checksum { stored: u32, computed: u32 },
     #[error(transparent)]
     View(#[from] ViewError),
     #[error(transparent)]

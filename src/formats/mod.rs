@@ -26,6 +26,7 @@ mod support;
 pub mod table;
 #[cfg(test)]
 mod tests;
+pub mod tool_definition;
 pub mod typed_number;
 mod utf8;
 

@@ -144,12 +144,8 @@ fn part<T>(part: &'static str, parsed: Result<T, FormatError>) -> Result<T, Form
 /// Writes a recovery file.
 pub fn write(file: &RecoveryFile) -> String {
     let design = design_file::write(&DesignFile::of(&file.design, &file.view));
-    let body = |body: &crate::design::DesignBody| {
-        ron_text::string(&body::write(&BodyFile {
-            rigid: body.rigid.clone(),
-            mesh: body.mesh.clone(),
-        }))
-    };
+    let body =
+        |body: &crate::design::DesignBody| ron_text::string(&body::write(&BodyFile::of(body)));
     let origin = match &file.origin {
         RecoveryOrigin::BuiltIn(name) => format!("BuiltIn({})", ron_text::string(name)),
         RecoveryOrigin::File(path) => format!("File({})", path_text(path)),

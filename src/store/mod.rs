@@ -21,6 +21,7 @@ mod state;
 mod table;
 #[cfg(test)]
 mod tests;
+mod tool;
 mod watch;
 mod write;
 
@@ -50,5 +51,6 @@ pub use save::{SaveReport, save, save_as, save_with_copies};
 pub use shared::{SharedBody, shared_bodies};
 pub use state::{STATE_VARIABLE, recovery_folder, state_folder};
 pub use table::{MeasurementTable, TableGroups, read_table};
+pub use tool::{ReadTool, is_same_file, read_tool, write_body, write_definition};
 pub use watch::{ChangedFile, FileChange, WatchedPart, accept_changes, changes};
 pub use write::{write_atomic, write_environment};

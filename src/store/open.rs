@@ -6,10 +6,11 @@ use super::mesh_shelf::{ReadMesh, Shelf};
 use super::meshes::{BodyMesh, MeshProblem, read_all};
 use super::place::Place;
 use super::read::read;
+use super::tool::parse_body;
 use super::watch::Stamps;
 use crate::design::{BodyRole, Design, DesignBody, Document, Origin, View};
 use crate::field::Environment;
-use crate::formats::{FormatError, body, design_file, environment, mesh};
+use crate::formats::{FormatError, design_file, environment, mesh};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::mesh_report::MeshReport;
 use std::path::{Path, PathBuf};
@@ -233,7 +234,7 @@ impl Reader {
         let entry = self.read(file, "a design", design_file::parse)?;
         entry.into_design(|reference| {
             let file = self.place.resolve(file, reference);
-            self.read(&file, "a body", body::parse)
+            self.read(&file, "a body", |bytes| parse_body(&file, bytes))
         })
     }
 

@@ -4,10 +4,12 @@ use super::error::StoreError;
 use super::open::{World, home};
 use super::place::{Place, absolute, relative};
 use super::shared::shared_bodies;
+use super::tool::{body_name, is_definition};
 use super::watch::Stamps;
 use super::write::{folder_of, write_bytes};
 use crate::design::{BodyRole, Design, DesignBody, Origin, View};
 use crate::formats::{BodyFile, DesignFile, body, design_file};
+use crate::geometry::mesh_reference::MeshReference;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +22,9 @@ pub struct SaveReport {
 
 /// Saves a design where it came from: changed bodies first, then the design itself if it changed.
 ///
+/// A maker's tool definition is never written over: a body from one that changed is saved beside the
+/// design, which refers to it from then on.
+///
 /// # Errors
 /// [`StoreError::ReadOnly`] for a built-in design, [`StoreError::BodiesDiffer`],
 /// [`StoreError::ChangedOnDisk`] where somebody else wrote a file meanwhile
@@ -27,9 +32,7 @@ pub struct SaveReport {
 /// be written; the document then still counts as changed.
 pub fn save(world: &mut World) -> Result<SaveReport, StoreError> {
     let file = own_file(world)?;
-    let report = write_changes(world, &file, false)?;
-    world.document.mark_saved();
-    Ok(report)
+    save_moved(world, &file, moved_definitions(world, &file))
 }
 
 /// Saves like [`save`], except that changed bodies which other designs use are saved as copies.
@@ -38,27 +41,69 @@ pub fn save(world: &mut World) -> Result<SaveReport, StoreError> {
 /// As [`save`].
 pub fn save_with_copies(world: &mut World) -> Result<SaveReport, StoreError> {
     let file = own_file(world)?;
-    let mut taken = Vec::new();
-    let mut names = Vec::new();
+    let mut moves = moved_definitions(world, &file);
     for shared in shared_bodies(world) {
-        let copy = free_name(&shared.file, |path| !path.exists() && !taken.contains(path));
-        names.push((shared.role, relative(&folder_of(&file), &copy)));
-        taken.push(copy);
+        let is_free = |path: &PathBuf| !path.exists() && moves.iter().all(|m| m.file != *path);
+        let copy = free_name(&shared.file, is_free);
+        moves.push(BodyMove {
+            role: shared.role,
+            old_file: shared.file,
+            file: copy,
+        });
     }
-    let has_copies = !names.is_empty();
+    save_moved(world, &file, moves)
+}
+
+/// A body that is saved as another file than the one that it came from.
+struct BodyMove {
+    role: BodyRole,
+    old_file: PathBuf,
+    file: PathBuf,
+}
+
+/// The changed bodies that came from makers' definitions, each with a name beside the design that
+/// is no other file's.
+fn moved_definitions(world: &World, design_file: &Path) -> Vec<BodyMove> {
+    let folder = folder_of(design_file);
+    let mut moves: Vec<BodyMove> = Vec::new();
+    for (role, body) in world.document.design().bodies() {
+        let old_file = Place::Disk.resolve(design_file, &body.reference);
+        if !is_changed(world, role) || !is_definition(&old_file) {
+            continue;
+        }
+        let is_free = |path: &PathBuf| !path.exists() && moves.iter().all(|m| m.file != *path);
+        let file = free_name(&folder.join(body_name(&old_file)), is_free);
+        moves.push(BodyMove {
+            role,
+            old_file,
+            file,
+        });
+    }
+    moves
+}
+
+/// Saves with some bodies as other files, which every state of the document refers to then.
+fn save_moved(
+    world: &mut World,
+    file: &Path,
+    moves: Vec<BodyMove>,
+) -> Result<SaveReport, StoreError> {
+    let has_moves = !moves.is_empty();
     let before = world.document.clone();
-    if has_copies {
+    if has_moves {
+        let folder = folder_of(file);
         world
             .document
-            .relocate(Origin::File(file.clone()), |design| {
-                for (role, reference) in &names {
-                    if let Some(body) = design.body_mut(*role) {
-                        body.reference.clone_from(reference);
+            .relocate(Origin::File(file.to_owned()), |design| {
+                for moved in &moves {
+                    if let Some(body) = design.body_mut(moved.role) {
+                        body.reference = relative(&folder, &moved.file);
+                        reach_mesh(&mut body.mesh, &moved.old_file, &moved.file);
                     }
                 }
             });
     }
-    match write_changes(world, &file, has_copies) {
+    match write_changes(world, file, has_moves) {
         Ok(report) => {
             world.document.mark_saved();
             Ok(report)
@@ -138,6 +183,17 @@ pub(super) fn is_changed(world: &World, role: BodyRole) -> bool {
     saved_body.map(body_text) != world.document.design().body(role).map(body_text)
 }
 
+/// What a body refers to its mesh by from a file in perhaps another folder.
+pub(super) fn reach_mesh(mesh: &mut Option<MeshReference>, old_file: &Path, file: &Path) {
+    let (old_folder, folder) = (folder_of(old_file), folder_of(file));
+    if let Some(mesh) = mesh
+        && !is_absolute(&mesh.file)
+        && absolute(&old_folder) != absolute(&folder)
+    {
+        mesh.file = relative(&folder, &Place::Disk.resolve(old_file, &mesh.file));
+    }
+}
+
 fn own_file(world: &World) -> Result<PathBuf, StoreError> {
     match world.document.origin() {
         Origin::BuiltIn(name) => Err(StoreError::ReadOnly(name)),
@@ -146,10 +202,7 @@ fn own_file(world: &World) -> Result<PathBuf, StoreError> {
 }
 
 fn body_text(body: &DesignBody) -> String {
-    body::write(&BodyFile {
-        rigid: body.rigid.clone(),
-        mesh: body.mesh.clone(),
-    })
+    body::write(&BodyFile::of(body))
 }
 
 fn design_text(design: &Design, view: &View) -> String {
@@ -259,7 +312,12 @@ impl Mover {
             moved.copied_mesh = self.copy_mesh(&moved.old_file, &mesh.file)?;
             mesh.file = self.mesh_from(&moved, &mesh.file);
         }
-        moved.reference = self.copy(&body.reference, body_text(&copy).as_bytes())?;
+        // A maker's definition that changed is a body file from now on.
+        let name = match self.place == Place::Disk && is_definition(&moved.old_file) {
+            true => body_name(&moved.old_file),
+            false => body.reference.clone(),
+        };
+        moved.reference = self.copy(&name, body_text(&copy).as_bytes())?;
         Ok(moved)
     }
 

@@ -3,6 +3,7 @@
 use super::open::World;
 use super::place::{Place, absolute};
 use super::save::is_changed;
+use super::tool::is_definition;
 use super::write::folder_of;
 use crate::design::{BodyRole, Origin};
 use crate::formats::design_file;
@@ -32,6 +33,8 @@ pub fn shared_bodies(world: &World) -> Vec<SharedBody> {
         .bodies()
         .filter(|(role, _)| is_changed(world, *role))
         .map(|(role, body)| (role, Place::Disk.resolve(own_file, &body.reference)))
+        // Save leaves it as it is, and so the others too.
+        .filter(|(_, file)| !is_definition(file))
         .collect();
     if changed.is_empty() {
         return Vec::new();

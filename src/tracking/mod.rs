@@ -3,6 +3,7 @@
 
 pub mod body;
 pub mod frame_fit;
+pub mod pairs;
 pub mod recording;
 pub mod tool_in_crf;
 pub mod uncertainty;

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod compensate;
+mod convert;
 mod explain;
 mod export;
 mod golden_designs;

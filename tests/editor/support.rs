@@ -86,6 +86,7 @@ fn body(name: &str, tip: Option<Point3<f64>>, sensors: Vec<Sensor>) -> DesignBod
             tip_in_body: tip,
             sensors,
         },
+        definition: None,
     }
 }
 

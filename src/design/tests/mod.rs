@@ -27,6 +27,7 @@ fn body(reference: &str) -> DesignBody {
             tip_in_body: None,
             sensors: vec![sensor("a", 0.1), sensor("b", 50.0)],
         },
+        definition: None,
     }
 }
 

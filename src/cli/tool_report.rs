@@ -1,0 +1,192 @@
+//! What a tool is, in words and as JSON: its definition's fields, its sensors, how they lie.
+
+use super::output;
+use crate::formats::tool_definition::{DefinitionKind, NdiRom, OpticalRom};
+use crate::store::ReadTool;
+use crate::tracking::body::Sensor;
+use crate::tracking::pairs::{SensorPair, sensor_pairs};
+use serde_json::{Value, json};
+
+/// Sensors whose distances are told: as many as any definition has. Every pair of a thousand would
+/// be half a million.
+const MAX_PAIRED: usize = 20;
+
+/// Trailing bytes that are shown.
+const MAX_SHOWN_BYTES: usize = 16;
+
+type Row = (String, String, String);
+
+fn row(label: impl Into<String>, value: impl ToString, unit: &str) -> Row {
+    (label.into(), value.to_string(), unit.to_owned())
+}
+
+/// What the file was, with its article.
+pub fn kind_name(tool: &ReadTool) -> String {
+    let carried = tool.body.definition.as_ref().map(|d| d.kind().name());
+    match (tool.kind, carried) {
+        (Some(kind), _) => kind.name().to_owned(),
+        (None, Some(carried)) => format!("a body from {carried}"),
+        (None, None) => "a body".to_owned(),
+    }
+}
+
+pub fn as_text(tool: &ReadTool) -> String {
+    let rigid = &tool.body.rigid;
+    let mut rows = vec![row("name", &rigid.name, "")];
+    if let Some(rom) = rom_of(tool) {
+        push_rom(&mut rows, rom);
+    }
+    for sensor in &rigid.sensors {
+        rows.push(row(
+            sensor.name.as_str(),
+            triple(sensor.position_in_body.coords.as_slice(), 3),
+            "mm",
+        ));
+        if let Some(axis) = sensor.axis_in_body() {
+            rows.push(row("  axis", triple(axis.as_slice(), 5), ""));
+        }
+    }
+    if let Some(tip) = &rigid.tip_in_body {
+        rows.push(row("tip", triple(tip.coords.as_slice(), 3), "mm"));
+    }
+    let paired = paired(&rigid.sensors);
+    for pair in sensor_pairs(paired) {
+        let label = format!("{} to {}", paired[pair.a].name, paired[pair.b].name);
+        rows.push(row(label, format!("{:.3}", pair.distance_mm), "mm"));
+        if let Some(angle) = pair.angle_rad {
+            rows.push(row("  angle", format!("{:.2}", angle.to_degrees()), "deg"));
+        }
+    }
+    if paired.len() < rigid.sensors.len() {
+        let label = format!("distances of the first {} of", paired.len());
+        rows.push(row(label, rigid.sensors.len(), "sensors"));
+    }
+    output::aligned(&rows)
+}
+
+fn rom_of(tool: &ReadTool) -> Option<&NdiRom> {
+    tool.body.definition.as_ref().and_then(|d| d.rom())
+}
+
+fn paired(sensors: &[Sensor]) -> &[Sensor] {
+    &sensors[..sensors.len().min(MAX_PAIRED)]
+}
+
+fn push_rom(rows: &mut Vec<Row>, rom: &NdiRom) {
+    rows.push(row("part number", rom.part_number(), ""));
+    rows.push(row("manufacturer", rom.manufacturer(), ""));
+    let serial = rom.serial();
+    rows.push(row("serial number", serial, ""));
+    let date = serial.date().map(|date| date.to_string());
+    let no_date = || "none that is a day".to_owned();
+    rows.push(row("date", date.unwrap_or_else(no_date), ""));
+    let kind = format!(
+        "{}, {}, revision {}",
+        typed(rom.main_type(), rom.main_type_name()),
+        typed(rom.sub_type(), rom.sub_type_name()),
+        rom.revision()
+    );
+    rows.push(row("type", kind, ""));
+    match rom {
+        NdiRom::Optical(rom) => push_optical(rows, rom),
+        NdiRom::Em(rom) => {
+            rows.push(row("coils", rom.coils().len(), ""));
+            rows.push(row("  that have to be seen", rom.min_coils(), ""));
+        }
+    }
+    let sum = rom.checksum();
+    let state = match sum.matches() {
+        true => format!("{}, matches", sum.stored),
+        false => format!("{}, expected {}", sum.stored, sum.computed),
+    };
+    rows.push(row("checksum", state, ""));
+    if let trailing @ [_, ..] = rom.trailing() {
+        let mut shown: Vec<_> = trailing
+            .iter()
+            .take(MAX_SHOWN_BYTES)
+            .map(|byte| format!("{byte:02X}"))
+            .collect();
+        if trailing.len() > MAX_SHOWN_BYTES {
+            shown.push("…".to_owned());
+        }
+        let bytes = format!("{}: {}", trailing.len(), shown.join(" "));
+        rows.push(row("trailing bytes", bytes, ""));
+    }
+}
+
+fn push_optical(rows: &mut Vec<Row>, rom: &OpticalRom) {
+    rows.push(row("markers", rom.markers().len(), ""));
+    rows.push(row("  that have to be seen", rom.min_markers(), ""));
+    let marker_type = match rom.marker_type() {
+        41 => "passive spheres",
+        49 => "passive discs",
+        57 => "Radix lenses",
+        _ => "not known here",
+    };
+    rows.push(row("  of type", typed(rom.marker_type(), marker_type), ""));
+    rows.push(row("largest angle of a marker", rom.max_angle_deg(), "deg"));
+    rows.push(row("largest error of a marker", rom.max_error_mm(), "mm"));
+    let unique = rom.algorithm_flags() & 0x80 != 0;
+    let unique = if unique { "yes" } else { "no" };
+    rows.push(row("geometry of its own", unique, ""));
+}
+
+fn typed(number: u8, name: &str) -> String {
+    format!("{number} {name}")
+}
+
+fn triple(values: &[f64], digits: usize) -> String {
+    let parts: Vec<_> = values.iter().map(|v| format!("{v:.digits$}")).collect();
+    parts.join(" ")
+}
+
+pub fn as_json(tool: &ReadTool, kind: &str) -> Value {
+    let rigid = &tool.body.rigid;
+    let paired = paired(&rigid.sensors);
+    let carried = tool.body.definition.as_ref().map(|d| d.kind());
+    json!({
+        "kind": kind,
+        "definition": carried.map(DefinitionKind::code),
+        "name": rigid.name,
+        "rom": rom_of(tool).map(rom_json),
+        "tip": rigid.tip_in_body.map(|tip| [tip.x, tip.y, tip.z]),
+        "sensors": rigid.sensors.iter().map(sensor_json).collect::<Vec<_>>(),
+        "pairs": sensor_pairs(paired).map(|pair| pair_json(paired, &pair)).collect::<Vec<_>>(),
+    })
+}
+
+fn sensor_json(sensor: &Sensor) -> Value {
+    let at = sensor.position_in_body;
+    let axis = sensor.axis_in_body().map(|axis| [axis.x, axis.y, axis.z]);
+    json!({
+        "name": sensor.name,
+        "degrees_of_freedom": sensor.orientation.degrees_of_freedom(),
+        "position": [at.x, at.y, at.z],
+        "axis": axis,
+    })
+}
+
+fn pair_json(sensors: &[Sensor], pair: &SensorPair) -> Value {
+    json!({
+        "a": sensors[pair.a].name,
+        "b": sensors[pair.b].name,
+        "distance_mm": pair.distance_mm,
+        "angle_deg": pair.angle_rad.map(f64::to_degrees),
+    })
+}
+
+fn rom_json(rom: &NdiRom) -> Value {
+    let (serial, sum) = (rom.serial(), rom.checksum());
+    json!({
+        "part_number": rom.part_number(),
+        "manufacturer": rom.manufacturer(),
+        "serial": serial.to_string(),
+        "date": serial.date().map(|date| date.to_string()),
+        "unique_id": rom.unique_id(),
+        "main_type": rom.main_type(),
+        "sub_type": rom.sub_type(),
+        "revision": rom.revision(),
+        "checksum": {"stored": sum.stored, "computed": sum.computed, "matches": sum.matches()},
+        "trailing_bytes": rom.trailing().len(),
+    })
+}

@@ -1,0 +1,39 @@
+//! What the text formats of marker tools spell out.
+
+use super::marker;
+use crate::tracking::body::RigidBody;
+use nalgebra::Point3;
+
+/// Markers and, perhaps, the point that the tool turns about; millimetres, tool frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Geometry {
+    pub id: Option<i64>,
+    pub fiducials: Vec<Point3<f64>>,
+    pub pivot: Option<Point3<f64>>,
+}
+
+impl Geometry {
+    /// The body's name.
+    pub(super) fn name(&self) -> String {
+        name_of(self.id)
+    }
+
+    pub(super) fn to_body(&self) -> RigidBody {
+        let sensors = self.fiducials.iter().enumerate();
+        RigidBody {
+            name: self.name(),
+            tip_in_body: self.pivot,
+            sensors: sensors.map(|(slot, at)| marker(slot, *at)).collect(),
+        }
+    }
+}
+
+fn name_of(id: Option<i64>) -> String {
+    id.map_or_else(|| "geometry".to_owned(), |id| format!("geometry {id}"))
+}
+
+/// The number of a geometry of this name, if it is such a name.
+pub(super) fn id_of(name: &str) -> Option<i64> {
+    let id = name.strip_prefix("geometry ")?.parse().ok();
+    id.filter(|id| name_of(Some(*id)) == name)
+}

@@ -1,0 +1,89 @@
+//! Tools on the disk: body files and makers' definitions, each of which may stand for the other.
+
+use super::error::StoreError;
+use super::place::{Place, absolute};
+use super::read::read;
+use super::save::reach_mesh;
+use super::write::write_bytes;
+use crate::formats::tool_definition::{
+    DefinitionKind, OnMismatch, ToolDefinition, read_body as parse_tool,
+};
+use crate::formats::{BodyFile, FormatError, body};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Enough of a file to tell what kind of one it is, its first comment included.
+const BEGINNING: u64 = 4096;
+
+/// A tool as it was read.
+#[derive(Clone, Debug)]
+pub struct ReadTool {
+    pub body: BodyFile,
+    /// `None` where it was a body file; its body may carry a definition all the same.
+    pub kind: Option<DefinitionKind>,
+}
+
+/// Reads a body file or a maker's definition, whichever it is.
+///
+/// # Errors
+/// See [`StoreError`]; a checksum that does not match only with [`OnMismatch::Refuse`].
+pub fn read_tool(file: &Path, on_mismatch: OnMismatch) -> Result<ReadTool, StoreError> {
+    read(Place::Disk, file, "a body or a tool definition", |bytes| {
+        let (body, kind) = parse_tool(bytes, &extension_of(file), on_mismatch)?;
+        Ok(ReadTool { body, kind })
+    })
+}
+
+/// Writes a body that was read from `source`, whose meshes it still refers to.
+///
+/// # Errors
+/// [`StoreError::Write`].
+pub fn write_body(file: &Path, body: &BodyFile, source: &Path) -> Result<(), StoreError> {
+    let mut body = body.clone();
+    reach_mesh(&mut body.mesh, source, file);
+    write_bytes(file, body::write(&body).as_bytes())
+}
+
+/// Whether two names lead to one file.
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    absolute(a) == absolute(b)
+}
+
+/// Writes a maker's definition.
+///
+/// # Errors
+/// [`StoreError::Write`].
+pub fn write_definition(file: &Path, definition: &ToolDefinition) -> Result<(), StoreError> {
+    write_bytes(file, &definition.write())
+}
+
+/// Reads what a design refers to as a body.
+pub(super) fn parse_body(file: &Path, bytes: &[u8]) -> Result<BodyFile, FormatError> {
+    parse_tool(bytes, &extension_of(file), OnMismatch::Refuse).map(|(body, _)| body)
+}
+
+/// Whether a file is a maker's by what is in it, or, where it is gone, by its name: nothing of
+/// this program's is written over it.
+pub(super) fn is_definition(file: &Path) -> bool {
+    let mut bytes = Vec::new();
+    let beginning = File::open(file).and_then(|f| f.take(BEGINNING).read_to_end(&mut bytes));
+    match beginning {
+        Ok(_) => DefinitionKind::of(&bytes, &extension_of(file)).is_some(),
+        Err(_) => DefinitionKind::of_extension(&extension_of(file)).is_some(),
+    }
+}
+
+/// What the body file of a definition is called.
+pub(super) fn body_name(definition: &Path) -> String {
+    let stem = definition.file_stem().unwrap_or_default();
+    format!("{}.body.ron", stem.to_string_lossy())
+}
+
+fn extension_of(file: &Path) -> String {
+    let extension = file.extension().unwrap_or_default();
+    extension.to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests;

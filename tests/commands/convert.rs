@@ -1,0 +1,328 @@
+//! Tool definitions through body files and back: real ones to the byte, and what is said of each.
+
+use crate::support::data::third_party;
+use crate::support::golden::numbers;
+use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use serde_json::Value;
+
+/// The files of the shared set, in order.
+fn roms() -> Option<Vec<std::path::PathBuf>> {
+    let folder = third_party("rom")?;
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    assert_eq!(files.len(), 21);
+    Some(files)
+}
+
+/// Converts and gives what was printed and what was noted beside it.
+fn convert(args: &[&str]) -> (Value, String) {
+    let args = [&["convert"], args, &["--format", "json"]].concat();
+    let output = trackwright(&args).output().unwrap();
+    let noted = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{args:?}: {noted}");
+    (serde_json::from_slice(&output.stdout).unwrap(), noted)
+}
+
+#[test]
+fn every_real_definition_comes_back_byte_for_byte_through_a_body_file() {
+    let Some(files) = roms() else { return };
+    let scratch = Scratch::new();
+    for file in files {
+        let name = file.file_name().unwrap().to_str().unwrap();
+        let original = std::fs::read(&file).unwrap();
+        let (body, back) = (scratch.arg("a.body.ron"), scratch.arg("a.rom"));
+        let (found, noted) = convert(&[&text(&file), &body]);
+        assert_eq!(noted, "", "{name}");
+        let rom = &found["read"]["rom"];
+        assert_eq!(rom["checksum"]["matches"], true, "{name}");
+        let trailing = if name.contains("REFERENCE_frame_small") {
+            8
+        } else {
+            0
+        };
+        assert_eq!(rom["trailing_bytes"], trailing, "{name}");
+        let (found, noted) = convert(&[&body, &back]);
+        assert_eq!(found["lost"], serde_json::json!([]), "{name}");
+        assert_eq!(
+            noted.contains("experimental"),
+            name.starts_with("610029"),
+            "{name}"
+        );
+        assert_eq!(std::fs::read(&back).unwrap(), original, "{name}");
+        // And wrapped in a property list.
+        let (tool, alone) = (scratch.arg("a.tool"), scratch.arg("b.rom"));
+        convert(&[&body, &tool]);
+        convert(&[&tool, &alone]);
+        assert_eq!(std::fs::read(&alone).unwrap(), original, "{name}");
+    }
+}
+
+#[test]
+fn trailing_bytes_and_a_long_makers_name_are_said() {
+    let Some(files) = roms() else { return };
+    let file = &files[files
+        .iter()
+        .position(|f| text(f).contains("8a41d90b"))
+        .unwrap()];
+    let scratch = Scratch::new();
+    let words = succeed(&["convert", &text(file), &scratch.arg("a.body.ron")]);
+    let has = |label: &str, value: &str| {
+        let is = |line: &str| line.starts_with(label) && line.ends_with(value);
+        assert!(words.lines().any(is), "{label}: {words}");
+    };
+    has("trailing bytes", "8: EE FD FF FF FD FD FF FF");
+    has("manufacturer", "SINTEF helse");
+    has("part number", "Reference_small");
+    has("checksum", ", matches");
+}
+
+#[test]
+fn known_tools_have_their_known_markers_and_distances() {
+    let Some(folder) = third_party("rom") else {
+        return;
+    };
+    let known: [(&str, [[f64; 3]; 4]); 4] = [
+        (
+            "8700338",
+            [
+                [0.0; 3],
+                [0.0, 25.28, 16.15],
+                [0.0, 0.0, 65.0],
+                [0.0, -18.65, 29.61],
+            ],
+        ),
+        (
+            "8700339",
+            [
+                [0.0; 3],
+                [0.0, 28.59, 41.02],
+                [0.0, 0.0, 88.0],
+                [0.0, -44.32, 40.45],
+            ],
+        ),
+        (
+            "8700340",
+            [
+                [0.0; 3],
+                [0.0, 0.0, 50.0],
+                [0.0, 25.0, 100.0],
+                [0.0, -25.0, 135.0],
+            ],
+        ),
+        (
+            "8700449",
+            [
+                [0.0; 3],
+                [0.0, 47.38, 28.99],
+                [0.0, 0.0, 89.1],
+                [0.0, -35.36, 35.36],
+            ],
+        ),
+    ];
+    let scratch = Scratch::new();
+    for (part, places) in known {
+        let file = text(&folder.join(format!("{part}.rom")));
+        let (found, _) = convert(&[&file, &scratch.arg("a.body.ron")]);
+        let read = &found["read"];
+        assert_eq!(read["rom"]["part_number"], part);
+        let sensors = read["sensors"].as_array().unwrap();
+        assert_eq!(sensors.len(), places.len());
+        for (sensor, place) in sensors.iter().zip(places) {
+            for (found, expected) in numbers::<3>(&sensor["position"]).iter().zip(place) {
+                // Half a step of a 32-bit number at 128 mm.
+                assert!((found - expected).abs() < 4e-6, "{part}: {sensor}");
+            }
+        }
+        let [a, b] = [places[0], places[1]].map(nalgebra::Point3::from);
+        let distance = read["pairs"][0]["distance_mm"].as_f64().unwrap();
+        assert!((distance - (b - a).norm()).abs() < 1e-5, "{part}");
+    }
+    let file = text(&folder.join("8700339.rom"));
+    let (found, _) = convert(&[&file, &scratch.arg("a.body.ron")]);
+    let rom = &found["read"]["rom"];
+    assert_eq!(rom["unique_id"], "01-34801403-8700339");
+    assert_eq!(rom["date"], "2005-01-06");
+    // What is left over behind the markers that count is no marker.
+    let file = text(&folder.join("medtronic-PN960556.rom"));
+    let (found, _) = convert(&[&file, &scratch.arg("a.body.ron")]);
+    assert_eq!(found["read"]["sensors"].as_array().unwrap().len(), 5);
+}
+
+#[test]
+fn the_aurora_sensor_is_two_coils_that_cross() {
+    let Some(file) = third_party("rom/610029-6DOF.rom") else {
+        return;
+    };
+    let scratch = Scratch::new();
+    let (found, _) = convert(&[&text(&file), &scratch.arg("a.body.ron")]);
+    let read = &found["read"];
+    assert_eq!(read["kind"], "ndi_em");
+    assert_eq!(read["rom"]["checksum"]["stored"], 4235);
+    assert_eq!(read["rom"]["date"], "2011-03-10");
+    let pair = &read["pairs"][0];
+    assert!(
+        (pair["distance_mm"].as_f64().unwrap() - 0.7).abs() < 1e-6,
+        "{pair}"
+    );
+    // The polar angles are 0.218224 rad each.
+    assert!(
+        (pair["angle_deg"].as_f64().unwrap() - 25.0).abs() < 0.05,
+        "{pair}"
+    );
+    let words = succeed(&["convert", &text(&file), &scratch.arg("b.body.ron")]);
+    assert!(
+        words.contains("0.700 mm") && words.contains("25.0"),
+        "{words}"
+    );
+}
+
+const MARKERS: &str = "(version: 1, name: \"triangle\", tip: (0, 0, -120.5), sensors: [
+    (name: \"left\", kind: Marker, position: (-30, 0.1, 0)),
+    (name: \"right\", kind: Marker, position: (30, 0, 0)),
+    (name: \"top\", kind: Marker, position: (0, 55, 0)),
+])";
+
+const COILS: &str = "(version: 1, name: \"probe\", sensors: [
+    (name: \"coil 1\", kind: FiveDof, position: (-2, 0, 40), axis: (0, 0, 1)),
+    (name: \"coil 2\", kind: FiveDof, position: (2, 0, 60), axis: (1, 0, 0)),
+])";
+
+#[test]
+fn what_each_format_cannot_hold_is_said_a_line_each() {
+    let scratch = Scratch::new();
+    let body = scratch.arg("a.body.ron");
+    std::fs::write(&body, MARKERS).unwrap();
+    let (found, noted) = convert(&[&body, &scratch.arg("a.rom")]);
+    assert_eq!(found["written"]["new_image"], true);
+    assert_eq!(found["written"]["kind"], "ndi_optical");
+    let lines: Vec<_> = noted.lines().collect();
+    assert_eq!(lines.len(), 3, "{noted}");
+    assert!(lines[0].ends_with("without the tip (0 0 -120.5 mm): a ROM's own is its origin"));
+    assert!(
+        lines[1].ends_with("without the names of 3 sensors, \"left\" the first: they have numbers")
+    );
+    // A pivot is a tip: text formats keep it, and 64-bit numbers too.
+    let ini = scratch.arg("a.ini");
+    let (found, _) = convert(&[&body, &ini]);
+    let codes = |found: &Value| {
+        let lost = found["lost"].as_array().unwrap().iter();
+        lost.map(|l| l["what"].as_str().unwrap().to_owned())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(codes(&found), ["body_name", "sensor_names"]);
+    let (found, _) = convert(&[&ini, &scratch.arg("a.json")]);
+    assert_eq!(codes(&found), ["definition"]);
+    let (found, _) = convert(&[&scratch.arg("a.json"), &scratch.arg("b.body.ron")]);
+    assert_eq!(numbers(&found["read"]["tip"]), [0.0, 0.0, -120.5]);
+    assert_eq!(
+        numbers(&found["read"]["sensors"][0]["position"]),
+        [-30.0, 0.1, 0.0]
+    );
+
+    std::fs::write(&body, COILS).unwrap();
+    let (found, noted) = convert(&[&body, &scratch.arg("a.rom")]);
+    assert_eq!(found["written"]["experimental"], true);
+    assert!(
+        noted.contains("writing Aurora ROMs is experimental"),
+        "{noted}"
+    );
+    assert_eq!(codes(&found), [""; 0]);
+}
+
+#[test]
+fn what_cannot_be_converted_is_refused_with_the_reason_and_nothing_is_written() {
+    let scratch = Scratch::new();
+    let body = scratch.arg("a.body.ron");
+    let rom = scratch.arg("a.rom");
+    std::fs::write(&body, COILS).unwrap();
+    convert(&[&body, &rom]);
+    let mut image = std::fs::read(&rom).unwrap();
+    image[60] ^= 1;
+    std::fs::write(&rom, &image).unwrap();
+    let out = scratch.arg("out.body.ron");
+    let said = fail(&["convert", &rom, &out]);
+    assert!(
+        said.contains("checksum is ") && said.contains("(--force reads it all the same)"),
+        "{said}"
+    );
+    let one_six = COILS.replace(
+        "FiveDof, position: (-2, 0, 40), axis: (0, 0, 1)",
+        "SixDof, position: (0, 0, 0), rotation: (1, 0, 0, 0)",
+    );
+    std::fs::write(&body, &one_six).unwrap();
+    let out_rom = scratch.arg("out.rom");
+    let said = fail(&["convert", &body, &out_rom]);
+    assert!(
+        said.contains("0 markers, 1 5-DOF and 1 6-DOF sensors, expected markers alone"),
+        "{said}"
+    );
+    let said = fail(&["convert", &body, &scratch.arg("out.txt")]);
+    assert!(
+        said.contains("expected one in .body.ron, .rom, .tool, .ini or .json"),
+        "{said}"
+    );
+    let said = fail(&["convert", &body, &body]);
+    assert!(said.contains("IN and OUT are one file"), "{said}");
+    assert_eq!(std::fs::read_to_string(&body).unwrap(), one_six);
+    for name in ["out.body.ron", "out.rom", "out.txt"] {
+        assert!(!scratch.path(name).exists(), "{name}");
+    }
+    let (found, noted) = convert(&[&rom, &out, "--force"]);
+    assert_eq!(found["read"]["rom"]["checksum"]["matches"], false);
+    assert!(
+        noted.contains("read from an image whose checksum is "),
+        "{noted}"
+    );
+    let (_, noted) = convert(&[&out, &out_rom]);
+    assert!(noted.contains("checksum was "), "{noted}");
+    convert(&[&out_rom, &out]);
+}
+
+/// A design whose tool is this file.
+fn design_with(scratch: &Scratch, tool: &str) -> String {
+    let room = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let room = text(&room.join("assets/environments/operating-table.env.ron"));
+    let design = scratch.arg("a.design.ron");
+    let written = format!(
+        "(version: 1, name: \"a\", environment: {room:?}, tool: (body: {tool:?}, pose: (position: (0, 30, -190), rotation: (1, 0, 0, 0))),
+         motion: (x: (min: -30, max: 30, step: 30)))"
+    );
+    std::fs::write(&design, written).unwrap();
+    design
+}
+
+#[test]
+fn a_design_with_a_makers_file_as_its_tool_is_simulated_like_its_body() {
+    let scratch = Scratch::new();
+    for body in [MARKERS, COILS] {
+        // Places that a 32-bit number holds, so that both are the same tool.
+        let body = body
+            .replace("0.1", "0.125")
+            .replace("tip: (0, 0, -120.5), ", "");
+        std::fs::write(scratch.path("a.body.ron"), body).unwrap();
+        let simulated = |tool: &str| {
+            let design = design_with(&scratch, tool);
+            json(&["simulate", &design, "--mode", "motion"])["position_mm"].clone()
+        };
+        let expected = simulated("a.body.ron");
+        assert!(expected["rms"].as_f64().unwrap() > 0.1, "{expected}");
+        for tool in ["a.rom", "a.tool"] {
+            convert(&[&scratch.arg("a.body.ron"), &scratch.arg(tool)]);
+            let found = simulated(tool);
+            let [found, expected] = [&found, &expected].map(|v| v["rms"].as_f64().unwrap());
+            // Axes of coils are rounded to 1.2e-7 rad.
+            assert!((found - expected).abs() < 1e-4, "{found} {expected}");
+        }
+    }
+    let mut image = std::fs::read(scratch.path("a.rom")).unwrap();
+    image[70] ^= 1;
+    std::fs::write(scratch.path("a.rom"), image).unwrap();
+    let said = fail(&[
+        "simulate",
+        &design_with(&scratch, "a.rom"),
+        "--mode",
+        "motion",
+    ]);
+    assert!(said.contains("a.rom: checksum is "), "{said}");
+}
