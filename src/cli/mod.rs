@@ -8,6 +8,7 @@ mod edit;
 mod fit;
 mod import;
 mod jitter;
+mod live;
 mod numbers;
 mod output;
 mod pivot;
@@ -64,6 +65,8 @@ enum Command {
     Import(import::ImportCommand),
     /// Find where a tool's tip is from recordings of it around one point, or say why they don't tell
     Pivot(pivot::PivotArgs),
+    /// Hear a tracker's poses over OpenIGTLink, compensate each, record them and serve them on
+    Live(live::LiveArgs),
     /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
     /// minutes; exit status 1 where a bound is broken
     Stability(stability::StabilityArgs),
@@ -95,6 +98,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
         Some(Command::Pivot(args)) => pivot::run(args),
+        Some(Command::Live(args)) => live::run(args),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),
         #[cfg(feature = "editor")]

@@ -5,6 +5,7 @@ mod compensate;
 mod explain;
 mod golden_designs;
 mod jhu_cis;
+mod live;
 mod main_job;
 mod pivot;
 mod precision;
