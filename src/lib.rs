@@ -30,6 +30,8 @@ pub mod design;
 
 pub mod store;
 
+pub mod live;
+
 pub mod report;
 
 pub mod accuracy;

@@ -4,5 +4,6 @@ mod commands;
 #[cfg(feature = "editor")]
 mod editor;
 mod invariants;
+mod live;
 mod oracle;
 mod support;

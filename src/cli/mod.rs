@@ -10,6 +10,7 @@ mod export;
 mod fit;
 mod import;
 mod jitter;
+mod live;
 mod numbers;
 mod output;
 mod pivot;
@@ -76,6 +77,8 @@ enum Command {
     /// Write the field of an environment, or poses, as files for 3D Slicer, ParaView or a spreadsheet
     #[command(subcommand)]
     Export(export::ExportCommand),
+    /// Hear a tracker's poses over OpenIGTLink, compensate each, record them and serve them on
+    Live(live::LiveArgs),
     /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
     /// minutes; exit status 1 where a bound is broken
     Stability(stability::StabilityArgs),
@@ -110,6 +113,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Pivot(args)) => pivot::run(args),
         Some(Command::Register(args)) => register::run(args),
         Some(Command::Export(command)) => export::run(command),
+        Some(Command::Live(args)) => live::run(args),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),
         #[cfg(feature = "editor")]

@@ -55,19 +55,49 @@ pub fn compensate(
     method: Method,
     task: &Task,
 ) -> Result<Vec<Compensated>, Cancelled> {
-    match method {
-        Method::Correction | Method::Shortcut => correct_all(model, measured, outside, task),
-        Method::Inverse => {
-            let found = Inverse::new(model, outside).undistort(measured, task)?;
-            Ok(found
-                .into_iter()
-                .map(|u| Compensated {
-                    pose: u.pose,
-                    state: u.state,
-                    is_inside: u.is_inside,
-                })
-                .collect())
+    Compensator::new(model, outside, method).compensate(measured, task)
+}
+
+/// A model made ready to correct readings that come a few at a time: what the inverse has to know
+/// of the whole model is found once.
+#[derive(Clone, Debug)]
+pub struct Compensator<'a> {
+    model: &'a DistortionModel,
+    outside: OutsidePolicy,
+    /// None where the map is used as it is.
+    inverse: Option<Inverse<'a>>,
+}
+
+impl<'a> Compensator<'a> {
+    pub fn new(model: &'a DistortionModel, outside: OutsidePolicy, method: Method) -> Self {
+        Self {
+            model,
+            outside,
+            inverse: (method == Method::Inverse).then(|| Inverse::new(model, outside)),
         }
+    }
+
+    /// See [`compensate`].
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn compensate(
+        &self,
+        measured: &[Pose],
+        task: &Task,
+    ) -> Result<Vec<Compensated>, Cancelled> {
+        let Some(inverse) = &self.inverse else {
+            return correct_all(self.model, measured, self.outside, task);
+        };
+        let found = inverse.undistort(measured, task)?;
+        Ok(found
+            .into_iter()
+            .map(|u| Compensated {
+                pose: u.pose,
+                state: u.state,
+                is_inside: u.is_inside,
+            })
+            .collect())
     }
 }
 

@@ -54,8 +54,8 @@ pub fn parse(bytes: &[u8]) -> Result<PivotRecording, FormatError> {
         (false, _) => Err(FormatError::Line {
             line,
             found: format!("{:?}", first.chars().take(60).collect::<String>()),
-            expected: "the beginning of a recording: an NDI table, an Aurora log, a PLUS sequence, 4x4 matrices, \
-                       a poses table (x, y, z, qw, qx, qy, qz), an empivot or an optpivot file"
+            expected: "the beginning of a recording: an NDI table, an Aurora log, a PLUS sequence, a live recording, \
+                       4x4 matrices, a poses table (x, y, z, qw, qx, qy, qz), an empivot or an optpivot file"
                 .to_owned(),
         }),
     }

@@ -61,6 +61,7 @@ fn what_happened(error: &io::Error) -> String {
         io::ErrorKind::PermissionDenied => "no permission".to_owned(),
         io::ErrorKind::IsADirectory => "a folder".to_owned(),
         io::ErrorKind::NotADirectory => "a file where a folder should be".to_owned(),
+        io::ErrorKind::AlreadyExists => "a file is there already".to_owned(),
         io::ErrorKind::StorageFull => "no space left".to_owned(),
         _ => error.to_string(),
     }

@@ -11,6 +11,7 @@ mod place;
 mod preferences;
 mod read;
 mod recent;
+mod recorder;
 mod recovery;
 mod resolve;
 mod rooms;
@@ -40,6 +41,7 @@ pub use read::{
     read_mesh, read_pivot_recording, read_points, read_poses, read_poses_of,
 };
 pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
+pub use recorder::Recorder;
 pub use recovery::{Leftover, Recovery, Snapshot, leftovers};
 pub use resolve::resolve;
 pub use rooms::{

@@ -8,6 +8,7 @@ mod export;
 mod golden_designs;
 mod jhu_chain;
 mod jhu_cis;
+mod live;
 mod main_job;
 mod pivot;
 mod precision;

@@ -5,5 +5,7 @@ pub mod close;
 pub mod data;
 pub mod golden;
 pub mod jhu_cis;
+pub mod live_load;
 pub mod peers;
 pub mod program;
+pub mod wire;

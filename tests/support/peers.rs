@@ -8,20 +8,36 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+/// Where `tests/run` puts the programs of others.
+fn folder() -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    std::env::var_os("TRACKWRIGHT_PEERS").map_or_else(|| root.join("target/peers"), PathBuf::from)
+}
+
+/// A program of the folder, which has to be there.
+#[track_caller]
+fn program(path: &str) -> Command {
+    let program = folder().join(path);
+    assert!(
+        program.exists(),
+        "{} is not there: tests/run installs it",
+        program.display()
+    );
+    Command::new(program)
+}
+
 /// The Python that has the packages of `tests/peers/requirements.txt`, ready to run one of the
 /// scripts beside it.
 #[track_caller]
 pub fn python(script: &str) -> Command {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folder = std::env::var_os("TRACKWRIGHT_PEERS")
-        .map_or_else(|| root.join("target/peers"), PathBuf::from);
-    let python = folder.join("bin/python");
-    assert!(
-        python.exists(),
-        "{} is not there: tests/run installs it",
-        python.display()
-    );
-    let mut command = Command::new(python);
-    command.arg("-B").arg(root.join("tests/peers").join(script));
+    let mut command = program("bin/python");
+    let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers");
+    command.arg("-B").arg(scripts.join(script));
     command
+}
+
+/// One of the example programs of the OpenIGTLink library, as Debian has them.
+#[track_caller]
+pub fn openigtlink(example: &str) -> Command {
+    program(&format!("openigtlink/{example}"))
 }

@@ -2,6 +2,7 @@
 
 pub mod aurora_log;
 pub mod igs_mha;
+pub mod live_table;
 pub mod ndi_table;
 
 use super::error::{FormatError, text};
@@ -27,6 +28,8 @@ fn reader_of(bytes: &[u8]) -> Option<Reader> {
     let head = head.trim_start_matches('\u{feff}');
     if ndi_table::is_header(head.lines().next().unwrap_or("")) {
         Some(ndi_table::parse)
+    } else if live_table::is_header(head.lines().next().unwrap_or("")) {
+        Some(live_table::parse)
     } else if head.trim_start().starts_with("ObjectType") {
         Some(igs_mha::parse)
     } else if head.lines().take(10).any(aurora_log::is_header) {
@@ -36,7 +39,8 @@ fn reader_of(bytes: &[u8]) -> Option<Reader> {
     }
 }
 
-/// Reads a recording: an NDI Track or ToolBox table, an Aurora log, or a PLUS sequence.
+/// Reads a recording: an NDI Track or ToolBox table, an Aurora log, a PLUS sequence, or a table
+/// of live poses.
 ///
 /// # Errors
 /// Those of the format that the first lines belong to, or that there is none.
@@ -54,7 +58,7 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
                     .take(60)
                     .collect::<String>()
             ),
-            expected: "the first lines of an NDI table, an Aurora log or a PLUS sequence"
+            expected: "the first lines of an NDI table, an Aurora log, a PLUS sequence or a live recording"
                 .to_owned(),
         });
     };

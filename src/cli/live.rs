@@ -1,0 +1,303 @@
+//! `live`: a tracker's poses heard over the network, compensated, recorded and served on.
+
+use super::numbers::above_zero;
+use super::output::{self, Format, OutsideArg};
+use crate::field::compensation::Method;
+use crate::live::client::ClientOptions;
+use crate::live::codec::DEFAULT_PORT;
+use crate::live::relay::{RelayOptions, ToolState};
+use crate::live::server::{ServerEvent, ServerOptions};
+use crate::live::session::{LiveRoom, Session, SessionEvent, SessionSettings, SessionState};
+use crate::store;
+use crate::study::figures::with_separators;
+use anyhow::Context;
+use clap::Args;
+use serde_json::{Map, Value, json};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::channel;
+use std::time::{Duration, Instant};
+
+#[derive(Debug, Args)]
+pub struct LiveArgs {
+    /// Server that sends the tracker's poses over OpenIGTLink (PLUS, say); it is waited for, and
+    /// come back to when it is lost
+    #[arg(long, value_name = "HOST:PORT", value_parser = endpoint)]
+    connect: String,
+
+    /// Room (*.env.ron) that poses are compensated by; without one they are passed on as they are
+    #[arg(long, value_name = "ENV")]
+    environment: Option<PathBuf>,
+
+    /// What happens to positions outside the model's box; rejected ones are not sent on
+    #[arg(long, value_enum, default_value = "reject", requires = "environment")]
+    outside: OutsideArg,
+
+    /// The tracker's frame, as in StylusToTracker; transforms to other frames are not compensated
+    #[arg(long, value_name = "NAME", default_value = RelayOptions::TRACKER_FRAME, requires = "environment")]
+    frame: String,
+
+    /// Port to serve the poses on, for 3D Slicer, PLUS or any other client; 18944 is usual, 0 is any
+    /// that is free
+    #[arg(long, value_name = "PORT")]
+    serve: Option<u16>,
+
+    /// Address to serve at: this machine alone can connect unless another one is given, as 0.0.0.0
+    #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST), requires = "serve")]
+    bind: IpAddr,
+
+    /// File to record the poses in as they are measured (CSV); one that is there already is an error
+    #[arg(long, value_name = "FILE.csv")]
+    record: Option<PathBuf>,
+
+    /// Ask the server for tracking data (STT_TDATA) at this interval; many send without
+    #[arg(long, value_name = "MS")]
+    tracking_ms: Option<u32>,
+
+    /// Time without a good sample after which a tool is not good any more
+    #[arg(long, value_name = "MS", default_value_t = 1e3 * RelayOptions::STALE_AFTER.as_secs_f64(), value_parser = above_zero)]
+    stale_ms: f64,
+
+    /// Stop after this time; without it, at Ctrl+C
+    #[arg(long, value_name = "S", value_parser = above_zero)]
+    seconds: Option<f64>,
+
+    /// How to print the closing figures
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Runs until it is stopped, then says how it was.
+///
+/// # Errors
+/// Files that can't be used, a port that is in use.
+pub fn run(args: &LiveArgs) -> anyhow::Result<()> {
+    let settings = settings(args)?;
+    let (stop, stopped) = channel();
+    // Before anything runs that should end well.
+    ctrlc::set_handler(move || {
+        // Once is enough.
+        let _ = stop.send(());
+    })
+    .context("Ctrl+C cannot be listened for")?;
+    let started = Instant::now();
+    let session = Session::start(settings, |event| {
+        if let Some(words) = in_words(event) {
+            output::note(&words);
+        }
+    })?;
+    if let Some(address) = session.address() {
+        output::note(&format!("serving at {address}{}", warning(address.ip())));
+    }
+    match args.seconds {
+        Some(seconds) => {
+            // Both what was waited for and a time that is over end it.
+            let longest = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+            let _ = stopped.recv_timeout(longest);
+        }
+        None => {
+            let _ = stopped.recv();
+        }
+    }
+    let state = session.stop();
+    match args.format {
+        Format::Json => output::print_json(&as_json(&state, started.elapsed())),
+        Format::Text => output::print(&as_text(&state, started.elapsed())),
+    }
+}
+
+fn settings(args: &LiveArgs) -> anyhow::Result<SessionSettings> {
+    let room = match &args.environment {
+        None => None,
+        Some(file) => {
+            let environment = store::read_environment(file)?;
+            Some(LiveRoom {
+                method: Method::of(environment.model.map()),
+                environment: Arc::new(environment),
+                outside: args.outside.into(),
+            })
+        }
+    };
+    let mut client = ClientOptions::to(&args.connect);
+    client.tracking_ms = args.tracking_ms;
+    Ok(SessionSettings {
+        client,
+        relay: RelayOptions {
+            stale_after: Duration::try_from_secs_f64(args.stale_ms / 1e3).unwrap_or(Duration::MAX),
+            tracker_frame: args.frame.clone(),
+        },
+        room,
+        server: args
+            .serve
+            .map(|port| ServerOptions::at(SocketAddr::new(args.bind, port))),
+        record: args.record.clone(),
+    })
+}
+
+/// A host and a port, as they are; the usual port where none is named.
+fn endpoint(text: &str) -> Result<String, String> {
+    let expected =
+        || format!("expected HOST:PORT, as localhost:{DEFAULT_PORT} or [::1]:{DEFAULT_PORT}");
+    if text.parse::<SocketAddr>().is_ok() {
+        return Ok(text.to_owned());
+    }
+    let (host, port) = text.rsplit_once(':').ok_or_else(expected)?;
+    let is_host = !host.is_empty() && !host.contains([':', '/', ' ']);
+    match port.parse::<u16>() {
+        Ok(1..) if is_host => Ok(text.to_owned()),
+        _ => Err(expected()),
+    }
+}
+
+fn warning(address: IpAddr) -> &'static str {
+    if address.is_loopback() {
+        ", for this machine alone"
+    } else {
+        ": NOT for this machine alone, whoever reaches this address can read the poses"
+    }
+}
+
+/// What a person is told of an event; nothing of single poses.
+fn in_words(event: &SessionEvent) -> Option<String> {
+    Some(match event {
+        SessionEvent::Connecting | SessionEvent::Pose(_) => return None,
+        SessionEvent::Connected { server } => format!("connected to {server}"),
+        SessionEvent::Lost { why, wait } => {
+            format!("lost: {why}; next try in {:.1} s", wait.as_secs_f64())
+        }
+        SessionEvent::Unreadable(error) => format!("not used: {error}"),
+        SessionEvent::Skipped { kind } => {
+            format!("{kind} messages are passed over: no poses of a known kind")
+        }
+        SessionEvent::TrackerSays { device, status } => format!(
+            "the tracker says of {device:?}: {} {} (code {})",
+            status.name, status.text, status.code.0
+        ),
+        SessionEvent::Tool { tool, state } => match state {
+            ToolState::Good => format!("{tool}: good"),
+            ToolState::NotGood(reason) => format!("{tool}: not good, {reason}"),
+        },
+        SessionEvent::Server(event) => served_in_words(event),
+        SessionEvent::NotRecorded { why } => format!("nothing more is recorded: {why}"),
+    })
+}
+
+fn served_in_words(event: &ServerEvent) -> String {
+    match event {
+        ServerEvent::Joined { client, clients } => format!("client {client} joined, {clients} now"),
+        ServerEvent::Left {
+            client,
+            why,
+            clients,
+        } => format!("client {client} left, {clients} now: {why}"),
+        ServerEvent::Refused { client } => {
+            format!("client {client} refused: there are as many as may be")
+        }
+        ServerEvent::NotAccepted { why } => format!("a client cannot be accepted: {why}"),
+    }
+}
+
+fn as_json(state: &SessionState, lasted: Duration) -> Value {
+    let dropped: Map<String, Value> = state
+        .counts
+        .dropped
+        .iter()
+        .map(|(reason, count)| (reason.name().to_lowercase(), json!(count)))
+        .collect();
+    let ms = |s: f64| 1e3 * s;
+    json!({
+        "seconds": lasted.as_secs_f64(),
+        "connections": state.connections,
+        "messages": state.counts.messages,
+        "poses": state.counts.poses,
+        "sent": state.counts.sent,
+        "dropped": dropped,
+        "went_stale": state.counts.went_stale,
+        "clock_jumps": state.counts.clock_jumps,
+        "unreadable": state.unreadable,
+        "skipped": state.skipped,
+        "slow_clients": state.slow_clients,
+        "undelivered": state.undelivered,
+        "latency_ms": (state.latency.count > 0).then(|| json!({
+            "count": state.latency.count,
+            "median": ms(state.latency.median_s),
+            "p99": ms(state.latency.p99_s),
+            "max": ms(state.latency.max_s),
+        })),
+        "recorded": state.recording.as_ref().map(|recording| recording.samples),
+        "tools": state.tools.keys().collect::<Vec<_>>(),
+    })
+}
+
+fn as_text(state: &SessionState, lasted: Duration) -> String {
+    let row = |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
+    let count = |label: &str, count: u64| {
+        row(
+            label,
+            with_separators(usize::try_from(count).unwrap_or(usize::MAX)),
+            "",
+        )
+    };
+    let mut rows = vec![
+        row("time", format!("{:.1}", lasted.as_secs_f64()), "s"),
+        count("connections", state.connections),
+        count("tools", state.tools.len() as u64),
+        count("messages", state.counts.messages),
+        count("poses", state.counts.poses),
+        count("sent on", state.counts.sent),
+    ];
+    for (reason, dropped) in &state.counts.dropped {
+        rows.push(count(&format!("  not sent: {reason}"), *dropped));
+    }
+    rows.extend([
+        count("tools gone stale", state.counts.went_stale),
+        count("clock jumps", state.counts.clock_jumps),
+        count("messages that could not be read", state.unreadable),
+        count("messages passed over", state.skipped),
+    ]);
+    if let Some(recording) = &state.recording {
+        rows.push(count("samples recorded", recording.samples));
+    }
+    if state.serving.is_some() {
+        rows.push(count("clients dropped as too slow", state.slow_clients));
+        rows.push(count("  messages they did not get", state.undelivered));
+    }
+    if state.latency.count > 0 {
+        let mut latency =
+            |label: &str, s: f64| rows.push(row(label, format!("{:.3}", 1e3 * s), "ms"));
+        latency("added latency, median", state.latency.median_s);
+        latency("  99 of 100 below", state.latency.p99_s);
+        latency("  largest", state.latency.max_s);
+    }
+    output::aligned(&rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::endpoint;
+
+    #[test]
+    fn a_server_is_a_host_and_a_port() {
+        for good in [
+            "localhost:18944",
+            "10.0.0.7:1",
+            "[::1]:18944",
+            "tracker.or-3:65535",
+        ] {
+            assert_eq!(endpoint(good).as_deref(), Ok(good));
+        }
+        for bad in [
+            "localhost",
+            ":18944",
+            "a:0",
+            "a:65536",
+            "::1:x",
+            "a b:1",
+            "http://a:1",
+            "",
+        ] {
+            assert!(endpoint(bad).is_err(), "{bad}");
+        }
+    }
+}

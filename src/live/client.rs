@@ -1,0 +1,238 @@
+//! Listens to a server of OpenIGTLink and comes back to it when it is lost.
+
+use super::codec::{Content, DecodeError, Decoded, Decoder, Message, StartTracking, Timestamp};
+use super::keepalive;
+use std::io;
+use std::net::SocketAddr;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::runtime::Builder;
+use tokio::sync::oneshot;
+use tokio::time::{sleep, timeout};
+
+/// The longest message that is kept: tracking data of 3,700 tools.
+const MAX_BODY_BYTES: usize = 256 * 1024;
+
+/// Read at once.
+const READ_BYTES: usize = 64 * 1024;
+
+const CONNECT_WITHIN: Duration = Duration::from_secs(5);
+
+/// What a client is told beforehand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ClientOptions {
+    /// `HOST:PORT`.
+    pub server: String,
+    /// Asks for tracking data at this interval on every connection; many servers send without.
+    pub tracking_ms: Option<u32>,
+    /// The wait before the first try to come back, doubled with each up to the longest.
+    pub first_wait: Duration,
+    pub longest_wait: Duration,
+}
+
+impl ClientOptions {
+    pub fn to(server: impl Into<String>) -> Self {
+        Self {
+            server: server.into(),
+            tracking_ms: None,
+            first_wait: Duration::from_millis(100),
+            longest_wait: Duration::from_secs(5),
+        }
+    }
+}
+
+/// What happens to a client; told from its thread.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ClientEvent {
+    Connecting,
+    Connected {
+        server: SocketAddr,
+    },
+    Received {
+        message: Message,
+        arrived: Instant,
+    },
+    /// Of a type that is not known, or too long to be of use.
+    Skipped {
+        kind: String,
+    },
+    /// A message that is not used; where that ends the stream, `Lost` follows.
+    Unreadable(DecodeError),
+    /// It is tried again after a wait.
+    Lost {
+        why: LostWhy,
+        wait: Duration,
+    },
+}
+
+/// Why there is no connection.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LostWhy {
+    #[error("no connection: {0}")]
+    NotReached(String),
+    #[error("no connection within {} s", CONNECT_WITHIN.as_secs())]
+    NotInTime,
+    #[error("the server closed the connection")]
+    Closed,
+    #[error("the server closed the connection within a message")]
+    Cut,
+    #[error("the connection failed: {0}")]
+    Failed(String),
+    #[error("closed here: what came was not OpenIGTLink")]
+    Unreadable,
+}
+
+/// A client that runs as long as this is there.
+pub struct Client {
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Client {
+    /// Connects, and again whenever the connection is lost. `tell` is called from the client's
+    /// thread; while it does not return nothing is read, and the server has to wait.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn start(
+        options: ClientOptions,
+        tell: impl FnMut(ClientEvent) + Send + 'static,
+    ) -> io::Result<Self> {
+        let runtime = Builder::new_current_thread()
+            .enable_io()
+            .enable_time()
+            .build()?;
+        let (stop, stopped) = oneshot::channel();
+        let listening = Listening {
+            options,
+            tell,
+            buffer: vec![0; READ_BYTES],
+        };
+        let thread = std::thread::Builder::new()
+            .name("live client".to_owned())
+            .spawn(move || {
+                runtime.block_on(async {
+                    tokio::select! {
+                        // Also when the client was dropped.
+                        _ = stopped => {}
+                        () = listening.run() => {}
+                    }
+                });
+                // A name that is still being looked up is not waited for.
+                runtime.shutdown_background();
+            })?;
+        Ok(Self {
+            stop: Some(stop),
+            thread: Some(thread),
+        })
+    }
+
+    /// Closes the connection; returns once nothing more is told.
+    pub fn stop(mut self) {
+        self.end();
+    }
+
+    fn end(&mut self) {
+        if let Some(stop) = self.stop.take() {
+            // A thread that ended by itself needs no word.
+            let _ = stop.send(());
+        }
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for Client {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+struct Listening<F> {
+    options: ClientOptions,
+    tell: F,
+    buffer: Vec<u8>,
+}
+
+impl<F: FnMut(ClientEvent)> Listening<F> {
+    async fn run(mut self) {
+        let mut wait = self.options.first_wait;
+        loop {
+            (self.tell)(ClientEvent::Connecting);
+            let (why, has_heard) = self.connection().await;
+            // A server that closes every connection at once is not there either.
+            if has_heard {
+                wait = self.options.first_wait;
+            }
+            (self.tell)(ClientEvent::Lost { why, wait });
+            sleep(wait).await;
+            wait = (wait * 2).min(self.options.longest_wait);
+        }
+    }
+
+    /// One connection from its beginning to its end, and whether a message came of it.
+    async fn connection(&mut self) -> (LostWhy, bool) {
+        let mut has_heard = false;
+        let why = match timeout(CONNECT_WITHIN, TcpStream::connect(&self.options.server)).await {
+            Err(_) => LostWhy::NotInTime,
+            Ok(Err(error)) => LostWhy::NotReached(error.to_string()),
+            Ok(Ok(stream)) => self.listen(stream, &mut has_heard).await,
+        };
+        (why, has_heard)
+    }
+
+    async fn listen(&mut self, mut stream: TcpStream, has_heard: &mut bool) -> LostWhy {
+        let failed = |error: io::Error| LostWhy::Failed(error.to_string());
+        keepalive::set(&stream);
+        let server = match stream.peer_addr() {
+            Ok(server) => server,
+            Err(error) => return failed(error),
+        };
+        (self.tell)(ClientEvent::Connected { server });
+        if let Some(bytes) = self.request()
+            && let Err(error) = stream.write_all(&bytes).await
+        {
+            return failed(error);
+        }
+        let mut decoder = Decoder::new(MAX_BODY_BYTES);
+        loop {
+            let count = match stream.read(&mut self.buffer).await {
+                Ok(0) if decoder.is_between_messages() => return LostWhy::Closed,
+                Ok(0) => return LostWhy::Cut,
+                Ok(count) => count,
+                Err(error) => return failed(error),
+            };
+            let now = Instant::now();
+            let mut arrived = self.buffer.get(..count).unwrap_or_default();
+            while let Some(decoded) = decoder.next(&mut arrived) {
+                let event = match decoded {
+                    Ok(Decoded::Message(message)) => ClientEvent::Received {
+                        message,
+                        arrived: now,
+                    },
+                    Ok(Decoded::Skipped { kind, .. }) => ClientEvent::Skipped { kind },
+                    Err(error) if error.ends_the_stream() => {
+                        (self.tell)(ClientEvent::Unreadable(error));
+                        return LostWhy::Unreadable;
+                    }
+                    Err(error) => ClientEvent::Unreadable(error),
+                };
+                *has_heard |= matches!(event, ClientEvent::Received { .. });
+                (self.tell)(event);
+            }
+        }
+    }
+
+    /// The request for tracking data.
+    fn request(&self) -> Option<Vec<u8>> {
+        let start = StartTracking {
+            resolution_ms: self.options.tracking_ms?,
+            frame: String::new(),
+        };
+        let content = Content::StartTracking(start);
+        Message::new("", Timestamp::now(), content).encode().ok()
+    }
+}

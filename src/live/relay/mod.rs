@@ -1,0 +1,295 @@
+//! From what a tracker says to what is sent on: each tool's pose compensated, and nothing sent on as
+//! good that is not.
+//!
+//! A tool is good while samples of it keep coming that its tracker stands by, in time, in order, and
+//! that the room's map corrects with certainty. In any other case no transform of it is sent:
+//! receivers that look at no metadata would take it for where the tool is. They hear a STATUS
+//! message with the tool's name instead, at once and again every second, and STATUS OK before the
+//! next good one.
+
+mod counts;
+mod incoming;
+#[cfg(test)]
+mod tests;
+mod tool;
+
+pub use counts::{Reason, RelayCounts};
+
+use super::codec::{Content, Matrix, Message, Timestamp, ToolKind};
+use crate::field::compensation::{Compensated, Compensator};
+use crate::field::inverse::InverseState;
+use crate::geometry::pose::Pose;
+use crate::task::Task;
+use crate::tracking::recording::Unusable;
+use incoming::{Incoming, incoming};
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+use tool::Tool;
+
+/// Tools that are told apart; a sender that goes on naming new ones fills no memory.
+pub const MAX_TOOLS: usize = 256;
+
+/// How often a tool that is not good is said to be so, for those who came later.
+const REMINDER: Duration = Duration::from_secs(1);
+
+/// What a relay is told beforehand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RelayOptions {
+    /// How long after its last good sample a tool is not good any more, and how much later than the
+    /// fastest of its kind a sample may arrive.
+    pub stale_after: Duration,
+    /// The frame that the room's map is of, as it stands in `StylusToTracker`; transforms to others
+    /// are not compensated. Names without a frame are taken for the tracker's own.
+    pub tracker_frame: String,
+}
+
+impl RelayOptions {
+    /// Ten frames of 40 Hz.
+    pub const STALE_AFTER: Duration = Duration::from_millis(250);
+    pub const TRACKER_FRAME: &str = "Tracker";
+}
+
+impl Default for RelayOptions {
+    fn default() -> Self {
+        Self {
+            stale_after: Self::STALE_AFTER,
+            tracker_frame: Self::TRACKER_FRAME.to_owned(),
+        }
+    }
+}
+
+/// What a relay makes of a message.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Output {
+    /// What was measured, for a recording.
+    Measured {
+        tool: String,
+        timestamp: Timestamp,
+        pose: Result<Pose, Unusable>,
+    },
+    /// A tool that is good: its transform, to be sent on.
+    Pose(SentPose),
+    /// What is said of a tool that is not good, or is again.
+    Said {
+        tool: String,
+        state: ToolState,
+        message: Message,
+    },
+}
+
+/// A pose to be sent on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SentPose {
+    pub tool: String,
+    pub kind: ToolKind,
+    pub measured: Pose,
+    /// What the message says: compensated, where there is a map.
+    pub pose: Pose,
+    /// TRANSFORM, with the name and the timestamp that it came with.
+    pub message: Message,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToolState {
+    Good,
+    NotGood(Reason),
+}
+
+/// Compensates and judges; knows no socket, and no clock but the moments it is told.
+pub struct Relay<'a> {
+    compensator: Option<Compensator<'a>>,
+    options: RelayOptions,
+    tools: BTreeMap<String, Tool>,
+    counts: RelayCounts,
+}
+
+impl<'a> Relay<'a> {
+    /// Without a compensator poses are sent on as they are.
+    pub fn new(compensator: Option<Compensator<'a>>, options: RelayOptions) -> Self {
+        Self {
+            compensator,
+            options,
+            tools: BTreeMap::new(),
+            counts: RelayCounts::default(),
+        }
+    }
+
+    pub fn counts(&self) -> &RelayCounts {
+        &self.counts
+    }
+
+    /// Takes a message that arrived at a moment; adds what comes of it.
+    pub fn receive(&mut self, message: &Message, at: Instant, out: &mut Vec<Output>) {
+        self.counts.messages += 1;
+        let mut readings: Vec<(Incoming, Pose)> = Vec::new();
+        for sample in incoming(message) {
+            self.counts.poses += 1;
+            let pose = self.admit(&sample, message.timestamp, at);
+            out.push(measured(&sample, message.timestamp, pose));
+            match pose {
+                Ok(pose) => readings.push((sample, pose)),
+                Err(reason) => self.drop_sample(&sample.tool, reason, at, out),
+            }
+        }
+        let compensated = self.compensate(&readings);
+        for ((sample, reading), found) in readings.into_iter().zip(compensated) {
+            match found {
+                Ok(pose) => self.send(sample, (reading, pose), message, at, out),
+                Err(reason) => self.drop_sample(&sample.tool, reason, at, out),
+            }
+        }
+    }
+
+    /// Marks tools of which no good sample came in time, and reminds of the others that are not good.
+    pub fn tick(&mut self, now: Instant, out: &mut Vec<Output>) {
+        for (name, tool) in &mut self.tools {
+            let reason = match tool.state {
+                ToolState::Good if tool.is_stale(&self.options, now) => {
+                    self.counts.went_stale += 1;
+                    Reason::Stale
+                }
+                ToolState::Good => continue,
+                ToolState::NotGood(reason) => reason,
+            };
+            say(name, tool, reason, now, out);
+        }
+    }
+
+    /// The tracker's server is gone: so are all tools. It may come back with another clock.
+    pub fn lost(&mut self, now: Instant, out: &mut Vec<Output>) {
+        for (name, tool) in &mut self.tools {
+            tool.forget_clock(&self.options);
+            say(name, tool, Reason::LinkLost, now, out);
+        }
+    }
+
+    /// The pose of a sample that can be used as a reading of the tracker.
+    fn admit(
+        &mut self,
+        sample: &Incoming,
+        timestamp: Timestamp,
+        at: Instant,
+    ) -> Result<Pose, Reason> {
+        if !self.tools.contains_key(&sample.tool) {
+            if self.tools.len() >= MAX_TOOLS {
+                return Err(Reason::TooManyTools);
+            }
+            let tool = Tool::new(&self.options, at);
+            self.tools.insert(sample.tool.clone(), tool);
+        }
+        let pose = sample.pose.as_ref().map_err(|refusal| refusal.reason)?;
+        let Some(tool) = self.tools.get_mut(&sample.tool) else {
+            return Err(Reason::TooManyTools);
+        };
+        tool.follows((timestamp, pose), at, &mut self.counts.clock_jumps)?;
+        let frame = target_frame(&sample.tool).unwrap_or(&self.options.tracker_frame);
+        if self.compensator.is_some() && !frame.eq_ignore_ascii_case(&self.options.tracker_frame) {
+            return Err(Reason::OtherFrame);
+        }
+        Ok(*pose)
+    }
+
+    fn compensate(&self, readings: &[(Incoming, Pose)]) -> Vec<Result<Pose, Reason>> {
+        let poses: Vec<Pose> = readings.iter().map(|(_, pose)| *pose).collect();
+        let Some(compensator) = self.compensator.as_ref().filter(|_| !poses.is_empty()) else {
+            return poses.into_iter().map(Ok).collect();
+        };
+        match compensator.compensate(&poses, &Task::default()) {
+            Ok(found) => found.iter().map(certain).collect(),
+            // Nobody has the means to cancel it.
+            Err(_) => vec![Err(Reason::NotConverged); poses.len()],
+        }
+    }
+
+    fn send(
+        &mut self,
+        sample: Incoming,
+        (measured, pose): (Pose, Pose),
+        message: &Message,
+        at: Instant,
+        out: &mut Vec<Output>,
+    ) {
+        let Some(tool) = self.tools.get_mut(&sample.tool) else {
+            return;
+        };
+        if let Some(said) = tool.good(&sample.tool, at) {
+            out.push(Output::Said {
+                tool: sample.tool.clone(),
+                state: ToolState::Good,
+                message: said,
+            });
+        }
+        self.counts.sent += 1;
+        // What is not changed stays as it is to the bit.
+        let unchanged = sample.matrix.filter(|_| self.compensator.is_none());
+        let matrix = unchanged.unwrap_or_else(|| Matrix::from_pose(&pose));
+        out.push(Output::Pose(SentPose {
+            message: Message {
+                device: sample.tool.clone(),
+                timestamp: message.timestamp,
+                content: Content::Transform(matrix),
+                extension: message.extension.clone(),
+            },
+            tool: sample.tool,
+            kind: sample.kind,
+            measured,
+            pose,
+        }));
+    }
+
+    fn drop_sample(&mut self, name: &str, reason: Reason, at: Instant, out: &mut Vec<Output>) {
+        *self.counts.dropped.entry(reason).or_default() += 1;
+        if reason.is_of_the_sample() {
+            return;
+        }
+        if let Some(tool) = self.tools.get_mut(name) {
+            say(name, tool, reason, at, out);
+        }
+    }
+}
+
+fn say(name: &str, tool: &mut Tool, reason: Reason, at: Instant, out: &mut Vec<Output>) {
+    if let Some(message) = tool.not_good(name, reason, at) {
+        out.push(Output::Said {
+            tool: name.to_owned(),
+            state: tool.state,
+            message,
+        });
+    }
+}
+
+/// What a recording has of a sample: what was measured, whether or not it can be corrected.
+fn measured(sample: &Incoming, timestamp: Timestamp, admitted: Result<Pose, Reason>) -> Output {
+    let pose = match (&sample.pose, admitted) {
+        (Err(refusal), _) if refusal.reason == Reason::NoPose => Err(Unusable::NoPose),
+        (Err(refusal), _) => Err(Unusable::State(refusal.word.clone())),
+        (Ok(_), Err(reason)) if reason.is_of_the_sample() => {
+            Err(Unusable::State(reason.to_string()))
+        }
+        (Ok(pose), _) => Ok(*pose),
+    };
+    Output::Measured {
+        tool: sample.tool.clone(),
+        timestamp,
+        pose,
+    }
+}
+
+/// The pose of an answer that nothing speaks against.
+fn certain(found: &Compensated) -> Result<Pose, Reason> {
+    match (found.state, found.pose) {
+        (InverseState::Converged, Some(pose)) => Ok(pose),
+        (InverseState::Ambiguous(_), _) => Err(Reason::Ambiguous),
+        (InverseState::Folded { .. }, _) => Err(Reason::Folded),
+        (InverseState::Rejected, _) => Err(Reason::OutsideModel),
+        (InverseState::Converged | InverseState::NotConverged, _) => Err(Reason::NotConverged),
+    }
+}
+
+/// `Tracker` of `StylusToTracker`.
+fn target_frame(name: &str) -> Option<&str> {
+    name.rmatch_indices("To")
+        .filter(|(at, _)| *at > 0)
+        .filter_map(|(at, to)| name.get(at + to.len()..))
+        .find(|frame| frame.starts_with(|c: char| c.is_ascii_uppercase()))
+}

@@ -1,0 +1,363 @@
+//! What is sent on is good, what is not is said to be so, and every sample is counted once.
+
+use super::*;
+use crate::field::compensation::Method;
+use crate::field::samples::MapKind;
+use crate::field::{DistortionModel, OutsidePolicy};
+use crate::geometry::bounds::Bounds;
+use crate::geometry::directions::{DirectionSet, Weighting};
+use crate::geometry::pose::pose_from_array;
+use crate::live::codec::{Extension, Position, Status, StatusCode, TrackingElement};
+use crate::live::codec::{Orientation, QuaternionElement};
+use proptest::prelude::*;
+
+fn pose(x: f64) -> Pose {
+    pose_from_array([x, -20.0, -300.0, 0.8, 0.0, 0.6, 0.0]).unwrap()
+}
+
+fn stamp(seconds: f64) -> Timestamp {
+    Timestamp::from_unix(Duration::from_secs_f64(1e9 + seconds))
+}
+
+fn transform(tool: &str, x: f64, seconds: f64) -> Message {
+    let content = Content::Transform(Matrix::from_pose(&pose(x)));
+    Message::new(tool, stamp(seconds), content)
+}
+
+/// A relay and the moment it began at; messages arrive as they are stamped.
+struct Desk<'a> {
+    relay: Relay<'a>,
+    start: Instant,
+}
+
+impl<'a> Desk<'a> {
+    fn new(compensator: Option<Compensator<'a>>) -> Self {
+        Self {
+            relay: Relay::new(compensator, RelayOptions::default()),
+            start: Instant::now(),
+        }
+    }
+
+    fn moment(&self, seconds: f64) -> Instant {
+        self.start + Duration::from_secs_f64(seconds)
+    }
+
+    fn receive(&mut self, message: &Message, seconds: f64) -> Vec<Output> {
+        let mut out = Vec::new();
+        let at = self.moment(seconds);
+        self.relay.receive(message, at, &mut out);
+        out
+    }
+
+    fn tick(&mut self, seconds: f64) -> Vec<Output> {
+        let mut out = Vec::new();
+        let at = self.moment(seconds);
+        self.relay.tick(at, &mut out);
+        out
+    }
+}
+
+fn sent(out: &[Output]) -> Vec<&SentPose> {
+    out.iter()
+        .filter_map(|output| match output {
+            Output::Pose(sent) => Some(sent),
+            _ => None,
+        })
+        .collect()
+}
+
+fn said(out: &[Output]) -> Vec<(&str, ToolState, &Status)> {
+    out.iter()
+        .filter_map(|output| match output {
+            Output::Said {
+                tool,
+                state,
+                message,
+            } => match &message.content {
+                Content::Status(status) => Some((tool.as_str(), *state, status)),
+                other => panic!("{other:?} is no status"),
+            },
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn without_a_room_a_transform_is_sent_on_as_it_came() {
+    let mut desk = Desk::new(None);
+    let mut message = transform("ProbeToReference", 1.0, 0.0);
+    let mut extension = Extension::default();
+    extension.set("TransformStatus", "OK");
+    extension.set("Elsewhere", "kept");
+    message.extension = Some(extension);
+    let out = desk.receive(&message, 0.0);
+    assert_eq!(sent(&out)[0].message, message);
+    assert_eq!(said(&out), []);
+}
+
+/// A room that measures everything 2 mm too far along x.
+fn shifted_room() -> DistortionModel {
+    DistortionModel::new(
+        1,
+        DirectionSet::One,
+        Weighting::Area,
+        MapKind::Distortion,
+        Bounds::from(([-200.0, -200.0, -500.0], [200.0, 200.0, -100.0])),
+        vec![[2.0, 0.0, 0.0, 0.0, 0.0, 0.0]; 8],
+    )
+    .unwrap()
+}
+
+#[test]
+fn with_a_room_what_is_sent_is_what_the_room_makes_of_it() {
+    let model = shifted_room();
+    let compensator = Compensator::new(&model, OutsidePolicy::Reject, Method::Inverse);
+    let mut desk = Desk::new(Some(compensator));
+    let out = desk.receive(&transform("Probe", 12.0, 0.0), 0.0);
+    let found = sent(&out)[0];
+    // To the tolerance of the inverse, and single precision.
+    let off_mm = found.pose.translation.vector - pose(10.0).translation.vector;
+    assert!(off_mm.norm() < 1e-5, "{off_mm}");
+    assert!(found.pose.rotation.angle_to(&pose(0.0).rotation) < 1e-6);
+    let Content::Transform(matrix) = &found.message.content else {
+        panic!("{:?}", found.message)
+    };
+    assert_eq!(*matrix, Matrix::from_pose(&found.pose));
+    assert_eq!(
+        (found.message.device.as_str(), found.message.timestamp),
+        ("Probe", stamp(0.0))
+    );
+
+    // Far outside the box, and in a frame that the room is not measured in.
+    let content = Content::Transform(Matrix::from_pose(&pose(1e5)));
+    let out = desk.receive(&Message::new("Probe", stamp(0.1), content), 0.1);
+    assert!(sent(&out).is_empty());
+    assert_eq!(said(&out)[0].1, ToolState::NotGood(Reason::OutsideModel));
+    let out = desk.receive(&transform("ProbeToReference", 1.0, 0.2), 0.2);
+    assert!(sent(&out).is_empty());
+    assert_eq!(said(&out)[0].1, ToolState::NotGood(Reason::OtherFrame));
+    // What was measured is recorded in any case.
+    assert!(matches!(&out[0], Output::Measured { pose: Ok(_), .. }));
+    for (name, frame) in [
+        ("StylusToTracker", Some("Tracker")),
+        ("ToolTip", None),
+        ("AToBToCup", Some("Cup")),
+        ("ToTracker", None),
+    ] {
+        assert_eq!(target_frame(name), frame, "{name}");
+    }
+}
+
+#[test]
+fn every_kind_of_message_gives_one_transform_a_tool() {
+    let expected = pose(5.0);
+    let [x, y, z] = expected.translation.vector.map(|v| v as f32).into();
+    let q = expected.rotation.coords.map(|v| v as f32);
+    let quaternion = [q.x, q.y, q.z, q.w];
+    let position = Position {
+        at_mm: [x, y, z],
+        orientation: Orientation::Full(quaternion),
+    };
+    let elements = ["a", "b"].map(|name| TrackingElement {
+        name: name.to_owned(),
+        kind: ToolKind::FiveDof,
+        matrix: Matrix::from_pose(&expected),
+    });
+    let quaternions = ["a", "b"].map(|name| QuaternionElement {
+        name: name.to_owned(),
+        kind: ToolKind::SixDof,
+        at_mm: [x, y, z],
+        quaternion,
+    });
+    for (content, names) in [
+        (Content::Position(position), vec!["device"]),
+        (Content::Tracking(elements.to_vec()), vec!["a", "b"]),
+        (
+            Content::QuaternionTracking(quaternions.to_vec()),
+            vec!["a", "b"],
+        ),
+    ] {
+        let mut desk = Desk::new(None);
+        let out = desk.receive(&Message::new("device", stamp(0.0), content), 0.0);
+        let found = sent(&out);
+        let devices: Vec<&str> = found.iter().map(|s| s.message.device.as_str()).collect();
+        assert_eq!(devices, names);
+        for sent in found {
+            assert!((sent.pose.translation.vector - expected.translation.vector).norm() < 1e-5);
+            assert!(sent.pose.rotation.angle_to(&expected.rotation) < 1e-6);
+        }
+    }
+    // A place alone is no pose.
+    let bare = Position {
+        at_mm: [x, y, z],
+        orientation: Orientation::None,
+    };
+    let mut three = elements.to_vec();
+    three[0].kind = ToolKind::ThreeDof;
+    for content in [
+        Content::Position(bare),
+        Content::Tracking(three[..1].to_vec()),
+    ] {
+        let mut desk = Desk::new(None);
+        let out = desk.receive(&Message::new("device", stamp(0.0), content), 0.0);
+        assert!(sent(&out).is_empty());
+        assert_eq!(said(&out)[0].1, ToolState::NotGood(Reason::NoOrientation));
+    }
+}
+
+#[test]
+fn what_the_tracker_does_not_stand_by_is_said_at_once_and_again_until_it_does() {
+    let mut desk = Desk::new(None);
+    assert_eq!(
+        sent(&desk.receive(&transform("Probe", 0.0, 0.0), 0.0)).len(),
+        1
+    );
+    let mut invalid = transform("Probe", 1.0, 0.025);
+    invalid.extension = Some(Extension::default());
+    let extension = invalid.extension.as_mut().unwrap();
+    extension.set("TransformStatus", "INVALID");
+    let out = desk.receive(&invalid, 0.025);
+    assert!(sent(&out).is_empty());
+    let [(tool, state, status)] = said(&out)[..] else {
+        panic!("{out:?}")
+    };
+    assert_eq!(
+        (tool, state),
+        ("Probe", ToolState::NotGood(Reason::NotTracked))
+    );
+    assert_eq!(status.code, StatusCode::NOT_PRESENT);
+    assert_eq!(status.name, "NOT_TRACKED");
+    let recorded = Err(Unusable::State("INVALID".to_owned()));
+    assert!(matches!(&out[0], Output::Measured { pose, .. } if *pose == recorded));
+
+    invalid.timestamp = stamp(0.05);
+    assert!(said(&desk.receive(&invalid, 0.05)).is_empty());
+    assert!(said(&desk.tick(0.9)).is_empty());
+    assert_eq!(said(&desk.tick(1.1)).len(), 1);
+    assert!(said(&desk.tick(1.2)).is_empty());
+
+    let out = desk.receive(&transform("Probe", 2.0, 1.3), 1.3);
+    assert_eq!(said(&out)[0].2.code, StatusCode::OK);
+    assert_eq!(sent(&out).len(), 1);
+    // In the order in which they are sent.
+    assert!(matches!(&out[1..], [Output::Said { .. }, Output::Pose(_)]));
+}
+
+#[test]
+fn a_tool_that_says_nothing_is_stale_after_its_time_and_not_before() {
+    let mut desk = Desk::new(None);
+    desk.receive(&transform("Probe", 0.0, 0.0), 0.0);
+    assert!(desk.tick(0.25).is_empty());
+    let out = desk.tick(0.26);
+    let [(_, state, status)] = said(&out)[..] else {
+        panic!("{out:?}")
+    };
+    assert_eq!(state, ToolState::NotGood(Reason::Stale));
+    assert_eq!(status.code, StatusCode::TIME_OUT);
+    assert_eq!(desk.relay.counts().went_stale, 1);
+
+    // One that sends the last sample again and again is as silent.
+    let mut desk = Desk::new(None);
+    let frozen = transform("Probe", 0.0, 0.0);
+    for frame in 0..8 {
+        let out = desk.receive(&frozen, f64::from(frame) / 40.0);
+        assert_eq!(sent(&out).len(), usize::from(frame == 0));
+    }
+    assert_eq!(
+        said(&desk.tick(0.26))[0].1,
+        ToolState::NotGood(Reason::Stale)
+    );
+    assert_eq!(desk.relay.counts().dropped[&Reason::Repeated], 7);
+    // Without timestamps a tool that lies still looks like that, and is taken as it comes.
+    let mut still = frozen;
+    still.timestamp = Timestamp::NONE;
+    assert_eq!(sent(&desk.receive(&still, 0.3)).len(), 1);
+    assert_eq!(sent(&desk.receive(&still, 0.4)).len(), 1);
+}
+
+#[test]
+fn a_server_that_is_gone_takes_its_tools_and_its_clock_with_it() {
+    let mut desk = Desk::new(None);
+    for tool in ["a", "b"] {
+        desk.receive(&transform(tool, 0.0, 100.0), 0.0);
+    }
+    let mut out = Vec::new();
+    let now = desk.moment(0.1);
+    desk.relay.lost(now, &mut out);
+    let lost = said(&out);
+    assert_eq!(lost.len(), 2);
+    assert!(
+        lost.iter()
+            .all(|s| s.1 == ToolState::NotGood(Reason::LinkLost))
+    );
+    // It comes back with a clock that was set back, which is no jump.
+    let out = desk.receive(&transform("a", 1.0, 3.0), 0.2);
+    assert_eq!(sent(&out).len(), 1);
+    assert_eq!(desk.relay.counts().clock_jumps, 0);
+}
+
+#[test]
+fn frames_out_of_order_are_dropped_and_a_clock_that_was_set_is_counted() {
+    let mut desk = Desk::new(None);
+    for frame in 0..40 {
+        desk.receive(
+            &transform("Probe", f64::from(frame), f64::from(frame) / 40.0),
+            f64::from(frame) / 40.0,
+        );
+    }
+    let out = desk.receive(&transform("Probe", -1.0, 0.95), 1.0);
+    assert!(sent(&out).is_empty() && said(&out).is_empty());
+    assert_eq!(desk.relay.counts().dropped[&Reason::OutOfOrder], 1);
+    // Set back by an hour: late for a second, then taken.
+    let mut taken = 0;
+    for frame in 41..121 {
+        let at = f64::from(frame) / 40.0;
+        let out = desk.receive(&transform("Probe", f64::from(frame), at + 3600.0), at);
+        taken += sent(&out).len();
+    }
+    assert!((39..=40).contains(&taken), "{taken}");
+    assert_eq!(desk.relay.counts().clock_jumps, 1);
+}
+
+#[test]
+fn a_sender_that_goes_on_naming_tools_fills_no_memory() {
+    let mut desk = Desk::new(None);
+    for n in 0..MAX_TOOLS + 50 {
+        desk.receive(&transform(&format!("tool {n}"), 0.0, 0.0), 0.0);
+    }
+    assert_eq!(desk.relay.tools.len(), MAX_TOOLS);
+    assert_eq!(desk.relay.counts().dropped[&Reason::TooManyTools], 50);
+    assert_eq!(desk.relay.counts().sent, MAX_TOOLS as u64);
+}
+
+proptest! {
+    #[test]
+    fn every_sample_is_sent_or_dropped_and_nothing_is_sent_that_is_no_pose(
+        messages in prop::collection::vec(
+            (0..3_usize, -2.0..2.0_f64, prop::array::uniform12(-2.0_f32..2.0), any::<bool>(), any::<bool>()),
+            0..60,
+        ),
+    ) {
+        let mut desk = Desk::new(None);
+        for (index, (tool, stamped, values, is_pose, is_valid)) in messages.iter().enumerate() {
+            let at = index as f64 / 40.0;
+            let matrix = if *is_pose { Matrix::from_pose(&pose(*stamped)) } else { Matrix(*values) };
+            let mut message = Message::new(["a", "b", "c"][*tool], stamp(10.0 + stamped), Content::Transform(matrix));
+            if !is_valid {
+                let mut extension = Extension::default();
+                extension.set("Status", "MISSING");
+                message.extension = Some(extension);
+            }
+            let out = desk.receive(&message, at);
+            for sent in sent(&out) {
+                prop_assert!(is_valid);
+                prop_assert!(matrix.pose().is_ok());
+                prop_assert_eq!(&sent.message, &message);
+            }
+            desk.tick(at);
+        }
+        let counts = desk.relay.counts();
+        prop_assert_eq!(counts.poses, messages.len() as u64);
+        prop_assert_eq!(counts.sent + counts.dropped.values().sum::<u64>(), counts.poses);
+    }
+}

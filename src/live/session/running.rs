@@ -1,0 +1,285 @@
+//! A session's own thread: from the client's messages to recording, server and state.
+
+use super::state::{Link, Recording, SessionState, ToolView};
+use super::{Input, SessionEvent, SessionSettings};
+use crate::field::compensation::Compensator;
+use crate::formats::recording::live_table::LiveSample;
+use crate::live::client::ClientEvent;
+use crate::live::codec::{Content, DecodeError, Message, StatusCode, Timestamp};
+use crate::live::relay::{Output, Relay, SentPose, ToolState};
+use crate::live::server::{Left, Server, ServerEvent};
+use crate::store::Recorder;
+use std::collections::BTreeSet;
+use std::mem::Discriminant;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// How often tools are looked at that say nothing: a fifth of the time after which they are stale.
+const TICK: Duration = Duration::from_millis(50);
+
+/// Types of messages that are passed over, and statuses of devices, that are told; a sender that
+/// makes up new ones is not told on for ever.
+const MAX_KINDS: usize = 64;
+
+pub struct Running<'a, F> {
+    relay: Relay<'a>,
+    server: Option<&'a Server>,
+    recorder: Option<Recorder>,
+    state: &'a Mutex<SessionState>,
+    tell: F,
+    /// Since when there is no connection.
+    lost_since: Instant,
+    skipped_kinds: BTreeSet<String>,
+    told_errors: Vec<Discriminant<DecodeError>>,
+    told_statuses: BTreeSet<(String, u16)>,
+    outputs: Vec<Output>,
+}
+
+impl<'a, F: FnMut(&SessionEvent)> Running<'a, F> {
+    pub fn new(
+        settings: &'a SessionSettings,
+        server: Option<&'a Server>,
+        recorder: Option<Recorder>,
+        state: &'a Mutex<SessionState>,
+        tell: F,
+    ) -> Self {
+        let compensator = settings
+            .room
+            .as_ref()
+            .map(|room| Compensator::new(&room.environment.model, room.outside, room.method));
+        Self {
+            relay: Relay::new(compensator, settings.relay.clone()),
+            server,
+            recorder,
+            state,
+            tell,
+            lost_since: Instant::now(),
+            skipped_kinds: BTreeSet::new(),
+            told_errors: Vec::new(),
+            told_statuses: BTreeSet::new(),
+            outputs: Vec::new(),
+        }
+    }
+
+    /// Until it is told to stop.
+    pub fn run(&mut self, received: &Receiver<Input>) {
+        let mut next_tick = Instant::now() + TICK;
+        loop {
+            let wait = next_tick.saturating_duration_since(Instant::now());
+            match received.recv_timeout(wait) {
+                Ok(Input::Client(event)) => self.client(event),
+                Ok(Input::Server(event)) => self.served(event),
+                Ok(Input::Stop) | Err(RecvTimeoutError::Disconnected) => return,
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            let now = Instant::now();
+            if now >= next_tick {
+                next_tick = now + TICK;
+                let mut outputs = std::mem::take(&mut self.outputs);
+                self.relay.tick(now, &mut outputs);
+                self.act(outputs, now);
+                self.update();
+            }
+        }
+    }
+
+    /// The tracker is not heard any more: clients are told, and nothing is good.
+    pub fn finish(&mut self) {
+        let now = Instant::now();
+        let mut outputs = std::mem::take(&mut self.outputs);
+        self.relay.lost(now, &mut outputs);
+        self.act(outputs, now);
+        self.update();
+    }
+
+    /// Brings what can be looked at up to date.
+    pub fn update(&mut self) {
+        let mut state = lock(self.state);
+        state.counts = self.relay.counts().clone();
+        if let (Some(recording), Some(recorder)) = (&mut state.recording, &self.recorder) {
+            recording.samples = recorder.samples();
+        }
+        if let Some(server) = self.server {
+            state.serving = Some((server.address(), server.clients()));
+            state.latency = server.latencies();
+            state.undelivered = server.dropped_messages();
+        }
+    }
+
+    fn client(&mut self, event: ClientEvent) {
+        match event {
+            ClientEvent::Received { message, arrived } => self.message(&message, arrived),
+            ClientEvent::Connecting => self.link(Link::Connecting, SessionEvent::Connecting),
+            ClientEvent::Connected { server } => {
+                self.told_errors.clear();
+                self.told_statuses.clear();
+                lock(self.state).connections += 1;
+                let since = Instant::now();
+                self.link(
+                    Link::Connected { server, since },
+                    SessionEvent::Connected { server },
+                );
+            }
+            ClientEvent::Lost { why, wait } => {
+                let was_connected = matches!(lock(self.state).link, Link::Connected { .. });
+                if was_connected {
+                    self.lost_since = Instant::now();
+                    let mut outputs = std::mem::take(&mut self.outputs);
+                    self.relay.lost(self.lost_since, &mut outputs);
+                    self.act(outputs, self.lost_since);
+                }
+                let link = Link::Lost {
+                    since: self.lost_since,
+                    why: why.clone(),
+                    wait,
+                };
+                self.link(link, SessionEvent::Lost { why, wait });
+            }
+            ClientEvent::Skipped { kind } => {
+                lock(self.state).skipped += 1;
+                let is_new =
+                    self.skipped_kinds.len() < MAX_KINDS && self.skipped_kinds.insert(kind.clone());
+                if is_new {
+                    (self.tell)(&SessionEvent::Skipped { kind });
+                }
+            }
+            ClientEvent::Unreadable(error) => {
+                lock(self.state).unreadable += 1;
+                let of_its_kind = std::mem::discriminant(&error);
+                if !self.told_errors.contains(&of_its_kind) {
+                    self.told_errors.push(of_its_kind);
+                    (self.tell)(&SessionEvent::Unreadable(error));
+                }
+            }
+        }
+    }
+
+    fn link(&mut self, link: Link, event: SessionEvent) {
+        lock(self.state).link = link;
+        (self.tell)(&event);
+    }
+
+    fn message(&mut self, message: &Message, arrived: Instant) {
+        if let Content::Status(status) = &message.content
+            && status.code != StatusCode::OK
+            && self.told_statuses.len() < MAX_KINDS
+            && self
+                .told_statuses
+                .insert((message.device.clone(), status.code.0))
+        {
+            (self.tell)(&SessionEvent::TrackerSays {
+                device: message.device.clone(),
+                status: status.clone(),
+            });
+        }
+        let mut outputs = std::mem::take(&mut self.outputs);
+        self.relay.receive(message, arrived, &mut outputs);
+        self.act(outputs, arrived);
+    }
+
+    /// Sends, then records and tells: what others wait for comes first.
+    fn act(&mut self, mut outputs: Vec<Output>, at: Instant) {
+        if let Some(server) = self.server {
+            for output in &outputs {
+                // Names come from messages, where they had a place.
+                let _ = match output {
+                    Output::Pose(sent) => server.send_transform(&sent.message, sent.kind, at),
+                    Output::Said {
+                        tool,
+                        state,
+                        message,
+                    } => {
+                        if *state != ToolState::Good {
+                            server.withdraw(tool);
+                        }
+                        server.send(message)
+                    }
+                    Output::Measured { .. } => Ok(()),
+                };
+            }
+        }
+        for output in outputs.drain(..) {
+            match output {
+                Output::Measured {
+                    tool,
+                    timestamp,
+                    pose,
+                } => self.record(&LiveSample {
+                    received_s: Timestamp::now().seconds(),
+                    time_s: timestamp.is_stated().then(|| timestamp.seconds()),
+                    tool: &tool,
+                    pose,
+                }),
+                Output::Pose(sent) => self.show(sent, at),
+                Output::Said { tool, state, .. } => self.say(tool, state),
+            }
+        }
+        self.outputs = outputs;
+    }
+
+    fn record(&mut self, sample: &LiveSample) {
+        let Some(recorder) = &mut self.recorder else {
+            return;
+        };
+        if let Err(error) = recorder.add(sample) {
+            let recording = Recording {
+                file: recorder.path().to_owned(),
+                samples: recorder.samples(),
+            };
+            lock(self.state).recording = Some(recording);
+            self.recorder = None;
+            (self.tell)(&SessionEvent::NotRecorded {
+                why: error.to_string(),
+            });
+        }
+    }
+
+    fn show(&mut self, sent: SentPose, at: Instant) {
+        let is_new = {
+            let mut state = lock(self.state);
+            let last = Some((sent.measured, sent.pose, at));
+            let view = ToolView {
+                state: ToolState::Good,
+                last,
+            };
+            state.tools.insert(sent.tool.clone(), view).is_none()
+        };
+        if is_new {
+            (self.tell)(&SessionEvent::Tool {
+                tool: sent.tool.clone(),
+                state: ToolState::Good,
+            });
+        }
+        (self.tell)(&SessionEvent::Pose(sent));
+    }
+
+    /// Told where it is new; clients are reminded, a person is not.
+    fn say(&mut self, tool: String, new: ToolState) {
+        let is_new = {
+            let mut state = lock(self.state);
+            let view = state.tools.entry(tool.clone()).or_insert(ToolView {
+                state: ToolState::Good,
+                last: None,
+            });
+            std::mem::replace(&mut view.state, new) != new
+        };
+        if is_new {
+            (self.tell)(&SessionEvent::Tool { tool, state: new });
+        }
+    }
+
+    fn served(&mut self, event: ServerEvent) {
+        if let ServerEvent::Left {
+            why: Left::TooSlow, ..
+        } = event
+        {
+            lock(self.state).slow_clients += 1;
+        }
+        (self.tell)(&SessionEvent::Server(event));
+    }
+}
+
+fn lock(state: &Mutex<SessionState>) -> MutexGuard<'_, SessionState> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,85 @@
+//! What can be looked at of a session at any time.
+
+use super::SessionSettings;
+use crate::geometry::pose::Pose;
+use crate::live::client::LostWhy;
+use crate::live::latency::LatencySummary;
+use crate::live::relay::{RelayCounts, ToolState};
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// How a session is.
+#[derive(Clone, Debug)]
+pub struct SessionState {
+    pub link: Link,
+    /// Where it serves, and to how many clients.
+    pub serving: Option<(SocketAddr, usize)>,
+    pub recording: Option<Recording>,
+    /// By name.
+    pub tools: BTreeMap<String, ToolView>,
+    pub counts: RelayCounts,
+    /// Connections that were made, the first among them.
+    pub connections: u64,
+    /// Messages with wrong checksums, lengths or texts, and streams that were none.
+    pub unreadable: u64,
+    /// Messages of types that are not known.
+    pub skipped: u64,
+    /// Clients that were dropped because they did not read, and the messages they did not get.
+    pub slow_clients: u64,
+    pub undelivered: u64,
+    /// From the read off the tracker's connection to the write into a client's.
+    pub latency: LatencySummary,
+}
+
+/// The connection to the tracker's server.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Link {
+    Connecting,
+    Connected {
+        server: SocketAddr,
+        since: Instant,
+    },
+    Lost {
+        /// When it was there for the last time, or first tried.
+        since: Instant,
+        why: LostWhy,
+        wait: Duration,
+    },
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recording {
+    pub file: PathBuf,
+    pub samples: u64,
+}
+
+/// A tool as it was last seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolView {
+    pub state: ToolState,
+    /// The last good one, as measured and as sent on, and when it came.
+    pub last: Option<(Pose, Pose, Instant)>,
+}
+
+impl SessionState {
+    pub(super) fn new(settings: &SessionSettings, address: Option<SocketAddr>) -> Self {
+        Self {
+            link: Link::Connecting,
+            serving: address.map(|address| (address, 0)),
+            recording: settings
+                .record
+                .clone()
+                .map(|file| Recording { file, samples: 0 }),
+            tools: BTreeMap::new(),
+            counts: RelayCounts::default(),
+            connections: 0,
+            unreadable: 0,
+            skipped: 0,
+            slow_clients: 0,
+            undelivered: 0,
+            latency: LatencySummary::default(),
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! A file that grows by what a live session measures, and is whole up to its last line at any time.
+
+use super::error::StoreError;
+use crate::formats::recording::live_table::{self, LiveSample};
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// A recording that is being written. Lines go to the system one by one as whole lines, so that
+/// they are there when this program ends in whatever way.
+#[derive(Debug)]
+pub struct Recorder {
+    path: PathBuf,
+    file: File,
+    line: Vec<u8>,
+    samples: u64,
+}
+
+impl Recorder {
+    /// Begins a new file with its header.
+    ///
+    /// # Errors
+    /// [`StoreError::Write`]; a file that is there already is never written to.
+    pub fn create(path: &Path) -> Result<Self, StoreError> {
+        let create = || {
+            let mut file = File::options().append(true).create_new(true).open(path)?;
+            file.write_all(format!("{}\n", live_table::HEADER).as_bytes())?;
+            Ok(file)
+        };
+        let file = create().map_err(|cause: io::Error| StoreError::Write {
+            file: path.to_owned(),
+            cause,
+        })?;
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            line: Vec::new(),
+            samples: 0,
+        })
+    }
+
+    /// Adds a sample.
+    ///
+    /// # Errors
+    /// [`StoreError::Write`].
+    pub fn add(&mut self, sample: &LiveSample) -> Result<(), StoreError> {
+        self.line.clear();
+        live_table::write_row(&mut self.line, sample);
+        self.file
+            .write_all(&self.line)
+            .map_err(|cause| StoreError::Write {
+                file: self.path.clone(),
+                cause,
+            })?;
+        self.samples += 1;
+        Ok(())
+    }
+
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::pose::Pose;
+
+    #[test]
+    fn a_recording_is_readable_while_it_grows_and_no_file_is_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("live.csv");
+        let mut recorder = Recorder::create(&path).unwrap();
+        for n in 1..4 {
+            let sample = LiveSample {
+                received_s: 1.0,
+                time_s: Some(f64::from(n)),
+                tool: "Stylus",
+                pose: Ok(Pose::translation(f64::from(n), 0.0, 0.0)),
+            };
+            recorder.add(&sample).unwrap();
+            // Without being told that it ends.
+            let found = live_table::parse(&std::fs::read(&path).unwrap()).unwrap();
+            assert_eq!(found.tools[0].good().count() as u64, recorder.samples());
+        }
+        let again = Recorder::create(&path).unwrap_err().to_string();
+        assert!(again.contains("live.csv"), "{again}");
+        assert_eq!(recorder.path(), path);
+    }
+}

@@ -1,0 +1,280 @@
+//! A tracker's poses heard, recorded and served on, by the program as a person runs it.
+
+use crate::support::data::own;
+use crate::support::live_load::tracker;
+use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use crate::support::wire::{
+    PATIENCE, Reader, free_address, number_of, numbered, numbered_pose, rest,
+};
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Read};
+use std::net::{SocketAddr, TcpListener};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+use trackwright::formats::recording::live_table;
+use trackwright::geometry::pose::{Pose, pose_from_array, pose_to_array};
+use trackwright::live::codec::{Content, ToolKind};
+use trackwright::live::server::Server;
+
+/// The program, running, and what it says.
+struct Live {
+    child: Child,
+    notes: Receiver<String>,
+}
+
+impl Live {
+    fn start(args: &[&str]) -> Self {
+        let mut child = trackwright(&[&["live", "--format", "json"], args].concat())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let stderr = child.stderr.take().unwrap();
+        let (told, notes) = channel();
+        std::thread::spawn(move || {
+            for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                if told.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        Self { child, notes }
+    }
+
+    /// The first note with a text in it.
+    #[track_caller]
+    fn says(&self, text: &str) -> String {
+        let end = Instant::now() + PATIENCE;
+        let mut said = Vec::new();
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            match self.notes.recv_timeout(left) {
+                Ok(note) if note.contains(text) => return note,
+                Ok(note) => said.push(note),
+                Err(_) => panic!("{text:?} is not in {said:?}"),
+            }
+        }
+    }
+
+    /// As Ctrl+C does.
+    fn interrupt(mut self) -> Value {
+        let id = self.child.id().to_string();
+        assert!(
+            Command::new("kill")
+                .args(["-INT", &id])
+                .status()
+                .unwrap()
+                .success()
+        );
+        let mut out = String::new();
+        self.child
+            .stdout
+            .take()
+            .unwrap()
+            .read_to_string(&mut out)
+            .unwrap();
+        assert!(self.child.wait().unwrap().success());
+        serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}"))
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        // Gone already is as good.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn address_in(note: &str) -> SocketAddr {
+    let address = note.split([' ', ',']).nth(2).unwrap();
+    address.trim_end_matches(':').parse().unwrap()
+}
+
+fn send(server: &Server, tool: &str, number: u32) {
+    server
+        .send_transform(&numbered(tool, number), ToolKind::SixDof, Instant::now())
+        .unwrap();
+}
+
+#[test]
+fn poses_are_recorded_served_on_and_counted_and_ctrl_c_ends_it_well() {
+    let scratch = Scratch::new();
+    let server = tracker(free_address());
+    let connect = server.address().to_string();
+    let recording = scratch.arg("live.csv");
+    let live = Live::start(&[
+        "--connect",
+        &connect,
+        "--serve",
+        "0",
+        "--record",
+        &recording,
+    ]);
+    let note = live.says("serving at");
+    assert!(note.contains("for this machine alone"), "{note}");
+    let mut viewer = Reader::connect(address_in(&note));
+    live.says("joined, 1 now");
+    while server.clients() == 0 {
+        rest(Duration::from_millis(5));
+    }
+    for number in 1..=20 {
+        for tool in ["ProbeToTracker", "StylusToTracker"] {
+            send(&server, tool, number);
+            let heard = viewer.next_transform();
+            assert_eq!(
+                (heard.device.as_str(), number_of(&heard)),
+                (tool, Some(number))
+            );
+        }
+    }
+    live.says("StylusToTracker: good");
+    // While it is being written.
+    let read = || live_table::parse(&std::fs::read(scratch.path("live.csv")).unwrap()).unwrap();
+    while read()
+        .tools
+        .iter()
+        .map(|tool| tool.samples.len())
+        .sum::<usize>()
+        < 40
+    {
+        rest(Duration::from_millis(5));
+    }
+    let found = read();
+    let probe = found.tool(Some("Probe")).unwrap();
+    let off = |(pose, number): (&Pose, u32)| {
+        let expected = numbered_pose(number);
+        (pose.translation.vector - expected.translation.vector).norm()
+            + pose.rotation.angle_to(&expected.rotation)
+    };
+    assert!(probe.good().zip(1..).map(off).all(|off| off < 1e-4));
+    assert_eq!(probe.good().count(), 20);
+
+    server.stop();
+    live.says("lost: the server closed the connection");
+    let end = live.interrupt();
+    for (key, expected) in [
+        ("poses", 40),
+        ("sent", 40),
+        ("recorded", 40),
+        ("connections", 1),
+    ] {
+        assert_eq!(end[key], expected, "{end}");
+    }
+    assert_eq!(
+        end["tools"],
+        serde_json::json!(["ProbeToTracker", "StylusToTracker"])
+    );
+    assert_eq!(end["latency_ms"]["count"], 40);
+
+    // What was recorded is a recording for others, the tool named.
+    let still = fail(&["pivot", &recording, "--tool", "Probe"]);
+    assert!(still.contains("too little variation"), "{still}");
+    let again = fail(&["live", "--connect", &connect, "--record", &recording]);
+    assert!(
+        again.contains("live.csv: cannot be written: a file is there already"),
+        "{again}"
+    );
+}
+
+#[test]
+fn poses_are_served_on_as_compensate_corrects_them_and_recorded_as_measured() {
+    let scratch = Scratch::new();
+    let table = text(&own("room-a/room-a-fit.csv"));
+    let [env, poses, out, recording] =
+        ["room.env.ron", "poses.csv", "out.csv", "live.csv"].map(|name| scratch.arg(name));
+    let arguments = ["--order", "1", "--directions", "1"];
+    succeed(&[&["fit", &table, "-o", &env], &arguments[..]].concat());
+    // Single precision changes what is measured: both correct the same numbers.
+    let message = numbered("Probe", 60);
+    let Content::Transform(matrix) = &message.content else {
+        panic!("a transform")
+    };
+    let measured = pose_to_array(&matrix.pose().unwrap()).map(|v| v.to_string());
+    std::fs::write(
+        &poses,
+        format!("x,y,z,qw,qx,qy,qz\n{}\n", measured.join(",")),
+    )
+    .unwrap();
+    succeed(&["compensate", &env, &poses, "-o", &out]);
+    let corrected = std::fs::read_to_string(&out).unwrap();
+    let cells = corrected.lines().nth(1).unwrap().split(',').take(7);
+    let expected: Vec<f64> = cells.map(|cell| cell.parse().unwrap()).collect();
+    let expected = pose_from_array(expected.try_into().unwrap()).unwrap();
+
+    let server = tracker(free_address());
+    let connect = server.address().to_string();
+    let (served, kept) = (["--serve", "0"], ["--record", &recording]);
+    let room = ["--connect", &connect, "--environment", &env];
+    let live = Live::start(&[&room[..], &served, &kept].concat());
+    let mut viewer = Reader::connect(address_in(&live.says("serving at")));
+    live.says("joined, 1 now");
+    while server.clients() == 0 {
+        rest(Duration::from_millis(5));
+    }
+    // Far outside the box: said, and not sent.
+    send(&server, "Probe", 100_000);
+    live.says("Probe: not good, it is outside the box");
+    server
+        .send_transform(&message, ToolKind::SixDof, Instant::now())
+        .unwrap();
+    let heard = viewer.next_transform();
+    let Content::Transform(matrix) = &heard.content else {
+        panic!("a transform")
+    };
+    let found = matrix.pose().unwrap();
+    let moved_mm = (found.translation.vector - numbered_pose(60).translation.vector).norm();
+    assert!(moved_mm > 0.1, "{moved_mm}");
+    // Half a unit in the last place of 250 mm.
+    assert!((found.translation.vector - expected.translation.vector).amax() < 2e-5);
+    assert!(found.rotation.angle_to(&expected.rotation) < 1e-6);
+    assert_eq!(heard.timestamp, message.timestamp);
+    let end = live.interrupt();
+    assert_eq!(
+        (&end["poses"], &end["sent"]),
+        (&Value::from(2), &Value::from(1))
+    );
+    assert_eq!(end["dropped"]["outside_model"], 1);
+    let kept = live_table::parse(&std::fs::read(&recording).unwrap()).unwrap();
+    let x = |pose: &Pose| pose.translation.x;
+    assert_eq!(
+        kept.tools[0].good().map(x).collect::<Vec<_>>(),
+        [100_000.0, 60.0]
+    );
+}
+
+#[test]
+fn an_end_after_seconds_says_that_nothing_came() {
+    let connect = free_address().to_string();
+    let end = json(&["live", "--connect", &connect, "--seconds", "0.3"]);
+    assert_eq!(
+        (&end["connections"], &end["messages"]),
+        (&Value::from(0), &Value::from(0))
+    );
+    assert_eq!(end["latency_ms"], Value::Null);
+}
+
+#[test]
+fn what_cannot_be_done_is_said_before_anything_runs() {
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port().to_string();
+    let used = fail(&["live", "--connect", "localhost:1", "--serve", &port]);
+    assert!(
+        used.contains(&format!("port {port} of 127.0.0.1 is in use")),
+        "{used}"
+    );
+    let missing = fail(&[
+        "live",
+        "--connect",
+        "localhost:1",
+        "--environment",
+        "no.env.ron",
+    ]);
+    assert!(
+        missing.contains("no.env.ron: found no such file"),
+        "{missing}"
+    );
+    let server = fail(&["live", "--connect", "localhost"]);
+    assert!(server.contains("expected HOST:PORT"), "{server}");
+}

@@ -1,0 +1,352 @@
+//! Our client against our server, and against whatever else may be at the other end.
+
+use crate::support::wire::{Events, Reader, events, free_address, number_of, numbered};
+use std::io::{Read, Write};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::sync::mpsc::Sender;
+use std::time::{Duration, Instant};
+use trackwright::live::client::{Client, ClientEvent, ClientOptions, LostWhy};
+use trackwright::live::codec::{
+    Content, DecodeError, Message, StartTracking, StatusCode, Timestamp, ToolKind,
+};
+use trackwright::live::relay::{Reason, RelayOptions, ToolState};
+use trackwright::live::server::{Left, Server, ServerError, ServerEvent, ServerOptions};
+use trackwright::live::session::{Link, Session, SessionEvent, SessionSettings};
+
+fn anywhere() -> SocketAddr {
+    "127.0.0.1:0".parse().unwrap()
+}
+
+fn serve(options: &ServerOptions) -> (Server, Events<ServerEvent>) {
+    let (told, events) = events();
+    let server = Server::start(options, move |event| drop(told.send(event))).unwrap();
+    (server, events)
+}
+
+fn send(server: &Server, tool: &str, number: u32) {
+    server
+        .send_transform(&numbered(tool, number), ToolKind::SixDof, Instant::now())
+        .unwrap();
+}
+
+fn joined(events: &Events<ServerEvent>) {
+    events.wait_for("a client", |event| {
+        matches!(event, ServerEvent::Joined { .. }).then_some(())
+    });
+}
+
+fn left(events: &Events<ServerEvent>) -> (Left, usize) {
+    events.wait_for("a client that left", |event| match event {
+        ServerEvent::Left { why, clients, .. } => Some((why, clients)),
+        _ => None,
+    })
+}
+
+/// A client that comes back at once.
+fn listen(address: SocketAddr) -> (Client, Events<ClientEvent>) {
+    let mut options = ClientOptions::to(address.to_string());
+    options.longest_wait = Duration::from_millis(100);
+    let (told, events): (Sender<ClientEvent>, _) = events();
+    let client = Client::start(options, move |event| drop(told.send(event))).unwrap();
+    (client, events)
+}
+
+fn connected(events: &Events<ClientEvent>) {
+    events.wait_for("a connection", |event| {
+        matches!(event, ClientEvent::Connected { .. }).then_some(())
+    });
+}
+
+fn lost(events: &Events<ClientEvent>) -> LostWhy {
+    events.wait_for("a loss", |event| match event {
+        ClientEvent::Lost { why, .. } => Some(why),
+        _ => None,
+    })
+}
+
+fn received(events: &Events<ClientEvent>) -> Message {
+    events.wait_for("a message", |event| match event {
+        ClientEvent::Received { message, .. } => Some(message),
+        _ => None,
+    })
+}
+
+#[test]
+fn a_client_waits_for_a_server_hears_it_and_comes_back_when_it_was_away() {
+    let address = free_address();
+    let (client, heard) = listen(address);
+    assert!(matches!(lost(&heard), LostWhy::NotReached(_)));
+    for round in 1..3 {
+        let (server, served) = serve(&ServerOptions::at(address));
+        connected(&heard);
+        joined(&served);
+        send(&server, "Probe", round);
+        let message = received(&heard);
+        assert_eq!(
+            (message.device.as_str(), number_of(&message)),
+            ("Probe", Some(round))
+        );
+        server.stop();
+        assert_eq!(lost(&heard), LostWhy::Closed);
+    }
+    client.stop();
+}
+
+#[test]
+fn what_is_no_openigtlink_is_said_and_the_connection_made_anew() {
+    let listener = TcpListener::bind(anywhere()).unwrap();
+    let (_client, heard) = listen(listener.local_addr().unwrap());
+    let (mut first, _) = listener.accept().unwrap();
+    first.write_all(&[b'x'; 5000]).unwrap();
+    let error = heard.wait_for("an error", |event| match event {
+        ClientEvent::Unreadable(error) => Some(error),
+        _ => None,
+    });
+    assert!(matches!(error, DecodeError::Header(_)), "{error}");
+    assert_eq!(lost(&heard), LostWhy::Unreadable);
+
+    let (mut second, _) = listener.accept().unwrap();
+    let message = numbered("Probe", 7).encode().unwrap();
+    second.write_all(&message).unwrap();
+    assert_eq!(number_of(&received(&heard)), Some(7));
+    // A message with a wrong checksum is one message lost.
+    let mut wrong = message.clone();
+    wrong[70] ^= 1;
+    second.write_all(&wrong).unwrap();
+    second.write_all(&message).unwrap();
+    heard.wait_for("a checksum", |event| {
+        matches!(event, ClientEvent::Unreadable(DecodeError::Checksum { .. })).then_some(())
+    });
+    assert_eq!(number_of(&received(&heard)), Some(7));
+    // An end within a message is no end as any.
+    second.write_all(&message[..80]).unwrap();
+    second.shutdown(Shutdown::Both).unwrap();
+    assert_eq!(lost(&heard), LostWhy::Cut);
+}
+
+#[test]
+fn a_client_that_sends_garbage_is_dropped_and_the_others_are_not() {
+    let (server, served) = serve(&ServerOptions::at(anywhere()));
+    let mut good = Reader::connect(server.address());
+    joined(&served);
+    let mut bad = TcpStream::connect(server.address()).unwrap();
+    joined(&served);
+    bad.write_all(b"GET / HTTP/1.1\r\nHost: here\r\nAccept: */*\r\nConnection: close\r\n\r\n")
+        .unwrap();
+    let (why, clients) = left(&served);
+    assert!(matches!(why, Left::Unreadable(_)), "{why}");
+    assert_eq!(clients, 1);
+    send(&server, "Probe", 3);
+    assert_eq!(number_of(&good.next_transform()), Some(3));
+}
+
+#[test]
+fn a_client_that_never_reads_is_dropped_and_holds_up_nobody() {
+    let mut options = ServerOptions::at(anywhere());
+    options.queue = 64;
+    let (server, served) = serve(&options);
+    let mut good = Reader::connect(server.address());
+    joined(&served);
+    let lazy = TcpStream::connect(server.address()).unwrap();
+    joined(&served);
+    // More than the system keeps for it and the queue together: 50,000 messages of 106 bytes.
+    let mut number = 0;
+    while server.clients() == 2 {
+        number += 1;
+        assert!(number < 50_000, "never dropped");
+        send(&server, "Probe", number);
+        // The other one reads each before the next is sent.
+        assert_eq!(number_of(&good.next_transform()), Some(number));
+    }
+    let (why, clients) = left(&served);
+    assert_eq!((why, clients), (Left::TooSlow, 1));
+    assert!(server.dropped_messages() >= 64);
+    drop(lazy);
+}
+
+#[test]
+fn a_killed_client_is_gone_and_the_others_hear_on() {
+    let (server, served) = serve(&ServerOptions::at(anywhere()));
+    let mut good = Reader::connect(server.address());
+    let killed = Reader::connect(server.address());
+    joined(&served);
+    joined(&served);
+    killed.stream.shutdown(Shutdown::Both).unwrap();
+    drop(killed);
+    let (why, clients) = left(&served);
+    assert_eq!((why, clients), (Left::Closed, 1));
+    send(&server, "Probe", 9);
+    assert_eq!(number_of(&good.next_transform()), Some(9));
+}
+
+#[test]
+fn a_port_in_use_is_an_error_that_names_it() {
+    let taken = TcpListener::bind(anywhere()).unwrap();
+    let address = taken.local_addr().unwrap();
+    let error = Server::start(&ServerOptions::at(address), |_| {})
+        .map(|_| ())
+        .unwrap_err();
+    assert!(matches!(error, ServerError::InUse(found) if found == address));
+    let said = error.to_string();
+    assert!(
+        said.contains(&format!("port {} of 127.0.0.1 is in use", address.port())),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_thousand_clients_are_served_and_the_next_is_told_why_it_is_not() {
+    let (server, served) = serve(&ServerOptions::at(anywhere()));
+    // Where the system gives one process fewer files than that, as many as it gives.
+    let limit = (1..=ServerOptions::MAX_CLIENTS)
+        .map_while(|_| TcpListener::bind(anywhere()).ok())
+        .collect::<Vec<_>>()
+        .len();
+    let is_whole = limit == ServerOptions::MAX_CLIENTS && {
+        let spare: Vec<_> = (0..2 * limit + 100)
+            .map_while(|_| std::fs::File::open("/dev/null").ok())
+            .collect();
+        spare.len() == 2 * limit + 100
+    };
+    let count = if is_whole { limit } else { limit / 8 };
+    let mut clients = Vec::new();
+    for _ in 0..count {
+        clients.push(Reader::connect(server.address()));
+        joined(&served);
+    }
+    send(&server, "Probe", 5);
+    for client in &mut clients {
+        assert_eq!(number_of(&client.next_transform()), Some(5));
+    }
+    if !is_whole {
+        return;
+    }
+    let mut refused = Reader::connect(server.address());
+    let told = refused.next().expect("a word before the end");
+    let Content::Status(status) = told.content else {
+        panic!("{told:?}")
+    };
+    assert_eq!(status.code, StatusCode::RESOURCE_ERROR);
+    assert!(status.text.contains("1000 clients"), "{status:?}");
+    assert_eq!(refused.next(), None);
+    assert_eq!(server.clients(), count);
+}
+
+#[test]
+fn a_client_that_asks_for_tracking_data_gets_all_tools_at_once_until_it_asks_for_no_more() {
+    let (server, served) = serve(&ServerOptions::at(anywhere()));
+    let mut client = Reader::connect(server.address());
+    joined(&served);
+    let ask = |client: &mut Reader, content| {
+        let message = Message::new("", Timestamp::NONE, content);
+        client.stream.write_all(&message.encode().unwrap()).unwrap();
+    };
+    let start = |resolution_ms| StartTracking {
+        resolution_ms,
+        frame: String::new(),
+    };
+    send(&server, "a", 1);
+    send(&server, "b", 2);
+    for _ in 0..2 {
+        client.next_transform();
+    }
+    ask(&mut client, Content::StartTracking(start(10)));
+    assert_eq!(client.next().unwrap().content, Content::TrackingReply(0));
+    let Content::Tracking(tools) = client.next().unwrap().content else {
+        panic!("tracking data")
+    };
+    let found: Vec<_> = tools
+        .iter()
+        .map(|t| (t.name.as_str(), t.matrix.0[9]))
+        .collect();
+    assert_eq!(found, [("a", 1.0), ("b", 2.0)]);
+
+    // A tool that is not good any more is in none.
+    server.withdraw("a");
+    send(&server, "b", 3);
+    ask(&mut client, Content::StartQuaternionTracking(start(10)));
+    let tools = loop {
+        match client.next().unwrap().content {
+            Content::QuaternionTracking(tools) => break tools,
+            Content::Tracking(tools) => assert!(tools.len() == 1),
+            other => assert_eq!(other, Content::QuaternionTrackingReply(0)),
+        }
+    };
+    assert_eq!((tools.len(), tools[0].at_mm[0]), (1, 3.0));
+    ask(&mut client, Content::StopQuaternionTracking);
+    while client.next().unwrap().content != Content::QuaternionTrackingReply(0) {}
+    send(&server, "b", 4);
+    assert_eq!(number_of(&client.next_transform()), Some(4));
+
+    // Asked by name.
+    for (name, is_there) in [("b", true), ("a", false)] {
+        let message = Message::new(name, Timestamp::NONE, Content::GetTransform);
+        client.stream.write_all(&message.encode().unwrap()).unwrap();
+        let answer = client.next().unwrap().content;
+        assert_eq!(
+            matches!(answer, Content::Transform(_)),
+            is_there,
+            "{answer:?}"
+        );
+    }
+}
+
+#[test]
+fn a_session_marks_what_is_stale_or_lost_and_says_how_it_is() {
+    let address = free_address();
+    let tracker = Server::start(&ServerOptions::at(address), |_| {}).unwrap();
+    let mut client = ClientOptions::to(address.to_string());
+    client.longest_wait = Duration::from_millis(100);
+    let (told, heard) = events();
+    let session = Session::start(
+        SessionSettings {
+            client,
+            relay: RelayOptions::default(),
+            room: None,
+            server: Some(ServerOptions::at(anywhere())),
+            record: None,
+        },
+        move |event| drop(told.send(event.clone())),
+    )
+    .unwrap();
+    let mut viewer = Reader::connect(session.address().unwrap());
+    heard.wait_for("a viewer", |event| {
+        matches!(event, SessionEvent::Server(ServerEvent::Joined { .. })).then_some(())
+    });
+    while tracker.clients() == 0 {
+        crate::support::wire::rest(Duration::from_millis(5));
+    }
+    let tool_is = |state: ToolState| {
+        heard.wait_for("a tool's state", |event| match event {
+            SessionEvent::Tool { state: found, .. } if found == state => Some(()),
+            _ => None,
+        });
+    };
+    send(&tracker, "Probe", 1);
+    tool_is(ToolState::Good);
+    assert_eq!(number_of(&viewer.next_transform()), Some(1));
+    // It says nothing more.
+    tool_is(ToolState::NotGood(Reason::Stale));
+    let said = viewer.next().unwrap();
+    assert!(
+        matches!(&said.content, Content::Status(s) if s.name == "STALE"),
+        "{said:?}"
+    );
+    assert_eq!(said.device, "Probe");
+    send(&tracker, "Probe", 2);
+    tool_is(ToolState::Good);
+    tracker.stop();
+    tool_is(ToolState::NotGood(Reason::LinkLost));
+    heard.wait_for("a loss", |event| {
+        matches!(event, SessionEvent::Lost { .. }).then_some(())
+    });
+    assert!(!matches!(session.state().link, Link::Connected { .. }));
+    let end = session.stop();
+    assert_eq!(
+        (end.counts.poses, end.counts.sent, end.connections),
+        (2, 2, 1)
+    );
+    assert_eq!(end.latency.count, 2);
+    let mut rest = Vec::new();
+    viewer.stream.read_to_end(&mut rest).unwrap();
+}

@@ -1,0 +1,84 @@
+//! Eight tools at 40 Hz to sixteen clients, with a client killed and the tracker's server restarted.
+
+use crate::support::live_load::{Load, run, tracker};
+use crate::support::wire::{events, rest};
+use std::time::Duration;
+use trackwright::live::client::ClientOptions;
+use trackwright::live::relay::RelayOptions;
+use trackwright::live::server::{ServerEvent, ServerOptions};
+use trackwright::live::session::{Session, SessionEvent, SessionSettings};
+
+#[test]
+fn thirty_seconds_of_load_lose_nothing_but_what_was_sent_to_nobody() {
+    let load = Load {
+        tools: 8,
+        rate_hz: 40,
+        clients: 16,
+        seconds: 30,
+    };
+    let server = tracker("127.0.0.1:0".parse().unwrap());
+    let mut options = ServerOptions::at("127.0.0.1:0".parse().unwrap());
+    // Counts, not times: on a busy machine nobody is dropped, and nothing is late, for being slow.
+    options.queue = 100_000;
+    let relay = RelayOptions {
+        stale_after: Duration::from_secs(60),
+        ..RelayOptions::default()
+    };
+    let (told, heard) = events();
+    let session = Session::start(
+        SessionSettings {
+            client: ClientOptions::to(server.address().to_string()),
+            relay,
+            room: None,
+            server: Some(options),
+            record: None,
+        },
+        move |event| {
+            if !matches!(event, SessionEvent::Pose(_)) {
+                let _ = told.send(event.clone());
+            }
+        },
+    )
+    .unwrap();
+    while server.clients() == 0 {
+        rest(Duration::from_millis(5));
+    }
+    let wait_for_clients = || {
+        heard.wait_for("all clients", |event| match event {
+            SessionEvent::Server(ServerEvent::Joined { clients, .. }) => {
+                (clients == load.clients).then_some(())
+            }
+            _ => None,
+        });
+    };
+    let relay_at = session.address().unwrap();
+    let outcome = run(load, server, relay_at, wait_for_clients, || 0);
+    let end = session.stop();
+
+    let away = outcome.away;
+    assert!(away.first > 0 && away.last >= away.first, "{away:?}");
+    for (client, heard) in outcome.heard.iter().enumerate() {
+        assert_eq!((heard.old, heard.unsaid), (0, 0), "{client}");
+        for gap in &heard.gaps {
+            assert!(
+                gap.first >= away.first && gap.last <= away.last,
+                "{client}: {gap:?} {away:?}"
+            );
+        }
+        if client > 0 {
+            let missing: u32 = heard.gaps.iter().map(|gap| gap.last - gap.first + 1).sum();
+            let all = u64::from(load.tools * outcome.frames);
+            assert_eq!(heard.transforms + u64::from(missing), all, "{client}");
+            assert!(heard.last.values().all(|last| *last == outcome.frames));
+        }
+    }
+    // The one that was killed heard the first half.
+    let killed = &outcome.heard[0];
+    assert!(killed.last.values().all(|last| *last < outcome.frames) && killed.transforms > 0);
+    assert_eq!(end.counts.sent, end.counts.poses);
+    assert_eq!(end.counts.sent, outcome.heard[1].transforms);
+    assert_eq!(
+        (end.connections, end.slow_clients, end.unreadable),
+        (2, 0, 0)
+    );
+}

@@ -1,0 +1,6 @@
+//! Live tracking over real sockets: our own ends, broken ends, and programs that others wrote.
+
+mod connections;
+mod load;
+mod peers;
+mod vectors;

@@ -1,0 +1,228 @@
+//! Programs that others wrote, at the other end: pyigtl, and the examples of the OpenIGTLink library.
+
+use crate::support::peers::{openigtlink, python};
+use crate::support::wire::{Events, events, free_address, numbered, rest};
+use nalgebra::Vector3;
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use trackwright::live::client::{Client, ClientEvent, ClientOptions};
+use trackwright::live::codec::{Content, Extension, Message, ToolKind};
+use trackwright::live::relay::{Output, Reason, Relay, RelayOptions, ToolState};
+use trackwright::live::server::{Server, ServerEvent, ServerOptions};
+
+/// A program of somebody else, ended with the test.
+struct Peer(Child);
+
+impl Peer {
+    fn start(mut command: Command) -> Self {
+        let command = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        Self(command.spawn().unwrap())
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        // Gone already is as good.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn listen(options: ClientOptions) -> (Client, Events<Message>) {
+    let (told, events) = events();
+    let tell = move |event| {
+        if let ClientEvent::Received { message, .. } = event {
+            let _ = told.send(message);
+        }
+    };
+    (Client::start(options, tell).unwrap(), events)
+}
+
+fn serve() -> (Server, Events<ServerEvent>) {
+    let (told, events) = events();
+    let options = ServerOptions::at("127.0.0.1:0".parse().unwrap());
+    let server = Server::start(&options, move |event| drop(told.send(event))).unwrap();
+    (server, events)
+}
+
+/// Sends numbered transforms at 40 Hz until the peer has printed enough lines to see what is wanted.
+fn send_until<R>(server: &Server, peer: &mut Peer, mut pick: impl FnMut(&str) -> Option<R>) -> R {
+    let stderr = peer.0.stderr.take().unwrap();
+    let (told, lines) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+            if told.send(line).is_err() {
+                return;
+            }
+        }
+    });
+    let mut said = String::new();
+    for number in 0..2400 {
+        let mut message = numbered("ProbeToTracker", 1000 + number);
+        message.extension = None;
+        server
+            .send_transform(&message, ToolKind::SixDof, Instant::now())
+            .unwrap();
+        rest(Duration::from_millis(25));
+        for line in lines.try_iter() {
+            said += &line;
+            said.push('\n');
+        }
+        if let Some(found) = pick(&said) {
+            return found;
+        }
+    }
+    panic!("in vain: {said}");
+}
+
+#[test]
+fn transforms_of_pyigtl_are_heard_in_both_versions_with_their_status() {
+    let address = free_address();
+    let mut command = python("igtl_server.py");
+    command.arg(address.port().to_string());
+    let mut peer = Peer::start(command);
+    let (_client, heard) = listen(ClientOptions::to(address.to_string()));
+    let mut relay = Relay::new(None, RelayOptions::default());
+    let mut stdin = peer.0.stdin.take().unwrap();
+    for (line, state) in [
+        ("Probe 10 1 OK", ToolState::Good),
+        ("Stylus 11 2 OK", ToolState::Good),
+        ("Lost 12 2 INVALID", ToolState::NotGood(Reason::NotTracked)),
+    ] {
+        writeln!(stdin, "{line}").unwrap();
+        let message = heard.wait_for("a transform", Some);
+        let (name, rest) = line.split_once(' ').unwrap();
+        assert_eq!(message.device, name);
+        assert_eq!(message.extension.is_some(), rest.contains(" 2 "));
+        assert!(message.timestamp.is_stated());
+        let mut out = Vec::new();
+        relay.receive(&message, Instant::now(), &mut out);
+        let found = out.iter().find_map(|output| match output {
+            Output::Pose(sent) => Some((ToolState::Good, Some(sent.pose))),
+            Output::Said { state, .. } => Some((*state, None)),
+            Output::Measured { .. } => None,
+        });
+        let (found, pose) = found.unwrap();
+        assert_eq!(found, state);
+        if let Some(pose) = pose {
+            let x: f64 = rest.split_once(' ').unwrap().0.parse().unwrap();
+            let moved = pose * nalgebra::Point3::new(1.0, 0.0, 0.0);
+            assert!(
+                (moved.coords - Vector3::new(x, 21.0, 30.0)).norm() < 1e-6,
+                "{moved}"
+            );
+        }
+    }
+}
+
+#[test]
+fn pyigtl_hears_our_transforms_in_both_versions() {
+    for version in [1, 2] {
+        let (server, served) = serve();
+        let mut command = python("igtl_client.py");
+        command.args([&server.address().port().to_string(), "ProbeToTracker"]);
+        let mut peer = Peer::start(command);
+        served.wait_for("pyigtl", |event| {
+            matches!(event, ServerEvent::Joined { .. }).then_some(())
+        });
+        let mut message = numbered("ProbeToTracker", 1234);
+        if version == 2 {
+            let mut extension = Extension::default();
+            extension.set("TransformStatus", "OK");
+            message.extension = Some(extension);
+        }
+        server
+            .send_transform(&message, ToolKind::SixDof, Instant::now())
+            .unwrap();
+        let mut said = String::new();
+        peer.0
+            .stdout
+            .take()
+            .unwrap()
+            .read_to_string(&mut said)
+            .unwrap();
+        let found: Value = serde_json::from_str(&said).unwrap_or_else(|e| panic!("{e}: {said}"));
+        let Content::Transform(matrix) = message.content else {
+            panic!("a transform")
+        };
+        for row in 0..3 {
+            for column in 0..4 {
+                let expected = f64::from(matrix.0[3 * column + row]);
+                assert_eq!(found["matrix"][row][column].as_f64(), Some(expected));
+            }
+        }
+        assert_eq!(found["version"], version);
+        let off_s = found["timestamp"].as_f64().unwrap() - message.timestamp.seconds();
+        assert!(off_s.abs() < 1e-6, "{off_s}");
+        if version == 2 {
+            assert_eq!(found["metadata"]["TransformStatus"], "OK");
+        }
+    }
+}
+
+#[test]
+fn the_librarys_tracker_server_and_its_tracking_data_are_heard() {
+    let address = free_address();
+    let mut command = openigtlink("TrackerServer");
+    command.args([&address.port().to_string(), "40"]);
+    let _peer = Peer::start(command);
+    let (_client, heard) = listen(ClientOptions::to(address.to_string()));
+    let message = heard.wait_for("a transform", Some);
+    assert_eq!(message.device, "Tracker");
+    assert!(
+        matches!(message.content, Content::Transform(_)),
+        "{message:?}"
+    );
+
+    let address = free_address();
+    let mut command = openigtlink("TrackingDataServer");
+    command.arg(address.port().to_string());
+    let _peer = Peer::start(command);
+    let mut options = ClientOptions::to(address.to_string());
+    options.tracking_ms = Some(25);
+    let (_client, heard) = listen(options);
+    let tools = heard.wait_for("tracking data", |message| match message.content {
+        Content::Tracking(tools) => Some(tools),
+        _ => None,
+    });
+    let found: Vec<_> = tools
+        .iter()
+        .map(|tool| (tool.name.as_str(), tool.kind))
+        .collect();
+    let expected = [
+        ("Channel 0", ToolKind::Tracker),
+        ("Channel 1", ToolKind::SixDof),
+        ("Channel 2", ToolKind::FiveDof),
+    ];
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn the_librarys_clients_hear_our_transforms_and_our_tracking_data() {
+    let (server, _served) = serve();
+    let mut command = openigtlink("ReceiveClient");
+    command.args(["127.0.0.1", &server.address().port().to_string()]);
+    let mut peer = Peer::start(command);
+    send_until(&server, &mut peer, |said| {
+        let count = said.matches("Receiving TRANSFORM data type.").count();
+        (count >= 10).then_some(())
+    });
+
+    let (server, _served) = serve();
+    let mut command = openigtlink("TrackingDataClient");
+    command.args(["127.0.0.1", &server.address().port().to_string(), "40"]);
+    let mut peer = Peer::start(command);
+    send_until(&server, &mut peer, |said| {
+        let tells = [
+            "Receiving : RTS_TDATA",
+            "Name       : ProbeToTracker",
+            "Type       : 2",
+        ];
+        tells.iter().all(|tell| said.contains(tell)).then_some(())
+    });
+}

@@ -1,0 +1,162 @@
+//! A tracker of many tools, a relay, and many clients that count: one is killed, and the tracker's
+//! server is restarted in between. The relay is whoever listens to the tracker's address and serves
+//! at another one.
+
+use super::wire::{Reader, number_of, numbered, rest};
+use std::collections::BTreeMap;
+use std::net::{Shutdown, SocketAddr};
+use std::time::{Duration, Instant};
+use trackwright::live::codec::{Content, Timestamp, ToolKind};
+use trackwright::live::latency::{Latencies, LatencySummary};
+use trackwright::live::server::{Server, ServerOptions};
+
+/// How long the tracker's server is away.
+const AWAY_S: u32 = 1;
+
+#[derive(Clone, Copy, Debug)]
+pub struct Load {
+    pub tools: u32,
+    pub rate_hz: u32,
+    pub clients: usize,
+    pub seconds: u32,
+}
+
+/// The tracker's server, at the address that it had before.
+pub fn tracker(address: SocketAddr) -> Server {
+    let mut options = ServerOptions::at(address);
+    // On a machine that does other things a relay may be away for a while.
+    options.queue = 100_000;
+    Server::start(&options, |_| {}).unwrap()
+}
+
+/// What one client heard.
+#[derive(Clone, Debug, Default)]
+pub struct Heard {
+    pub transforms: u64,
+    /// By tool: the last number, and the numbers missing before each that came.
+    pub last: BTreeMap<String, u32>,
+    pub gaps: Vec<Gap>,
+    /// Transforms that were not newer than the one before.
+    pub old: u64,
+    /// Transforms of tools that had been said not to be good and not to be good again.
+    pub unsaid: u64,
+    /// From the tracker to here.
+    pub latency: LatencySummary,
+}
+
+/// Numbers of a tool that never came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gap {
+    pub first: u32,
+    pub last: u32,
+}
+
+/// What a load came to.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Frames, each a transform of every tool.
+    pub frames: u32,
+    /// The first and the last frame that nobody could hear.
+    pub away: Gap,
+    /// The first was killed.
+    pub heard: Vec<Heard>,
+    /// Resident memory of the relay, at times.
+    pub memory: Vec<(u32, u64)>,
+}
+
+/// Runs a load on a relay that listens to the server of the tracker and serves at `relay_at`.
+/// `wait_for_relay` is to return once the relay has all its clients; `memory` gives its memory.
+pub fn run(
+    load: Load,
+    server: Server,
+    relay_at: SocketAddr,
+    wait_for_relay: impl FnOnce(),
+    mut memory: impl FnMut() -> u64,
+) -> Outcome {
+    let tracker_at = server.address();
+    let mut server = Some(server);
+    let frames = load.seconds * load.rate_hz;
+    let clients = 0..load.clients;
+    let readers: Vec<Reader> = clients.map(|_| Reader::connect(relay_at)).collect();
+    let victim = readers[0].stream.try_clone().unwrap();
+    wait_for_relay();
+    let hear = |reader| std::thread::spawn(move || hear(reader, load.tools, frames));
+    let threads: Vec<_> = readers.into_iter().map(hear).collect();
+
+    let mut away = Gap { first: 0, last: 0 };
+    let mut memory_at = vec![(0, memory())];
+    let start = Instant::now();
+    for frame in 1..=frames {
+        let due =
+            |frame| start + Duration::from_secs_f64(f64::from(frame) / f64::from(load.rate_hz));
+        rest(due(frame).saturating_duration_since(Instant::now()));
+        if frame == frames / 2 {
+            victim.shutdown(Shutdown::Both).unwrap();
+        }
+        if frame == frames * 2 / 3 {
+            away.first = frame;
+            // What was sent before arrives: a server gives what is queued.
+            server.take().unwrap().stop();
+        }
+        if server.is_none() && frame >= away.first + AWAY_S * load.rate_hz {
+            server = Some(tracker(tracker_at));
+        }
+        match &server {
+            Some(server) if server.clients() > 0 => {}
+            _ => away.last = frame,
+        }
+        for tool in 0..load.tools {
+            let message = numbered(&format!("Tool{tool}ToTracker"), frame);
+            if let Some(server) = &server {
+                server
+                    .send_transform(&message, ToolKind::SixDof, Instant::now())
+                    .unwrap();
+            }
+        }
+        if frame % (60 * load.rate_hz) == 0 || frame == frames {
+            memory_at.push((frame / load.rate_hz, memory()));
+        }
+    }
+    let join = |thread: std::thread::JoinHandle<Heard>| thread.join().unwrap();
+    let heard = threads.into_iter().map(join).collect();
+    Outcome {
+        frames,
+        away,
+        heard,
+        memory: memory_at,
+    }
+}
+
+/// Counts until every tool's last number has come, or the connection ends.
+fn hear(mut reader: Reader, tools: u32, frames: u32) -> Heard {
+    let mut heard = Heard::default();
+    let mut latencies = Latencies::default();
+    let mut is_good: BTreeMap<String, bool> = BTreeMap::new();
+    let mut done = 0;
+    while done < tools {
+        let Some(message) = reader.next() else { break };
+        if let Content::Status(status) = &message.content {
+            is_good.insert(message.device, status.name == "OK");
+            continue;
+        }
+        let Some(number) = number_of(&message) else {
+            continue;
+        };
+        heard.transforms += 1;
+        heard.unsaid += u64::from(is_good.get(&message.device) == Some(&false));
+        let taken_s = Timestamp::now().seconds_since(message.timestamp);
+        latencies.record(Duration::try_from_secs_f64(taken_s).unwrap_or_default());
+        let last = heard.last.insert(message.device, number).unwrap_or(0);
+        if number <= last {
+            heard.old += 1;
+        } else if number > last + 1 {
+            heard.gaps.push(Gap {
+                first: last + 1,
+                last: number - 1,
+            });
+        }
+        done += u32::from(number == frames);
+    }
+    heard.latency = latencies.summary();
+    heard
+}
