@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand, each a function that a test can call.
 
+mod characterize;
 mod choose;
 mod compensate;
 mod distort;
@@ -62,6 +63,8 @@ enum Command {
     /// Make a measurement table from another program's files
     #[command(subcommand)]
     Import(import::ImportCommand),
+    /// Make a room's measurements from recordings of the tracker beside those of a reference tracker
+    Characterize(characterize::CharacterizeArgs),
     /// Find where a tool's tip is from recordings of it around one point, or say why they don't tell
     Pivot(pivot::PivotArgs),
     /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
@@ -94,6 +97,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
+        Some(Command::Characterize(args)) => characterize::run(args),
         Some(Command::Pivot(args)) => pivot::run(args),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),

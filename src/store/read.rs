@@ -7,11 +7,14 @@ use crate::field::Environment;
 use crate::field::samples::MeasurementSet;
 use crate::formats::groups::{self, GroupColumn};
 use crate::formats::pivot_recording::{self, PivotRecording};
-use crate::formats::{FormatError, environment, input, jhu_cis, measurements, mesh, poses};
+use crate::formats::{
+    FormatError, environment, input, jhu_cis, measurements, mesh, poses, recording,
+};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::mesh_reference::MeshUnit;
 use crate::geometry::pose::Pose;
 use crate::study::InputTrial;
+use crate::tracking::recording::Recording;
 use std::path::Path;
 
 /// # Errors
@@ -63,6 +66,11 @@ pub fn read_calreadings(file: &Path) -> Result<Vec<CalibrationFrame>, StoreError
 /// A tool's poses or markers around one point, in any format of theirs.
 pub fn read_pivot_recording(file: &Path) -> Result<PivotRecording, StoreError> {
     read(Place::Disk, file, "a recording", pivot_recording::parse)
+}
+
+/// What a tracker recorded: an NDI table, an Aurora log or a PLUS sequence.
+pub fn read_recording(file: &Path) -> Result<Recording, StoreError> {
+    read(Place::Disk, file, "a recording", recording::parse)
 }
 
 /// A mesh in any format; `unit` overrides that of the format.
