@@ -1,11 +1,21 @@
 //! From recordings to measurements, and from measurements to a room: registration, where a tool's
-//! tip is, what a calibration object should read, and which model a room gets.
+//! tip is, what a calibration object or sensors beside a reference tracker should read, and which
+//! model a room gets.
 
 pub mod calibration_object;
+pub mod characterisation;
+pub mod hand_eye;
 pub mod marker_body;
 pub mod pivot;
+pub mod pose_stream;
 pub mod registration;
 pub mod registration_error;
+pub mod rigid_check;
+pub mod robust;
 pub mod room_choice;
 pub mod room_fit;
 pub mod room_worth;
+pub mod still_pose;
+#[cfg(test)]
+mod testing;
+pub mod time_alignment;

@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand, each a function that a test can call.
 
+mod characterize;
 mod choose;
 mod compensate;
 mod convert;
@@ -70,6 +71,8 @@ enum Command {
     Import(import::ImportCommand),
     /// Convert a tool definition of a tracker's maker to a body file, back, or to another maker's
     Convert(convert::ConvertArgs),
+    /// Make a room's measurements from recordings of the tracker beside those of a reference tracker
+    Characterize(characterize::CharacterizeArgs),
     /// Find where a tool's tip is from recordings of it around one point, or say why they don't tell
     Pivot(pivot::PivotArgs),
     /// Register points in two frames, and say how far off other points are to be expected
@@ -110,6 +113,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
         Some(Command::Convert(args)) => convert::run(args),
+        Some(Command::Characterize(args)) => characterize::run(args),
         Some(Command::Pivot(args)) => pivot::run(args),
         Some(Command::Register(args)) => register::run(args),
         Some(Command::Export(command)) => export::run(command),

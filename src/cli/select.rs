@@ -45,8 +45,8 @@ pub struct SelectArgs {
     #[arg(long, value_name = "K", default_value_t = DEFAULT_FOLDS)]
     folds: usize,
 
-    /// Column that says which rows belong together; cluster or frame where the table has one, else
-    /// the clusters that the positions show, if any
+    /// Column that says which rows belong together; cluster, frame or pose where the table has one,
+    /// else the clusters that the positions show, if any
     #[arg(long, value_name = "COLUMN")]
     group: Option<String>,
 

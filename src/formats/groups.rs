@@ -5,7 +5,7 @@ use csv::StringRecord;
 use std::io::{self, Write};
 
 /// Columns that mean so by their name, the narrower grouping first.
-pub const GROUP_COLUMNS: [&str; 2] = ["cluster", "frame"];
+pub const GROUP_COLUMNS: [&str; 3] = ["cluster", "frame", "pose"];
 
 /// Rows with equal text in one column belong together.
 #[derive(Clone, Debug, PartialEq)]

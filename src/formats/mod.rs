@@ -1,6 +1,7 @@
 //! Bytes to types and back: one parser and writer a file format, no disk.
 
 pub mod body;
+pub mod characterised;
 pub mod design_file;
 pub mod environment;
 mod error;

@@ -8,11 +8,14 @@ use crate::field::samples::MeasurementSet;
 use crate::formats::groups::{self, GroupColumn};
 use crate::formats::pivot_recording::{self, PivotRecording};
 use crate::formats::poses::WhosePoses;
-use crate::formats::{FormatError, environment, input, jhu_cis, measurements, mesh, points, poses};
+use crate::formats::{
+    FormatError, environment, input, jhu_cis, measurements, mesh, points, poses, recording,
+};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::mesh_reference::MeshUnit;
 use crate::geometry::pose::Pose;
 use crate::study::InputTrial;
+use crate::tracking::recording::Recording;
 use nalgebra::Point3;
 use std::path::Path;
 
@@ -77,6 +80,11 @@ pub fn read_pivot_recording(file: &Path) -> Result<PivotRecording, StoreError> {
 /// Points in any of their formats.
 pub fn read_points(file: &Path) -> Result<Vec<Point3<f64>>, StoreError> {
     read(Place::Disk, file, "points", points::parse)
+}
+
+/// What a tracker recorded: an NDI table, an Aurora log, a PLUS sequence or a live recording.
+pub fn read_recording(file: &Path) -> Result<Recording, StoreError> {
+    read(Place::Disk, file, "a recording", recording::parse)
 }
 
 /// A mesh in any format; `unit` overrides that of the format.

@@ -1,0 +1,365 @@
+//! A room from paired recordings of an EM tracker and a reference tracker (the paper's section 2.1):
+//! what each sensor read, beside what it should have read.
+//!
+//! Recordings of still poses become one robust pose each (`calibration/still_pose.rs`), paths are
+//! laid over each other in time and interpolated (`path.rs`); then `calibration/hand_eye` finds how
+//! the trackers and sensors lie, and every reading gets its ideal pose.
+
+mod path;
+mod prepare;
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod tests;
+
+pub use path::PathReport;
+pub use prepare::{PairProblem, StillReport};
+
+use super::hand_eye::{HandEye, HandEyeError, HandEyeSettings, PairedReading, hand_eye};
+use super::rigid_check::{RigidCheck, rigid_check};
+use super::still_pose::Spread;
+use super::time_alignment::AlignmentSettings;
+use crate::field::samples::Measurement;
+use crate::geometry::pose::Pose;
+use crate::task::{Cancelled, Task};
+use crate::tracking::recording::{Recording, ToolChoiceError, Unusable};
+use path::PathPair;
+use prepare::Prepared;
+use std::collections::BTreeMap;
+
+/// Two recordings that belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedPair {
+    /// `tracker_from_sensor`, of any number of sensors.
+    pub tracker: Recording,
+    /// `reference_from_body`.
+    pub reference: Recording,
+}
+
+/// What a pair of recordings is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PairKind {
+    Still,
+    Path,
+}
+
+/// How recordings are read and matched.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CharacterisationSettings {
+    pub hand_eye: HandEyeSettings,
+    /// What the pairs are of; by whether the reference stood still where `None`.
+    pub kind: Option<PairKind>,
+    /// Parts of the names of the sensors that count; all where empty.
+    pub sensors: Vec<String>,
+    /// A part of the name of the reference's tool, where it has several.
+    pub reference_tool: Option<String>,
+    /// Ticks a second of the frame counters, for recordings without times.
+    pub tracker_ticks_per_s: f64,
+    pub reference_ticks_per_s: f64,
+    pub alignment: AlignmentSettings,
+    /// Readings that are farther from where they should be are left out.
+    pub max_error: Spread,
+}
+
+impl CharacterisationSettings {
+    /// An Aurora counts 320 ticks a second (8 a sample at 40 Hz), a Polaris 60: recordings of both
+    /// that began and ended together say so.
+    pub const TRACKER_TICKS_PER_S: f64 = 320.0;
+    pub const REFERENCE_TICKS_PER_S: f64 = 60.0;
+    /// Beyond what a field is worth correcting: files that do not belong together, a body that was
+    /// touched. The strongly distorted room of DOMAIN 2.2 has up to 19 mm and 9°.
+    pub const MAX_ERROR_MM: f64 = 50.0;
+    pub const MAX_ERROR_DEG: f64 = 30.0;
+}
+
+impl Default for CharacterisationSettings {
+    fn default() -> Self {
+        Self {
+            hand_eye: HandEyeSettings::default(),
+            kind: None,
+            sensors: Vec::new(),
+            reference_tool: None,
+            tracker_ticks_per_s: Self::TRACKER_TICKS_PER_S,
+            reference_ticks_per_s: Self::REFERENCE_TICKS_PER_S,
+            alignment: AlignmentSettings::default(),
+            max_error: Spread {
+                position_mm: Self::MAX_ERROR_MM,
+                angle_rad: Self::MAX_ERROR_DEG.to_radians(),
+            },
+        }
+    }
+}
+
+/// One reading that counts, with where it should have been.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CharacterisedReading {
+    /// Number of the pair of recordings.
+    pub pair: usize,
+    /// Rows that belong together: a still pose, or a second of a path.
+    pub pose: usize,
+    pub sensor: usize,
+    pub measurement: Measurement,
+    /// How far off it is.
+    pub error: Spread,
+}
+
+/// What became of a pair.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairReport {
+    pub outcome: Result<PairOutcome, PairProblem>,
+    /// Samples of all tools that the trackers do not stand by, by reason.
+    pub unusable: BTreeMap<Unusable, usize>,
+    pub readings: usize,
+    /// Readings that were beyond [`CharacterisationSettings::max_error`].
+    pub too_far: usize,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum PairOutcome {
+    Still(StillReport),
+    Path(PathReport),
+}
+
+/// A characterised room.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Characterisation {
+    /// Names as the recordings have them.
+    pub sensors: Vec<String>,
+    pub hand_eye: HandEye,
+    pub readings: Vec<CharacterisedReading>,
+    /// One a pair.
+    pub pairs: Vec<PairReport>,
+    pub distances: Vec<SensorDistance>,
+}
+
+/// The rigid check of two sensors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorDistance {
+    pub sensors: [usize; 2],
+    pub check: RigidCheck,
+}
+
+/// Why recordings give no room.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CharacterisationError {
+    #[error("found no sensor with {wanted:?} in its name, expected one of {}", .names.join("; "))]
+    NoSuchSensor { wanted: String, names: Vec<String> },
+    #[error(
+        "sensor {0} has no roll in any sample: a 5-DOF sensor, and only 6-DOF ones can be characterised; name \
+         those"
+    )]
+    FiveDof(String),
+    #[error("pair {} of recordings: reference: {cause}", pair + 1)]
+    ReferenceTool { pair: usize, cause: ToolChoiceError },
+    #[error("none of {pairs} pairs of recordings can be used; the first: {first}")]
+    NoPairs { pairs: usize, first: PairProblem },
+    #[error(transparent)]
+    HandEye(#[from] HandEyeError),
+    #[error(
+        "sensor {name}: all its readings are more than {max_mm} mm or {max_deg:.0}° from where the others put it; \
+         do the files belong together?"
+    )]
+    AllTooFar {
+        name: String,
+        max_mm: f64,
+        max_deg: f64,
+    },
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Rounds of leaving out what is too far, and of refining offsets by the frames found.
+const ROUNDS: usize = 6;
+
+/// Characterises a room.
+///
+/// # Errors
+/// See [`CharacterisationError`].
+pub fn characterise(
+    pairs: &[RecordedPair],
+    settings: &CharacterisationSettings,
+    task: &Task,
+) -> Result<Characterisation, CharacterisationError> {
+    let sensors = prepare::sensor_names(pairs, &settings.sensors)?;
+    let mut next_pose = 0;
+    let mut prepared = Vec::with_capacity(pairs.len());
+    for (index, pair) in pairs.iter().enumerate() {
+        task.step(index, pairs.len() + ROUNDS)?;
+        prepared.push(prepare::prepare(
+            index,
+            pair,
+            &sensors,
+            settings,
+            &mut next_pose,
+        )?);
+    }
+    let usable: Vec<&Result<Prepared, PairProblem>> = prepared.iter().map(|p| &p.content).collect();
+    if let (false, Some(Err(first))) = (usable.iter().any(|p| p.is_ok()), usable.first()) {
+        return Err(CharacterisationError::NoPairs {
+            pairs: pairs.len(),
+            first: first.clone(),
+        });
+    }
+    let mut found: Option<(HandEye, Vec<(usize, PairedReading)>)> = None;
+    let mut kept: Vec<bool> = Vec::new();
+    for round in 0..ROUNDS {
+        task.step(pairs.len() + round, pairs.len() + ROUNDS)?;
+        let all = all_readings(&prepared);
+        let near = |solved: &HandEye| -> Vec<bool> {
+            let near = all
+                .iter()
+                .map(|(_, reading)| is_near(solved, reading, &settings.max_error));
+            near.collect()
+        };
+        kept = match &found {
+            Some((before, _)) => near(before),
+            None => vec![true; all.len()],
+        };
+        let used: Vec<PairedReading> = all
+            .iter()
+            .zip(&kept)
+            .filter(|(_, kept)| **kept)
+            .map(|((_, reading), _)| *reading)
+            .collect();
+        let solved = hand_eye(&used, sensors.len(), &settings.hand_eye)?;
+        let now = near(&solved);
+        let mut has_moved = false;
+        for content in prepared.iter_mut().map(|p| &mut p.content) {
+            // The last frames are those of the last offsets.
+            if let (true, Ok(Prepared::Path(path))) = (round + 1 < ROUNDS, content) {
+                has_moved |= path.refine(&solved, settings);
+            }
+        }
+        for (sensor, name) in sensors.iter().enumerate() {
+            let has_some = all
+                .iter()
+                .zip(&now)
+                .any(|((_, r), near)| *near && r.sensor == sensor);
+            if !has_some {
+                return Err(CharacterisationError::AllTooFar {
+                    name: name.clone(),
+                    max_mm: settings.max_error.position_mm,
+                    max_deg: settings.max_error.angle_rad.to_degrees(),
+                });
+            }
+        }
+        let is_settled = now == kept && !has_moved;
+        kept = now;
+        found = Some((solved, all));
+        if is_settled {
+            break;
+        }
+    }
+    let Some((hand_eye, all)) = found else {
+        return Err(HandEyeError::NoAnswer.into());
+    };
+    Ok(Characterisation {
+        readings: characterised(&hand_eye, &all, &kept),
+        pairs: reports(prepared, &hand_eye, &all, &kept, settings),
+        distances: distances(pairs, &sensors, settings),
+        sensors,
+        hand_eye,
+    })
+}
+
+fn all_readings(prepared: &[prepare::PreparedPair]) -> Vec<(usize, PairedReading)> {
+    let mut all = Vec::new();
+    for (pair, prepared) in prepared.iter().enumerate() {
+        match &prepared.content {
+            Ok(Prepared::Still { readings, .. }) => all.extend(readings.iter().map(|r| (pair, *r))),
+            Ok(Prepared::Path(path)) => {
+                all.extend(path.readings(path.offset_s).into_iter().map(|r| (pair, r)));
+            }
+            Err(_) => {}
+        }
+    }
+    all
+}
+
+fn is_near(solved: &HandEye, reading: &PairedReading, most: &Spread) -> bool {
+    let (mm, rad) = solved.error(reading);
+    mm <= most.position_mm && rad <= most.angle_rad
+}
+
+fn characterised(
+    hand_eye: &HandEye,
+    all: &[(usize, PairedReading)],
+    kept: &[bool],
+) -> Vec<CharacterisedReading> {
+    all.iter()
+        .zip(kept)
+        .filter(|(_, kept)| **kept)
+        .map(|((pair, reading), _)| {
+            let (position_mm, angle_rad) = hand_eye.error(reading);
+            CharacterisedReading {
+                pair: *pair,
+                pose: reading.pose,
+                sensor: reading.sensor,
+                measurement: Measurement {
+                    tracker_from_ideal: hand_eye.expected(reading),
+                    tracker_from_measured: reading.tracker_from_sensor,
+                },
+                error: Spread {
+                    position_mm,
+                    angle_rad,
+                },
+            }
+        })
+        .collect()
+}
+
+fn reports(
+    prepared: Vec<prepare::PreparedPair>,
+    hand_eye: &HandEye,
+    all: &[(usize, PairedReading)],
+    kept: &[bool],
+    settings: &CharacterisationSettings,
+) -> Vec<PairReport> {
+    let mut counts = vec![(0, 0); prepared.len()];
+    for ((pair, _), kept) in all.iter().zip(kept) {
+        let (readings, too_far) = &mut counts[*pair];
+        *(if *kept { readings } else { too_far }) += 1;
+    }
+    prepared
+        .into_iter()
+        .zip(counts)
+        .map(|(pair, (readings, too_far))| PairReport {
+            outcome: match pair.content {
+                _ if readings == 0 && too_far > 0 => Err(PairProblem::AllTooFar),
+                Ok(Prepared::Still { report, .. }) => Ok(PairOutcome::Still(report)),
+                Ok(Prepared::Path(path)) => Ok(PairOutcome::Path(path.report(hand_eye, settings))),
+                Err(problem) => Err(problem),
+            },
+            unusable: pair.unusable,
+            readings,
+            too_far,
+        })
+        .collect()
+}
+
+/// Of every two sensors, from what the EM tracker read, whatever the reference saw.
+fn distances(
+    pairs: &[RecordedPair],
+    sensors: &[String],
+    settings: &CharacterisationSettings,
+) -> Vec<SensorDistance> {
+    let mut moments: BTreeMap<[usize; 2], Vec<(Pose, Pose)>> = BTreeMap::new();
+    for pair in pairs {
+        for moment in prepare::tracker_moments(pair, sensors, settings) {
+            for (i, (a, pose_a)) in moment.iter().enumerate() {
+                for (b, pose_b) in &moment[i + 1..] {
+                    moments
+                        .entry([*a, *b])
+                        .or_default()
+                        .push((*pose_a, *pose_b));
+                }
+            }
+        }
+    }
+    moments
+        .into_iter()
+        .filter_map(|(sensors, moments)| {
+            rigid_check(&moments).map(|check| SensorDistance { sensors, check })
+        })
+        .collect()
+}

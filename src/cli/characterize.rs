@@ -1,0 +1,194 @@
+//! `characterize`: from recordings of two trackers to a measurement table, with all that tells
+//! whether to trust it.
+
+mod report;
+
+use super::numbers::above_zero;
+use super::output::{self, Format, Shown};
+use crate::calibration::characterisation::{
+    CharacterisationSettings, PairKind, RecordedPair, characterise,
+};
+use crate::calibration::hand_eye::HandEyeSettings;
+use crate::calibration::robust::Loss;
+use crate::calibration::still_pose::Spread;
+use crate::calibration::time_alignment::AlignmentSettings;
+use crate::formats::characterised;
+use crate::store;
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct CharacterizeArgs {
+    /// Recordings of the EM tracker, with any number of 6-DOF sensors on one rigid body: tables of
+    /// NDI Track or ToolBox (CSV, TSV), Aurora logs, PLUS sequences; mm
+    #[arg(long, required = true, num_args = 1.., value_name = "FILE")]
+    em: Vec<PathBuf>,
+
+    /// Recordings of the reference tracker, which sees the same body; the k-th belongs to the k-th
+    /// of --em
+    #[arg(long, required = true, num_args = 1.., value_name = "FILE")]
+    reference: Vec<PathBuf>,
+
+    /// Measurement table to write, a row a pose and sensor: ideal_…, measured_…, sensor, pair, pose
+    #[arg(short, long, value_name = "DATA.csv")]
+    output: PathBuf,
+
+    /// Sensors that count: parts of their names, comma-separated; all where left out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    sensors: Vec<String>,
+
+    /// The body where the reference's recordings have several tools: a part of its name
+    #[arg(long, value_name = "NAME")]
+    reference_tool: Option<String>,
+
+    /// What a pair of recordings is of: a pose to be averaged, or a path to be aligned in time
+    #[arg(long, value_enum, default_value_t)]
+    pairs: PairsArg,
+
+    /// How fast a reading that is far off stops counting where the trackers are matched
+    #[arg(long, value_enum, default_value_t)]
+    loss: LossArg,
+
+    /// What a reading's position is expected to be off by, a standard deviation an axis; taken from
+    /// the readings where left out
+    #[arg(long, value_name = "MM", value_parser = above_zero, requires = "scale_deg")]
+    scale_mm: Option<f64>,
+
+    /// What its rotation is expected to be off by, likewise
+    #[arg(long, value_name = "DEG", value_parser = above_zero, requires = "scale_mm")]
+    scale_deg: Option<f64>,
+
+    /// Readings farther off are left out of the table
+    #[arg(long, value_name = "MM", default_value_t = CharacterisationSettings::MAX_ERROR_MM, value_parser = above_zero)]
+    max_error_mm: f64,
+
+    /// Readings turned farther off are left out of the table
+    #[arg(long, value_name = "DEG", default_value_t = CharacterisationSettings::MAX_ERROR_DEG, value_parser = above_zero)]
+    max_error_deg: f64,
+
+    /// Ticks a second of the EM tracker's frame counter, for paths in files without times
+    #[arg(long, value_name = "HZ", default_value_t = CharacterisationSettings::TRACKER_TICKS_PER_S, value_parser = above_zero)]
+    em_tick_hz: f64,
+
+    /// Ticks a second of the reference tracker's frame counter, likewise
+    #[arg(long, value_name = "HZ", default_value_t = CharacterisationSettings::REFERENCE_TICKS_PER_S, value_parser = above_zero)]
+    reference_tick_hz: f64,
+
+    /// Longest time between two samples of a path that poses are interpolated across
+    #[arg(long, value_name = "S", default_value_t = AlignmentSettings::MAX_GAP_S, value_parser = above_zero)]
+    max_gap_s: f64,
+
+    /// Fewest poses that are accepted; 3 are needed. A path counts as one a second
+    #[arg(long, value_name = "COUNT", default_value_t = HandEyeSettings::MIN_POSES)]
+    min_poses: usize,
+
+    /// Least RMS turn about the axis that the body turned about least
+    #[arg(long, value_name = "DEG", default_value_t = HandEyeSettings::MIN_TURN_DEG, value_parser = above_zero)]
+    min_turn_deg: f64,
+
+    /// How to print the figures
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// What pairs of recordings are of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum PairsArg {
+    /// Still where the reference stayed in its place, else a path
+    #[default]
+    Auto,
+    /// All are of still poses
+    Still,
+    /// All are paths
+    Path,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum LossArg {
+    /// Its pull is bounded
+    #[default]
+    Huber,
+    /// Its pull fades with its distance
+    Cauchy,
+    /// Beyond six standard deviations it has none
+    Tukey,
+}
+
+/// Reads, characterises, and writes the table.
+///
+/// # Errors
+/// Files that can't be used, and recordings that cannot answer, with the reason.
+pub fn run(args: &CharacterizeArgs) -> anyhow::Result<()> {
+    if args.em.len() != args.reference.len() {
+        bail!(
+            "--em names {} recordings and --reference {}, expected as many of one as of the other: the k-th of each \
+             belong together",
+            args.em.len(),
+            args.reference.len()
+        );
+    }
+    let shown = Shown::new("characterizing");
+    let reading = shown.task.stretch(0.0, 0.5);
+    let mut pairs = Vec::with_capacity(args.em.len());
+    for (index, (em, reference)) in args.em.iter().zip(&args.reference).enumerate() {
+        reading.step(index, args.em.len())?;
+        pairs.push(RecordedPair {
+            tracker: store::read_recording(em)?,
+            reference: store::read_recording(reference)?,
+        });
+    }
+    let found = characterise(&pairs, &settings(args), &shown.task.stretch(0.5, 1.0))
+        .context("no measurements")?;
+    drop(shown);
+    store::write_atomic(&args.output, |out| characterised::write(out, &found))?;
+    for (pair, problem) in report::rejected(&found) {
+        output::note(&format!(
+            "{} with {}: not used: {problem}",
+            args.em[pair].display(),
+            args.reference[pair].display()
+        ));
+    }
+    match args.format {
+        Format::Json => output::print_json(&report::as_json(&found)),
+        Format::Text => {
+            let text = report::as_text(&found);
+            output::print(&format!("{text}\nwritten to {}", args.output.display()))
+        }
+    }
+}
+
+fn settings(args: &CharacterizeArgs) -> CharacterisationSettings {
+    let scale = args.scale_mm.zip(args.scale_deg);
+    CharacterisationSettings {
+        hand_eye: HandEyeSettings {
+            loss: match args.loss {
+                LossArg::Huber => Loss::Huber,
+                LossArg::Cauchy => Loss::Cauchy,
+                LossArg::Tukey => Loss::Tukey,
+            },
+            scale: scale.map(|(position_mm, angle_deg)| Spread {
+                position_mm,
+                angle_rad: angle_deg.to_radians(),
+            }),
+            min_poses: args.min_poses,
+            min_turn_rad: args.min_turn_deg.to_radians(),
+        },
+        kind: match args.pairs {
+            PairsArg::Auto => None,
+            PairsArg::Still => Some(PairKind::Still),
+            PairsArg::Path => Some(PairKind::Path),
+        },
+        sensors: args.sensors.clone(),
+        reference_tool: args.reference_tool.clone(),
+        tracker_ticks_per_s: args.em_tick_hz,
+        reference_ticks_per_s: args.reference_tick_hz,
+        alignment: AlignmentSettings {
+            max_gap_s: args.max_gap_s,
+        },
+        max_error: Spread {
+            position_mm: args.max_error_mm,
+            angle_rad: args.max_error_deg.to_radians(),
+        },
+    }
+}

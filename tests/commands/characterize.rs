@@ -1,0 +1,281 @@
+//! A room from real recordings of an Aurora beside a Polaris, and recordings that give none.
+
+use crate::support::data::third_party;
+use crate::support::golden::{list, number};
+use crate::support::program::{Scratch, fail, json, succeed, text};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// Recordings of a folder whose names begin so, sorted.
+fn files(folder: &Path, first: &str) -> Vec<String> {
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|file| text(file).contains(&format!("/{first}_")))
+        .collect();
+    files.sort();
+    files.iter().map(|file| text(file)).collect()
+}
+
+/// The arguments for all recordings of a folder.
+fn arguments(folder: &Path, table: &str) -> Vec<String> {
+    let mut arguments = vec!["characterize".to_owned(), "--em".to_owned()];
+    arguments.extend(files(folder, "EM"));
+    arguments.push("--reference".to_owned());
+    arguments.extend(files(folder, "OT"));
+    arguments.extend(["-o", table].map(str::to_owned));
+    arguments
+}
+
+fn borrowed(arguments: &[String]) -> Vec<&str> {
+    arguments.iter().map(String::as_str).collect()
+}
+
+/// Within 10 % of a published range.
+#[track_caller]
+fn assert_near(what: &str, value: &Value, low: f64, high: f64) {
+    let value = number(value);
+    assert!(
+        (0.9 * low..=1.1 * high).contains(&value),
+        "{what}: {value}, expected {low} to {high}"
+    );
+}
+
+#[test]
+fn the_real_static_room_has_the_known_errors_and_distances() {
+    let Some(folder) = third_party("aurora-polaris/static") else {
+        return;
+    };
+    let scratch = Scratch::new();
+    let table = scratch.arg("room.csv");
+    let found = json(&borrowed(&arguments(&folder, &table)));
+    assert_eq!(found["pairs"], 91);
+    assert_eq!(found["rejected"], 0);
+    assert_eq!(found["readings"], 273);
+    let sensors = list(&found, "sensors");
+    // DOMAIN 2.2: two independent solutions with different losses.
+    let rms = [(5.4, 5.8), (5.5, 6.0), (2.7, 3.2)];
+    let medians = [(2.5, 2.7), (2.6, 2.9), (1.8, 2.6)];
+    let angles = [2.6, 2.7, 1.7];
+    for (k, sensor) in sensors.iter().enumerate() {
+        let name = sensor["name"].as_str().unwrap();
+        assert!(name.starts_with(&format!("Port 1{k}: NDI-MF2")), "{name}");
+        let (low, high) = rms[k];
+        assert_near(name, &sensor["position_mm"]["rms"], low, high);
+        let (low, high) = medians[k];
+        assert_near(name, &sensor["position_mm"]["median"], low, high);
+        assert_near(name, &sensor["angle_deg"]["rms"], angles[k], angles[k]);
+        for quantity in ["position_mm", "angle_deg"] {
+            let of = |figure: &str| number(&sensor[quantity][figure]);
+            assert!(of("median") < of("rms") && of("rms") < of("p95") && of("p95") < of("max"));
+        }
+        let error = &sensor["std_error"];
+        assert!(number(&error["position_mm"]) < 1.5 && number(&error["angle_deg"]) < 1.0);
+    }
+    let distances = list(&found, "distances");
+    let names: Vec<&Value> = sensors.iter().map(|s| &s["name"]).collect();
+    for (distance, (a, b, mean, std)) in
+        distances
+            .iter()
+            .zip([(0, 1, 24.8, 1.7), (0, 2, 26.9, 3.9), (1, 2, 24.6, 3.0)])
+    {
+        assert_eq!((&distance["a"], &distance["b"]), (names[a], names[b]));
+        assert_near("mean", &distance["mean"], mean, mean);
+        assert_near("std", &distance["std"], std, std);
+        assert!(number(&distance["min"]) < mean - std && number(&distance["max"]) > mean + std);
+    }
+    assert_near("angle", &distances[0]["angle_deg"]["std"], 1.8, 1.8);
+    assert_near("angle", &distances[1]["angle_deg"]["std"], 1.3, 1.3);
+
+    // The table is one that `select` takes, held out by pose without being told.
+    let chosen = json(&[
+        "select",
+        &table,
+        "--sensors",
+        "6dof",
+        "--map",
+        "correction",
+        "--orders",
+        "1-2",
+        "--directions",
+        "1",
+        "--ridges",
+        "0,0.01",
+    ]);
+    assert_eq!(chosen["groups"]["by"], "column pose");
+    assert_eq!(chosen["groups"]["count"], 91);
+    let cv = |order: u64| {
+        let rows = list(&chosen, "table")
+            .iter()
+            .filter(|r| r["order"] == order);
+        rows.map(|r| number(&r["cv"]["position_rms_mm"]))
+            .fold(f64::INFINITY, f64::min)
+    };
+    assert!(cv(2) < 0.7 * cv(0), "{} {}", cv(0), cv(2));
+}
+
+#[test]
+fn four_real_paths_are_aligned_in_time_by_their_frame_counters() {
+    let Some(folder) = third_party("aurora-polaris/paths") else {
+        return;
+    };
+    let scratch = Scratch::new();
+    let arguments = arguments(&folder, &scratch.arg("paths.csv"));
+    let found = json(&borrowed(&arguments));
+    assert_eq!(
+        (&found["pairs"], &found["rejected"]),
+        (&4.into(), &0.into())
+    );
+    let paths = list(&found, "paths");
+    assert_eq!(paths.len(), 4);
+    for path in paths {
+        assert_eq!(path["clocks"][0], "frames at 320 Hz");
+        assert_eq!(path["clocks"][1], "frames at 60 Hz");
+        assert!(number(&path["correlation"]) > 0.95, "{path}");
+        // All were begun by one program, within a quarter of a second.
+        assert!(number(&path["offset_s"]).abs() < 0.25, "{path}");
+        let by_speeds = number(&path["offset_by_speeds_s"]);
+        assert!(
+            (number(&path["offset_s"]) - by_speeds).abs() < 0.1,
+            "{path}"
+        );
+        let [before, after] = ["before", "after"].map(|w| number(&path[w]["position_mm"]));
+        assert!(after <= before * 1.001 && after < 4.0, "{path}");
+    }
+    let said = succeed(&borrowed(&arguments));
+    for word in [
+        "4 paths",
+        "offset s",
+        "clocks: EM tracker by frames at 320 Hz",
+    ] {
+        assert!(said.contains(word), "{said}");
+    }
+}
+
+const COLUMNS: &str = "Frame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz";
+
+/// A table of one tool with a few samples of a pose, in a state.
+fn recording(scratch: &Scratch, name: &str, pose: &str, state: &str) -> String {
+    let mut table = format!("Tools\tPort 1: {name}\t{COLUMNS}\n");
+    for frame in 0..5 {
+        table += &format!("1\tPort 1: {name}\t{}\t{state}\t{pose}\n", 8 * frame);
+    }
+    let file = format!("{name}.tsv");
+    std::fs::write(scratch.path(&file), table).unwrap();
+    scratch.arg(&file)
+}
+
+/// Recordings of a body that turns about one axis, or about three; sensor and body are one.
+fn turning(scratch: &Scratch, has_one_axis: bool) -> [Vec<String>; 2] {
+    let mut files = [Vec::new(), Vec::new()];
+    for i in 0..12 {
+        let (sine, cosine) = (0.1 * f64::from(i) + 0.05).sin_cos();
+        let (y, z) = match has_one_axis || i % 2 == 0 {
+            true => (0.0, sine),
+            false => (sine, 0.0),
+        };
+        let pose = format!("{cosine}\t0\t{y}\t{z}\t{}\t{}\t-300", 5 * i, 40 - i * i);
+        for (files, name) in files.iter_mut().zip(["em", "ot"]) {
+            let name = format!("{name}-{has_one_axis}-{i}");
+            let file = recording(scratch, &name, &pose, "OK");
+            // The same tool in all.
+            let table = std::fs::read_to_string(&file)
+                .unwrap()
+                .replace(&name, "tool");
+            std::fs::write(&file, table).unwrap();
+            files.push(file);
+        }
+    }
+    files
+}
+
+fn characterize<'a>(em: &'a [String], reference: &'a [String], table: &'a str) -> Vec<&'a str> {
+    let mut arguments = vec!["characterize", "--em"];
+    arguments.extend(em.iter().map(String::as_str));
+    arguments.push("--reference");
+    arguments.extend(reference.iter().map(String::as_str));
+    arguments.extend(["-o", table]);
+    arguments
+}
+
+#[test]
+fn the_same_readings_of_both_trackers_give_frames_of_no_turn_and_no_error() {
+    let scratch = Scratch::new();
+    let table = scratch.arg("room.csv");
+    let [em, reference] = turning(&scratch, false);
+    let found = json(&characterize(&em, &reference, &table));
+    let sensor = &found["sensors"][0];
+    assert!(number(&sensor["position_mm"]["max"]) < 1e-9, "{found}");
+    assert!(number(&found["tracker_from_reference"]["pose"][3]) > 1.0 - 1e-12);
+    let rows = std::fs::read_to_string(&table).unwrap();
+    let header = rows.lines().next().unwrap();
+    assert!(header.ends_with("measured_qz,sensor,pair,pose"), "{header}");
+    assert_eq!(rows.lines().count(), 13);
+    assert!(
+        rows.lines().nth(3).unwrap().ends_with(",Port 1: tool,2,2"),
+        "{rows}"
+    );
+}
+
+#[test]
+fn recordings_that_give_no_room_are_refused_with_the_reason_and_write_nothing() {
+    let scratch = Scratch::new();
+    let table = scratch.arg("room.csv");
+    let [em, reference] = turning(&scratch, false);
+    let refused = |em: &[String], reference: &[String], words: &[&str]| {
+        let said = fail(&characterize(em, reference, &table));
+        assert_eq!(said.lines().count(), 1, "{said}");
+        for word in words {
+            assert!(said.contains(word), "{word}: {said}");
+        }
+        assert!(!scratch.path("room.csv").exists());
+    };
+    refused(&em, &reference[1..], &["--em names 12", "--reference 11"]);
+    refused(
+        &em[1..],
+        &reference[1..3],
+        &["--em names 11", "--reference 2"],
+    );
+    refused(
+        &em[..9],
+        &reference[..9],
+        &["too few poses: 9, expected at least 10"],
+    );
+    let [one_em, one_reference] = turning(&scratch, true);
+    refused(
+        &one_em,
+        &one_reference,
+        &[
+            "turned about one axis only",
+            "(0.00, 0.00, 1.00) in its own frame",
+            "tilt the body",
+        ],
+    );
+    let bad = recording(&scratch, "bad", "1\t0\t0\t0\t0\t0\t0", "Too Few Markers");
+    let bads = vec![bad; 12];
+    refused(
+        &em,
+        &bads,
+        &[
+            "none of 12 pairs",
+            "the reference tracker has no good sample",
+        ],
+    );
+    refused(
+        &bads,
+        &reference,
+        &["none of 12 pairs", "no good sample of any sensor"],
+    );
+    let empty = scratch.arg("empty.tsv");
+    std::fs::write(&empty, "").unwrap();
+    refused(
+        &[empty],
+        &reference[..1],
+        &["empty.tsv: line 1: found \"\""],
+    );
+    let header = scratch.arg("header.tsv");
+    std::fs::write(&header, format!("Tools\tPort 1\t{COLUMNS}\n")).unwrap();
+    refused(&em[..1], &[header], &["header.tsv: found no rows"]);
+    let missing = vec![scratch.arg("none.tsv")];
+    refused(&missing, &reference[..1], &["none.tsv: found no such file"]);
+}
