@@ -306,7 +306,7 @@ fn a_design_with_a_makers_file_as_its_tool_is_simulated_like_its_body() {
             json(&["simulate", &design, "--mode", "motion"])["position_mm"].clone()
         };
         let expected = simulated("a.body.ron");
-        assert!(expected["rms"].as_f64().unwrap() > 0.1, "{expected}");
+        assert!(expected["rms"].as_f64().unwrap() > 0.01, "{expected}");
         for tool in ["a.rom", "a.tool"] {
             convert(&[&scratch.arg("a.body.ron"), &scratch.arg(tool)]);
             let found = simulated(tool);

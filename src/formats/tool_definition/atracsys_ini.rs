@@ -272,6 +272,7 @@ impl<'a> Values<'a> {
                 "the number of these, one at least",
             ));
         }
+        Geometry::check_count(count)?;
         let id = match self.get("geometry", "id") {
             None => None,
             Some(_) => Some(self.number("geometry", "id", "a whole number")?),

@@ -99,7 +99,7 @@ pub fn from_body(body: &BodyFile, format: DefinitionFormat) -> Result<Conversion
     match format {
         DefinitionFormat::Rom | DefinitionFormat::ToolPlist => rom_of(body, carried, format, lost),
         DefinitionFormat::AtracsysIni | DefinitionFormat::SawJson => {
-            Ok(geometry_of(body, carried, format, lost))
+            geometry_of(body, carried, format, lost)
         }
     }
 }
@@ -327,8 +327,14 @@ fn geometry_of(
     carried: Option<&ToolDefinition>,
     format: DefinitionFormat,
     mut lost: Losses,
-) -> Conversion {
+) -> Result<Conversion, ConversionError> {
     let rigid = &body.rigid;
+    let kind = match format {
+        DefinitionFormat::AtracsysIni => DefinitionKind::AtracsysIni,
+        _ => DefinitionKind::SawJson,
+    };
+    let count = rigid.sensors.len();
+    check_count(kind, "sensors", count, 1, Geometry::MAX_FIDUCIALS)?;
     let (_, five_dof, six_dof) = kinds(rigid);
     if five_dof > 0 {
         lost.push(Lost::Axes { count: five_dof });
@@ -384,10 +390,10 @@ fn geometry_of(
         });
     }
     lost.push_names(&rigid.sensors, &geometry.to_body().sensors);
-    Conversion {
+    Ok(Conversion {
         definition,
         lost: lost.0,
         is_new_image: false,
         mended_checksum: None,
-    }
+    })
 }

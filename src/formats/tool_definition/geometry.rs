@@ -1,5 +1,6 @@
 //! What the text formats of marker tools spell out.
 
+use super::super::error::FormatError;
 use super::marker;
 use crate::tracking::body::RigidBody;
 use nalgebra::Point3;
@@ -13,6 +14,16 @@ pub struct Geometry {
 }
 
 impl Geometry {
+    /// Most markers that are read or written: fifty times what any tool has.
+    pub const MAX_FIDUCIALS: usize = 1000;
+
+    pub(super) fn check_count(count: usize) -> Result<(), FormatError> {
+        if count <= Self::MAX_FIDUCIALS {
+            return Ok(());
+        }
+        Err(FormatError::field("count", count, "at most 1000 markers"))
+    }
+
     /// The body's name.
     pub(super) fn name(&self) -> String {
         name_of(self.id)

@@ -2,7 +2,7 @@
 //!
 //! Each is kept as it was read, to the byte: what this program does not know of one is not lost,
 //! and what it changes is written over the original. [`to_body`](ToolDefinition::to_body) and
-//! [`from_body`] lead to bodies and back.
+//! [`from_body()`] lead to bodies and back.
 
 mod atracsys_ini;
 mod from_body;

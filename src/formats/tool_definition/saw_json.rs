@@ -132,6 +132,7 @@ fn geometry(value: &Value) -> Result<Geometry, FormatError> {
             "the number of fiducials",
         ));
     }
+    Geometry::check_count(fiducials.len())?;
     let id = match value.get("id") {
         None => None,
         Some(id) => Some(

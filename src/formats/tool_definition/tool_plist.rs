@@ -96,7 +96,7 @@ fn encode(rom: &NdiRom) -> String {
     let letters = BASE64.encode(&rom.write());
     let mut out = String::with_capacity(letters.len() + letters.len() / LINE * 2 + 8);
     for (i, letter) in letters.chars().enumerate() {
-        if i % LINE == 0 {
+        if i.is_multiple_of(LINE) {
             out.push_str("\n\t");
         }
         out.push(letter);

@@ -143,6 +143,14 @@ fn wrong_text_geometries_are_named_with_their_place() {
             .unwrap_err()
             .contains("recursion limit")
     );
+    let many = format!(
+        "[geometry]\ncount=1001\n{}",
+        (0..1001)
+            .map(|i| format!("[fiducial{i}]\n"))
+            .collect::<String>()
+    );
+    let message = read(many.as_bytes(), "ini").unwrap_err();
+    assert_eq!(message, "count is 1001, expected at most 1000 markers");
     let long = format!("{{\"fiducials\": [{}", "1,".repeat(MAX_BYTES));
     assert!(
         read(long.as_bytes(), "json")
