@@ -27,12 +27,16 @@ pub enum Arrangement {
         /// Of any length.
         direction_in_body: Vector3<f64>,
     },
-    /// What is left of a 6-DOF sensor is its z axis.
+    /// What is left of a sensor is its position.
+    MakeMarker,
+    /// What is left of a 6-DOF sensor is its z axis; a marker gets the body's.
     MakeFiveDof,
-    /// A 5-DOF sensor gets the rotation that it is drawn with, its axis as z.
+    /// A 5-DOF sensor gets the rotation that it is drawn with, its axis as z; a marker is turned
+    /// like the body.
     MakeSixDof,
     /// Each axis, a 6-DOF sensor's z, is turned along a direction of any length, such as a
-    /// surface's normal. A 6-DOF sensor is turned no further than that takes.
+    /// surface's normal. A 6-DOF sensor is turned no further than that takes, and a marker has
+    /// none.
     Align { direction_in_body: Vector3<f64> },
 }
 
@@ -102,6 +106,7 @@ impl Arrangement {
                     spacing_mm,
                     direction_in_body,
                 } => arranged.extend(row(sensor, *count, *spacing_mm, direction_in_body)?),
+                Self::MakeMarker => arranged[index] = as_marker(sensor),
                 Self::MakeFiveDof => arranged[index].orientation = five_dof(&sensor.orientation),
                 Self::MakeSixDof => arranged[index].orientation = six_dof(&sensor.orientation),
                 Self::Align { direction_in_body } => {
@@ -131,6 +136,8 @@ impl Arrangement {
             Self::Array { count, .. } => {
                 format!("Array of {} sensors", count.saturating_mul(sensors))
             }
+            Self::MakeMarker if sensors == 1 => format!("Make {whom} a marker"),
+            Self::MakeMarker => format!("Make {whom} markers"),
             Self::MakeFiveDof => format!("Make {whom} 5-DOF"),
             Self::MakeSixDof => format!("Make {whom} 6-DOF"),
             Self::Align { .. } => format!("Align {whom}"),
@@ -187,6 +194,7 @@ pub fn mirrored(sensor: &Sensor, plane: MirrorPlane) -> Sensor {
     let k = plane.index();
     image.position_in_body[k] = minus(image.position_in_body[k]);
     image.orientation = match &sensor.orientation {
+        SensorOrientation::Marker => SensorOrientation::Marker,
         SensorOrientation::FiveDof(axis) => {
             let mut axis = axis.into_inner();
             axis[k] = minus(axis[k]);
@@ -235,15 +243,26 @@ fn direction(vector: &Vector3<f64>) -> Result<Unit<Vector3<f64>>, ArrangeError> 
     number::direction((*vector).into()).ok_or(ArrangeError::NoDirection { direction: *vector })
 }
 
+/// A marker has no coil.
+fn as_marker(sensor: &Sensor) -> Sensor {
+    Sensor {
+        orientation: SensorOrientation::Marker,
+        coil: None,
+        ..sensor.clone()
+    }
+}
+
 fn five_dof(orientation: &SensorOrientation) -> SensorOrientation {
     SensorOrientation::FiveDof(match orientation {
+        SensorOrientation::Marker => Vector3::z_axis(),
         SensorOrientation::FiveDof(axis) => *axis,
-        SensorOrientation::SixDof(_) => Unit::new_normalize(orientation.axis().into_inner()),
+        SensorOrientation::SixDof(rotation) => Unit::new_normalize(rotation * Vector3::z()),
     })
 }
 
 fn six_dof(orientation: &SensorOrientation) -> SensorOrientation {
     match orientation {
+        SensorOrientation::Marker => SensorOrientation::SixDof(orientation.any_rotation()),
         SensorOrientation::SixDof(_) => *orientation,
         SensorOrientation::FiveDof(axis) => {
             // The frame that is drawn finds small angles by their cosine, good to 1e-8 rad. The
@@ -254,12 +273,14 @@ fn six_dof(orientation: &SensorOrientation) -> SensorOrientation {
     }
 }
 
-/// The orientation turned the shortest way until its axis is the given one.
+/// The orientation turned the shortest way until its axis is the given one; a marker stays one.
 fn aligned(orientation: &SensorOrientation, axis: Unit<Vector3<f64>>) -> SensorOrientation {
     match orientation {
+        SensorOrientation::Marker => SensorOrientation::Marker,
         SensorOrientation::FiveDof(_) => SensorOrientation::FiveDof(axis),
         SensorOrientation::SixDof(rotation) => {
-            let turn = exp_vector(&axis_rotation(&orientation.axis(), &axis).vector_rad);
+            let own = rotation * Vector3::z_axis();
+            let turn = exp_vector(&axis_rotation(&own, &axis).vector_rad);
             let turned = (turn * rotation).into_inner();
             SensorOrientation::SixDof(UnitQuaternion::new_normalize(turned))
         }
@@ -332,7 +353,8 @@ mod tests {
             let image = mirrored(&s, p);
             let mirror = mirror_matrix(p);
             prop_assert_eq!(image.position_in_body.coords, mirror * s.position_in_body.coords);
-            let z = image.axis_in_body().into_inner() - mirror * s.axis_in_body().into_inner();
+            let z = image.axis_in_body().unwrap().into_inner()
+                - mirror * s.axis_in_body().unwrap().into_inner();
             prop_assert!(z.norm() <= ROUND_OFF, "{}", z);
             if let (SensorOrientation::SixDof(before), SensorOrientation::SixDof(after)) =
                 (&s.orientation, &image.orientation)
@@ -350,7 +372,7 @@ mod tests {
             s in any_sensor(),
             p in plane(),
         ) {
-            let reduced = |s: &Sensor| five_dof(&s.orientation).axis();
+            let reduced = |s: &Sensor| five_dof(&s.orientation).axis().unwrap();
             let mut first_reduced = s.clone();
             first_reduced.orientation = five_dof(&s.orientation);
             let gap = reduced(&mirrored(&s, p)).into_inner()
@@ -364,12 +386,14 @@ mod tests {
             // Close to z and to -z, where angles found by their cosine are lost.
             squeeze in prop::sample::select(vec![1.0, 1e-4, 1e-8, 0.0]),
         ) {
-            let axis = s.axis_in_body().into_inner().component_mul(&Vector3::new(squeeze, squeeze, 1.0));
+            let own = s.axis_in_body().unwrap();
+            let axis = own.into_inner().component_mul(&Vector3::new(squeeze, squeeze, 1.0));
             prop_assume!(axis.z.abs() > 1e-3);
             let five = SensorOrientation::FiveDof(Unit::new_normalize(axis));
             let six = six_dof(&five);
             prop_assert_eq!(six.degrees_of_freedom(), 6);
-            let gap = five_dof(&six).axis().into_inner() - five.axis().into_inner();
+            let gap = five_dof(&six).axis().unwrap().into_inner()
+                - five.axis().unwrap().into_inner();
             prop_assert!(gap.norm() <= ROUND_OFF, "{}", gap);
         }
 
@@ -382,12 +406,12 @@ mod tests {
             let align = Arrangement::Align { direction_in_body: direction.into() };
             let after = &align.arranged(std::slice::from_ref(&s), &[0]).unwrap()[0];
             let wanted = Vector3::from(direction).normalize();
-            let gap = after.axis_in_body().into_inner() - wanted;
+            let gap = after.axis_in_body().unwrap().into_inner() - wanted;
             prop_assert!(gap.norm() <= ROUND_OFF, "{}", gap);
             if let (SensorOrientation::SixDof(a), SensorOrientation::SixDof(b)) =
                 (&s.orientation, &after.orientation)
             {
-                let needed = s.axis_in_body().angle(&wanted);
+                let needed = s.axis_in_body().unwrap().angle(&wanted);
                 // An angle by its cosine is good to the root of round-off.
                 prop_assert!((a.angle_to(b) - needed).abs() <= 1e-7);
             }

@@ -49,6 +49,7 @@ pub(super) fn check_motion(motion: Option<&Motion>) -> Result<(), MotionError> {
 fn check_sensor(sensor: &Sensor) -> Result<(), EditError> {
     check_finite("the sensor's position", sensor.position_in_body.iter())?;
     match &sensor.orientation {
+        SensorOrientation::Marker => {}
         SensorOrientation::FiveDof(axis) => check_unit("sensor's axis", axis.norm())?,
         SensorOrientation::SixDof(rotation) => {
             check_unit("sensor's rotation", rotation.quaternion().norm())?;

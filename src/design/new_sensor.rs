@@ -15,7 +15,7 @@ pub fn sensor_beside_last(body: &RigidBody) -> Sensor {
     match body.sensors.last() {
         None => sensor(body, body.judged_tip_in_body(), Vector3::z_axis()),
         Some(last) => {
-            let axis = last.axis_in_body();
+            let axis = last.axis_in_body().unwrap_or_else(Vector3::z_axis);
             let place = last.position_in_body + axis.into_inner() * BESIDE_MM;
             sensor(body, place, axis)
         }
@@ -32,17 +32,22 @@ pub fn sensor_on_surface(
     sensor(body, at.position_mm, directions.along)
 }
 
-/// With a name of its own and the coil of the others.
+/// With a name of its own, the coil of the last one, and a marker as that is.
 fn sensor(body: &RigidBody, place: Point3<f64>, axis: Unit<Vector3<f64>>) -> Sensor {
     let taken: HashSet<String> = body.sensors.iter().map(|s| s.name.clone()).collect();
-    let first = "sensor 1".to_owned();
+    let last = body.sensors.last();
+    let is_marker = last.is_some_and(|last| last.orientation == SensorOrientation::Marker);
+    let first = if is_marker { "marker 1" } else { "sensor 1" }.to_owned();
     Sensor {
         name: match taken.contains(&first) {
             true => fresh_name(&first, &taken),
             false => first,
         },
         position_in_body: place,
-        orientation: SensorOrientation::FiveDof(axis),
-        coil: body.sensors.last().and_then(|last| last.coil),
+        orientation: match is_marker {
+            true => SensorOrientation::Marker,
+            false => SensorOrientation::FiveDof(axis),
+        },
+        coil: last.and_then(|last| last.coil),
     }
 }

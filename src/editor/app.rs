@@ -39,6 +39,9 @@ const LEAST_SIZE: [f32; 2] = [960.0, 600.0];
 pub enum EditorError {
     #[error("{0}; what was not saved is offered at the next start")]
     Failed(String),
+    /// Where there is no folder to keep it in.
+    #[error("{0}; what was not saved is lost: there is no folder for recovery files")]
+    FailedUnkept(String),
     #[error("the editor failed with code {0}")]
     Code(u8),
 }
@@ -86,12 +89,16 @@ pub fn edit(world: World, explain: Option<ExplainLine>) -> Result<(), EditorErro
 /// hears of it. The app is dropped on the way here, which writes what is unsaved.
 pub(super) fn run(mut app: App) -> Result<(), EditorError> {
     let failure = app.world_mut().get_resource_or_init::<Failure>().clone();
+    let failed = match app.world().contains_resource::<RecoveryFolder>() {
+        true => EditorError::Failed,
+        false => EditorError::FailedUnkept,
+    };
     let exit = catch_unwind(AssertUnwindSafe(|| app.run()));
     match (exit, failure.reason()) {
         (Ok(AppExit::Success), _) => Ok(()),
-        (_, Some(reason)) => Err(EditorError::Failed(reason)),
+        (_, Some(reason)) => Err(failed(reason)),
         (Ok(AppExit::Error(code)), None) => Err(EditorError::Code(code.get())),
-        (Err(panic), None) => Err(EditorError::Failed(lost_device::panic_in_words(&*panic))),
+        (Err(panic), None) => Err(failed(lost_device::panic_in_words(&*panic))),
     }
 }
 

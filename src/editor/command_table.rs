@@ -210,6 +210,13 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Gives the selected sensors a full rotation with their axis as z",
     ),
     info(
+        Command::Sensors(SensorCommand::MakeMarker),
+        Group::Edit,
+        "Make sensors markers",
+        &[],
+        "Leaves the selected sensors their positions, which is all that an optical tracker measures of a marker",
+    ),
+    info(
         Command::Sensors(SensorCommand::AlongNormal),
         Group::Edit,
         "Axis along the surface normal",

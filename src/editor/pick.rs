@@ -21,7 +21,7 @@ use bevy::picking::PickingSystems;
 use bevy::picking::backend::{HitData, PointerHits};
 use bevy::picking::pointer::{PointerAction, PointerId, PointerInput, PointerLocation};
 use bevy::prelude::*;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
 
 /// How near to a sensor's axis the pointer takes hold of it, in pixels.
@@ -213,12 +213,16 @@ fn sensor_distance_px(
     sensor: &Sensor,
     tracker_from_body: &Pose,
 ) -> Option<f64> {
-    let coil = sensor.coil.unwrap_or(sensors::USUAL_COIL);
+    let (across, along) = sensors::drawn_size(sensor);
     let middle = tracker_from_body * sensor.position_in_body;
     let mm_per_px = rig.mm_per_px(&middle);
-    let half_mm = sensors::coil_length(&coil).mm(mm_per_px) / 2.0;
-    let radius_px = sensors::coil_width(&coil).mm(mm_per_px) / mm_per_px / 2.0;
-    let axis = tracker_from_body.rotation * sensor.axis_in_body().into_inner() * half_mm;
+    let radius_px = across.mm(mm_per_px) / mm_per_px / 2.0;
+    // A ball's ends are both at its middle.
+    let half_mm = match sensor.axis_in_body() {
+        Some(axis) => axis.into_inner() * along.mm(mm_per_px) / 2.0,
+        None => Vector3::zeros(),
+    };
+    let axis = tracker_from_body.rotation * half_mm;
     let distance = distance_px(rig, pixel, [middle - axis, middle + axis])?;
     (distance <= REACH_PX.max(radius_px + 2.0)).then_some(distance)
 }

@@ -18,6 +18,7 @@ pub enum SensorCommand {
     Remove,
     Mirror(MirrorPlane),
     MirrorCopy(MirrorPlane),
+    MakeMarker,
     MakeFiveDof,
     MakeSixDof,
     /// Each axis along the surface's normal at its sensor.
@@ -46,6 +47,7 @@ pub const SENSOR_MENU: [&[Command]; 4] = [
     &[
         Command::Sensors(SensorCommand::MakeFiveDof),
         Command::Sensors(SensorCommand::MakeSixDof),
+        Command::Sensors(SensorCommand::MakeMarker),
         Command::Sensors(SensorCommand::AlongNormal),
         Command::Sensors(SensorCommand::AlongShaft),
     ],
@@ -57,16 +59,20 @@ impl SensorCommand {
         let Some(picked) = Picked::of(world, selection) else {
             return false;
         };
-        let is_any = |dof| {
+        let is_any_other_than = |dof| {
             let mut sensors = picked.sensors();
-            sensors.any(|(_, sensor)| sensor.orientation.degrees_of_freedom() == dof)
+            sensors.any(|(_, sensor)| sensor.orientation.degrees_of_freedom() != dof)
         };
         match self {
             // A body keeps one sensor at least.
             Self::Remove => picked.indices.len() < picked.all.len(),
-            Self::MakeFiveDof => is_any(6),
-            Self::MakeSixDof => is_any(5),
-            Self::AlongNormal | Self::AlongShaft => world.mesh(picked.body).is_some(),
+            Self::MakeMarker => is_any_other_than(3),
+            Self::MakeFiveDof => is_any_other_than(5),
+            Self::MakeSixDof => is_any_other_than(6),
+            // A marker has no axis.
+            Self::AlongNormal | Self::AlongShaft => {
+                world.mesh(picked.body).is_some() && is_any_other_than(3)
+            }
             Self::Duplicate | Self::Row | Self::Mirror(_) | Self::MirrorCopy(_) => true,
         }
     }
@@ -91,6 +97,7 @@ impl SensorCommand {
             })],
             Self::Mirror(plane) => picked.arranged(Arrangement::Mirror(plane)),
             Self::MirrorCopy(plane) => picked.arranged(Arrangement::MirrorCopy(plane)),
+            Self::MakeMarker => picked.arranged(Arrangement::MakeMarker),
             Self::MakeFiveDof => picked.arranged(Arrangement::MakeFiveDof),
             Self::MakeSixDof => picked.arranged(Arrangement::MakeSixDof),
             Self::AlongNormal => picked.aligned(world, surface, |at| at.normal.into_inner()),

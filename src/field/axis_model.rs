@@ -2,7 +2,7 @@
 
 use super::batch::Batch;
 use super::jacobian::Linearization;
-use super::model::{DistortionModel, Evaluation, OutsidePolicy};
+use super::model::{Coefficient, DistortionModel, Evaluation, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, Weighting};
 use nalgebra::{Point3, Unit, Vector3};
@@ -16,6 +16,25 @@ pub struct AxisModel {
 }
 
 impl DistortionModel {
+    /// The mean of the model over its basis orientations, of a model of one orientation that one:
+    /// what is taken for the field at a place where nothing has an axis, as at a marker.
+    pub fn mean_over_axes(&self) -> AxisModel {
+        let count = self.directions().len();
+        let mut mean = vec![[0.0; 6]; self.of_direction(0).len()];
+        for direction in 0..count {
+            let own = self.of_direction(direction).as_flattened();
+            for (sum, value) in mean.as_flattened_mut().iter_mut().zip(own) {
+                *sum += value / count as f64;
+            }
+        }
+        self.of_blended(mean)
+    }
+
+    /// The model for an axis, or the mean over axes where there is none.
+    pub fn at_axis_or_mean(&self, axis: Option<&Unit<Vector3<f64>>>) -> AxisModel {
+        axis.map_or_else(|| self.mean_over_axes(), |axis| self.at_axis(axis))
+    }
+
     /// The model for one axis.
     pub fn at_axis(&self, axis: &Unit<Vector3<f64>>) -> AxisModel {
         let weights = self.directions().weights(axis, self.weighting());
@@ -30,6 +49,10 @@ impl DistortionModel {
                 *sum = wa * a + wb * b + wc * c;
             }
         });
+        self.of_blended(blended)
+    }
+
+    fn of_blended(&self, coefficients: Vec<Coefficient>) -> AxisModel {
         AxisModel {
             model: DistortionModel::of_parts_known_to_fit(
                 self.order(),
@@ -37,7 +60,7 @@ impl DistortionModel {
                 Weighting::default(),
                 self.map(),
                 *self.bounds(),
-                blended,
+                coefficients,
             ),
         }
     }
@@ -54,7 +77,7 @@ impl AxisModel {
     }
 
     /// The coefficients of this axis: i, j, k.
-    pub fn coefficients(&self) -> &[super::model::Coefficient] {
+    pub fn coefficients(&self) -> &[Coefficient] {
         self.model.coefficients()
     }
 

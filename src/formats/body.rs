@@ -46,6 +46,8 @@ struct SensorEntry {
 
 #[derive(Deserialize)]
 enum SensorKind {
+    /// A position alone; an axis or a rotation says nothing about it.
+    Marker,
     FiveDof,
     SixDof,
 }
@@ -116,6 +118,7 @@ fn read_sensor(index: usize, entry: SensorEntry) -> Result<Sensor, FormatError> 
     }
     let place = format!("sensors[{index}] {:?}", entry.name);
     let orientation = match entry.kind {
+        SensorKind::Marker => SensorOrientation::Marker,
         SensorKind::FiveDof => {
             let axis = entry.axis.ok_or_else(|| {
                 FormatError::field(format!("{place}: axis"), "missing", "one with kind FiveDof")
@@ -176,13 +179,17 @@ fn push_field(out: &mut String, name: &str, value: &str) {
 fn push_sensor(out: &mut String, sensor: &Sensor) {
     let position = ron_text::tuple(sensor.position_in_body.coords.as_slice());
     let (kind, turn) = match &sensor.orientation {
+        SensorOrientation::Marker => ("Marker", String::new()),
         SensorOrientation::FiveDof(axis) => (
             "FiveDof",
-            format!("axis: {}", ron_text::tuple(axis.as_slice())),
+            format!(", axis: {}", ron_text::tuple(axis.as_slice())),
         ),
         SensorOrientation::SixDof(rotation) => {
             let numbers = crate::geometry::pose::quaternion_to_array(rotation);
-            ("SixDof", format!("rotation: {}", ron_text::tuple(&numbers)))
+            (
+                "SixDof",
+                format!(", rotation: {}", ron_text::tuple(&numbers)),
+            )
         }
     };
     let coil = sensor.coil.map_or_else(String::new, |coil| {
@@ -194,7 +201,7 @@ fn push_sensor(out: &mut String, sensor: &Sensor) {
     let name = ron_text::string(&sensor.name);
     let _ = writeln!(
         out,
-        "        (name: {name}, kind: {kind}, position: {position}, {turn}{coil}),"
+        "        (name: {name}, kind: {kind}, position: {position}{turn}{coil}),"
     );
 }
 
@@ -366,25 +373,25 @@ mod tests {
         let direction = prop::array::uniform4(-1.0..1.0_f64);
         let coil = prop::option::of((1e-3..1e3, 1e-3..1e3_f64));
         let position = prop::array::uniform3(any_finite());
-        (any::<bool>(), position, direction, coil).prop_map(
-            |(is_six, position, [w, x, y, z], coil)| {
-                let vector = Vector3::new(x, y, z + 2.0);
-                Sensor {
-                    name: String::new(),
-                    position_in_body: position.into(),
-                    orientation: if is_six {
+        (0..3_u8, position, direction, coil).prop_map(|(kind, position, [w, x, y, z], coil)| {
+            let vector = Vector3::new(x, y, z + 2.0);
+            Sensor {
+                name: String::new(),
+                position_in_body: position.into(),
+                orientation: match kind {
+                    0 => SensorOrientation::Marker,
+                    1 => SensorOrientation::FiveDof(Unit::new_normalize(vector)),
+                    _ => {
                         let q = nalgebra::Quaternion::new(w.abs() + 1.0, x, y, z);
                         SensorOrientation::SixDof(UnitQuaternion::new_normalize(q))
-                    } else {
-                        SensorOrientation::FiveDof(Unit::new_normalize(vector))
-                    },
-                    coil: coil.map(|(diameter_mm, length_mm)| Coil {
-                        diameter_mm,
-                        length_mm,
-                    }),
-                }
-            },
-        )
+                    }
+                },
+                coil: coil.map(|(diameter_mm, length_mm)| Coil {
+                    diameter_mm,
+                    length_mm,
+                }),
+            }
+        })
     }
 
     fn unit() -> impl Strategy<Value = MeshUnit> {

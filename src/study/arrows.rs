@@ -83,10 +83,13 @@ pub fn sample_arrows(
 ) -> Result<ArrowOutcome, StudyError> {
     let environment = &scenario.environment;
     let axes = match plan.sensor {
-        ArrowSensor::Along(axis) => vec![axis],
+        ArrowSensor::Along(axis) => vec![Some(axis)],
         ArrowSensor::OfTool => axes_of_tool(scenario)?,
     };
-    let models: Vec<AxisModel> = axes.iter().map(|a| environment.model.at_axis(a)).collect();
+    let models: Vec<AxisModel> = axes
+        .iter()
+        .map(|axis| environment.model.at_axis_or_mean(axis.as_ref()))
+        .collect();
     let own = *environment.model.bounds();
     let bounds = match environment.volume {
         Some(volume) => own.intersection(&volume.bounds()),
@@ -119,8 +122,8 @@ pub fn sample_arrows(
     Ok(outcome)
 }
 
-/// Axes of the tool's sensors at the design's own pose, tracker frame.
-fn axes_of_tool(scenario: &Scenario) -> Result<Vec<Unit<Vector3<f64>>>, StudyError> {
+/// Axes of the tool's sensors at the design's own pose, tracker frame; none of markers.
+fn axes_of_tool(scenario: &Scenario) -> Result<Vec<Option<Unit<Vector3<f64>>>>, StudyError> {
     let tool = &scenario.tool;
     if tool.sensors.is_empty() {
         return Err(StudyError::NoSensors {
@@ -135,7 +138,7 @@ fn axes_of_tool(scenario: &Scenario) -> Result<Vec<Unit<Vector3<f64>>>, StudyErr
     Ok(tool
         .sensors
         .iter()
-        .map(|s| turn * s.axis_in_body())
+        .map(|s| s.axis_in_body().map(|axis| turn * axis))
         .collect())
 }
 
@@ -234,7 +237,7 @@ mod tests {
             let sum: Vector3<f64> = sensors
                 .iter()
                 .map(|s| {
-                    let axis = turn * s.axis_in_body();
+                    let axis = turn * s.axis_in_body().unwrap();
                     let model = &scenario.environment.model;
                     model
                         .evaluate(&at, &axis, OutsidePolicy::Clamp)

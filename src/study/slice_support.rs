@@ -52,8 +52,10 @@ pub fn slice_support(
 fn is_supported(support: &Support, body: &RigidBody, tracker_from_body: &Pose) -> bool {
     body.sensors.iter().all(|sensor| {
         let position_mm = tracker_from_body * sensor.position_in_body;
-        let axis = tracker_from_body.rotation * sensor.axis_in_body();
-        support.is_supported(&position_mm, &axis)
+        match sensor.axis_in_body() {
+            Some(axis) => support.is_supported(&position_mm, &(tracker_from_body.rotation * axis)),
+            None => support.is_marker_supported(&position_mm),
+        }
     })
 }
 

@@ -242,8 +242,13 @@ impl<'a> Looker<'a> {
         let model = &self.scenario.environment.model;
         body.sensors.iter().fold(Looked::default(), |sum, sensor| {
             let position = tracker_from_body * sensor.position_in_body;
-            let axis = tracker_from_body.rotation * sensor.axis_in_body();
-            let at = self.support.at(&position, &axis, self.scenario.outside);
+            let axis = sensor
+                .axis_in_body()
+                .map(|axis| tracker_from_body.rotation * axis);
+            let at = match axis {
+                Some(axis) => self.support.at(&position, &axis, self.scenario.outside),
+                None => self.support.at_marker(&position, self.scenario.outside),
+            };
             let angle = at.angle_std_error_rad.unwrap_or(0.0);
             let is_determined = at.position_std_error_mm.is_finite() && angle.is_finite();
             let [mm, rad] = match is_determined {

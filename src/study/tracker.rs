@@ -3,6 +3,7 @@
 use super::scenario::Scenario;
 use super::trial::SensorDetail;
 use super::work::Work;
+use crate::field::axis_model::AxisModel;
 use crate::field::model::Evaluation;
 use crate::field::{Batch, Environment, OutsidePolicy};
 use crate::geometry::pose::{Pose, pose_from_parts};
@@ -21,8 +22,16 @@ pub(super) struct BodyTracker<'a> {
     environment: &'a Environment,
     outside: OutsidePolicy,
     fitter: FrameFitter,
-    /// `body_from_sensor` and axis of each sensor, made once for all trials.
-    sensors: Vec<(Pose, Unit<Vector3<f64>>)>,
+    /// Made once for all trials.
+    sensors: Vec<TrackedSensor>,
+    /// The field for what has no axis, where there is such a thing.
+    for_markers: Option<AxisModel>,
+}
+
+struct TrackedSensor {
+    body_from_sensor: Pose,
+    /// `None` for a marker.
+    axis_in_body: Option<Unit<Vector3<f64>>>,
 }
 
 /// A body as the tracker sees it.
@@ -57,14 +66,21 @@ impl<'a> BodyTracker<'a> {
 
     /// Reads these sensors; `fitter` fits them.
     pub fn of_sensors(fitter: FrameFitter, sensors: &[Sensor], scenario: &'a Scenario) -> Self {
+        let sensors: Vec<_> = sensors
+            .iter()
+            .map(|s| TrackedSensor {
+                body_from_sensor: s.body_from_sensor(),
+                axis_in_body: s.axis_in_body(),
+            })
+            .collect();
+        let model = &scenario.environment.model;
+        let has_markers = sensors.iter().any(|s| s.axis_in_body.is_none());
         Self {
             environment: &scenario.environment,
             outside: scenario.outside,
             fitter,
-            sensors: sensors
-                .iter()
-                .map(|s| (s.body_from_sensor(), s.axis_in_body()))
-                .collect(),
+            sensors,
+            for_markers: has_markers.then(|| model.mean_over_axes()),
         }
     }
 
@@ -88,8 +104,8 @@ impl<'a> BodyTracker<'a> {
         let tracked = self.track(buffers, tracker_from_body);
         let readings = buffers.readings.iter().zip(&buffers.evaluations);
         let details = self.sensors.iter().zip(readings);
-        let details = details.map(|((body_from_sensor, _), (reading, evaluation))| {
-            let tracker_from_sensor = tracker_from_body * body_from_sensor;
+        let details = details.map(|(sensor, (reading, evaluation))| {
+            let tracker_from_sensor = tracker_from_body * sensor.body_from_sensor;
             let position_mm = reading.position_mm.coords;
             SensorDetail {
                 tracker_from_sensor,
@@ -146,31 +162,51 @@ impl<'a> BodyTracker<'a> {
         let model = &self.environment.model;
         buffers.positions_mm.clear();
         buffers.axes.clear();
-        for (body_from_sensor, axis_in_body) in &self.sensors {
+        for sensor in &self.sensors {
+            // A marker's goes unread.
+            let axis_in_body = sensor.axis_in_body.unwrap_or_else(Vector3::z_axis);
             for pose in tracker_from_body {
-                let position = pose * Point3::from(body_from_sensor.translation.vector);
+                let position = pose * Point3::from(sensor.body_from_sensor.translation.vector);
                 buffers.positions_mm.push(position);
                 buffers.axes.push(pose.rotation * axis_in_body);
             }
         }
         buffers.work.study_evaluations += buffers.positions_mm.len() as u64;
         let (positions_mm, axes) = (&buffers.positions_mm, &buffers.axes);
-        if run < MIN_RUN || model.order() == 0 {
+        let is_scattered = run < MIN_RUN || model.order() == 0;
+        if is_scattered && self.for_markers.is_none() {
             let out = &mut buffers.evaluations;
             let batch = &mut buffers.batch;
             batch.evaluate(model, positions_mm, axes, self.outside, out);
             return;
         }
         buffers.evaluations.clear();
-        let count = tracker_from_body.len();
-        for (positions_mm, axes) in positions_mm.chunks(count).zip(axes.chunks(count)) {
-            for (positions_mm, axes) in positions_mm.chunks(run).zip(axes.chunks(run)) {
-                let at_axis = model.at_axis(&axes[0]);
-                let out = &mut buffers.of_one_run;
-                at_axis.evaluate_all(&mut buffers.batch, positions_mm, self.outside, out);
-                buffers.evaluations.extend_from_slice(out);
-                buffers.work.coefficient_blends += 1;
-                buffers.work.blended_evaluations += positions_mm.len() as u64;
+        let (batch, out) = (&mut buffers.batch, &mut buffers.of_one_run);
+        let count = tracker_from_body.len().max(1);
+        let each = positions_mm.chunks(count).zip(axes.chunks(count));
+        for (sensor, (positions_mm, axes)) in self.sensors.iter().zip(each) {
+            match (&self.for_markers, sensor.axis_in_body) {
+                (Some(mean), None) => {
+                    mean.evaluate_all(batch, positions_mm, self.outside, out);
+                    // What has no axis reads none.
+                    for evaluation in out.iter_mut() {
+                        evaluation.error.rotation_rad = Vector3::zeros();
+                    }
+                    buffers.evaluations.extend_from_slice(out);
+                }
+                _ if is_scattered => {
+                    batch.evaluate(model, positions_mm, axes, self.outside, out);
+                    buffers.evaluations.extend_from_slice(out);
+                }
+                _ => {
+                    for (positions_mm, axes) in positions_mm.chunks(run).zip(axes.chunks(run)) {
+                        let at_axis = model.at_axis(&axes[0]);
+                        at_axis.evaluate_all(batch, positions_mm, self.outside, out);
+                        buffers.evaluations.extend_from_slice(out);
+                        buffers.work.coefficient_blends += 1;
+                        buffers.work.blended_evaluations += positions_mm.len() as u64;
+                    }
+                }
             }
         }
     }
@@ -212,7 +248,7 @@ impl<'a> BodyTracker<'a> {
             &buffers.positions_mm[index],
             &buffers.evaluations[index].error,
         );
-        let (body_from_sensor, _) = &self.sensors[sensor];
+        let body_from_sensor = &self.sensors[sensor].body_from_sensor;
         Reading {
             position_mm: at + error.position_mm,
             rotation: exp_vector(&error.rotation_rad)

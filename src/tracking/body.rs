@@ -22,7 +22,7 @@ impl RigidBody {
     }
 }
 
-/// One coil assembly and where it sits.
+/// One coil assembly or marker, and where it sits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
     pub name: String,
@@ -35,6 +35,8 @@ pub struct Sensor {
 /// How a sensor is turned in its body, and how much of that it can measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SensorOrientation {
+    /// None: a marker of an optical tracker, whose position alone is measured.
+    Marker,
     /// A unit axis, the sensor's local z. Its roll carries no information.
     FiveDof(Unit<Vector3<f64>>),
     /// `body_from_sensor` as a full rotation.
@@ -51,8 +53,8 @@ pub struct Coil {
 }
 
 impl Sensor {
-    /// The sensor's local z in the body frame.
-    pub fn axis_in_body(&self) -> Unit<Vector3<f64>> {
+    /// The sensor's local z in the body frame; none of a marker.
+    pub fn axis_in_body(&self) -> Option<Unit<Vector3<f64>>> {
         self.orientation.axis()
     }
 
@@ -87,7 +89,8 @@ impl Sensor {
         )
     }
 
-    /// The sensor's pose; for a 5-DOF sensor one of the many with its axis.
+    /// The sensor's pose; for a 5-DOF sensor one of the many with its axis, for a marker turned
+    /// like the body.
     pub fn body_from_sensor(&self) -> Pose {
         pose_from_parts(
             self.position_in_body.coords,
@@ -97,16 +100,19 @@ impl Sensor {
 }
 
 impl SensorOrientation {
-    pub fn axis(&self) -> Unit<Vector3<f64>> {
+    /// The sensor's local z; none of a marker.
+    pub fn axis(&self) -> Option<Unit<Vector3<f64>>> {
         match self {
-            Self::FiveDof(axis) => *axis,
-            Self::SixDof(rotation) => rotation * Vector3::z_axis(),
+            Self::Marker => None,
+            Self::FiveDof(axis) => Some(*axis),
+            Self::SixDof(rotation) => Some(rotation * Vector3::z_axis()),
         }
     }
 
-    /// A rotation whose z is the axis: the smallest from z for a 5-DOF sensor.
+    /// A rotation whose z is the axis: the smallest from z for a 5-DOF sensor, none for a marker.
     pub fn any_rotation(&self) -> UnitQuaternion<f64> {
         match self {
+            Self::Marker => UnitQuaternion::identity(),
             Self::SixDof(rotation) => *rotation,
             Self::FiveDof(axis) => UnitQuaternion::rotation_between_axis(&Vector3::z_axis(), axis)
                 .unwrap_or_else(|| {
@@ -118,6 +124,7 @@ impl SensorOrientation {
     /// The orientation after a rotation in the body frame.
     pub fn rotated_by(&self, rotation: &UnitQuaternion<f64>) -> Self {
         match self {
+            Self::Marker => Self::Marker,
             Self::FiveDof(axis) => Self::FiveDof(Unit::new_normalize(rotation * axis.into_inner())),
             Self::SixDof(own) => {
                 Self::SixDof(UnitQuaternion::new_normalize((rotation * own).into_inner()))
@@ -127,8 +134,18 @@ impl SensorOrientation {
 
     pub fn degrees_of_freedom(&self) -> u8 {
         match self {
+            Self::Marker => 3,
             Self::FiveDof(_) => 5,
             Self::SixDof(_) => 6,
+        }
+    }
+
+    /// What a person calls a sensor that measures this.
+    pub fn kind_name(&self) -> &'static str {
+        match self {
+            Self::Marker => "marker",
+            Self::FiveDof(_) => "5 DOF",
+            Self::SixDof(_) => "6 DOF",
         }
     }
 }
@@ -155,7 +172,7 @@ mod tests {
         let carried = sensor([3.0, 0.0, 90.0]).carried(&start, &now);
         let expected = Point3::new(0.0, 3.0, 100.0);
         assert!((carried.position_in_body - expected).norm() < 1e-12);
-        assert!((carried.axis_in_body().into_inner() - Vector3::y()).norm() < 1e-12);
+        assert!((carried.axis_in_body().unwrap().into_inner() - Vector3::y()).norm() < 1e-12);
     }
 
     #[test]

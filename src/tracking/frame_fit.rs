@@ -46,7 +46,7 @@ struct FitterSensor {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     pub position_mm: Point3<f64>,
-    /// The sensor's axes; only z counts for a 5-DOF sensor.
+    /// The sensor's axes; only z counts for a 5-DOF sensor, and none for a marker.
     pub rotation: UnitQuaternion<f64>,
 }
 
@@ -168,6 +168,7 @@ impl FrameFitter {
         for (sensor, reading) in sensors.iter().zip(readings) {
             h += sensor.arm_in_body * (reading.position_mm.coords - centroid).transpose();
             match sensor.orientation {
+                SensorOrientation::Marker => {}
                 SensorOrientation::FiveDof(axis) => {
                     let measured = reading.rotation * Vector3::z();
                     h += axis.into_inner() * measured.transpose() * weight;

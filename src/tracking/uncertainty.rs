@@ -135,7 +135,7 @@ pub struct LinearFit {
 struct LinearSensor {
     /// `x`, from the centroid.
     arm_mm: Vector3<f64>,
-    /// `w² (I − n nᵀ)`, or `2 w² I` for a 6-DOF sensor.
+    /// `w² (I − n nᵀ)`, or `2 w² I` for a 6-DOF sensor and nothing for a marker.
     seen_mm2: Matrix3<f64>,
     is_five_dof: bool,
 }
@@ -154,6 +154,7 @@ impl LinearFit {
                 let arm_mm = s.position_in_body.coords - centroid;
                 // Σ over a sensor's known axes of n nᵀ, and of I − n nᵀ.
                 let (known, seen) = match &s.orientation {
+                    SensorOrientation::Marker => (Matrix3::zeros(), Matrix3::zeros()),
                     SensorOrientation::FiveDof(n) => {
                         let known = n.into_inner() * n.transpose();
                         (known, Matrix3::identity() - known)

@@ -194,7 +194,13 @@ fn a_sensor_is_turned_in_its_place_by_the_two_rings_that_matter() {
     drag(&mut hand, Handle::ring(Axis::X), by);
     let after = sensor(&hand);
     assert_eq!(after.position_in_body, before.position_in_body);
-    assert!(after.axis_in_body().angle(&before.axis_in_body()) > 0.05);
+    assert!(
+        after
+            .axis_in_body()
+            .unwrap()
+            .angle(&before.axis_in_body().unwrap())
+            > 0.05
+    );
     let label = Some(format!("Turn sensor {}", before.name));
     assert_eq!(hand.undo_label(), label);
 }

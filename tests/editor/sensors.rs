@@ -152,6 +152,7 @@ fn axes_are_turned_along_the_shaft_and_out_of_it_in_one_step() {
         let axes = [0, 1].map(|k| {
             document.design().tool.body.rigid.sensors[k]
                 .axis_in_body()
+                .unwrap()
                 .z
         });
         document.undo();

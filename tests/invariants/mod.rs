@@ -2,6 +2,7 @@
 
 mod fitting;
 mod joint_fit;
+mod markers;
 mod studies;
 mod support;
 mod surveys;

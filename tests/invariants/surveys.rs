@@ -37,7 +37,7 @@ fn a_single_survey_sums_up_what_each_sensor_finds() {
         body.sensors.iter().map(move |sensor| {
             support.at(
                 &(pose * sensor.position_in_body),
-                &(pose.rotation * sensor.axis_in_body()),
+                &(pose.rotation * sensor.axis_in_body().unwrap()),
                 OutsidePolicy::Clamp,
             )
         })

@@ -99,6 +99,7 @@ impl HighFrame {
             );
             let measured = transposed33(&matrix(&quaternion(&reading.rotation)));
             match &sensor.orientation {
+                SensorOrientation::Marker => {}
                 SensorOrientation::FiveDof(axis) => {
                     add(&vector3(axis.into_inner().into()), &measured[2], &weight);
                 }

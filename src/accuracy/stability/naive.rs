@@ -414,6 +414,7 @@ impl Methods for MomentsAboutOrigin {
             .sum::<Vector3<f64>>()
             / n;
         let seen = |o: &SensorOrientation| match o {
+            SensorOrientation::Marker => Matrix3::zeros(),
             SensorOrientation::FiveDof(a) => Matrix3::identity() - a.into_inner() * a.transpose(),
             SensorOrientation::SixDof(_) => Matrix3::identity() * 2.0,
         };

@@ -172,6 +172,11 @@ fn arranging_is_one_step_that_is_named_after_what_it_did() {
             vec!["a", "b"],
         ),
         (
+            arrange(&[0, 1], Arrangement::MakeMarker),
+            "Make 2 sensors markers",
+            vec!["a", "b"],
+        ),
+        (
             Edit::AddSensors {
                 body: BodyRole::Tool,
                 sensors: vec![sensor("c", 1.0), sensor("d", 2.0)],

@@ -113,6 +113,7 @@ fn a_sensor_turns_in_its_place_about_an_axis_of_the_tracker() {
         pose.rotation
             * design.tool.body.rigid.sensors[1]
                 .axis_in_body()
+                .unwrap()
                 .into_inner()
     };
     let wanted = movement.rotation() * axis(&before);
@@ -134,7 +135,7 @@ fn handles_follow_the_body_or_the_tracker() {
     let tracker = rotation(design.tracker_from_body_handle(role, HandleAxes::Tracker));
     assert_eq!(tracker, UnitQuaternion::identity());
     let sensor = rotation(design.tracker_from_sensor_handle(role, 0, HandleAxes::Own));
-    let z = design.tool.body.rigid.sensors[0].axis_in_body();
+    let z = design.tool.body.rigid.sensors[0].axis_in_body().unwrap();
     assert!((sensor * Vector3::z() - own * z.into_inner()).norm() < 1e-12);
 }
 
@@ -144,6 +145,21 @@ fn a_new_sensor_has_a_name_of_its_own() {
     for wanted in ["sensor 1", "sensor 2", "sensor 3"] {
         let new = sensor_beside_last(&body);
         assert_eq!(new.name, wanted);
+        body.sensors.push(new);
+    }
+}
+
+#[test]
+fn beside_a_marker_another_is_put() {
+    let mut body = design().tool.body.rigid;
+    body.sensors[0].orientation = SensorOrientation::Marker;
+    body.sensors.truncate(1);
+    for wanted in ["marker 1", "marker 2"] {
+        let new = sensor_beside_last(&body);
+        assert_eq!(
+            (new.name.as_str(), new.orientation),
+            (wanted, SensorOrientation::Marker)
+        );
         body.sensors.push(new);
     }
 }

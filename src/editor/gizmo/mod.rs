@@ -100,6 +100,8 @@ pub fn gizmo_of(
                 return None;
             }
             let handles = match sensor.orientation {
+                // It is dragged itself, and looks the same however it is turned.
+                SensorOrientation::Marker => return None,
                 SensorOrientation::FiveDof(_) => {
                     // Another frame's axes could lie along its own and turn nothing.
                     axes = HandleAxes::Own;

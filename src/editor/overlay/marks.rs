@@ -174,11 +174,10 @@ fn sensors(view: &OverlayView, labels: &mut Vec<Label>) {
             let what = Selected::Sensor(role, index);
             let at = sensor_point(view, role, index).and_then(|p| view.project(&p));
             let Some(at) = at else { continue };
-            let degrees_of_freedom = sensor.orientation.degrees_of_freedom();
             let is_looked_at = view.selected == Some(what) || view.hovered == Some(what);
             labels.push(Label {
                 at,
-                text: format!("{} · {degrees_of_freedom} DOF", sensor.name),
+                text: format!("{} · {}", sensor.name, sensor.orientation.kind_name()),
                 color: if is_looked_at {
                     palette::SELECTED
                 } else {

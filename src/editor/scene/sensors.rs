@@ -1,5 +1,5 @@
-//! Sensors: an amber coil with one axis (5-DOF) or a triad (6-DOF), its outline when selected,
-//! its mark when outside.
+//! Sensors: an amber coil with one axis (5-DOF) or a triad (6-DOF), an amber ball for a marker; its
+//! outline when selected, its mark when outside.
 //!
 //! A coil is drawn at its true size within bounds on the screen. What a shaft hides of it shines
 //! through, dimmed and still amber.
@@ -18,10 +18,14 @@ use bevy::prelude::*;
 use nalgebra::Point3;
 
 /// The coil that is drawn where a body file says none: a common 5-DOF sensor.
-pub const USUAL_COIL: Coil = Coil {
+const USUAL_COIL: Coil = Coil {
     diameter_mm: 0.8,
     length_mm: 9.0,
 };
+
+/// Diameter of the ball that a marker is drawn as: the common passive sphere.
+const MARKER_MM: f64 = 11.5;
+const MARKER_PX: [f64; 2] = [12.0, 80.0];
 
 /// On the screen a coil is at least this wide and long, and at most this.
 const COIL_WIDTH_PX: [f64; 2] = [8.0, 60.0];
@@ -164,7 +168,7 @@ fn look_of(sensor: &Sensor) -> Look {
     }
 }
 
-/// A coil along z and its axes, each with its own size on the screen.
+/// A coil along z and its axes, each with its own size on the screen; or a ball.
 fn spawn_sensor(
     commands: &mut Commands,
     mark: SensorMark,
@@ -172,10 +176,16 @@ fn spawn_sensor(
     shapes: &GlyphShapes,
     materials: &SensorMaterials,
 ) -> Entity {
+    let (across, along) = look.drawn_size();
     let size = ScreenSized {
         at_mm: Point3::origin(),
-        across: coil_width(&look.coil),
-        along: coil_length(&look.coil),
+        across,
+        along,
+    };
+    let is_marker = look.degrees_of_freedom == 3;
+    let (shape, outline) = match is_marker {
+        true => (&shapes.ball, &shapes.ball),
+        false => (&shapes.coil, &shapes.cylinder),
     };
     let mut sensor = commands.spawn((Name::new("sensor"), mark, look));
     sensor.with_children(|sensor| {
@@ -186,7 +196,7 @@ fn spawn_sensor(
                 Transform::default(),
                 Visibility::default(),
             ))
-            .with_children(|coil| spawn_coil(coil, mark, shapes, materials));
+            .with_children(|coil| spawn_coil(coil, mark, (shape, &shapes.cylinder), materials));
         let outlined = |size: SizeBounds| SizeBounds {
             extra_px: OUTLINE_PX,
             ..size
@@ -200,9 +210,12 @@ fn spawn_sensor(
                 ..size
             },
             Visibility::Hidden,
-            Mesh3d(shapes.cylinder.clone()),
+            Mesh3d(outline.clone()),
             MeshMaterial3d(materials.selected.clone()),
         ));
+        if is_marker {
+            return;
+        }
         let length = bounds(look.coil.length_mm * AXIS_TO_COIL, AXIS_LENGTH_PX);
         let axes = ScreenSized {
             across: length,
@@ -234,20 +247,17 @@ fn spawn_sensor(
 fn spawn_coil(
     coil: &mut ChildSpawnerCommands,
     mark: SensorMark,
-    shapes: &GlyphShapes,
+    (shape, disc): (&Handle<Mesh>, &Handle<Mesh>),
     materials: &SensorMaterials,
 ) {
     for material in &materials.coil {
-        coil.spawn((
-            Mesh3d(shapes.coil.clone()),
-            MeshMaterial3d(material.clone()),
-        ));
+        coil.spawn((Mesh3d(shape.clone()), MeshMaterial3d(material.clone())));
     }
     for at in HATCH_AT {
         coil.spawn((
             OutsideHatch(mark),
             Visibility::Hidden,
-            Mesh3d(shapes.cylinder.clone()),
+            Mesh3d(disc.clone()),
             MeshMaterial3d(materials.outside.clone()),
             Transform::from_translation(Vec3::Z * at)
                 .with_rotation(Quat::from_rotation_x(HATCH_SLANT))
@@ -303,14 +313,22 @@ fn place_sensors(
     }
 }
 
-/// How wide a coil is drawn.
-pub fn coil_width(coil: &Coil) -> SizeBounds {
-    bounds(coil.diameter_mm, COIL_WIDTH_PX)
+/// How wide and how long a sensor is drawn: its coil, or a marker's ball.
+pub fn drawn_size(sensor: &Sensor) -> (SizeBounds, SizeBounds) {
+    look_of(sensor).drawn_size()
 }
 
-/// How long a coil is drawn.
-pub fn coil_length(coil: &Coil) -> SizeBounds {
-    bounds(coil.length_mm, COIL_LENGTH_PX)
+impl Look {
+    fn drawn_size(&self) -> (SizeBounds, SizeBounds) {
+        if self.degrees_of_freedom == 3 {
+            let size = bounds(MARKER_MM, MARKER_PX);
+            return (size, size);
+        }
+        (
+            bounds(self.coil.diameter_mm, COIL_WIDTH_PX),
+            bounds(self.coil.length_mm, COIL_LENGTH_PX),
+        )
+    }
 }
 
 fn bounds(true_mm: f64, [least_px, most_px]: [f64; 2]) -> SizeBounds {

@@ -17,6 +17,8 @@ pub struct GlyphShapes {
     pub cylinder: Handle<Mesh>,
     /// Base at z = 0, point at z = 1.
     pub cone: Handle<Mesh>,
+    /// Of diameter 1.
+    pub ball: Handle<Mesh>,
     /// Of radius 1.
     pub sphere: Handle<Mesh>,
 }
@@ -34,6 +36,7 @@ fn make(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>) {
         coil: meshes.add(turned(&coil_outline())),
         cylinder: meshes.add(turned(&cylinder)),
         cone: meshes.add(turned(&cone)),
+        ball: meshes.add(Sphere::new(0.5).mesh().uv(32, 16)),
         sphere: meshes.add(Sphere::new(1.0).mesh().uv(48, 24)),
     });
 }

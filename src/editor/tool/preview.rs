@@ -1,9 +1,10 @@
-//! What a click of the tool would put there: a coil on the surface, or a mark for the tip.
+//! What a click of the tool would put there: a coil or a marker on the surface, or a mark for the
+//! tip.
 
 use super::{SceneTool, ToolAim, new_sensor};
 use crate::editor::materials::{GlowMaterial, Shown};
 use crate::editor::scene::screen_size::{ScreenSized, SizeBounds};
-use crate::editor::scene::sensors::{USUAL_COIL, coil_length, coil_width};
+use crate::editor::scene::sensors::drawn_size;
 use crate::editor::scene::shapes::GlyphShapes;
 use crate::editor::state::EditorSystems;
 use crate::editor::study::ShownDesign;
@@ -30,6 +31,7 @@ pub(super) struct PreviewSystems;
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
     Coil,
+    Ball,
     Axis,
     Tip,
 }
@@ -77,6 +79,7 @@ fn show(
     for placed in wanted {
         let (mesh, color, [middle, rim]) = match placed.part {
             Part::Coil => (&shapes.coil, palette::SENSOR, COIL_ALPHA),
+            Part::Ball => (&shapes.ball, palette::SENSOR, COIL_ALPHA),
             Part::Axis => (&shapes.cylinder, palette::SENSOR_AXIS, COIL_ALPHA),
             Part::Tip => (&shapes.sphere, palette::ERROR_VECTOR, [0.9, 0.9]),
         };
@@ -123,23 +126,22 @@ fn placed(aim: &ToolAim, tool: SceneTool, shown: &ShownDesign) -> Vec<Placed> {
             let Some(sensor) = new_sensor(&shown.design, point) else {
                 return Vec::new();
             };
-            let coil = sensor.coil.unwrap_or(USUAL_COIL);
+            let (coil_across, coil_along) = drawn_size(&sensor);
             let tracker_from_part = tracker_from_body * sensor.body_from_sensor();
+            let drawn = |part, across, along| Placed {
+                part,
+                tracker_from_part,
+                across,
+                along,
+            };
             let [across, along] = AXIS_PX.map(px);
-            vec![
-                Placed {
-                    part: Part::Coil,
-                    tracker_from_part,
-                    across: coil_width(&coil),
-                    along: coil_length(&coil),
-                },
-                Placed {
-                    part: Part::Axis,
-                    tracker_from_part,
-                    across,
-                    along,
-                },
-            ]
+            match sensor.axis_in_body() {
+                Some(_) => vec![
+                    drawn(Part::Coil, coil_across, coil_along),
+                    drawn(Part::Axis, across, along),
+                ],
+                None => vec![drawn(Part::Ball, coil_across, coil_along)],
+            }
         }
         SceneTool::SetTip => {
             let at = tracker_from_body * point.at.position_mm;

@@ -241,6 +241,7 @@ fn sensor_ui(
         }))
     });
     match &sensor.orientation {
+        SensorOrientation::Marker => {}
         SensorOrientation::FiveDof(axis) => axis_ui(ui, axis, actions, &label, |axis| {
             changed(SensorOrientation::FiveDof(axis))
         }),
@@ -250,7 +251,9 @@ fn sensor_ui(
             });
         }
     }
-    coil_ui(ui, sensor, actions, set);
+    if sensor.orientation != SensorOrientation::Marker {
+        coil_ui(ui, sensor, actions, set);
+    }
     if let Some(detail) = detail(inspector.pose, role) {
         reading_ui(ui, detail, index);
     }
@@ -259,18 +262,19 @@ fn sensor_ui(
 
 /// A choice is made for all selected sensors.
 fn kind_ui(ui: &mut Ui, orientation: &SensorOrientation, actions: &mut Vec<PanelAction>) {
-    let is_five = matches!(orientation, SensorOrientation::FiveDof(_));
+    let own = orientation.degrees_of_freedom();
     row_ui(ui, "measures", |ui| {
         ComboBox::from_id_salt("kind")
-            .selected_text(kind_name(is_five))
+            .selected_text(kind_name(own))
             .width(2.0 * FIELD_WIDTH)
             .show_ui(ui, |ui| {
-                for (five, command) in [
-                    (true, SensorCommand::MakeFiveDof),
-                    (false, SensorCommand::MakeSixDof),
+                for (kind, command) in [
+                    (5, SensorCommand::MakeFiveDof),
+                    (6, SensorCommand::MakeSixDof),
+                    (3, SensorCommand::MakeMarker),
                 ] {
-                    let choice = ui.selectable_label(is_five == five, kind_name(five));
-                    if choice.clicked() && is_five != five {
+                    let choice = ui.selectable_label(own == kind, kind_name(kind));
+                    if choice.clicked() && own != kind {
                         actions.push(PanelAction::Run(Command::Sensors(command)));
                     }
                 }
@@ -278,11 +282,11 @@ fn kind_ui(ui: &mut Ui, orientation: &SensorOrientation, actions: &mut Vec<Panel
     });
 }
 
-fn kind_name(is_five: bool) -> &'static str {
-    if is_five {
-        "5 DOF, one axis"
-    } else {
-        "6 DOF, full rotation"
+fn kind_name(degrees_of_freedom: u8) -> &'static str {
+    match degrees_of_freedom {
+        3 => "position, a marker",
+        5 => "5 DOF, one axis",
+        _ => "6 DOF, full rotation",
     }
 }
 

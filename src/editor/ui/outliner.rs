@@ -112,15 +112,15 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
     };
     selectable(ui, Selected::Body(role), head, actions);
     for (index, sensor) in body.rigid.sensors.iter().enumerate() {
-        let degrees_of_freedom = format!("{} DOF", sensor.orientation.degrees_of_freedom());
         let sensor_mark = match &sensor.orientation {
+            SensorOrientation::Marker => Mark::Ball,
             SensorOrientation::FiveDof(_) => Mark::Dot,
             SensorOrientation::SixDof(_) => Mark::Ring,
         };
         let trouble = detail(outliner.pose, role).and_then(|d| sensor_trouble(d, index));
         let row = Row {
             label: &sensor.name,
-            note: trouble.unwrap_or(&degrees_of_freedom),
+            note: trouble.unwrap_or(sensor.orientation.kind_name()),
             note_color: trouble.map(|_| palette::MISSED.color32()),
             indent: 1,
             mark: Some((sensor_mark, palette::SENSOR.color32())),

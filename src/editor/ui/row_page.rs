@@ -68,7 +68,8 @@ impl RowPage {
                     return None;
                 };
                 let sensor = design.body(body)?.rigid.sensors.get(index)?;
-                sensor.axis_in_body().into_inner()
+                // A marker's are the body's.
+                sensor.body_from_sensor().rotation * Vector3::z()
             }
         };
         Some(Edit::Arrange {

@@ -294,6 +294,8 @@ pub struct Row<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
     Square,
+    /// A marker.
+    Ball,
     /// A sensor of one axis.
     Dot,
     /// A sensor of three axes.
@@ -318,6 +320,9 @@ impl Mark {
             Self::Square => {
                 let rect = egui::Rect::from_center_size(at, vec2(9.0, 9.0));
                 painter.rect_filled(rect, 2.0, color);
+            }
+            Self::Ball => {
+                painter.circle_stroke(at, 4.0, stroke);
             }
             Self::Dot => {
                 painter.circle_filled(at, 3.5, color);

@@ -227,6 +227,31 @@ impl Support {
         self.leverage_share(position_mm, axis) <= 1.0 + LEVERAGE_SLACK
     }
 
+    /// As [`Self::at`] for a marker, which has no axis: the worst over the basis orientations, whose
+    /// mean is its error, and no angle.
+    pub fn at_marker(&self, position_mm: &Point3<f64>, outside: OutsidePolicy) -> SupportAt {
+        let each = self.directions.directions().iter();
+        let worst = each
+            .map(|axis| self.at(position_mm, axis, outside))
+            .reduce(|a, b| SupportAt {
+                position_std_error_mm: a.position_std_error_mm.max(b.position_std_error_mm),
+                angle_std_error_rad: None,
+                leverage: a.leverage.max(b.leverage),
+                is_supported: a.is_supported && b.is_supported,
+                distance_mm: a.distance_mm.max(b.distance_mm),
+            });
+        SupportAt {
+            angle_std_error_rad: None,
+            ..worst.unwrap_or_else(|| self.at(position_mm, &Vector3::z_axis(), outside))
+        }
+    }
+
+    /// As [`SupportAt::is_supported`] of [`Self::at_marker`], without the other figures.
+    pub fn is_marker_supported(&self, position_mm: &Point3<f64>) -> bool {
+        let mut axes = self.directions.directions().iter();
+        axes.all(|axis| self.is_supported(position_mm, axis))
+    }
+
     /// What the forms are evaluated with.
     fn placed(&self, at: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> (FormBasis, Weighed) {
         let weights = self.directions.weights(axis, self.weighting);

@@ -53,7 +53,7 @@ use crate::task::{Cancelled, Task};
 use crate::tracking::Sensor;
 use crf::CrfAt;
 use known::Known;
-use nalgebra::Unit;
+use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -209,7 +209,7 @@ pub fn vertices(mesh: &SurfaceMesh) -> Vec<SurfacePoint> {
         .flat_map(|part| part.positions_mm.iter().zip(&part.normals))
         .map(|(position_mm, normal)| SurfacePoint {
             position_mm: *position_mm,
-            normal: Unit::try_new(*normal, 1e-12).unwrap_or_else(nalgebra::Vector3::z_axis),
+            normal: Unit::try_new(*normal, 1e-12).unwrap_or_else(Vector3::z_axis),
         })
         .collect()
 }
@@ -321,7 +321,9 @@ impl Candidates {
             .iter()
             .map(|candidate| {
                 let placed = plan.rule.placed(&nameless, candidate);
-                let axis = placed.axis_in_body().into_inner() * RADIAN_MM;
+                let axis = placed
+                    .axis_in_body()
+                    .map_or_else(Vector3::zeros, |axis| axis.into_inner() * RADIAN_MM);
                 let at = placed.position_in_body;
                 let place = [at.x, at.y, at.z, axis.x, axis.y, axis.z, 0.0];
                 *known.entry(place.map(f64::to_bits)).or_insert_with(|| {

@@ -5,6 +5,7 @@ use crate::design::BodyRole;
 use crate::field::{DistortionModel, OutsidePolicy};
 use crate::store;
 use crate::study::{CancelToken, Mode, Motion, run};
+use crate::tracking::SensorOrientation;
 use nalgebra::Point3;
 
 fn built_in(name: &str, body: PlacedBody) -> (Scenario, Vec<SurfacePoint>) {
@@ -67,6 +68,32 @@ fn a_fully_computed_place_is_the_study_with_the_sensor_moved_there() {
                     );
                 }
             }
+        }
+    }
+}
+
+#[test]
+fn a_marker_s_place_is_the_study_with_the_marker_there_whatever_the_rule() {
+    let (mut scenario, all) = built_in("pointer-on-head", PlacedBody::Tool);
+    for sensor in &mut scenario.tool.sensors {
+        sensor.orientation = SensorOrientation::Marker;
+    }
+    // Two would leave a turn free.
+    let mut third = scenario.tool.sensors[0].clone();
+    third.position_in_body += Vector3::new(20.0, 5.0, 30.0);
+    scenario.tool.sensors.push(third);
+    let some: Vec<_> = all.iter().step_by(all.len() / 5).copied().collect();
+    let keep = placed(&scenario, &plan(PlacedBody::Tool, AxisRule::Keep, &some));
+    for rule in [AxisRule::Normal, AxisRule::Tangent] {
+        let plan = plan(PlacedBody::Tool, rule, &some);
+        assert_eq!(placed(&scenario, &plan).places, keep.places);
+        for (at, place) in some.iter().zip(&keep.places) {
+            let studied = studied_mm(&scenario, &plan, at).unwrap();
+            let found = place.tip_rms_mm.unwrap();
+            assert!(
+                (found - studied).abs() < 1e-12 * studied,
+                "{found} {studied}"
+            );
         }
     }
 }

@@ -189,6 +189,7 @@ impl RefitBody {
                         let u = perpendicular(&axis).into_inner();
                         ([u, axis.cross(&u), Vector3::zeros()], 2)
                     }
+                    3 => ([Vector3::zeros(); 3], 0),
                     _ => ([Vector3::x(), Vector3::y(), Vector3::z()], 3),
                 };
                 SensorNoise {
@@ -206,7 +207,8 @@ impl RefitBody {
         }
     }
 
-    /// Numbers that one reading of the body takes: five a 5-DOF sensor, six a 6-DOF one.
+    /// Numbers that one reading of the body takes: three a marker, five a 5-DOF sensor,
+    /// six a 6-DOF one.
     pub fn dimensions(&self) -> usize {
         self.noise.iter().map(|n| 3 + n.turns).sum()
     }

@@ -241,6 +241,7 @@ impl HighCovariance {
 fn seen(orientation: &SensorOrientation) -> High33 {
     let identity = |i: usize, j: usize| if i == j { High::one() } else { High::zero() };
     match orientation {
+        SensorOrientation::Marker => matrix_from_fn(|_, _| High::zero()),
         SensorOrientation::FiveDof(axis) => {
             let n = vector3(Unit::into_inner(*axis).into());
             matrix_from_fn(|i, j| identity(i, j) - &n[i] * &n[j])
