@@ -25,7 +25,9 @@ struct Live {
 
 impl Live {
     fn start(args: &[&str]) -> Self {
-        let mut child = trackwright(&[&["live", "--format", "json"], args].concat())
+        // A machine that does other things is not taken for a tool that is late.
+        let patient = ["live", "--format", "json", "--stale-ms", "20000"];
+        let mut child = trackwright(&[&patient[..], args].concat())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
