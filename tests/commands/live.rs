@@ -14,7 +14,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 use trackwright::formats::recording::live_table;
 use trackwright::geometry::pose::{Pose, pose_from_array, pose_to_array};
-use trackwright::live::codec::{Content, ToolKind};
+use trackwright::live::codec::{Content, Timestamp, ToolKind};
 use trackwright::live::server::Server;
 
 /// The program, running, and what it says.
@@ -25,7 +25,9 @@ struct Live {
 
 impl Live {
     fn start(args: &[&str]) -> Self {
-        let mut child = trackwright(&[&["live", "--format", "json"], args].concat())
+        // A machine that does other things is not taken for a tool that is late.
+        let patient = ["live", "--format", "json", "--stale-ms", "20000"];
+        let mut child = trackwright(&[&patient[..], args].concat())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -187,7 +189,7 @@ fn poses_are_served_on_as_compensate_corrects_them_and_recorded_as_measured() {
     let arguments = ["--order", "1", "--directions", "1"];
     succeed(&[&["fit", &table, "-o", &env], &arguments[..]].concat());
     // Single precision changes what is measured: both correct the same numbers.
-    let message = numbered("Probe", 60);
+    let mut message = numbered("Probe", 60);
     let Content::Transform(matrix) = &message.content else {
         panic!("a transform")
     };
@@ -216,6 +218,8 @@ fn poses_are_served_on_as_compensate_corrects_them_and_recorded_as_measured() {
     // Far outside the box: said, and not sent.
     send(&server, "Probe", 100_000);
     live.says("Probe: not good, it is outside the box");
+    // After the other one.
+    message.timestamp = Timestamp::now();
     server
         .send_transform(&message, ToolKind::SixDof, Instant::now())
         .unwrap();

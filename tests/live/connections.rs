@@ -194,21 +194,25 @@ fn a_port_in_use_is_an_error_that_names_it() {
     );
 }
 
+/// Files that this process may have open, as far as the system tells.
+fn file_limit() -> usize {
+    let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
+    let line = limits
+        .lines()
+        .find_map(|line| line.strip_prefix("Max open files"));
+    let soft = line.and_then(|line| line.split_whitespace().next());
+    soft.and_then(|soft| soft.parse().ok()).unwrap_or(256)
+}
+
 #[test]
 fn a_thousand_clients_are_served_and_the_next_is_told_why_it_is_not() {
-    let (server, served) = serve(&ServerOptions::at(anywhere()));
-    // Where the system gives one process fewer files than that, as many as it gives.
-    let limit = (1..=ServerOptions::MAX_CLIENTS)
-        .map_while(|_| TcpListener::bind(anywhere()).ok())
-        .collect::<Vec<_>>()
-        .len();
-    let is_whole = limit == ServerOptions::MAX_CLIENTS && {
-        let spare: Vec<_> = (0..2 * limit + 100)
-            .map_while(|_| std::fs::File::open("/dev/null").ok())
-            .collect();
-        spare.len() == 2 * limit + 100
-    };
-    let count = if is_whole { limit } else { limit / 8 };
+    let mut options = ServerOptions::at(anywhere());
+    // Both ends are in this process, and other tests beside them.
+    if file_limit() < 4 * options.max_clients {
+        options.max_clients = file_limit() / 8;
+    }
+    let count = options.max_clients;
+    let (server, served) = serve(&options);
     let mut clients = Vec::new();
     for _ in 0..count {
         clients.push(Reader::connect(server.address()));
@@ -218,16 +222,16 @@ fn a_thousand_clients_are_served_and_the_next_is_told_why_it_is_not() {
     for client in &mut clients {
         assert_eq!(number_of(&client.next_transform()), Some(5));
     }
-    if !is_whole {
-        return;
-    }
     let mut refused = Reader::connect(server.address());
     let told = refused.next().expect("a word before the end");
     let Content::Status(status) = told.content else {
         panic!("{told:?}")
     };
     assert_eq!(status.code, StatusCode::RESOURCE_ERROR);
-    assert!(status.text.contains("1000 clients"), "{status:?}");
+    assert!(
+        status.text.contains(&format!("{count} clients")),
+        "{status:?}"
+    );
     assert_eq!(refused.next(), None);
     assert_eq!(server.clients(), count);
 }
@@ -301,7 +305,11 @@ fn a_session_marks_what_is_stale_or_lost_and_says_how_it_is() {
     let session = Session::start(
         SessionSettings {
             client,
-            relay: RelayOptions::default(),
+            // Long for a tool, so that a machine that does other things is not taken for a stale one.
+            relay: RelayOptions {
+                stale_after: Duration::from_secs(2),
+                ..RelayOptions::default()
+            },
             room: None,
             server: Some(ServerOptions::at(anywhere())),
             record: None,

@@ -1,6 +1,7 @@
 """Serves transforms with pyigtl until the input ends: one for each line, `NAME X VERSION STATUS`."""
 
 import sys
+import time
 
 import numpy
 import pyigtl
@@ -16,7 +17,7 @@ for line in sys.stdin:
     if message.header_version == 2:
         message.metadata = {"TransformStatus": status}
     while not server.is_connected():
-        pass
+        time.sleep(0.005)
     server.send_message(message, wait=True)
     print("sent", flush=True)
 server.stop()

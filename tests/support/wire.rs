@@ -1,5 +1,10 @@
 //! Both ends of a connection to check against: messages read one by one, and events waited for.
 
+#![allow(
+    dead_code,
+    reason = "tests and a bench share it, and each needs a part"
+)]
+
 use std::io::Read;
 use std::net::{SocketAddr, TcpStream};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -104,12 +109,15 @@ impl Reader {
     /// The next transform, whatever else comes before it.
     #[track_caller]
     pub fn next_transform(&mut self) -> Message {
-        loop {
+        // What is said again every second is no reason to wait for ever.
+        let end = Instant::now() + PATIENCE;
+        while Instant::now() < end {
             let message = self.next().expect("a transform before the end");
             if matches!(message.content, Content::Transform(_)) {
                 return message;
             }
         }
+        panic!("waited for a transform in vain");
     }
 }
 

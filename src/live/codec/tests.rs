@@ -223,7 +223,7 @@ fn a_stream_cut_anywhere_gives_the_whole_messages_before_the_cut() {
         metadata: vec![MetadataEntry::text("TransformStatus", "OK")],
     };
     let matrix = Matrix::from_pose(&Pose::translation(1.0, 2.0, 3.0));
-    let mut sent = vec![
+    let mut sent = [
         Message::new("A", Timestamp(1), Content::Transform(matrix)),
         Message::new("B", Timestamp(2), Content::Status(Status::ok("fine"))),
         Message::new("C", Timestamp(3), Content::StopTracking),
