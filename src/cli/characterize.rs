@@ -6,7 +6,7 @@ mod report;
 use super::numbers::above_zero;
 use super::output::{self, Format, Shown};
 use crate::calibration::characterisation::{
-    CharacterisationSettings, PairKind, RecordedPair, characterise,
+    CharacterisationError, CharacterisationSettings, PairKind, RecordedPair, characterise,
 };
 use crate::calibration::hand_eye::HandEyeSettings;
 use crate::calibration::robust::Loss;
@@ -14,7 +14,7 @@ use crate::calibration::still_pose::Spread;
 use crate::calibration::time_alignment::AlignmentSettings;
 use crate::formats::characterised;
 use crate::store;
-use anyhow::{Context, bail};
+use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -138,8 +138,13 @@ pub fn run(args: &CharacterizeArgs) -> anyhow::Result<()> {
             reference: store::read_recording(reference)?,
         });
     }
-    let found = characterise(&pairs, &settings(args), &shown.task.stretch(0.5, 1.0))
-        .context("no measurements")?;
+    let task = shown.task.stretch(0.5, 1.0);
+    let found = characterise(&pairs, &settings(args), &task).map_err(|error| match error {
+        CharacterisationError::ReferenceTool { pair, cause } => {
+            anyhow!("{}: {cause}", args.reference[pair].display())
+        }
+        other => anyhow!("no measurements: {other}"),
+    })?;
     drop(shown);
     store::write_atomic(&args.output, |out| characterised::write(out, &found))?;
     for (pair, problem) in report::rejected(&found) {

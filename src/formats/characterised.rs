@@ -5,7 +5,6 @@ use crate::calibration::characterisation::Characterisation;
 use crate::geometry::pose::pose_to_array;
 use std::io::{self, Write};
 
-/// Columns that `select` holds rows out by.
 const NAMES: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
 
 /// Writes a row a reading: `sensor` by name, `pair` and `pose` numbered from 0. Rows of one pose
@@ -39,4 +38,60 @@ pub fn write(out: &mut dyn Write, found: &Characterisation) -> io::Result<()> {
 
 fn io_error(error: csv::Error) -> io::Error {
     io::Error::other(error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::characterisation::CharacterisedReading;
+    use crate::calibration::hand_eye::{HandEye, Motion};
+    use crate::calibration::still_pose::Spread;
+    use crate::field::samples::Measurement;
+    use crate::formats::{groups, measurements};
+    use crate::geometry::pose::pose_from_array;
+    use nalgebra::{DMatrix, Vector3};
+
+    #[test]
+    fn the_table_reads_back_as_measurements_with_their_groups_whatever_a_sensor_is_called() {
+        let measurement = Measurement {
+            tracker_from_ideal: pose_from_array([0.1, -2.0, 1.0 / 3.0, 0.8, 0.0, 0.6, 0.0])
+                .unwrap(),
+            tracker_from_measured: pose_from_array([1e-7, -2.0, 0.3, 0.6, 0.0, 0.8, 0.0]).unwrap(),
+        };
+        let reading = |pair, pose, sensor| CharacterisedReading {
+            pair,
+            pose,
+            sensor,
+            measurement,
+            error: Spread::default(),
+        };
+        let found = Characterisation {
+            sensors: vec!["Port 1: a, \"b\"".to_owned(), "c".to_owned()],
+            hand_eye: HandEye {
+                tracker_from_reference: measurement.tracker_from_ideal,
+                body_from_sensor: Vec::new(),
+                covariance: DMatrix::zeros(0, 0),
+                scales: Vec::new(),
+                motion: Motion {
+                    largest_rad: 0.0,
+                    least_turn_rad: 0.0,
+                    second_turn_rad: 0.0,
+                    axis_in_body: Vector3::z(),
+                    axis_in_reference: Vector3::z(),
+                },
+            },
+            readings: vec![reading(0, 0, 0), reading(0, 0, 1), reading(3, 7, 0)],
+            pairs: Vec::new(),
+            distances: Vec::new(),
+        };
+        let mut table = Vec::new();
+        write(&mut table, &found).unwrap();
+        let read = measurements::parse(&table).unwrap();
+        assert_eq!(read.measurements, [measurement; 3]);
+        let labels = |name| groups::parse(&table, name).unwrap().unwrap();
+        assert_eq!(labels(None).name, "pose");
+        assert_eq!(labels(None).labels, ["0", "0", "7"]);
+        assert_eq!(labels(Some("pair")).labels, ["0", "0", "3"]);
+        assert_eq!(labels(Some("sensor")).labels[0], "Port 1: a, \"b\"");
+    }
 }

@@ -111,7 +111,8 @@ fn the_real_static_room_has_the_known_errors_and_distances() {
         rows.map(|r| number(&r["cv"]["position_rms_mm"]))
             .fold(f64::INFINITY, f64::min)
     };
-    assert!(cv(2) < 0.7 * cv(0), "{} {}", cv(0), cv(2));
+    // 4.77 to 3.42 mm, by an affine map alone.
+    assert!(cv(1) < 0.8 * cv(0), "{} {}", cv(0), cv(1));
 }
 
 #[test]
@@ -142,14 +143,58 @@ fn four_real_paths_are_aligned_in_time_by_their_frame_counters() {
         let [before, after] = ["before", "after"].map(|w| number(&path[w]["position_mm"]));
         assert!(after <= before * 1.001 && after < 4.0, "{path}");
     }
-    let said = succeed(&borrowed(&arguments));
+}
+
+#[test]
+fn real_motions_that_do_not_tell_are_refused_and_one_that_does_is_printed() {
+    let Some(folder) = third_party("aurora-polaris/paths") else {
+        return;
+    };
+    let scratch = Scratch::new();
+    let table = scratch.arg("path.csv");
+    let of = |name: &str| {
+        let file = |tracker: &str| text(&folder.join(format!("{tracker}_19_09_{name}.tsv")));
+        [vec![file("EM")], vec![file("OT")]]
+    };
+    let [em, reference] = of("Line100");
+    let said = fail(&characterize(&em, &reference, &table));
+    assert!(
+        said.contains("too few poses: 4, expected at least 10"),
+        "{said}"
+    );
+    let few = [
+        characterize(&em, &reference, &table),
+        vec!["--min-poses", "3"],
+    ]
+    .concat();
+    let said = fail(&few);
+    assert!(said.contains("the body hardly turned"), "{said}");
+    // A circle and an arc, each about one axis.
+    for name in ["Circle30", "Arc10"] {
+        let [em, reference] = of(name);
+        let said = fail(&characterize(&em, &reference, &table));
+        assert!(
+            said.contains("the body turned about one axis only"),
+            "{said}"
+        );
+    }
+    let [em, reference] = of("Random10");
+    let one = [
+        characterize(&em, &reference, &table),
+        vec!["--sensors", "Port 12"],
+    ]
+    .concat();
+    let said = succeed(&one);
     for word in [
-        "4 paths",
+        "paths: 1",
+        "body from Port 12",
         "offset s",
         "clocks: EM tracker by frames at 320 Hz",
+        "written to",
     ] {
         assert!(said.contains(word), "{said}");
     }
+    assert!(!said.contains("Port 10"), "{said}");
 }
 
 const COLUMNS: &str = "Frame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz";

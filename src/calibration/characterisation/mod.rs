@@ -9,8 +9,6 @@ mod path;
 mod prepare;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod tests;
 
 pub use path::PathReport;
 pub use prepare::{PairProblem, StillReport};

@@ -100,7 +100,7 @@ pub enum HandEyeError {
         needed: usize,
     },
     #[error(
-        "the body hardly turned: no two poses differ by more than {largest_deg:.2}°, so neither the sensors' \
+        "the body hardly turned: no pose differs from the first by more than {largest_deg:.2}°, so neither the sensors' \
          place on the body nor the reference tracker's place is determined; turn the body by tens of degrees \
          between poses, about two axes at least"
     )]

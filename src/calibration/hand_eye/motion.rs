@@ -59,12 +59,17 @@ pub(super) fn of(readings: &[PairedReading]) -> Motion {
         1.0
     };
     let in_reference = mean * axis_in_body;
+    // Round-off reads like a tilt.
+    let clean = |axis: Vector3<f64>| {
+        let unit = axis.try_normalize(0.0).unwrap_or(axis);
+        unit.map(|v| if v.abs() < 1e-9 { 0.0 } else { v * sign })
+    };
     Motion {
         largest_rad,
         least_turn_rad: svd.singular_values[2].max(0.0).sqrt(),
         second_turn_rad: svd.singular_values[1].max(0.0).sqrt(),
-        axis_in_body: sign * axis_in_body,
-        axis_in_reference: sign * in_reference.try_normalize(0.0).unwrap_or(in_reference),
+        axis_in_body: clean(axis_in_body),
+        axis_in_reference: clean(in_reference),
     }
 }
 

@@ -115,8 +115,8 @@ fn slopes_are_those_of_finite_differences() {
 }
 
 /// Mean of `error² / variance` over repeats and unknowns.
-fn normalised_square(repeats: u64, mut one: impl FnMut(u64) -> Vec<f64>) -> f64 {
-    let all: Vec<f64> = (0..repeats).flat_map(|seed| one(seed)).collect();
+fn normalised_square(repeats: u64, one: impl FnMut(u64) -> Vec<f64>) -> f64 {
+    let all: Vec<f64> = (0..repeats).flat_map(one).collect();
     all.iter().sum::<f64>() / all.len() as f64
 }
 

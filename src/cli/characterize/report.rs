@@ -193,7 +193,7 @@ pub fn as_text(found: &Characterisation) -> String {
     let names = short_names(&found.sensors);
     let mut lines = vec![
         format!(
-            "{} pairs: {} still poses, {path_count} paths, {rejected_count} not used; {} readings",
+            "pairs: {}, of which still poses: {}, paths: {path_count}, not used: {rejected_count}; readings: {}",
             with_separators(found.pairs.len()),
             with_separators(found.pairs.len() - path_count - rejected_count),
             with_separators(found.readings.len()),
