@@ -101,7 +101,9 @@ impl std::fmt::Display for Lost {
                 kind.name(),
                 match kind {
                     DefinitionKind::AtracsysIni | DefinitionKind::SawJson => "divots and comments",
-                    _ => "serial number and date, manufacturer, faces and normals",
+                    DefinitionKind::NdiEm => "serial number and date, manufacturer",
+                    DefinitionKind::NdiOptical | DefinitionKind::ToolPlist =>
+                        "serial number and date, manufacturer, faces and normals",
                 }
             ),
             Self::Comments => write!(f, "comments: the text is written anew"),
