@@ -65,6 +65,13 @@ fn optical() -> Scenario {
     scenario
 }
 
+/// A 5-DOF sensor of the tool that `optical` stands in for.
+fn coil_of_pointer() -> Sensor {
+    let world = store::open_builtin("pointer-on-head").unwrap();
+    let design = world.document.design();
+    design.body(BodyRole::Tool).unwrap().rigid.sensors[0].clone()
+}
+
 #[test]
 fn three_markers_give_the_frame_whatever_the_weight_and_a_row_of_them_leaves_its_turn_free() {
     let truth = some_pose();
@@ -127,17 +134,8 @@ fn their_uncertainty_is_the_target_registration_error_of_fitzpatrick_west_and_ma
 #[test]
 fn a_marker_reads_the_mean_over_the_basis_orientations_and_no_turn() {
     let mut scenario = optical();
-    // Beside a coil, so that both ways of evaluating are gone.
-    let coil = store::open_builtin("pointer-on-head").unwrap();
-    let coil = coil
-        .document
-        .design()
-        .body(BodyRole::Tool)
-        .unwrap()
-        .rigid
-        .sensors[0]
-        .clone();
-    scenario.tool.sensors.insert(1, coil.clone());
+    // Beside a coil, so that both kinds are evaluated in one body.
+    scenario.tool.sensors.insert(1, coil_of_pointer());
     let detail = look(&scenario);
     let model = &scenario.environment.model;
     let axes = model.directions().directions();
@@ -165,16 +163,7 @@ fn a_marker_reads_the_mean_over_the_basis_orientations_and_no_turn() {
 #[test]
 fn a_motion_of_markers_and_coils_is_its_poses_one_by_one() {
     let mut scenario = optical();
-    let coil = store::open_builtin("pointer-on-head").unwrap();
-    let coil = coil
-        .document
-        .design()
-        .body(BodyRole::Tool)
-        .unwrap()
-        .rigid
-        .sensors[0]
-        .clone();
-    scenario.tool.sensors.push(coil);
+    scenario.tool.sensors.push(coil_of_pointer());
     let range = |size: f64| {
         Some(AxisRange {
             min: -size,
