@@ -239,6 +239,18 @@ fn is_same_f32(a: &Point3<f64>, b: &Point3<f64>) -> bool {
     a.iter().zip(b.iter()).all(|(a, b)| *a as f32 == *b as f32)
 }
 
+/// What the image had in each sensor's slot, else in the nearest one; `first` where it had none.
+fn likes<T: Copy>(sensors: &[Sensor], slots: &[Sensor], old: &[T], first: T) -> Vec<T> {
+    let like = |(sensor, own): (&Sensor, Option<usize>)| {
+        let slot = own.or_else(|| nearest_slot(&sensor.position_in_body, slots));
+        slot.and_then(|slot| old.get(slot))
+            .copied()
+            .unwrap_or(first)
+    };
+    let own = slots_of(sensors, slots, is_same_f32);
+    sensors.iter().zip(own).map(like).collect()
+}
+
 fn write_markers(
     rom: &mut OpticalRom,
     sensors: &[Sensor],
@@ -252,12 +264,9 @@ fn write_markers(
         OpticalRom::MAX_MARKERS,
     )?;
     let (old, slots) = (rom.markers(), rom.sensors());
-    let own = slots_of(sensors, &slots, is_same_f32);
+    let likes = likes(sensors, &slots, &old, OpticalMarker::FIRST);
     let mut markers = Vec::with_capacity(sensors.len());
-    for (sensor, own) in sensors.iter().zip(own) {
-        let slot = own.or_else(|| nearest_slot(&sensor.position_in_body, &slots));
-        let like = slot.and_then(|slot| old.get(slot)).copied();
-        let like = like.unwrap_or(OpticalMarker::FIRST);
+    for (sensor, like) in sensors.iter().zip(likes) {
         markers.push(OpticalMarker {
             position: rounding.place(sensor, like.position)?,
             ..like
@@ -280,12 +289,9 @@ fn write_coils(
         EmRom::MAX_COILS,
     )?;
     let (old, slots) = (rom.coils(), rom.sensors());
-    let own = slots_of(sensors, &slots, is_same_f32);
+    let likes = likes(sensors, &slots, &old, EmCoil::FIRST);
     let mut coils = Vec::with_capacity(sensors.len());
-    for (sensor, own) in sensors.iter().zip(own) {
-        let slot = own.or_else(|| nearest_slot(&sensor.position_in_body, &slots));
-        let like = slot.and_then(|slot| old.get(slot)).copied();
-        let mut coil = like.unwrap_or(EmCoil::FIRST);
+    for (sensor, mut coil) in sensors.iter().zip(likes) {
         coil.position = rounding.place(sensor, coil.position)?;
         if let SensorOrientation::FiveDof(axis) = &sensor.orientation
             && angle_between(axis, &coil.axis()) > AXIS_TOLERANCE_RAD

@@ -81,7 +81,7 @@ pub(super) fn fits(text: &str, room: usize) -> bool {
 }
 
 /// The text and NULs up to the end of the field; the text has to fit.
-pub(super) fn put_text<const N: usize>(image: &mut [u8; N], at: usize, room: usize, text: &str) {
+pub(super) fn put_text(image: &mut [u8], at: usize, room: usize, text: &str) {
     image[at..at + room].fill(0);
     for (byte, letter) in image[at..at + room].iter_mut().zip(text.bytes()) {
         *byte = letter;

@@ -7,6 +7,7 @@
 mod atracsys_ini;
 mod from_body;
 mod geometry;
+mod identity;
 mod image;
 mod lost;
 mod matching;

@@ -4,11 +4,10 @@
 //! it in the file. Each coil is a 5-DOF sensor whose axis is given by azimuth and polar angle.
 
 use super::super::error::FormatError;
+use super::identity::IdentityAt;
 use super::image::{
-    Checksum, check_finite, f32_at, fits, put, put_text, put_vector, split, sum, text_of, u16_at,
-    u32_at, vector_at,
+    Checksum, check_finite, f32_at, put, put_vector, split, sum, u16_at, u32_at, vector_at,
 };
-use super::serial::SerialWord;
 use super::{OnMismatch, coil_name};
 use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Point3, Unit, Vector3};
@@ -23,10 +22,6 @@ const SLOTS: usize = 8;
 const PAYLOAD: usize = 2;
 /// Bytes of a file that are not payload.
 const FRAME: usize = 8;
-const SUB_TYPE: usize = 4;
-const MAIN_TYPE: usize = 7;
-const REVISION: usize = 8;
-const SERIAL: usize = 12;
 const COUNT: usize = 16;
 const MIN_COILS: usize = 20;
 const UNKNOWN_THIRD: usize = 48;
@@ -34,11 +29,17 @@ const CAPACITY: usize = 52;
 const COILS: usize = 56;
 const STRIDE: usize = 20;
 const VALUES: usize = 216;
-const MANUFACTURER: usize = 292;
-const PART_NUMBER: usize = 304;
 const CHECKSUM: usize = 325;
 /// What the sum begins with; it ends before the checksum.
 const SUMMED: usize = 4;
+pub(super) const IDENTITY: IdentityAt = IdentityAt {
+    sub_type: 4,
+    main_type: 7,
+    revision: 8,
+    serial: 12,
+    manufacturer: 292,
+    part_number: 304,
+};
 
 /// An image, and what follows it in its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -94,9 +95,6 @@ impl EmCoil {
 impl EmRom {
     pub const MIN_COILS: usize = 2;
     pub const MAX_COILS: usize = SLOTS;
-    /// Longest part number.
-    pub const PART_NUMBER_ROOM: usize = 20;
-    const MANUFACTURER_ROOM: usize = 12;
 
     /// An image without coils and with what the one real one says elsewhere: not to be written
     /// before it has some.
@@ -105,7 +103,7 @@ impl EmRom {
         put(&mut image, 0, MAGIC);
         put(&mut image, PAYLOAD, &((SIZE - FRAME) as u16).to_le_bytes());
         // User defined.
-        image[MAIN_TYPE] = 4;
+        image[IDENTITY.main_type] = 4;
         put(&mut image, MIN_COILS, &2_u32.to_le_bytes());
         put(&mut image, UNKNOWN_THIRD, &0x3eaa_aa9f_u32.to_le_bytes());
         put(&mut image, CAPACITY, &(SLOTS as u32).to_le_bytes());
@@ -216,39 +214,12 @@ impl EmRom {
         }
     }
 
-    pub fn manufacturer(&self) -> String {
-        text_of(&self.image[MANUFACTURER..MANUFACTURER + Self::MANUFACTURER_ROOM])
+    pub(super) fn image(&self) -> &[u8] {
+        &self.image[..]
     }
 
-    pub fn part_number(&self) -> String {
-        text_of(&self.image[PART_NUMBER..PART_NUMBER + Self::PART_NUMBER_ROOM])
-    }
-
-    /// Whether it did: not for what is too long or no ASCII.
-    pub(super) fn set_part_number(&mut self, text: &str) -> bool {
-        let room = Self::PART_NUMBER_ROOM;
-        if fits(text, room) {
-            put_text(&mut self.image, PART_NUMBER, room, text);
-        }
-        fits(text, room)
-    }
-
-    pub fn serial(&self) -> SerialWord {
-        SerialWord(std::array::from_fn(|i| self.image[SERIAL + i]))
-    }
-
-    /// As of an optical tool.
-    pub fn main_type(&self) -> u8 {
-        self.image[MAIN_TYPE]
-    }
-
-    /// As of an optical tool.
-    pub fn sub_type(&self) -> u8 {
-        self.image[SUB_TYPE]
-    }
-
-    pub fn revision(&self) -> u16 {
-        u16_at(&self.image, REVISION)
+    pub(super) fn image_mut(&mut self) -> &mut [u8] {
+        &mut self.image[..]
     }
 
     /// How many coils have to be seen.

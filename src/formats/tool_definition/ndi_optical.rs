@@ -5,11 +5,10 @@
 //! other tools, in the tables of faces and firing too.
 
 use super::super::error::FormatError;
+use super::identity::IdentityAt;
 use super::image::{
-    Checksum, check_finite, f32_at, fits, put, put_text, put_vector, split, sum, text_of, u16_at,
-    vector_at,
+    Checksum, check_finite, f32_at, put, put_vector, split, sum, u16_at, vector_at,
 };
-use super::serial::SerialWord;
 use super::{OnMismatch, marker};
 use crate::tracking::body::{RigidBody, Sensor};
 
@@ -21,10 +20,6 @@ const SLOTS: usize = 20;
 // Where fields begin.
 const CHECKSUM: usize = 4;
 const SUMMED: usize = 6;
-const SUB_TYPE: usize = 12;
-const MAIN_TYPE: usize = 15;
-const REVISION: usize = 16;
-const SERIAL: usize = 20;
 const MAX_ANGLE: usize = 24;
 const COUNT: usize = 28;
 const MIN_MARKERS: usize = 32;
@@ -35,8 +30,6 @@ const NORMALS: usize = 312;
 const FIRING: usize = 552;
 const LEDS: usize = 572;
 const IN_PORT: usize = 576;
-const MANUFACTURER: usize = 580;
-const PART_NUMBER: usize = 592;
 const GENERATION: usize = 612;
 const FACES: usize = 613;
 const GROUPS: usize = 633;
@@ -44,6 +37,14 @@ const ALGORITHM: usize = 653;
 const MARKER_TYPE: usize = 655;
 const FACE_NORMALS: usize = 656;
 const FACE_COUNT: usize = 8;
+pub(super) const IDENTITY: IdentityAt = IdentityAt {
+    sub_type: 12,
+    main_type: 15,
+    revision: 16,
+    serial: 20,
+    manufacturer: 580,
+    part_number: 592,
+};
 
 /// An image, and what follows it in its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,9 +69,6 @@ pub struct OpticalMarker {
 impl OpticalRom {
     pub const MIN_MARKERS: usize = 3;
     pub const MAX_MARKERS: usize = SLOTS;
-    /// Longest part number.
-    pub const PART_NUMBER_ROOM: usize = 20;
-    const MANUFACTURER_ROOM: usize = 12;
 
     /// An image without markers and with what most real ones say elsewhere: not to be written
     /// before it has some.
@@ -79,7 +77,7 @@ impl OpticalRom {
         put(&mut image, 0, MAGIC);
         put(&mut image, 8, &1_u32.to_le_bytes());
         // A tool whose tip is not said, of no special kind.
-        image[SUB_TYPE] = 2;
+        image[IDENTITY.sub_type] = 2;
         image[MAX_ANGLE] = 90;
         image[MIN_MARKERS] = 3;
         put(&mut image, MAX_ERROR, &2_f32.to_le_bytes());
@@ -195,39 +193,12 @@ impl OpticalRom {
         }
     }
 
-    pub fn manufacturer(&self) -> String {
-        text_of(&self.image[MANUFACTURER..MANUFACTURER + Self::MANUFACTURER_ROOM])
+    pub(super) fn image(&self) -> &[u8] {
+        &self.image[..]
     }
 
-    pub fn part_number(&self) -> String {
-        text_of(&self.image[PART_NUMBER..PART_NUMBER + Self::PART_NUMBER_ROOM])
-    }
-
-    /// Whether it did: not for what is too long or no ASCII.
-    pub(super) fn set_part_number(&mut self, text: &str) -> bool {
-        let room = Self::PART_NUMBER_ROOM;
-        if fits(text, room) {
-            put_text(&mut self.image, PART_NUMBER, room, text);
-        }
-        fits(text, room)
-    }
-
-    pub fn serial(&self) -> SerialWord {
-        SerialWord(std::array::from_fn(|i| self.image[SERIAL + i]))
-    }
-
-    /// What it is for: 1 a reference, 2 a probe, …
-    pub fn main_type(&self) -> u8 {
-        self.image[MAIN_TYPE]
-    }
-
-    /// 0 removable tip, 1 fixed tip, 2 undefined.
-    pub fn sub_type(&self) -> u8 {
-        self.image[SUB_TYPE]
-    }
-
-    pub fn revision(&self) -> u16 {
-        u16_at(&self.image, REVISION)
+    pub(super) fn image_mut(&mut self) -> &mut [u8] {
+        &mut self.image[..]
     }
 
     /// Degrees between a marker's normal and the tracker beyond which it does not count.

@@ -1,7 +1,8 @@
 //! What both kinds of NDI images have in common.
 
+use super::identity::IdentityAt;
 use super::image::Checksum;
-use super::{EmRom, OpticalRom, SerialWord};
+use super::{EmRom, OpticalRom, SerialWord, ndi_em, ndi_optical};
 use crate::tracking::body::{RigidBody, Sensor};
 
 /// Name of a body whose image names neither a part nor a manufacturer.
@@ -43,40 +44,50 @@ impl NdiRom {
         either!(self, rom => rom.trailing())
     }
 
+    /// The image, and where it says what the tool is.
+    fn identity(&self) -> (&[u8], &'static IdentityAt) {
+        match self {
+            Self::Optical(rom) => (rom.image(), &ndi_optical::IDENTITY),
+            Self::Em(rom) => (rom.image(), &ndi_em::IDENTITY),
+        }
+    }
+
     pub fn manufacturer(&self) -> String {
-        either!(self, rom => rom.manufacturer())
+        let (image, at) = self.identity();
+        at.manufacturer(image)
     }
 
     pub fn part_number(&self) -> String {
-        either!(self, rom => rom.part_number())
+        let (image, at) = self.identity();
+        at.part_number(image)
     }
 
     /// Whether it did: not for what is too long or no ASCII.
     pub(super) fn set_part_number(&mut self, text: &str) -> bool {
-        either!(self, rom => rom.set_part_number(text))
-    }
-
-    pub fn part_number_room(&self) -> usize {
-        match self {
-            Self::Optical(_) => OpticalRom::PART_NUMBER_ROOM,
-            Self::Em(_) => EmRom::PART_NUMBER_ROOM,
-        }
+        let (_, at) = self.identity();
+        at.set_part_number(either!(self, rom => rom.image_mut()), text)
     }
 
     pub fn serial(&self) -> SerialWord {
-        either!(self, rom => rom.serial())
+        let (image, at) = self.identity();
+        at.serial(image)
     }
 
+    /// What it is for: 1 a reference, 2 a probe, …
     pub fn main_type(&self) -> u8 {
-        either!(self, rom => rom.main_type())
+        let (image, at) = self.identity();
+        image[at.main_type]
     }
 
+    /// 0 removable tip, 1 fixed tip, 2 undefined.
     pub fn sub_type(&self) -> u8 {
-        either!(self, rom => rom.sub_type())
+        let (image, at) = self.identity();
+        image[at.sub_type]
     }
 
     pub fn revision(&self) -> u16 {
-        either!(self, rom => rom.revision())
+        let (image, at) = self.identity();
+        at.revision(image)
     }
 
     /// What the main type is called.
