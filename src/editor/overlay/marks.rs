@@ -12,6 +12,7 @@ use crate::editor::ui::widgets::{THIN_SPACE, length};
 use crate::geometry::orbit::Axis;
 use crate::geometry::outline::DimensionKind;
 use crate::geometry::volume::Volume;
+use crate::tracking::SensorOrientation;
 use bevy_egui::egui::{Align2, Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
 use nalgebra::{Point3, Vector3};
 
@@ -177,7 +178,11 @@ fn sensors(view: &OverlayView, labels: &mut Vec<Label>) {
             let is_looked_at = view.selected == Some(what) || view.hovered == Some(what);
             labels.push(Label {
                 at,
-                text: format!("{} · {}", sensor.name, sensor.orientation.kind_name()),
+                // A ball is seen to be a marker, and mostly called one.
+                text: match sensor.orientation {
+                    SensorOrientation::Marker => sensor.name.clone(),
+                    measured => format!("{} · {}", sensor.name, measured.kind_name()),
+                },
                 color: if is_looked_at {
                     palette::SELECTED
                 } else {
