@@ -7,7 +7,9 @@ use crate::live::client::ClientOptions;
 use crate::live::codec::DEFAULT_PORT;
 use crate::live::relay::{RelayOptions, ToolState};
 use crate::live::server::{ServerEvent, ServerOptions};
-use crate::live::session::{LiveRoom, Session, SessionEvent, SessionSettings, SessionState};
+use crate::live::session::{
+    LiveDesign, LiveRoom, Session, SessionEvent, SessionSettings, SessionState,
+};
 use crate::store;
 use crate::study::figures::with_separators;
 use anyhow::Context;
@@ -30,12 +32,18 @@ pub struct LiveArgs {
     #[arg(long, value_name = "ENV")]
     environment: Option<PathBuf>,
 
+    /// Design (*.design.ron) whose tool and CRF are among the tools: they are compensated by where
+    /// their sensors are instead of as if a sensor were at their origins, in the design's room
+    /// unless another one is named
+    #[arg(long, value_name = "DESIGN")]
+    design: Option<PathBuf>,
+
     /// What happens to positions outside the model's box; rejected ones are not sent on
-    #[arg(long, value_enum, default_value = "reject", requires = "environment")]
+    #[arg(long, value_enum, default_value = "reject")]
     outside: OutsideArg,
 
     /// The tracker's frame, as in StylusToTracker; transforms to other frames are not compensated
-    #[arg(long, value_name = "NAME", default_value = RelayOptions::TRACKER_FRAME, requires = "environment")]
+    #[arg(long, value_name = "NAME", default_value = RelayOptions::TRACKER_FRAME)]
     frame: String,
 
     /// Port to serve the poses on, for 3D Slicer, PLUS or any other client; 18944 is usual, 0 is any
@@ -108,17 +116,7 @@ pub fn run(args: &LiveArgs) -> anyhow::Result<()> {
 }
 
 fn settings(args: &LiveArgs) -> anyhow::Result<SessionSettings> {
-    let room = match &args.environment {
-        None => None,
-        Some(file) => {
-            let environment = store::read_environment(file)?;
-            Some(LiveRoom {
-                method: Method::of(environment.model.map()),
-                environment: Arc::new(environment),
-                outside: args.outside.into(),
-            })
-        }
-    };
+    let room = room(args)?;
     let mut client = ClientOptions::to(&args.connect);
     client.tracking_ms = args.tracking_ms;
     Ok(SessionSettings {
@@ -133,6 +131,28 @@ fn settings(args: &LiveArgs) -> anyhow::Result<SessionSettings> {
             .map(|port| ServerOptions::at(SocketAddr::new(args.bind, port))),
         record: args.record.clone(),
     })
+}
+
+fn room(args: &LiveArgs) -> anyhow::Result<Option<LiveRoom>> {
+    let named = match &args.environment {
+        None => None,
+        Some(file) => Some(Arc::new(store::read_environment(file)?)),
+    };
+    let world = match &args.design {
+        None => None,
+        Some(file) => Some(store::open_design_without_meshes(file)?),
+    };
+    let Some(environment) = named.or(world.as_ref().map(|world| world.environment.clone())) else {
+        return Ok(None);
+    };
+    let design =
+        world.map(|world| LiveDesign::of(&store::resolve(world.document.design(), &environment)));
+    Ok(Some(LiveRoom {
+        method: Method::of(environment.model.map()),
+        environment,
+        outside: args.outside.into(),
+        design,
+    }))
 }
 
 /// A host and a port, as they are; the usual port where none is named.
@@ -161,7 +181,9 @@ fn warning(address: IpAddr) -> &'static str {
 /// What a person is told of an event; nothing of single poses.
 fn in_words(event: &SessionEvent) -> Option<String> {
     Some(match event {
-        SessionEvent::Connecting | SessionEvent::Pose(_) => return None,
+        SessionEvent::Connecting | SessionEvent::Measured { .. } | SessionEvent::Pose(_) => {
+            return None;
+        }
         SessionEvent::Connected { server } => format!("connected to {server}"),
         SessionEvent::Lost { why, wait } => {
             format!("lost: {why}; next try in {:.1} s", wait.as_secs_f64())

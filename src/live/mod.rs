@@ -13,5 +13,6 @@ pub mod codec;
 mod keepalive;
 pub mod latency;
 pub mod relay;
+pub mod roles;
 pub mod server;
 pub mod session;

@@ -1,6 +1,7 @@
 //! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
 
 pub mod arrows;
+pub mod body_compensation;
 pub mod charted;
 mod explain;
 pub mod field_lattice;

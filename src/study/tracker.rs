@@ -60,12 +60,18 @@ impl<'a> BodyTracker<'a> {
         Self::of_sensors(
             FrameFitter::new(body, scenario.orientation_weight_mm),
             &body.sensors,
-            scenario,
+            &scenario.environment,
+            scenario.outside,
         )
     }
 
     /// Reads these sensors; `fitter` fits them.
-    pub fn of_sensors(fitter: FrameFitter, sensors: &[Sensor], scenario: &'a Scenario) -> Self {
+    pub fn of_sensors(
+        fitter: FrameFitter,
+        sensors: &[Sensor],
+        environment: &'a Environment,
+        outside: OutsidePolicy,
+    ) -> Self {
         let sensors: Vec<_> = sensors
             .iter()
             .map(|s| TrackedSensor {
@@ -73,11 +79,11 @@ impl<'a> BodyTracker<'a> {
                 axis_in_body: s.axis_in_body(),
             })
             .collect();
-        let model = &scenario.environment.model;
+        let model = &environment.model;
         let has_markers = sensors.iter().any(|s| s.axis_in_body.is_none());
         Self {
-            environment: &scenario.environment,
-            outside: scenario.outside,
+            environment,
+            outside,
             fitter,
             sensors,
             for_markers: has_markers.then(|| model.mean_over_axes()),

@@ -7,19 +7,20 @@
 //! message with the tool's name instead, at once and again every second, and STATUS OK before the
 //! next good one.
 
+mod correction;
 mod counts;
 mod incoming;
 #[cfg(test)]
 mod tests;
 mod tool;
 
+pub use correction::{Correction, LiveDesign, LiveRoom};
 pub use counts::{Reason, RelayCounts};
 
 use super::codec::{Content, Matrix, Message, Timestamp, ToolKind};
-use crate::field::compensation::{Compensated, Compensator};
-use crate::field::inverse::InverseState;
+use super::roles::target_frame;
+use crate::design::BodyRole;
 use crate::geometry::pose::Pose;
-use crate::task::Task;
 use crate::tracking::recording::Unusable;
 use incoming::{Incoming, incoming};
 use std::collections::BTreeMap;
@@ -81,6 +82,8 @@ pub enum Output {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SentPose {
     pub tool: String,
+    /// Which body of the design it is, where one is known and found.
+    pub role: Option<BodyRole>,
     pub kind: ToolKind,
     pub measured: Pose,
     /// What the message says: compensated, where there is a map.
@@ -97,20 +100,30 @@ pub enum ToolState {
 
 /// Compensates and judges; knows no socket, and no clock but the moments it is told.
 pub struct Relay<'a> {
-    compensator: Option<Compensator<'a>>,
+    correction: Option<Correction<'a>>,
     options: RelayOptions,
     tools: BTreeMap<String, Tool>,
     counts: RelayCounts,
 }
 
 impl<'a> Relay<'a> {
-    /// Without a compensator poses are sent on as they are.
-    pub fn new(compensator: Option<Compensator<'a>>, options: RelayOptions) -> Self {
+    /// Without a correction poses are sent on as they are.
+    pub fn new(correction: Option<Correction<'a>>, options: RelayOptions) -> Self {
         Self {
-            compensator,
+            correction,
             options,
             tools: BTreeMap::new(),
             counts: RelayCounts::default(),
+        }
+    }
+
+    /// Goes on with another correction: what is known of the tools stays.
+    pub fn with_correction(self, correction: Option<Correction<'_>>) -> Relay<'_> {
+        Relay {
+            correction,
+            options: self.options,
+            tools: self.tools,
+            counts: self.counts,
         }
     }
 
@@ -183,21 +196,22 @@ impl<'a> Relay<'a> {
         };
         tool.follows((timestamp, pose), at, &mut self.counts.clock_jumps)?;
         let frame = target_frame(&sample.tool).unwrap_or(&self.options.tracker_frame);
-        if self.compensator.is_some() && !frame.eq_ignore_ascii_case(&self.options.tracker_frame) {
+        if self.correction.is_some() && !frame.eq_ignore_ascii_case(&self.options.tracker_frame) {
             return Err(Reason::OtherFrame);
         }
         Ok(*pose)
     }
 
-    fn compensate(&self, readings: &[(Incoming, Pose)]) -> Vec<Result<Pose, Reason>> {
-        let poses: Vec<Pose> = readings.iter().map(|(_, pose)| *pose).collect();
-        let Some(compensator) = self.compensator.as_ref().filter(|_| !poses.is_empty()) else {
-            return poses.into_iter().map(Ok).collect();
-        };
-        match compensator.compensate(&poses, &Task::default()) {
-            Ok(found) => found.iter().map(certain).collect(),
-            // Nobody has the means to cancel it.
-            Err(_) => vec![Err(Reason::NotConverged); poses.len()],
+    fn compensate(&mut self, readings: &[(Incoming, Pose)]) -> Vec<Result<Pose, Reason>> {
+        match &mut self.correction {
+            None => readings.iter().map(|(_, pose)| Ok(*pose)).collect(),
+            Some(_) if readings.is_empty() => Vec::new(),
+            Some(correction) => {
+                let named: Vec<_> = (readings.iter())
+                    .map(|(sample, pose)| (sample.tool.as_str(), *pose))
+                    .collect();
+                correction.correct(&named)
+            }
         }
     }
 
@@ -221,9 +235,11 @@ impl<'a> Relay<'a> {
         }
         self.counts.sent += 1;
         // What is not changed stays as it is to the bit.
-        let unchanged = sample.matrix.filter(|_| self.compensator.is_none());
+        let unchanged = sample.matrix.filter(|_| self.correction.is_none());
         let matrix = unchanged.unwrap_or_else(|| Matrix::from_pose(&pose));
+        let role = (self.correction.as_ref()).and_then(|c| c.role_of(&sample.tool));
         out.push(Output::Pose(SentPose {
+            role,
             message: Message {
                 device: sample.tool.clone(),
                 timestamp: message.timestamp,
@@ -273,23 +289,4 @@ fn measured(sample: &Incoming, timestamp: Timestamp, admitted: Result<Pose, Reas
         timestamp,
         pose,
     }
-}
-
-/// The pose of an answer that nothing speaks against.
-fn certain(found: &Compensated) -> Result<Pose, Reason> {
-    match (found.state, found.pose) {
-        (InverseState::Converged, Some(pose)) => Ok(pose),
-        (InverseState::Ambiguous(_), _) => Err(Reason::Ambiguous),
-        (InverseState::Folded { .. }, _) => Err(Reason::Folded),
-        (InverseState::Rejected, _) => Err(Reason::OutsideModel),
-        (InverseState::Converged | InverseState::NotConverged, _) => Err(Reason::NotConverged),
-    }
-}
-
-/// `Tracker` of `StylusToTracker`.
-fn target_frame(name: &str) -> Option<&str> {
-    name.rmatch_indices("To")
-        .filter(|(at, _)| *at > 0)
-        .filter_map(|(at, to)| name.get(at + to.len()..))
-        .find(|frame| frame.starts_with(|c: char| c.is_ascii_uppercase()))
 }

@@ -3,13 +3,14 @@
 use super::*;
 use crate::field::compensation::Method;
 use crate::field::samples::MapKind;
-use crate::field::{DistortionModel, OutsidePolicy};
+use crate::field::{DistortionModel, Environment, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::pose::pose_from_array;
 use crate::live::codec::{Extension, Position, Status, StatusCode, TrackingElement};
 use crate::live::codec::{Orientation, QuaternionElement};
 use proptest::prelude::*;
+use std::sync::Arc;
 
 fn pose(x: f64) -> Pose {
     pose_from_array([x, -20.0, -300.0, 0.8, 0.0, 0.6, 0.0]).unwrap()
@@ -31,9 +32,9 @@ struct Desk<'a> {
 }
 
 impl<'a> Desk<'a> {
-    fn new(compensator: Option<Compensator<'a>>) -> Self {
+    fn new(correction: Option<Correction<'a>>) -> Self {
         Self {
-            relay: Relay::new(compensator, RelayOptions::default()),
+            relay: Relay::new(correction, RelayOptions::default()),
             start: Instant::now(),
         }
     }
@@ -96,8 +97,8 @@ fn without_a_room_a_transform_is_sent_on_as_it_came() {
 }
 
 /// A room that measures everything 2 mm too far along x.
-fn shifted_room() -> DistortionModel {
-    DistortionModel::new(
+fn shifted_room() -> LiveRoom {
+    let model = DistortionModel::new(
         1,
         DirectionSet::One,
         Weighting::Area,
@@ -105,14 +106,26 @@ fn shifted_room() -> DistortionModel {
         Bounds::from(([-200.0, -200.0, -500.0], [200.0, 200.0, -100.0])),
         vec![[2.0, 0.0, 0.0, 0.0, 0.0, 0.0]; 8],
     )
-    .unwrap()
+    .unwrap();
+    LiveRoom {
+        environment: Arc::new(Environment {
+            name: "shifted".to_owned(),
+            model,
+            volume: None,
+            jitter: None,
+            provenance: None,
+            support: None,
+        }),
+        outside: OutsidePolicy::Reject,
+        method: Method::Inverse,
+        design: None,
+    }
 }
 
 #[test]
 fn with_a_room_what_is_sent_is_what_the_room_makes_of_it() {
-    let model = shifted_room();
-    let compensator = Compensator::new(&model, OutsidePolicy::Reject, Method::Inverse);
-    let mut desk = Desk::new(Some(compensator));
+    let room = shifted_room();
+    let mut desk = Desk::new(Some(Correction::new(&room)));
     let out = desk.receive(&transform("Probe", 12.0, 0.0), 0.0);
     let found = sent(&out)[0];
     // To the tolerance of the inverse, and single precision.
@@ -138,14 +151,44 @@ fn with_a_room_what_is_sent_is_what_the_room_makes_of_it() {
     assert_eq!(said(&out)[0].1, ToolState::NotGood(Reason::OtherFrame));
     // What was measured is recorded in any case.
     assert!(matches!(&out[0], Output::Measured { pose: Ok(_), .. }));
-    for (name, frame) in [
-        ("StylusToTracker", Some("Tracker")),
-        ("ToolTip", None),
-        ("AToBToCup", Some("Cup")),
-        ("ToTracker", None),
+}
+
+#[test]
+fn a_tool_called_like_a_body_of_the_design_is_compensated_by_its_sensors() {
+    let world = crate::store::open_builtin("pointer-on-head").unwrap();
+    let scenario = crate::store::resolve(world.document.design(), &world.environment);
+    let detail = crate::study::look(&scenario);
+    let mut design = LiveDesign::of(&scenario);
+    design.assigned.insert("Other".to_owned(), None);
+    let room = LiveRoom {
+        environment: scenario.environment.clone(),
+        outside: OutsidePolicy::Reject,
+        method: Method::Inverse,
+        design: Some(design),
+    };
+    let mut desk = Desk::new(Some(Correction::new(&room)));
+    let crf = detail.crf.as_ref().unwrap();
+    let mut heard = |name: &str, seen: &crate::study::BodyDetail, seconds: f64| {
+        let matrix = Matrix::from_pose(&seen.tracker_from_body_fitted);
+        let message = Message::new(name, stamp(seconds), Content::Transform(matrix));
+        let out = desk.receive(&message, seconds);
+        sent(&out)[0].clone()
+    };
+    for (name, role, seen) in [
+        ("StylusToTracker", BodyRole::Tool, &detail.tool),
+        ("ReferenceToTracker", BodyRole::Crf, crf),
     ] {
-        assert_eq!(target_frame(name), frame, "{name}");
+        let found = heard(name, seen, 0.0);
+        assert_eq!(found.role, Some(role));
+        // Single precision at half a metre, there and back.
+        let off_mm = found.pose.translation.vector - seen.tracker_from_body.translation.vector;
+        assert!(off_mm.norm() < 5e-4, "{name}: {off_mm}");
     }
+    let other = heard("Other", &detail.tool, 0.0);
+    assert_eq!(other.role, None);
+    // A sensor at the frame's origin would read something else.
+    let off_mm = other.pose.translation.vector - detail.tool.tracker_from_body.translation.vector;
+    assert!(off_mm.norm() > 0.1, "{off_mm}");
 }
 
 #[test]

@@ -3,19 +3,19 @@
 mod running;
 mod state;
 
+pub use super::relay::{LiveDesign, LiveRoom};
 pub use state::{Link, Recording, SessionState, ToolView};
 
 use super::client::{Client, ClientEvent, ClientOptions, LostWhy};
 use super::codec::{DecodeError, Status};
 use super::relay::{RelayOptions, SentPose, ToolState};
 use super::server::{Server, ServerError, ServerEvent, ServerOptions};
-use crate::field::compensation::Method;
-use crate::field::{Environment, OutsidePolicy};
+use crate::geometry::pose::Pose;
 use crate::store::{Recorder, StoreError};
-use running::Running;
+use running::{Next, Running};
 use std::io;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -35,14 +35,6 @@ pub struct SessionSettings {
     pub server: Option<ServerOptions>,
     /// A file that is not there yet.
     pub record: Option<PathBuf>,
-}
-
-/// How poses are compensated.
-#[derive(Clone, Debug)]
-pub struct LiveRoom {
-    pub environment: Arc<Environment>,
-    pub outside: OutsidePolicy,
-    pub method: Method,
 }
 
 /// What happens in a session; told from its thread.
@@ -71,6 +63,11 @@ pub enum SessionEvent {
         tool: String,
         state: ToolState,
     },
+    /// What the tracker stands by, before any compensation: also where that is not possible.
+    Measured {
+        tool: String,
+        pose: Pose,
+    },
     /// A good pose, as it is sent on.
     Pose(SentPose),
     Server(ServerEvent),
@@ -95,6 +92,8 @@ pub enum SessionError {
 enum Input {
     Client(ClientEvent),
     Server(ServerEvent),
+    Room(Option<LiveRoom>),
+    Record(Option<Recorder>),
     Stop,
 }
 
@@ -174,6 +173,23 @@ impl Session {
             .clone()
     }
 
+    /// Compensates by another room from now on; without one poses are passed on as they are.
+    pub fn set_room(&self, room: Option<LiveRoom>) {
+        // A session that ended by itself needs none.
+        let _ = self.inputs.send(Input::Room(room));
+    }
+
+    /// Records in a new file from now on; without one nothing more is recorded.
+    ///
+    /// # Errors
+    /// The file cannot be begun, or is there already: what was recorded goes on.
+    pub fn record(&self, file: Option<&Path>) -> Result<(), StoreError> {
+        let recorder = file.map(Recorder::create).transpose()?;
+        // A session that ended by itself records nothing.
+        let _ = self.inputs.send(Input::Record(recorder));
+        Ok(())
+    }
+
     /// Closes the connection, gives clients what is queued for them, and says how it was.
     pub fn stop(mut self) -> SessionState {
         self.end();
@@ -215,8 +231,17 @@ fn run(
         recorder,
         received,
     } = ends;
-    let mut running = Running::new(&settings, server.as_ref(), recorder, state, tell);
-    running.run(&received);
+    let mut running = Running::new(settings.relay, server.as_ref(), recorder, state, tell);
+    let mut room = settings.room;
+    loop {
+        let mut in_room = running.in_room(room.as_ref());
+        let next = in_room.run(&received);
+        running = in_room.in_room(None);
+        match next {
+            Next::Stop => break,
+            Next::Room(next) => room = next,
+        }
+    }
     running.update();
     // The client and the server may be waiting for a place in the channel.
     drop(received);

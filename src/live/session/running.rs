@@ -1,12 +1,11 @@
 //! A session's own thread: from the client's messages to recording, server and state.
 
 use super::state::{Link, Recording, SessionState, ToolView};
-use super::{Input, SessionEvent, SessionSettings};
-use crate::field::compensation::Compensator;
+use super::{Input, SessionEvent};
 use crate::formats::recording::live_table::LiveSample;
 use crate::live::client::ClientEvent;
 use crate::live::codec::{Content, DecodeError, Message, StatusCode, Timestamp};
-use crate::live::relay::{Output, Relay, SentPose, ToolState};
+use crate::live::relay::{Correction, LiveRoom, Output, Relay, RelayOptions, SentPose, ToolState};
 use crate::live::server::{Left, Server, ServerEvent};
 use crate::store::Recorder;
 use std::collections::BTreeSet;
@@ -22,8 +21,15 @@ const TICK: Duration = Duration::from_millis(50);
 /// makes up new ones is not told on for ever.
 const MAX_KINDS: usize = 64;
 
-pub struct Running<'a, F> {
-    relay: Relay<'a>,
+/// Why a session comes out of its loop.
+pub enum Next {
+    Stop,
+    Room(Option<LiveRoom>),
+}
+
+/// In a room that lives as long as `'r`.
+pub struct Running<'a, 'r, F> {
+    relay: Relay<'r>,
     server: Option<&'a Server>,
     recorder: Option<Recorder>,
     state: &'a Mutex<SessionState>,
@@ -36,20 +42,17 @@ pub struct Running<'a, F> {
     outputs: Vec<Output>,
 }
 
-impl<'a, F: FnMut(&SessionEvent)> Running<'a, F> {
+impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
+    /// In no room.
     pub fn new(
-        settings: &'a SessionSettings,
+        options: RelayOptions,
         server: Option<&'a Server>,
         recorder: Option<Recorder>,
         state: &'a Mutex<SessionState>,
         tell: F,
     ) -> Self {
-        let compensator = settings
-            .room
-            .as_ref()
-            .map(|room| Compensator::new(&room.environment.model, room.outside, room.method));
         Self {
-            relay: Relay::new(compensator, settings.relay.clone()),
+            relay: Relay::new(None, options),
             server,
             recorder,
             state,
@@ -62,15 +65,33 @@ impl<'a, F: FnMut(&SessionEvent)> Running<'a, F> {
         }
     }
 
-    /// Until it is told to stop.
-    pub fn run(&mut self, received: &Receiver<Input>) {
+    /// Goes on in another room.
+    pub fn in_room<'s>(self, room: Option<&'s LiveRoom>) -> Running<'a, 's, F> {
+        Running {
+            relay: self.relay.with_correction(room.map(Correction::new)),
+            server: self.server,
+            recorder: self.recorder,
+            state: self.state,
+            tell: self.tell,
+            lost_since: self.lost_since,
+            skipped_kinds: self.skipped_kinds,
+            told_errors: self.told_errors,
+            told_statuses: self.told_statuses,
+            outputs: self.outputs,
+        }
+    }
+
+    /// Until it is told to stop, or to go on in another room.
+    pub fn run(&mut self, received: &Receiver<Input>) -> Next {
         let mut next_tick = Instant::now() + TICK;
         loop {
             let wait = next_tick.saturating_duration_since(Instant::now());
             match received.recv_timeout(wait) {
                 Ok(Input::Client(event)) => self.client(event),
                 Ok(Input::Server(event)) => self.served(event),
-                Ok(Input::Stop) | Err(RecvTimeoutError::Disconnected) => return,
+                Ok(Input::Room(room)) => return Next::Room(room),
+                Ok(Input::Record(recorder)) => self.record_in(recorder),
+                Ok(Input::Stop) | Err(RecvTimeoutError::Disconnected) => return Next::Stop,
                 Err(RecvTimeoutError::Timeout) => {}
             }
             let now = Instant::now();
@@ -205,17 +226,30 @@ impl<'a, F: FnMut(&SessionEvent)> Running<'a, F> {
                     tool,
                     timestamp,
                     pose,
-                } => self.record(&LiveSample {
-                    received_s: Timestamp::now().seconds(),
-                    time_s: timestamp.is_stated().then(|| timestamp.seconds()),
-                    tool: &tool,
-                    pose,
-                }),
+                } => {
+                    self.record(&LiveSample {
+                        received_s: Timestamp::now().seconds(),
+                        time_s: timestamp.is_stated().then(|| timestamp.seconds()),
+                        tool: &tool,
+                        pose: pose.clone(),
+                    });
+                    if let Ok(pose) = pose {
+                        (self.tell)(&SessionEvent::Measured { tool, pose });
+                    }
+                }
                 Output::Pose(sent) => self.show(sent, at),
                 Output::Said { tool, state, .. } => self.say(tool, state),
             }
         }
         self.outputs = outputs;
+    }
+
+    fn record_in(&mut self, recorder: Option<Recorder>) {
+        self.recorder = recorder;
+        lock(self.state).recording = self.recorder.as_ref().map(|recorder| Recording {
+            file: recorder.path().to_owned(),
+            samples: 0,
+        });
     }
 
     fn record(&mut self, sample: &LiveSample) {
@@ -241,6 +275,7 @@ impl<'a, F: FnMut(&SessionEvent)> Running<'a, F> {
             let last = Some((sent.measured, sent.pose, at));
             let view = ToolView {
                 state: ToolState::Good,
+                role: sent.role,
                 last,
             };
             state.tools.insert(sent.tool.clone(), view).is_none()
@@ -260,6 +295,7 @@ impl<'a, F: FnMut(&SessionEvent)> Running<'a, F> {
             let mut state = lock(self.state);
             let view = state.tools.entry(tool.clone()).or_insert(ToolView {
                 state: ToolState::Good,
+                role: None,
                 last: None,
             });
             std::mem::replace(&mut view.state, new) != new

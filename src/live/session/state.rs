@@ -1,6 +1,7 @@
 //! What can be looked at of a session at any time.
 
 use super::SessionSettings;
+use crate::design::BodyRole;
 use crate::geometry::pose::Pose;
 use crate::live::client::LostWhy;
 use crate::live::latency::LatencySummary;
@@ -59,6 +60,8 @@ pub struct Recording {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToolView {
     pub state: ToolState,
+    /// Which body of the design it is, where one is known and found.
+    pub role: Option<BodyRole>,
     /// The last good one, as measured and as sent on, and when it came.
     pub last: Option<(Pose, Pose, Instant)>,
 }

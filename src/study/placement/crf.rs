@@ -132,7 +132,12 @@ impl<'a> CrfAt<'a> {
         body.sensors[self.sensor] = moved.clone();
         let fitter = FrameFitter::new(&body, self.scenario.orientation_weight_mm);
         let alone = std::slice::from_ref(moved);
-        let tracker = BodyTracker::of_sensors(fitter.clone(), alone, self.scenario);
+        let tracker = BodyTracker::of_sensors(
+            fitter.clone(),
+            alone,
+            &self.scenario.environment,
+            self.scenario.outside,
+        );
         let here = std::slice::from_ref(&self.crf.tracker_from_crf);
         let mut read = Vec::with_capacity(1);
         tracker.read_all(buffers, here, 1, &mut read);

@@ -66,7 +66,12 @@ impl<'a> ToolAt<'a> {
         let tracker_from_tool: Vec<Pose> = poses.collect();
         let others = without(&scenario.tool, sensor);
         let fitter = FrameFitter::new(&others, scenario.orientation_weight_mm);
-        let tracker = BodyTracker::of_sensors(fitter, &others.sensors, scenario);
+        let tracker = BodyTracker::of_sensors(
+            fitter,
+            &others.sensors,
+            &scenario.environment,
+            scenario.outside,
+        );
         let parts: Result<Vec<_>, Cancelled> = rule
             .pieces()
             .into_par_iter()
@@ -137,7 +142,12 @@ impl<'a> ToolAt<'a> {
         body.sensors[self.sensor] = moved.clone();
         let fitter = FrameFitter::new(&body, self.scenario.orientation_weight_mm);
         let alone = std::slice::from_ref(moved);
-        let tracker = BodyTracker::of_sensors(fitter.clone(), alone, self.scenario);
+        let tracker = BodyTracker::of_sensors(
+            fitter.clone(),
+            alone,
+            &self.scenario.environment,
+            self.scenario.outside,
+        );
         let sensors = body.sensors.len();
         let (mut squares_mm2, mut fourths_mm4, mut weights) = (0.0, 0.0, 0.0);
         let mut is_outside = false;
