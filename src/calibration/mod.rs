@@ -4,6 +4,7 @@
 
 pub mod calibration_object;
 pub mod characterisation;
+pub mod coverage;
 pub mod hand_eye;
 pub mod marker_body;
 pub mod pivot;

@@ -110,6 +110,26 @@ impl Design {
             .filter_map(|role| self.body(role).map(|body| (role, body)))
     }
 
+    /// The design with its bodies where a tracker has them. What is not given stays: the CRF where it
+    /// is, the tool where it is on the CRF.
+    pub fn with_bodies_at(
+        &self,
+        tracker_from_tool: Option<Pose>,
+        tracker_from_crf: Option<Pose>,
+    ) -> Self {
+        let mut design = self.clone();
+        if let (Some(crf), Some(pose)) = (&mut design.crf, tracker_from_crf) {
+            crf.tracker_from_crf = pose;
+        }
+        if let Some(tracker_from_tool) = tracker_from_tool {
+            design.tool.crf_from_tool = match &design.crf {
+                Some(crf) => crf.tracker_from_crf.inverse() * tracker_from_tool,
+                None => tracker_from_tool,
+            };
+        }
+        design
+    }
+
     /// The body's pose in the tracker frame; the tool's goes by way of the CRF where there is one.
     pub fn tracker_from_body(&self, role: BodyRole) -> Option<Pose> {
         let tracker_from_crf = self.crf.as_ref().map(|crf| crf.tracker_from_crf);

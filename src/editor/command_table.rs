@@ -301,6 +301,13 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Trial by trial: the motion, the plots, the log",
     ),
     info(
+        Command::ShowWorkspace(Workspace::Live),
+        Group::View,
+        "Live workspace",
+        &[Keys::control("4")],
+        "A tracker over the network: its tools, a recording, where samples are missing",
+    ),
+    info(
         Command::ChooseMode(ModeKind::Single),
         Group::Study,
         "Single pose",

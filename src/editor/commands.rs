@@ -146,7 +146,7 @@ impl Command {
             Self::Undo => document.is_some_and(|d| d.undo_label().is_some()),
             Self::Redo => document.is_some_and(|d| d.redo_label().is_some()),
             Self::Tool(_) | Self::AddSensorBeside => {
-                world.is_some() && workspace != Workspace::Field
+                world.is_some() && !matches!(workspace, Workspace::Field | Workspace::Live)
             }
             Self::ToggleGizmoAxes => workspace == Workspace::Design,
             Self::Sensors(command) => {

@@ -128,6 +128,7 @@ fn dialog_line(dialog: Option<&Dialog>) -> String {
         Some(Dialog::SaveAs(_)) => "save as",
         Some(Dialog::ReadInput(_)) => "read input",
         Some(Dialog::WriteLog(_)) => "write log",
+        Some(Dialog::Record(_)) => "record",
         Some(Dialog::Unsaved { .. }) => "unsaved changes",
         Some(Dialog::SharedBodies { .. }) => "shared bodies",
         Some(Dialog::Overwrite { .. }) => "overwrite",

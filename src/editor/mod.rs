@@ -21,6 +21,7 @@ pub mod handle;
 pub mod keys;
 pub mod layers;
 pub mod light_drawing;
+pub mod live;
 pub mod lost_device;
 pub mod materials;
 pub mod measure;
@@ -65,6 +66,8 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`study::StudyPlugin`] | the Study workspace: modes, trials shown and played, the log |
 /// | [`precision::PrecisionPlugin`] | error against run time, measured when asked for |
 /// | [`field::FieldPlugin`] | rooms from measurements |
+/// | [`live::LivePlugin`] | the Live workspace: a tracker over the network |
+/// | [`live::cells::CellsPlugin`] | where samples were taken, in the scene |
 /// | [`meshes::MeshesPlugin`] | meshes for bodies |
 /// | [`drops::DropsPlugin`] | files dropped onto the window |
 /// | [`system_dialog::SystemDialogPlugin`] | the system's own file dialog |
@@ -106,6 +109,8 @@ impl PluginGroup for EditorPlugins {
             .add(precision::PrecisionPlugin)
             .add(field::FieldPlugin)
             .add(field::samples::SamplesPlugin)
+            .add(live::LivePlugin)
+            .add(live::cells::CellsPlugin)
             .add(meshes::MeshesPlugin)
             .add(drops::DropsPlugin)
             .add(system_dialog::SystemDialogPlugin)

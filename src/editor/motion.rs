@@ -112,7 +112,7 @@ impl Shown<'_> {
 
     fn has_balls(&self) -> bool {
         self.presentation.window
-            && *self.workspace != Workspace::Field
+            && !matches!(*self.workspace, Workspace::Field | Workspace::Live)
             && self.selection.primary().is_none()
             && self
                 .design

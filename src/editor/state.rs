@@ -254,16 +254,23 @@ pub enum Workspace {
     Field,
     /// Trials one by one: the motion, plots, the log.
     Study,
+    /// A tracker over the network: its tools, a recording, where samples are missing.
+    Live,
 }
 
 impl Workspace {
-    pub const ALL: [Self; 3] = [Self::Design, Self::Field, Self::Study];
+    pub const ALL: [Self; 4] = [Self::Design, Self::Field, Self::Study, Self::Live];
+
+    pub fn is_live(self) -> bool {
+        self == Self::Live
+    }
 
     pub fn name(self) -> &'static str {
         match self {
             Self::Design => "Design",
             Self::Field => "Field",
             Self::Study => "Study",
+            Self::Live => "Live",
         }
     }
 }

@@ -13,6 +13,7 @@ mod file_dialogs;
 mod gizmo;
 mod hand;
 mod layer_settings;
+mod live;
 mod meshes;
 mod motion_box;
 mod new_design;

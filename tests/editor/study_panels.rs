@@ -183,7 +183,8 @@ fn a_trial_is_told_in_numbers_with_units() {
         let (mut harness, asked) = harness([276.0, 400.0], |ui| {
             let view = TrialView {
                 trial: Some(&detail.trial),
-                number: Some(3),
+                title: "Trial 4".to_owned(),
+                columns: ["true", "simulated"],
                 rotation: form,
                 has_crf: true,
                 limit_mm: Some(1.0),

@@ -8,7 +8,7 @@ mod shown;
 
 pub use desk::{ModeKind, PLAY_RATES, RotationForm, Side, StudyDesk, StudyRequest};
 pub use log::LogJob;
-pub use shown::{ShownDesign, ShownPlugin, ShownSystems, ShownTrial, WantedTrial};
+pub use shown::{LIVE, ShownDesign, ShownPlugin, ShownSystems, ShownTrial, WantedTrial};
 
 use super::state::Workspace;
 use bevy::prelude::*;

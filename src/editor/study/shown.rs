@@ -1,12 +1,16 @@
-//! The design as it is shown: the open one, or with the tool where a trial has it.
+//! The design as it is shown: the open one, with the tool where a trial has it, or with both bodies
+//! where a tracker has them.
 
 use super::desk::{ModeKind, StudyDesk};
 use crate::design::Design;
 use crate::editor::document::WorldGeneration;
+use crate::editor::live::LivePoses;
 use crate::editor::state::{EditorSystems, OpenWorld, Results, Workspace};
 use crate::store;
 use crate::study::{InputTrial, trial_count, trial_offsets, trial_pose};
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Keeps [`WantedTrial`] before and [`ShownDesign`] after [`EditorSystems::Solve`].
@@ -26,9 +30,19 @@ pub enum ShownSystems {
 #[derive(Resource, Clone, Debug)]
 pub struct WantedTrial {
     pub design: Arc<Design>,
-    /// From 0; `None` for the design's own pose.
+    /// From 0; `None` for the design's own pose. Those of live poses begin at [`LIVE`].
     pub number: Option<usize>,
 }
+
+/// Where the numbers of live poses begin: beyond any trial's.
+pub const LIVE: usize = 1 << 40;
+
+/// Live poses whose errors are still computed: what is drawn is a few frames old at most.
+const LIVE_PENDING: usize = 8;
+
+/// Designs as they were wanted, by the number of their live poses.
+#[derive(Resource, Debug, Default)]
+struct LivePending(VecDeque<(usize, Arc<Design>)>);
 
 /// The design as it is shown. Counts as changed whenever the open world does.
 ///
@@ -39,6 +53,8 @@ pub struct ShownDesign {
     pub design: Arc<Design>,
     /// `None` where it is the design's own pose.
     pub trial: Option<ShownTrial>,
+    /// The number of the live poses that it stands at.
+    pub live: Option<usize>,
 }
 
 /// Which trial is shown.
@@ -57,6 +73,8 @@ pub struct ShownTrial {
 impl Plugin for ShownPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<StudyDesk>()
+            .init_resource::<LivePoses>()
+            .init_resource::<LivePending>()
             .init_resource::<Workspace>()
             .init_resource::<Results>()
             .configure_sets(
@@ -80,17 +98,35 @@ impl Plugin for ShownPlugin {
     }
 }
 
+/// What is shown beside the design itself.
+#[derive(SystemParam)]
+struct LookedAt<'w> {
+    workspace: Res<'w, Workspace>,
+    live: Res<'w, LivePoses>,
+    pending: ResMut<'w, LivePending>,
+}
+
 fn want(
     mut commands: Commands,
     world: Option<Res<OpenWorld>>,
     generation: Option<Res<WorldGeneration>>,
-    workspace: Res<Workspace>,
     mut desk: ResMut<StudyDesk>,
+    looked_at: LookedAt,
     wanted: Option<Res<WantedTrial>>,
     mut last_generation: Local<Option<u64>>,
 ) {
     let Some(world) = world else { return };
-    if !(wanted.is_none() || world.is_changed() || desk.is_changed() || workspace.is_changed()) {
+    let LookedAt {
+        workspace,
+        live,
+        mut pending,
+    } = looked_at;
+    let is_live = *workspace == Workspace::Live && live.is_any();
+    let is_changed = world.is_changed()
+        || desk.is_changed()
+        || workspace.is_changed()
+        || (is_live && live.is_changed());
+    if !(wanted.is_none() || is_changed) {
         return;
     }
     let generation = generation.map(|generation| generation.0);
@@ -98,6 +134,20 @@ fn want(
         desk.forget_trials();
     }
     *last_generation = generation;
+    if is_live {
+        let number = LIVE + live.number;
+        let design = world.0.document.design();
+        let design = Arc::new(design.with_bodies_at(live.tool, live.crf));
+        pending.0.retain(|(n, _)| *n != number);
+        pending.0.push_back((number, Arc::clone(&design)));
+        while pending.0.len() > LIVE_PENDING {
+            pending.0.pop_front();
+        }
+        let number = Some(number);
+        commands.insert_resource(WantedTrial { number, design });
+        return;
+    }
+    pending.0.clear();
     let is_looked_at = *workspace == Workspace::Study;
     if !is_looked_at && desk.playing.is_some() {
         desk.playing = None;
@@ -119,18 +169,35 @@ fn follow(
     world: Option<Res<OpenWorld>>,
     wanted: Option<Res<WantedTrial>>,
     desk: Res<StudyDesk>,
+    pending: Res<LivePending>,
     results: Res<Results>,
     shown: Option<ResMut<ShownDesign>>,
 ) {
     let (Some(world), Some(wanted)) = (world, wanted) else {
         return;
     };
+    if wanted.number.is_some_and(|number| number >= LIVE) {
+        let live = results.pose_trial.filter(|number| *number >= LIVE);
+        let known = live.and_then(|number| pending.0.iter().find(|(n, _)| *n == number));
+        // Until the first is known the design stands as it stood.
+        if let (Some((number, design)), Some(mut shown)) = (known, shown)
+            && (shown.live != Some(*number) || world.is_changed())
+        {
+            *shown = ShownDesign {
+                design: Arc::clone(design),
+                trial: None,
+                live: Some(*number),
+            };
+        }
+        return;
+    }
     // While trials play, the wanted one is always one ahead of what is known.
     let number = (results.pose_trial)
-        .filter(|_| wanted.number.is_some() && results.pose_serial == desk.serial());
+        .filter(|number| *number < LIVE && wanted.number.is_some())
+        .filter(|_| results.pose_serial == desk.serial());
     let is_current = shown.as_ref().is_some_and(|shown| {
         let now = shown.trial.as_ref().map(|trial| trial.number);
-        !world.is_changed() && now == number
+        !world.is_changed() && now == number && shown.live.is_none()
     });
     if is_current {
         return;
@@ -139,6 +206,7 @@ fn follow(
     let new = ShownDesign {
         design: posed(&world.0, trial.as_ref()),
         trial,
+        live: None,
     };
     match shown {
         Some(mut shown) => *shown = new,

@@ -450,7 +450,7 @@ fn axis_ui(
 }
 
 /// A row with text; the new text once it was entered.
-fn text_row_ui(ui: &mut Ui, name: &str, value: &str) -> Option<String> {
+pub(super) fn text_row_ui(ui: &mut Ui, name: &str, value: &str) -> Option<String> {
     row_ui(ui, name, |ui| {
         let id = ui.make_persistent_id((name, value));
         let mut text = ui

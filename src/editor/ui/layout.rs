@@ -8,6 +8,7 @@ use super::history_ui::history_ui;
 use super::inspector::{InspectorView, inspector_ui};
 use super::layer_settings::LayerFigures;
 use super::layers_ui::{LayersView, Listed, layers_ui};
+use super::live::{collecting_ui, recording_ui, tools_ui, tracker_ui};
 use super::mesh_ui::{MeshView, mesh_ui};
 use super::outliner::{OutlinerView, outliner_ui};
 use super::result::{ResultView, brief_result_ui, headline, result_ui};
@@ -18,6 +19,7 @@ use super::status_bar::{StatusView, hint, status_bar_ui};
 use super::study_panels::{StudyPanels, sides_ui};
 use super::timeline_ui::trial_words;
 use super::top_bar::{TopBarView, top_bar_ui};
+use super::trial_ui::{TrialView, trial_ui};
 use super::{PanelAction, theme};
 use crate::design::{Design, View};
 use crate::editor::camera::OrbitRig;
@@ -27,6 +29,7 @@ use crate::editor::drops::HoveringFiles;
 use crate::editor::field::samples::SampleScale;
 use crate::editor::field::{FieldDesk, FieldRequest};
 use crate::editor::layers::ColorBars;
+use crate::editor::live::{LiveDesk, LiveRequest};
 use crate::editor::meshes::{MeshLoading, MeshRequest};
 use crate::editor::palette::Theme;
 use crate::editor::precision::PrecisionRequest;
@@ -35,8 +38,10 @@ use crate::editor::state::{
     ActiveDrag, ColorBar, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, PointerHint,
     Presentation, Results, Selected, Selection, ViewRequest, ViewportRect, Workspace,
 };
-use crate::editor::study::{LogJob, ShownDesign, Side, StudyDesk, StudyRequest};
+use crate::editor::study::{LIVE, LogJob, ShownDesign, Side, StudyDesk, StudyRequest};
 use crate::field::Environment;
+use crate::live::relay::ToolState;
+use crate::live::roles::called;
 use crate::store;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -95,6 +100,7 @@ impl Plugin for UiPlugin {
             .init_resource::<StudyDesk>()
             .init_resource::<LogJob>()
             .init_resource::<FieldDesk>()
+            .init_resource::<LiveDesk>()
             .init_resource::<SampleScale>()
             .init_resource::<WorldGeneration>()
             .init_resource::<RowPage>()
@@ -106,6 +112,7 @@ impl Plugin for UiPlugin {
             .add_message::<FileRequest>()
             .add_message::<FieldRequest>()
             .add_message::<MeshRequest>()
+            .add_message::<LiveRequest>()
             .add_message::<PrecisionRequest>()
             .add_message::<RunCommand>()
             .add_message::<StudyRequest>()
@@ -156,6 +163,7 @@ struct Shown<'w> {
     trial: Option<Res<'w, ShownDesign>>,
     log: Res<'w, LogJob>,
     field: Res<'w, FieldDesk>,
+    live: Res<'w, LiveDesk>,
     sample_scale: Res<'w, SampleScale>,
     generation: Res<'w, WorldGeneration>,
     loading: Res<'w, MeshLoading>,
@@ -174,6 +182,7 @@ struct Asked<'w> {
     files: MessageWriter<'w, FileRequest>,
     fields: MessageWriter<'w, FieldRequest>,
     meshes: MessageWriter<'w, MeshRequest>,
+    live: MessageWriter<'w, LiveRequest>,
     commands: MessageWriter<'w, RunCommand>,
     study: MessageWriter<'w, StudyRequest>,
     redraw: MessageWriter<'w, RequestRedraw>,
@@ -272,12 +281,14 @@ impl Desk<'_> {
                 .frame(theme::panel_frame(Margin::symmetric(8, 0)))
                 .show(root, |ui| match workspace {
                     Workspace::Field => self.field_left_ui(ui, actions),
+                    Workspace::Live => self.live_left_ui(ui, actions),
                     Workspace::Design | Workspace::Study => self.left_ui(ui, actions),
                 });
         }
         if self.sides.right {
             let (width, margin) = match workspace {
                 Workspace::Field => (theme::FIELD_WIDTH, Margin::symmetric(12, 0)),
+                Workspace::Live => (theme::RIGHT_WIDTH, Margin::symmetric(12, 0)),
                 Workspace::Design | Workspace::Study => (theme::RIGHT_WIDTH, Margin::ZERO),
             };
             Panel::right(workspace.name())
@@ -286,6 +297,7 @@ impl Desk<'_> {
                 .frame(theme::panel_frame(margin))
                 .show(root, |ui| match workspace {
                     Workspace::Field => self.field_right_ui(ui, actions),
+                    Workspace::Live => self.live_right_ui(ui, actions),
                     Workspace::Design | Workspace::Study => self.right_ui(ui, actions),
                 });
         }
@@ -320,7 +332,10 @@ impl Desk<'_> {
             &StatusView {
                 hint: (self.shown.hint.0.clone())
                     .unwrap_or_else(|| hint(self.design(), self.hovered, self.shown.drag.0)),
-                trial: self.study().trial.map(trial_words),
+                trial: match self.shown.workspace.is_live() {
+                    true => self.live_words(),
+                    false => self.study().trial.map(trial_words),
+                },
                 study: study.map(|s| {
                     let took = self.shown.presentation.window.then_some(s.took);
                     (s.value.figures.trials, took)
@@ -422,6 +437,66 @@ impl Desk<'_> {
         });
     }
 
+    /// The tracker above what is drawn of it.
+    fn live_left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        let desk = &self.shown.live;
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            let mut asked = tracker_ui(ui, desk);
+            asked.extend(tools_ui(ui, desk, self.design()));
+            asked.extend(recording_ui(ui, desk));
+            actions.extend(asked.into_iter().map(PanelAction::Live));
+            let layers = LayersView {
+                view: self.view(),
+                environment: self.environment(),
+                figures: self.layer_figures(),
+                listed: Listed::All,
+            };
+            actions.extend(layers_ui(ui, &layers));
+            ui.add_space(8.0);
+        });
+    }
+
+    fn live_right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        ui.set_min_width(ui.available_width());
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            if let Some(view) = self.live_pose() {
+                actions.extend(trial_ui(ui, &view));
+            }
+            let asked = collecting_ui(ui, &self.shown.live);
+            actions.extend(asked.into_iter().map(PanelAction::Live));
+            ui.add_space(8.0);
+        });
+    }
+
+    /// The tool where it was heard; what is told of it beside where that puts it.
+    fn live_pose(&self) -> Option<TrialView<'_>> {
+        let results = &self.shown.results;
+        let is_heard = results.pose_trial.is_some_and(|number| number >= LIVE);
+        let pose = results.pose.as_ref().filter(|_| is_heard)?;
+        Some(TrialView {
+            trial: Some(&pose.value.trial),
+            title: "The tool now".to_owned(),
+            columns: ["compensated", "measured"],
+            rotation: self.shown.desk.rotation,
+            has_crf: self.design().crf.is_some(),
+            limit_mm: None,
+        })
+    }
+
+    /// How the tools that are the design's bodies are, for the status line.
+    fn live_words(&self) -> Option<String> {
+        let desk = &self.shown.live;
+        let seen = desk.seen.as_ref().filter(|_| desk.is_connected())?;
+        let of_bodies = seen.tools.iter().filter(|(_, view)| view.role.is_some());
+        let words: Vec<String> = of_bodies
+            .map(|(name, view)| match view.state {
+                ToolState::Good => format!("{} good", called(name)),
+                ToolState::NotGood(reason) => format!("{} not good: {reason}", called(name)),
+            })
+            .collect();
+        (!words.is_empty()).then(|| words.join(" · "))
+    }
+
     fn result_view(&self) -> ResultView<'_> {
         let results = &self.shown.results;
         let study = results.study.as_ref();
@@ -516,6 +591,9 @@ impl Asked<'_> {
                 }
                 PanelAction::Mesh(request) => {
                     self.meshes.write(request);
+                }
+                PanelAction::Live(request) => {
+                    self.live.write(request);
                 }
                 PanelAction::Run(command) => {
                     self.commands.write(RunCommand(command));

@@ -14,6 +14,7 @@ pub mod inspector;
 pub mod layer_settings;
 pub mod layers_ui;
 mod layout;
+pub mod live;
 pub mod mesh_ui;
 pub mod motion_ui;
 pub mod outliner;
@@ -38,6 +39,7 @@ pub use layout::{PanelsShown, UiPlugin, UiSystems};
 
 use super::commands::Command;
 use super::field::FieldRequest;
+use super::live::LiveRequest;
 use super::meshes::MeshRequest;
 use super::state::{EditRequest, FileRequest, Selected, ViewRequest};
 use super::study::StudyRequest;
@@ -52,6 +54,7 @@ pub enum PanelAction {
     File(FileRequest),
     Field(FieldRequest),
     Mesh(MeshRequest),
+    Live(LiveRequest),
     Run(Command),
     Study(StudyRequest),
     Select(Option<Selected>),

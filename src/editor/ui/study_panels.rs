@@ -4,9 +4,10 @@ use super::PanelAction;
 use super::study_charts_ui::{StudyChartsView, study_charts_ui};
 use super::timeline_ui::{TimelineView, timeline_ui};
 use super::trial_ui::{TrialView, trial_ui};
+use super::widgets::count;
 use crate::design::{Design, Document};
 use crate::editor::state::Results;
-use crate::editor::study::{LogJob, ModeKind, ShownTrial, Side, StudyDesk, StudyRequest};
+use crate::editor::study::{LIVE, LogJob, ModeKind, ShownTrial, Side, StudyDesk, StudyRequest};
 use bevy_egui::egui::{Button, Ui};
 
 /// Everything that they read.
@@ -26,6 +27,13 @@ impl StudyPanels<'_> {
 
     fn kind(&self) -> ModeKind {
         self.desk.kind(self.design().motion.is_some())
+    }
+
+    fn pose_title(&self) -> String {
+        match self.results.pose_trial.filter(|number| *number < LIVE) {
+            Some(number) => format!("Trial {}", count(number + 1)),
+            None => "The design's own pose".to_owned(),
+        }
     }
 
     /// The panel at the bottom.
@@ -56,7 +64,8 @@ impl StudyPanels<'_> {
             ui,
             &TrialView {
                 trial: self.results.pose.as_ref().map(|pose| &pose.value.trial),
-                number: self.results.pose_trial,
+                title: self.pose_title(),
+                columns: ["true", "simulated"],
                 rotation: self.desk.rotation,
                 has_crf: self.design().crf.is_some(),
                 limit_mm: requirement.and_then(|r| Some(r.single_position_mm()?.1)),

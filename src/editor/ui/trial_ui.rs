@@ -13,8 +13,10 @@ use bevy_egui::egui::{self, Align, Grid, Layout, RichText, Ui};
 pub struct TrialView<'a> {
     /// `None` while it is computed.
     pub trial: Option<&'a Trial>,
-    /// The number of the trial, from 0; `None` for the design's own pose.
-    pub number: Option<usize>,
+    /// Whose pose it is.
+    pub title: String,
+    /// What the trial's true and simulated poses are called.
+    pub columns: [&'static str; 2],
     pub rotation: RotationForm,
     /// Poses are relative to the CRF, or to the tracker where there is none.
     pub has_crf: bool,
@@ -28,11 +30,7 @@ const COLUMN_WIDTH: f32 = 84.0;
 pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<PanelAction> {
     let mut actions = Vec::new();
     let frame = if view.has_crf { "CRF" } else { "tracker" };
-    let title = match view.number {
-        Some(number) => format!("Trial {} in the {frame}", super::widgets::count(number + 1)),
-        None => format!("The design's own pose in the {frame}"),
-    };
-    section_ui(ui, &title);
+    section_ui(ui, &format!("{} in the {frame}", view.title));
     // Everything of a trial is to be seen at once, with the charts below it.
     ui.spacing_mut().item_spacing.y = 1.0;
     ui.spacing_mut().interact_size.y = 18.0;
@@ -47,7 +45,7 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<PanelAction> {
         .spacing([6.0, 0.0])
         .show(ui, |ui| {
             form_ui(ui, view.rotation, &mut actions);
-            for (name, pose) in ["true", "simulated"].into_iter().zip(poses) {
+            for (name, pose) in view.columns.into_iter().zip(poses) {
                 right_ui(ui, |ui| {
                     quiet_ui(ui, name).on_hover_text(quaternion(pose));
                 });
@@ -69,8 +67,10 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<PanelAction> {
         })
         .response
         .on_hover_text(format!(
-            "true {}\nsimulated {}",
+            "{} {}\n{} {}",
+            view.columns[0],
             quaternion(poses[0]),
+            view.columns[1],
             quaternion(poses[1])
         ));
     errors_ui(ui, trial, view.limit_mm);

@@ -12,6 +12,7 @@ use crate::editor::commands::{Availability, Command, RunCommand};
 use crate::editor::document::WorldGeneration;
 use crate::editor::drops::HoveringFiles;
 use crate::editor::field::{FieldDesk, FieldRequest};
+use crate::editor::live::LiveRequest;
 use crate::editor::meshes::MeshRequest;
 use crate::editor::precision::{PrecisionPage, PrecisionRequest};
 use crate::editor::state::{EditRequest, FileRequest, OpenWorld, Selection, Workspace};
@@ -171,6 +172,7 @@ fn dialogs(
     mut files: MessageWriter<FileRequest>,
     mut fields: MessageWriter<FieldRequest>,
     mut meshes: MessageWriter<MeshRequest>,
+    mut live: MessageWriter<LiveRequest>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
@@ -204,6 +206,10 @@ fn dialogs(
         }
         DialogAnswer::Field(request) => {
             fields.write(request);
+            None
+        }
+        DialogAnswer::Live(request) => {
+            live.write(request);
             None
         }
     };

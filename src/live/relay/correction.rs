@@ -107,12 +107,9 @@ impl<'a> Correction<'a> {
             .filter(|(tool, _)| body_of(tool).is_none())
             .map(|(_, pose)| *pose)
             .collect();
-        let mut as_sensors = match self.sensors.compensate(&alone, &Task::default()) {
-            Ok(found) => found,
-            // Nobody has the means to cancel it.
-            Err(_) => Vec::new(),
-        }
-        .into_iter();
+        // Nobody has the means to cancel it.
+        let as_sensors = self.sensors.compensate(&alone, &Task::default());
+        let mut as_sensors = as_sensors.unwrap_or_default().into_iter();
         (readings.iter())
             .map(|(tool, measured)| match body_of(tool) {
                 Some(body) => certain(&body.compensate(measured, &self.sensors)),

@@ -92,7 +92,7 @@ pub enum SessionError {
 enum Input {
     Client(ClientEvent),
     Server(ServerEvent),
-    Room(Option<LiveRoom>),
+    Room(Option<Box<LiveRoom>>),
     Record(Option<Recorder>),
     Stop,
 }
@@ -176,7 +176,7 @@ impl Session {
     /// Compensates by another room from now on; without one poses are passed on as they are.
     pub fn set_room(&self, room: Option<LiveRoom>) {
         // A session that ended by itself needs none.
-        let _ = self.inputs.send(Input::Room(room));
+        let _ = self.inputs.send(Input::Room(room.map(Box::new)));
     }
 
     /// Records in a new file from now on; without one nothing more is recorded.
@@ -232,9 +232,9 @@ fn run(
         received,
     } = ends;
     let mut running = Running::new(settings.relay, server.as_ref(), recorder, state, tell);
-    let mut room = settings.room;
+    let mut room = settings.room.map(Box::new);
     loop {
-        let mut in_room = running.in_room(room.as_ref());
+        let mut in_room = running.in_room(room.as_deref());
         let next = in_room.run(&received);
         running = in_room.in_room(None);
         match next {

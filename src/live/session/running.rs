@@ -24,7 +24,7 @@ const MAX_KINDS: usize = 64;
 /// Why a session comes out of its loop.
 pub enum Next {
     Stop,
-    Room(Option<LiveRoom>),
+    Room(Option<Box<LiveRoom>>),
 }
 
 /// In a room that lives as long as `'r`.

@@ -6,6 +6,7 @@ mod questions;
 
 use crate::design::BodyRole;
 use crate::editor::field::{FieldRequest, RoomToSave, TableRole};
+use crate::editor::live::LiveRequest;
 use crate::editor::meshes::MeshRequest;
 use crate::editor::palette;
 use crate::editor::state::FileRequest;
@@ -37,6 +38,8 @@ pub enum Dialog {
     ReadInput(FileDialog),
     /// Chooses where a log goes.
     WriteLog(FileDialog),
+    /// Chooses where a recording goes.
+    Record(FileDialog),
     Error {
         title: String,
         text: String,
@@ -109,6 +112,7 @@ pub enum DialogAnswer {
     Request(FileRequest),
     Field(FieldRequest),
     Mesh(MeshRequest),
+    Live(LiveRequest),
     Become(Dialog),
 }
 
@@ -127,6 +131,10 @@ impl Dialog {
 
     pub fn write_log(folder: PathBuf, name: &str) -> Self {
         Self::WriteLog(FileDialog::new(FileKind::Table, folder, name))
+    }
+
+    pub fn record(folder: PathBuf, name: &str) -> Self {
+        Self::Record(FileDialog::new(FileKind::Table, folder, name))
     }
 
     pub fn open_table(folder: PathBuf, role: TableRole) -> Self {
@@ -159,6 +167,7 @@ impl Dialog {
             Self::SaveAs(files) => (files, "Save design as", true),
             Self::ReadInput(files) => (files, "Read input data", false),
             Self::WriteLog(files) => (files, "Write the log", true),
+            Self::Record(files) => (files, "Record in", true),
             Self::Table { files, .. } => (files, "Open measurements", false),
             Self::Mesh { files, .. } => (files, "Load a mesh", false),
             Self::SaveRoom { files, .. } => (files, "Save room and use it", true),
@@ -189,6 +198,9 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
         }),
         Dialog::WriteLog(files) => file_ui(ui, files, "Write the log", "Write", |path, exists| {
             write_to(path, exists, FileRequest::WriteLog)
+        }),
+        Dialog::Record(files) => file_ui(ui, files, "Record in", "Record", |path, _| {
+            DialogAnswer::Live(LiveRequest::Record(path))
         }),
         Dialog::Table { files, role } => {
             let role = *role;

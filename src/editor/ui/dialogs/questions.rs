@@ -228,6 +228,7 @@ pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<DialogAnswer> 
         | Dialog::SaveAs(_)
         | Dialog::ReadInput(_)
         | Dialog::WriteLog(_)
+        | Dialog::Record(_)
         | Dialog::Table { .. }
         | Dialog::SaveRoom { .. }
         | Dialog::Mesh { .. } => None,
