@@ -13,7 +13,7 @@ use crate::live::session::{
 use crate::store;
 use crate::study::figures::with_separators;
 use anyhow::Context;
-use clap::Args;
+use clap::{ArgGroup, Args};
 use serde_json::{Map, Value, json};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -22,6 +22,7 @@ use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 #[derive(Debug, Args)]
+#[command(group(ArgGroup::new("room").multiple(true)))]
 pub struct LiveArgs {
     /// Server that sends the tracker's poses over OpenIGTLink (PLUS, say); it is waited for, and
     /// come back to when it is lost
@@ -29,21 +30,21 @@ pub struct LiveArgs {
     connect: String,
 
     /// Room (*.env.ron) that poses are compensated by; without one they are passed on as they are
-    #[arg(long, value_name = "ENV")]
+    #[arg(long, value_name = "ENV", group = "room")]
     environment: Option<PathBuf>,
 
     /// Design (*.design.ron) whose tool and CRF are among the tools: they are compensated by where
     /// their sensors are instead of as if a sensor were at their origins, in the design's room
     /// unless another one is named
-    #[arg(long, value_name = "DESIGN")]
+    #[arg(long, value_name = "DESIGN", group = "room")]
     design: Option<PathBuf>,
 
     /// What happens to positions outside the model's box; rejected ones are not sent on
-    #[arg(long, value_enum, default_value = "reject")]
+    #[arg(long, value_enum, default_value = "reject", requires = "room")]
     outside: OutsideArg,
 
     /// The tracker's frame, as in StylusToTracker; transforms to other frames are not compensated
-    #[arg(long, value_name = "NAME", default_value = RelayOptions::TRACKER_FRAME)]
+    #[arg(long, value_name = "NAME", default_value = RelayOptions::TRACKER_FRAME, requires = "room")]
     frame: String,
 
     /// Port to serve the poses on, for 3D Slicer, PLUS or any other client; 18944 is usual, 0 is any

@@ -104,6 +104,10 @@ impl Shown<'_> {
     /// `None` while the layer is off, and where there is no motion that can be visited.
     fn outline(&self) -> Option<MotionOutline> {
         let document = &self.world.as_ref()?.0.document;
+        // It is where the design has the bodies, not where a tracker has them.
+        if self.workspace.is_live() {
+            return None;
+        }
         match document.view().layers.motion {
             true => outline_of(document.design()),
             false => None,

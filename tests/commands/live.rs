@@ -9,13 +9,16 @@ use crate::support::wire::{
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
 use std::net::{SocketAddr, TcpListener};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 use trackwright::formats::recording::live_table;
 use trackwright::geometry::pose::{Pose, pose_from_array, pose_to_array};
-use trackwright::live::codec::{Content, Timestamp, ToolKind};
+use trackwright::live::codec::{Content, Matrix, Message, Timestamp, ToolKind};
 use trackwright::live::server::Server;
+use trackwright::store;
+use trackwright::study::look;
 
 /// The program, running, and what it says.
 struct Live {
@@ -246,6 +249,47 @@ fn poses_are_served_on_as_compensate_corrects_them_and_recorded_as_measured() {
         kept.tools[0].good().map(x).collect::<Vec<_>>(),
         [100_000.0, 60.0]
     );
+}
+
+#[test]
+fn a_tool_of_a_design_is_served_where_its_sensors_put_it() {
+    let file = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/designs/pointer-on-head.design.ron"
+    );
+    let world = store::open_design_without_meshes(Path::new(file)).unwrap();
+    let detail = look(&store::resolve(world.document.design(), &world.environment));
+    let server = tracker(free_address());
+    let connect = server.address().to_string();
+    let live = Live::start(&["--connect", &connect, "--serve", "0", "--design", file]);
+    let mut viewer = Reader::connect(address_in(&live.says("serving at")));
+    live.says("joined, 1 now");
+    while server.clients() == 0 {
+        rest(Duration::from_millis(5));
+    }
+    let crf = detail.crf.as_ref().unwrap();
+    for (name, body) in [
+        ("PointerToTracker", &detail.tool),
+        ("ReferenceToTracker", crf),
+    ] {
+        let matrix = Matrix::from_pose(&body.tracker_from_body_fitted);
+        let message = Message::new(name, Timestamp::now(), Content::Transform(matrix));
+        server
+            .send_transform(&message, ToolKind::SixDof, Instant::now())
+            .unwrap();
+        let heard = viewer.next_transform();
+        let Content::Transform(matrix) = &heard.content else {
+            panic!("a transform")
+        };
+        let found = matrix.pose().unwrap();
+        let off_mm = |pose: &Pose| {
+            let expected = body.tracker_from_body.translation.vector;
+            (pose.translation.vector - expected).norm()
+        };
+        // Single precision at half a metre, there and back.
+        assert!(off_mm(&found) < 5e-4, "{name}: {} mm", off_mm(&found));
+        assert!(off_mm(&body.tracker_from_body_fitted) > 0.1);
+    }
 }
 
 #[test]

@@ -385,11 +385,11 @@ fn blocks_of_the_scene_are_those_of_the_shown_workspace() {
     let folder = tempfile::tempdir().unwrap();
     let tracker = Tracker::anywhere();
     connect(&mut app, &tracker);
+    assert_eq!(named(&mut app, "collected"), 0);
     ask(
         &mut app,
         LiveRequest::Record(folder.path().join("session.csv")),
     );
-    assert_eq!(named(&mut app, "collected"), 0);
     let at = pose_from_parts([10.0, 0.0, -300.0].into(), Default::default());
     let send = || tracker.send("Wand", &at);
     until(&mut app, "a sample", send, |app| {

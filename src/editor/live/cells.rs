@@ -19,8 +19,8 @@ const BLOCK_PART: f64 = 0.22;
 const NEXT_PART: f64 = 0.5;
 const EDGE_PART: f64 = 0.06;
 
-/// The colours of blocks; the legend's too.
-pub const COLOR_MAP: ColorMap = ColorMap::Viridis;
+/// The colours of blocks.
+const COLOR_MAP: ColorMap = ColorMap::Viridis;
 
 /// The blocks, and the next place.
 #[derive(Component)]
@@ -83,7 +83,7 @@ fn remove(mut commands: Commands, blocks: Query<Entity, With<Cells>>) {
 fn blocks_of(collected: &Collected) -> Mesh {
     let mut painted = Painted::default();
     for cell in collected.cells.iter().filter(|cell| cell.samples > 0) {
-        let color = convert::linear(COLOR_MAP.srgb_of_value(cell.turned, 1.0));
+        let color = convert::linear(COLOR_MAP.srgb(brightness(cell.turned)));
         block(
             &mut painted,
             &cell.center_mm,
@@ -101,6 +101,15 @@ fn blocks_of(collected: &Collected) -> Mesh {
         );
     }
     painted.mesh()
+}
+
+/// Where colours begin: the darkest are not seen before the dark.
+const DARKEST: f64 = 0.3;
+
+/// A part of all orientations as a part of the colours. The first few tell more than the last: one of
+/// fourteen is a quarter of the way.
+fn brightness(turned: f64) -> f64 {
+    DARKEST + (1.0 - DARKEST) * turned.sqrt()
 }
 
 /// A box, each face counter-clockwise seen from outside.

@@ -121,11 +121,12 @@ fn want(
         live,
         mut pending,
     } = looked_at;
-    let is_live = *workspace == Workspace::Live && live.is_any();
+    let is_live_shown = *workspace == Workspace::Live;
+    let is_live = is_live_shown && live.is_any();
     let is_changed = world.is_changed()
         || desk.is_changed()
         || workspace.is_changed()
-        || (is_live && live.is_changed());
+        || (is_live_shown && live.is_changed());
     if !(wanted.is_none() || is_changed) {
         return;
     }

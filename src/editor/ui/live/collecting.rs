@@ -6,11 +6,13 @@ use crate::editor::live::collected::Collected;
 use crate::editor::live::{LiveDesk, LiveRequest};
 use crate::editor::palette;
 use crate::editor::ui::widgets::{THIN_SPACE, count, decimal, quiet_ui, section_ui};
-use bevy_egui::egui::{self, ProgressBar, Ui};
+use bevy_egui::egui::{self, Sense, Ui, vec2};
 use nalgebra::{Unit, Vector3};
 
 /// Basis orientations that are named: where most are missing.
 const NAMED_DIRECTIONS: usize = 6;
+
+const COUNT_WIDTH: f32 = 36.0;
 
 /// Draws the section.
 pub fn collecting_ui(ui: &mut Ui, desk: &LiveDesk) -> Vec<LiveRequest> {
@@ -26,18 +28,23 @@ pub fn collecting_ui(ui: &mut Ui, desk: &LiveDesk) -> Vec<LiveRequest> {
     };
     let summary = &collected.summary;
     let part = summary.cells_sampled as f32 / summary.cells.max(1) as f32;
-    let text = format!(
-        "{} of {} cells",
+    bar_ui(ui, part);
+    let cells = format!(
+        "{} of {}",
         count(summary.cells_sampled),
         count(summary.cells)
     );
-    ui.add(ProgressBar::new(part).text(text).desired_height(18.0));
+    fact_ui(ui, "cells with samples", &cells);
     let size = collected.cell_mm;
     let cell = format!(
         "{:.0} × {:.0} × {:.0}{THIN_SPACE}mm",
         size.x, size.y, size.z
     );
     fact_ui(ui, "a cell", &cell);
+    quiet_ui(
+        ui,
+        "The brighter a block, the more ways turned it was sampled.",
+    );
     fact_ui(ui, "samples", &whole(summary.samples));
     fact_ui(ui, "not like one before", &whole(summary.distinct));
     if summary.outside > 0 {
@@ -56,7 +63,8 @@ fn missing_ui(ui: &mut Ui, collected: &Collected) {
     section_ui(ui, "Still missing");
     match &collected.next_mm {
         Some(next) => {
-            let at = format!("{:.0}, {:.0}, {:.0}{THIN_SPACE}mm", next.x, next.y, next.z);
+            let at = [next.x, next.y, next.z].map(|v| decimal(v, 0));
+            let at = format!("{}{THIN_SPACE}mm", at.join(", "));
             fact_ui(ui, "emptiest place, framed", &at);
         }
         None => state_ui(ui, "no place: every cell is sampled", palette::MET),
@@ -92,7 +100,7 @@ fn directions_ui(ui: &mut Ui, summary: &CoverageSummary) {
     quiet_ui(ui, "fewest samples with the axis along");
     for (direction, samples) in fewest.into_iter().take(NAMED_DIRECTIONS) {
         ui.horizontal(|ui| {
-            let size = egui::vec2(130.0, ui.spacing().interact_size.y);
+            let size = vec2(130.0, ui.spacing().interact_size.y);
             ui.allocate_ui_with_layout(
                 size,
                 egui::Layout::left_to_right(egui::Align::Center),
@@ -102,13 +110,27 @@ fn directions_ui(ui: &mut Ui, summary: &CoverageSummary) {
                 },
             );
             let part = *samples as f32 / most.max(1) as f32;
-            ui.add(
-                ProgressBar::new(part)
-                    .text(whole(*samples))
-                    .desired_height(14.0),
-            );
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let size = vec2(COUNT_WIDTH, ui.spacing().interact_size.y);
+                let layout = egui::Layout::right_to_left(egui::Align::Center);
+                ui.allocate_ui_with_layout(size, layout, |ui| {
+                    ui.set_min_width(COUNT_WIDTH);
+                    ui.label(whole(*samples));
+                });
+                bar_ui(ui, part);
+            });
         });
     }
+}
+
+/// How much of something there is, as wide as there is room.
+fn bar_ui(ui: &mut Ui, part: f32) {
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 6.0), Sense::hover());
+    let painter = ui.painter();
+    painter.rect_filled(rect, 2.0, palette::LINE.color32());
+    let mut full = rect;
+    full.set_width(rect.width() * part.clamp(0.0, 1.0));
+    painter.rect_filled(full, 2.0, palette::ACCENT.color32());
 }
 
 fn whole(number: u64) -> String {

@@ -88,7 +88,16 @@ fn link_ui(ui: &mut Ui, seen: &SessionState) {
     let dropped: u64 = seen.counts.dropped.values().sum();
     if dropped > 0 {
         let dropped = usize::try_from(dropped).unwrap_or(usize::MAX);
-        fact_ui(ui, "poses that were not good", &count(dropped));
+        let reasons: Vec<String> = (seen.counts.dropped.iter())
+            .map(|(reason, n)| {
+                format!(
+                    "{}: {reason}",
+                    count(usize::try_from(*n).unwrap_or(usize::MAX))
+                )
+            })
+            .collect();
+        let fact = ui.scope(|ui| fact_ui(ui, "poses that were not good", &count(dropped)));
+        fact.response.on_hover_text(reasons.join("\n"));
     }
     if let Some((address, clients)) = &seen.serving {
         let clients = counted(*clients, "client", "clients");
