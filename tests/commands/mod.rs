@@ -15,6 +15,7 @@ mod pivot;
 mod precision;
 mod register;
 mod select;
+mod spin;
 mod stability;
 mod support;
 mod uncertainty;
