@@ -3,6 +3,7 @@
 use crate::support::data::third_party;
 use crate::support::golden::{list, number};
 use crate::support::program::{Scratch, fail, json, succeed, text};
+use nalgebra::DMatrix;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -41,6 +42,37 @@ fn assert_near(what: &str, value: &Value, low: f64, high: f64) {
     );
 }
 
+fn matrix(value: &Value) -> DMatrix<f64> {
+    let rows: Vec<Vec<f64>> = serde_json::from_value(value.clone()).unwrap();
+    DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
+}
+
+/// The blocks of the joint covariance are those of the frames, and say what the standard errors say.
+fn check_covariance(found: &Value) {
+    let joint = matrix(&found["covariance"]["matrix"]);
+    let sensors = list(found, "sensors");
+    assert_eq!(joint.nrows(), 6 + 6 * sensors.len());
+    assert!((&joint - joint.transpose()).amax() < 1e-12 * joint.amax());
+    let frames = list(&found["covariance"], "frames");
+    assert_eq!(frames[0], "tracker_from_reference");
+    let reference = matrix(&found["tracker_from_reference"]["covariance"]);
+    assert_eq!(joint.view((0, 0), (6, 6)), reference);
+    let worst = |block: &DMatrix<f64>, first| {
+        let block = block.view((first, first), (3, 3)).into_owned();
+        block.symmetric_eigenvalues().max().sqrt()
+    };
+    let angle = number(&found["tracker_from_reference"]["std_error"]["angle_deg"]);
+    assert!((worst(&reference, 0).to_degrees() - angle).abs() < 1e-9);
+    for (k, sensor) in sensors.iter().enumerate() {
+        assert_eq!(frames[1 + k], sensor["name"]);
+        let own = matrix(&sensor["covariance"]);
+        assert_eq!(joint.view((6 + 6 * k, 6 + 6 * k), (6, 6)), own);
+        let error = &sensor["std_error"];
+        assert!((worst(&own, 3) - number(&error["position_mm"])).abs() < 1e-9);
+        assert!((worst(&own, 0).to_degrees() - number(&error["angle_deg"])).abs() < 1e-9);
+    }
+}
+
 #[test]
 fn the_real_static_room_has_the_known_errors_and_distances() {
     let Some(folder) = third_party("aurora-polaris/static") else {
@@ -72,6 +104,7 @@ fn the_real_static_room_has_the_known_errors_and_distances() {
         let error = &sensor["std_error"];
         assert!(number(&error["position_mm"]) < 1.5 && number(&error["angle_deg"]) < 1.0);
     }
+    check_covariance(&found);
     let distances = list(&found, "distances");
     let names: Vec<&Value> = sensors.iter().map(|s| &s["name"]).collect();
     for (distance, (a, b, mean, std)) in
