@@ -357,3 +357,42 @@ fn recordings_that_give_no_room_are_refused_with_the_reason_and_write_nothing() 
     let missing = vec![scratch.arg("none.tsv")];
     refused(&missing, &reference[..1], &["none.tsv: found no such file"]);
 }
+
+#[test]
+fn every_pair_is_held_out_once_and_a_room_is_judged_by_what_it_never_saw() {
+    let scratch = Scratch::new();
+    let [em, reference] = turning(&scratch, false);
+    let [table, held] = ["room.csv", "held.csv"].map(|name| scratch.arg(name));
+    let rows = |file: &str| std::fs::read_to_string(file).unwrap().lines().count() - 1;
+    let mut seen = Vec::new();
+    for part in ["1/4", "2/4", "3/4", "4/4"] {
+        let more = ["--hold-out", part, "--held-out", &held, "--min-poses", "9"];
+        let found = json(&[&characterize(&em, &reference, &table)[..], &more].concat());
+        assert_eq!((rows(&table), rows(&held)), (9, 3), "{part}");
+        assert_eq!(
+            (&found["readings"], &found["held_out"]),
+            (&9.into(), &3.into())
+        );
+        let text = std::fs::read_to_string(&held).unwrap();
+        let pair = |line: &str| line.rsplit(',').nth(1).unwrap().parse::<usize>().unwrap();
+        seen.extend(text.lines().skip(1).map(pair));
+    }
+    seen.sort_unstable();
+    assert_eq!(seen, (0..12).collect::<Vec<_>>());
+    for wrong in ["0/5", "6/5", "1/1", "1", "a/b"] {
+        let more = ["--hold-out", wrong, "--held-out", &held];
+        let said = fail(&[&characterize(&em, &reference, &table)[..], &more].concat());
+        assert!(said.contains("expected K/N"), "{said}");
+    }
+    let alone = fail(
+        &[
+            &characterize(&em, &reference, &table)[..],
+            &["--hold-out", "1/4"],
+        ]
+        .concat(),
+    );
+    assert!(alone.contains("--held-out"), "{alone}");
+    let none = ["--hold-out", "13/13", "--held-out", &held];
+    let said = fail(&[&characterize(&em, &reference, &table)[..], &none].concat());
+    assert!(said.contains("--hold-out: found no good reading"), "{said}");
+}

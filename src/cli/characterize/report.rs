@@ -166,6 +166,7 @@ pub fn as_json(found: &Characterisation) -> Value {
         "pairs": found.pairs.len(),
         "rejected": rejected(found).count(),
         "readings": found.readings.len(),
+        "held_out": found.held_out.len(),
         "left_out": left_out
             .iter()
             .map(|(of, count, reason)| json!({"of": of, "count": count, "reason": reason}))
