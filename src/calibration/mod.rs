@@ -7,6 +7,7 @@ pub mod characterisation;
 pub mod coverage;
 pub mod hand_eye;
 pub mod marker_body;
+mod orientation_range;
 pub mod pivot;
 pub mod pose_stream;
 pub mod registration;
@@ -16,6 +17,7 @@ pub mod robust;
 pub mod room_choice;
 pub mod room_fit;
 pub mod room_worth;
+pub mod spin;
 pub mod still_pose;
 #[cfg(test)]
 mod testing;

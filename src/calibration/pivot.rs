@@ -4,8 +4,8 @@
 //! in: least squares over all of them (DOMAIN 3.5). What a recording cannot answer is refused, for
 //! one of three reasons.
 
+use super::orientation_range::orientation_range_rad;
 use crate::geometry::pose::Pose;
-use crate::geometry::rotation::rotation_angle_rad;
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, Vector3};
 
 /// What a recording has to have.
@@ -176,37 +176,6 @@ fn at(pose: &Pose) -> Vector3<f64> {
     pose.translation.vector
 }
 
-/// Of more poses than this a choice is compared: a recording of minutes has tens of thousands.
-const ALL_PAIRS: usize = 2_000;
-
-/// The largest angle between any two poses. Of very many, it begins with the largest between evenly
-/// chosen ones, and goes to the one farthest from either end.
-fn orientation_range_rad(poses: &[Pose]) -> f64 {
-    let angle = |a: &Pose, b: &Pose| rotation_angle_rad(&a.rotation.rotation_to(&b.rotation));
-    let farther =
-        |best: (f64, usize), next: (f64, usize)| if next.0 > best.0 { next } else { best };
-    let chosen: Vec<usize> = (0..poses.len())
-        .step_by(poses.len().div_ceil(ALL_PAIRS).max(1))
-        .collect();
-    let mut range = (0.0, 0);
-    for (k, &a) in chosen.iter().enumerate() {
-        let others = chosen[k + 1..].iter();
-        range = others.fold(range, |best, &b| {
-            farther(best, (angle(&poses[a], &poses[b]), b))
-        });
-    }
-    if chosen.len() < poses.len() {
-        for _ in 0..2 {
-            let end = &poses[range.1];
-            let all = poses.iter().enumerate();
-            range = all.fold(range, |best, (b, pose)| {
-                farther(best, (angle(end, pose), b))
-            });
-        }
-    }
-    range.0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -298,16 +267,6 @@ mod tests {
             ..PivotLimits::default()
         };
         assert_eq!(pivot(&poses, &limits).unwrap().rms_mm, rms_mm);
-    }
-
-    #[test]
-    fn of_very_many_poses_the_two_that_differ_most_are_found_too() {
-        let mut poses = cone(3 * ALL_PAIRS, 0.2);
-        // Between those that are chosen.
-        poses[4] = pose(Vector3::x() * 0.5);
-        poses[ALL_PAIRS + 1] = pose(Vector3::x() * -0.5);
-        let range_rad = orientation_range_rad(&poses);
-        assert!((range_rad - 1.0).abs() < 1e-12, "{range_rad}");
     }
 
     #[test]

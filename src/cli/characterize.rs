@@ -6,7 +6,7 @@ mod report;
 use super::numbers::above_zero;
 use super::output::{self, Format, Shown};
 use crate::calibration::characterisation::{
-    CharacterisationError, CharacterisationSettings, PairKind, RecordedPair, characterise,
+    CharacterisationError, CharacterisationSettings, HeldOut, PairKind, RecordedPair, characterise,
 };
 use crate::calibration::hand_eye::HandEyeSettings;
 use crate::calibration::robust::Loss;
@@ -14,6 +14,7 @@ use crate::calibration::still_pose::Spread;
 use crate::calibration::time_alignment::AlignmentSettings;
 use crate::formats::characterised;
 use crate::store;
+use crate::study::figures::with_separators;
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -21,7 +22,8 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub struct CharacterizeArgs {
     /// Recordings of the EM tracker, with any number of 6-DOF sensors on one rigid body: tables of
-    /// NDI Track or ToolBox (CSV, TSV), Aurora logs, PLUS sequences; mm
+    /// NDI Track or ToolBox (CSV, TSV) or of NDI's sample of the combined API, Aurora logs, PLUS
+    /// sequences; mm
     #[arg(long, required = true, num_args = 1.., value_name = "FILE")]
     em: Vec<PathBuf>,
 
@@ -87,9 +89,31 @@ pub struct CharacterizeArgs {
     #[arg(long, value_name = "DEG", default_value_t = HandEyeSettings::MIN_TURN_DEG, value_parser = above_zero)]
     min_turn_deg: f64,
 
+    /// Leaves every N-th pair out of all that is found, beginning with the K-th, so that a room made
+    /// of the table can be judged by them: 1/5, 2/5 and so on hold each pair out once
+    #[arg(long, value_name = "K/N", requires = "held_out", value_parser = part)]
+    hold_out: Option<HeldOut>,
+
+    /// Measurement table to write those pairs to, judged by where the others put trackers and sensors;
+    /// for `fit --holdout`
+    #[arg(long, value_name = "HELD.csv", requires = "hold_out")]
+    held_out: Option<PathBuf>,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+}
+
+/// `1/5` and so on.
+fn part(text: &str) -> Result<HeldOut, String> {
+    let numbers = text.split_once('/').and_then(|(part, of)| {
+        let (part, of): (usize, usize) = (part.trim().parse().ok()?, of.trim().parse().ok()?);
+        (1 <= part && part <= of && of >= 2).then_some((part, of))
+    });
+    match numbers {
+        Some((part, of)) => Ok(HeldOut { part: part - 1, of }),
+        None => Err("expected K/N with 1 ≤ K ≤ N and two parts at least, such as 1/5".to_owned()),
+    }
 }
 
 /// What pairs of recordings are of.
@@ -146,7 +170,21 @@ pub fn run(args: &CharacterizeArgs) -> anyhow::Result<()> {
         other => anyhow!("no measurements: {other}"),
     })?;
     drop(shown);
+    if args.held_out.is_some() && found.held_out.is_empty() {
+        bail!(
+            "--hold-out: found no good reading in the pairs that it holds out, of {}",
+            args.em.len()
+        );
+    }
     store::write_atomic(&args.output, |out| characterised::write(out, &found))?;
+    if let Some(held_out) = &args.held_out {
+        store::write_atomic(held_out, |out| characterised::write_held_out(out, &found))?;
+        output::note(&format!(
+            "{} readings held out, written to {}; all figures are of the others",
+            with_separators(found.held_out.len()),
+            held_out.display()
+        ));
+    }
     for (pair, problem) in report::rejected(&found) {
         output::note(&format!(
             "{} with {}: not used: {problem}",
@@ -195,5 +233,6 @@ fn settings(args: &CharacterizeArgs) -> CharacterisationSettings {
             position_mm: args.max_error_mm,
             angle_rad: args.max_error_deg.to_radians(),
         },
+        held_out: args.hold_out,
     }
 }

@@ -1,7 +1,8 @@
-//! `export`: the field and poses as files of other programs.
+//! `export`: the field, poses and the tips of a study as files of other programs.
 
 mod field;
 mod poses;
+mod tips;
 
 use crate::formats::export::PatientAxes;
 use clap::{Subcommand, ValueEnum};
@@ -15,6 +16,9 @@ pub enum ExportCommand {
     /// Poses or tips of a recording or table: points (*.mrk.json) or one transform (*.tfm) for
     /// 3D Slicer, or a poses table (*.csv)
     Poses(poses::PosesArgs),
+    /// The tips of a design's study, where they are and where the tracker would tell that they are:
+    /// points for 3D Slicer (*.mrk.json) or a table (*.csv)
+    Tips(tips::TipsArgs),
 }
 
 /// Exports.
@@ -25,6 +29,7 @@ pub fn run(command: &ExportCommand) -> anyhow::Result<()> {
     match command {
         ExportCommand::Field(args) => field::run(args),
         ExportCommand::Poses(args) => poses::run(args),
+        ExportCommand::Tips(args) => tips::run(args),
     }
 }
 

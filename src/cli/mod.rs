@@ -73,7 +73,8 @@ enum Command {
     Convert(convert::ConvertArgs),
     /// Make a room's measurements from recordings of the tracker beside those of a reference tracker
     Characterize(characterize::CharacterizeArgs),
-    /// Find where a tool's tip is from recordings of it around one point, or say why they don't tell
+    /// Find where a tool's tip is from recordings around one point, and which way its shaft points from
+    /// recordings of turns about it, or say why they don't tell
     Pivot(pivot::PivotArgs),
     /// Register points in two frames, and say how far off other points are to be expected
     Register(register::RegisterArgs),

@@ -1,4 +1,7 @@
-//! `pivot`: where a tool's tip is, from recordings around one point.
+//! `pivot`: where a tool's tip is, from recordings around one point, and which way its shaft points,
+//! from recordings of turns about it.
+
+mod spin;
 
 use super::numbers::above_zero;
 use super::output::{self, Format, OutsideArg};
@@ -7,20 +10,24 @@ use crate::calibration::pivot::{Pivot, PivotLimits, pivot};
 use crate::formats::points;
 use crate::store;
 use crate::study::figures::with_separators;
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Args;
 use nalgebra::Point3;
 use serde_json::{Value, json};
+use spin::{Shaft, SpinArgs};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub struct PivotArgs {
-    /// Recordings of one tool around one point: tables of NDI Track or ToolBox (CSV, TSV), an Aurora
-    /// log, a PLUS sequence (*.igs.mha); 4x4 matrices as text, row by row; a poses table (CSV: x, y,
+    /// Recordings of one tool around one point: tables of NDI Track or ToolBox (CSV, TSV) or of NDI's
+    /// sample of the combined API, an Aurora log, a PLUS sequence (*.igs.mha); 4x4 matrices as text, row by row; a poses table (CSV: x, y,
     /// z, qw, qx, qy, qz); or an empivot or optpivot file of the JHU course, whose tool has the
     /// frame of its markers' mean in the first frame. All in mm
-    #[arg(required = true)]
+    #[arg(required_unless_present = "spin")]
     recordings: Vec<PathBuf>,
+
+    #[command(flatten)]
+    spin: SpinArgs,
 
     /// The tool that is meant where a recording has several: a part of its name
     #[arg(long, value_name = "NAME")]
@@ -81,16 +88,41 @@ pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
         max_rms_mm: args.max_rms_mm,
     };
     let mut reader = reader(args)?;
-    let poses = reader.read_all(args.recordings.iter().map(PathBuf::as_path))?;
-    let found = pivot(&poses, &limits).context("no tip")?;
+    let pivoted = match args.recordings.as_slice() {
+        [] => None,
+        files => {
+            let poses = reader.read_all(files.iter().map(PathBuf::as_path))?;
+            Some(pivot(&poses, &limits).context("no tip")?)
+        }
+    };
+    let tip = match &pivoted {
+        Some(found) => Some((found.tip_in_tool, found.tip_std_error_mm)),
+        None => args.spin.tip().map(|tip| (tip, 0.0)),
+    };
+    let shaft = args.spin.shaft(&mut reader, &limits, tip)?;
     if let Some(output) = &args.output {
+        let Some((tip, _)) = tip else {
+            bail!("--tips: found no tip, expected recordings around one point, or --tip X,Y,Z");
+        };
         let poses = reader.read_all(args.tips.iter().map(PathBuf::as_path))?;
-        let tips: Vec<Point3<f64>> = poses.iter().map(|p| p * found.tip_in_tool).collect();
+        let tips: Vec<Point3<f64>> = poses.iter().map(|pose| pose * tip).collect();
         store::write_atomic(output, |out| points::write(out, &tips))?;
     }
+    args.spin
+        .write_tip_frame(shaft.as_ref(), tip.map(|(tip, _)| tip))?;
     match args.format {
-        Format::Json => output::print_json(&as_json(&found)),
-        Format::Text => output::print(&as_text(&found)),
+        Format::Json => {
+            let mut value = pivoted.as_ref().map_or_else(|| json!({}), as_json);
+            if let Some(shaft) = &shaft {
+                value["spin"] = shaft.as_json();
+            }
+            output::print_json(&value)
+        }
+        Format::Text => {
+            let rows = pivoted.iter().flat_map(text_rows);
+            let rows = rows.chain(shaft.iter().flat_map(Shaft::text_rows));
+            output::print(&output::aligned(&rows.collect::<Vec<_>>()))
+        }
     }
 }
 
@@ -117,11 +149,11 @@ fn as_json(found: &Pivot) -> Value {
     })
 }
 
-fn as_text(found: &Pivot) -> String {
+fn text_rows(found: &Pivot) -> Vec<(String, String, String)> {
     let row = |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
     let point = |at: &Point3<f64>| format!("{:.3} {:.3} {:.3}", at.x, at.y, at.z);
     let mm = |value: f64| format!("{value:.3}");
-    output::aligned(&[
+    vec![
         row("poses", with_separators(found.poses), ""),
         row(
             "largest angle between two",
@@ -142,5 +174,5 @@ fn as_text(found: &Pivot) -> String {
         row("distance of the tip from it, RMS", mm(found.rms_mm), "mm"),
         row("  of a component", mm(found.rms_component_mm()), "mm"),
         row("  largest", mm(found.worst_mm), "mm"),
-    ])
+    ]
 }

@@ -22,7 +22,8 @@ const MAX_TURN_ERROR_DEG: f64 = 10.0;
 
 #[derive(Debug, Args)]
 pub struct RegisterArgs {
-    /// Points in the frame that is moved: a table (CSV: x, y, z), rows of three numbers, or a
+    /// Points in the frame that is moved: a table (CSV: x, y, z), rows of three numbers, points of
+    /// 3D Slicer (*.mrk.json or *.fcsv: those that are defined, in RAS as Slicer shows them), or a
     /// ct-fiducials file of the JHU course; mm
     source: PathBuf,
 

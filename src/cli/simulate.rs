@@ -54,7 +54,7 @@ pub struct SimulateArgs {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum ModeArg {
+pub(super) enum ModeArg {
     /// The design's own pose
     Single,
     /// The design's range of motion
@@ -69,15 +69,7 @@ enum ModeArg {
 /// Files that can't be used, a range of motion that can't be visited.
 pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     let world = store::open_design_without_meshes(&args.design)?;
-    let mode = match (args.mode, &args.input) {
-        (ModeArg::Single, _) => Mode::Single,
-        (ModeArg::Motion, _) => Mode::Motion,
-        (ModeArg::Input, Some(file)) => {
-            let has_crf = world.document.design().crf.is_some();
-            Mode::Input(store::read_input(file, has_crf)?.into())
-        }
-        (ModeArg::Input, None) => anyhow::bail!("--mode input needs --input FILE"),
-    };
+    let mode = mode_of(args.mode, args.input.as_deref(), &world)?;
     let design = world.document.design();
     let environment = args.uncertainty.environment(&world.environment)?;
     let mut scenario = store::resolve(design, &environment);
@@ -129,6 +121,22 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     }
 }
 
+/// The mode with its poses.
+///
+/// # Errors
+/// Input data without a table, or with one that can't be used.
+pub(super) fn mode_of(mode: ModeArg, input: Option<&Path>, world: &World) -> anyhow::Result<Mode> {
+    Ok(match (mode, input) {
+        (ModeArg::Single, _) => Mode::Single,
+        (ModeArg::Motion, _) => Mode::Motion,
+        (ModeArg::Input, Some(file)) => {
+            let has_crf = world.document.design().crf.is_some();
+            Mode::Input(store::read_input(file, has_crf)?.into())
+        }
+        (ModeArg::Input, None) => anyhow::bail!("--mode input needs --input FILE"),
+    })
+}
+
 /// What the program does where there can be no editor: the design's own study, printed.
 ///
 /// # Errors
@@ -150,7 +158,7 @@ pub fn main_job(design: Option<&Path>) -> anyhow::Result<()> {
 }
 
 /// Simulating with a model of the measured pose is the paper's shortcut: worth knowing.
-fn note_map(world: &World) {
+pub(super) fn note_map(world: &World) {
     if world.environment.model.map() == MapKind::Correction {
         output::note(
             "note: the environment is a correction map, a function of the measured pose; \

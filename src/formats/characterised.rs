@@ -1,7 +1,7 @@
 //! Measurement tables of a characterised room: as any, and which sensor, recording and pose a row is of.
 
 use super::number::shortest;
-use crate::calibration::characterisation::Characterisation;
+use crate::calibration::characterisation::{Characterisation, CharacterisedReading};
 use crate::geometry::pose::pose_to_array;
 use std::io::{self, Write};
 
@@ -13,13 +13,29 @@ const NAMES: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
 /// # Errors
 /// Those of the writer.
 pub fn write(out: &mut dyn Write, found: &Characterisation) -> io::Result<()> {
+    write_readings(out, found, &found.readings)
+}
+
+/// Writes the readings that were held out, likewise.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_held_out(out: &mut dyn Write, found: &Characterisation) -> io::Result<()> {
+    write_readings(out, found, &found.held_out)
+}
+
+fn write_readings(
+    out: &mut dyn Write,
+    found: &Characterisation,
+    readings: &[CharacterisedReading],
+) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(out);
     let poses = ["ideal", "measured"]
         .iter()
         .flat_map(|whose| NAMES.iter().map(move |name| format!("{whose}_{name}")));
     let names = ["sensor", "pair", "pose"].map(str::to_owned);
     table.write_record(poses.chain(names)).map_err(io_error)?;
-    for reading in &found.readings {
+    for reading in readings {
         let m = &reading.measurement;
         let numbers = [&m.tracker_from_ideal, &m.tracker_from_measured]
             .into_iter()
@@ -43,7 +59,6 @@ fn io_error(error: csv::Error) -> io::Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::characterisation::CharacterisedReading;
     use crate::calibration::hand_eye::{HandEye, Motion};
     use crate::calibration::still_pose::Spread;
     use crate::field::samples::Measurement;
@@ -81,6 +96,7 @@ mod tests {
                 },
             },
             readings: vec![reading(0, 0, 0), reading(0, 0, 1), reading(3, 7, 0)],
+            held_out: vec![reading(1, 2, 1)],
             pairs: Vec::new(),
             distances: Vec::new(),
         };
@@ -93,5 +109,9 @@ mod tests {
         assert_eq!(labels(None).labels, ["0", "0", "7"]);
         assert_eq!(labels(Some("pair")).labels, ["0", "0", "3"]);
         assert_eq!(labels(Some("sensor")).labels[0], "Port 1: a, \"b\"");
+        let mut table = Vec::new();
+        write_held_out(&mut table, &found).unwrap();
+        let pairs = groups::parse(&table, Some("pair")).unwrap().unwrap();
+        assert_eq!(pairs.labels, ["1"]);
     }
 }

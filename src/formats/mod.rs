@@ -11,6 +11,7 @@ pub mod groups;
 pub mod input;
 pub mod jhu_cis;
 pub mod log;
+pub mod markups;
 pub mod matrices;
 pub mod measurements;
 pub mod mesh;

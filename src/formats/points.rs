@@ -1,8 +1,9 @@
-//! Points: a table with columns `x, y, z`, plain rows of three numbers, or a `ct-fiducials` file of
-//! the JHU course, told apart by the first line.
+//! Points: a table with columns `x, y, z`, plain rows of three numbers, markups of 3D Slicer, or a
+//! `ct-fiducials` file of the JHU course, told apart by what they begin with.
 
 use super::error::{FormatError, text};
 use super::jhu_cis;
+use super::markups;
 use super::number::shortest;
 use super::table::Table;
 use nalgebra::Point3;
@@ -13,7 +14,14 @@ use std::io::{self, Write};
 /// # Errors
 /// Cells that are no numbers, rows that are no points, no rows.
 pub fn parse(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
-    let first = text(bytes)?
+    let content = text(bytes)?;
+    if markups::is_json(content) {
+        return markups::parse_json(bytes);
+    }
+    if markups::is_fcsv(content) {
+        return markups::parse_fcsv(bytes);
+    }
+    let first = content
         .lines()
         .map(str::trim)
         .find(|line| !line.is_empty() && !line.starts_with('#'))

@@ -1,6 +1,6 @@
 //! Pages and plots, as text: what a command or the editor hands to a person to keep.
 
-mod palette;
+pub(crate) mod palette;
 pub mod plot;
 pub mod room;
 pub mod selection;

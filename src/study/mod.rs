@@ -41,7 +41,7 @@ pub use placement::{
 };
 pub use profile::{Profile, run_profiled, trial_count, trial_offsets, trial_pose};
 pub use requirement::Requirement;
-pub use run::{Outcome, StudyError, run};
+pub use run::{Outcome, StudyError, is_rejected, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};
 pub use slice::{SliceOutcome, sample_slice};
 pub use slice_plan::{SlicePlan, SlicePlane};

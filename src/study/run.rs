@@ -127,7 +127,8 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), StudyError> {
     }
 }
 
-fn is_rejected(trial: &Trial, outside: OutsidePolicy) -> bool {
+/// Whether a trial is left out of the figures.
+pub fn is_rejected(trial: &Trial, outside: OutsidePolicy) -> bool {
     outside == OutsidePolicy::Reject && trial.outside > 0
 }
 

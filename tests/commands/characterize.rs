@@ -3,6 +3,7 @@
 use crate::support::data::third_party;
 use crate::support::golden::{list, number};
 use crate::support::program::{Scratch, fail, json, succeed, text};
+use nalgebra::DMatrix;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -41,6 +42,37 @@ fn assert_near(what: &str, value: &Value, low: f64, high: f64) {
     );
 }
 
+fn matrix(value: &Value) -> DMatrix<f64> {
+    let rows: Vec<Vec<f64>> = serde_json::from_value(value.clone()).unwrap();
+    DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
+}
+
+/// The blocks of the joint covariance are those of the frames, and say what the standard errors say.
+fn check_covariance(found: &Value) {
+    let joint = matrix(&found["covariance"]["matrix"]);
+    let sensors = list(found, "sensors");
+    assert_eq!(joint.nrows(), 6 + 6 * sensors.len());
+    assert!((&joint - joint.transpose()).amax() < 1e-12 * joint.amax());
+    let frames = list(&found["covariance"], "frames");
+    assert_eq!(frames[0], "tracker_from_reference");
+    let reference = matrix(&found["tracker_from_reference"]["covariance"]);
+    assert_eq!(joint.view((0, 0), (6, 6)), reference);
+    let worst = |block: &DMatrix<f64>, first| {
+        let block = block.view((first, first), (3, 3)).into_owned();
+        block.symmetric_eigenvalues().max().sqrt()
+    };
+    let angle = number(&found["tracker_from_reference"]["std_error"]["angle_deg"]);
+    assert!((worst(&reference, 0).to_degrees() - angle).abs() < 1e-9);
+    for (k, sensor) in sensors.iter().enumerate() {
+        assert_eq!(frames[1 + k], sensor["name"]);
+        let own = matrix(&sensor["covariance"]);
+        assert_eq!(joint.view((6 + 6 * k, 6 + 6 * k), (6, 6)), own);
+        let error = &sensor["std_error"];
+        assert!((worst(&own, 3) - number(&error["position_mm"])).abs() < 1e-9);
+        assert!((worst(&own, 0).to_degrees() - number(&error["angle_deg"])).abs() < 1e-9);
+    }
+}
+
 #[test]
 fn the_real_static_room_has_the_known_errors_and_distances() {
     let Some(folder) = third_party("aurora-polaris/static") else {
@@ -72,6 +104,7 @@ fn the_real_static_room_has_the_known_errors_and_distances() {
         let error = &sensor["std_error"];
         assert!(number(&error["position_mm"]) < 1.5 && number(&error["angle_deg"]) < 1.0);
     }
+    check_covariance(&found);
     let distances = list(&found, "distances");
     let names: Vec<&Value> = sensors.iter().map(|s| &s["name"]).collect();
     for (distance, (a, b, mean, std)) in
@@ -323,4 +356,43 @@ fn recordings_that_give_no_room_are_refused_with_the_reason_and_write_nothing() 
     refused(&em[..1], &[header], &["header.tsv: found no rows"]);
     let missing = vec![scratch.arg("none.tsv")];
     refused(&missing, &reference[..1], &["none.tsv: found no such file"]);
+}
+
+#[test]
+fn every_pair_is_held_out_once_and_a_room_is_judged_by_what_it_never_saw() {
+    let scratch = Scratch::new();
+    let [em, reference] = turning(&scratch, false);
+    let [table, held] = ["room.csv", "held.csv"].map(|name| scratch.arg(name));
+    let rows = |file: &str| std::fs::read_to_string(file).unwrap().lines().count() - 1;
+    let mut seen = Vec::new();
+    for part in ["1/4", "2/4", "3/4", "4/4"] {
+        let more = ["--hold-out", part, "--held-out", &held, "--min-poses", "9"];
+        let found = json(&[&characterize(&em, &reference, &table)[..], &more].concat());
+        assert_eq!((rows(&table), rows(&held)), (9, 3), "{part}");
+        assert_eq!(
+            (&found["readings"], &found["held_out"]),
+            (&9.into(), &3.into())
+        );
+        let text = std::fs::read_to_string(&held).unwrap();
+        let pair = |line: &str| line.rsplit(',').nth(1).unwrap().parse::<usize>().unwrap();
+        seen.extend(text.lines().skip(1).map(pair));
+    }
+    seen.sort_unstable();
+    assert_eq!(seen, (0..12).collect::<Vec<_>>());
+    for wrong in ["0/5", "6/5", "1/1", "1", "a/b"] {
+        let more = ["--hold-out", wrong, "--held-out", &held];
+        let said = fail(&[&characterize(&em, &reference, &table)[..], &more].concat());
+        assert!(said.contains("expected K/N"), "{said}");
+    }
+    let alone = fail(
+        &[
+            &characterize(&em, &reference, &table)[..],
+            &["--hold-out", "1/4"],
+        ]
+        .concat(),
+    );
+    assert!(alone.contains("--held-out"), "{alone}");
+    let none = ["--hold-out", "13/13", "--held-out", &held];
+    let said = fail(&[&characterize(&em, &reference, &table)[..], &none].concat());
+    assert!(said.contains("--hold-out: found no good reading"), "{said}");
 }

@@ -57,6 +57,23 @@ pub struct CharacterisationSettings {
     pub alignment: AlignmentSettings,
     /// Readings that are farther from where they should be are left out.
     pub max_error: Spread,
+    /// Pairs that frames are found without.
+    pub held_out: Option<HeldOut>,
+}
+
+/// Every so many-th pair: what of a room can be judged by, because nothing was found from it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HeldOut {
+    /// Which of the parts, from 0.
+    pub part: usize,
+    /// How many parts there are.
+    pub of: usize,
+}
+
+impl HeldOut {
+    fn has(self, pair: usize) -> bool {
+        pair % self.of.max(1) == self.part
+    }
 }
 
 impl CharacterisationSettings {
@@ -84,6 +101,7 @@ impl Default for CharacterisationSettings {
                 position_mm: Self::MAX_ERROR_MM,
                 angle_rad: Self::MAX_ERROR_DEG.to_radians(),
             },
+            held_out: None,
         }
     }
 }
@@ -125,6 +143,8 @@ pub struct Characterisation {
     pub sensors: Vec<String>,
     pub hand_eye: HandEye,
     pub readings: Vec<CharacterisedReading>,
+    /// Readings of the pairs that the frames were found without, judged by them.
+    pub held_out: Vec<CharacterisedReading>,
     /// One a pair.
     pub pairs: Vec<PairReport>,
     pub distances: Vec<SensorDistance>,
@@ -198,6 +218,7 @@ pub fn characterise(
             first: first.clone(),
         });
     }
+    let is_held_out = |pair: usize| settings.held_out.is_some_and(|held| held.has(pair));
     let mut found: Option<(HandEye, Vec<(usize, PairedReading)>)> = None;
     let mut kept: Vec<bool> = Vec::new();
     for round in 0..ROUNDS {
@@ -216,7 +237,7 @@ pub fn characterise(
         let used: Vec<PairedReading> = all
             .iter()
             .zip(&kept)
-            .filter(|(_, kept)| **kept)
+            .filter(|((pair, _), kept)| **kept && !is_held_out(*pair))
             .map(|((_, reading), _)| *reading)
             .collect();
         let solved = hand_eye(&used, sensors.len(), &settings.hand_eye)?;
@@ -232,7 +253,7 @@ pub fn characterise(
             let has_some = all
                 .iter()
                 .zip(&now)
-                .any(|((_, r), near)| *near && r.sensor == sensor);
+                .any(|((pair, r), near)| *near && r.sensor == sensor && !is_held_out(*pair));
             if !has_some {
                 return Err(CharacterisationError::AllTooFar {
                     name: name.clone(),
@@ -251,8 +272,12 @@ pub fn characterise(
     let Some((hand_eye, all)) = found else {
         return Err(HandEyeError::NoAnswer.into());
     };
+    let (held_out, readings) = characterised(&hand_eye, &all, &kept)
+        .into_iter()
+        .partition(|reading| is_held_out(reading.pair));
     Ok(Characterisation {
-        readings: characterised(&hand_eye, &all, &kept),
+        readings,
+        held_out,
         pairs: reports(prepared, &hand_eye, &all, &kept, settings),
         distances: distances(pairs, &sensors, settings),
         sensors,

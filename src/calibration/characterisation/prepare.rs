@@ -7,7 +7,7 @@ use crate::calibration::still_pose::{Spread, StillPose, still_pose};
 use crate::calibration::time_alignment::{AlignmentError, align};
 use crate::geometry::pose::Pose;
 use crate::tracking::recording::{Recording, ToolTrack, Unusable};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Half of the reference's readings within this of their median are of a still pose: far above its
 /// jitter (0.01 mm, 0.02°), and a hand's tremor; a path leaves it within a fraction of a second.
@@ -288,18 +288,77 @@ pub(super) fn tracker_moments(
             };
             vec![tracks.iter().filter_map(average).collect()]
         }
-        Some(PairKind::Path) => {
-            let longest = tracks.iter().map(|(_, t)| t.samples.len()).max();
-            (0..longest.unwrap_or(0))
-                .map(|k| {
-                    let read = |(sensor, track): &(usize, &ToolTrack)| {
-                        let sample = track.samples.get(k)?;
-                        Some((*sensor, *sample.pose.as_ref().ok()?))
-                    };
-                    tracks.iter().filter_map(read).collect()
-                })
-                .collect()
-        }
+        Some(PairKind::Path) => path_moments(&tracks),
         None => Vec::new(),
+    }
+}
+
+/// Sample by sample where all sensors have as many, for they were written together; else what has the
+/// same frame number, or the same time.
+fn path_moments(tracks: &[(usize, &ToolTrack)]) -> Vec<Vec<(usize, Pose)>> {
+    let lengths: BTreeSet<usize> = tracks.iter().map(|(_, t)| t.samples.len()).collect();
+    let is_together = lengths.len() <= 1;
+    let mut moments: BTreeMap<(u64, usize), Vec<(usize, Pose)>> = BTreeMap::new();
+    for (sensor, track) in tracks {
+        let mut last = None;
+        let mut repeats = 0;
+        for (k, sample) in track.samples.iter().enumerate() {
+            let counted = sample.frame.or(sample.time_s.map(f64::to_bits));
+            let moment = match (is_together, counted) {
+                (true, _) => (0, k),
+                (false, Some(at)) => {
+                    repeats = if last == Some(at) { repeats + 1 } else { 0 };
+                    last = Some(at);
+                    (at, repeats)
+                }
+                (false, None) => continue,
+            };
+            if let Ok(pose) = &sample.pose {
+                moments.entry(moment).or_default().push((*sensor, *pose));
+            }
+        }
+    }
+    moments.into_values().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tracking::recording::TrackSample;
+
+    fn track(frames: &[Option<u64>]) -> ToolTrack {
+        let sample = |frame: &Option<u64>| TrackSample {
+            frame: *frame,
+            time_s: None,
+            pose: Ok(Pose::translation(frame.unwrap_or(0) as f64, 0.0, 0.0)),
+        };
+        ToolTrack {
+            name: String::new(),
+            samples: frames.iter().map(sample).collect(),
+        }
+    }
+
+    #[test]
+    fn sensors_that_were_written_together_are_matched_by_rows_and_others_by_frames() {
+        let moments = |a: &[Option<u64>], b: &[Option<u64>]| -> Vec<Vec<f64>> {
+            let (a, b) = (track(a), track(b));
+            let moments = path_moments(&[(0, &a), (1, &b)]);
+            let frame = |(_, pose): &(usize, Pose)| pose.translation.x;
+            moments
+                .iter()
+                .map(|m| m.iter().map(frame).collect())
+                .collect()
+        };
+        let some = |frames: &[u64]| frames.iter().map(|f| Some(*f)).collect::<Vec<_>>();
+        // Trackers may count the frames of different kinds of tools apart.
+        assert_eq!(
+            moments(&some(&[1, 2]), &some(&[11, 12])),
+            [[1.0, 11.0], [2.0, 12.0]]
+        );
+        assert_eq!(
+            moments(&some(&[1, 2, 2, 3]), &some(&[2, 3])),
+            [vec![1.0], vec![2.0, 2.0], vec![2.0], vec![3.0, 3.0]]
+        );
+        assert_eq!(moments(&[None, None], &[None]), Vec::<Vec<f64>>::new());
     }
 }

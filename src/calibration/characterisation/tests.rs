@@ -261,3 +261,32 @@ fn recordings_that_give_no_room_say_why() {
         }))
     ));
 }
+
+#[test]
+fn frames_hang_on_nothing_of_a_pair_that_is_held_out_and_judge_it() {
+    let mut room = Room::new(12, 2);
+    let pairs = room.stills(36);
+    let held = HeldOut { part: 1, of: 3 };
+    let settings = CharacterisationSettings {
+        held_out: Some(held),
+        ..CharacterisationSettings::default()
+    };
+    let found = characterise(&pairs, &settings, &Task::default()).unwrap();
+    let others: Vec<_> = (0..36).filter(|pair| pair % 3 != 1).collect();
+    let rest: Vec<RecordedPair> = others.iter().map(|pair| pairs[*pair].clone()).collect();
+    let alone = characterise(
+        &rest,
+        &CharacterisationSettings::default(),
+        &Task::default(),
+    );
+    let alone = alone.unwrap();
+    assert_eq!(found.hand_eye, alone.hand_eye);
+    assert_eq!(found.readings.len(), alone.readings.len());
+    assert!(alone.held_out.is_empty());
+    let mut of_pairs: Vec<usize> = found.held_out.iter().map(|r| r.pair).collect();
+    of_pairs.dedup();
+    assert_eq!(of_pairs, (0..12).map(|k| 3 * k + 1).collect::<Vec<_>>());
+    assert!(found.readings.iter().all(|r| others.contains(&r.pair)));
+    // A room without distortion: jitter of means, and what the frames are off by.
+    assert!(found.held_out.iter().all(|r| r.error.position_mm < 0.5));
+}

@@ -21,7 +21,7 @@ use super::robust::Loss;
 use super::still_pose::Spread;
 use crate::geometry::pose::Pose;
 use crate::geometry::rotation::log_quaternion;
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 use std::collections::BTreeSet;
 
 /// What both trackers read of one sensor at one moment.
@@ -228,6 +228,18 @@ impl HandEye {
             position_mm: worst(&covariance.fixed_view::<3, 3>(0, 0).into_owned()),
             angle_rad: worst(&self.block(0)),
         }
+    }
+
+    /// Covariance of `tracker_from_reference`: what [`Self::covariance`] says of it alone.
+    pub fn reference_covariance(&self) -> Matrix6<f64> {
+        self.covariance.fixed_view::<6, 6>(0, 0).into_owned()
+    }
+
+    /// Covariance of a `body_from_sensor`, likewise.
+    pub fn sensor_covariance(&self, sensor: usize) -> Matrix6<f64> {
+        let first = 6 + 6 * sensor;
+        let block = self.covariance.fixed_view::<6, 6>(first, first);
+        block.into_owned()
     }
 
     /// Standard errors of a `body_from_sensor` along the worst direction.

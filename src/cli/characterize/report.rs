@@ -9,7 +9,7 @@ use crate::calibration::still_pose::Spread;
 use crate::geometry::pose::{Pose, pose_to_array};
 use crate::study::figures::with_separators;
 use crate::study::statistics::Statistics;
-use nalgebra::Vector3;
+use nalgebra::{Dim, Matrix, RawStorage, Vector3};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -97,6 +97,35 @@ fn reference_error(found: &Characterisation) -> Spread {
         .reference_error(&(y.inverse() * middle).coords)
 }
 
+/// What rows and columns of the covariances are of, for each frame: a small rotation vector in the
+/// axes of the frame that is led to, by which the rotation is turned, and a shift.
+const PARAMETERS: [&str; 6] = [
+    "rotation_x_rad",
+    "rotation_y_rad",
+    "rotation_z_rad",
+    "x_mm",
+    "y_mm",
+    "z_mm",
+];
+
+fn rows<R: Dim, C: Dim, S: RawStorage<f64, R, C>>(matrix: &Matrix<f64, R, C, S>) -> Vec<Vec<f64>> {
+    let row = |i| (0..matrix.ncols()).map(|j| matrix[(i, j)]).collect();
+    (0..matrix.nrows()).map(row).collect()
+}
+
+/// Of all frames together: what they are off by is not independent.
+fn covariance(found: &Characterisation) -> Value {
+    let names = found.sensors.iter().map(String::as_str);
+    let frames: Vec<&str> = std::iter::once("tracker_from_reference")
+        .chain(names)
+        .collect();
+    json!({
+        "frames": frames,
+        "parameters": PARAMETERS,
+        "matrix": rows(&found.hand_eye.covariance),
+    })
+}
+
 pub fn as_json(found: &Characterisation) -> Value {
     let of_errors =
         |s: &Statistics| json!({"rms": s.rms, "median": s.median, "p95": s.p95, "max": s.max});
@@ -118,6 +147,7 @@ pub fn as_json(found: &Characterisation) -> Value {
                 "angle_deg": deg,
                 "body_from_sensor": pose_to_array(&found.hand_eye.body_from_sensor[sensor]),
                 "std_error": spread(&found.hand_eye.sensor_error(sensor)),
+                "covariance": rows(&found.hand_eye.sensor_covariance(sensor)),
                 "scale": spread(&found.hand_eye.scales[sensor]),
             })
         })
@@ -136,6 +166,7 @@ pub fn as_json(found: &Characterisation) -> Value {
         "pairs": found.pairs.len(),
         "rejected": rejected(found).count(),
         "readings": found.readings.len(),
+        "held_out": found.held_out.len(),
         "left_out": left_out
             .iter()
             .map(|(of, count, reason)| json!({"of": of, "count": count, "reason": reason}))
@@ -144,7 +175,9 @@ pub fn as_json(found: &Characterisation) -> Value {
         "tracker_from_reference": {
             "pose": pose_to_array(&found.hand_eye.tracker_from_reference),
             "std_error": spread(&reference_error(found)),
+            "covariance": rows(&found.hand_eye.reference_covariance()),
         },
+        "covariance": covariance(found),
         "turn_deg": {
             "largest": found.hand_eye.motion.largest_rad.to_degrees(),
             "least": found.hand_eye.motion.least_turn_rad.to_degrees(),

@@ -15,26 +15,56 @@ pub struct MarkupPoint {
     pub tracker_from_point: Pose,
 }
 
+/// Points that are shown alike.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarkupList {
+    pub name: String,
+    /// Red, green, blue, sRGB.
+    pub color: [u8; 3],
+    pub points: Vec<MarkupPoint>,
+}
+
 /// Writes a list of points in LPS, mm, with their axes.
 ///
 /// # Errors
 /// Those of the writer.
 pub fn write(out: &mut dyn Write, points: &[MarkupPoint], axes: PatientAxes) -> io::Result<()> {
+    write_markups(out, vec![fiducials(points, axes)])
+}
+
+/// Writes several lists, of which Slicer makes a node each.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_lists(out: &mut dyn Write, lists: &[MarkupList], axes: PatientAxes) -> io::Result<()> {
+    let of_list = |list: &MarkupList| {
+        let color = list.color.map(|part| f64::from(part) / 255.0);
+        let mut value = fiducials(&list.points, axes);
+        value["name"] = json!(list.name);
+        // Points are shown as selected ones, which all of them are.
+        value["display"] = json!({"visibility": true, "color": color, "selectedColor": color});
+        value
+    };
+    write_markups(out, lists.iter().map(of_list).collect())
+}
+
+fn write_markups(out: &mut dyn Write, markups: Vec<Value>) -> io::Result<()> {
+    let file = json!({"@schema": SCHEMA, "markups": markups});
+    serde_json::to_writer_pretty(&mut *out, &file)?;
+    writeln!(out)
+}
+
+fn fiducials(points: &[MarkupPoint], axes: PatientAxes) -> Value {
     let controls: Vec<Value> = (1..)
         .zip(points)
         .map(|(id, point)| control_point(id, point, axes))
         .collect();
-    let file = json!({
-        "@schema": SCHEMA,
-        "markups": [{
-            "type": "Fiducial",
-            "coordinateSystem": "LPS",
-            "coordinateUnits": "mm",
-            "controlPoints": controls,
-        }],
-    });
-    serde_json::to_writer_pretty(&mut *out, &file)?;
-    writeln!(out)
+    json!({
+        "type": "Fiducial",
+        "coordinateSystem": "LPS",
+        "coordinateUnits": "mm",
+        "controlPoints": controls,
+    })
 }
 
 fn control_point(id: usize, point: &MarkupPoint, axes: PatientAxes) -> Value {

@@ -8,6 +8,7 @@ pub mod nrrd;
 mod patient_axes;
 #[cfg(test)]
 mod tests;
+pub mod tips_table;
 pub mod vti;
 
 pub use patient_axes::PatientAxes;

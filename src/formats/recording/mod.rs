@@ -3,6 +3,7 @@
 pub mod aurora_log;
 pub mod igs_mha;
 pub mod live_table;
+pub mod ndi_combined;
 pub mod ndi_table;
 
 use super::error::{FormatError, text};
@@ -34,13 +35,15 @@ fn reader_of(bytes: &[u8]) -> Option<Reader> {
         Some(igs_mha::parse)
     } else if head.lines().take(10).any(aurora_log::is_header) {
         Some(aurora_log::parse)
+    } else if head.lines().any(ndi_combined::is_header) {
+        Some(ndi_combined::parse)
     } else {
         None
     }
 }
 
-/// Reads a recording: an NDI Track or ToolBox table, an Aurora log, a PLUS sequence, or a table
-/// of live poses.
+/// Reads a recording: an NDI Track or ToolBox table, what NDI's combined API is read by, an Aurora
+/// log, a PLUS sequence, or a table of live poses.
 ///
 /// # Errors
 /// Those of the format that the first lines belong to, or that there is none.

@@ -1,0 +1,163 @@
+//! `export tips`: the tips of a design's study, true and simulated.
+
+use super::super::output::{self, OutsideArg};
+use super::super::simulate::{ModeArg, mode_of, note_map};
+use super::{AxesArg, ends_with};
+use crate::formats::export::markups::{self, MarkupList, MarkupPoint};
+use crate::formats::export::tips_table::{self, StudiedTip};
+use crate::geometry::pose::Pose;
+use crate::report::palette::SERIES;
+use crate::store;
+use crate::study::figures::with_separators;
+use crate::study::{self, CancelToken, Trial, trial_count};
+use anyhow::{Context, bail};
+use clap::Args;
+use plotters::style::RGBColor;
+use std::path::{Path, PathBuf};
+
+/// More points than this make 3D Slicer slow.
+const MANY: usize = 5_000;
+
+#[derive(Debug, Args)]
+pub struct TipsArgs {
+    /// Design (*.design.ron)
+    design: PathBuf,
+
+    /// File to write, its kind told by its name: *.mrk.json (two lists of points, LPS) or *.csv;
+    /// in the frame of the CRF, or of the tracker where the design has none
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+
+    /// Which poses to visit; the range of motion where the design has one, else its own pose
+    #[arg(long, value_enum)]
+    mode: Option<ModeArg>,
+
+    /// Poses for `--mode input` (CSV), as `simulate` reads them
+    #[arg(long, required_if_eq("mode", "input"), value_name = "FILE")]
+    input: Option<PathBuf>,
+
+    /// What happens to sensors outside the model's box; tips of rejected trials are left out
+    #[arg(long, value_enum, default_value_t)]
+    outside: OutsideArg,
+
+    /// What 3D Slicer is to take x, y and z for (*.mrk.json)
+    #[arg(long, value_enum, default_value_t)]
+    axes: AxesArg,
+}
+
+#[derive(Clone, Copy)]
+enum FileKind {
+    Markups,
+    Csv,
+}
+
+/// Simulates and writes.
+///
+/// # Errors
+/// Files that can't be used, a range of motion that can't be visited, nothing left to write.
+pub fn run(args: &TipsArgs) -> anyhow::Result<()> {
+    let kind = kind_of(&args.output)?;
+    let named = || args.design.display().to_string();
+    let world = store::open_design_without_meshes(&args.design)?;
+    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    scenario.outside = args.outside.into();
+    let mode = args.mode.unwrap_or(match scenario.motion {
+        Some(_) => ModeArg::Motion,
+        None => ModeArg::Single,
+    });
+    let mode = mode_of(mode, args.input.as_deref(), &world)?;
+    note_map(&world);
+    let trials = trial_count(&scenario, &mode);
+    let bar = output::progress(trials.unwrap_or(0) as u64, "simulating");
+    let tip = scenario.tool.judged_tip_in_body();
+    let tool_from_tip = Pose::translation(tip.x, tip.y, tip.z);
+    let mut tips = Vec::new();
+    let mut index = 0;
+    let mut visit = |trial: &Trial| {
+        bar.inc(1);
+        if !study::is_rejected(trial, scenario.outside) {
+            tips.push(StudiedTip {
+                trial: index,
+                crf_from_tip: trial.crf_from_tool * tool_from_tip,
+                crf_from_tip_simulated: trial.crf_from_tool_simulated * tool_from_tip,
+            });
+        }
+        index += 1;
+    };
+    let cancel = CancelToken::default();
+    let outcome = study::run(&scenario, &mode, &cancel, Some(&mut visit)).with_context(named)?;
+    bar.finish_and_clear();
+    match kind {
+        FileKind::Csv => store::write_atomic(&args.output, |out| tips_table::write(out, &tips))?,
+        FileKind::Markups => {
+            if tips.len() > MANY {
+                output::note(&format!(
+                    "{}: {} points in each of two lists, with which 3D Slicer is slow; a *.csv holds as many as you \
+                     like",
+                    args.output.display(),
+                    with_separators(tips.len())
+                ));
+            }
+            let lists = lists(&world.document.design().name, &tips);
+            store::write_atomic(&args.output, |out| {
+                markups::write_lists(out, &lists, args.axes.into())
+            })?;
+        }
+    }
+    let frame = match scenario.crf {
+        Some(_) => "CRF",
+        None => "tracker",
+    };
+    output::print(&format!(
+        "{} tips, true and simulated, written to {}, in the frame of the {frame}; {} trials left out; error {:.3} mm RMS",
+        with_separators(tips.len()),
+        args.output.display(),
+        with_separators(outcome.figures.rejected),
+        outcome.figures.position_mm.rms
+    ))
+}
+
+/// Where the tips are, and where the tracker would tell that they are; a trial has one label in both.
+fn lists(design: &str, tips: &[StudiedTip]) -> [MarkupList; 2] {
+    [
+        list(format!("{design}, true tips"), SERIES[0], tips, |tip| {
+            tip.crf_from_tip
+        }),
+        list(
+            format!("{design}, simulated tips"),
+            SERIES[1],
+            tips,
+            |tip| tip.crf_from_tip_simulated,
+        ),
+    ]
+}
+
+fn list(
+    name: String,
+    RGBColor(red, green, blue): RGBColor,
+    tips: &[StudiedTip],
+    pose: impl Fn(&StudiedTip) -> Pose,
+) -> MarkupList {
+    let point = |tip: &StudiedTip| MarkupPoint {
+        label: tip.trial.to_string(),
+        tracker_from_point: pose(tip),
+    };
+    MarkupList {
+        name,
+        color: [red, green, blue],
+        points: tips.iter().map(point).collect(),
+    }
+}
+
+fn kind_of(file: &Path) -> anyhow::Result<FileKind> {
+    if ends_with(file, ".mrk.json") {
+        Ok(FileKind::Markups)
+    } else if ends_with(file, ".csv") {
+        Ok(FileKind::Csv)
+    } else {
+        bail!(
+            "{}: found no kind of file that tips can be written as, expected a name that ends with .mrk.json or .csv",
+            file.display()
+        )
+    }
+}

@@ -1,0 +1,227 @@
+//! The shaft of a tool beside its tip: recordings of turns about it, and the frame of the tip.
+
+use super::super::numbers::{above_zero, three};
+use super::super::output;
+use super::super::tool_reader::ToolReader;
+use crate::calibration::pivot::PivotLimits;
+use crate::calibration::spin::{Spin, SpinLimits, spin, tool_from_tip};
+use crate::formats::body::{self, BodyFile};
+use crate::formats::export::{PatientAxes, itk_transform};
+use crate::geometry::pose::{Pose, pose_from_parts};
+use crate::store;
+use crate::study::figures::with_separators;
+use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
+use anyhow::{Context, bail};
+use clap::Args;
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub(super) struct SpinArgs {
+    /// Recordings of the same tool turned about its shaft, which points one way meanwhile, best by
+    /// whole turns: give the direction of the shaft, towards the tip. With other recordings they are
+    /// of the same sensor or markers
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    spin: Vec<PathBuf>,
+
+    /// Where the tip is, mm, tool's frame, where no recording around one point says it
+    #[arg(long, value_name = "X,Y,Z", requires = "spin", conflicts_with = "recordings", allow_hyphen_values = true, value_parser = three)]
+    tip: Option<[f64; 3]>,
+
+    /// Largest RMS angle between the shaft and its mean direction while it was turned
+    #[arg(long, value_name = "DEG", default_value_t = SpinLimits::MAX_RMS_DEG, value_parser = above_zero)]
+    max_shaft_deg: f64,
+
+    /// File to write the frame of the tip to, its kind told by its name: *.tfm (tip to tool, as
+    /// SlicerIGT has it: z along the shaft and out of the tip) or *.body.ron (a body of a design with
+    /// its tip in the origin, z up the shaft, and a 6-DOF sensor where the tool's frame is)
+    #[arg(long, value_name = "OUT", requires = "spin")]
+    tip_frame: Option<PathBuf>,
+}
+
+/// A shaft, and whether its direction leads to the tip.
+pub(super) struct Shaft {
+    spin: Spin,
+    is_towards_tip: bool,
+}
+
+enum FileKind {
+    Transform,
+    Body,
+}
+
+impl SpinArgs {
+    /// The tip that was stated, tool frame.
+    pub(super) fn tip(&self) -> Option<Point3<f64>> {
+        self.tip.map(Point3::from)
+    }
+
+    /// Reads and calibrates; the tip with its standard error, mm.
+    ///
+    /// # Errors
+    /// Files that can't be used, and recordings that cannot answer, with the reason.
+    pub(super) fn shaft(
+        &self,
+        reader: &mut ToolReader,
+        limits: &PivotLimits,
+        tip: Option<(Point3<f64>, f64)>,
+    ) -> anyhow::Result<Option<Shaft>> {
+        if self.spin.is_empty() {
+            return Ok(None);
+        }
+        // Before anything is computed.
+        if let Some(file) = &self.tip_frame {
+            kind_of(file)?;
+            if tip.is_none() {
+                bail!(
+                    "--tip-frame: found no tip, expected recordings around one point, or --tip X,Y,Z"
+                );
+            }
+        }
+        let limits = SpinLimits {
+            min_poses: limits.min_poses,
+            min_range_rad: limits.min_range_rad,
+            min_turn_rad: limits.min_turn_rad,
+            max_rms_rad: self.max_shaft_deg.to_radians(),
+        };
+        let poses = reader.read_all(self.spin.iter().map(PathBuf::as_path))?;
+        let found = spin(&poses, &limits).context("no shaft")?;
+        let towards = tip.and_then(|(tip, std_error_mm)| found.towards(&tip, std_error_mm));
+        if towards.is_none() {
+            if let Some(file) = &self.tip_frame {
+                bail!(
+                    "{}: which of the two directions along the shaft leads to the tip is open, expected a tip that \
+                     lies along the shaft from the tool's origin",
+                    file.display()
+                );
+            }
+            output::note(match tip {
+                None => {
+                    "no tip is known: which of the two directions along the shaft leads to it is open"
+                }
+                Some(_) => {
+                    "the tip is not clearly before or behind the tool's origin: which of the two directions along the \
+                     shaft leads to it is open"
+                }
+            });
+        }
+        Ok(Some(Shaft {
+            spin: towards.unwrap_or(found),
+            is_towards_tip: towards.is_some(),
+        }))
+    }
+
+    /// Writes the frame of the tip, where that was asked for.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub(super) fn write_tip_frame(
+        &self,
+        shaft: Option<&Shaft>,
+        tip: Option<Point3<f64>>,
+    ) -> anyhow::Result<()> {
+        let (Some(file), Some(shaft), Some(tip)) = (&self.tip_frame, shaft, tip) else {
+            return Ok(());
+        };
+        let tool_from_tip = tool_from_tip(&tip, &shaft.spin.shaft_in_tool);
+        match kind_of(file)? {
+            FileKind::Transform => store::write_atomic(file, |out| {
+                itk_transform::write(out, &tool_from_tip, PatientAxes::Ras)
+            })?,
+            FileKind::Body => {
+                let text = body::write(&body_of(file, &tool_from_tip));
+                store::write_atomic(file, |out| out.write_all(text.as_bytes()))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn kind_of(file: &Path) -> anyhow::Result<FileKind> {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    match name.to_lowercase() {
+        name if name.ends_with(".tfm") => Ok(FileKind::Transform),
+        name if name.ends_with(".body.ron") => Ok(FileKind::Body),
+        _ => bail!(
+            "{}: found no kind of file that the tip's frame can be written as, expected a name that ends with .tfm or \
+             .body.ron",
+            file.display()
+        ),
+    }
+}
+
+/// A body like the built-in ones, whose z runs from the tip up the shaft.
+fn body_of(file: &Path, tool_from_tip: &Pose) -> BodyFile {
+    let half_turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let tool_from_body = tool_from_tip * pose_from_parts(Vector3::zeros(), half_turn);
+    let body_from_tool = tool_from_body.inverse();
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.split(".body.ron").next().unwrap_or_default();
+    BodyFile {
+        rigid: RigidBody {
+            name: name.to_owned(),
+            tip_in_body: Some(Point3::origin()),
+            sensors: vec![Sensor {
+                name: "tool".to_owned(),
+                position_in_body: body_from_tool.translation.vector.into(),
+                orientation: SensorOrientation::SixDof(body_from_tool.rotation),
+                coil: None,
+            }],
+        },
+        mesh: None,
+        definition: None,
+    }
+}
+
+impl Shaft {
+    pub(super) fn as_json(&self) -> Value {
+        let direction = |v: &Vector3<f64>| json!([v.x, v.y, v.z]);
+        let covariance = self.spin.covariance;
+        let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| covariance[(i, j)]));
+        json!({
+            "poses": self.spin.poses,
+            "shaft": direction(&self.spin.shaft_in_tool),
+            "shaft_in_tracker": direction(&self.spin.shaft_in_tracker),
+            "towards_tip": self.is_towards_tip,
+            "rms_deg": self.spin.rms_rad.to_degrees(),
+            "max_deg": self.spin.worst_rad.to_degrees(),
+            "std_error_deg": self.spin.std_error_rad.to_degrees(),
+            "covariance": rows,
+            "orientation_range_deg": self.spin.orientation_range_rad.to_degrees(),
+        })
+    }
+
+    pub(super) fn text_rows(&self) -> Vec<(String, String, String)> {
+        let row =
+            |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
+        let direction = |v: &Vector3<f64>| format!("{:.5} {:.5} {:.5}", v.x, v.y, v.z);
+        let degrees = |rad: f64| format!("{:.3}", rad.to_degrees());
+        let spin = &self.spin;
+        let range = format!("{:.1}", spin.orientation_range_rad.to_degrees());
+        vec![
+            row("turned poses", with_separators(spin.poses), ""),
+            row("largest angle between two", range, "deg"),
+            row(
+                match self.is_towards_tip {
+                    true => "shaft towards the tip, tool's frame",
+                    false => "shaft, tool's frame, or its opposite",
+                },
+                direction(&spin.shaft_in_tool),
+                "",
+            ),
+            row(
+                "  standard error, worst direction",
+                degrees(spin.std_error_rad),
+                "deg",
+            ),
+            row(
+                "shaft in the tracker's frame",
+                direction(&spin.shaft_in_tracker),
+                "",
+            ),
+            row("angle from it, RMS", degrees(spin.rms_rad), "deg"),
+            row("  largest", degrees(spin.worst_rad), "deg"),
+        ]
+    }
+}

@@ -1,0 +1,216 @@
+//! Which way a tool's shaft points, beside its tip or by itself.
+
+use crate::support::golden::{number, numbers};
+use crate::support::program::{Scratch, fail, json, succeed, trackwright};
+use nalgebra::{Point3, Unit, Vector3};
+use std::fs;
+use trackwright::formats::tool_definition::OnMismatch;
+use trackwright::geometry::pose::{Pose, pose_from_parts, pose_to_array};
+use trackwright::geometry::rotation::exp_vector;
+use trackwright::store;
+
+const TIP: [f64; 3] = [40.0, -12.0, 150.0];
+
+/// Of a tool whose sensor sits askew on it.
+fn shaft() -> Unit<Vector3<f64>> {
+    Unit::new_normalize(Vector3::new(0.25, -0.1, 0.95))
+}
+
+/// The tip rests in a point of the tracker; the tool turned from where it stands by a vector of its own
+/// frame.
+fn pose(turn: Vector3<f64>) -> Pose {
+    let rotation = exp_vector(&Vector3::new(0.2, 0.9, -0.4)) * exp_vector(&turn);
+    let tip = rotation * Vector3::from(TIP);
+    pose_from_parts(Vector3::new(10.0, 20.0, -300.0) - tip, rotation)
+}
+
+fn write(scratch: &Scratch, name: &str, poses: impl Iterator<Item = Pose>) -> String {
+    let rows = poses.map(|p| pose_to_array(&p).map(|v| v.to_string()).join(",") + "\n");
+    let table = "x,y,z,qw,qx,qy,qz\n".to_owned() + &rows.collect::<String>();
+    fs::write(scratch.path(name), table).unwrap();
+    scratch.arg(name)
+}
+
+fn pivoted(scratch: &Scratch) -> String {
+    let swings = (0..20).map(|i| {
+        let (s, c) = (f64::from(i) * 2.4).sin_cos();
+        pose(Vector3::new(s, c, 0.1) * 0.5)
+    });
+    write(scratch, "pivot.csv", swings)
+}
+
+fn spun(scratch: &Scratch) -> String {
+    let turns = (0..40).map(|i| pose(shaft().into_inner() * (f64::from(i) * 0.1)));
+    write(scratch, "spin.csv", turns)
+}
+
+#[test]
+fn tip_and_shaft_come_from_one_command_and_the_shaft_points_to_the_tip() {
+    let scratch = Scratch::new();
+    let (around, about) = (pivoted(&scratch), spun(&scratch));
+    let found = json(&["pivot", &around, "--spin", &about]);
+    assert!((Point3::from(numbers::<3>(&found["tip"])) - Point3::from(TIP)).norm() < 1e-9);
+    let alone = json(&["pivot", &around]);
+    for (key, value) in alone.as_object().unwrap() {
+        assert_eq!(&found[key], value, "{key}");
+    }
+    let spin = &found["spin"];
+    assert_eq!(
+        (&spin["poses"], &spin["towards_tip"]),
+        (&40.into(), &true.into())
+    );
+    let there = Vector3::from(numbers::<3>(&spin["shaft"]));
+    assert!((there - shaft().into_inner()).norm() < 1e-12);
+    for key in ["rms_deg", "max_deg", "std_error_deg"] {
+        assert!(number(&spin[key]) < 1e-9, "{key}");
+    }
+    let words = succeed(&["pivot", &around, "--spin", &about]);
+    assert!(
+        words.contains("shaft towards the tip, tool's frame"),
+        "{words}"
+    );
+}
+
+#[test]
+fn without_a_tip_the_direction_is_open_and_a_stated_tip_settles_it() {
+    let scratch = Scratch::new();
+    let about = spun(&scratch);
+    let output = trackwright(&["pivot", "--spin", &about, "--format", "json"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("which of the two directions"), "{said}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["spin"]["towards_tip"], false);
+    assert_eq!(found.as_object().unwrap().len(), 1);
+    for (tip, sign) in [("0,0,100", 1.0), ("0,0,-100", -1.0)] {
+        let found = json(&["pivot", "--spin", &about, "--tip", tip]);
+        assert_eq!(found["spin"]["towards_tip"], true);
+        let there = Vector3::from(numbers::<3>(&found["spin"]["shaft"]));
+        assert!(
+            (there - shaft().into_inner() * sign).norm() < 1e-12,
+            "{tip}"
+        );
+    }
+    let beside = fail(&[
+        "pivot",
+        "--spin",
+        &about,
+        "--tip",
+        "0,0,0",
+        "--tip-frame",
+        &scratch.arg("a.tfm"),
+    ]);
+    assert!(
+        beside.contains("a.tfm: which of the two directions"),
+        "{beside}"
+    );
+    let none = fail(&[
+        "pivot",
+        "--spin",
+        &about,
+        "--tip-frame",
+        &scratch.arg("a.tfm"),
+    ]);
+    assert!(none.contains("--tip-frame: found no tip"), "{none}");
+    let tips = ["--tips", &about, "-o", &scratch.arg("tips.csv")];
+    let none = fail(&[&["pivot", "--spin", &about], &tips[..]].concat());
+    assert!(none.contains("--tips: found no tip"), "{none}");
+    assert!(!scratch.path("a.tfm").exists() && !scratch.path("tips.csv").exists());
+}
+
+#[test]
+fn a_spin_has_refusals_and_limits_of_its_own() {
+    let scratch = Scratch::new();
+    let (around, about) = (pivoted(&scratch), spun(&scratch));
+    let little = write(
+        &scratch,
+        "little.csv",
+        (0..40).map(|i| pose(shaft().into_inner() * (f64::from(i) * 0.005))),
+    );
+    // Half of the turn is about another axis.
+    let two_axes = write(
+        &scratch,
+        "two.csv",
+        (0..40).map(|i| match f64::from(i) * 0.1 {
+            turn if turn < 2.0 => pose(shaft().into_inner() * turn),
+            turn => pose(Vector3::y() * (turn - 2.0)),
+        }),
+    );
+    for (args, expected) in [
+        (
+            vec![&*about, "--min-poses", "41"],
+            "no shaft: too few poses: 40, expected at least 41",
+        ),
+        (
+            vec![&*little],
+            "too little variation: no two poses differ by more than 11.2°, expected at least 15.0°",
+        ),
+        (
+            vec![&*two_axes],
+            "too large an error: the shaft's direction is",
+        ),
+        (
+            vec![&*around],
+            "too large an error: the shaft's direction is",
+        ),
+    ] {
+        let said = fail(&[&["pivot", "--spin"], &args[..]].concat());
+        assert!(said.contains(expected), "{said}");
+    }
+    let lenient = ["pivot", "--spin", &two_axes, "--max-shaft-deg", "60"];
+    assert!(number(&json(&lenient)["spin"]["rms_deg"]) > 3.0);
+    let wrong = fail(&[
+        "pivot",
+        &around,
+        "--spin",
+        &about,
+        "--tip-frame",
+        "frame.csv",
+    ]);
+    assert!(
+        wrong.contains("frame.csv: found no kind of file"),
+        "{wrong}"
+    );
+    let missing = fail(&["pivot"]);
+    assert!(
+        missing.contains("required") && missing.contains("RECORDINGS"),
+        "{missing}"
+    );
+}
+
+#[test]
+fn the_frame_of_the_tip_is_a_transform_for_slicer_and_a_body_for_designs() {
+    let scratch = Scratch::new();
+    let (around, about) = (pivoted(&scratch), spun(&scratch));
+    let [transform, body] = ["tip.tfm", "probe.body.ron"].map(|name| scratch.arg(name));
+    for file in [&transform, &body] {
+        succeed(&["pivot", &around, "--spin", &about, "--tip-frame", file]);
+    }
+    let read = store::read_tool(body.as_ref(), OnMismatch::Refuse)
+        .unwrap()
+        .body
+        .rigid;
+    assert_eq!((read.name.as_str(), read.sensors.len()), ("probe", 1));
+    let body_from_tool = read.sensors[0].body_from_sensor();
+    let tip = body_from_tool * Point3::from(TIP);
+    assert!((tip - read.judged_tip_in_body()).norm() < 1e-9);
+    // Built-in tools have their shafts above their tips.
+    let up = body_from_tool * -shaft().into_inner();
+    assert!((up - Vector3::z()).norm() < 1e-12);
+    // What Slicer reads is inverted, in LPS: the tool's frame from the tip's has the tip as its shift.
+    let text = fs::read_to_string(&transform).unwrap();
+    let line = text
+        .lines()
+        .find_map(|l| l.strip_prefix("Parameters: "))
+        .unwrap();
+    let values: Vec<f64> = line.split(' ').map(|v| v.parse().unwrap()).collect();
+    let flip = Vector3::new(-1.0, -1.0, 1.0);
+    let turn = nalgebra::Matrix3::from_row_slice(&values[..9]);
+    let shift = Vector3::from_column_slice(&values[9..12]);
+    let tool_from_tip_lps = |at: Vector3<f64>| turn.transpose() * (at - shift);
+    let at_tip = tool_from_tip_lps(Vector3::zeros()).component_mul(&flip);
+    assert!((at_tip - Vector3::from(TIP)).norm() < 1e-9, "{at_tip}");
+    let ahead = tool_from_tip_lps(Vector3::z()).component_mul(&flip) - at_tip;
+    assert!((ahead - shaft().into_inner()).norm() < 1e-9, "{ahead}");
+}
