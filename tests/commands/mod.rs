@@ -18,4 +18,5 @@ mod select;
 mod stability;
 mod support;
 mod uncertainty;
+mod verify;
 mod volume;
