@@ -255,11 +255,11 @@ fn of_sensors(
     // Without groups, the k-th reading of each sensor in the whole table.
     let group_of = |row: usize| table.groups.as_ref().map_or(0, |_| groups[row]);
     let mut by_group = BTreeMap::<usize, Vec<Vec<usize>>>::new();
-    for row in 0..table.rows.len() {
+    for (row, sensor) in sensors.iter().enumerate() {
         let lists = by_group
             .entry(group_of(row))
             .or_insert_with(|| vec![Vec::new(); names.len()]);
-        if let Some(k) = names.iter().position(|name| *name == sensors[row]) {
+        if let Some(k) = names.iter().position(|name| name == sensor) {
             lists[k].push(row);
         }
     }
