@@ -25,6 +25,7 @@ mod stability;
 mod tool_reader;
 mod tool_report;
 mod uncertainty;
+mod verify;
 
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
@@ -76,6 +77,8 @@ enum Command {
     /// Find where a tool's tip is from recordings around one point, and which way its shaft points from
     /// recordings of turns about it, or say why they don't tell
     Pivot(pivot::PivotArgs),
+    /// Hold recordings of the built tool against what its design predicts for the same poses
+    Verify(verify::VerifyArgs),
     /// Register points in two frames, and say how far off other points are to be expected
     Register(register::RegisterArgs),
     /// Write the field of an environment, or poses, as files for 3D Slicer, ParaView or a spreadsheet
@@ -116,6 +119,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Convert(args)) => convert::run(args),
         Some(Command::Characterize(args)) => characterize::run(args),
         Some(Command::Pivot(args)) => pivot::run(args),
+        Some(Command::Verify(args)) => verify::run(args),
         Some(Command::Register(args)) => register::run(args),
         Some(Command::Export(command)) => export::run(command),
         Some(Command::Live(args)) => live::run(args),

@@ -18,7 +18,7 @@ mod lattice;
 pub mod least_squares;
 pub mod model;
 #[cfg(test)]
-mod random_models;
+pub(crate) mod random_models;
 mod rows;
 pub mod samples;
 pub mod selection;

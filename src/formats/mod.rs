@@ -1,5 +1,6 @@
 //! Bytes to types and back: one parser and writer a file format, no disk.
 
+pub mod agreement_log;
 pub mod body;
 pub mod characterised;
 pub mod design_file;
@@ -21,6 +22,7 @@ pub mod points;
 pub mod poses;
 pub mod preferences_file;
 pub mod recent_file;
+pub mod recorded_tool;
 pub mod recording;
 pub mod recovery_file;
 mod ron_text;

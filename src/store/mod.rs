@@ -38,7 +38,8 @@ pub use open::{
 pub use preferences::{read_preferences, write_preferences};
 pub use read::{
     read_calbody, read_calreadings, read_environment, read_groups, read_input, read_measurements,
-    read_mesh, read_pivot_recording, read_points, read_poses, read_poses_of, read_recording,
+    read_mesh, read_pivot_recording, read_points, read_poses, read_poses_of, read_recorded_tool,
+    read_recording,
 };
 pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
 pub use recorder::Recorder;

@@ -2,6 +2,7 @@
 
 use super::error::StoreError;
 use super::place::Place;
+use crate::calibration::built_tool::RecordedTable;
 use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use crate::field::Environment;
 use crate::field::samples::MeasurementSet;
@@ -9,7 +10,8 @@ use crate::formats::groups::{self, GroupColumn};
 use crate::formats::pivot_recording::{self, PivotRecording};
 use crate::formats::poses::WhosePoses;
 use crate::formats::{
-    FormatError, environment, input, jhu_cis, measurements, mesh, points, poses, recording,
+    FormatError, environment, input, jhu_cis, measurements, mesh, points, poses, recorded_tool,
+    recording,
 };
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::mesh_reference::MeshUnit;
@@ -75,6 +77,16 @@ pub fn read_calreadings(file: &Path) -> Result<Vec<CalibrationFrame>, StoreError
 /// A tool's poses or markers around one point, in any format of theirs.
 pub fn read_pivot_recording(file: &Path) -> Result<PivotRecording, StoreError> {
     read(Place::Disk, file, "a recording", pivot_recording::parse)
+}
+
+/// The true and measured poses of a built tool or of its sensors.
+pub fn read_recorded_tool(file: &Path) -> Result<RecordedTable, StoreError> {
+    read(
+        Place::Disk,
+        file,
+        "a measurement table",
+        recorded_tool::parse,
+    )
 }
 
 /// Points in any of their formats.

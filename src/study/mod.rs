@@ -1,5 +1,6 @@
 //! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
 
+pub mod agreement;
 pub mod arrows;
 pub mod body_compensation;
 pub mod charted;

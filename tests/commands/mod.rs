@@ -20,4 +20,5 @@ mod spin;
 mod stability;
 mod support;
 mod uncertainty;
+mod verify;
 mod volume;
