@@ -72,9 +72,19 @@ impl<'a> BodyCompensator<'a> {
         }
     }
 
+    /// The pose that is measured as this one in a distortion map, with nothing said of whether it is
+    /// the only one; where the search does not come to rest (at a jump of area weights, where some
+    /// readings have none), the last it came to.
+    pub fn nearest(&self, tracker_from_body_measured: &Pose) -> Pose {
+        let mut buffers = TrackBuffers::default();
+        let measured = tracker_from_body_measured;
+        self.pose_read_as(measured, *measured, &mut buffers)
+            .unwrap_or_else(|last| last)
+    }
+
     fn invert(&self, measured: &Pose, sensors: &Compensator<'_>) -> Compensated {
         let mut buffers = TrackBuffers::default();
-        let Some(pose) = self.pose_read_as(measured, *measured, &mut buffers) else {
+        let Ok(pose) = self.pose_read_as(measured, *measured, &mut buffers) else {
             let is_inside = self.tracker.track(&mut buffers, measured).outside == 0;
             return refused(InverseState::NotConverged, is_inside);
         };
@@ -95,13 +105,13 @@ impl<'a> BodyCompensator<'a> {
         }
     }
 
-    /// The pose that is measured as this one, searched from `pose`.
+    /// The pose that is measured as this one, searched from `pose`; else the last it came to.
     fn pose_read_as(
         &self,
         measured: &Pose,
         mut pose: Pose,
         buffers: &mut TrackBuffers,
-    ) -> Option<Pose> {
+    ) -> Result<Pose, Pose> {
         let centre = self.fitter.centroid_in_body();
         for _ in 0..MAX_STEPS {
             let read = self.tracker.track(buffers, &pose).fit.tracker_from_body;
@@ -112,13 +122,13 @@ impl<'a> BodyCompensator<'a> {
             let at_mm = (pose * centre) + step_mm;
             pose = pose_from_parts((at_mm - rotation * centre.coords).coords, rotation);
             if !pose.translation.vector.iter().all(|v| v.is_finite()) {
-                return None;
+                break;
             }
             if is_there {
-                return Some(pose);
+                return Ok(pose);
             }
         }
-        None
+        Err(pose)
     }
 
     /// Whether searches that begin on the other sides of the measured pose end elsewhere.
@@ -137,7 +147,7 @@ impl<'a> BodyCompensator<'a> {
                 let rotation = turn * measured.rotation;
                 let at_mm = measured * centre + axis * (sign * correction_mm);
                 let start = pose_from_parts((at_mm - rotation * centre.coords).coords, rotation);
-                let Some(second) = self.pose_read_as(measured, start, buffers) else {
+                let Ok(second) = self.pose_read_as(measured, start, buffers) else {
                     continue;
                 };
                 let distance_mm = (second * centre - pose * centre).norm();

@@ -3,18 +3,16 @@
 use super::AgreementError;
 use crate::calibration::pivot::Pivot;
 use crate::field::OutsidePolicy;
+use crate::field::compensation::Method;
 use crate::field::samples::Measurement;
 use crate::geometry::pose::Pose;
 use crate::geometry::rotation::log_quaternion;
+use crate::study::body_compensation::BodyCompensator;
 use crate::study::run::run;
 use crate::study::scenario::{InputTrial, Mode, Scenario};
 use crate::study::trial::{Simulator, Trial};
 use crate::task::Task;
 use nalgebra::{Point3, Vector3};
-
-/// Steps towards the pose that would be read as it was recorded. Each leaves a part of the last one
-/// that is the field's change over its own error, a hundredth in a distorted room.
-const STEPS: usize = 8;
 
 /// One recorded pose of the built tool. Without a CRF, the tracker frame stands for the CRF's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,25 +133,23 @@ pub fn pivot_rows(
     }
     let mut scenario = scenario.clone();
     scenario.tool.tip_in_body = Some(found.tip_in_tool);
-    let mut truth = measured.to_vec();
-    let mut trials = Vec::new();
-    for step in 0..=STEPS {
-        let stretch = task.stretch(
-            step as f64 / (STEPS + 1) as f64,
-            (step + 1) as f64 / (STEPS + 1) as f64,
-        );
-        let given = truth.iter().map(|pose| InputTrial {
+    // Poses outside the box are simulated too, as below.
+    let compensator = BodyCompensator::new(
+        scenario.tool.clone(),
+        scenario.orientation_weight_mm,
+        &scenario.environment,
+        OutsidePolicy::Clamp,
+        Method::Inverse,
+    );
+    let mut given = Vec::with_capacity(measured.len());
+    for (index, pose) in measured.iter().enumerate() {
+        task.step(index, 2 * measured.len())?;
+        given.push(InputTrial {
             tracker_from_crf: None,
-            crf_from_tool: *pose,
+            crf_from_tool: compensator.nearest(pose),
         });
-        trials = simulated(&scenario, given.collect(), &stretch)?;
-        if step < STEPS {
-            for ((pose, read), trial) in truth.iter_mut().zip(measured).zip(&trials) {
-                // What turns a true pose into the one read, undone.
-                *pose = trial.crf_from_tool * trial.crf_from_tool_simulated.inverse() * read;
-            }
-        }
     }
+    let trials = simulated(&scenario, given, &task.stretch(0.5, 1.0))?;
     let rows = measured.iter().zip(&trials).enumerate();
     let rows = rows.map(|(index, (read, trial))| AgreementRow {
         measured_mm: read * found.tip_in_tool - found.pivot_in_tracker,
