@@ -1,5 +1,6 @@
 //! All integration tests in one crate, so that what they need is linked once.
 
+mod adversarial;
 mod commands;
 #[cfg(feature = "editor")]
 mod editor;

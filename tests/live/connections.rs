@@ -7,7 +7,7 @@ use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 use trackwright::live::client::{Client, ClientEvent, ClientOptions, LostWhy};
 use trackwright::live::codec::{
-    Content, DecodeError, Message, StartTracking, StatusCode, Timestamp, ToolKind,
+    Content, DecodeError, HEADER_BYTES, Message, StartTracking, StatusCode, Timestamp, ToolKind,
 };
 use trackwright::live::relay::{Reason, RelayOptions, ToolState};
 use trackwright::live::server::{Left, Server, ServerError, ServerEvent, ServerOptions};
@@ -138,6 +138,39 @@ fn a_client_that_sends_garbage_is_dropped_and_the_others_are_not() {
     assert_eq!(clients, 1);
     send(&server, "Probe", 3);
     assert_eq!(number_of(&good.next_transform()), Some(3));
+}
+
+#[test]
+fn four_gigabytes_announced_end_their_own_connection_at_either_end() {
+    let mut header = numbered("Probe", 1).encode().unwrap();
+    header.truncate(HEADER_BYTES);
+    header[42..50].copy_from_slice(&(4_u64 << 30).to_be_bytes());
+
+    let (server, served) = serve(&ServerOptions::at(anywhere()));
+    let mut good = Reader::connect(server.address());
+    joined(&served);
+    let mut bad = TcpStream::connect(server.address()).unwrap();
+    joined(&served);
+    bad.write_all(&header).unwrap();
+    let (why, clients) = left(&served);
+    assert!(
+        matches!(why, Left::Unreadable(DecodeError::Endless { found, .. }) if found == 4 << 30),
+        "{why}"
+    );
+    assert_eq!(clients, 1);
+    send(&server, "Probe", 3);
+    assert_eq!(number_of(&good.next_transform()), Some(3));
+
+    let listener = TcpListener::bind(anywhere()).unwrap();
+    let (_client, heard) = listen(listener.local_addr().unwrap());
+    let (mut first, _) = listener.accept().unwrap();
+    first.write_all(&header).unwrap();
+    assert_eq!(lost(&heard), LostWhy::Unreadable);
+    let (mut second, _) = listener.accept().unwrap();
+    second
+        .write_all(&numbered("Probe", 7).encode().unwrap())
+        .unwrap();
+    assert_eq!(number_of(&received(&heard)), Some(7));
 }
 
 #[test]

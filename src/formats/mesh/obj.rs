@@ -53,10 +53,12 @@ pub(super) fn parse(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, MeshE
     let mut all = lines(text).enumerate();
     while let Some((index, content)) = all.next() {
         let mut content = Cow::Borrowed(content);
-        // A line may go on in the next one.
-        while let Some(start) = content.strip_suffix('\\') {
-            let next = all.next().map_or("", |(_, next)| next);
-            content = Cow::Owned(format!("{start} {next}"));
+        // A line may go on in the next one, and that in its next: each is copied once.
+        while content.ends_with('\\') {
+            let whole = content.to_mut();
+            whole.pop();
+            whole.push(' ');
+            whole.push_str(all.next().map_or("", |(_, next)| next));
         }
         reader.read_line(&content, index + 1, mm_per_unit)?;
     }

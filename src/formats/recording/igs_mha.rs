@@ -20,6 +20,11 @@ const GOOD: &str = "OK";
 /// Longest heading line that is looked at: sixteen numbers and a name are far shorter.
 const MAX_LINE: usize = 4096;
 
+/// Most samples, missing ones among them, for each frame and each transform in the file. Frames of a
+/// tracker name the same transforms; where each named others, samples would grow with the square of
+/// the file. Up to so many names do what they like.
+const MAX_SAMPLES_EACH: usize = 16;
+
 #[derive(Default)]
 struct Frame<'a> {
     time_s: Option<f64>,
@@ -32,12 +37,25 @@ struct Frame<'a> {
 ///
 /// # Errors
 /// A heading that does not end, transforms of other than 16 numbers or that are none, no frame with
-/// one.
+/// one, frames that name other transforms each.
 pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     let frames = frames(bytes)?;
     let mut tracks: BTreeMap<&str, Vec<TrackSample>> = BTreeMap::new();
     for name in frames.values().flat_map(|frame| frame.transforms.keys()) {
         tracks.entry(name).or_default();
+    }
+    let transforms: usize = frames.values().map(|frame| frame.transforms.len()).sum();
+    let samples = tracks.len().saturating_mul(frames.len());
+    if samples > (transforms + frames.len()).saturating_mul(MAX_SAMPLES_EACH) {
+        return Err(FormatError::field(
+            "number of transforms",
+            format!(
+                "{transforms}, of {} names in {} frames",
+                tracks.len(),
+                frames.len()
+            ),
+            "frames that name the same transforms",
+        ));
     }
     for (number, frame) in &frames {
         for (name, samples) in &mut tracks {
@@ -213,6 +231,31 @@ mod tests {
         for end in 0..HEADING.len() {
             let _ = parse(&HEADING.as_bytes()[..end]);
         }
+    }
+
+    #[test]
+    fn frames_that_each_name_other_transforms_fill_no_memory() {
+        let frames = |count: usize, name: fn(usize) -> usize| {
+            let frame = |i| {
+                format!(
+                    "Seq_Frame{i}_t{}Transform = 1 0 0 4 0 1 0 5 0 0 1 6 0 0 0 1\n",
+                    name(i)
+                )
+            };
+            let frames: String = (0..count).map(frame).collect();
+            parse(format!("ObjectType = Image\n{frames}ElementDataFile = LOCAL\n").as_bytes())
+        };
+        // 40,000 frames times as many names: 1.6 billion missing samples of a file of 2.6 MB.
+        let said = frames(40_000, |i| i).unwrap_err().to_string();
+        assert_eq!(
+            said,
+            "number of transforms is 40000, of 40000 names in 40000 frames, expected frames that name \
+             the same transforms"
+        );
+        // Tools that are seen in turn are no such thing.
+        let found = frames(400, |i| i % 16).unwrap();
+        assert!(found.tools.iter().all(|tool| tool.good().count() == 25));
+        assert!(found.tools.iter().all(|tool| tool.samples.len() == 400));
     }
 
     proptest! {

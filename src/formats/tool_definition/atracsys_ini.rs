@@ -139,9 +139,17 @@ fn push_fiducials(
     sources: &[Option<usize>],
     sections: &[Section<'_>],
 ) {
+    // Other sections may be many.
+    let own: HashMap<usize, &Section<'_>> = sections
+        .iter()
+        .filter_map(|section| match part_of(section) {
+            Part::Fiducial(index) => Some((index, section)),
+            _ => None,
+        })
+        .collect();
     for (i, at) in geometry.fiducials.iter().enumerate() {
-        let source = sources.get(i).copied().flatten().map(Part::Fiducial);
-        let source = sections.iter().find(|s| Some(part_of(s)) == source);
+        let source = sources.get(i).copied().flatten();
+        let source = source.and_then(|index| own.get(&index).copied());
         let new_header = format!("[fiducial{i}]\n");
         let mut section = source.cloned().unwrap_or_else(|| vec![&new_header]);
         if part_of(&section) != Part::Fiducial(i) {
