@@ -3,6 +3,7 @@
 pub mod app;
 pub mod autosave;
 pub mod background;
+pub mod body_files;
 pub mod camera;
 pub mod command_table;
 pub mod commands;
@@ -66,6 +67,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`precision::PrecisionPlugin`] | error against run time, measured when asked for |
 /// | [`field::FieldPlugin`] | rooms from measurements |
 /// | [`meshes::MeshesPlugin`] | meshes for bodies |
+/// | [`body_files::BodyFilesPlugin`] | bodies from makers' files and back |
 /// | [`drops::DropsPlugin`] | files dropped onto the window |
 /// | [`system_dialog::SystemDialogPlugin`] | the system's own file dialog |
 /// | [`preferences::PreferencesPlugin`] | window and layout as they were left |
@@ -107,6 +109,7 @@ impl PluginGroup for EditorPlugins {
             .add(field::FieldPlugin)
             .add(field::samples::SamplesPlugin)
             .add(meshes::MeshesPlugin)
+            .add(body_files::BodyFilesPlugin)
             .add(drops::DropsPlugin)
             .add(system_dialog::SystemDialogPlugin)
             .add(preferences::PreferencesPlugin)

@@ -1,6 +1,7 @@
 //! Lays the panels out around the 3D view and turns what they asked for into messages.
 
 use super::baseline::{Baseline, note_baseline};
+use super::body_file_ui::{BodyFileView, body_file_ui};
 use super::command_ui::CommandPages;
 use super::dialogs::Dialogs;
 use super::field::{comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui, worth_ui};
@@ -20,6 +21,7 @@ use super::timeline_ui::trial_words;
 use super::top_bar::{TopBarView, top_bar_ui};
 use super::{PanelAction, theme};
 use crate::design::{Design, View};
+use crate::editor::body_files::{BodyFileRequest, BodyLoading};
 use crate::editor::camera::OrbitRig;
 use crate::editor::commands::{Command, RunCommand};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
@@ -100,12 +102,14 @@ impl Plugin for UiPlugin {
             .init_resource::<RowPage>()
             .init_resource::<SceneMenu>()
             .init_resource::<MeshLoading>()
+            .init_resource::<BodyLoading>()
             .init_resource::<HoveringFiles>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>()
             .add_message::<FieldRequest>()
             .add_message::<MeshRequest>()
+            .add_message::<BodyFileRequest>()
             .add_message::<PrecisionRequest>()
             .add_message::<RunCommand>()
             .add_message::<StudyRequest>()
@@ -159,6 +163,7 @@ struct Shown<'w> {
     sample_scale: Res<'w, SampleScale>,
     generation: Res<'w, WorldGeneration>,
     loading: Res<'w, MeshLoading>,
+    body_loading: Res<'w, BodyLoading>,
     rig: Option<Res<'w, OrbitRig>>,
     color_bars: Option<Res<'w, ColorBars>>,
 }
@@ -174,6 +179,7 @@ struct Asked<'w> {
     files: MessageWriter<'w, FileRequest>,
     fields: MessageWriter<'w, FieldRequest>,
     meshes: MessageWriter<'w, MeshRequest>,
+    body_files: MessageWriter<'w, BodyFileRequest>,
     commands: MessageWriter<'w, RunCommand>,
     study: MessageWriter<'w, StudyRequest>,
     redraw: MessageWriter<'w, RequestRedraw>,
@@ -444,10 +450,14 @@ impl Desk<'_> {
     }
 
     /// Below the inspector's other sections, where a body is selected.
-    fn mesh_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
-        if let Some(Selected::Body(role)) = self.selection.primary()
-            && let Some(view) = MeshView::of(self.world, role, &self.shown.loading)
-        {
+    fn body_parts_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        let Some(Selected::Body(role)) = self.selection.primary() else {
+            return;
+        };
+        if let Some(view) = BodyFileView::of(self.world, role, &self.shown.body_loading) {
+            actions.extend(body_file_ui(ui, &view));
+        }
+        if let Some(view) = MeshView::of(self.world, role, &self.shown.loading) {
             actions.extend(mesh_ui(ui, &view));
         }
     }
@@ -488,7 +498,7 @@ impl Desk<'_> {
                             derived_weight: self.environment().orientation_weight(None),
                         },
                     ));
-                    self.mesh_ui(ui, actions);
+                    self.body_parts_ui(ui, actions);
                     ui.add_space(8.0);
                 });
             });
@@ -516,6 +526,9 @@ impl Asked<'_> {
                 }
                 PanelAction::Mesh(request) => {
                     self.meshes.write(request);
+                }
+                PanelAction::BodyFile(request) => {
+                    self.body_files.write(request);
                 }
                 PanelAction::Run(command) => {
                     self.commands.write(RunCommand(command));

@@ -8,6 +8,7 @@ use super::field::selection_window;
 use super::precision_ui::precision_window;
 use super::row_page::{RowPage, row_window};
 use super::scene_menu::{SceneMenu, scene_menu_ui};
+use crate::editor::body_files::BodyFileRequest;
 use crate::editor::commands::{Availability, Command, RunCommand};
 use crate::editor::document::WorldGeneration;
 use crate::editor::drops::HoveringFiles;
@@ -171,6 +172,7 @@ fn dialogs(
     mut files: MessageWriter<FileRequest>,
     mut fields: MessageWriter<FieldRequest>,
     mut meshes: MessageWriter<MeshRequest>,
+    mut body_files: MessageWriter<BodyFileRequest>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
@@ -200,6 +202,10 @@ fn dialogs(
         }
         DialogAnswer::Mesh(request) => {
             meshes.write(request);
+            None
+        }
+        DialogAnswer::BodyFile(request) => {
+            body_files.write(request);
             None
         }
         DialogAnswer::Field(request) => {
