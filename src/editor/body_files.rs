@@ -165,7 +165,8 @@ impl Hand<'_> {
                     *self.notice = Notice::Refused(NO_SUCH_BODY.to_owned());
                     return;
                 };
-                let (folder, name) = (file_folder(&world.0), store::definition_name(own));
+                let folder = file_folder(&world.0);
+                let name = store::definition_name(own, &folder);
                 self.dialogs.show(Dialog::save_body(folder, &name, body));
             }
             BodyFileRequest::Save { body, file } => self.save(body, &file, false),

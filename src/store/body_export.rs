@@ -3,6 +3,7 @@
 use super::error::StoreError;
 use super::open::{World, home};
 use super::place::Place;
+use super::save::free_name;
 use super::tool::{body_format_of, is_same_file, write_body, write_definition};
 use super::watch::watched_files;
 use crate::design::{BodyRole, DesignBody};
@@ -96,9 +97,9 @@ impl BodyExport {
     }
 }
 
-/// What a body's definition is called unless told: of the kind that it came from, else of one that
-/// holds its sensors.
-pub fn definition_name(body: &DesignBody) -> String {
+/// What a body's definition in a folder is called unless told: of the kind that it came from, else of
+/// one that holds its sensors, and no file that is there.
+pub fn definition_name(body: &DesignBody, folder: &Path) -> String {
     let kind = body.definition.as_ref().map(|it| it.kind());
     let sensors = &body.rigid.sensors;
     let all = |is: fn(&SensorOrientation) -> bool| sensors.iter().all(|s| is(&s.orientation));
@@ -116,7 +117,10 @@ pub fn definition_name(body: &DesignBody) -> String {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
     // "probe.body.ron" is "probe".
     let stem = stem.strip_suffix(".body").unwrap_or(&stem);
-    format!("{stem}.{extension}")
+    let path = folder.join(format!("{stem}.{extension}"));
+    let free = free_name(&path, |path| !path.exists());
+    let name = free.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }
 
 #[cfg(test)]
@@ -132,7 +136,9 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         let world = open_builtin("pointer-on-head").unwrap();
         let own = world.document.design().tool.body.clone();
-        assert_eq!(definition_name(&own), "pointer.rom");
+        assert_eq!(definition_name(&own, folder.path()), "pointer.rom");
+        fs::write(at("pointer.rom"), "theirs").unwrap();
+        assert_eq!(definition_name(&own, folder.path()), "pointer-2.rom");
         for (name, kind) in [
             ("a.rom", "an NDI Aurora ROM"),
             ("a.tool", "an NDI .tool file"),
@@ -198,7 +204,8 @@ mod tests {
         };
         world.document.apply(edit).unwrap();
         let body = &world.document.design().tool.body;
-        assert_eq!(definition_name(body), "pointer.ini");
+        let name = definition_name(body, Path::new("/nowhere"));
+        assert_eq!(name, "pointer.ini");
         let file = Path::new("/nowhere/pointer.rom");
         let error = BodyExport::of(&world, BodyRole::Tool, file).unwrap_err();
         let said = error.to_string();

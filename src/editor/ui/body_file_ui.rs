@@ -41,7 +41,7 @@ pub fn body_file_ui(ui: &mut Ui, view: &BodyFileView) -> Vec<PanelAction> {
     match view.definition {
         Some(definition) => definition_ui(ui, definition),
         None => {
-            quiet_ui(ui, "none: the body was made here or in another program");
+            quiet_ui(ui, "none: the body came from no maker's file");
         }
     }
     ui.add_space(4.0);

@@ -61,7 +61,12 @@ pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<Option<DialogA
                 body: *body,
                 file: file.clone(),
             };
-            buttons_ui(ui, &[(verb, ask(write)), cancel])
+            let write = (verb, ask(write));
+            // Nobody writes over a maker's file by Enter alone.
+            match exists {
+                true => buttons_ui(ui, &[cancel, write]),
+                false => buttons_ui(ui, &[write, cancel]),
+            }
         }
         _ => return None,
     })
