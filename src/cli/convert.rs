@@ -2,15 +2,14 @@
 
 use super::output::{self, Format};
 use super::tool_report;
-use crate::formats::FormatError;
 use crate::formats::tool_definition::{
-    Conversion, DefinitionFormat, DefinitionKind, Lost, NdiRom, OnMismatch, from_body,
+    BodyFormat, Conversion, DefinitionKind, Lost, OnMismatch, ToolDefinition, from_body,
 };
 use crate::store::{self, ReadTool, StoreError};
 use anyhow::{Context, bail};
 use clap::Args;
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub struct ConvertArgs {
@@ -35,18 +34,12 @@ pub struct ConvertArgs {
     format: Format,
 }
 
-/// What OUT is to be.
-enum Target {
-    Body,
-    Definition(DefinitionFormat),
-}
-
 /// Reads, writes, and says what was lost.
 ///
 /// # Errors
 /// Files that can't be used, and bodies that cannot be such a definition.
 pub fn run(args: &ConvertArgs) -> anyhow::Result<()> {
-    let target = target_of(&args.output)?;
+    let target = store::body_format_of(&args.output)?;
     if store::is_same_file(&args.input, &args.output) {
         bail!(
             "{}: IN and OUT are one file, expected another one to write",
@@ -59,13 +52,13 @@ pub fn run(args: &ConvertArgs) -> anyhow::Result<()> {
     };
     let tool = store::read_tool(&args.input, on_mismatch).map_err(with_way_out)?;
     let written = match target {
-        Target::Body => {
+        BodyFormat::Body => {
             store::write_body(&args.output, &tool.body, &args.input)?;
             None
         }
-        Target::Definition(format) => {
+        BodyFormat::Definition(format) => {
             let conversion = from_body(&tool.body, format)
-                .with_context(|| format!("{}: no {}", args.input.display(), name_of(format)))?;
+                .with_context(|| format!("{}: no {}", args.input.display(), format.name()))?;
             store::write_definition(&args.output, &conversion.definition)?;
             Some(conversion)
         }
@@ -88,37 +81,11 @@ pub fn run(args: &ConvertArgs) -> anyhow::Result<()> {
     }
 }
 
-fn target_of(file: &Path) -> anyhow::Result<Target> {
-    let extension = file.extension().unwrap_or_default().to_string_lossy();
-    if extension.eq_ignore_ascii_case("ron") {
-        return Ok(Target::Body);
-    }
-    match DefinitionFormat::of_extension(&extension) {
-        Some(format) => Ok(Target::Definition(format)),
-        None => bail!(
-            "{}: found a name that says no format, expected one in .body.ron, .rom, .tool, .ini or .json",
-            file.display()
-        ),
-    }
-}
-
 /// The error and, where there is one, the way past it.
 fn with_way_out(error: StoreError) -> anyhow::Error {
-    match &error {
-        StoreError::Format {
-            cause: FormatError::Checksum { .. },
-            ..
-        } => anyhow::anyhow!("{error} (--force reads it all the same)"),
-        _ => error.into(),
-    }
-}
-
-fn name_of(format: DefinitionFormat) -> &'static str {
-    match format {
-        DefinitionFormat::Rom => "ROM",
-        DefinitionFormat::ToolPlist => ".tool file",
-        DefinitionFormat::AtracsysIni => "Atracsys geometry",
-        DefinitionFormat::SawJson => "SAW geometry",
+    match error.is_checksum() {
+        true => anyhow::anyhow!("{error} (--force reads it all the same)"),
+        false => error.into(),
     }
 }
 
@@ -128,39 +95,10 @@ fn written_kind(written: Option<&Conversion>) -> &'static str {
 
 /// What there is to say beside the result, a line each.
 fn notes(tool: &ReadTool, written: Option<&Conversion>) -> Vec<String> {
-    let mut notes = Vec::new();
-    let read = tool.body.definition.as_ref().and_then(|d| d.rom());
-    if let Some(sum) = read.map(NdiRom::checksum).filter(|sum| !sum.matches()) {
-        notes.push(format!(
-            "read from an image whose checksum is {}, expected {}",
-            sum.stored, sum.computed
-        ));
-    }
-    let Some(written) = written else {
-        return notes;
-    };
-    notes.extend(written.lost.iter().map(|lost| format!("without {lost}")));
-    if written.is_new_image {
-        notes.push(
-            "a new image: serial number, date and manufacturer are empty, what a body does not say is as in most real ones"
-                .to_owned(),
-        );
-    }
-    let rom = written.definition.rom();
-    if let (Some(was), Some(rom)) = (written.mended_checksum, rom) {
-        notes.push(format!(
-            "checksum was {}, is {} now",
-            was.stored,
-            rom.checksum().stored
-        ));
-    }
-    if matches!(rom, Some(NdiRom::Em(_))) {
-        notes.push(
-            "writing Aurora ROMs is experimental: look at it in NDI's own software before a tool is programmed with it"
-                .to_owned(),
-        );
-    }
-    notes
+    let read = tool.body.definition.as_deref();
+    let doubt = read.and_then(ToolDefinition::doubt);
+    let notes = written.map(Conversion::notes).unwrap_or_default();
+    doubt.into_iter().chain(notes).collect()
 }
 
 fn as_json(tool: &ReadTool, written: Option<&Conversion>) -> Value {

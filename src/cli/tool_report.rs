@@ -1,7 +1,7 @@
 //! What a tool is, in words and as JSON: its definition's fields, its sensors, how they lie.
 
 use super::output;
-use crate::formats::tool_definition::{DefinitionKind, NdiRom, OpticalRom};
+use crate::formats::tool_definition::{DefinitionKind, NdiRom};
 use crate::store::ReadTool;
 use crate::tracking::body::Sensor;
 use crate::tracking::pairs::{SensorPair, sensor_pairs};
@@ -10,9 +10,6 @@ use serde_json::{Value, json};
 /// Sensors whose distances are told: as many as any definition has. Every pair of a thousand would
 /// be half a million.
 const MAX_PAIRED: usize = 20;
-
-/// Trailing bytes that are shown.
-const MAX_SHOWN_BYTES: usize = 16;
 
 type Row = (String, String, String);
 
@@ -33,8 +30,9 @@ pub fn kind_name(tool: &ReadTool) -> String {
 pub fn as_text(tool: &ReadTool) -> String {
     let rigid = &tool.body.rigid;
     let mut rows = vec![row("name", &rigid.name, "")];
-    if let Some(rom) = rom_of(tool) {
-        push_rom(&mut rows, rom);
+    if let Some(definition) = &tool.body.definition {
+        let facts = definition.facts().into_iter();
+        rows.extend(facts.map(|fact| row(fact.what, fact.value, fact.unit)));
     }
     for sensor in &rigid.sensors {
         rows.push(row(
@@ -70,69 +68,6 @@ fn rom_of(tool: &ReadTool) -> Option<&NdiRom> {
 
 fn paired(sensors: &[Sensor]) -> &[Sensor] {
     &sensors[..sensors.len().min(MAX_PAIRED)]
-}
-
-fn push_rom(rows: &mut Vec<Row>, rom: &NdiRom) {
-    rows.push(row("part number", rom.part_number(), ""));
-    rows.push(row("manufacturer", rom.manufacturer(), ""));
-    let serial = rom.serial();
-    rows.push(row("serial number", serial, ""));
-    let date = serial.date().map(|date| date.to_string());
-    let no_date = || "none that is a day".to_owned();
-    rows.push(row("date", date.unwrap_or_else(no_date), ""));
-    let kind = format!(
-        "{}, {}, revision {}",
-        typed(rom.main_type(), rom.main_type_name()),
-        typed(rom.sub_type(), rom.sub_type_name()),
-        rom.revision()
-    );
-    rows.push(row("type", kind, ""));
-    match rom {
-        NdiRom::Optical(rom) => push_optical(rows, rom),
-        NdiRom::Em(rom) => {
-            rows.push(row("coils", rom.coils().len(), ""));
-            rows.push(row("  that have to be seen", rom.min_coils(), ""));
-        }
-    }
-    let sum = rom.checksum();
-    let state = match sum.matches() {
-        true => format!("{}, matches", sum.stored),
-        false => format!("{}, expected {}", sum.stored, sum.computed),
-    };
-    rows.push(row("checksum", state, ""));
-    if let trailing @ [_, ..] = rom.trailing() {
-        let mut shown: Vec<_> = trailing
-            .iter()
-            .take(MAX_SHOWN_BYTES)
-            .map(|byte| format!("{byte:02X}"))
-            .collect();
-        if trailing.len() > MAX_SHOWN_BYTES {
-            shown.push("…".to_owned());
-        }
-        let bytes = format!("{}: {}", trailing.len(), shown.join(" "));
-        rows.push(row("trailing bytes", bytes, ""));
-    }
-}
-
-fn push_optical(rows: &mut Vec<Row>, rom: &OpticalRom) {
-    rows.push(row("markers", rom.markers().len(), ""));
-    rows.push(row("  that have to be seen", rom.min_markers(), ""));
-    let marker_type = match rom.marker_type() {
-        41 => "passive spheres",
-        49 => "passive discs",
-        57 => "Radix lenses",
-        _ => "not known here",
-    };
-    rows.push(row("  of type", typed(rom.marker_type(), marker_type), ""));
-    rows.push(row("largest angle of a marker", rom.max_angle_deg(), "deg"));
-    rows.push(row("largest error of a marker", rom.max_error_mm(), "mm"));
-    let unique = rom.algorithm_flags() & 0x80 != 0;
-    let unique = if unique { "yes" } else { "no" };
-    rows.push(row("geometry of its own", unique, ""));
-}
-
-fn typed(number: u8, name: &str) -> String {
-    format!("{number} {name}")
 }
 
 fn triple(values: &[f64], digits: usize) -> String {

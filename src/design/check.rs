@@ -1,6 +1,6 @@
 //! What an edit may put into a design.
 
-use super::content::BodyRole;
+use super::content::{BodyRole, DesignBody};
 use super::edit::EditError;
 use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
@@ -39,6 +39,20 @@ pub(super) fn check_sensors(
             name: sensor.name.clone(),
         }),
     }
+}
+
+/// Checks a whole body. Any name will do, as in a file.
+pub(super) fn check_body(role: BodyRole, body: &DesignBody) -> Result<(), EditError> {
+    check_not_empty("body's file", &body.reference)?;
+    let sensors = &body.rigid.sensors;
+    if sensors.is_empty() {
+        return Err(EditError::LastSensor);
+    }
+    check_sensors(role, sensors, 0..sensors.len())?;
+    if let Some(tip) = &body.rigid.tip_in_body {
+        check_finite("the tip", tip.iter())?;
+    }
+    body.mesh.as_ref().map_or(Ok(()), check_mesh)
 }
 
 pub(super) fn check_motion(motion: Option<&Motion>) -> Result<(), MotionError> {

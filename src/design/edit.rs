@@ -2,8 +2,8 @@
 
 use super::arrange::{ArrangeError, Arrangement, as_set};
 use super::check::{
-    check_finite, check_mesh, check_motion, check_not_empty, check_not_negative, check_pose,
-    check_requirement, check_sensors,
+    check_body, check_finite, check_mesh, check_motion, check_not_empty, check_not_negative,
+    check_pose, check_requirement, check_sensors,
 };
 use super::content::{BodyRole, CrfPlacement, Design, DesignBody, Target};
 use crate::geometry::mesh_reference::MeshReference;
@@ -86,6 +86,11 @@ pub enum Edit {
     SetMesh {
         body: BodyRole,
         mesh: Option<MeshReference>,
+    },
+    /// Another tool or CRF in the place of this one, with all that its file says, where it is.
+    SetBody {
+        body: BodyRole,
+        content: Box<DesignBody>,
     },
 }
 
@@ -229,6 +234,11 @@ impl Edit {
                     check_mesh(mesh)?;
                 }
                 body.mesh = mesh;
+            }
+            Self::SetBody { body, content } => {
+                let old = body_of(design, body)?;
+                check_body(body, &content)?;
+                *old = *content;
             }
         }
         Ok(())

@@ -43,6 +43,9 @@ impl Edit {
             Self::SetOrientationWeight(_) => "Change orientation weight".into(),
             Self::SetEnvironment(_) => "Change environment".into(),
             Self::SetMesh { body, .. } => format!("Change {body}'s mesh"),
+            Self::SetBody { body, content } => {
+                format!("Use {} as the {body}", content.rigid.name)
+            }
         }
     }
 

@@ -6,7 +6,7 @@ use super::sensor_commands::SensorCommand;
 use super::state::Workspace;
 use super::study::ModeKind;
 use super::tool::SceneTool;
-use crate::design::MirrorPlane;
+use crate::design::{BodyRole, MirrorPlane};
 use crate::geometry::orbit::Axis;
 
 const fn info(
@@ -75,6 +75,27 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Use the fitted room…",
         &[],
         "Saves the room that was fitted last and puts the design into it",
+    ),
+    info(
+        Command::OpenBody(BodyRole::Tool),
+        Group::File,
+        "Open tool definition as tool…",
+        &[],
+        "Uses an NDI ROM, an Atracsys or SAW geometry or a body file as the tool",
+    ),
+    info(
+        Command::OpenBody(BodyRole::Crf),
+        Group::File,
+        "Open tool definition as CRF…",
+        &[],
+        "Uses an NDI ROM, an Atracsys or SAW geometry or a body file as the CRF",
+    ),
+    info(
+        Command::SaveBody,
+        Group::File,
+        "Save tool definition as…",
+        &[],
+        "Writes the selected body, or the tool, as a definition; what that cannot hold is said first",
     ),
     info(
         Command::LoadMesh,

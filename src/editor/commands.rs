@@ -1,6 +1,7 @@
 //! Everything that can be asked for by name, and the one place that carries it out. Menus, keys,
 //! the palette and the sheet of shortcuts all read one table.
 
+use super::body_files::BodyFileRequest;
 pub use super::command_table::COMMANDS;
 use super::field::{FieldRequest, RoomToSave, TableRole};
 use super::gizmo::GizmoAxes;
@@ -20,6 +21,7 @@ use super::tool::{SceneTool, add_sensor_beside};
 use super::ui::PanelsShown;
 use super::ui::command_ui::CommandPages;
 use super::ui::row_page::RowPage;
+use crate::design::BodyRole;
 use crate::design::view::{Magnification, View};
 use crate::geometry::orbit::Axis;
 use bevy::prelude::*;
@@ -43,6 +45,10 @@ pub enum Command {
     Open,
     Save,
     SaveAs,
+    /// Uses a file as this body.
+    OpenBody(BodyRole),
+    /// Of the selected body, else the tool.
+    SaveBody,
     /// For the selected body, else the tool.
     LoadMesh,
     Quit,
@@ -148,6 +154,7 @@ impl Command {
             Self::Tool(_) | Self::AddSensorBeside => {
                 world.is_some() && !matches!(workspace, Workspace::Field | Workspace::Live)
             }
+            Self::OpenBody(role) => document.is_some_and(|d| d.design().body(role).is_some()),
             Self::ToggleGizmoAxes => workspace == Workspace::Design,
             Self::Sensors(command) => {
                 world.is_some_and(|world| command.is_available(&world.0, selection))
@@ -186,6 +193,7 @@ impl Plugin for CommandsPlugin {
             .add_message::<StudyRequest>()
             .add_message::<FieldRequest>()
             .add_message::<MeshRequest>()
+            .add_message::<BodyFileRequest>()
             .add_message::<RequestRedraw>()
             .add_systems(
                 Update,
@@ -223,6 +231,7 @@ struct Asked<'w> {
     study: MessageWriter<'w, StudyRequest>,
     fields: MessageWriter<'w, FieldRequest>,
     meshes: MessageWriter<'w, MeshRequest>,
+    body_files: MessageWriter<'w, BodyFileRequest>,
     scale: ResMut<'w, InterfaceScale>,
     panels: ResMut<'w, PanelsShown>,
     theme: ResMut<'w, Theme>,
@@ -258,6 +267,13 @@ impl Asked<'_> {
             Command::Open => self.file(FileRequest::ShowOpen),
             Command::Save => self.file(FileRequest::Save),
             Command::SaveAs => self.file(FileRequest::ShowSaveAs),
+            Command::OpenBody(body) => {
+                self.body_files.write(BodyFileRequest::ShowOpen(body));
+            }
+            Command::SaveBody => {
+                let body = body_of_selection(&self.selection);
+                self.body_files.write(BodyFileRequest::ShowSave(body));
+            }
             Command::LoadMesh => {
                 let body = body_of_selection(&self.selection);
                 self.meshes.write(MeshRequest::ShowLoad(body));

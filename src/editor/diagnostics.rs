@@ -142,6 +142,11 @@ fn dialog_line(dialog: Option<&Dialog>) -> String {
         Some(Dialog::Mesh { .. }) => "load mesh",
         Some(Dialog::WhichBody { .. }) => "which body",
         Some(Dialog::MeshUnit { .. }) => "mesh unit",
+        Some(Dialog::OpenBody { .. }) => "open tool definition",
+        Some(Dialog::SaveBody { .. }) => "save tool definition",
+        Some(Dialog::ToolOrCrf { .. }) => "tool or CRF",
+        Some(Dialog::Checksum { .. }) => "checksum",
+        Some(Dialog::WriteBody { .. }) => "write tool definition",
         Some(Dialog::NotSaved { text }) => return format!("dialog not saved: {text}"),
         Some(Dialog::Error { title, text }) => return format!("dialog error {title}: {text}"),
     };

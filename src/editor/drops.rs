@@ -1,6 +1,7 @@
 //! Files that are dropped onto the window: which kind each is, what will be done with it, and who
 //! does it.
 
+use super::body_files::BodyFileRequest;
 use super::commands::CommandsSystems;
 use super::document::Notice;
 use super::field::FieldRequest;
@@ -20,8 +21,9 @@ pub struct DropsPlugin;
 pub struct HoveringFiles(pub Vec<String>);
 
 /// What can be dropped, for whoever dropped something else.
-pub const WHAT_CAN_BE_DROPPED: &str = "designs (.design.ron), rooms (.env.ron), meshes (.glb, .gltf, .stl, .obj) and, in the Field \
-     and Study workspaces, tables (.csv) can be dropped";
+pub const WHAT_CAN_BE_DROPPED: &str = "designs (.design.ron), rooms (.env.ron), meshes (.glb, .gltf, .stl, .obj), tool \
+     definitions (.rom, .tool, .ini, .json), bodies (.body.ron) and, in the Field and Study \
+     workspaces, tables (.csv) can be dropped";
 
 /// The kind of a file by the end of its name, in any case.
 pub fn kind_of(file: &Path) -> Option<FileKind> {
@@ -31,6 +33,7 @@ pub fn kind_of(file: &Path) -> Option<FileKind> {
         FileKind::Room,
         FileKind::Mesh,
         FileKind::Table,
+        FileKind::Body,
     ];
     kinds
         .into_iter()
@@ -54,6 +57,10 @@ pub fn words(file: &Path, workspace: Workspace, selection: &Selection, has_crf: 
         Some(FileKind::Mesh) => {
             format!("Use {name} as the {}'s mesh", body_of_selection(selection))
         }
+        Some(FileKind::Body) if has_crf && selection.primary().is_none() => {
+            format!("Use {name} as the tool or the CRF")
+        }
+        Some(FileKind::Body) => format!("Use {name} as the {}", body_of_selection(selection)),
         Some(FileKind::Table) if workspace == Workspace::Field => {
             format!("Read measurements from {name}")
         }
@@ -77,6 +84,7 @@ impl Plugin for DropsPlugin {
             .add_message::<FileRequest>()
             .add_message::<FieldRequest>()
             .add_message::<MeshRequest>()
+            .add_message::<BodyFileRequest>()
             .add_message::<RequestRedraw>()
             .add_systems(
                 Update,
@@ -94,6 +102,7 @@ struct Receivers<'w> {
     files: MessageWriter<'w, FileRequest>,
     fields: MessageWriter<'w, FieldRequest>,
     meshes: MessageWriter<'w, MeshRequest>,
+    body_files: MessageWriter<'w, BodyFileRequest>,
     notice: ResMut<'w, Notice>,
 }
 
@@ -139,6 +148,9 @@ impl Receivers<'_> {
             }
             Some(FileKind::Mesh) => {
                 self.meshes.write(MeshRequest::Drop(path));
+            }
+            Some(FileKind::Body) => {
+                self.body_files.write(BodyFileRequest::Drop(path));
             }
             // The workspaces take them themselves.
             Some(FileKind::Table) if has_tables => {}

@@ -78,7 +78,8 @@ pub fn body_of_selection(selection: &Selection) -> BodyRole {
     selected_body(selection).unwrap_or(BodyRole::Tool)
 }
 
-fn selected_body(selection: &Selection) -> Option<BodyRole> {
+/// The body that is selected, or whose sensor or tip is.
+pub(super) fn selected_body(selection: &Selection) -> Option<BodyRole> {
     Some(match selection.primary()? {
         Selected::Body(body) | Selected::Sensor(body, _) | Selected::Tip(body) => body,
     })

@@ -3,6 +3,7 @@
 pub mod app;
 pub mod autosave;
 pub mod background;
+pub mod body_files;
 pub mod camera;
 pub mod command_table;
 pub mod commands;
@@ -69,6 +70,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`live::LivePlugin`] | the Live workspace: a tracker over the network |
 /// | [`live::cells::CellsPlugin`] | where samples were taken, in the scene |
 /// | [`meshes::MeshesPlugin`] | meshes for bodies |
+/// | [`body_files::BodyFilesPlugin`] | bodies from makers' files and back |
 /// | [`drops::DropsPlugin`] | files dropped onto the window |
 /// | [`system_dialog::SystemDialogPlugin`] | the system's own file dialog |
 /// | [`preferences::PreferencesPlugin`] | window and layout as they were left |
@@ -112,6 +114,7 @@ impl PluginGroup for EditorPlugins {
             .add(live::LivePlugin)
             .add(live::cells::CellsPlugin)
             .add(meshes::MeshesPlugin)
+            .add(body_files::BodyFilesPlugin)
             .add(drops::DropsPlugin)
             .add(system_dialog::SystemDialogPlugin)
             .add(preferences::PreferencesPlugin)

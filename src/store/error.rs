@@ -1,6 +1,7 @@
 //! What can go wrong with files, in the words that the command line and the editor show.
 
 use crate::formats::FormatError;
+use crate::formats::tool_definition::ConversionError;
 use crate::task::Cancelled;
 use std::io;
 use std::path::PathBuf;
@@ -42,9 +43,26 @@ pub enum StoreError {
     Lock { file: PathBuf, cause: io::Error },
     #[error("{}: the design itself uses this file, expected another one to save as", file.display())]
     InUse { file: PathBuf },
+    #[error("{}: found a name that says no format, expected one in .body.ron, .rom, .tool, .ini or .json", file.display())]
+    NoBodyFormat { file: PathBuf },
+    #[error("{}: the body cannot be a {format}: {cause}", file.display())]
+    NotConvertible {
+        file: PathBuf,
+        format: &'static str,
+        cause: ConversionError,
+    },
 }
 
 impl StoreError {
+    /// Whether an image's bytes are not those that its checksum was made of: it can be read all the
+    /// same.
+    pub fn is_checksum(&self) -> bool {
+        let Self::Format { cause, .. } = self else {
+            return false;
+        };
+        matches!(cause, FormatError::Checksum { .. })
+    }
+
     /// Whether a file is sound as far as anyone can tell, but of another version of the program.
     pub fn is_other_version(&self) -> bool {
         let Self::Format { cause, .. } = self else {

@@ -6,7 +6,7 @@ use super::open::{World, home};
 use super::place::Place;
 use super::read::read;
 use super::watch::Stamps;
-use crate::design::BodyRole;
+use crate::design::{BodyRole, DesignBody};
 use crate::formats::mesh;
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
@@ -89,6 +89,23 @@ impl WantedMesh {
             reference,
             place,
         }))
+    }
+
+    /// The mesh of a body that the design may get; `None` where it has none.
+    pub(super) fn of_body(
+        place: Place,
+        design_file: &Path,
+        role: BodyRole,
+        body: &DesignBody,
+    ) -> Option<Self> {
+        let reference = body.mesh.clone()?;
+        let body_file = place.resolve(design_file, &body.reference);
+        Some(Self {
+            body: role,
+            file: place.resolve(&body_file, &reference.file),
+            reference,
+            place,
+        })
     }
 
     /// The same file in another unit.

@@ -1,5 +1,6 @@
 //! The disk: designs with all that they refer to, atomic writes, and the built-in world.
 
+mod body_export;
 mod builtin;
 mod error;
 mod lock;
@@ -20,12 +21,14 @@ mod save;
 mod shared;
 mod state;
 mod table;
+mod take_in;
 #[cfg(test)]
 mod tests;
 mod tool;
 mod watch;
 mod write;
 
+pub use body_export::{BodyExport, definition_name};
 pub use builtin::{DEFAULT_BUILTIN, Starter, builtin_names, generator_mesh};
 pub use error::StoreError;
 pub use log::{LogError, write_log};
@@ -54,6 +57,7 @@ pub use save::{SaveReport, save, save_as, save_with_copies};
 pub use shared::{SharedBody, shared_bodies};
 pub use state::{STATE_VARIABLE, recovery_folder, state_folder};
 pub use table::{MeasurementTable, TableGroups, read_table};
-pub use tool::{ReadTool, is_same_file, read_tool, write_body, write_definition};
+pub use take_in::{TakenBody, WantedBody};
+pub use tool::{ReadTool, body_format_of, is_same_file, read_tool, write_body, write_definition};
 pub use watch::{ChangedFile, FileChange, WatchedPart, accept_changes, changes};
 pub use write::{write_atomic, write_environment};

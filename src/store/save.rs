@@ -4,7 +4,7 @@ use super::error::StoreError;
 use super::open::{World, home};
 use super::place::{Place, absolute, relative};
 use super::shared::shared_bodies;
-use super::tool::{body_name, is_definition};
+use super::tool::{body_name, is_definition, parse_body};
 use super::watch::Stamps;
 use super::write::{folder_of, write_bytes};
 use crate::design::{BodyRole, Design, DesignBody, Origin, View};
@@ -23,7 +23,7 @@ pub struct SaveReport {
 /// Saves a design where it came from: changed bodies first, then the design itself if it changed.
 ///
 /// A maker's tool definition is never written over: a body from one that changed is saved beside the
-/// design, which refers to it from then on.
+/// design, which refers to it from then on. Nor is a file that was there before a body took its name.
 ///
 /// # Errors
 /// [`StoreError::ReadOnly`] for a built-in design, [`StoreError::BodiesDiffer`],
@@ -32,7 +32,7 @@ pub struct SaveReport {
 /// be written; the document then still counts as changed.
 pub fn save(world: &mut World) -> Result<SaveReport, StoreError> {
     let file = own_file(world)?;
-    save_moved(world, &file, moved_definitions(world, &file))
+    save_moved(world, &file, moved_bodies(world, &file))
 }
 
 /// Saves like [`save`], except that changed bodies which other designs use are saved as copies.
@@ -41,12 +41,14 @@ pub fn save(world: &mut World) -> Result<SaveReport, StoreError> {
 /// As [`save`].
 pub fn save_with_copies(world: &mut World) -> Result<SaveReport, StoreError> {
     let file = own_file(world)?;
-    let mut moves = moved_definitions(world, &file);
+    let mut moves = moved_bodies(world, &file);
     for shared in shared_bodies(world) {
         let is_free = |path: &PathBuf| !path.exists() && moves.iter().all(|m| m.file != *path);
         let copy = free_name(&shared.file, is_free);
+        let body = world.document.design().body(shared.role);
         moves.push(BodyMove {
             role: shared.role,
+            old_reference: body.map_or_else(String::new, |body| body.reference.clone()),
             old_file: shared.file,
             file: copy,
         });
@@ -57,29 +59,54 @@ pub fn save_with_copies(world: &mut World) -> Result<SaveReport, StoreError> {
 /// A body that is saved as another file than the one that it came from.
 struct BodyMove {
     role: BodyRole,
+    /// What the states that move with it refer to.
+    old_reference: String,
     old_file: PathBuf,
     file: PathBuf,
 }
 
-/// The changed bodies that came from makers' definitions, each with a name beside the design that
-/// is no other file's.
-fn moved_definitions(world: &World, design_file: &Path) -> Vec<BodyMove> {
+/// The changed bodies whose files are others' to write, each with a name beside the design that is
+/// no other file's.
+fn moved_bodies(world: &World, design_file: &Path) -> Vec<BodyMove> {
     let folder = folder_of(design_file);
     let mut moves: Vec<BodyMove> = Vec::new();
     for (role, body) in world.document.design().bodies() {
         let old_file = Place::Disk.resolve(design_file, &body.reference);
-        if !is_changed(world, role) || !is_definition(&old_file) {
+        if !is_changed(world, role) || !is_left_alone(world, role, &old_file) {
             continue;
         }
         let is_free = |path: &PathBuf| !path.exists() && moves.iter().all(|m| m.file != *path);
-        let file = free_name(&folder.join(body_name(&old_file)), is_free);
+        let file = free_name(&folder.join(own_name(&old_file)), is_free);
         moves.push(BodyMove {
             role,
+            old_reference: body.reference.clone(),
             old_file,
             file,
         });
     }
     moves
+}
+
+/// Whether Save leaves the file that a body refers to as it is: a maker's, or one that was there
+/// before the body, new in the design, took its name.
+pub(super) fn is_left_alone(world: &World, role: BodyRole, file: &Path) -> bool {
+    let reference = |body: &DesignBody| body.reference.clone();
+    let saved = world.document.saved();
+    let saved = saved.and_then(|(design, _)| design.body(role).map(reference));
+    let is_new = saved != world.document.design().body(role).map(reference);
+    is_definition(file) || (is_new && file.exists() && !world.stamps.knows(file))
+}
+
+/// What a body's own file is called: the body of a definition has another name than that.
+fn own_name(file: &Path) -> String {
+    match is_definition(file) {
+        true => body_name(file),
+        false => file
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned(),
+    }
 }
 
 /// Saves with some bodies as other files, which every state of the document refers to then.
@@ -96,7 +123,9 @@ fn save_moved(
             .document
             .relocate(Origin::File(file.to_owned()), |design| {
                 for moved in &moves {
-                    if let Some(body) = design.body_mut(moved.role) {
+                    if let Some(body) = design.body_mut(moved.role)
+                        && body.reference == moved.old_reference
+                    {
                         body.reference = relative(&folder, &moved.file);
                         reach_mesh(&mut body.mesh, &moved.old_file, &moved.file);
                     }
@@ -142,13 +171,19 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
     let design = world.document.design();
     let mut moved = Vec::new();
     for (role, body) in design.bodies() {
-        moved.push((role, mover.move_body(body, is_changed(world, role))?));
+        let at = mover.move_body(body, is_changed(world, role))?;
+        moved.push((role, body.reference.clone(), at));
     }
     let environment = mover.move_environment(&design.environment)?;
     let old_environment = design.environment.clone();
     let rewrite = |design: &mut Design| {
-        for (role, moved) in &moved {
-            if let Some(body) = design.body_mut(*role) {
+        for (role, old_reference, moved) in &moved {
+            let Some(body) = design.body_mut(*role) else {
+                continue;
+            };
+            if body.reference != *old_reference {
+                mover.move_past_body(body);
+            } else {
                 body.reference.clone_from(&moved.reference);
                 if let Some(mesh) = &mut body.mesh {
                     mesh.file = mover.mesh_from(moved, &mesh.file);
@@ -178,9 +213,27 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
 
 /// Whether Save would write the body of a role.
 pub(super) fn is_changed(world: &World, role: BodyRole) -> bool {
+    let Some(body) = world.document.design().body(role) else {
+        return false;
+    };
     let saved = world.document.saved();
-    let saved_body = saved.and_then(|(design, _)| design.body(role));
-    saved_body.map(body_text) != world.document.design().body(role).map(body_text)
+    match saved.and_then(|(design, _)| design.body(role)) {
+        Some(saved) if saved.reference == body.reference => body_text(saved) != body_text(body),
+        // Another body, which may be what its file holds already.
+        _ => !is_held(world, body),
+    }
+}
+
+/// Whether the file that a body refers to says the same.
+fn is_held(world: &World, body: &DesignBody) -> bool {
+    let Origin::File(design_file) = world.document.origin() else {
+        return false;
+    };
+    let file = Place::Disk.resolve(design_file, &body.reference);
+    let Ok(bytes) = Place::Disk.read(&file) else {
+        return false;
+    };
+    parse_body(&file, &bytes).is_ok_and(|held| body::write(&held) == body_text(body))
 }
 
 /// What a body refers to its mesh by from a file in perhaps another folder.
@@ -321,6 +374,21 @@ impl Mover {
         Ok(moved)
     }
 
+    /// Leads a body of a past state, which is another one than the present, to where it is from the
+    /// new folder; one that no file holds will be saved there.
+    fn move_past_body(&self, body: &mut DesignBody) {
+        let old_file = self.place.resolve(&self.old_file, &body.reference);
+        if self.place == Place::Disk && old_file.exists() {
+            body.reference = relative(&self.folder, &old_file);
+            return;
+        }
+        let name = old_file.file_name().unwrap_or_default().to_string_lossy();
+        if self.place == Place::Disk {
+            reach_mesh(&mut body.mesh, &old_file, &self.folder.join(&*name));
+        }
+        body.reference = name.into_owned();
+    }
+
     /// Copies a mesh of the built-in world, which nothing else on the disk could refer to.
     fn copy_mesh(
         &mut self,
@@ -400,7 +468,7 @@ fn is_absolute(reference: &str) -> bool {
 }
 
 /// The path, or the first of `name-2.ext`, `name-3.ext`, … that will do.
-fn free_name(path: &Path, will_do: impl Fn(&PathBuf) -> bool) -> PathBuf {
+pub(super) fn free_name(path: &Path, will_do: impl Fn(&PathBuf) -> bool) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     // "pointer.body.ron" is "pointer" and ".body.ron".
     let (stem, extension) = name.split_at(name.find('.').unwrap_or(name.len()));

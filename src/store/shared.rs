@@ -2,8 +2,7 @@
 
 use super::open::World;
 use super::place::{Place, absolute};
-use super::save::is_changed;
-use super::tool::is_definition;
+use super::save::{is_changed, is_left_alone};
 use super::write::folder_of;
 use crate::design::{BodyRole, Origin};
 use crate::formats::design_file;
@@ -34,7 +33,7 @@ pub fn shared_bodies(world: &World) -> Vec<SharedBody> {
         .filter(|(role, _)| is_changed(world, *role))
         .map(|(role, body)| (role, Place::Disk.resolve(own_file, &body.reference)))
         // Save leaves it as it is, and so the others too.
-        .filter(|(_, file)| !is_definition(file))
+        .filter(|(role, file)| !is_left_alone(world, *role, file))
         .collect();
     if changed.is_empty() {
         return Vec::new();

@@ -6,7 +6,7 @@ use super::read::read;
 use super::save::reach_mesh;
 use super::write::write_bytes;
 use crate::formats::tool_definition::{
-    DefinitionKind, OnMismatch, ToolDefinition, read_body as parse_tool,
+    BodyFormat, DefinitionKind, OnMismatch, ToolDefinition, read_body as parse_tool,
 };
 use crate::formats::{BodyFile, FormatError, body};
 use std::fs::File;
@@ -45,6 +45,16 @@ pub fn write_body(file: &Path, body: &BodyFile, source: &Path) -> Result<(), Sto
     write_bytes(file, body::write(&body).as_bytes())
 }
 
+/// What a body is written as to a file of this name.
+///
+/// # Errors
+/// [`StoreError::NoBodyFormat`].
+pub fn body_format_of(file: &Path) -> Result<BodyFormat, StoreError> {
+    BodyFormat::of_extension(&extension_of(file)).ok_or_else(|| StoreError::NoBodyFormat {
+        file: file.to_owned(),
+    })
+}
+
 /// Whether two names lead to one file.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     absolute(a) == absolute(b)
@@ -80,7 +90,7 @@ pub(super) fn body_name(definition: &Path) -> String {
     format!("{}.body.ron", stem.to_string_lossy())
 }
 
-fn extension_of(file: &Path) -> String {
+pub(super) fn extension_of(file: &Path) -> String {
     let extension = file.extension().unwrap_or_default();
     extension.to_string_lossy().into_owned()
 }

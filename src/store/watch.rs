@@ -76,7 +76,7 @@ pub fn accept_changes(world: &mut World) {
 }
 
 /// The disk's files that the design is made of now.
-fn watched_files(world: &World) -> Vec<(WatchedPart, PathBuf)> {
+pub(super) fn watched_files(world: &World) -> Vec<(WatchedPart, PathBuf)> {
     let document = &world.document;
     let design = document.design();
     let Ok((place, own_file)) = home(document.origin()) else {
@@ -148,9 +148,14 @@ impl Stamps {
         }
     }
 
+    /// Whether a file was read or written.
+    pub(super) fn knows(&self, file: &Path) -> bool {
+        self.0.contains_key(&key(file))
+    }
+
     /// Whether a file was read and is what it was then.
     pub(super) fn is_unchanged(&self, file: &Path) -> bool {
-        self.0.contains_key(&key(file)) && self.change_of(file).is_none()
+        self.knows(file) && self.change_of(file).is_none()
     }
 
     fn change_of(&self, file: &Path) -> Option<FileChange> {

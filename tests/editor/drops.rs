@@ -15,13 +15,13 @@ use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright::geometry::pose::Pose;
 use trackwright::store;
 
-fn app() -> (tempfile::TempDir, App) {
+pub fn app() -> (tempfile::TempDir, App) {
     let (folder, mut app) = saved_app();
     app.add_plugins((FieldPlugin, DropsPlugin));
     (folder, app)
 }
 
-fn drop_file(app: &mut App, file: &Path) {
+pub fn drop_file(app: &mut App, file: &Path) {
     app.world_mut().write_message(FileDragAndDrop::DroppedFile {
         window: Entity::PLACEHOLDER,
         path_buf: file.to_owned(),
@@ -84,6 +84,10 @@ fn a_file_of_no_use_is_answered_with_what_can_be_dropped() {
     let (folder, mut app) = app();
     for (name, said) in [
         ("notes.pdf", "meshes (.glb, .gltf, .stl, .obj)"),
+        (
+            "probe.rom.zip",
+            "tool definitions (.rom, .tool, .ini, .json)",
+        ),
         ("table.csv", "Field workspace"),
     ] {
         drop_file(&mut app, &folder.path().join(name));
@@ -122,4 +126,29 @@ fn while_files_hover_it_is_said_what_will_happen_and_not_after() {
     let tip = Selection::of(Some(Selected::Tip(BodyRole::Crf)));
     let said = words(Path::new("a/b.glb"), Workspace::Design, &tip, true);
     assert_eq!(said, "Use b.glb as the CRF's mesh");
+    for (name, selection, has_crf, said) in [
+        ("a/8700339.ROM", &tip, true, "Use 8700339.ROM as the CRF"),
+        (
+            "p.tool",
+            &Selection::default(),
+            true,
+            "Use p.tool as the tool or the CRF",
+        ),
+        (
+            "p.ini",
+            &Selection::default(),
+            false,
+            "Use p.ini as the tool",
+        ),
+        (
+            "p.json",
+            &Selection::default(),
+            false,
+            "Use p.json as the tool",
+        ),
+        ("p.body.ron", &tip, true, "Use p.body.ron as the CRF"),
+    ] {
+        let words = words(Path::new(name), Workspace::Field, selection, has_crf);
+        assert_eq!(words, said);
+    }
 }

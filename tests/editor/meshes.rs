@@ -14,6 +14,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use tempfile::TempDir;
 use trackwright::design::{BodyRole, Edit};
+use trackwright::editor::body_files::{BodyFilesPlugin, BodyLoading};
 use trackwright::editor::document::DocumentPlugin;
 use trackwright::editor::meshes::{MeshLoading, MeshRequest, MeshesPlugin};
 use trackwright::editor::state::{
@@ -44,14 +45,19 @@ pub fn saved_app() -> (TempDir, App) {
         }))
         .insert_resource(Told(Mutex::new(told)))
         .insert_resource(OpenWorld(world))
-        .add_plugins(MeshesPlugin);
+        .add_plugins((MeshesPlugin, BodyFilesPlugin));
     (folder, app)
 }
 
 /// Updates until nothing is read any more, and what was read is applied.
 pub fn finish(app: &mut App) {
     app.update();
-    while app.world().resource::<MeshLoading>().of().is_some() {
+    let is_reading = |app: &App| {
+        let world = app.world();
+        world.resource::<MeshLoading>().of().is_some()
+            || world.resource::<BodyLoading>().of().is_some()
+    };
+    while is_reading(app) {
         let told = app.world().resource::<Told>().0.lock().unwrap();
         // The thread may have told before anybody waited for it.
         let _ = told.recv_timeout(Duration::from_millis(50));

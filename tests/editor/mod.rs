@@ -2,6 +2,7 @@
 
 mod autosave;
 mod bad_places;
+mod body_files;
 mod copied;
 mod document;
 mod drag;

@@ -1,6 +1,7 @@
 //! What edits do, what they are called, and what is refused.
 
 use super::*;
+use crate::formats::tool_definition::{OnMismatch, read_body};
 use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use crate::study::motion::{AxisRange, Motion};
 use crate::tracking::body::Coil;
@@ -30,6 +31,84 @@ fn edits_say_what_they_do() {
     assert_eq!(label(remove), "Remove sensor b");
     let mesh = set_mesh(MeshReference::new("a.stl"));
     assert_eq!(label(mesh), "Change tool's mesh");
+    assert_eq!(label(set_body(probe())), "Use probe as the tool");
+}
+
+/// A body that came from a maker's file.
+fn probe() -> DesignBody {
+    let image = r#"{"count": 1, "id": 7, "fiducials": [{"x": 1.5, "y": 0, "z": -0.0}]}"#;
+    let (read, _) = read_body(image.as_bytes(), "json", OnMismatch::Refuse).unwrap();
+    let mut probe = body("probe");
+    probe.rigid.sensors = read.rigid.sensors;
+    probe.definition = read.definition;
+    probe
+}
+
+fn set_body(content: DesignBody) -> Edit {
+    Edit::SetBody {
+        body: BodyRole::Tool,
+        content: Box::new(content),
+    }
+}
+
+#[test]
+fn another_body_takes_the_place_of_one_whole_and_undo_brings_the_old_one_back_to_the_bit() {
+    let mut document = document();
+    let mesh = set_mesh(MeshReference::new("a.stl"));
+    document.apply(mesh).unwrap();
+    let before = document.shared_design();
+    assert!(document.apply(set_body(probe())).unwrap());
+    let design = document.design();
+    assert_eq!(design.tool.body, probe());
+    // Where it is stays, and so does the other body.
+    assert_eq!(design.tool.crf_from_tool, before.tool.crf_from_tool);
+    assert_eq!(design.crf, before.crf);
+    assert!(!document.apply(set_body(probe())).unwrap());
+    assert_eq!(document.undo().as_deref(), Some("Use probe as the tool"));
+    assert!(std::sync::Arc::ptr_eq(&document.shared_design(), &before));
+    document.redo();
+    assert_eq!(document.design().tool.body, probe());
+}
+
+#[test]
+fn a_body_that_no_study_could_be_of_is_refused_and_changes_nothing() {
+    let with = |change: fn(&mut DesignBody)| {
+        let mut body = probe();
+        change(&mut body);
+        set_body(body)
+    };
+    let crf = Edit::SetBody {
+        body: BodyRole::Crf,
+        content: Box::new(probe()),
+    };
+    let mut alone = design();
+    alone.crf = None;
+    let mut lone = Document::new(alone, View::default(), Origin::File("x".into()));
+    assert_eq!(lone.apply(crf), Err(EditError::NoCrf));
+    for (edit, said) in [
+        (with(|b| b.rigid.sensors.clear()), "at least one sensor"),
+        (with(|b| b.reference.clear()), "the body's file is empty"),
+        (
+            with(|b| b.rigid.tip_in_body = Some(Point3::new(0.0, f64::NAN, 0.0))),
+            "the tip is NaN",
+        ),
+        (
+            with(|b| b.rigid.sensors.push(b.rigid.sensors[0].clone())),
+            "already has a sensor named \"marker 1\"",
+        ),
+        (
+            with(|b| b.mesh = Some(MeshReference::new(""))),
+            "mesh's file is empty",
+        ),
+    ] {
+        let mut document = document();
+        let error = document.apply(edit).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+        assert_eq!(
+            (document.design(), document.undo_label()),
+            (&self::design(), None)
+        );
+    }
 }
 
 fn set_mesh(mesh: MeshReference) -> Edit {

@@ -1,6 +1,7 @@
 //! Lays the panels out around the 3D view and turns what they asked for into messages.
 
 use super::baseline::{Baseline, note_baseline};
+use super::body_file_ui::{BodyFileView, body_file_ui};
 use super::command_ui::CommandPages;
 use super::dialogs::Dialogs;
 use super::field::{comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui, worth_ui};
@@ -8,7 +9,7 @@ use super::history_ui::history_ui;
 use super::inspector::{InspectorView, inspector_ui};
 use super::layer_settings::LayerFigures;
 use super::layers_ui::{LayersView, Listed, layers_ui};
-use super::live::{collecting_ui, recording_ui, tools_ui, tracker_ui};
+use super::live::LivePanels;
 use super::mesh_ui::{MeshView, mesh_ui};
 use super::outliner::{OutlinerView, outliner_ui};
 use super::result::{ResultView, brief_result_ui, headline, result_ui};
@@ -19,9 +20,9 @@ use super::status_bar::{StatusView, hint, status_bar_ui};
 use super::study_panels::{StudyPanels, sides_ui};
 use super::timeline_ui::trial_words;
 use super::top_bar::{TopBarView, top_bar_ui};
-use super::trial_ui::{TrialView, trial_ui};
 use super::{PanelAction, theme};
 use crate::design::{Design, View};
+use crate::editor::body_files::{BodyFileRequest, BodyLoading};
 use crate::editor::camera::OrbitRig;
 use crate::editor::commands::{Command, RunCommand};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
@@ -38,10 +39,8 @@ use crate::editor::state::{
     ActiveDrag, ColorBar, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, PointerHint,
     Presentation, Results, Selected, Selection, ViewRequest, ViewportRect, Workspace,
 };
-use crate::editor::study::{LIVE, LogJob, ShownDesign, Side, StudyDesk, StudyRequest};
+use crate::editor::study::{LogJob, ShownDesign, Side, StudyDesk, StudyRequest};
 use crate::field::Environment;
-use crate::live::relay::ToolState;
-use crate::live::roles::called;
 use crate::store;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -106,6 +105,7 @@ impl Plugin for UiPlugin {
             .init_resource::<RowPage>()
             .init_resource::<SceneMenu>()
             .init_resource::<MeshLoading>()
+            .init_resource::<BodyLoading>()
             .init_resource::<HoveringFiles>()
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
@@ -113,6 +113,7 @@ impl Plugin for UiPlugin {
             .add_message::<FieldRequest>()
             .add_message::<MeshRequest>()
             .add_message::<LiveRequest>()
+            .add_message::<BodyFileRequest>()
             .add_message::<PrecisionRequest>()
             .add_message::<RunCommand>()
             .add_message::<StudyRequest>()
@@ -167,6 +168,7 @@ struct Shown<'w> {
     sample_scale: Res<'w, SampleScale>,
     generation: Res<'w, WorldGeneration>,
     loading: Res<'w, MeshLoading>,
+    body_loading: Res<'w, BodyLoading>,
     rig: Option<Res<'w, OrbitRig>>,
     color_bars: Option<Res<'w, ColorBars>>,
 }
@@ -183,6 +185,7 @@ struct Asked<'w> {
     fields: MessageWriter<'w, FieldRequest>,
     meshes: MessageWriter<'w, MeshRequest>,
     live: MessageWriter<'w, LiveRequest>,
+    body_files: MessageWriter<'w, BodyFileRequest>,
     commands: MessageWriter<'w, RunCommand>,
     study: MessageWriter<'w, StudyRequest>,
     redraw: MessageWriter<'w, RequestRedraw>,
@@ -297,7 +300,7 @@ impl Desk<'_> {
                 .frame(theme::panel_frame(margin))
                 .show(root, |ui| match workspace {
                     Workspace::Field => self.field_right_ui(ui, actions),
-                    Workspace::Live => self.live_right_ui(ui, actions),
+                    Workspace::Live => actions.extend(self.live().right(ui)),
                     Workspace::Design | Workspace::Study => self.right_ui(ui, actions),
                 });
         }
@@ -333,7 +336,7 @@ impl Desk<'_> {
                 hint: (self.shown.hint.0.clone())
                     .unwrap_or_else(|| hint(self.design(), self.hovered, self.shown.drag.0)),
                 trial: match self.shown.workspace.is_live() {
-                    true => self.live_words(),
+                    true => self.live().words(),
                     false => self.study().trial.map(trial_words),
                 },
                 study: study.map(|s| {
@@ -439,12 +442,8 @@ impl Desk<'_> {
 
     /// The tracker above what is drawn of it.
     fn live_left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
-        let desk = &self.shown.live;
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            let mut asked = tracker_ui(ui, desk);
-            asked.extend(tools_ui(ui, desk, self.design()));
-            asked.extend(recording_ui(ui, desk));
-            actions.extend(asked.into_iter().map(PanelAction::Live));
+            actions.extend(self.live().left(ui));
             let layers = LayersView {
                 view: self.view(),
                 environment: self.environment(),
@@ -456,45 +455,14 @@ impl Desk<'_> {
         });
     }
 
-    fn live_right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
-        ui.set_min_width(ui.available_width());
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            if let Some(view) = self.live_pose() {
-                actions.extend(trial_ui(ui, &view));
-            }
-            let asked = collecting_ui(ui, &self.shown.live);
-            actions.extend(asked.into_iter().map(PanelAction::Live));
-            ui.add_space(8.0);
-        });
-    }
-
-    /// The tool where it was heard; what is told of it beside where that puts it.
-    fn live_pose(&self) -> Option<TrialView<'_>> {
-        let results = &self.shown.results;
-        let is_heard = results.pose_trial.is_some_and(|number| number >= LIVE);
-        let pose = results.pose.as_ref().filter(|_| is_heard)?;
-        Some(TrialView {
-            trial: Some(&pose.value.trial),
-            title: "The tool now".to_owned(),
-            columns: ["compensated", "measured"],
+    /// What the panels of the Live workspace are drawn from.
+    fn live(&self) -> LivePanels<'_> {
+        LivePanels {
+            desk: &self.shown.live,
+            design: self.design(),
+            results: &self.shown.results,
             rotation: self.shown.desk.rotation,
-            has_crf: self.design().crf.is_some(),
-            limit_mm: None,
-        })
-    }
-
-    /// How the tools that are the design's bodies are, for the status line.
-    fn live_words(&self) -> Option<String> {
-        let desk = &self.shown.live;
-        let seen = desk.seen.as_ref().filter(|_| desk.is_connected())?;
-        let of_bodies = seen.tools.iter().filter(|(_, view)| view.role.is_some());
-        let words: Vec<String> = of_bodies
-            .map(|(name, view)| match view.state {
-                ToolState::Good => format!("{} good", called(name)),
-                ToolState::NotGood(reason) => format!("{} not good: {reason}", called(name)),
-            })
-            .collect();
-        (!words.is_empty()).then(|| words.join(" · "))
+        }
     }
 
     fn result_view(&self) -> ResultView<'_> {
@@ -519,10 +487,14 @@ impl Desk<'_> {
     }
 
     /// Below the inspector's other sections, where a body is selected.
-    fn mesh_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
-        if let Some(Selected::Body(role)) = self.selection.primary()
-            && let Some(view) = MeshView::of(self.world, role, &self.shown.loading)
-        {
+    fn body_parts_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        let Some(Selected::Body(role)) = self.selection.primary() else {
+            return;
+        };
+        if let Some(view) = BodyFileView::of(self.world, role, &self.shown.body_loading) {
+            actions.extend(body_file_ui(ui, &view));
+        }
+        if let Some(view) = MeshView::of(self.world, role, &self.shown.loading) {
             actions.extend(mesh_ui(ui, &view));
         }
     }
@@ -563,7 +535,7 @@ impl Desk<'_> {
                             derived_weight: self.environment().orientation_weight(None),
                         },
                     ));
-                    self.mesh_ui(ui, actions);
+                    self.body_parts_ui(ui, actions);
                     ui.add_space(8.0);
                 });
             });
@@ -594,6 +566,9 @@ impl Asked<'_> {
                 }
                 PanelAction::Live(request) => {
                     self.live.write(request);
+                }
+                PanelAction::BodyFile(request) => {
+                    self.body_files.write(request);
                 }
                 PanelAction::Run(command) => {
                     self.commands.write(RunCommand(command));

@@ -2,6 +2,7 @@
 //! what the person asked for; `layout` alone knows Bevy.
 
 pub mod baseline;
+pub mod body_file_ui;
 pub mod chart_ui;
 pub mod command_ui;
 pub mod dialogs;
@@ -37,6 +38,7 @@ mod windows;
 
 pub use layout::{PanelsShown, UiPlugin, UiSystems};
 
+use super::body_files::BodyFileRequest;
 use super::commands::Command;
 use super::field::FieldRequest;
 use super::live::LiveRequest;
@@ -55,6 +57,7 @@ pub enum PanelAction {
     Field(FieldRequest),
     Mesh(MeshRequest),
     Live(LiveRequest),
+    BodyFile(BodyFileRequest),
     Run(Command),
     Study(StudyRequest),
     Select(Option<Selected>),

@@ -3,6 +3,7 @@
 use super::PanelAction;
 use super::sensor_ui::{IsAvailable, item_ui, sensor_menu_ui};
 use super::widgets::quiet_ui;
+use crate::design::BodyRole;
 use crate::design::view::{Magnification, View};
 use crate::editor::commands::Command;
 use crate::editor::palette;
@@ -132,6 +133,11 @@ fn file_menu(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
         actions,
         &[
             &[Command::New, Command::Open, Command::Save, Command::SaveAs],
+            &[
+                Command::OpenBody(BodyRole::Tool),
+                Command::OpenBody(BodyRole::Crf),
+                Command::SaveBody,
+            ],
             &[Command::LoadMesh],
         ],
     );

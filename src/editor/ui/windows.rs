@@ -8,6 +8,7 @@ use super::field::selection_window;
 use super::precision_ui::precision_window;
 use super::row_page::{RowPage, row_window};
 use super::scene_menu::{SceneMenu, scene_menu_ui};
+use crate::editor::body_files::BodyFileRequest;
 use crate::editor::commands::{Availability, Command, RunCommand};
 use crate::editor::document::WorldGeneration;
 use crate::editor::drops::HoveringFiles;
@@ -17,7 +18,7 @@ use crate::editor::meshes::MeshRequest;
 use crate::editor::precision::{PrecisionPage, PrecisionRequest};
 use crate::editor::state::{EditRequest, FileRequest, OpenWorld, Selection, Workspace};
 use bevy::ecs::schedule::ScheduleConfigs;
-use bevy::ecs::system::ScheduleSystem;
+use bevy::ecs::system::{ScheduleSystem, SystemParam};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy_egui::EguiContexts;
@@ -166,13 +167,20 @@ fn command_pages(
     Ok(())
 }
 
+/// Where what a dialog came to goes.
+#[derive(SystemParam)]
+struct Asked<'w> {
+    files: MessageWriter<'w, FileRequest>,
+    fields: MessageWriter<'w, FieldRequest>,
+    meshes: MessageWriter<'w, MeshRequest>,
+    live: MessageWriter<'w, LiveRequest>,
+    body_files: MessageWriter<'w, BodyFileRequest>,
+}
+
 fn dialogs(
     mut contexts: EguiContexts,
     mut dialogs: ResMut<Dialogs>,
-    mut files: MessageWriter<FileRequest>,
-    mut fields: MessageWriter<FieldRequest>,
-    mut meshes: MessageWriter<MeshRequest>,
-    mut live: MessageWriter<LiveRequest>,
+    mut asked: Asked,
     mut redraw: MessageWriter<RequestRedraw>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
@@ -197,19 +205,23 @@ fn dialogs(
         DialogAnswer::Close => None,
         DialogAnswer::Become(dialog) => Some(dialog),
         DialogAnswer::Request(request) => {
-            files.write(request);
+            asked.files.write(request);
             None
         }
         DialogAnswer::Mesh(request) => {
-            meshes.write(request);
+            asked.meshes.write(request);
+            None
+        }
+        DialogAnswer::BodyFile(request) => {
+            asked.body_files.write(request);
             None
         }
         DialogAnswer::Field(request) => {
-            fields.write(request);
+            asked.fields.write(request);
             None
         }
         DialogAnswer::Live(request) => {
-            live.write(request);
+            asked.live.write(request);
             None
         }
     };

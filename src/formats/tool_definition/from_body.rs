@@ -37,6 +37,33 @@ impl DefinitionFormat {
             DefinitionKind::SawJson => Self::SawJson,
         })
     }
+
+    /// Its name, without an article.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rom => "ROM",
+            Self::ToolPlist => ".tool file",
+            Self::AtracsysIni => "Atracsys geometry",
+            Self::SawJson => "SAW geometry",
+        }
+    }
+}
+
+/// Everything that a body can be written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BodyFormat {
+    Body,
+    Definition(DefinitionFormat),
+}
+
+impl BodyFormat {
+    /// The format of a file of this name.
+    pub fn of_extension(extension: &str) -> Option<Self> {
+        if extension.eq_ignore_ascii_case("ron") {
+            return Some(Self::Body);
+        }
+        DefinitionFormat::of_extension(extension).map(Self::Definition)
+    }
 }
 
 /// A body as a definition.
@@ -49,6 +76,34 @@ pub struct Conversion {
     pub is_new_image: bool,
     /// What the checksum of the image was, where it did not match and now does.
     pub mended_checksum: Option<Checksum>,
+}
+
+impl Conversion {
+    /// What whoever programs a tool with it has to know, a line each.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes: Vec<_> = self.lost.iter().map(|it| format!("without {it}")).collect();
+        if self.is_new_image {
+            notes.push(
+                "a new image: serial number, date and manufacturer are empty, what a body does not say is as in most real ones"
+                    .to_owned(),
+            );
+        }
+        let rom = self.definition.rom();
+        if let (Some(was), Some(rom)) = (self.mended_checksum, rom) {
+            notes.push(format!(
+                "checksum was {}, is {} now",
+                was.stored,
+                rom.checksum().stored
+            ));
+        }
+        if matches!(rom, Some(NdiRom::Em(_))) {
+            notes.push(
+                "writing Aurora ROMs is experimental: look at it in NDI's own software before a tool is programmed with it"
+                    .to_owned(),
+            );
+        }
+        notes
+    }
 }
 
 /// Why a body cannot be such a definition.

@@ -5,6 +5,7 @@
 //! [`from_body()`] lead to bodies and back.
 
 mod atracsys_ini;
+mod facts;
 mod from_body;
 mod geometry;
 mod identity;
@@ -21,7 +22,8 @@ mod tests;
 mod tool_plist;
 
 pub use atracsys_ini::AtracsysIni;
-pub use from_body::{Conversion, ConversionError, DefinitionFormat, from_body};
+pub use facts::Fact;
+pub use from_body::{BodyFormat, Conversion, ConversionError, DefinitionFormat, from_body};
 pub use geometry::Geometry;
 pub use image::Checksum;
 pub use lost::Lost;

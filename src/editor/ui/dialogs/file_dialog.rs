@@ -56,6 +56,8 @@ pub enum FileKind {
     Table,
     Room,
     Mesh,
+    /// A tool definition or a body file.
+    Body,
 }
 
 impl FileKind {
@@ -66,6 +68,7 @@ impl FileKind {
             Self::Table => &[".csv"],
             Self::Room => &[ENVIRONMENT_EXTENSION],
             Self::Mesh => &[".glb", ".gltf", ".stl", ".obj"],
+            Self::Body => &[".rom", ".tool", ".ini", ".json", ".body.ron"],
         }
     }
 
@@ -82,6 +85,7 @@ impl FileKind {
             Self::Table => "table",
             Self::Room => "room",
             Self::Mesh => "mesh",
+            Self::Body => "tool definition",
         }
     }
 }

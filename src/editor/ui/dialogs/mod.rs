@@ -1,10 +1,12 @@
 //! Questions and errors that stand before everything else: open, save as, unsaved changes,
 //! bodies that other designs use too, measurements and rooms, and what could not be done.
 
+mod body_questions;
 mod file_dialog;
 mod questions;
 
 use crate::design::BodyRole;
+use crate::editor::body_files::BodyFileRequest;
 use crate::editor::field::{FieldRequest, RoomToSave, TableRole};
 use crate::editor::live::LiveRequest;
 use crate::editor::meshes::MeshRequest;
@@ -103,6 +105,35 @@ pub enum Dialog {
         file: PathBuf,
         sizes: UnitSuggestion,
     },
+    /// Chooses a file to be the tool or the CRF.
+    OpenBody {
+        files: FileDialog,
+        body: BodyRole,
+    },
+    /// Chooses where a body is written, and as what.
+    SaveBody {
+        files: FileDialog,
+        body: BodyRole,
+    },
+    /// A tool definition was dropped on a design of two bodies.
+    ToolOrCrf {
+        file: PathBuf,
+    },
+    /// An image whose bytes are not those that its checksum was made of.
+    Checksum {
+        body: BodyRole,
+        file: PathBuf,
+        text: String,
+    },
+    /// What is lost when a body is written, and what else is written over.
+    WriteBody {
+        body: BodyRole,
+        file: PathBuf,
+        /// With its article.
+        kind: &'static str,
+        notes: Vec<String>,
+        exists: bool,
+    },
 }
 
 /// What a dialog came to.
@@ -113,6 +144,7 @@ pub enum DialogAnswer {
     Field(FieldRequest),
     Mesh(MeshRequest),
     Live(LiveRequest),
+    BodyFile(BodyFileRequest),
     Become(Dialog),
 }
 
@@ -157,6 +189,20 @@ impl Dialog {
             body,
         }
     }
+
+    pub fn open_body(folder: PathBuf, body: BodyRole) -> Self {
+        Self::OpenBody {
+            files: FileDialog::new(FileKind::Body, folder, ""),
+            body,
+        }
+    }
+
+    pub fn save_body(folder: PathBuf, name: &str, body: BodyRole) -> Self {
+        Self::SaveBody {
+            files: FileDialog::new(FileKind::Body, folder, name),
+            body,
+        }
+    }
 }
 
 impl Dialog {
@@ -170,6 +216,8 @@ impl Dialog {
             Self::Record(files) => (files, "Record in", true),
             Self::Table { files, .. } => (files, "Open measurements", false),
             Self::Mesh { files, .. } => (files, "Load a mesh", false),
+            Self::OpenBody { files, .. } => (files, "Open tool definition", false),
+            Self::SaveBody { files, .. } => (files, "Save tool definition as", true),
             Self::SaveRoom { files, .. } => (files, "Save room and use it", true),
             _ => return None,
         };
@@ -219,6 +267,20 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
                 DialogAnswer::Mesh(MeshRequest::load(body, file))
             })
         }
+        Dialog::OpenBody { files, body } => {
+            let body = *body;
+            let title = format!("Open a tool definition as the {body}");
+            file_ui(ui, files, &title, "Open", |file, _| {
+                DialogAnswer::BodyFile(BodyFileRequest::open(body, file))
+            })
+        }
+        Dialog::SaveBody { files, body } => {
+            let body = *body;
+            let title = format!("Save the {body} as a tool definition");
+            file_ui(ui, files, &title, "Save", |file, _| {
+                DialogAnswer::BodyFile(BodyFileRequest::Save { body, file })
+            })
+        }
         Dialog::SaveRoom { files, room } => {
             let room = room.clone();
             file_ui(
@@ -236,7 +298,8 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
                 },
             )
         }
-        question => questions::question_ui(ui, question),
+        question => body_questions::question_ui(ui, question)
+            .unwrap_or_else(|| questions::question_ui(ui, question)),
     }
 }
 

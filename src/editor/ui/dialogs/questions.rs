@@ -110,7 +110,7 @@ impl Dialog {
     }
 }
 
-/// Draws a question; nothing of dialogs that choose files.
+/// Draws a question; nothing of dialogs that choose files, nor of those in `body_questions`.
 pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<DialogAnswer> {
     let request = DialogAnswer::Request;
     let field = DialogAnswer::Field;
@@ -231,7 +231,12 @@ pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<DialogAnswer> 
         | Dialog::Record(_)
         | Dialog::Table { .. }
         | Dialog::SaveRoom { .. }
-        | Dialog::Mesh { .. } => None,
+        | Dialog::Mesh { .. }
+        | Dialog::OpenBody { .. }
+        | Dialog::SaveBody { .. }
+        | Dialog::ToolOrCrf { .. }
+        | Dialog::Checksum { .. }
+        | Dialog::WriteBody { .. } => None,
     }
 }
 
@@ -286,7 +291,7 @@ fn is_new(builtin: &str) -> bool {
     Starter::ALL.iter().any(|starter| starter.name() == builtin)
 }
 
-fn text_ui(ui: &mut Ui, text: impl Into<String>) {
+pub(super) fn text_ui(ui: &mut Ui, text: impl Into<String>) {
     ui.add(egui::Label::new(text.into()).wrap());
 }
 
@@ -309,7 +314,7 @@ fn ago(age: Duration) -> String {
 }
 
 /// Buttons at the right, the first the one that Enter presses.
-fn buttons_ui(ui: &mut Ui, buttons: &[(&str, DialogAnswer)]) -> Option<DialogAnswer> {
+pub(super) fn buttons_ui(ui: &mut Ui, buttons: &[(&str, DialogAnswer)]) -> Option<DialogAnswer> {
     let mut answer = None;
     ui.add_space(12.0);
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {

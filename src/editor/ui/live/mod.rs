@@ -1,10 +1,12 @@
 //! The panels of the Live workspace: pure functions from its desk to what the person asked for.
 
 mod collecting;
+mod panels;
 mod tools;
 mod tracker;
 
 pub use collecting::collecting_ui;
+pub use panels::LivePanels;
 pub use tools::tools_ui;
 pub use tracker::{recording_ui, tracker_ui};
 

@@ -1,5 +1,6 @@
 //! Images made here byte by byte, so that the offsets are told twice, and what is wrong with them.
 
+mod facts;
 mod images;
 mod properties;
 mod texts;

@@ -1,0 +1,155 @@
+//! What a definition says of its tool as a whole, a line each, for whoever shows it.
+
+use super::{Geometry, NdiRom, OpticalRom, ToolDefinition};
+
+/// Trailing bytes that are shown.
+const MAX_SHOWN_BYTES: usize = 16;
+
+/// One thing that a definition says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fact {
+    pub what: &'static str,
+    pub value: String,
+    /// Of the value; empty where it has none.
+    pub unit: &'static str,
+}
+
+impl ToolDefinition {
+    /// What it says beside the sensors: which tool it is, who made it, its checksum.
+    pub fn facts(&self) -> Vec<Fact> {
+        match (self.rom(), self.geometry()) {
+            (Some(rom), _) => rom_facts(rom),
+            (None, Some(geometry)) => geometry_facts(geometry),
+            // Each kind is one or the other.
+            (None, None) => Vec::new(),
+        }
+    }
+
+    /// What is wrong with it although it was read, in words.
+    pub fn doubt(&self) -> Option<String> {
+        let sum = self.rom()?.checksum();
+        (!sum.matches()).then(|| {
+            format!(
+                "read from an image whose checksum is {}, expected {}",
+                sum.stored, sum.computed
+            )
+        })
+    }
+}
+
+fn fact(what: &'static str, value: impl ToString, unit: &'static str) -> Fact {
+    Fact {
+        what,
+        value: value.to_string(),
+        unit,
+    }
+}
+
+fn geometry_facts(geometry: &Geometry) -> Vec<Fact> {
+    let number = geometry.id.map_or_else(none, |id| id.to_string());
+    let pivot = match &geometry.pivot {
+        Some(_) => "given, as the tip",
+        None => "none",
+    };
+    vec![
+        fact("number", number, ""),
+        fact("markers", geometry.fiducials.len(), ""),
+        fact("pivot", pivot, ""),
+    ]
+}
+
+fn rom_facts(rom: &NdiRom) -> Vec<Fact> {
+    let serial = rom.serial();
+    // A new image has none, nor a day.
+    let is_numbered = serial.number() != 0;
+    let date = match (is_numbered, serial.date()) {
+        (false, _) => none(),
+        (true, Some(date)) => date.to_string(),
+        (true, None) => "none that is a day".to_owned(),
+    };
+    let kind = format!(
+        "{}, {}",
+        typed(rom.main_type(), rom.main_type_name()),
+        typed(rom.sub_type(), rom.sub_type_name()),
+    );
+    let serial = match is_numbered {
+        true => serial.to_string(),
+        false => none(),
+    };
+    let mut facts = vec![
+        fact("part number", or_none(rom.part_number()), ""),
+        fact("manufacturer", or_none(rom.manufacturer()), ""),
+        fact("serial number", serial, ""),
+        fact("date", date, ""),
+        fact("type", kind, ""),
+        fact("revision", rom.revision(), ""),
+    ];
+    match rom {
+        NdiRom::Optical(rom) => push_optical(&mut facts, rom),
+        NdiRom::Em(rom) => {
+            facts.push(fact("coils", rom.coils().len(), ""));
+            facts.push(fact("coils that have to be seen", rom.min_coils(), ""));
+        }
+    }
+    let sum = rom.checksum();
+    let state = match sum.matches() {
+        true => format!("{}, matches", sum.stored),
+        false => format!("{}, expected {}", sum.stored, sum.computed),
+    };
+    facts.push(fact("checksum", state, ""));
+    if let trailing @ [_, ..] = rom.trailing() {
+        facts.push(fact("trailing bytes", shown_bytes(trailing), ""));
+    }
+    facts
+}
+
+fn push_optical(facts: &mut Vec<Fact>, rom: &OpticalRom) {
+    facts.push(fact("markers", rom.markers().len(), ""));
+    facts.push(fact("markers that have to be seen", rom.min_markers(), ""));
+    let marker_type = match rom.marker_type() {
+        41 => "passive spheres",
+        49 => "passive discs",
+        57 => "Radix lenses",
+        _ => "not known here",
+    };
+    facts.push(fact(
+        "marker type",
+        typed(rom.marker_type(), marker_type),
+        "",
+    ));
+    let angle = rom.max_angle_deg();
+    facts.push(fact("largest angle of a marker", angle, "deg"));
+    let error = rom.max_error_mm();
+    facts.push(fact("largest error of a marker", error, "mm"));
+    let is_unique = rom.algorithm_flags() & 0x80 != 0;
+    let unique = if is_unique { "yes" } else { "no" };
+    facts.push(fact("geometry of its own", unique, ""));
+}
+
+/// `8: EE FD FF FF FD FD FF FF`.
+fn shown_bytes(trailing: &[u8]) -> String {
+    let mut shown: Vec<_> = trailing
+        .iter()
+        .take(MAX_SHOWN_BYTES)
+        .map(|byte| format!("{byte:02X}"))
+        .collect();
+    if trailing.len() > MAX_SHOWN_BYTES {
+        shown.push("…".to_owned());
+    }
+    format!("{}: {}", trailing.len(), shown.join(" "))
+}
+
+fn typed(number: u8, name: &str) -> String {
+    format!("{number} {name}")
+}
+
+fn or_none(text: String) -> String {
+    match text.trim().is_empty() {
+        true => none(),
+        false => text,
+    }
+}
+
+fn none() -> String {
+    "none".to_owned()
+}

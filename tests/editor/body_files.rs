@@ -1,0 +1,417 @@
+//! Tool definitions in the window: dropped, opened, asked about, refused, shown and written.
+
+use super::drops::{app, drop_file};
+use super::meshes::finish;
+use super::support::request;
+use bevy::prelude::*;
+use bevy_egui::egui;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use nalgebra::{Point3, Vector3};
+use std::cell::RefCell;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use tempfile::TempDir;
+use trackwright::design::{BodyRole, Edit};
+use trackwright::editor::body_files::{BodyFileRequest, BodyLoading};
+use trackwright::editor::commands::Command;
+use trackwright::editor::document::Notice;
+use trackwright::editor::state::{
+    EditRequest, FileRequest, OpenWorld, Selected, Selection, Workspace,
+};
+use trackwright::editor::ui::PanelAction;
+use trackwright::editor::ui::body_file_ui::{BodyFileView, body_file_ui};
+use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
+use trackwright::formats::BodyFile;
+use trackwright::formats::tool_definition::{DefinitionFormat, OnMismatch, from_body};
+use trackwright::store;
+use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
+
+/// The image of a tool of these sensors, and a byte behind it that is none of its own.
+fn image(sensors: Vec<SensorOrientation>) -> Vec<u8> {
+    let place = |k: usize| Point3::new(30.0 * k as f64, (k * k) as f64, 40.0);
+    let sensors = sensors.into_iter().enumerate();
+    let body = BodyFile {
+        rigid: RigidBody {
+            name: "8700339".into(),
+            tip_in_body: None,
+            sensors: sensors
+                .map(|(k, orientation)| Sensor {
+                    name: format!("s{k}"),
+                    position_in_body: place(k),
+                    orientation,
+                    coil: None,
+                })
+                .collect(),
+        },
+        mesh: None,
+        definition: None,
+    };
+    let conversion = from_body(&body, DefinitionFormat::Rom).unwrap();
+    [&conversion.definition.write()[..], &[0xee]].concat()
+}
+
+fn coils() -> Vec<u8> {
+    let axes = [Vector3::z_axis(), Vector3::x_axis()];
+    image(axes.map(SensorOrientation::FiveDof).to_vec())
+}
+
+fn markers() -> Vec<u8> {
+    image(vec![SensorOrientation::Marker; 4])
+}
+
+fn write(folder: &TempDir, name: &str, bytes: &[u8]) -> PathBuf {
+    let file = folder.path().join(name);
+    fs::create_dir_all(file.parent().unwrap()).unwrap();
+    fs::write(&file, bytes).unwrap();
+    file
+}
+
+fn ask(app: &mut App, request: BodyFileRequest) {
+    app.world_mut().write_message(request);
+    finish(app);
+}
+
+fn world(app: &App) -> &store::World {
+    &app.world().resource::<OpenWorld>().0
+}
+
+fn dialog(app: &App) -> Option<&Dialog> {
+    app.world().resource::<Dialogs>().current.as_ref()
+}
+
+fn select(app: &mut App, what: Selected) {
+    app.insert_resource(Selection::of(Some(what)));
+}
+
+/// What the open dialog says, and what a button of it answers, which is then asked for.
+fn press(app: &mut App, said: &[&str], button: &str) {
+    let mut question = dialog(app).expect("a dialog").clone();
+    let answer = Rc::new(RefCell::new(None));
+    let sink = Rc::clone(&answer);
+    let mut harness = Harness::builder()
+        .with_size(egui::vec2(620.0, 460.0))
+        .build_ui(move |ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            if let Some(answered) = dialog_ui(ui, &mut question) {
+                sink.replace(Some(answered));
+            }
+        });
+    for said in said {
+        let found = harness.query_by_label_contains(said);
+        assert!(found.is_some(), "{said:?} is not said");
+    }
+    harness.get_by_label(button).click();
+    harness.run_steps(2);
+    app.world_mut().resource_mut::<Dialogs>().current = None;
+    match answer.take() {
+        Some(DialogAnswer::BodyFile(request)) => ask(app, request),
+        Some(DialogAnswer::Close) => {}
+        other => panic!("{button}: {other:?}"),
+    }
+}
+
+/// The section of the tool's definition, and what it asks for.
+fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<PanelAction>>>) {
+    let asked = Rc::new(RefCell::new(Vec::new()));
+    let sink = Rc::clone(&asked);
+    let (world, loading) = (world(app), app.world().resource::<BodyLoading>());
+    let harness = Harness::builder()
+        .with_size(egui::vec2(276.0, 600.0))
+        .build_ui(move |ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            let view = BodyFileView::of(world, BodyRole::Tool, loading).unwrap();
+            sink.borrow_mut().extend(body_file_ui(ui, &view));
+        });
+    (harness, asked)
+}
+
+#[test]
+fn a_dropped_definition_is_the_selected_body_in_one_undo_step() {
+    let (folder, mut app) = app();
+    let rom = write(&folder, "roms/8700339.rom", &coils());
+    let before = world(&app).document.shared_design();
+    select(&mut app, Selected::Sensor(BodyRole::Tool, 1));
+    drop_file(&mut app, &rom);
+    assert_eq!(dialog(&app), None);
+    let document = &world(&app).document;
+    let tool = &document.design().tool;
+    assert_eq!(document.undo_label(), Some("Use 8700339 as the tool"));
+    assert_eq!(tool.crf_from_tool, before.tool.crf_from_tool);
+    let sensors = &tool.body.rigid.sensors;
+    let names: Vec<_> = sensors.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(names, ["coil 1", "coil 2"]);
+    assert_eq!(sensors[1].position_in_body, Point3::new(30.0, 1.0, 40.0));
+    assert_eq!(sensors[1].orientation.degrees_of_freedom(), 5);
+    let selected = app.world().resource::<Selection>().primary();
+    assert_eq!(selected, Some(Selected::Body(BodyRole::Tool)));
+    request(&mut app, EditRequest::Undo);
+    app.update();
+    assert_eq!(world(&app).document.design(), &*before);
+    assert!(!world(&app).document.is_dirty());
+    assert!(world(&app).mesh(BodyRole::Tool).is_some());
+}
+
+#[test]
+fn with_nothing_selected_it_is_asked_which_body_it_is_and_markers_will_do() {
+    let (folder, mut app) = app();
+    let rom = write(&folder, "8700339.rom", &markers());
+    drop_file(&mut app, &rom);
+    assert_eq!(world(&app).document.undo_label(), None);
+    press(&mut app, &["What is this tool", "8700339.rom"], "The CRF");
+    let design = world(&app).document.design();
+    let crf = design.body(BodyRole::Crf).unwrap();
+    assert_eq!(crf.rigid.sensors.len(), 4);
+    assert!(
+        crf.rigid
+            .sensors
+            .iter()
+            .all(|s| s.orientation == SensorOrientation::Marker)
+    );
+    assert!(design.tool.body.definition.is_none());
+    // Once more it changes nothing, and that is said.
+    ask(&mut app, BodyFileRequest::open(BodyRole::Crf, rom));
+    let said = "The CRF is what 8700339.rom says already".to_owned();
+    assert_eq!(*app.world().resource::<Notice>(), Notice::Done(said));
+}
+
+#[test]
+fn a_wrong_checksum_is_asked_about_and_used_only_when_that_is_said() {
+    let (folder, mut app) = app();
+    let mut bytes = coils();
+    bytes[60] ^= 1;
+    let rom = write(&folder, "8700339.rom", &bytes);
+    select(&mut app, Selected::Body(BodyRole::Tool));
+    drop_file(&mut app, &rom);
+    press(
+        &mut app,
+        &["8700339.rom: checksum is ", "expected "],
+        "Don't use it",
+    );
+    assert_eq!(world(&app).document.undo_label(), None);
+    drop_file(&mut app, &rom);
+    press(&mut app, &[], "Use it anyway");
+    assert_eq!(dialog(&app), None);
+    let definition = world(&app).document.design().tool.body.definition.clone();
+    assert_eq!(*definition.unwrap().write(), bytes);
+    let (mut harness, _) = section(&app);
+    harness.run_steps(2);
+    assert!(
+        harness
+            .query_by_label_contains("whose checksum is")
+            .is_some()
+    );
+}
+
+#[test]
+fn what_is_no_definition_is_refused_with_file_place_and_reason_and_nothing_changes() {
+    let (folder, mut app) = app();
+    let before = world(&app).document.shared_design();
+    let whole = markers();
+    let cuts = [0, 1, 3, 4, 100, 751];
+    let cut = cuts.map(|length| ("8700339.rom", whole[..length].to_vec()));
+    let others = [
+        ("a.json", b"{\"count\": 2, \"fiducials\": []}".to_vec()),
+        ("a.ini", b"[geometry]\ncount=x\n".to_vec()),
+        ("a.tool", b"<plist>".to_vec()),
+        (
+            "a.body.ron",
+            b"(version: 1, name: \"a\", sensors: [])".to_vec(),
+        ),
+    ];
+    for (name, bytes) in cut.into_iter().chain(others) {
+        let file = write(&folder, name, &bytes);
+        ask(&mut app, BodyFileRequest::open(BodyRole::Tool, file));
+        let Some(Dialog::Error { title, text }) = dialog(&app) else {
+            panic!("{name}: {:?}", dialog(&app));
+        };
+        assert_eq!(title, "The tool definition cannot be used");
+        assert!(text.contains(name) && text.contains("expected"), "{text}");
+        assert_eq!(world(&app).document.design(), &*before);
+        app.world_mut().resource_mut::<Dialogs>().current = None;
+    }
+    assert_eq!(world(&app).document.undo_label(), None);
+    assert!(!world(&app).document.is_dirty());
+}
+
+#[test]
+fn save_writes_a_dropped_definition_beside_the_design_and_never_over_the_makers_file() {
+    let (folder, mut app) = app();
+    let rom = write(&folder, "pointer.rom", &coils());
+    ask(&mut app, BodyFileRequest::open(BodyRole::Tool, rom.clone()));
+    let old_body = fs::read(folder.path().join("pointer.body.ron")).unwrap();
+    app.world_mut().write_message(FileRequest::Save);
+    app.update();
+    assert_eq!(dialog(&app), None);
+    assert!(!world(&app).document.is_dirty());
+    assert_eq!(fs::read(&rom).unwrap(), coils());
+    assert_eq!(
+        fs::read(folder.path().join("pointer.body.ron")).unwrap(),
+        old_body
+    );
+    let saved = store::open_design(&folder.path().join("a.design.ron")).unwrap();
+    let tool = &saved.document.design().tool.body;
+    assert_eq!(tool.reference, "pointer-2.body.ron");
+    assert_eq!(*tool.definition.as_ref().unwrap().write(), coils());
+}
+
+#[test]
+fn what_a_definition_cannot_hold_is_said_before_it_is_written_and_reads_back() {
+    let (folder, mut app) = app();
+    let tip = Edit::SetTip {
+        body: BodyRole::Tool,
+        tip_in_body: Some(Point3::new(0.0, 0.0, -12.5)),
+    };
+    request(&mut app, EditRequest::Apply(tip));
+    ask(&mut app, BodyFileRequest::ShowSave(BodyRole::Tool));
+    let Some(Dialog::SaveBody { files, .. }) = dialog(&app) else {
+        panic!("{:?}", dialog(&app));
+    };
+    assert!(files.text.ends_with("pointer.rom"), "{}", files.text);
+    app.world_mut().resource_mut::<Dialogs>().current = None;
+    let file = folder.path().join("out.rom");
+    let body = BodyRole::Tool;
+    let save = |file: &Path| BodyFileRequest::Save {
+        body,
+        file: file.to_owned(),
+    };
+    let said = [
+        "Save out.rom?",
+        "The tool is written as an NDI Aurora ROM:",
+        "without the tip (0 0 -12.5 mm)",
+        "writing Aurora ROMs is experimental",
+        "a new image",
+    ];
+    ask(&mut app, save(&file));
+    press(&mut app, &said, "Cancel");
+    assert!(!file.exists());
+    ask(&mut app, save(&file));
+    press(&mut app, &said, "Save");
+    let read = store::read_tool(&file, OnMismatch::Refuse).unwrap().body;
+    let own = &world(&app).document.design().tool.body.rigid.sensors;
+    assert_eq!(read.rigid.sensors.len(), own.len());
+    for (read, own) in read.rigid.sensors.iter().zip(own) {
+        // Places are kept in 32 bits: half a step at 256 mm.
+        assert!((read.position_in_body - own.position_in_body).norm() < 2e-5);
+    }
+    let notice = app.world().resource::<Notice>();
+    assert!(
+        matches!(notice, Notice::Done(text) if text.starts_with("Wrote the tool as an NDI Aurora ROM")),
+        "{notice:?}"
+    );
+    // What is there already is asked about, whatever it is.
+    fs::write(&file, "theirs").unwrap();
+    ask(&mut app, save(&file));
+    press(&mut app, &["Replace out.rom?", "exists already"], "Cancel");
+    assert_eq!(fs::read(&file).unwrap(), b"theirs");
+    ask(&mut app, save(&file));
+    press(&mut app, &[], "Replace");
+    assert!(store::read_tool(&file, OnMismatch::Refuse).is_ok());
+    // Files of the design are Save's alone, and a name has to say a format.
+    for (name, said) in [
+        ("pointer.body.ron", "the design itself uses this file"),
+        ("out", "expected one in .body.ron, .rom"),
+    ] {
+        ask(&mut app, save(&folder.path().join(name)));
+        let Some(Dialog::Error { text, .. }) = dialog(&app) else {
+            panic!("{name}: {:?}", dialog(&app));
+        };
+        assert!(text.contains(said), "{text}");
+    }
+}
+
+#[test]
+fn what_was_opened_unchanged_is_written_back_to_the_byte() {
+    let (folder, mut app) = app();
+    for (name, bytes) in [("coils.rom", coils()), ("markers.rom", markers())] {
+        let rom = write(&folder, name, &bytes);
+        ask(&mut app, BodyFileRequest::open(BodyRole::Tool, rom));
+        let file = folder.path().join(format!("back-{name}"));
+        let body = BodyRole::Tool;
+        ask(
+            &mut app,
+            BodyFileRequest::Save {
+                body,
+                file: file.clone(),
+            },
+        );
+        if let Some(Dialog::WriteBody { notes, .. }) = dialog(&app) {
+            // Nothing is lost; what is experimental is said all the same.
+            assert_eq!(notes.len(), 1, "{notes:?}");
+            press(&mut app, &["experimental"], "Save");
+        }
+        assert_eq!(fs::read(&file).unwrap(), bytes);
+    }
+}
+
+#[test]
+fn the_inspector_says_what_a_definition_says_with_units_once_it_is_unfolded() {
+    let (folder, mut app) = app();
+    {
+        let (mut harness, asked) = section(&app);
+        harness.run_steps(2);
+        assert!(harness.query_by_label_contains("none: the body").is_some());
+        harness.get_by_label("Open definition…").click();
+        harness.run_steps(2);
+        harness.get_by_label("Save definition as…").click();
+        harness.run_steps(2);
+        let asked_for = |request| PanelAction::BodyFile(request);
+        assert_eq!(
+            *asked.borrow(),
+            [
+                asked_for(BodyFileRequest::ShowOpen(BodyRole::Tool)),
+                asked_for(BodyFileRequest::ShowSave(BodyRole::Tool)),
+            ]
+        );
+    }
+    let rom = write(&folder, "8700339.rom", &markers());
+    ask(&mut app, BodyFileRequest::open(BodyRole::Tool, rom));
+    let (mut harness, _) = section(&app);
+    harness.run_steps(2);
+    assert!(harness.query_by_label("part number").is_none());
+    harness.get_by_label("From an NDI optical ROM").click();
+    harness.run_steps(2);
+    for said in [
+        "part number",
+        "8700339",
+        "manufacturer",
+        "serial number",
+        "date",
+        "markers",
+        "90°",
+        "2\u{2009}mm",
+        "trailing bytes",
+        "1: EE",
+    ] {
+        assert!(
+            harness.query_all_by_label(said).next().is_some(),
+            "{said:?}"
+        );
+    }
+    assert!(harness.query_by_label_contains(", matches").is_some());
+}
+
+#[test]
+fn only_bodies_that_the_design_has_can_be_opened_and_a_design_that_was_left_gets_none() {
+    let (folder, mut app) = app();
+    let rom = write(&folder, "8700339.rom", &coils());
+    let open = |role| Command::OpenBody(role);
+    let is_available = |app: &App, command: Command| {
+        let world = app.world().get_resource::<OpenWorld>();
+        command.is_available(world, &Selection::default(), false, Workspace::Design)
+    };
+    assert!(is_available(&app, open(BodyRole::Crf)));
+    let load = BodyFileRequest::open(BodyRole::Tool, rom.clone());
+    app.world_mut().write_message(load);
+    let other = FileRequest::OpenBuiltIn("endoscope".into());
+    app.world_mut().write_message(other);
+    finish(&mut app);
+    assert_eq!(world(&app).document.undo_label(), None);
+    assert!(is_available(&app, open(BodyRole::Tool)));
+    assert!(!is_available(&app, open(BodyRole::Crf)));
+    // With one body there is nothing to ask.
+    drop_file(&mut app, &rom);
+    let label = world(&app).document.undo_label();
+    assert_eq!(label, Some("Use 8700339 as the tool"));
+}
