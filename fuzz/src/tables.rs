@@ -3,7 +3,7 @@
 use super::read;
 use trackwright::formats::poses::WhosePoses;
 use trackwright::formats::table::Table;
-use trackwright::formats::{groups, input, measurements, points, poses};
+use trackwright::formats::{groups, input, measurements, points, poses, recorded_tool};
 
 /// The same bytes as each kind of table: there are as many rows for each, and tables that are written
 /// too are written and read as the same again.
@@ -32,6 +32,7 @@ pub fn table(bytes: &[u8]) -> bool {
         assert_eq!(text(&twice), text(&once));
         counts.push(found.len());
     }
+    counts.extend(read(recorded_tool::parse(bytes)).map(|table| table.rows.len()));
     for whose in [
         WhosePoses::True,
         WhosePoses::Simulated,

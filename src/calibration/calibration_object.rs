@@ -1,5 +1,5 @@
 //! What the EM markers of a calibration object should read, from an optical tracker (paper,
-//! section 2.1; the object and its data are those of the JHU course, DOMAIN 2.1).
+//! section 2.1; the object and its data are those of the JHU course).
 
 use super::registration::{RegistrationError, register};
 use crate::field::samples::{Measurement, MeasurementContent, MeasurementSet};

@@ -117,7 +117,7 @@ impl Jitter {
         }
     }
 
-    /// `sigma_pos / sigma_ori` in mm, the best weight of an axis against a position (DOMAIN 0.3);
+    /// `sigma_pos / sigma_ori` in mm, the best weight of an axis against a position;
     /// `None` where one of them is zero. It is the ratio of the stated values, before they grow:
     /// one number for the whole room, so that a body keeps its weight while it moves.
     pub fn orientation_weight_mm(&self) -> Option<f64> {
@@ -216,7 +216,7 @@ impl OrientationWeightSource {
 
 impl Environment {
     /// The weight of an axis against a position where the design says none: `sigma_pos /
-    /// sigma_ori` where the jitter is known (DOMAIN 0.3), else the paper's 100 mm.
+    /// sigma_ori` where the jitter is known, else the paper's 100 mm.
     pub fn orientation_weight_mm(&self) -> f64 {
         self.orientation_weight(None).value_mm
     }

@@ -1,5 +1,4 @@
-//! First-order answer of a frame fit to small errors of its sensors (MATH, first-order
-//! uncertainty; DOMAIN 3.4).
+//! First-order answer of a frame fit to small errors of its sensors.
 //!
 //! A sensor's position error `e` and rotation error `φ` move the sensors' centroid by
 //! `t = mean(e)` and turn the body by `θ = A⁻¹ [Σ x × e + w² Σ (I − n nᵀ) φ]`, so that a point at

@@ -17,7 +17,7 @@ const STILL: Spread = Spread {
 };
 
 /// Half of a sensor's readings beyond this of their median are of no still pose: ten times the
-/// jitter of the worst pose of the room of DOMAIN 2.2.
+/// jitter of the worst pose of the strongly distorted room in docs/characterisation.md.
 const MOVED: Spread = Spread {
     position_mm: 5.0,
     angle_rad: 0.05,

@@ -1,6 +1,6 @@
 //! Logs of an Aurora as comma-separated text: some lines of heading, then `Sample, Hour, Minutes,
 //! Seconds, ms` and seven cells a sensor, `X, Y, Z, qo, qx, qy, qz`; a sensor that is missing has
-//! seven zeros (DOMAIN 1.3).
+//! seven zeros.
 
 use super::{pose, quoted};
 use crate::formats::error::{FormatError, text};

@@ -1,5 +1,5 @@
 //! Sequences of PLUS, `.igs.mha` or `.seq.mha`: a heading `Key = Value`, with the transforms of each
-//! frame among its keys (DOMAIN 1.5). Images behind the heading are left alone.
+//! frame among its keys. Images behind the heading are left alone.
 
 use super::quoted;
 use crate::formats::error::FormatError;

@@ -3,7 +3,7 @@
 //!
 //! Either a row is one tool at one time, named by its handle (a line of its output), or it is all
 //! tools at once, each behind what is known of it: `#Tools, ToolInfo, Frame#, PortHandle, …` (its CSV
-//! file). A tool that was not seen has the status `Missing` and empty cells (DOMAIN 1.3).
+//! file). A tool that was not seen has the status `Missing` and empty cells.
 
 use super::{pose, quoted};
 use crate::formats::error::{FormatError, text};

@@ -1,7 +1,7 @@
 //! Tables of NDI Track and NDI ToolBox: tab- or comma-separated, some with decimal commas.
 //!
 //! The header has `Tools`, then for each tool its port with `Frame`, `Face`, `State`, `Q0`…`Tz`,
-//! `Error`, `Markers`, and four cells a marker; rows repeat the port (DOMAIN 1.3).
+//! `Error`, `Markers`, and four cells a marker; rows repeat the port.
 
 use super::{pose, quoted};
 use crate::formats::error::{FormatError, text};
