@@ -267,10 +267,9 @@ fn a_real_pivot_has_the_error_that_pivot_says() {
     let found = json(&[&base[..], &["--outside", "clamp"]].concat());
     let pivot = json(&["pivot", &file]);
     let measured = number(&found["position_mm"]["measured"]["rms"]);
-    assert!(
-        (measured - number(&pivot["rms_mm"])).abs() < 1e-6,
-        "{measured}"
-    );
+    // True axes are a little off those that were read, and a shift of the tip is taken out in them.
+    let ratio = measured / number(&pivot["rms_mm"]);
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     assert_eq!(found["outside"], 57);
     assert_eq!(found["unknowns"], "pivot");
     for (k, value) in list(&found["tip"], "recorded").iter().enumerate() {
