@@ -270,6 +270,23 @@ pub fn quiet_ui(ui: &mut Ui, text: impl Into<String>) -> Response {
     )
 }
 
+/// A name in quiet letters and its value at the right end.
+pub fn fact_ui(ui: &mut Ui, name: &str, value: &str) {
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.add(egui::Label::new(value).truncate());
+        });
+    });
+}
+
+/// A button for the one thing that a section is about.
+pub fn main_button(text: &str) -> egui::Button<'_> {
+    egui::Button::new(RichText::new(text).color(palette::TEXT_STRONG.color32()))
+        .fill(palette::ACCENT.color32_alpha(90))
+        .min_size(vec2(0.0, 24.0))
+}
+
 /// A warning in words, with a sign before it.
 pub fn warning_ui(ui: &mut Ui, text: &str) -> Response {
     let color = palette::MISSED.color32();

@@ -34,23 +34,6 @@ fn named_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
     .inner
 }
 
-/// A name in quiet letters and its value at the right end.
-fn fact_ui(ui: &mut Ui, name: &str, value: &str) {
-    ui.horizontal(|ui| {
-        ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            ui.add(egui::Label::new(value).truncate());
-        });
-    });
-}
-
-/// A button for the one thing that a section is about.
-fn main_button(text: &str) -> egui::Button<'_> {
-    egui::Button::new(RichText::new(text).color(palette::TEXT_STRONG.color32()))
-        .fill(palette::ACCENT.color32_alpha(90))
-        .min_size(vec2(0.0, 24.0))
-}
-
 /// The head of a table's column, at the column's right end.
 fn head_ui(ui: &mut Ui, text: &str) {
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {

@@ -1,9 +1,11 @@
 //! What a room is fitted with, and the button that fits it.
 
-use super::{main_button, named_ui};
+use super::named_ui;
 use crate::editor::field::work::CHOOSING_PART;
 use crate::editor::field::{FieldDesk, FieldRequest, FieldSettings};
-use crate::editor::ui::widgets::{NumberChange, NumberField, number_ui, quiet_ui, section_ui};
+use crate::editor::ui::widgets::{
+    NumberChange, NumberField, main_button, number_ui, quiet_ui, section_ui,
+};
 use crate::field::bernstein::MAX_ORDER;
 use crate::field::environment::Jitter;
 use crate::field::fit::FitMethod;

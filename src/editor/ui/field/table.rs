@@ -1,6 +1,5 @@
 //! The measurement tables: what is in them, and how their samples are shown.
 
-use super::fact_ui;
 use crate::editor::field::desk::{SampleValue, Table};
 use crate::editor::field::samples::{SampleScale, stride};
 use crate::editor::field::{FieldDesk, FieldRequest, SamplesShown, TableRole};
@@ -8,7 +7,7 @@ use crate::editor::palette::{self, Rgb};
 use crate::editor::state::ColorScale;
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{
-    THIN_SPACE, count, counted, decimal, length, quiet_ui, section_ui, warning_ui,
+    THIN_SPACE, count, counted, decimal, fact_ui, length, quiet_ui, section_ui, warning_ui,
 };
 use bevy_egui::egui::{
     self, Align, ComboBox, Layout, Mesh, ProgressBar, RichText, Sense, Shape, Ui,

@@ -1,13 +1,13 @@
 //! What the newest fit is worth, beside what it was made from, and the design's figures in it.
 
-use super::{cell_ui, change_ui, fact_ui, good_ui, head_ui, main_button};
+use super::{cell_ui, change_ui, good_ui, head_ui};
 use crate::calibration::room_worth::Worth;
 use crate::editor::field::desk::{Comparison, Fitted};
 use crate::editor::field::{FieldDesk, FieldRequest, RoomToSave};
 use crate::editor::palette;
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{
-    MET_SIGN, MISSED_SIGN, count, quiet_ui, section_ui, warning_ui, with_unit,
+    MET_SIGN, MISSED_SIGN, count, fact_ui, main_button, quiet_ui, section_ui, warning_ui, with_unit,
 };
 use crate::field::selection::Candidate;
 use crate::report::room::{fit_warnings, method_name};

@@ -1,11 +1,11 @@
 //! Where samples were taken, and what is still missing.
 
-use super::{fact_ui, state_ui};
+use super::state_ui;
 use crate::calibration::coverage::CoverageSummary;
 use crate::editor::live::collected::Collected;
 use crate::editor::live::{LiveDesk, LiveRequest};
 use crate::editor::palette;
-use crate::editor::ui::widgets::{THIN_SPACE, count, decimal, quiet_ui, section_ui};
+use crate::editor::ui::widgets::{THIN_SPACE, count, decimal, fact_ui, quiet_ui, section_ui};
 use bevy_egui::egui::{self, Sense, Ui, vec2};
 use nalgebra::{Unit, Vector3};
 

@@ -1,10 +1,12 @@
 //! The tracker's server, what is sent on, and the recording.
 
-use super::{fact_ui, main_button, state_ui};
+use super::state_ui;
 use crate::editor::live::{LiveDesk, LiveRequest};
 use crate::editor::palette;
 use crate::editor::ui::inspector::text_row_ui;
-use crate::editor::ui::widgets::{THIN_SPACE, count, counted, quiet_ui, section_ui, warning_ui};
+use crate::editor::ui::widgets::{
+    THIN_SPACE, count, counted, fact_ui, main_button, quiet_ui, section_ui, warning_ui,
+};
 use crate::live::codec::DEFAULT_PORT;
 use crate::live::session::{Link, SessionState};
 use bevy_egui::egui::{self, DragValue, Ui};
@@ -101,7 +103,8 @@ fn link_ui(ui: &mut Ui, seen: &SessionState) {
     }
     if let Some((address, clients)) = &seen.serving {
         let clients = counted(*clients, "client", "clients");
-        fact_ui(ui, "sent on at", &format!("{address}, {clients}"));
+        fact_ui(ui, "sent on at", &address.to_string());
+        fact_ui(ui, "to", &clients);
         if seen.latency.count > 0 {
             let median_ms = 1e3 * seen.latency.median_s;
             let p99_ms = 1e3 * seen.latency.p99_s;
