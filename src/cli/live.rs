@@ -3,8 +3,7 @@
 use super::numbers::above_zero;
 use super::output::{self, Format, OutsideArg};
 use crate::field::compensation::Method;
-use crate::live::client::ClientOptions;
-use crate::live::codec::DEFAULT_PORT;
+use crate::live::client::{ClientOptions, server_address};
 use crate::live::relay::{RelayOptions, ToolState};
 use crate::live::server::{ServerEvent, ServerOptions};
 use crate::live::session::{
@@ -26,7 +25,7 @@ use std::time::{Duration, Instant};
 pub struct LiveArgs {
     /// Server that sends the tracker's poses over OpenIGTLink (PLUS, say); it is waited for, and
     /// come back to when it is lost
-    #[arg(long, value_name = "HOST:PORT", value_parser = endpoint)]
+    #[arg(long, value_name = "HOST:PORT", value_parser = server_address)]
     connect: String,
 
     /// Room (*.env.ron) that poses are compensated by; without one they are passed on as they are
@@ -156,21 +155,6 @@ fn room(args: &LiveArgs) -> anyhow::Result<Option<LiveRoom>> {
     }))
 }
 
-/// A host and a port, as they are; the usual port where none is named.
-fn endpoint(text: &str) -> Result<String, String> {
-    let expected =
-        || format!("expected HOST:PORT, as localhost:{DEFAULT_PORT} or [::1]:{DEFAULT_PORT}");
-    if text.parse::<SocketAddr>().is_ok() {
-        return Ok(text.to_owned());
-    }
-    let (host, port) = text.rsplit_once(':').ok_or_else(expected)?;
-    let is_host = !host.is_empty() && !host.contains([':', '/', ' ']);
-    match port.parse::<u16>() {
-        Ok(1..) if is_host => Ok(text.to_owned()),
-        _ => Err(expected()),
-    }
-}
-
 fn warning(address: IpAddr) -> &'static str {
     if address.is_loopback() {
         ", for this machine alone"
@@ -294,33 +278,4 @@ fn as_text(state: &SessionState, lasted: Duration) -> String {
         latency("  largest", state.latency.max_s);
     }
     output::aligned(&rows)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::endpoint;
-
-    #[test]
-    fn a_server_is_a_host_and_a_port() {
-        for good in [
-            "localhost:18944",
-            "10.0.0.7:1",
-            "[::1]:18944",
-            "tracker.or-3:65535",
-        ] {
-            assert_eq!(endpoint(good).as_deref(), Ok(good));
-        }
-        for bad in [
-            "localhost",
-            ":18944",
-            "a:0",
-            "a:65536",
-            "::1:x",
-            "a b:1",
-            "http://a:1",
-            "",
-        ] {
-            assert!(endpoint(bad).is_err(), "{bad}");
-        }
-    }
 }

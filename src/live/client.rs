@@ -1,6 +1,8 @@
 //! Listens to a server of OpenIGTLink and comes back to it when it is lost.
 
-use super::codec::{Content, DecodeError, Decoded, Decoder, Message, StartTracking, Timestamp};
+use super::codec::{
+    Content, DEFAULT_PORT, DecodeError, Decoded, Decoder, Message, StartTracking, Timestamp,
+};
 use super::keepalive;
 use std::io;
 use std::net::SocketAddr;
@@ -40,6 +42,24 @@ impl ClientOptions {
             first_wait: Duration::from_millis(100),
             longest_wait: Duration::from_secs(5),
         }
+    }
+}
+
+/// A host and a port, as they are.
+///
+/// # Errors
+/// What was expected.
+pub fn server_address(text: &str) -> Result<String, String> {
+    let expected =
+        || format!("expected HOST:PORT, as localhost:{DEFAULT_PORT} or [::1]:{DEFAULT_PORT}");
+    if text.parse::<SocketAddr>().is_ok() {
+        return Ok(text.to_owned());
+    }
+    let (host, port) = text.rsplit_once(':').ok_or_else(expected)?;
+    let is_host = !host.is_empty() && !host.contains([':', '/', ' ']);
+    match port.parse::<u16>() {
+        Ok(1..) if is_host => Ok(text.to_owned()),
+        _ => Err(expected()),
     }
 }
 
@@ -234,5 +254,34 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
         };
         let content = Content::StartTracking(start);
         Message::new("", Timestamp::now(), content).encode().ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::server_address;
+
+    #[test]
+    fn a_server_is_a_host_and_a_port() {
+        for good in [
+            "localhost:18944",
+            "10.0.0.7:1",
+            "[::1]:18944",
+            "tracker.or-3:65535",
+        ] {
+            assert_eq!(server_address(good).as_deref(), Ok(good));
+        }
+        for bad in [
+            "localhost",
+            ":18944",
+            "a:0",
+            "a:65536",
+            "::1:x",
+            "a b:1",
+            "http://a:1",
+            "",
+        ] {
+            assert!(server_address(bad).is_err(), "{bad}");
+        }
     }
 }

@@ -364,6 +364,19 @@ fn poses_wake_the_window_only_while_the_workspace_is_shown() {
 }
 
 #[test]
+fn what_is_no_address_is_said_and_nothing_is_connected() {
+    let mut app = live_app();
+    ask(&mut app, LiveRequest::SetServer("tracker-of-room-3".into()));
+    ask(&mut app, LiveRequest::Connect);
+    let problem = desk(&app).problem.clone().unwrap();
+    assert!(
+        problem.contains("tracker-of-room-3") && problem.contains("expected HOST:PORT"),
+        "{problem}"
+    );
+    assert!(!desk(&app).is_connected());
+}
+
+#[test]
 fn a_port_in_use_is_said_and_nothing_is_connected() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port();

@@ -7,6 +7,7 @@ use crate::editor::document::Notice;
 use crate::editor::state::OpenWorld;
 use crate::editor::ui::dialogs::{Dialog, Dialogs};
 use crate::editor::wake::Waker;
+use crate::live::client::server_address;
 use crate::store;
 use bevy::prelude::*;
 use std::path::{Path, PathBuf};
@@ -69,6 +70,13 @@ pub(super) fn answer(
 
 fn connect(world: &store::World, waker: &Waker, desk: &mut LiveDesk) {
     if desk.is_connected() {
+        return;
+    }
+    if let Err(expected) = server_address(&desk.server) {
+        desk.problem = Some(format!(
+            "{} is no server's address: {expected}",
+            desk.server
+        ));
         return;
     }
     let scenario = store::resolve(world.document.design(), &world.environment);
