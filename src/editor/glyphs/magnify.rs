@@ -124,10 +124,12 @@ fn decide(
         Magnification::Auto => {
             let error = errors.tracker_from_tool_believed * errors.tip_in_tool - errors.tip_mm();
             let (own_mm, height_px) = (error.norm(), rig.view_px[1]);
-            match (&design.trial, &results.study) {
-                // One for all trials, so that their arrows can be compared: that of the worst one,
-                // as if it were where the camera looks.
-                (Some(_), Some(study)) => {
+            let is_one_of_many = design.trial.is_some() || design.live.is_some();
+            match &results.study {
+                // One for all trials, so that their arrows can be compared, and for all that a
+                // tracker tells, so that they grow with the error alone: that of the worst one, as
+                // if it were where the camera looks.
+                Some(study) if is_one_of_many => {
                     let worst_mm = study.value.figures.worst.position_mm.max(own_mm);
                     let height_mm = rig.mm_per_px(&rig.camera.focus_mm) * height_px;
                     automatic_magnification(worst_mm, height_mm)
