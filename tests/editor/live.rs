@@ -226,6 +226,14 @@ fn a_tool_that_falls_silent_is_said_to_be_stale_and_a_lost_server_is_come_back_t
         || (),
         |app| state_of(app, TOOL) == stale,
     );
+    let design = app.world().resource::<OpenWorld>().0.document.design();
+    let troubles = desk(&app).troubles(design);
+    let expected = [
+        "Pointer, last good pose: no sample came in time",
+        "Head frame, as designed: it is not heard",
+    ];
+    let [tool, crf] = expected.map(str::to_owned);
+    assert_eq!(troubles, [(BodyRole::Tool, tool), (BodyRole::Crf, crf)]);
 
     tracker.server.stop();
     let lost = |app: &App| {

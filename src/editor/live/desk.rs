@@ -2,7 +2,7 @@
 
 use super::collected::{Collected, Collector};
 use crate::calibration::coverage::CoveragePlan;
-use crate::design::BodyRole;
+use crate::design::{BodyRole, Design};
 use crate::editor::wake::Waker;
 use crate::field::Environment;
 use crate::field::OutsidePolicy;
@@ -10,7 +10,7 @@ use crate::field::compensation::Method;
 use crate::geometry::pose::Pose;
 use crate::live::client::ClientOptions;
 use crate::live::codec::DEFAULT_PORT;
-use crate::live::relay::{LiveDesign, LiveRoom, RelayOptions};
+use crate::live::relay::{LiveDesign, LiveRoom, RelayOptions, ToolState};
 use crate::live::roles::Assigned;
 use crate::live::server::ServerOptions;
 use crate::live::session::{Session, SessionError, SessionEvent, SessionSettings, SessionState};
@@ -82,6 +82,24 @@ impl Default for LiveDesk {
 impl LiveDesk {
     pub fn is_connected(&self) -> bool {
         self.session.is_some()
+    }
+
+    /// Which bodies of a design do not stand where they are now, and why.
+    pub fn troubles(&self, design: &Design) -> Vec<(BodyRole, String)> {
+        let Some(seen) = &self.seen else {
+            return Vec::new();
+        };
+        let trouble = |role: BodyRole| {
+            let name = &design.body(role)?.rigid.name;
+            let heard = seen.tools.values().find(|view| view.role == Some(role));
+            let text = match heard.map(|view| view.state) {
+                Some(ToolState::Good) => return None,
+                Some(ToolState::NotGood(reason)) => format!("{name}, last good pose: {reason}"),
+                None => format!("{name}, as designed: it is not heard"),
+            };
+            Some((role, text))
+        };
+        BodyRole::ALL.into_iter().filter_map(trouble).collect()
     }
 
     pub fn is_recording(&self) -> bool {

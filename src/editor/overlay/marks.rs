@@ -40,6 +40,7 @@ struct Label {
 /// Paints the labels around what is covered already.
 pub fn paint(painter: &Painter, view: &OverlayView, covered: &[Rect]) {
     let mut labels = Vec::new();
+    body_troubles(view, &mut labels);
     warnings(view, &mut labels);
     if view.layers.labels {
         axis_letters(painter, view);
@@ -207,23 +208,38 @@ fn targets(view: &OverlayView, labels: &mut Vec<Label>) {
     }
 }
 
-/// The bodies' names, away from the tip: at the sensors' far end.
-fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
-    for role in roles(view).filter(|role| !view.hidden.has_body(*role)) {
-        let (Some(body), Some(pose)) =
-            (view.design.body(role), view.design.tracker_from_body(role))
-        else {
+/// A body that does not stand where it is now is told apart at once from one that does.
+fn body_troubles(view: &OverlayView, labels: &mut Vec<Label>) {
+    for (role, trouble) in &view.body_troubles {
+        let Some(at) = far_end(view, *role).and_then(|far| view.project(&far)) else {
             continue;
         };
-        let tip = body.rigid.judged_tip_in_body();
-        let far = body
-            .rigid
-            .sensors
-            .iter()
-            .map(|s| s.position_in_body)
-            .max_by(|a, b| (a - tip).norm().total_cmp(&(b - tip).norm()))
-            .unwrap_or(tip);
-        let Some(at) = view.project(&(pose * far)) else {
+        labels.push(Label {
+            at,
+            text: trouble.clone(),
+            color: palette::MISSED,
+            is_needed: true,
+        });
+    }
+}
+
+/// Where a body's name stands, away from the tip: at the sensors' far end, in the tracker's frame.
+fn far_end(view: &OverlayView, role: BodyRole) -> Option<Point3<f64>> {
+    let body = view.design.body(role)?;
+    let tip = body.rigid.judged_tip_in_body();
+    let far = (body.rigid.sensors.iter())
+        .map(|s| s.position_in_body)
+        .max_by(|a, b| (a - tip).norm().total_cmp(&(b - tip).norm()));
+    Some(view.design.tracker_from_body(role)? * far.unwrap_or(tip))
+}
+
+/// The bodies' names.
+fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
+    for role in roles(view).filter(|role| !view.hidden.has_body(*role)) {
+        let (Some(body), Some(far)) = (view.design.body(role), far_end(view, role)) else {
+            continue;
+        };
+        let Some(at) = view.project(&far) else {
             continue;
         };
         let (kind, color) = match role {

@@ -16,6 +16,7 @@ pub use ruler::round_below;
 use super::camera::OrbitRig;
 use super::gizmo::CurrentGizmo;
 use super::layers::ColorBars;
+use super::live::LiveDesk;
 use super::palette;
 use super::probe::Probe;
 use super::state::{
@@ -24,9 +25,9 @@ use super::state::{
 };
 use super::study::ShownDesign;
 use super::ui::UiSystems;
-use crate::design::Design;
 use crate::design::Things;
 use crate::design::view::Layers;
+use crate::design::{BodyRole, Design};
 use crate::field::Environment;
 use crate::geometry::gizmo::{Eye, Gizmo};
 use crate::geometry::orbit::OrbitCamera;
@@ -77,6 +78,8 @@ pub struct OverlayView<'a> {
     pub gizmo: Option<Gizmo>,
     /// Text and its place while something is dragged, or of what is under the pointer.
     pub readout: Option<(egui::Pos2, &'a str)>,
+    /// What keeps a body from standing where it is now.
+    pub body_troubles: Vec<(BodyRole, String)>,
     /// Without panels the picture has to say the result itself.
     pub has_summary: bool,
 }
@@ -123,9 +126,19 @@ struct Scene<'w> {
     selection: Res<'w, Selection>,
     hovered: Res<'w, Hovered>,
     presentation: Res<'w, Presentation>,
+    live: Option<Res<'w, LiveDesk>>,
 }
 
 impl Scene<'_> {
+    /// Of live bodies; those of a design stand where they are meant to.
+    fn body_troubles(&self) -> Vec<(BodyRole, String)> {
+        let shown = self.shown.as_ref().filter(|shown| shown.live.is_some());
+        match (&self.live, shown) {
+            (Some(live), Some(shown)) => live.troubles(&shown.design),
+            _ => Vec::new(),
+        }
+    }
+
     /// The handles that are drawn: none beside the one that is held.
     fn handles(&self) -> Option<Gizmo> {
         let is_dragging = self.drag.as_ref().is_some_and(|drag| drag.0);
@@ -228,6 +241,7 @@ fn draw(
             .as_ref()
             .or(scene.probe.0.as_ref())
             .map(|readout| (place(readout.at), readout.text.as_str())),
+        body_troubles: scene.body_troubles(),
         has_summary: !scene.presentation.panels,
     };
     let painter = ctx
