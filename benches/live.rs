@@ -1,5 +1,6 @@
 //! What `trackwright live` adds, loses and keeps under load: `cargo bench --no-default-features
-//! --bench live -- SECONDS [ENVIRONMENT]`.
+//! --bench live -- SECONDS [ENVIRONMENT | DESIGN]`. Two of the tools are called like the bodies of the
+//! built-in design.
 //!
 //! A tracker of eight tools at 40 Hz and sixteen clients in this process, the program as a person
 //! runs it in between; a client is killed and the tracker's server restarted on the way.
@@ -31,8 +32,14 @@ fn main() -> io::Result<()> {
     let mut program = Command::new(env!("CARGO_BIN_EXE_trackwright"));
     program.args(["live", "--serve", "0", "--format", "json", "--connect"]);
     program.arg(server.address().to_string());
-    if let Some(environment) = arguments.get(1) {
-        program.args(["--environment", environment]);
+    if let Some(file) = arguments.get(1) {
+        let is_design = file.ends_with(".design.ron");
+        program.arg(if is_design {
+            "--design"
+        } else {
+            "--environment"
+        });
+        program.arg(file);
     }
     let mut child = program
         .stdout(Stdio::piped())

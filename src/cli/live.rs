@@ -233,6 +233,7 @@ fn as_json(state: &SessionState, lasted: Duration) -> Value {
             "max": ms(state.latency.max_s),
         })),
         "recorded": state.recording.as_ref().map(|recording| recording.samples),
+        "not_recorded": state.recording.as_ref().and_then(|recording| recording.failed.clone()),
         "tools": state.tools.keys().collect::<Vec<_>>(),
     })
 }
@@ -265,6 +266,9 @@ fn as_text(state: &SessionState, lasted: Duration) -> String {
     ]);
     if let Some(recording) = &state.recording {
         rows.push(count("samples recorded", recording.samples));
+        if let Some(why) = &recording.failed {
+            rows.push(row("  none after them:", why.clone(), ""));
+        }
     }
     if state.serving.is_some() {
         rows.push(count("clients dropped as too slow", state.slow_clients));

@@ -26,11 +26,25 @@ struct Live {
     notes: Receiver<String>,
 }
 
+/// A machine that does other things is not taken for a tool that is late.
+const PATIENT: [&str; 5] = ["live", "--format", "json", "--stale-ms", "20000"];
+
 impl Live {
     fn start(args: &[&str]) -> Self {
-        // A machine that does other things is not taken for a tool that is late.
-        let patient = ["live", "--format", "json", "--stale-ms", "20000"];
-        let mut child = trackwright(&[&patient[..], args].concat())
+        Self::run(trackwright(&[&PATIENT[..], args].concat()))
+    }
+
+    /// With files of a few kilobytes and no more: the system refuses what comes after them.
+    fn start_on_a_small_disk(args: &[&str]) -> Self {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\""]);
+        shell.arg(env!("CARGO_BIN_EXE_trackwright"));
+        shell.args(PATIENT).args(args);
+        Self::run(shell)
+    }
+
+    fn run(mut program: Command) -> Self {
+        let mut child = program
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -181,6 +195,42 @@ fn poses_are_recorded_served_on_and_counted_and_ctrl_c_ends_it_well() {
         again.contains("live.csv: cannot be written: a file is there already"),
         "{again}"
     );
+}
+
+#[test]
+fn a_recording_that_fails_is_said_once_and_everything_else_goes_on() {
+    let scratch = Scratch::new();
+    let server = tracker(free_address());
+    let connect = server.address().to_string();
+    let recording = scratch.arg("live.csv");
+    let (served, kept) = (["--serve", "0"], ["--record", &recording]);
+    let live =
+        Live::start_on_a_small_disk(&[&["--connect", &connect][..], &served, &kept].concat());
+    let mut viewer = Reader::connect(address_in(&live.says("serving at")));
+    live.says("joined, 1 now");
+    while server.clients() == 0 {
+        rest(Duration::from_millis(5));
+    }
+    let pass = |numbers: std::ops::Range<u32>, viewer: &mut Reader| {
+        for number in numbers {
+            send(&server, "Probe", number);
+            assert_eq!(number_of(&viewer.next_transform()), Some(number));
+        }
+    };
+    // Some 100 bytes each, on 4 KB at most.
+    pass(1..100, &mut viewer);
+    let note = live.says("nothing more is recorded");
+    assert!(note.contains("live.csv"), "{note}");
+    pass(100..150, &mut viewer);
+    let end = live.interrupt();
+    assert_eq!(end["sent"], 149, "{end}");
+    let why = end["not_recorded"].as_str().unwrap();
+    assert!(why.contains("live.csv") && note.contains(why), "{end}");
+    // All that was said to be recorded is there, and is read without the line that was cut.
+    let found = live_table::parse(&std::fs::read(&recording).unwrap()).unwrap();
+    let recorded = found.tools[0].good().count() as u64;
+    assert_eq!(end["recorded"], recorded);
+    assert!((10..99).contains(&recorded), "{recorded}");
 }
 
 #[test]

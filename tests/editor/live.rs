@@ -24,7 +24,7 @@ use trackwright::geometry::pose::{Pose, pose_from_parts};
 use trackwright::live::codec::{Content, Matrix, Message, Timestamp, ToolKind};
 use trackwright::live::relay::{Reason, ToolState};
 use trackwright::live::server::{Server, ServerEvent, ServerOptions};
-use trackwright::live::session::Link;
+use trackwright::live::session::{Link, Recording};
 use trackwright::store;
 use trackwright::study::{BodyDetail, PoseDetail, Scenario, look};
 
@@ -473,4 +473,34 @@ fn the_panels_say_what_is_heard_and_ask_for_what_is_clicked() {
         *asked.borrow(),
         [LiveRequest::ShowRecord, LiveRequest::Disconnect]
     );
+}
+
+#[test]
+fn a_recording_that_failed_says_why_and_the_next_can_be_begun() {
+    let mut app = live_app();
+    let tracker = Tracker::anywhere();
+    connect(&mut app, &tracker);
+    let mut desk = app.world_mut().resource_mut::<LiveDesk>();
+    desk.seen.as_mut().unwrap().recording = Some(Recording {
+        file: "/rooms/session.csv".into(),
+        samples: 1234,
+        failed: Some("/rooms/session.csv: cannot be written: disk full".to_owned()),
+    });
+    assert!(!desk.is_recording());
+    let desk = &*desk;
+    let asked = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
+    let sink = std::rc::Rc::clone(&asked);
+    let mut harness = Harness::builder()
+        .with_size(egui::vec2(224.0, 300.0))
+        .build_ui(move |ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            sink.borrow_mut().extend(recording_ui(ui, desk));
+        });
+    harness.run_steps(2);
+    harness.get_by_label("session.csv");
+    harness.get_by_label_contains("Nothing more is recorded: /rooms/session.csv: cannot be");
+    assert!(harness.query_by_label("Stop recording").is_none());
+    harness.get_by_label("Record…").click();
+    harness.run_steps(2);
+    assert_eq!(*asked.borrow(), [LiveRequest::ShowRecord]);
 }

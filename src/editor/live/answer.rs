@@ -3,14 +3,14 @@
 use super::LiveRequest;
 use super::desk::{LiveDesk, LivePoses};
 use crate::calibration::coverage::CoveragePlan;
-use crate::editor::document::Notice;
+use crate::editor::document::{Notice, file_folder};
 use crate::editor::state::OpenWorld;
 use crate::editor::ui::dialogs::{Dialog, Dialogs};
 use crate::editor::wake::Waker;
 use crate::live::client::server_address;
 use crate::store;
 use bevy::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub(super) fn answer(
     mut requests: MessageReader<LiveRequest>,
@@ -41,7 +41,7 @@ pub(super) fn answer(
                 desk.assigned.remove(tool);
             }
             LiveRequest::ShowRecord => {
-                let folder = store_folder(&world.0);
+                let folder = file_folder(&world.0);
                 let name = free_name(&folder);
                 dialogs.show(Dialog::record(folder, &name));
             }
@@ -94,10 +94,6 @@ fn record(world: &store::World, desk: &mut LiveDesk, file: &Path) -> Result<(), 
         .map_err(|error| error.to_string())?;
     desk.collect(CoveragePlan::of(&world.environment));
     Ok(())
-}
-
-fn store_folder(world: &store::World) -> PathBuf {
-    crate::editor::document::file_folder(world)
 }
 
 /// `recording-1.csv`, or with the first number that no file has: a recording is never written over.

@@ -15,6 +15,8 @@ pub struct Collector(Arc<Mutex<Counting>>);
 struct Counting {
     coverage: Option<Coverage>,
     is_on: bool,
+    /// Why a recording ended that nobody ended, until it is taken.
+    failed: Option<String>,
     /// Tools that are the CRF, which stands while the others are waved about.
     crfs: BTreeSet<String>,
 }
@@ -52,8 +54,18 @@ impl Collector {
                     coverage.add(pose);
                 }
             }
+            SessionEvent::NotRecorded { why } => {
+                let mut counting = self.lock();
+                counting.is_on = false;
+                counting.failed = Some(why.clone());
+            }
             _ => {}
         }
+    }
+
+    /// Why a recording ended by itself, once.
+    pub fn take_failure(&self) -> Option<String> {
+        self.lock().failed.take()
     }
 
     /// Counts from now on; on from where it was, where the plan is the same.

@@ -104,7 +104,7 @@ impl LiveDesk {
 
     pub fn is_recording(&self) -> bool {
         let recording = self.seen.as_ref().and_then(|seen| seen.recording.as_ref());
-        self.is_connected() && recording.is_some()
+        self.is_connected() && recording.is_some_and(|recording| recording.failed.is_none())
     }
 
     /// Begins a session in a design's room.

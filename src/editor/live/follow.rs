@@ -1,20 +1,24 @@
 //! Looks at the session once a frame, and keeps it in the design's room.
 
 use super::desk::{LiveDesk, LivePoses, RoomKey};
-use crate::editor::document::WorldGeneration;
+use crate::editor::document::{Notice, WorldGeneration};
 use crate::editor::state::{ActiveDrag, OpenWorld, Workspace};
 use crate::store;
 use bevy::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// What is shown follows the session; while nothing is shown only what it says once a change comes
-/// is looked at.
+/// What is shown follows the session; while nothing is shown nothing of it is looked at but whether
+/// its recording failed, which is said wherever the person is.
 pub(super) fn look(
     mut desk: ResMut<LiveDesk>,
     mut poses: ResMut<LivePoses>,
+    mut notice: ResMut<Notice>,
     workspace: Res<Workspace>,
 ) {
+    if let Some(why) = desk.collector.take_failure() {
+        *notice = Notice::Refused(format!("Nothing more is recorded: {why}"));
+    }
     let is_shown = *workspace == Workspace::Live;
     desk.is_shown.store(is_shown, Ordering::Relaxed);
     if !is_shown {
@@ -58,4 +62,52 @@ pub(super) fn keep_room(
         session.set_room(Some(room));
     }
     desk.in_room = Some(key);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::coverage::CoveragePlan;
+    use crate::geometry::pose::Pose;
+    use crate::live::session::SessionEvent;
+
+    #[test]
+    fn a_recording_that_fails_is_said_once_in_any_workspace_and_nothing_more_is_counted() {
+        let mut app = App::new();
+        app.init_resource::<LiveDesk>()
+            .init_resource::<LivePoses>()
+            .init_resource::<Notice>()
+            .insert_resource(Workspace::Design)
+            .add_systems(Update, look);
+        let collector = app.world().resource::<LiveDesk>().collector.clone();
+        let world = store::open_builtin("pointer-on-head").unwrap();
+        let plan = CoveragePlan::of(&world.environment);
+        collector.begin(plan);
+        let measured = SessionEvent::Measured {
+            tool: "Wand".to_owned(),
+            pose: Pose::identity(),
+        };
+        collector.hear(&measured);
+        let samples = || {
+            let collected = collector.newer_than(None).flatten();
+            collected.map(|collected| collected.summary.samples)
+        };
+        assert_eq!(samples(), Some(1));
+        let why = "disk full".to_owned();
+        collector.hear(&SessionEvent::NotRecorded { why });
+        collector.hear(&measured);
+        assert_eq!(samples(), Some(1));
+
+        app.update();
+        let notice = std::mem::take(&mut *app.world_mut().resource_mut::<Notice>());
+        let said = Notice::Refused("Nothing more is recorded: disk full".to_owned());
+        assert_eq!(notice, said);
+        app.update();
+        assert_eq!(*app.world().resource::<Notice>(), Notice::Nothing);
+
+        // A recording begun anew goes on from where the other one was.
+        collector.begin(plan);
+        collector.hear(&measured);
+        assert_eq!(samples(), Some(2));
+    }
 }

@@ -246,10 +246,8 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
 
     fn record_in(&mut self, recorder: Option<Recorder>) {
         self.recorder = recorder;
-        lock(self.state).recording = self.recorder.as_ref().map(|recorder| Recording {
-            file: recorder.path().to_owned(),
-            samples: 0,
-        });
+        let recording = (self.recorder.as_ref()).map(|r| Recording::begun(r.path().to_owned()));
+        lock(self.state).recording = recording;
     }
 
     fn record(&mut self, sample: &LiveSample) {
@@ -257,15 +255,15 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
             return;
         };
         if let Err(error) = recorder.add(sample) {
+            let why = error.to_string();
             let recording = Recording {
                 file: recorder.path().to_owned(),
                 samples: recorder.samples(),
+                failed: Some(why.clone()),
             };
             lock(self.state).recording = Some(recording);
             self.recorder = None;
-            (self.tell)(&SessionEvent::NotRecorded {
-                why: error.to_string(),
-            });
+            (self.tell)(&SessionEvent::NotRecorded { why });
         }
     }
 

@@ -17,6 +17,7 @@ pub struct SessionState {
     pub link: Link,
     /// Where it serves, and to how many clients.
     pub serving: Option<(SocketAddr, usize)>,
+    /// The one that grows, or the last one if writing it failed.
     pub recording: Option<Recording>,
     /// By name.
     pub tools: BTreeMap<String, ToolView>,
@@ -54,6 +55,18 @@ pub enum Link {
 pub struct Recording {
     pub file: PathBuf,
     pub samples: u64,
+    /// Why nothing more is written to it, where writing failed.
+    pub failed: Option<String>,
+}
+
+impl Recording {
+    pub(super) fn begun(file: PathBuf) -> Self {
+        Self {
+            file,
+            samples: 0,
+            failed: None,
+        }
+    }
 }
 
 /// A tool as it was last seen.
@@ -71,10 +84,7 @@ impl SessionState {
         Self {
             link: Link::Connecting,
             serving: address.map(|address| (address, 0)),
-            recording: settings
-                .record
-                .clone()
-                .map(|file| Recording { file, samples: 0 }),
+            recording: settings.record.clone().map(Recording::begun),
             tools: BTreeMap::new(),
             counts: RelayCounts::default(),
             connections: 0,

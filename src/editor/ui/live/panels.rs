@@ -1,7 +1,7 @@
 //! The panels of the workspace, put together.
 
 use super::{collecting_ui, recording_ui, tools_ui, tracker_ui};
-use crate::design::Design;
+use crate::design::{BodyRole, Design};
 use crate::editor::live::LiveDesk;
 use crate::editor::state::Results;
 use crate::editor::study::{LIVE, RotationForm};
@@ -49,9 +49,16 @@ impl LivePanels<'_> {
     fn pose(&self) -> Option<TrialView<'_>> {
         let is_heard = self.results.pose_trial.is_some_and(|number| number >= LIVE);
         let pose = self.results.pose.as_ref().filter(|_| is_heard)?;
+        let troubles = self.desk.troubles(self.design);
+        let is_now = troubles.iter().all(|(role, _)| *role != BodyRole::Tool);
+        let title = if is_now {
+            "The tool now"
+        } else {
+            "The tool at its last good pose"
+        };
         Some(TrialView {
             trial: Some(&pose.value.trial),
-            title: "The tool now".to_owned(),
+            title: title.to_owned(),
             columns: ["compensated", "measured"],
             rotation: self.rotation,
             has_crf: self.design.crf.is_some(),

@@ -121,31 +121,40 @@ pub fn recording_ui(ui: &mut Ui, desk: &LiveDesk) -> Vec<LiveRequest> {
     let recording = (desk.seen.as_ref())
         .and_then(|seen| seen.recording.as_ref())
         .filter(|_| desk.is_connected());
-    let Some(recording) = recording else {
+    let is_growing = recording.is_some_and(|recording| recording.failed.is_none());
+    if is_growing {
+        if ui.button("Stop recording").clicked() {
+            asked.push(LiveRequest::StopRecording);
+        }
+    } else {
         ui.add_enabled_ui(desk.is_connected(), |ui| {
             let about = "Poses as they are measured, a line each, whole whatever happens";
             if ui.button("Record…").on_hover_text(about).clicked() {
                 asked.push(LiveRequest::ShowRecord);
             }
         });
+    }
+    let Some(recording) = recording else {
         return asked;
     };
-    if ui.button("Stop recording").clicked() {
-        asked.push(LiveRequest::StopRecording);
-    }
     let name = recording
         .file
         .file_name()
         .unwrap_or_default()
         .to_string_lossy();
-    let samples = usize::try_from(recording.samples).unwrap_or(usize::MAX);
     ui.horizontal(|ui| {
-        let (rect, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), egui::Sense::hover());
-        ui.painter()
-            .circle_filled(rect.center(), 4.0, palette::MISSED.color32());
+        if is_growing {
+            let (rect, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), egui::Sense::hover());
+            ui.painter()
+                .circle_filled(rect.center(), 4.0, palette::MISSED.color32());
+        }
         ui.add(egui::Label::new(name.as_ref()).truncate())
             .on_hover_text(recording.file.display().to_string());
     });
+    let samples = usize::try_from(recording.samples).unwrap_or(usize::MAX);
     fact_ui(ui, "samples", &count(samples));
+    if let Some(why) = &recording.failed {
+        warning_ui(ui, &format!("Nothing more is recorded: {why}"));
+    }
     asked
 }
