@@ -1,5 +1,7 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
+mod crf;
+
 use super::output::{self, Format, OutsideArg};
 use super::uncertainty::UncertaintyArgs;
 use crate::field::samples::MapKind;
@@ -23,6 +25,11 @@ pub struct SimulateArgs {
     /// Which poses to visit
     #[arg(long, value_enum)]
     mode: ModeArg,
+
+    /// Whose study: the tool's in the CRF, or the CRF's alone against the tracker, judged at each of
+    /// its targets, with its own range of motion and requirement
+    #[arg(long, value_enum, default_value_t)]
+    body: BodyArg,
 
     /// Poses for `--mode input` (CSV): crf_x … crf_qz in the tracker frame, tool_x … tool_qz in the CRF frame
     #[arg(long, required_if_eq("mode", "input"), value_name = "FILE")]
@@ -53,6 +60,15 @@ pub struct SimulateArgs {
     format: Format,
 }
 
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum BodyArg {
+    /// In the CRF, or in the tracker's frame where the design has none
+    #[default]
+    Tool,
+    /// Alone against the tracker
+    Crf,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum ModeArg {
     /// The design's own pose
@@ -68,6 +84,9 @@ pub(super) enum ModeArg {
 /// # Errors
 /// Files that can't be used, a range of motion that can't be visited.
 pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
+    if args.body == BodyArg::Crf {
+        return crf::run(args);
+    }
     let world = store::open_design_without_meshes(&args.design)?;
     let mode = mode_of(args.mode, args.input.as_deref(), &world)?;
     let design = world.document.design();
@@ -107,7 +126,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
             output::print_json(&value)
         }
         Format::Text => {
-            let mut text = as_text(&world, &outcome.figures, single.as_ref());
+            let mut text = as_text(&title(&world), &outcome.figures, single.as_ref());
             if let Some(report) = &uncertainty {
                 text.push('\n');
                 text.push_str(&report.as_text(&outcome.figures));
@@ -154,7 +173,7 @@ pub fn main_job(design: Option<&Path>) -> anyhow::Result<()> {
     };
     let (outcome, last) = simulate(&scenario, &mode, None)?;
     let single = last.filter(|_| matches!(mode, Mode::Single));
-    output::print(&as_text(&world, &outcome.figures, single.as_ref()))
+    output::print(&as_text(&title(&world), &outcome.figures, single.as_ref()))
 }
 
 /// Simulating with a model of the measured pose is the paper's shortcut: worth knowing.
@@ -239,8 +258,13 @@ fn rows(rows: Vec<FigureRow>) -> Vec<(String, String, String)> {
         .collect()
 }
 
-fn as_text(world: &World, figures: &Figures, single: Option<&Trial>) -> String {
+/// What the figures are of.
+fn title(world: &World) -> String {
     let design = world.document.design();
+    format!("{} in {}", design.name, world.environment.name)
+}
+
+fn as_text(title: &str, figures: &Figures, single: Option<&Trial>) -> String {
     let mut rows = rows(figure_rows(figures));
     if let Some(trial) = single {
         let e = trial.tip_error_in_crf_mm;
@@ -252,7 +276,7 @@ fn as_text(world: &World, figures: &Figures, single: Option<&Trial>) -> String {
             ));
         }
     }
-    let mut lines = vec![format!("{} in {}", design.name, world.environment.name)];
+    let mut lines = vec![title.to_owned()];
     lines.push(output::aligned(&rows));
     for (name, pose) in single.into_iter().flat_map(|t| {
         [

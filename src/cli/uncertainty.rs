@@ -50,6 +50,11 @@ enum MethodArg {
 }
 
 impl UncertaintyArgs {
+    /// Whether anything of it is to be printed.
+    pub fn is_asked(&self) -> bool {
+        !self.uncertainty.is_empty()
+    }
+
     /// The environment, with the jitter of the command line where that states one.
     ///
     /// # Errors

@@ -47,7 +47,7 @@ pub use read::{
 pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
 pub use recorder::Recorder;
 pub use recovery::{Leftover, Recovery, Snapshot, leftovers};
-pub use resolve::resolve;
+pub use resolve::{CrfScenario, resolve, resolve_crf};
 pub use rooms::{
     ENVIRONMENT_EXTENSION, RoomListing, RoomPlace, RoomSummary, builtin_rooms, list_rooms,
     own_room, reference_to_room, room_name, rooms_of_folder, write_room_for,

@@ -3,6 +3,7 @@
 use crate::design::Design;
 use crate::field::{Environment, OutsidePolicy};
 use crate::study::{Scenario, ScenarioCrf};
+use nalgebra::Point3;
 use std::sync::Arc;
 
 /// The scenario of a design. The orientation weight is the design's, else the environment's.
@@ -22,4 +23,44 @@ pub fn resolve(design: &Design, environment: &Arc<Environment>) -> Scenario {
         requirement: design.requirement,
         outside: OutsidePolicy::default(),
     }
+}
+
+/// The CRF alone against the tracker, judged at one place.
+#[derive(Clone, Debug)]
+pub struct CrfScenario {
+    /// The target's name; `None` at the CRF's tip, or its origin.
+    pub target: Option<String>,
+    /// With the CRF in the tool's place: its own pose, range of motion and requirement.
+    pub scenario: Scenario,
+}
+
+/// The CRF of a design alone against the tracker (Fischer & Taylor 2005, section 4.1, step 2): once
+/// for each of its targets, or once at its tip or origin where it has none; nothing without a CRF.
+pub fn resolve_crf(design: &Design, environment: &Arc<Environment>) -> Vec<CrfScenario> {
+    let Some(crf) = &design.crf else {
+        return Vec::new();
+    };
+    let whole = resolve(design, environment);
+    let judged_at = |target: Option<String>, at: Point3<f64>| {
+        let mut body = crf.body.rigid.clone();
+        body.tip_in_body = Some(at);
+        CrfScenario {
+            target,
+            scenario: Scenario {
+                tool: body,
+                crf: None,
+                crf_from_tool: crf.tracker_from_crf,
+                motion: crf.motion,
+                requirement: crf.requirement,
+                ..whole.clone()
+            },
+        }
+    };
+    if crf.targets.is_empty() {
+        return vec![judged_at(None, crf.body.rigid.judged_tip_in_body())];
+    }
+    let targets = crf.targets.iter();
+    targets
+        .map(|target| judged_at(Some(target.name.clone()), target.position_in_crf))
+        .collect()
 }

@@ -4,6 +4,7 @@ mod bad_input;
 mod characterize;
 mod compensate;
 mod convert;
+mod crf_alone;
 mod explain;
 mod export;
 mod export_tips;

@@ -1,0 +1,63 @@
+//! `simulate --body crf`: step 2 of the paper's design procedure, the CRF alone against the tracker.
+
+use super::{ModeArg, SimulateArgs, as_json, as_text, note_map, simulate};
+use crate::cli::output::{self, Format};
+use crate::store;
+use crate::study::Mode;
+use anyhow::{Context, bail};
+use serde_json::{Value, json};
+
+/// Simulates the CRF at each of its targets, and prints the figures.
+pub(super) fn run(args: &SimulateArgs) -> anyhow::Result<()> {
+    let file = args.design.display();
+    let world = store::open_design_without_meshes(&args.design)?;
+    let design = world.document.design();
+    let Some(crf) = &design.crf else {
+        bail!("{file}: the design has no CRF to simulate");
+    };
+    let mode = match args.mode {
+        ModeArg::Single => Mode::Single,
+        ModeArg::Motion if crf.motion.is_none() => {
+            bail!("{file}: crf.motion is absent, expected the CRF's own range of motion");
+        }
+        ModeArg::Motion => Mode::Motion,
+        ModeArg::Input => bail!("--body crf takes --mode single or motion, not input"),
+    };
+    for (is_given, flag) in [
+        (args.log.is_some(), "--log"),
+        (args.support, "--support"),
+        (args.explain, "--explain"),
+        (args.uncertainty.is_asked(), "--uncertainty"),
+    ] {
+        if is_given {
+            bail!("{flag} is of the tool's study, not of the CRF's");
+        }
+    }
+    note_map(&world);
+    let mut texts = Vec::new();
+    let mut values: Vec<Value> = Vec::new();
+    for judged in store::resolve_crf(design, &world.environment) {
+        let mut scenario = judged.scenario;
+        scenario.outside = args.outside.into();
+        let (outcome, last) =
+            simulate(&scenario, &mode, None).with_context(|| args.design.display().to_string())?;
+        let single = last.filter(|_| args.mode == ModeArg::Single);
+        let at = match &judged.target {
+            Some(target) => format!(" at {target}"),
+            None => String::new(),
+        };
+        let name = &crf.body.rigid.name;
+        let title = format!("{name}{at}, alone in {}", world.environment.name);
+        texts.push(as_text(&title, &outcome.figures, single.as_ref()));
+        let mut value = as_json(&outcome.figures, single.as_ref());
+        value["target"] = json!(judged.target);
+        values.push(value);
+    }
+    match args.format {
+        Format::Json => output::print_json(&json!({
+            "crf": crf.body.rigid.name,
+            "targets": values,
+        })),
+        Format::Text => output::print(&texts.join("\n\n")),
+    }
+}
