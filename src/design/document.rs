@@ -23,6 +23,8 @@ pub enum Origin {
 pub struct Document {
     design: Arc<Design>,
     view: View,
+    /// Shown in the place of its own view while it is presented.
+    presented: Option<View>,
     origin: Origin,
     revision: u64,
     history: History,
@@ -56,6 +58,7 @@ impl Document {
             }),
             design,
             view,
+            presented: None,
             origin,
             revision: 0,
             history: History::default(),
@@ -88,15 +91,27 @@ impl Document {
         Arc::clone(&self.design)
     }
 
+    /// How it is looked at: its own view, or a presented one.
     pub fn view(&self) -> &View {
+        self.presented.as_ref().unwrap_or(&self.view)
+    }
+
+    /// The view that is saved with it, whatever is presented.
+    pub fn own_view(&self) -> &View {
         &self.view
     }
 
-    /// Changes the view, which is no undo step; whether anything changed.
+    /// Changes how it is looked at, which is no undo step; whether anything changed. While a view
+    /// is presented it is that one which changes.
     pub fn set_view(&mut self, view: View) -> bool {
-        let is_changed = self.view != view;
-        self.view = view;
+        let is_changed = *self.view() != view;
+        *self.presented.as_mut().unwrap_or(&mut self.view) = view;
         is_changed
+    }
+
+    /// Looks at it by another view from now on, which is never saved; `None` goes back to its own.
+    pub fn present(&mut self, view: Option<View>) {
+        self.presented = view;
     }
 
     /// Grows with every change of the design, undo and cancel included; never repeats.

@@ -6,6 +6,8 @@ use super::check::{
     check_pose, check_requirement, check_sensors,
 };
 use super::content::{BodyRole, CrfPlacement, Design, DesignBody, Target};
+use super::slides::{MAX_SLIDES, SlideEdit};
+use super::view::ViewError;
 use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
 use crate::study::motion::{Motion, MotionError};
@@ -92,6 +94,7 @@ pub enum Edit {
         body: BodyRole,
         content: Box<DesignBody>,
     },
+    Slides(SlideEdit),
 }
 
 /// Why an edit was not applied; the design is as it was.
@@ -129,6 +132,12 @@ pub enum EditError {
     CrfMotion(MotionError),
     #[error(transparent)]
     Arrange(#[from] ArrangeError),
+    #[error("the design has no slide at {index}, it has {count}")]
+    NoSuchSlide { index: usize, count: usize },
+    #[error("the design has {MAX_SLIDES} slides, which is as many as there may be")]
+    TooManySlides,
+    #[error("slide: {0}")]
+    SlideView(#[from] ViewError),
 }
 
 impl Edit {
@@ -240,6 +249,7 @@ impl Edit {
                 check_body(body, &content)?;
                 *old = *content;
             }
+            Self::Slides(edit) => edit.apply_to(design)?,
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ mod edit_label;
 mod history;
 mod new_sensor;
 mod place;
+mod slides;
 #[cfg(test)]
 mod tests;
 mod things;
@@ -21,5 +22,6 @@ pub use edit::{Edit, EditError};
 pub use history::{HistoryList, HistoryState};
 pub use new_sensor::{sensor_beside_last, sensor_on_surface};
 pub use place::HandleAxes;
+pub use slides::{MAX_SLIDES, Slide, SlideEdit, SlideFigure};
 pub use things::{Thing, Things};
 pub use view::View;

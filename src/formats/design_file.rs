@@ -3,7 +3,7 @@
 use super::body::BodyFile;
 use super::error::FormatError;
 use super::ron_text::{self, PoseEntry};
-use crate::design::{CrfPlacement, Design, DesignBody, Target, ToolPlacement, View};
+use crate::design::{CrfPlacement, Design, DesignBody, Slide, Target, ToolPlacement, View};
 use crate::geometry::pose::Pose;
 use crate::study::motion::Motion;
 use crate::study::requirement::Requirement;
@@ -23,6 +23,7 @@ pub struct DesignFile {
     pub motion: Option<Motion>,
     pub orientation_weight_mm: Option<f64>,
     pub requirement: Option<Requirement>,
+    pub slides: Vec<Slide>,
     pub view: View,
 }
 
@@ -54,6 +55,7 @@ impl DesignFile {
             motion: design.motion,
             orientation_weight_mm: design.orientation_weight_mm,
             requirement: design.requirement,
+            slides: design.slides.clone(),
             view: view.clone(),
         }
     }
@@ -101,6 +103,7 @@ impl DesignFile {
             motion: self.motion,
             orientation_weight_mm: self.orientation_weight_mm,
             requirement: self.requirement,
+            slides: self.slides,
         };
         Ok((design, self.view))
     }
@@ -117,6 +120,7 @@ struct DesignEntry {
     motion: Option<Motion>,
     orientation_weight: Option<f64>,
     requirement: Option<Requirement>,
+    slides: Option<Vec<Slide>>,
     view: Option<View>,
 }
 
@@ -163,6 +167,10 @@ pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
     }
     let view = entry.view.unwrap_or_default();
     view.check()?;
+    let slides = entry.slides.unwrap_or_default();
+    for (index, slide) in slides.iter().enumerate() {
+        (slide.view.check()).map_err(|cause| FormatError::Slide { index, cause })?;
+    }
     Ok(DesignFile {
         name: entry.name,
         environment: file_name("environment", entry.environment)?,
@@ -172,6 +180,7 @@ pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
         motion: entry.motion,
         orientation_weight_mm: entry.orientation_weight,
         requirement: entry.requirement,
+        slides,
         view,
     })
 }
@@ -278,7 +287,10 @@ pub fn write(design: &DesignFile) -> String {
         out.field(1, "orientation_weight", &format!("{weight_mm:?}"));
     }
     out.requirement(1, design.requirement.as_ref());
-    out.view(1, &design.view);
+    out.slides(1, &design.slides);
+    if design.view != View::default() {
+        out.view(1, "view", &design.view);
+    }
     out.line(0, ")");
     out.0
 }
@@ -320,16 +332,35 @@ impl Lines {
         self.field(depth, "requirement", &format!("({})", bounds.join(", ")));
     }
 
-    fn view(&mut self, depth: usize, view: &View) {
-        if *view == View::default() {
+    fn slides(&mut self, depth: usize, slides: &[Slide]) {
+        if slides.is_empty() {
             return;
         }
+        self.line(depth, "slides: [");
+        for slide in slides {
+            self.line(depth + 1, "(");
+            self.field(depth + 2, "title", &ron_text::string(&slide.title));
+            if !slide.caption.is_empty() {
+                self.field(depth + 2, "caption", &ron_text::string(&slide.caption));
+            }
+            if !slide.figures.is_empty() {
+                // Names, in a line.
+                let figures: Vec<_> = slide.figures.iter().map(|f| format!("{f:?}")).collect();
+                self.field(depth + 2, "figures", &format!("[{}]", figures.join(", ")));
+            }
+            self.view(depth + 2, "view", &slide.view);
+            self.line(depth + 1, "),");
+        }
+        self.line(depth, "],");
+    }
+
+    /// A view: numbers, flags and names, all of which RON can hold.
+    fn view(&mut self, depth: usize, name: &str, view: &View) {
         let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
         let config = PrettyConfig::new().new_line("\n").depth_limit(1);
-        // A view is numbers, flags and names, all of which RON can hold.
         if let Ok(text) = options.to_string_pretty(view, config) {
             let indented = text.replace('\n', &format!("\n{:1$}", "", 4 * depth));
-            self.field(depth, "view", &indented);
+            self.field(depth, name, &indented);
         }
     }
 }
@@ -337,6 +368,7 @@ impl Lines {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::SlideFigure;
     use crate::design::view::{CameraView, Magnification};
 
     const EXAMPLE: &str = r#"(
@@ -375,6 +407,25 @@ mod tests {
     }
 
     #[test]
+    fn a_slide_that_cannot_be_drawn_is_named_and_layers_that_are_no_more_do_no_harm() {
+        let with = |slides: &str| {
+            EXAMPLE.replace(
+                "    motion: (",
+                &format!("    slides: {slides},\n    motion: ("),
+            )
+        };
+        let gone = with(r#"[(title: "old", view: (layers: (ghost: false, halo: true)))]"#);
+        let design = parse(gone.as_bytes()).unwrap();
+        assert!(!design.slides[0].view.layers.ghost);
+        let broken = with(r#"[(title: "a"), (title: "b", view: (arrows: (range_mm: 0.0)))]"#);
+        let error = parse(broken.as_bytes()).unwrap_err().to_string();
+        assert!(
+            error.contains("slides[1].view.arrows.range_mm is 0"),
+            "{error}"
+        );
+    }
+
+    #[test]
     fn options_may_be_bare_wrapped_none_or_absent() {
         let bare = EXAMPLE
             .replace("Some((", "((")
@@ -405,6 +456,15 @@ mod tests {
         design.view.magnification = Magnification::Times(50.0);
         design.view.layers.ghost = false;
         design.view.slice.range_mm = Some(2.5);
+        design.slides = vec![
+            Slide {
+                title: "A \"title\" of\ntwo lines, </script>".into(),
+                caption: "ü".into(),
+                figures: SlideFigure::ALL.to_vec(),
+                view: design.view.clone(),
+            },
+            Slide::default(),
+        ];
         if let Some(crf) = &mut design.crf {
             crf.motion = design.motion;
             crf.requirement = design.requirement;
@@ -417,6 +477,7 @@ mod tests {
         design.motion = None;
         design.requirement = None;
         design.orientation_weight_mm = None;
+        design.slides.clear();
         design.view = View::default();
         let text = write(&design);
         assert_eq!(parse(text.as_bytes()).unwrap(), design);

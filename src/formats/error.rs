@@ -69,6 +69,8 @@ pub enum FormatError {
     Checksum { stored: u32, computed: u32 },
     #[error(transparent)]
     View(#[from] ViewError),
+    #[error("slides[{index}].{cause}")]
+    Slide { index: usize, cause: ViewError },
     #[error(transparent)]
     Mesh(#[from] MeshError),
 }

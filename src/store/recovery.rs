@@ -159,7 +159,7 @@ impl Snapshot {
         let document = &world.document;
         Self {
             design: document.shared_design(),
-            view: document.view().clone(),
+            view: document.own_view().clone(),
             origin: document.origin().clone(),
             is_dirty: document.is_dirty(),
             stamps: world.stamps.clone(),

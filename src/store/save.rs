@@ -198,7 +198,7 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
     };
     let mut copy = design.clone();
     rewrite(&mut copy);
-    let text = design_text(&copy, world.document.view());
+    let text = design_text(&copy, world.document.own_view());
     write_bytes(file, text.as_bytes())?;
     world
         .document
@@ -289,7 +289,7 @@ fn write_changes(
             texts.push((body_file, text));
         }
     }
-    let text = design_text(design, world.document.view());
+    let text = design_text(design, world.document.own_view());
     let saved = world.document.saved();
     if is_design_changed || saved.is_none_or(|(design, view)| design_text(design, view) != text) {
         texts.push((file.to_owned(), text));

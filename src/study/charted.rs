@@ -28,6 +28,19 @@ pub struct Within {
     pub part: f64,
 }
 
+impl Within {
+    /// Of tip errors in millimetres; `None` where no bound holds for each of them.
+    pub fn of(tip_errors_mm: &[f64], requirement: &Requirement) -> Option<Self> {
+        let (name, limit_mm) = requirement.single_position_mm()?;
+        let count = tip_errors_mm.iter().filter(|e| **e <= limit_mm).count();
+        Some(Self {
+            name,
+            limit_mm,
+            part: count as f64 / tip_errors_mm.len().max(1) as f64,
+        })
+    }
+}
+
 impl ChartedProfile {
     pub fn new(profile: Profile, requirement: Option<&Requirement>) -> Self {
         let limit = requirement.and_then(Requirement::single_position_mm);

@@ -1,5 +1,6 @@
 //! A study's figures, and the one way in which they are written for a person.
 
+use super::charted::Within;
 use super::requirement::Check;
 use super::statistics::Statistics;
 use serde::Serialize;
@@ -17,6 +18,8 @@ pub struct Figures {
     pub position_mm: Statistics,
     pub angle_deg: Statistics,
     pub worst: Worst,
+    /// How single trials keep to the requirement's bound of the tip error.
+    pub within: Option<Within>,
     /// One a bound of the requirement; none without a requirement.
     pub checks: Vec<Check>,
     pub free_axis: Option<FreeAxis>,

@@ -1,5 +1,6 @@
 //! Runs a study: every trial of a mode on all cores, summed up in the same order each time.
 
+use super::charted::Within;
 use super::figures::{Figures, FreeAxis, Worst};
 use super::motion::MotionError;
 use super::plan::{Plan, each_trial};
@@ -78,6 +79,7 @@ pub fn run(
         let mut values = angle_deg;
         Statistics::of(&mut values).ok_or(all_rejected.clone())?
     };
+    let within = (scenario.requirement.as_ref()).and_then(|r| Within::of(&position_mm, r));
     let position_statistics = Statistics::of(&mut position_mm).ok_or(all_rejected.clone())?;
     let position_mm_determined = match &free {
         None => None,
@@ -105,6 +107,7 @@ pub fn run(
             position_mm: position_statistics,
             angle_deg,
             worst: tally.worst,
+            within,
             checks,
             free_axis: free.map(|(body, free)| FreeAxis {
                 body,

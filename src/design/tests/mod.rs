@@ -49,10 +49,11 @@ fn design() -> Design {
         motion: None,
         orientation_weight_mm: None,
         requirement: None,
+        slides: Vec::new(),
     }
 }
 
-fn document() -> Document {
+pub(super) fn document() -> Document {
     Document::new(
         design(),
         View::default(),
