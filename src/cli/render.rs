@@ -43,6 +43,9 @@ pub struct RenderArgs {
     /// In the Study workspace, the trial of the range of motion to show, from 1, or worst
     #[arg(long, value_name = "N", requires = "workspace")]
     pub trial: Option<TrialName>,
+    /// In the Present workspace, the slide to show, from 1
+    #[arg(long, value_name = "N", requires = "workspace", value_parser = clap::value_parser!(u32).range(1..))]
+    pub slide: Option<u32>,
     /// What is selected: tool, crf, tool/tip, or a sensor by its name, with its body where both
     /// bodies have one of that name, as in crf/left
     #[arg(long, value_name = "THING")]
@@ -76,6 +79,8 @@ pub enum WorkspaceName {
     Field,
     /// Trials one by one
     Study,
+    /// Slides, as an audience sees them
+    Present,
 }
 
 impl From<WorkspaceName> for Workspace {
@@ -84,6 +89,7 @@ impl From<WorkspaceName> for Workspace {
             WorkspaceName::Design => Self::Design,
             WorkspaceName::Field => Self::Field,
             WorkspaceName::Study => Self::Study,
+            WorkspaceName::Present => Self::Present,
         }
     }
 }
@@ -245,7 +251,12 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         (TableRole::Training, &args.measurements),
         (TableRole::HeldOut, &args.holdout),
     ];
+    let slide = match args.slide {
+        None => 0,
+        Some(number) => slide_numbered(&world, number)?,
+    };
     let desk = Desk {
+        slide,
         has_panels: args.window,
         workspace: args.workspace.map(Workspace::from).unwrap_or_default(),
         tables: tables
@@ -272,6 +283,16 @@ fn open(design: &std::path::Path) -> anyhow::Result<World> {
         return Ok(store::open_builtin(&name)?);
     }
     Ok(store::open_design(design)?)
+}
+
+/// From 0. A design without slides is shown with one.
+fn slide_numbered(world: &World, number: u32) -> anyhow::Result<usize> {
+    let slides = world.document.design().slides.len().max(1);
+    let slide = number as usize - 1;
+    if slide >= slides {
+        bail!("there is no slide {number}, expected one from 1 to {slides}");
+    }
+    Ok(slide)
 }
 
 fn thing_named(world: &World, name: &str) -> anyhow::Result<Selected> {

@@ -133,6 +133,17 @@ impl OrbitRig {
         self.glide.is_some()
     }
 
+    /// Where it is, or will be once it is there.
+    pub fn destination(&self) -> OrbitCamera {
+        self.glide.as_ref().map_or(self.camera, |glide| glide.to)
+    }
+
+    /// Glides back to where it was, which is no change of the document's view.
+    pub fn return_to(&mut self, camera: OrbitCamera) {
+        start_glide(self, camera);
+        self.known = Some(camera.into());
+    }
+
     pub fn eye(&self) -> Eye {
         Eye {
             camera: self.camera,
@@ -409,10 +420,7 @@ fn answer_requests(
     mut rig: ResMut<OrbitRig>,
 ) {
     for request in requests.read() {
-        let mut to = rig
-            .glide
-            .as_ref()
-            .map_or_else(|| rig.camera, |glide| glide.to);
+        let mut to = rig.destination();
         match request {
             ViewRequest::Set(_) => continue,
             ViewRequest::FrameSelection => {

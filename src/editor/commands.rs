@@ -11,6 +11,7 @@ use super::palette::Theme;
 use super::pick::Surfaces;
 use super::precision::PrecisionRequest;
 use super::preferences::InterfaceScale;
+use super::present::PresentRequest;
 use super::sensor_commands::SensorCommand;
 use super::state::{
     ActiveDrag, EditRequest, EditorSystems, FileRequest, OpenWorld, Selection, ViewRequest,
@@ -86,6 +87,12 @@ pub enum Command {
     /// Back from a trial to the design's own pose.
     OwnPose,
     WriteLog,
+    NextSlide,
+    PreviousSlide,
+    FirstSlide,
+    PlayMotion,
+    EditSlides,
+    LeavePresentation,
     ShowPrecision,
     ShowPalette,
     ShowShortcuts,
@@ -99,11 +106,29 @@ pub enum Group {
     View,
     /// Only in the Study workspace.
     Study,
+    /// Only while slides are shown.
+    Present,
     Help,
 }
 
 impl Group {
-    pub const ALL: [Self; 5] = [Self::File, Self::Edit, Self::View, Self::Study, Self::Help];
+    pub const ALL: [Self; 6] = [
+        Self::File,
+        Self::Edit,
+        Self::View,
+        Self::Study,
+        Self::Present,
+        Self::Help,
+    ];
+
+    /// The one workspace in which its commands are there; their keys may be others' elsewhere.
+    pub fn workspace(self) -> Option<Workspace> {
+        match self {
+            Self::Study => Some(Workspace::Study),
+            Self::Present => Some(Workspace::Present),
+            _ => None,
+        }
+    }
 
     pub fn name(self) -> &'static str {
         match self {
@@ -111,6 +136,7 @@ impl Group {
             Self::Edit => "Edit",
             Self::View => "View",
             Self::Study => "Study",
+            Self::Present => "Present",
             Self::Help => "Help",
         }
     }
@@ -148,12 +174,18 @@ impl Command {
             Self::CancelDrag => is_dragging,
             // Nothing else happens in the middle of a drag.
             _ if is_dragging => false,
-            _ if self.info().group == Group::Study => workspace == Workspace::Study,
+            _ if self
+                .info()
+                .group
+                .workspace()
+                .is_some_and(|own| own != workspace) =>
+            {
+                false
+            }
+            Self::PlayMotion => document.is_some_and(|d| d.design().motion.is_some()),
             Self::Undo => document.is_some_and(|d| d.undo_label().is_some()),
             Self::Redo => document.is_some_and(|d| d.redo_label().is_some()),
-            Self::Tool(_) | Self::AddSensorBeside => {
-                world.is_some() && !matches!(workspace, Workspace::Field | Workspace::Live)
-            }
+            Self::Tool(_) | Self::AddSensorBeside => world.is_some() && workspace.is_edited_in(),
             Self::OpenBody(role) => document.is_some_and(|d| d.design().body(role).is_some()),
             Self::ToggleGizmoAxes => workspace == Workspace::Design,
             Self::Sensors(command) => {
@@ -164,13 +196,16 @@ impl Command {
     }
 }
 
-/// The command of a key with its modifiers.
-pub fn command_of(key: &str, control: bool, shift: bool) -> Option<Command> {
+/// The command of a key with its modifiers: a workspace's own goes before one that is everywhere.
+pub fn command_of(key: &str, control: bool, shift: bool, workspace: Workspace) -> Option<Command> {
     let pressed = |keys: &Keys| keys.key == key && keys.control == control && keys.shift == shift;
-    COMMANDS
-        .iter()
-        .find(|info| info.keys.iter().any(pressed))
-        .map(|info| info.command)
+    let of_group = |wanted: Option<Workspace>| {
+        COMMANDS
+            .iter()
+            .find(|info| info.group.workspace() == wanted && info.keys.iter().any(pressed))
+            .map(|info| info.command)
+    };
+    of_group(Some(workspace)).or_else(|| of_group(None))
 }
 
 impl Plugin for CommandsPlugin {
@@ -191,6 +226,7 @@ impl Plugin for CommandsPlugin {
             .add_message::<FileRequest>()
             .add_message::<PrecisionRequest>()
             .add_message::<StudyRequest>()
+            .add_message::<PresentRequest>()
             .add_message::<FieldRequest>()
             .add_message::<MeshRequest>()
             .add_message::<BodyFileRequest>()
@@ -229,6 +265,7 @@ struct Asked<'w> {
     files: MessageWriter<'w, FileRequest>,
     precision: MessageWriter<'w, PrecisionRequest>,
     study: MessageWriter<'w, StudyRequest>,
+    present: MessageWriter<'w, PresentRequest>,
     fields: MessageWriter<'w, FieldRequest>,
     meshes: MessageWriter<'w, MeshRequest>,
     body_files: MessageWriter<'w, BodyFileRequest>,
@@ -316,9 +353,18 @@ impl Asked<'_> {
             Command::LargerInterface => self.scale.step(1),
             Command::SmallerInterface => self.scale.step(-1),
             Command::PlainInterface => *self.scale = InterfaceScale::default(),
+            Command::ShowWorkspace(Workspace::Present) if *self.workspace == Workspace::Present => {
+                self.present(PresentRequest::Leave);
+            }
             Command::ShowWorkspace(workspace) => {
                 self.workspace.set_if_neq(workspace);
             }
+            Command::NextSlide => self.present(PresentRequest::Step(1)),
+            Command::PreviousSlide => self.present(PresentRequest::Step(-1)),
+            Command::FirstSlide => self.present(PresentRequest::Show(0)),
+            Command::PlayMotion => self.study(StudyRequest::TogglePlay),
+            Command::EditSlides => self.present(PresentRequest::ToggleEditing),
+            Command::LeavePresentation => self.present(PresentRequest::Leave),
             Command::ChooseMode(kind) => self.study(StudyRequest::Choose(kind)),
             Command::ReadInput => self.file(FileRequest::ShowReadInput),
             Command::PlayTrials => self.study(StudyRequest::TogglePlay),
@@ -355,6 +401,10 @@ impl Asked<'_> {
         self.views.write(request);
     }
 
+    fn present(&mut self, request: PresentRequest) {
+        self.present.write(request);
+    }
+
     fn study(&mut self, request: StudyRequest) {
         self.study.write(request);
     }
@@ -388,18 +438,39 @@ mod tests {
 
     #[test]
     fn shift_tells_redo_from_undo() {
-        assert_eq!(command_of("z", true, false), Some(Command::Undo));
-        assert_eq!(command_of("z", true, true), Some(Command::Redo));
-        assert_eq!(command_of("y", true, false), Some(Command::Redo));
-        assert_eq!(command_of("z", false, false), None);
+        let command = |key, control, shift| command_of(key, control, shift, Workspace::Design);
+        assert_eq!(command("z", true, false), Some(Command::Undo));
+        assert_eq!(command("z", true, true), Some(Command::Redo));
+        assert_eq!(command("y", true, false), Some(Command::Redo));
+        assert_eq!(command("z", false, false), None);
     }
 
     #[test]
-    fn no_two_commands_share_a_key_or_a_name() {
+    fn a_key_is_the_shown_workspaces_own_before_it_is_anybodys() {
+        let command = |key, workspace| command_of(key, false, false, workspace);
+        assert_eq!(command("right", Workspace::Study), Some(Command::NextTrial));
+        assert_eq!(
+            command("right", Workspace::Present),
+            Some(Command::NextSlide)
+        );
+        assert_eq!(command("right", Workspace::Design), None);
+        let leave = Some(Command::LeavePresentation);
+        assert_eq!(command("escape", Workspace::Present), leave);
+        assert_eq!(
+            command("escape", Workspace::Field),
+            Some(Command::CancelDrag)
+        );
+    }
+
+    #[test]
+    fn no_two_commands_share_a_name_or_in_one_workspace_a_key() {
         for (i, a) in COMMANDS.iter().enumerate() {
             for b in &COMMANDS[i + 1..] {
                 assert_ne!(a.command, b.command);
                 assert_ne!((a.group, a.name), (b.group, b.name));
+                if a.group.workspace() != b.group.workspace() {
+                    continue;
+                }
                 let shared = a.keys.iter().find(|keys| b.keys.contains(keys));
                 assert_eq!(shared, None, "{} and {}", a.name, b.name);
             }

@@ -1,7 +1,7 @@
 //! Keys with their modifiers, and how people write them.
 
 /// A key with its modifiers. Keys are letters in lower case, digits, signs, `escape`, `delete`,
-/// `space`, `left`, `right`, `home`, or `f1` to `f12`.
+/// `space`, `left`, `right`, `home`, `pageup`, `pagedown`, or `f1` to `f12`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Keys {
     pub key: &'static str,
@@ -49,6 +49,8 @@ impl std::fmt::Display for Keys {
             "left" => f.write_str("Left"),
             "right" => f.write_str("Right"),
             "home" => f.write_str("Home"),
+            "pageup" => f.write_str("Page up"),
+            "pagedown" => f.write_str("Page down"),
             key => f.write_str(&key.to_uppercase()),
         }
     }

@@ -36,6 +36,7 @@ pub mod pointer_hint;
 pub mod precision;
 pub mod preferences;
 pub mod preflight;
+pub mod present;
 pub mod probe;
 pub mod recent;
 pub mod scene;
@@ -69,6 +70,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`field::FieldPlugin`] | rooms from measurements |
 /// | [`live::LivePlugin`] | the Live workspace: a tracker over the network |
 /// | [`live::cells::CellsPlugin`] | where samples were taken, in the scene |
+/// | [`present::PresentPlugin`] | the Present workspace: slides instead of panels |
 /// | [`meshes::MeshesPlugin`] | meshes for bodies |
 /// | [`body_files::BodyFilesPlugin`] | bodies from makers' files and back |
 /// | [`drops::DropsPlugin`] | files dropped onto the window |
@@ -113,6 +115,7 @@ impl PluginGroup for EditorPlugins {
             .add(field::samples::SamplesPlugin)
             .add(live::LivePlugin)
             .add(live::cells::CellsPlugin)
+            .add(present::PresentPlugin)
             .add(meshes::MeshesPlugin)
             .add(body_files::BodyFilesPlugin)
             .add(drops::DropsPlugin)

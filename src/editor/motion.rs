@@ -116,7 +116,7 @@ impl Shown<'_> {
 
     fn has_balls(&self) -> bool {
         self.presentation.window
-            && !matches!(*self.workspace, Workspace::Field | Workspace::Live)
+            && self.workspace.is_edited_in()
             && self.selection.primary().is_none()
             && self
                 .design

@@ -4,6 +4,7 @@ use super::app::offscreen;
 use super::field::{FieldDesk, FieldRequest, TableRole};
 use super::layers;
 use super::palette::Theme;
+use super::present::Presenter;
 use super::solve::SolverHandle;
 use super::state::{OpenWorld, Results, Selected, Selection, Workspace};
 use super::study::StudyRequest;
@@ -42,6 +43,8 @@ pub struct Desk {
     pub workspace: Workspace,
     /// On the desk of the Field workspace.
     pub tables: Vec<(TableRole, PathBuf)>,
+    /// From 0, in the Present workspace.
+    pub slide: usize,
     /// In the Study workspace; `None` is the design's own pose.
     pub trial: Option<StudyTrial>,
     pub selected: Option<Selected>,
@@ -83,6 +86,10 @@ pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureE
         app.insert_resource(desk.theme)
             .insert_resource(desk.workspace)
             .insert_resource(Selection::of(desk.selected))
+            .insert_resource(Presenter {
+                slide: desk.slide,
+                ..Presenter::default()
+            })
             .init_resource::<Captured>();
     });
     for (role, file) in desk.tables {

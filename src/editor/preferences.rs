@@ -2,6 +2,7 @@
 //! thread of its own when they change.
 
 use super::document::Notice;
+use super::egui_camera::EguiCamera;
 use super::palette::Theme;
 use super::state::{EditorSystems, Presentation, Workspace};
 use super::ui::PanelsShown;
@@ -143,7 +144,9 @@ fn apply(app: &mut App, recalled: &Recalled) {
     theme.apply();
     let workspace = Workspace::ALL
         .into_iter()
-        .find(|workspace| workspace.name() == preferences.workspace);
+        .find(|workspace| workspace.name() == preferences.workspace)
+        // Nobody wants to begin without panels.
+        .filter(|workspace| *workspace != Workspace::Present);
     let ShownPanels {
         left,
         right,
@@ -284,6 +287,10 @@ fn shrink_to_screen(
     }
 }
 
+/// Height of a slide in egui's points: what is written on it is read from the back of a room, on a
+/// window of any size.
+const STAGE_POINTS: f64 = 560.0;
+
 /// A size that is on the largest of the screens as a whole.
 pub fn fitting(size: Vec2, screens: impl Iterator<Item = Vec2>) -> Vec2 {
     screens
@@ -293,14 +300,25 @@ pub fn fitting(size: Vec2, screens: impl Iterator<Item = Vec2>) -> Vec2 {
 
 fn scale_interface(
     scale: Res<InterfaceScale>,
+    workspace: Res<Workspace>,
+    camera: Option<Single<&Camera, With<EguiCamera>>>,
     mut contexts: EguiContexts,
     mut redraw: MessageWriter<RequestRedraw>,
     mut unsettled: Local<usize>,
 ) -> Result {
-    if scale.is_changed() {
+    // Slides grow with the window, which may change its size at any time.
+    if scale.is_changed() || workspace.is_changed() || *workspace == Workspace::Present {
         let ctx = contexts.ctx_mut()?;
-        if ctx.zoom_factor() != scale.0 as f32 {
-            ctx.set_zoom_factor(scale.0 as f32);
+        // Unknown before the first frame.
+        let target_px = camera.and_then(|camera| camera.logical_target_size());
+        let zoom = match (*workspace, target_px) {
+            (Workspace::Present, Some(px)) => (f64::from(px.y) / STAGE_POINTS).max(0.5),
+            _ => 1.0,
+        };
+        let zoom = (scale.0 * zoom) as f32;
+        // A pixel more or less is no other size.
+        if (ctx.zoom_factor() / zoom - 1.0).abs() > 2e-3 {
+            ctx.set_zoom_factor(zoom);
             *unsettled = SETTLING_FRAMES;
         }
     }

@@ -1,7 +1,7 @@
 //! Keys into commands.
 
 use super::commands::{CommandsSystems, RunCommand, command_of};
-use super::state::EditorSystems;
+use super::state::{EditorSystems, Workspace};
 use super::ui::command_ui::CommandPages;
 use super::ui::dialogs::Dialogs;
 use super::ui::row_page::RowPage;
@@ -19,6 +19,7 @@ impl Plugin for ShortcutsPlugin {
         app.init_resource::<Dialogs>()
             .init_resource::<CommandPages>()
             .init_resource::<RowPage>()
+            .init_resource::<Workspace>()
             .add_message::<KeyboardInput>()
             .add_message::<KeyboardFocusLost>()
             .add_message::<RunCommand>()
@@ -70,6 +71,7 @@ fn press_keys(
     mut modifiers: Local<Modifiers>,
     egui: Option<Res<EguiWantsInput>>,
     pages: OpenPages,
+    workspace: Res<Workspace>,
     mut commands: MessageWriter<RunCommand>,
 ) {
     if lost.read().last().is_some() {
@@ -83,7 +85,7 @@ fn press_keys(
             continue;
         }
         let command = name(&input.logical_key)
-            .and_then(|key| command_of(&key, modifiers.control, modifiers.shift));
+            .and_then(|key| command_of(&key, modifiers.control, modifiers.shift, *workspace));
         if let Some(command) = command {
             commands.write(RunCommand(command));
         }
@@ -98,6 +100,8 @@ fn name(key: &Key) -> Option<String> {
         Key::Space => "space".to_owned(),
         Key::ArrowLeft => "left".to_owned(),
         Key::ArrowRight => "right".to_owned(),
+        Key::PageUp => "pageup".to_owned(),
+        Key::PageDown => "pagedown".to_owned(),
         Key::Home => "home".to_owned(),
         Key::Delete => "delete".to_owned(),
         Key::F1 => "f1".to_owned(),

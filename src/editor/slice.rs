@@ -9,6 +9,7 @@ use super::scene::shapes::GlyphShapes;
 use super::slice_picture::{SliceLook, inset, picture};
 use super::state::{
     ActiveDrag, ColorScale, DragReadout, DragText, EditorSystems, OpenWorld, Results, ViewRequest,
+    Workspace,
 };
 use super::{convert, palette};
 use crate::geometry::colormap::ColorMap;
@@ -188,12 +189,15 @@ fn handle_of(slice: &SliceOutcome) -> SliceHandle {
 fn place_handle(
     mut commands: Commands,
     world: Res<OpenWorld>,
+    workspace: Option<Res<Workspace>>,
     results: Res<Results>,
     mut drawn: Query<(Entity, &mut SliceHandle, &mut BallHandle)>,
     shapes: Res<GlyphShapes>,
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
-    let is_on = world.0.document.view().layers.slice;
+    // An audience takes hold of nothing.
+    let is_held = workspace.is_none_or(|workspace| *workspace != Workspace::Present);
+    let is_on = is_held && world.0.document.view().layers.slice;
     let Some(slice) = results.slice.as_ref().filter(|_| is_on) else {
         for (entity, ..) in &drawn {
             commands.entity(entity).despawn();

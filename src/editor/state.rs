@@ -256,13 +256,31 @@ pub enum Workspace {
     Study,
     /// A tracker over the network: its tools, a recording, where samples are missing.
     Live,
+    /// What is shown to people who do not design it: slides, without panels.
+    Present,
 }
 
 impl Workspace {
-    pub const ALL: [Self; 4] = [Self::Design, Self::Field, Self::Study, Self::Live];
+    pub const ALL: [Self; 5] = [
+        Self::Design,
+        Self::Field,
+        Self::Study,
+        Self::Live,
+        Self::Present,
+    ];
 
     pub fn is_live(self) -> bool {
         self == Self::Live
+    }
+
+    /// Whether a hand in the scene changes the design.
+    pub fn is_edited_in(self) -> bool {
+        matches!(self, Self::Design | Self::Study)
+    }
+
+    /// Whether the tool can stand where a trial has it.
+    pub fn shows_trials(self) -> bool {
+        matches!(self, Self::Study | Self::Present)
     }
 
     pub fn name(self) -> &'static str {
@@ -271,6 +289,7 @@ impl Workspace {
             Self::Field => "Field",
             Self::Study => "Study",
             Self::Live => "Live",
+            Self::Present => "Present",
         }
     }
 }

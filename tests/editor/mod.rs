@@ -24,6 +24,7 @@ mod picture;
 mod pixels;
 mod precision_page;
 mod preferences;
+mod present;
 mod probe;
 mod sensor_panels;
 mod sensors;

@@ -5,6 +5,7 @@ use crate::editor::palette::{self, Rgb};
 use crate::editor::probe::{POORLY_SUPPORTED, outside_words};
 use crate::editor::state::{ColorScale, Results};
 use crate::editor::ui::theme;
+use crate::editor::ui::widgets::length;
 use crate::geometry::colormap::{
     ColorMap, NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY, UNSUPPORTED_LINE_SRGB,
     over,
@@ -63,6 +64,14 @@ pub fn of_slice(results: &Results, scale: &ColorScale) -> Vec<LegendKey> {
         });
     }
     keys
+}
+
+/// What the sphere around the tip means, in plain words.
+pub fn of_limit(limit_mm: f64) -> LegendKey {
+    LegendKey {
+        swatch: Swatch::Surface(palette::MET),
+        text: format!("at most {} off, drawn as large", length(limit_mm)),
+    }
 }
 
 /// Paints the plate; what it covers.

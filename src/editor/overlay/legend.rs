@@ -265,13 +265,17 @@ fn arrow_right(painter: &Painter, bar: Rect, color: Color32) {
 fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> Option<Rect> {
     let layers = view.layers;
     let shown = view.magnification?;
+    let [vectors, ghost] = match view.is_plain {
+        false => ["error vectors, two heads where cut", "tool as tracked"],
+        true => ["how far off the tip is", "where the tracker sees the tool"],
+    };
     let keys: Vec<(&str, Rgb)> = [
         (
             layers.sensor_errors || layers.tip_error,
-            "error vectors, two heads where cut",
+            vectors,
             palette::ERROR_VECTOR,
         ),
-        (layers.ghost, "tool as tracked", palette::GHOST),
+        (layers.ghost, ghost, palette::GHOST),
         (
             layers.tip_scatter && view.has_scatter,
             "95 % of the tip's jitter",
@@ -285,12 +289,12 @@ fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> O
     if keys.is_empty() {
         return None;
     }
-    let mut head = if shown.times == 1.0 {
-        "errors at true size".to_owned()
-    } else {
-        format!("errors × {}", times(shown.times))
+    let mut head = match (shown.times == 1.0, view.is_plain) {
+        (true, _) => "errors at true size".to_owned(),
+        (false, false) => format!("errors × {}", times(shown.times)),
+        (false, true) => format!("errors drawn {} times as large", times(shown.times)),
     };
-    if shown.is_capped {
+    if shown.is_capped && !view.is_plain {
         let most_deg = MAX_GHOST_TURN_RAD.to_degrees();
         head.push_str(&format!(", turn held at {most_deg:.0}°"));
     }

@@ -41,13 +41,17 @@ struct Label {
 pub fn paint(painter: &Painter, view: &OverlayView, covered: &[Rect]) {
     let mut labels = Vec::new();
     body_troubles(view, &mut labels);
-    warnings(view, &mut labels);
+    if !view.is_plain {
+        warnings(view, &mut labels);
+    }
     if view.layers.labels {
-        axis_letters(painter, view);
         tip(view, &mut labels);
-        sensors(view, &mut labels);
         targets(view, &mut labels);
         bodies(view, &mut labels);
+        if !view.is_plain {
+            axis_letters(painter, view);
+            sensors(view, &mut labels);
+        }
         room(view, &mut labels);
     }
     let mut covered = covered.to_vec();
@@ -247,7 +251,8 @@ fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
             BodyRole::Crf => ("CRF", palette::CRF),
         };
         let name = &body.rigid.name;
-        let text = if name.to_lowercase().contains(&kind.to_lowercase()) {
+        let is_told = name.to_lowercase().contains(&kind.to_lowercase());
+        let text = if is_told || view.is_plain {
             name.clone()
         } else {
             format!("{name} ({kind})")

@@ -21,13 +21,14 @@ use super::palette;
 use super::probe::Probe;
 use super::state::{
     ActiveDrag, ColorBar, ColorScale, DragReadout, Hovered, OpenWorld, Presentation, Results,
-    Selected, Selection, ShownMagnification, ViewportRect,
+    Selected, Selection, ShownMagnification, ViewportRect, Workspace,
 };
 use super::study::ShownDesign;
 use super::ui::UiSystems;
+use super::ui::present::StageCover;
 use crate::design::Things;
 use crate::design::view::Layers;
-use crate::design::{BodyRole, Design};
+use crate::design::{BodyRole, Design, Document};
 use crate::field::Environment;
 use crate::geometry::gizmo::{Eye, Gizmo};
 use crate::geometry::orbit::OrbitCamera;
@@ -49,6 +50,8 @@ impl Plugin for OverlayPlugin {
             .init_resource::<DragReadout>()
             .init_resource::<Probe>()
             .init_resource::<Presentation>()
+            .init_resource::<Workspace>()
+            .init_resource::<StageCover>()
             .add_systems(EguiPrimaryContextPass, draw.in_set(UiSystems::Overlay));
     }
 }
@@ -82,6 +85,10 @@ pub struct OverlayView<'a> {
     pub body_troubles: Vec<(BodyRole, String)>,
     /// Without panels the picture has to say the result itself.
     pub has_summary: bool,
+    /// For people who do not design the tool: nothing that has to be explained.
+    pub is_plain: bool,
+    /// Where something is written already.
+    pub covered: &'a [egui::Rect],
 }
 
 impl OverlayView<'_> {
@@ -104,6 +111,7 @@ impl OverlayView<'_> {
 /// Paints everything.
 pub fn paint(painter: &Painter, view: &OverlayView) {
     let mut covered = legend::paint(painter, view);
+    covered.extend(view.covered);
     if view.has_summary {
         covered.push(summary::paint(painter, view));
     }
@@ -126,6 +134,8 @@ struct Scene<'w> {
     selection: Res<'w, Selection>,
     hovered: Res<'w, Hovered>,
     presentation: Res<'w, Presentation>,
+    workspace: Res<'w, Workspace>,
+    cover: Res<'w, StageCover>,
     live: Option<Res<'w, LiveDesk>>,
 }
 
@@ -174,11 +184,17 @@ fn color_bars(
     of_slice.into_iter().chain(of_layers).collect()
 }
 
-fn legend_keys(scene: &Scene, results: &Results, layers: Layers) -> Vec<LegendKey> {
+fn legend_keys(scene: &Scene, results: &Results, document: &Document) -> Vec<LegendKey> {
+    let layers = document.view().layers;
     let mut keys = match scene.color_scale.as_deref().filter(|_| layers.slice) {
         Some(scale) => keys::of_slice(results, scale),
         None => Vec::new(),
     };
+    if *scene.workspace == Workspace::Present && layers.tip_error {
+        let requirement = document.design().requirement.as_ref();
+        let limit = requirement.and_then(Requirement::single_position_mm);
+        keys.extend(limit.map(|(_, limit_mm)| keys::of_limit(limit_mm)));
+    }
     let Some(bars) = &scene.color_bars else {
         return keys;
     };
@@ -232,7 +248,7 @@ fn draw(
             document.view().layers,
             document.design().requirement,
         ),
-        keys: legend_keys(&scene, &results, document.view().layers),
+        keys: legend_keys(&scene, &results, document),
         has_scatter: matches!(&results.scatter, Some(Ok(_))),
         gizmo: scene.handles(),
         readout: scene
@@ -243,6 +259,8 @@ fn draw(
             .map(|readout| (place(readout.at), readout.text.as_str())),
         body_troubles: scene.body_troubles(),
         has_summary: !scene.presentation.panels,
+        is_plain: *scene.workspace == Workspace::Present,
+        covered: &scene.cover.0,
     };
     let painter = ctx
         .layer_painter(LayerId::background())

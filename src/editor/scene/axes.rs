@@ -12,7 +12,7 @@ const SPACING_MM: f32 = 50.0;
 const LINES_EACH_WAY: i32 = 18;
 const GRID_ALPHA: f32 = 0.5;
 
-/// Draws axes and grid while the grid's layer is on.
+/// Draws the grid while its layer is on, and the axes with it or with the generator.
 pub struct AxesPlugin;
 
 /// In the colours of a theme.
@@ -20,18 +20,15 @@ pub struct AxesPlugin;
 struct Ground(Theme);
 
 #[derive(Component)]
-struct TrackerAxes;
+struct TrackerAxes(Theme);
 
 impl Plugin for AxesPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Theme>().add_systems(
             Update,
-            (
-                draw_axes.run_if(resource_changed::<Theme>),
-                show_grid
-                    .run_if(resource_exists::<OpenWorld>)
-                    .run_if(is_due),
-            )
+            (show_axes, show_grid)
+                .run_if(resource_exists::<OpenWorld>)
+                .run_if(is_due)
                 .in_set(EditorSystems::Draw),
         );
     }
@@ -41,13 +38,26 @@ fn is_due(world: Res<OpenWorld>, theme: Res<Theme>) -> bool {
     world.is_changed() || theme.is_changed()
 }
 
-fn draw_axes(
+/// The axes are the tracker's: without its generator and the ground there is nothing that they are of.
+fn show_axes(
     mut commands: Commands,
-    drawn: Query<Entity, With<TrackerAxes>>,
+    world: Res<OpenWorld>,
+    theme: Res<Theme>,
+    drawn: Query<(Entity, &TrackerAxes)>,
     mut gizmos: ResMut<Assets<GizmoAsset>>,
 ) {
-    for entity in &drawn {
-        commands.entity(entity).despawn();
+    let layers = world.0.document.view().layers;
+    let is_wanted = layers.generator || layers.grid;
+    let mut is_shown = false;
+    for (entity, axes) in &drawn {
+        if is_wanted && axes.0 == *theme {
+            is_shown = true;
+        } else {
+            commands.entity(entity).despawn();
+        }
+    }
+    if !is_wanted || is_shown {
+        return;
     }
     let mut axes = GizmoAsset::default();
     for (direction, color) in [
@@ -60,7 +70,7 @@ fn draw_axes(
     }
     commands.spawn((
         Name::new("tracker axes"),
-        TrackerAxes,
+        TrackerAxes(*theme),
         Gizmo {
             handle: gizmos.add(axes),
             line_config: GizmoLineConfig {

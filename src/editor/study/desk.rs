@@ -164,7 +164,7 @@ impl StudyDesk {
         self.trials_are_others();
     }
 
-    pub(super) fn show(&mut self, trial: Option<usize>) {
+    pub(in crate::editor) fn show(&mut self, trial: Option<usize>) {
         self.trial = trial;
         self.playing = None;
     }

@@ -25,6 +25,10 @@ impl Plugin for StudyPlugin {
     }
 }
 
+fn are_trials_shown(workspace: Option<Res<Workspace>>) -> bool {
+    workspace.is_some_and(|workspace| workspace.shows_trials())
+}
+
 fn is_study_shown(workspace: Option<Res<Workspace>>) -> bool {
     workspace.is_some_and(|workspace| *workspace == Workspace::Study)
 }

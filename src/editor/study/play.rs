@@ -1,7 +1,7 @@
 //! Answers what is asked of the Study workspace, and plays trials one after the other.
 
+use super::are_trials_shown;
 use super::desk::{ModeKind, StudyDesk, StudyRequest};
-use super::is_study_shown;
 use crate::editor::state::{EditorSystems, FileRequest, OpenWorld, Results, Workspace};
 use crate::store;
 use crate::study::trial_count;
@@ -22,7 +22,7 @@ pub(super) fn plugin(app: &mut App) {
         .add_systems(
             Update,
             (
-                advance.run_if(is_playing.and_then(is_study_shown)),
+                advance.run_if(is_playing.and_then(are_trials_shown)),
                 answer.run_if(on_message::<StudyRequest>),
             )
                 .chain()

@@ -149,7 +149,7 @@ fn want(
         return;
     }
     pending.0.clear();
-    let is_looked_at = *workspace == Workspace::Study;
+    let is_looked_at = workspace.shows_trials();
     if !is_looked_at && desk.playing.is_some() {
         desk.playing = None;
     }

@@ -130,7 +130,7 @@ fn put_back(
 ) {
     let is_escape = |command: &RunCommand| command.0 == Command::CancelDrag;
     let is_ended = commands.read().any(is_escape) && !drag.0;
-    if is_ended || matches!(*workspace, Workspace::Field | Workspace::Live) {
+    if is_ended || !workspace.is_edited_in() {
         *tool = SceneTool::Select;
         redraws.write(RequestRedraw);
     }

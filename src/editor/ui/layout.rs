@@ -1,5 +1,6 @@
 //! Lays the panels out around the 3D view and turns what they asked for into messages.
 
+use super::asked::Asked;
 use super::baseline::{Baseline, note_baseline};
 use super::body_file_ui::{BodyFileView, body_file_ui};
 use super::command_ui::CommandPages;
@@ -12,6 +13,7 @@ use super::layers_ui::{LayersView, Listed, layers_ui};
 use super::live::LivePanels;
 use super::mesh_ui::{MeshView, mesh_ui};
 use super::outliner::{OutlinerView, outliner_ui};
+use super::present::{StageCover, StageView, slides_ui, stage_ui};
 use super::result::{ResultView, brief_result_ui, headline, result_ui};
 use super::row_page::RowPage;
 use super::scene_menu::SceneMenu;
@@ -34,6 +36,7 @@ use crate::editor::live::{LiveDesk, LiveRequest};
 use crate::editor::meshes::{MeshLoading, MeshRequest};
 use crate::editor::palette::Theme;
 use crate::editor::precision::PrecisionRequest;
+use crate::editor::present::{PresentRequest, Presenter};
 use crate::editor::recent::RecentDesigns;
 use crate::editor::state::{
     ActiveDrag, ColorBar, EditRequest, EditorSystems, FileRequest, Hovered, OpenWorld, PointerHint,
@@ -117,6 +120,9 @@ impl Plugin for UiPlugin {
             .add_message::<PrecisionRequest>()
             .add_message::<RunCommand>()
             .add_message::<StudyRequest>()
+            .add_message::<PresentRequest>()
+            .init_resource::<Presenter>()
+            .init_resource::<StageCover>()
             .add_message::<RequestRedraw>()
             .configure_sets(
                 EguiPrimaryContextPass,
@@ -165,6 +171,7 @@ struct Shown<'w> {
     log: Res<'w, LogJob>,
     field: Res<'w, FieldDesk>,
     live: Res<'w, LiveDesk>,
+    presenter: Res<'w, Presenter>,
     sample_scale: Res<'w, SampleScale>,
     generation: Res<'w, WorldGeneration>,
     loading: Res<'w, MeshLoading>,
@@ -173,30 +180,13 @@ struct Shown<'w> {
     color_bars: Option<Res<'w, ColorBars>>,
 }
 
-/// Where what the person asked for goes.
-#[derive(SystemParam)]
-struct Asked<'w> {
-    shown: Res<'w, PanelsShown>,
-    selection: ResMut<'w, Selection>,
-    hovered: ResMut<'w, Hovered>,
-    edits: MessageWriter<'w, EditRequest>,
-    views: MessageWriter<'w, ViewRequest>,
-    files: MessageWriter<'w, FileRequest>,
-    fields: MessageWriter<'w, FieldRequest>,
-    meshes: MessageWriter<'w, MeshRequest>,
-    live: MessageWriter<'w, LiveRequest>,
-    body_files: MessageWriter<'w, BodyFileRequest>,
-    commands: MessageWriter<'w, RunCommand>,
-    study: MessageWriter<'w, StudyRequest>,
-    redraw: MessageWriter<'w, RequestRedraw>,
-}
-
 fn panels(
     mut commands: Commands,
     mut contexts: EguiContexts,
     shown: Shown,
     mut asked: Asked,
     viewport: Option<Res<ViewportRect>>,
+    mut cover: ResMut<StageCover>,
     mut hovered_here: Local<Option<Selected>>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
@@ -208,6 +198,7 @@ fn panels(
             .max_rect(ctx.viewport_rect()),
     );
     let mut actions = Vec::new();
+    cover.0.clear();
     if let (true, Some(world)) = (shown.presentation.panels, &shown.world) {
         let is_available = |command: Command| {
             let workspace = *shown.workspace;
@@ -221,7 +212,11 @@ fn panels(
             hovered: asked.hovered.0,
             sides: *asked.shown,
         };
-        desk.all_ui(&mut root, &mut actions);
+        if *shown.workspace == Workspace::Present {
+            cover.0 = desk.present_ui(&mut root, &mut actions);
+        } else {
+            desk.all_ui(&mut root, &mut actions);
+        }
     }
     let hole = root.available_rect_before_wrap();
     // egui may be zoomed; the window's logical pixels are not.
@@ -285,14 +280,14 @@ impl Desk<'_> {
                 .show(root, |ui| match workspace {
                     Workspace::Field => self.field_left_ui(ui, actions),
                     Workspace::Live => self.live_left_ui(ui, actions),
-                    Workspace::Design | Workspace::Study => self.left_ui(ui, actions),
+                    _ => self.left_ui(ui, actions),
                 });
         }
         if self.sides.right {
             let (width, margin) = match workspace {
                 Workspace::Field => (theme::FIELD_WIDTH, Margin::symmetric(12, 0)),
                 Workspace::Live => (theme::RIGHT_WIDTH, Margin::symmetric(12, 0)),
-                Workspace::Design | Workspace::Study => (theme::RIGHT_WIDTH, Margin::ZERO),
+                _ => (theme::RIGHT_WIDTH, Margin::ZERO),
             };
             Panel::right(workspace.name())
                 .exact_size(width)
@@ -301,8 +296,49 @@ impl Desk<'_> {
                 .show(root, |ui| match workspace {
                     Workspace::Field => self.field_right_ui(ui, actions),
                     Workspace::Live => actions.extend(self.live().right(ui)),
-                    Workspace::Design | Workspace::Study => self.right_ui(ui, actions),
+                    _ => self.right_ui(ui, actions),
                 });
+        }
+    }
+
+    /// The slide, and beside it the panel that slides are made in while they are; what the slide's
+    /// writing covers.
+    fn present_ui(&self, root: &mut egui::Ui, actions: &mut Vec<PanelAction>) -> Vec<egui::Rect> {
+        if self.shown.presenter.is_editing {
+            self.slides_panel_ui(root, actions);
+        }
+        let mut covered = Vec::new();
+        let stage = root.available_rect_before_wrap();
+        actions.extend(stage_ui(root.ctx(), stage, &self.stage(), &mut covered));
+        covered
+    }
+
+    fn slides_panel_ui(&self, root: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
+        Panel::left("slides")
+            .exact_size(theme::LEFT_WIDTH)
+            .resizable(false)
+            .frame(theme::panel_frame(Margin::symmetric(8, 0)))
+            .show(root, |ui| {
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    actions.extend(slides_ui(ui, &self.stage()));
+                    let layers = LayersView {
+                        view: self.view(),
+                        environment: self.environment(),
+                        figures: self.layer_figures(),
+                        listed: Listed::All,
+                    };
+                    actions.extend(layers_ui(ui, &layers));
+                    ui.add_space(8.0);
+                });
+            });
+    }
+
+    /// What the slide is drawn from.
+    fn stage(&self) -> StageView<'_> {
+        StageView {
+            document: &self.world.document,
+            presenter: &self.shown.presenter,
+            figures: (self.shown.results.study.as_ref()).map(|study| &study.value.figures),
         }
     }
 
@@ -539,56 +575,5 @@ impl Desk<'_> {
                     ui.add_space(8.0);
                 });
             });
-    }
-}
-
-impl Asked<'_> {
-    fn answer(&mut self, actions: Vec<PanelAction>, hovered_here: &mut Option<Selected>) {
-        let mut hovered = None;
-        let mut is_asked = false;
-        for action in actions {
-            is_asked |= !matches!(action, PanelAction::Hover(_));
-            match action {
-                PanelAction::Edit(request) => {
-                    self.edits.write(request);
-                }
-                PanelAction::View(request) => {
-                    self.views.write(request);
-                }
-                PanelAction::File(request) => {
-                    self.files.write(request);
-                }
-                PanelAction::Field(request) => {
-                    self.fields.write(request);
-                }
-                PanelAction::Mesh(request) => {
-                    self.meshes.write(request);
-                }
-                PanelAction::Live(request) => {
-                    self.live.write(request);
-                }
-                PanelAction::BodyFile(request) => {
-                    self.body_files.write(request);
-                }
-                PanelAction::Run(command) => {
-                    self.commands.write(RunCommand(command));
-                }
-                PanelAction::Study(request) => {
-                    self.study.write(request);
-                }
-                PanelAction::Select(what) => *self.selection = Selection::of(what),
-                PanelAction::SelectAlso(what) => self.selection.toggle(what),
-                PanelAction::Hover(what) => hovered = Some(what),
-            }
-        }
-        // The scene hovers too: only what was hovered here is taken back here.
-        if hovered != *hovered_here {
-            self.hovered.set_if_neq(Hovered(hovered));
-            *hovered_here = hovered;
-            is_asked = true;
-        }
-        if is_asked {
-            self.redraw.write(RequestRedraw);
-        }
     }
 }

@@ -1,6 +1,7 @@
 //! The panels around the 3D view. Each panel is a pure function from a view of the state to
 //! what the person asked for; `layout` alone knows Bevy.
 
+mod asked;
 pub mod baseline;
 pub mod body_file_ui;
 pub mod chart_ui;
@@ -20,6 +21,7 @@ pub mod mesh_ui;
 pub mod motion_ui;
 pub mod outliner;
 pub mod precision_ui;
+pub mod present;
 pub mod result;
 pub mod row_page;
 pub mod scene_menu;
@@ -43,6 +45,7 @@ use super::commands::Command;
 use super::field::FieldRequest;
 use super::live::LiveRequest;
 use super::meshes::MeshRequest;
+use super::present::PresentRequest;
 use super::state::{EditRequest, FileRequest, Selected, ViewRequest};
 use super::study::StudyRequest;
 use crate::design::Edit;
@@ -60,6 +63,7 @@ pub enum PanelAction {
     BodyFile(BodyFileRequest),
     Run(Command),
     Study(StudyRequest),
+    Present(PresentRequest),
     Select(Option<Selected>),
     /// Selects it with what is selected, or takes it away.
     SelectAlso(Selected),

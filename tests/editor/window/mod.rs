@@ -8,6 +8,7 @@ mod harness;
 mod killed;
 mod layer;
 mod places;
+mod present;
 mod room_e;
 mod screen;
 mod session;

@@ -1,0 +1,232 @@
+//! The Present workspace: slides over the scene, made in place, and the design's own view untouched.
+
+use super::support::{create_app, request, settle};
+use bevy::prelude::*;
+use bevy_egui::egui;
+use bevy_egui::egui::accesskit::Role;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use std::cell::RefCell;
+use std::rc::Rc;
+use trackwright::design::view::CameraView;
+use trackwright::design::{Document, Edit, Slide, SlideEdit, SlideFigure};
+use trackwright::editor::present::{PresentPlugin, PresentRequest, Presenter};
+use trackwright::editor::state::{EditRequest, OpenWorld, Results, ViewRequest, Workspace};
+use trackwright::editor::study::{ShownDesign, StudyPlugin, StudyRequest};
+use trackwright::editor::ui::PanelAction;
+use trackwright::editor::ui::present::{StageView, slides_ui, stage_ui};
+
+fn slide(title: &str, azimuth_rad: f64) -> Slide {
+    let mut slide = Slide {
+        title: title.to_owned(),
+        caption: format!("{title}, in a sentence"),
+        figures: vec![SlideFigure::WithinLimit, SlideFigure::LargestTipError],
+        ..Slide::default()
+    };
+    slide.view.layers.slice = false;
+    slide.view.camera = Some(CameraView {
+        focus_mm: [0.0, 0.0, -300.0],
+        distance_mm: 600.0,
+        azimuth_rad,
+        elevation_rad: 0.2,
+    });
+    slide
+}
+
+fn present_app(slides: &[Slide]) -> App {
+    let mut app = create_app();
+    app.add_plugins((StudyPlugin, PresentPlugin));
+    for (index, slide) in slides.iter().enumerate() {
+        let slide = Box::new(slide.clone());
+        let edit = Edit::Slides(SlideEdit::Add { index, slide });
+        request(&mut app, EditRequest::Apply(edit));
+    }
+    settle(&mut app);
+    app
+}
+
+fn document(app: &App) -> &Document {
+    &app.world().resource::<OpenWorld>().0.document
+}
+
+fn go_to(app: &mut App, workspace: Workspace) {
+    app.insert_resource(workspace);
+    settle(app);
+}
+
+fn ask(app: &mut App, asked: PresentRequest) {
+    app.world_mut().write_message(asked);
+    settle(app);
+}
+
+#[test]
+fn each_slide_is_looked_at_its_own_way_and_the_designs_own_view_comes_back_unchanged() {
+    let slides = [slide("one", 0.1), slide("two", 0.7)];
+    let mut app = present_app(&slides);
+    let own = document(&app).view().clone();
+    go_to(&mut app, Workspace::Present);
+    assert_eq!(*document(&app).view(), slides[0].view);
+    ask(&mut app, PresentRequest::Step(1));
+    assert_eq!(*document(&app).view(), slides[1].view);
+    // The last one stays.
+    ask(&mut app, PresentRequest::Step(1));
+    assert_eq!(*document(&app).view(), slides[1].view);
+    assert_eq!(*document(&app).own_view(), own, "what would be saved");
+    ask(&mut app, PresentRequest::Leave);
+    assert_eq!(*document(&app).view(), own);
+    assert_eq!(*app.world().resource::<Workspace>(), Workspace::Design);
+}
+
+#[test]
+fn looking_around_changes_a_slide_only_when_that_is_kept() {
+    let mut app = present_app(&[slide("one", 0.1), slide("two", 0.7)]);
+    go_to(&mut app, Workspace::Present);
+    let mut around = document(&app).view().clone();
+    around.layers.ghost = false;
+    app.world_mut()
+        .write_message(ViewRequest::Set(around.clone()));
+    settle(&mut app);
+    assert_eq!(*document(&app).view(), around);
+    let kept = |app: &App| document(app).design().slides[0].view.clone();
+    assert_eq!(kept(&app), slide("one", 0.1).view);
+    ask(&mut app, PresentRequest::BackToView);
+    assert_eq!(*document(&app).view(), slide("one", 0.1).view);
+
+    app.world_mut()
+        .write_message(ViewRequest::Set(around.clone()));
+    settle(&mut app);
+    ask(&mut app, PresentRequest::KeepView);
+    assert_eq!(
+        (kept(&app), document(&app).view()),
+        (around.clone(), &around)
+    );
+    assert_eq!(document(&app).undo_label(), Some("Change view of slide 1"));
+    request(&mut app, EditRequest::Undo);
+    settle(&mut app);
+    assert_eq!(
+        *document(&app).view(),
+        slide("one", 0.1).view,
+        "as it is kept"
+    );
+}
+
+#[test]
+fn a_design_without_slides_is_presented_and_what_is_changed_becomes_its_first_slide() {
+    let mut app = present_app(&[]);
+    go_to(&mut app, Workspace::Present);
+    let layers = document(&app).view().layers;
+    assert!(!layers.slice && !layers.sensor_errors && layers.ghost);
+    let presenter = Presenter::default();
+    let view = StageView {
+        document: document(&app),
+        presenter: &presenter,
+        figures: None,
+    };
+    let (shown, ..) = view.slide();
+    assert_eq!(shown.title, "Test design");
+    let mut shown = shown.into_owned();
+    shown.title = "For the ward".to_owned();
+    ask(&mut app, PresentRequest::Set(Box::new(shown.clone())));
+    assert_eq!(document(&app).design().slides, [shown]);
+    ask(&mut app, PresentRequest::Add);
+    let titles = |app: &App| {
+        let slides = &document(app).design().slides;
+        slides.iter().map(|s| s.title.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(titles(&app), ["For the ward", "For the ward"]);
+    assert_eq!(app.world().resource::<Presenter>().slide, 1);
+    ask(&mut app, PresentRequest::Move(-1));
+    ask(&mut app, PresentRequest::Remove);
+    ask(&mut app, PresentRequest::Remove);
+    ask(&mut app, PresentRequest::Remove);
+    assert!(titles(&app).is_empty());
+}
+
+#[test]
+fn the_motion_is_played_on_a_slide_and_is_over_when_the_presentation_is() {
+    let mut app = present_app(&[slide("one", 0.1)]);
+    go_to(&mut app, Workspace::Present);
+    let shown = |app: &App| app.world().resource::<ShownDesign>().trial.clone();
+    assert_eq!(shown(&app), None, "it begins where it is designed");
+    app.world_mut().write_message(StudyRequest::Show(Some(3)));
+    settle(&mut app);
+    assert_eq!(shown(&app).map(|trial| trial.number), Some(3));
+    go_to(&mut app, Workspace::Design);
+    assert_eq!(shown(&app), None);
+}
+
+type Asked = Rc<RefCell<Vec<PanelAction>>>;
+
+/// The writing over a scene of 16 to 9, and the panel beside it while slides are made.
+fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Asked) {
+    let asked: Asked = Rc::default();
+    let sink = Rc::clone(&asked);
+    let figures = app.world().resource::<Results>().study.as_ref();
+    let harness = Harness::builder()
+        .with_size(egui::vec2(996.0, 560.0))
+        .build_ui(move |ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            let view = StageView {
+                document: document(app),
+                presenter,
+                figures: figures.map(|study| &study.value.figures),
+            };
+            let mut covered = Vec::new();
+            let stage = ui.max_rect();
+            let mut actions = stage_ui(ui.ctx(), stage, &view, &mut covered);
+            for rect in &covered {
+                assert!(stage.contains_rect(*rect), "{rect:?} is not on the screen");
+            }
+            let overlaps = |a: &egui::Rect, b: &egui::Rect| a.shrink(0.5).intersects(b.shrink(0.5));
+            for (index, rect) in covered.iter().enumerate() {
+                let others = &covered[index + 1..];
+                assert!(
+                    !others.iter().any(|other| overlaps(rect, other)),
+                    "{covered:?}"
+                );
+            }
+            if presenter.is_editing {
+                actions.extend(slides_ui(ui, &view));
+            }
+            sink.borrow_mut().extend(actions);
+        });
+    (harness, asked)
+}
+
+#[test]
+fn what_is_written_on_a_slide_stands_clear_of_the_rest_and_on_the_screen() {
+    let mut app = present_app(&[slide("one", 0.1), slide("two", 0.7)]);
+    go_to(&mut app, Workspace::Present);
+    let presenter = app.world().resource::<Presenter>().clone();
+    let (mut harness, asked) = harness(&app, &presenter);
+    harness.run_steps(3);
+    assert!(asked.borrow().is_empty());
+}
+
+#[test]
+fn words_are_written_on_the_slide_itself_and_are_one_step_once_the_field_is_left() {
+    let mut app = present_app(&[slide("one", 0.1)]);
+    go_to(&mut app, Workspace::Present);
+    ask(&mut app, PresentRequest::ToggleEditing);
+    let presenter = app.world().resource::<Presenter>().clone();
+    assert!(presenter.is_editing);
+    let (mut harness, asked) = harness(&app, &presenter);
+    harness.run_steps(2);
+    harness.get_by_role(Role::TextInput).focus();
+    harness.run_steps(2);
+    harness.get_by_role(Role::TextInput).type_text(" <b>& only");
+    harness.run_steps(2);
+    assert!(asked.borrow().is_empty(), "it is still being written");
+    harness.get_by_label("Done").click();
+    harness.run_steps(3);
+    let expected = Slide {
+        title: "one <b>& only".to_owned(),
+        ..slide("one", 0.1)
+    };
+    let asked = asked.borrow();
+    let set = asked.iter().find_map(|action| match action {
+        PanelAction::Present(PresentRequest::Set(slide)) => Some(Slide::clone(slide)),
+        _ => None,
+    });
+    assert_eq!(set, Some(expected));
+}
