@@ -526,7 +526,7 @@ fn written(material: &Material) -> json::Material {
             ..PbrMetallicRoughness::default()
         },
         emissive_factor: EmissiveFactor::default(),
-        extensions: (material.light == Light::Unlit).then(|| MaterialExtensions {
+        extensions: (material.light == Light::Unlit).then_some(MaterialExtensions {
             unlit: Some(Unlit {}),
         }),
         ..json::Material::default()
