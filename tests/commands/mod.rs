@@ -6,6 +6,7 @@ mod compensate;
 mod convert;
 mod explain;
 mod export;
+mod export_scene;
 mod export_tips;
 mod golden_designs;
 mod jhu_chain;
