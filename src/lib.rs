@@ -32,6 +32,8 @@ pub mod store;
 
 pub mod live;
 
+pub mod scene;
+
 pub mod report;
 
 pub mod accuracy;

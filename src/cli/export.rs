@@ -1,7 +1,8 @@
-//! `export`: the field, poses and the tips of a study as files of other programs.
+//! `export`: the field, poses, the tips of a study and the 3D view as files of other programs.
 
 mod field;
 mod poses;
+mod scene;
 mod tips;
 
 use crate::formats::export::PatientAxes;
@@ -19,6 +20,9 @@ pub enum ExportCommand {
     /// The tips of a design's study, where they are and where the tracker would tell that they are:
     /// points for 3D Slicer (*.mrk.json) or a table (*.csv)
     Tips(tips::TipsArgs),
+    /// The 3D view of a design as one file for other programs (*.glb): bodies, sensors, magnified
+    /// errors, the room and what its layers show, in the editor's colours
+    Scene(scene::SceneArgs),
 }
 
 /// Exports.
@@ -30,6 +34,7 @@ pub fn run(command: &ExportCommand) -> anyhow::Result<()> {
         ExportCommand::Field(args) => field::run(args),
         ExportCommand::Poses(args) => poses::run(args),
         ExportCommand::Tips(args) => tips::run(args),
+        ExportCommand::Scene(args) => scene::run(args),
     }
 }
 

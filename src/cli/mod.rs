@@ -12,6 +12,7 @@ mod fit;
 mod import;
 mod jitter;
 mod live;
+mod named_design;
 mod numbers;
 mod output;
 mod pivot;

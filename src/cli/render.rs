@@ -1,5 +1,6 @@
 //! `trackwright render`: the 3D view as a picture, without a window.
 
+use super::named_design::open_named;
 use super::output;
 use crate::design::view::{Layers, View};
 use crate::editor::field::TableRole;
@@ -152,61 +153,7 @@ impl FromStr for LayerList {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let mut layers = every_layer(false);
-        for name in text
-            .split(',')
-            .map(str::trim)
-            .filter(|name| !name.is_empty())
-        {
-            let layer = match name {
-                "all" => {
-                    layers = every_layer(true);
-                    continue;
-                }
-                "none" => {
-                    layers = every_layer(false);
-                    continue;
-                }
-                "volume" => &mut layers.volume,
-                "generator" => &mut layers.generator,
-                "grid" => &mut layers.grid,
-                "anatomy" => &mut layers.anatomy,
-                "sensor-errors" => &mut layers.sensor_errors,
-                "tip-error" => &mut layers.tip_error,
-                "ghost" => &mut layers.ghost,
-                "motion" => &mut layers.motion,
-                "tip-scatter" => &mut layers.tip_scatter,
-                "slice" => &mut layers.slice,
-                "arrows" => &mut layers.arrows,
-                "placement" => &mut layers.placement,
-                "region" => &mut layers.region,
-                "support" => &mut layers.support,
-                "labels" => &mut layers.labels,
-                other => return Err(format!("no layer {other}")),
-            };
-            *layer = true;
-        }
-        Ok(Self(layers))
-    }
-}
-
-fn every_layer(is_on: bool) -> Layers {
-    Layers {
-        volume: is_on,
-        generator: is_on,
-        grid: is_on,
-        anatomy: is_on,
-        sensor_errors: is_on,
-        tip_error: is_on,
-        ghost: is_on,
-        motion: is_on,
-        tip_scatter: is_on,
-        slice: is_on,
-        arrows: is_on,
-        placement: is_on,
-        region: is_on,
-        support: is_on,
-        labels: is_on,
+        Layers::named(text).map(Self)
     }
 }
 
@@ -225,7 +172,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             args.output.display()
         );
     }
-    let mut world = open(&args.design)?;
+    let mut world = open_named(&args.design)?;
     // What else the picture shows does not hang on it, so it is drawn all the same.
     for problem in world.mesh_problems() {
         output::note(&format!("note: {problem}"));
@@ -274,15 +221,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     store::write_atomic(&args.output, |file| file.write_all(&png))
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     Ok(())
-}
-
-/// A file, or a built-in design where no file has that name.
-fn open(design: &std::path::Path) -> anyhow::Result<World> {
-    let name = design.to_string_lossy();
-    if !design.exists() && store::builtin_names().any(|builtin| builtin == name) {
-        return Ok(store::open_builtin(&name)?);
-    }
-    Ok(store::open_design(design)?)
 }
 
 /// From 0. A design without slides is shown with one.

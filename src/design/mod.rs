@@ -7,6 +7,7 @@ mod document;
 mod edit;
 mod edit_label;
 mod history;
+mod layer_names;
 mod new_sensor;
 mod place;
 mod slides;

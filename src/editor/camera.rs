@@ -17,7 +17,8 @@ use crate::design::view::CameraView;
 use crate::geometry::gizmo::Eye;
 use crate::geometry::orbit::{OrbitCamera, VERTICAL_FOV_RAD};
 use crate::geometry::surface::Ray;
-use crate::store::World;
+pub use crate::scene::opening_view::opening_camera;
+use crate::scene::opening_view::{first_camera, usual_camera};
 use bevy::camera::{ClearColorConfig, PerspectiveProjection, RenderTarget, Viewport};
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::ecs::system::SystemParam;
@@ -33,14 +34,6 @@ const GLIDE: Duration = Duration::from_millis(250);
 
 /// Pixels of a trackpad's scrolling that count as a notch of a wheel.
 const PIXELS_PER_NOTCH: f32 = 40.0;
-
-/// From where a design is looked at first: the viewer sits a little above and to the side, so
-/// that shafts, which lie along an axis more often than not, are not seen end on.
-const FIRST_AZIMUTH_RAD: f64 = -28.0 * std::f64::consts::PI / 180.0;
-const FIRST_ELEVATION_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
-
-/// How much of the surroundings the first view shows around tool and CRF.
-const FIRST_SURROUNDINGS: f64 = 1.12;
 
 /// Spawns and moves the camera of the 3D view.
 pub struct CameraPlugin;
@@ -107,12 +100,7 @@ impl Plugin for CameraPlugin {
 impl Default for OrbitRig {
     fn default() -> Self {
         Self {
-            camera: OrbitCamera {
-                focus_mm: Point3::new(0.0, 0.0, -300.0),
-                distance_mm: 1200.0,
-                azimuth_rad: FIRST_AZIMUTH_RAD,
-                elevation_rad: FIRST_ELEVATION_RAD,
-            },
+            camera: usual_camera(),
             view_px: [1.0, 1.0],
             glide: None,
             known: None,
@@ -153,9 +141,7 @@ impl OrbitRig {
 
     /// Millimetres a pixel spans at a point; of the focus for what is behind the camera.
     pub fn mm_per_px(&self, point_mm: &Point3<f64>) -> f64 {
-        self.camera
-            .mm_per_px(point_mm, self.view_px)
-            .unwrap_or_else(|| self.camera.view_height_mm() / self.view_px[1])
+        self.eye().mm_per_px(point_mm)
     }
 }
 
@@ -519,21 +505,6 @@ fn physical_viewport(view: &ViewportRect, scale: f32, most: Option<UVec2>) -> Op
         physical_size: size,
         ..default()
     })
-}
-
-/// The camera that a design is opened with: its own, else one that frames tool and CRF.
-pub fn opening_camera(world: &World, view_px: [f64; 2]) -> OrbitCamera {
-    let own = world.document.view().camera;
-    own.map_or_else(|| first_camera(world, view_px), Into::into)
-}
-
-fn first_camera(world: &World, view_px: [f64; 2]) -> OrbitCamera {
-    let mut camera = OrbitRig::default().camera;
-    if let Some(sphere) = extent::of_bodies(world, world.document.design()) {
-        let radius_mm = sphere.radius_mm * FIRST_SURROUNDINGS;
-        camera.frame_sphere(sphere.center_mm, radius_mm, view_px);
-    }
-    camera
 }
 
 #[cfg(test)]

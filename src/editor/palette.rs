@@ -1,5 +1,10 @@
-//! Every colour of the program, by role. Nothing else names a colour.
+//! Every colour of the program, by role: those of things in a scene are the core's, which exports
+//! them too, all others are named here and nowhere else.
 
+pub use crate::scene::palette::{
+    AXES, AXIS_X, AXIS_Y, AXIS_Z, BONE, CRF, ERROR_VECTOR, GHOST, GRID, Ground, MET, MISSED,
+    MODEL_BOX, MOTION, OUTSIDE, Rgb, SENSOR, SENSOR_AXIS, SUPPORT, TOOL, VOLUME,
+};
 use bevy::color::{Alpha, Color};
 use bevy::ecs::resource::Resource;
 use bevy_egui::egui::Color32;
@@ -37,41 +42,20 @@ impl Theme {
             Self::Light => Self::Dark,
         }
     }
-}
 
-/// A role's sRGB colour of eight bits a channel, in the dark and the light theme.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rgb {
-    dark: [u8; 3],
-    light: [u8; 3],
+    /// What its colours are seen on.
+    pub fn ground(self) -> Ground {
+        match self {
+            Self::Dark => Ground::Dark,
+            Self::Light => Ground::Light,
+        }
+    }
 }
 
 impl Rgb {
-    /// The same in both themes.
-    pub const fn same(srgb: [u8; 3]) -> Self {
-        Self {
-            dark: srgb,
-            light: srgb,
-        }
-    }
-
-    const fn hex(code: u32) -> Self {
-        Self::same(channels(code))
-    }
-
-    const fn pair(dark: u32, light: u32) -> Self {
-        Self {
-            dark: channels(dark),
-            light: channels(light),
-        }
-    }
-
     /// In the theme of now.
     pub fn srgb(self) -> [u8; 3] {
-        match Theme::now() {
-            Theme::Dark => self.dark,
-            Theme::Light => self.light,
-        }
+        self.on(Theme::now().ground())
     }
 
     /// For egui.
@@ -98,10 +82,6 @@ impl Rgb {
     }
 }
 
-const fn channels(code: u32) -> [u8; 3] {
-    [(code >> 16) as u8, (code >> 8) as u8, code as u8]
-}
-
 // The interface.
 pub const BACKGROUND: Rgb = Rgb::pair(0x12151A, 0xDDE2E8);
 pub const PANEL: Rgb = Rgb::pair(0x191D24, 0xF6F7F9);
@@ -117,33 +97,11 @@ pub const ACCENT: Rgb = Rgb::pair(0x4FA3FF, 0x1766D0);
 pub const SHADOW: Rgb = Rgb::hex(0x000000);
 
 // What a figure means; a sign always stands beside the colour.
-pub const MET: Rgb = Rgb::pair(0x3FB37F, 0x1B7F52);
-pub const MISSED: Rgb = Rgb::pair(0xF2994A, 0xB15A00);
 pub const ERROR: Rgb = Rgb::pair(0xF05D5E, 0xC0282A);
 
 // Things in the scene.
-pub const TOOL: Rgb = Rgb::pair(0xB9B4AC, 0x4E4A44);
-pub const CRF: Rgb = Rgb::pair(0x4F8C8A, 0x1F5F5D);
-pub const BONE: Rgb = Rgb::pair(0xE3D9C6, 0xA8997C);
 pub const GENERATOR: Rgb = Rgb::pair(0x3A3F47, 0x5A626D);
-pub const SENSOR: Rgb = Rgb::pair(0xF2B134, 0x9A5B00);
-pub const SENSOR_AXIS: Rgb = Rgb::pair(0xFFD88A, 0xA86A00);
 pub const SELECTED: Rgb = Rgb::pair(0xFFFFFF, 0x0C0F13);
-pub const OUTSIDE: Rgb = Rgb::pair(0xE04F4F, 0xC8282A);
-pub const ERROR_VECTOR: Rgb = Rgb::pair(0xE63FB8, 0xC4108F);
-pub const GHOST: Rgb = Rgb::pair(0x45D3E8, 0x0B8DA3);
-/// What the tool's range of motion runs through.
-pub const MOTION: Rgb = Rgb::pair(0xB9A6E8, 0x8A56F0);
-pub const AXIS_X: Rgb = Rgb::pair(0xE06C6C, 0xC23B3B);
-pub const AXIS_Y: Rgb = Rgb::pair(0x7CC47C, 0x2F8A3A);
-pub const AXIS_Z: Rgb = Rgb::pair(0x6C9CF0, 0x2F62C9);
-/// Of x, y, z.
-pub const AXES: [Rgb; 3] = [AXIS_X, AXIS_Y, AXIS_Z];
-pub const VOLUME: Rgb = Rgb::pair(0x8FB4E8, 0x3A66A8);
-pub const MODEL_BOX: Rgb = Rgb::pair(0x8A93A0, 0x6B7683);
-/// Where the room's model may be believed.
-pub const SUPPORT: Rgb = Rgb::pair(0xA98BF0, 0x6B45C6);
-pub const GRID: Rgb = Rgb::pair(0x4A5360, 0xA9B2BD);
 /// Error vectors over coloured maps.
 pub const ERROR_VECTOR_ON_MAP: Rgb = Rgb::hex(0xFFFFFF);
 
@@ -166,18 +124,10 @@ pub const ROOM_ABOVE: Rgb = Rgb::hex(0xF2F5FA);
 pub const ROOM_AROUND: Rgb = Rgb::hex(0x7C8694);
 pub const ROOM_BELOW: Rgb = Rgb::hex(0x2A2E36);
 
-/// Between these, parts are told from the background and from glare.
-const DARKEST: f32 = 0.03;
-const BRIGHTEST: f32 = 0.62;
-
 /// The colour of a part of a body: the lightness of its own material in the hue of its role, so
 /// that grips stay dark and shafts stay bright.
 pub fn of_part(role: crate::design::BodyRole, own: bevy::color::LinearRgba) -> Color {
-    use bevy::color::{Hsla, LinearRgba, Luminance};
-    let role_color = match role {
-        crate::design::BodyRole::Tool => TOOL.color(),
-        crate::design::BodyRole::Crf => CRF.color(),
-    };
-    let lightness = Hsla::from(LinearRgba { alpha: 1.0, ..own }).lightness;
-    Color::from(Hsla::from(role_color).with_luminance(lightness.clamp(DARKEST, BRIGHTEST)))
+    let own = [own.red, own.green, own.blue].map(f64::from);
+    let [r, g, b] = crate::scene::palette::of_part(role, own, Theme::now().ground());
+    Color::srgb(r as f32, g as f32, b as f32)
 }

@@ -9,18 +9,15 @@ use super::solver::{
 use super::state::{ActiveDrag, EditorSystems, OpenWorld, Results, Stamped, Workspace};
 use super::study::{ModeKind, StudyDesk, WantedTrial};
 use super::wake::Waker;
-use crate::design::view::{SliceView, View};
+use crate::design::view::View;
 use crate::field::Environment;
+pub use crate::scene::slice::slice_plan;
 use crate::store;
 use crate::study::preview::preview;
 use crate::study::{Quantity, SlicePlan, StudyError, figure_rows};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
-use nalgebra::{Unit, Vector3};
 use std::sync::Arc;
-
-/// Points of the slice along the longer side of the model's box.
-pub const SLICE_POINTS: usize = 81;
 
 /// Computes in the background what the open design comes to.
 ///
@@ -223,17 +220,6 @@ fn slice_key(stamp: Stamp, environment: &Arc<Environment>, view: &View) -> Optio
         },
         revision: view.slice.quantity.needs_tool().then_some(stamp.revision),
     })
-}
-
-/// The lattice of a slice: over the model's box, its cells as square as the counts allow.
-pub fn slice_plan(environment: &Environment, slice: &SliceView) -> SlicePlan {
-    let plane = slice.plane(environment.model.bounds());
-    SlicePlan {
-        plane,
-        sensor_axis: Unit::try_new(Vector3::from(slice.sensor_axis), 1e-12)
-            .unwrap_or_else(Vector3::z_axis),
-        counts: plane.square_counts(SLICE_POINTS),
-    }
 }
 
 fn show(

@@ -37,6 +37,15 @@ pub struct Eye {
     pub view_px: [f64; 2],
 }
 
+impl Eye {
+    /// Millimetres a pixel spans at a point; of the focus for what is behind the camera.
+    pub fn mm_per_px(&self, point_mm: &Point3<f64>) -> f64 {
+        self.camera
+            .mm_per_px(point_mm, self.view_px)
+            .unwrap_or_else(|| self.camera.view_height_mm() / self.view_px[1])
+    }
+}
+
 /// What a handle does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum HandleKind {

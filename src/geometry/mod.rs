@@ -2,6 +2,7 @@
 
 pub mod bounds;
 pub mod coarse;
+pub mod color;
 pub mod colormap;
 mod direction_search;
 pub mod directions;
@@ -19,6 +20,7 @@ pub mod outline;
 pub mod pointing;
 pub mod pose;
 pub mod rotation;
+pub mod solid;
 pub mod spread;
 pub mod stand_in;
 pub mod surface;

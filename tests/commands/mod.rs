@@ -7,6 +7,7 @@ mod convert;
 mod crf_alone;
 mod explain;
 mod export;
+mod export_scene;
 mod export_tips;
 mod golden_designs;
 mod jhu_chain;

@@ -1,4 +1,5 @@
-//! Programs that others wrote, to check ours against: Python packages that `tests/run` installs.
+//! Programs that others wrote, to check ours against: packages for Python and Node.js that `tests/run`
+//! installs.
 
 #![allow(
     dead_code,
@@ -33,6 +34,21 @@ pub fn python(script: &str) -> Command {
     let mut command = program("bin/python");
     let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers");
     command.arg("-B").arg(scripts.join(script));
+    command
+}
+
+/// Node.js with the packages of `tests/peers/package.json`, ready to run one of the scripts beside it.
+#[track_caller]
+pub fn node(script: &str) -> Command {
+    let packages = folder().join("node_modules");
+    assert!(
+        packages.exists(),
+        "{} is not there: tests/run installs it",
+        packages.display()
+    );
+    let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers");
+    let mut command = Command::new("node");
+    command.env("NODE_PATH", packages).arg(scripts.join(script));
     command
 }
 

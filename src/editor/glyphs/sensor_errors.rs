@@ -8,12 +8,6 @@ use crate::study::PoseDetail;
 use crate::tracking::Sensor;
 use bevy::prelude::*;
 
-const STYLE: ArrowStyle = ArrowStyle {
-    shaft_px: 2.6,
-    head_width_px: 9.0,
-    head_length_px: 11.0,
-};
-
 const HIDDEN: ShineThrough = ShineThrough {
     alpha: 0.5,
     order_mm: 15_000.0,
@@ -41,7 +35,7 @@ fn show(errors: ShownErrors, mut drawn: DrawnArrows<SensorErrors>) {
         .filter(|_| errors.layers().sensor_errors)
         .and_then(|pose| {
             let arrows = arrows(&errors.world.0.document, pose, errors.times());
-            arrows_mesh(&arrows, STYLE, &errors.rig)
+            arrows_mesh(&arrows, ArrowStyle::OF_SENSOR, &errors.rig)
         });
     drawn.show("sensor errors", mesh, HIDDEN);
 }

@@ -10,12 +10,6 @@ use crate::editor::study::ShownDesign;
 use crate::editor::{convert, palette};
 use bevy::prelude::*;
 
-const STYLE: ArrowStyle = ArrowStyle {
-    shaft_px: 4.5,
-    head_width_px: 15.0,
-    head_length_px: 17.0,
-};
-
 const HIDDEN: ShineThrough = ShineThrough {
     alpha: 0.6,
     order_mm: 16_000.0,
@@ -69,8 +63,13 @@ pub fn anything_moved(
 }
 
 fn show_arrow(errors: ShownErrors, mut drawn: DrawnArrows<TipArrow>) {
-    let mesh = of_tip(&errors)
-        .and_then(|tip| arrows_mesh(&[tip_arrow(&tip, errors.times())], STYLE, &errors.rig));
+    let mesh = of_tip(&errors).and_then(|tip| {
+        arrows_mesh(
+            &[tip_arrow(&tip, errors.times())],
+            ArrowStyle::OF_TIP,
+            &errors.rig,
+        )
+    });
     drawn.show("tip error", mesh, HIDDEN);
 }
 

@@ -8,13 +8,13 @@ use crate::editor::diagnostics::Diagnostics;
 use crate::editor::document::WorldGeneration;
 use crate::editor::light_drawing::{Shapes, paints_in_software};
 use crate::editor::materials::PaintMaterial;
-use crate::editor::overlay::round_below;
 use crate::editor::state::{ColorBar, EditorSystems, OpenWorld};
 use crate::editor::study::{ShownDesign, ShownSystems, ShownTrial};
 use crate::editor::wake::Waker;
 use crate::geometry::colormap::ColorMap;
 use crate::geometry::pointing::{Target, first_pointed_at};
 use crate::geometry::surface::Ray;
+use crate::scene::field_arrows::{Scale, arrow_plan, arrow_triangles, head_mm};
 use crate::store;
 use crate::study::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 use bevy::prelude::*;
@@ -22,21 +22,8 @@ use bevy::render::renderer::RenderAdapterInfo;
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
 
-/// Of an arrow's length: the head's, and half the width of head and shaft, each within bounds in
-/// millimetres, so that long arrows stay slim and short ones are seen.
-const HEAD_SHARE: f64 = 0.35;
-const HEAD_WIDTH_SHARE: f64 = 0.14;
-const HEAD_WIDTH_MM: [f64; 2] = [0.8, 4.0];
-const SHAFT_TO_HEAD: f64 = 0.4;
-
 /// A spike's foot is a little wider than a shaft, so that it covers about as much.
 const SPIKE_TO_HEAD: f64 = 0.6;
-
-/// In cells of the lattice; longer arrows are cut, and have the last colour.
-const LONGEST: f64 = 1.5;
-
-/// Sides of shaft and head: many arrows are many triangles.
-const SIDES: usize = 4;
 
 /// Samples and draws the arrows while their layer is on.
 pub struct ArrowsPlugin;
@@ -158,18 +145,10 @@ fn key(world: &OpenWorld, shown: Option<&ShownDesign>, generation: u64) -> Optio
     if !view.layers.arrows {
         return None;
     }
-    let axis = Vector3::from(view.slice.sensor_axis);
-    let sensor = match view.arrows.of_tool {
-        true => ArrowSensor::OfTool,
-        false => ArrowSensor::Along(Unit::try_new(axis, 1e-12).unwrap_or_else(Vector3::z_axis)),
-    };
     Some(Key {
         generation,
         environment: Arc::as_ptr(&world.0.environment).addr(),
-        plan: ArrowPlan {
-            sensor,
-            counts: [view.arrows.per_side(); 3],
-        },
+        plan: arrow_plan(view),
         design: view.arrows.of_tool.then(|| {
             let trial = shown.and_then(|shown| shown.trial.clone());
             (document.revision(), trial)
@@ -293,48 +272,6 @@ fn mesh(found: &ArrowOutcome, look: &Look, push: Push) -> Mesh {
     painted.mesh()
 }
 
-/// How errors become arrows.
-#[derive(Clone, Copy, Debug)]
-struct Scale {
-    /// Larger than life: 1, 2 or 5 times a power of ten, such that all but the longest twentieth
-    /// stay within a cell of the lattice.
-    times: f64,
-    longest_mm: f64,
-}
-
-impl Scale {
-    fn of(found: &ArrowOutcome) -> Self {
-        let spacing_mm = spacing_mm(found);
-        let wanted = spacing_mm / found.p95_mm;
-        Self {
-            times: match wanted.is_finite() && wanted > 0.0 {
-                true => round_below(wanted),
-                false => 1.0,
-            },
-            longest_mm: LONGEST * spacing_mm,
-        }
-    }
-
-    fn drawn(&self, error_mm: &Vector3<f64>) -> Vector3<f64> {
-        (error_mm * self.times).cap_magnitude(self.longest_mm)
-    }
-}
-
-/// Half the width of an arrow's head.
-fn head_mm(length_mm: f64) -> f64 {
-    (length_mm * HEAD_WIDTH_SHARE).clamp(HEAD_WIDTH_MM[0], HEAD_WIDTH_MM[1])
-}
-
-/// Between neighbours of the lattice, along its closest side.
-fn spacing_mm(found: &ArrowOutcome) -> f64 {
-    found.bounds.map_or(0.0, |bounds| {
-        let sizes = bounds.size_mm();
-        (0..3)
-            .map(|k| sizes[k] / (found.plan.counts[k].max(2) - 1) as f64)
-            .fold(f64::INFINITY, f64::min)
-    })
-}
-
 /// Three sides that meet in the tip: what an arrow comes to while something moves in software.
 fn push_spike(
     painted: &mut convert::Painted,
@@ -364,45 +301,7 @@ fn push_arrow(
     arrow: &Vector3<f64>,
     color: [f32; 4],
 ) {
-    let Some(along) = arrow.try_normalize(1e-9) else {
-        return;
-    };
-    let length_mm = arrow.norm();
-    let across = crate::geometry::rotation::perpendicular(&Unit::new_unchecked(along));
-    let other = along.cross(&across);
-    let head_mm = head_mm(length_mm);
-    let neck = from + along * (length_mm * (1.0 - HEAD_SHARE));
-    let tip = from + arrow;
-    for side in 0..SIDES {
-        let turn = |k: usize| {
-            let angle = std::f64::consts::TAU * k as f64 / SIDES as f64;
-            across.into_inner() * angle.cos() + other * angle.sin()
-        };
-        let (a, b) = (turn(side), turn(side + 1));
-        let normal = (a + b).normalize();
-        let shaft_mm = head_mm * SHAFT_TO_HEAD;
-        let ring =
-            |center: &Point3<f64>, out: &Vector3<f64>, radius_mm: f64| center + out * radius_mm;
-        painted.quad(
-            [
-                ring(from, &a, shaft_mm),
-                ring(from, &b, shaft_mm),
-                ring(&neck, &b, shaft_mm),
-                ring(&neck, &a, shaft_mm),
-            ],
-            &normal,
-            color,
-        );
-        painted.triangle(
-            [ring(&neck, &a, head_mm), ring(&neck, &b, head_mm), tip],
-            &(normal + along * HEAD_WIDTH_SHARE / HEAD_SHARE).normalize(),
-            color,
-        );
-        // Seen from behind: the head's floor.
-        painted.triangle(
-            [ring(&neck, &b, head_mm), ring(&neck, &a, head_mm), neck],
-            &-along,
-            color,
-        );
-    }
+    arrow_triangles(from, arrow, |corners_mm, normal| {
+        painted.triangle(corners_mm, normal, color);
+    });
 }

@@ -15,6 +15,7 @@ use crate::editor::wake::Waker;
 use crate::geometry::colormap::{ColorMap, NO_VALUE_SRGB};
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::surface::{Ray, Surface};
+use crate::scene::painted::placement_range;
 use crate::store;
 use crate::study::placement::vertices;
 use crate::study::{AxisRule, PlacedBody, PlacementOutcome, PlacementPlan, Work, place};
@@ -223,8 +224,8 @@ fn hear(
 }
 
 fn bar(look: &Look, found: &PlacementOutcome) -> Option<ColorBar> {
-    let [min, max] = found.range_mm()?;
-    let end = look.range_mm.or_else(|| upper(found)).unwrap_or(max);
+    let [_, largest] = found.range_mm()?;
+    let [min, max] = placement_range(found, look.range_mm)?;
     Some(ColorBar {
         label: match found.is_final {
             true => "tip error RMS, sensor here".to_owned(),
@@ -232,19 +233,12 @@ fn bar(look: &Look, found: &PlacementOutcome) -> Option<ColorBar> {
         },
         unit: "mm",
         map: look.map,
-        // A range that ends below all values begins at zero, as every other.
-        min: if min < end { min } else { 0.0 },
-        max: end,
-        largest: max,
+        min,
+        max,
+        largest,
         decimals: 2,
         limit: look.limit_mm,
     })
-}
-
-/// Where the colours end: one bad end of a shaft must not take them all.
-fn upper(found: &PlacementOutcome) -> Option<f64> {
-    let mut values: Vec<f64> = found.places.iter().filter_map(|p| p.tip_rms_mm).collect();
-    (!values.is_empty()).then(|| crate::study::statistics::percentile(&mut values, 0.95))
 }
 
 fn draw(

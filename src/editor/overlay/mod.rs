@@ -11,7 +11,6 @@ mod summary;
 
 pub use keys::{LegendKey, Swatch};
 pub use legend::caption;
-pub use ruler::round_below;
 
 use super::camera::OrbitRig;
 use super::gizmo::CurrentGizmo;

@@ -1,16 +1,10 @@
 //! The tracker's axes at its origin, and a ground grid that fades with distance.
 
+use crate::editor::convert;
 use crate::editor::palette::{self, Theme};
 use crate::editor::state::{EditorSystems, OpenWorld};
+use crate::scene::ground;
 use bevy::prelude::*;
-
-const AXIS_LENGTH_MM: f32 = 120.0;
-
-/// Where the ground is: under the generator, which is 70 mm deep.
-const GROUND_Z_MM: f32 = 72.0;
-const SPACING_MM: f32 = 50.0;
-const LINES_EACH_WAY: i32 = 18;
-const GRID_ALPHA: f32 = 0.5;
 
 /// Draws the grid while its layer is on, and the axes with it or with the generator.
 pub struct AxesPlugin;
@@ -65,8 +59,12 @@ fn show_axes(
         (Vec3::Y, palette::AXIS_Y),
         (Vec3::Z, palette::AXIS_Z),
     ] {
-        axes.arrow(Vec3::ZERO, direction * AXIS_LENGTH_MM, color.color())
-            .with_tip_length(10.0);
+        axes.arrow(
+            Vec3::ZERO,
+            direction * convert::length(ground::AXIS_LENGTH_MM),
+            color.color(),
+        )
+        .with_tip_length(10.0);
     }
     commands.spawn((
         Name::new("tracker axes"),
@@ -117,30 +115,10 @@ fn show_grid(
 /// Lines in pieces, each end as faint as it is far from the middle.
 fn grid() -> GizmoAsset {
     let mut grid = GizmoAsset::default();
-    let reach = SPACING_MM * LINES_EACH_WAY as f32;
-    let color = |at: Vec3| {
-        let nearness = (1.0 - at.truncate().length() / reach).max(0.0);
-        palette::GRID.color_alpha(GRID_ALPHA * nearness * nearness)
-    };
-    for i in -LINES_EACH_WAY..=LINES_EACH_WAY {
-        for j in -LINES_EACH_WAY..LINES_EACH_WAY {
-            let across = i as f32 * SPACING_MM;
-            let (from, to) = (j as f32 * SPACING_MM, (j + 1) as f32 * SPACING_MM);
-            for [a, b] in [
-                [
-                    Vec3::new(across, from, GROUND_Z_MM),
-                    Vec3::new(across, to, GROUND_Z_MM),
-                ],
-                [
-                    Vec3::new(from, across, GROUND_Z_MM),
-                    Vec3::new(to, across, GROUND_Z_MM),
-                ],
-            ] {
-                if a.truncate().length().min(b.truncate().length()) < reach {
-                    grid.line_gradient(a, b, color(a), color(b));
-                }
-            }
-        }
+    for line in ground::grid() {
+        let [(a, from), (b, to)] =
+            line.map(|(at, alpha)| (convert::point(&at), palette::GRID.color_alpha(alpha as f32)));
+        grid.line_gradient(a, b, from, to);
     }
     grid
 }

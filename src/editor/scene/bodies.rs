@@ -8,7 +8,7 @@ use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::study::ShownDesign;
 use crate::editor::{convert, light_drawing, palette};
 use crate::geometry::mesh::{MeshPart, SurfaceMesh};
-use crate::geometry::stand_in::stand_in;
+pub use crate::scene::shown_mesh;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 use std::sync::Arc;
@@ -51,21 +51,6 @@ impl Plugin for BodiesPlugin {
 /// The mesh of a body, if it has one.
 pub fn mesh_of(world: &crate::store::World, role: BodyRole) -> Option<&Arc<SurfaceMesh>> {
     world.mesh(role)
-}
-
-/// What is drawn of a body: its mesh, or a rod and spokes made of tip and sensors where it has none
-/// or its file is missing.
-pub fn shown_mesh(world: &crate::store::World, role: BodyRole) -> Option<Arc<SurfaceMesh>> {
-    let body = world.document.design().body(role)?;
-    Some(mesh_of(world, role).cloned().unwrap_or_else(|| {
-        let sensors: Vec<_> = body
-            .rigid
-            .sensors
-            .iter()
-            .map(|s| s.position_in_body)
-            .collect();
-        Arc::new(stand_in(&body.rigid.judged_tip_in_body(), &sensors))
-    }))
 }
 
 /// Whether two meshes are one; a stand-in is made anew each time.

@@ -2,29 +2,12 @@
 
 use crate::editor::camera::OrbitRig;
 use crate::editor::convert;
+pub use crate::scene::sensor_look::SizeBounds;
 use bevy::prelude::*;
 use nalgebra::Point3;
 
 /// Scales entities with [`ScreenSized`] whenever the camera moves.
 pub struct ScreenSizePlugin;
-
-/// A true length and how small and large it may get on the screen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SizeBounds {
-    pub true_mm: f64,
-    pub least_px: f64,
-    pub most_px: f64,
-    /// Added on the screen, whatever the size: the width of an outline.
-    pub extra_px: f64,
-}
-
-impl SizeBounds {
-    /// The length to draw, in millimetres.
-    pub fn mm(&self, mm_per_px: f64) -> f64 {
-        let (least, most) = (self.least_px * mm_per_px, self.most_px * mm_per_px);
-        self.true_mm.max(least).min(most.max(self.true_mm)) + self.extra_px * mm_per_px
-    }
-}
 
 /// Scale of an entity: across (x, y) and along (z), over meshes of unit size.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
@@ -54,29 +37,5 @@ fn scale(rig: Option<Res<OrbitRig>>, mut glyphs: Query<(Ref<ScreenSized>, &mut T
         if transform.scale != scale {
             transform.scale = scale;
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_small_coil_is_drawn_larger_and_a_large_one_as_it_is() {
-        let coil = SizeBounds {
-            true_mm: 0.8,
-            least_px: 8.0,
-            most_px: 40.0,
-            extra_px: 0.0,
-        };
-        assert_eq!(coil.mm(0.5), 4.0);
-        assert_eq!(coil.mm(0.05), 0.8);
-        // Nearer than true size it never shrinks.
-        assert_eq!(coil.mm(0.001), 0.8);
-        let outline = SizeBounds {
-            extra_px: 4.0,
-            ..coil
-        };
-        assert_eq!(outline.mm(0.5), 6.0);
     }
 }

@@ -12,45 +12,20 @@ use crate::editor::materials::{GlowMaterial, Shown};
 use crate::editor::state::{EditorSystems, Hovered, OpenWorld, Results, Selected, Selection};
 use crate::editor::study::ShownDesign;
 use crate::editor::{convert, palette};
+use crate::scene::sensor_look::{
+    AXIS_HEAD_LENGTH, AXIS_HEAD_WIDTH, AXIS_WIDTH, HATCH_AT, HATCH_SCALE, HATCH_SLANT_RAD,
+    SensorLook,
+};
 use crate::study::BodyDetail;
-use crate::tracking::body::{Coil, Sensor};
+use crate::tracking::body::Sensor;
 use bevy::prelude::*;
 use nalgebra::Point3;
-
-/// The coil that is drawn where a body file says none: a common 5-DOF sensor.
-const USUAL_COIL: Coil = Coil {
-    diameter_mm: 0.8,
-    length_mm: 9.0,
-};
-
-/// Diameter of the ball that a marker is drawn as: the common passive sphere.
-const MARKER_MM: f64 = 11.5;
-const MARKER_PX: [f64; 2] = [12.0, 80.0];
-
-/// On the screen a coil is at least this wide and long, and at most this.
-const COIL_WIDTH_PX: [f64; 2] = [8.0, 60.0];
-const COIL_LENGTH_PX: [f64; 2] = [20.0, 220.0];
 
 /// Opacity of what shines through.
 const HIDDEN_ALPHA: f32 = 0.9;
 
-/// How long axes are, in coil lengths and on the screen.
-const AXIS_TO_COIL: f64 = 1.25;
-const AXIS_LENGTH_PX: [f64; 2] = [30.0, 260.0];
-
-/// Widths and lengths in axis lengths.
-const AXIS_WIDTH: f32 = 0.085;
-const ARROW_WIDTH: f32 = 0.26;
-const ARROW_LENGTH: f32 = 0.30;
-
 /// Both sides of an outline together.
 const OUTLINE_PX: f64 = 4.0;
-
-/// Hatching of a coil that is outside: slanted discs through it, in coil lengths and widths; where
-/// their middles are, and how they are turned.
-const HATCH_AT: [f32; 3] = [-0.3, 0.0, 0.3];
-const HATCH_SCALE: Vec3 = Vec3::new(1.35, 1.35, 0.11);
-const HATCH_SLANT: f32 = 0.2;
 
 /// Later than everything else that is translucent.
 const ORDER_MM: f32 = 20_000.0;
@@ -60,10 +35,7 @@ pub struct SensorsPlugin;
 
 /// What a sensor's entity was made for: anything else makes it anew.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
-struct Look {
-    degrees_of_freedom: u8,
-    coil: Coil,
-}
+struct Look(SensorLook);
 
 /// Shown while its sensor is selected or hovered.
 #[derive(Component)]
@@ -162,10 +134,7 @@ fn spawn_sensors(
 }
 
 fn look_of(sensor: &Sensor) -> Look {
-    Look {
-        degrees_of_freedom: sensor.orientation.degrees_of_freedom(),
-        coil: sensor.coil.unwrap_or(USUAL_COIL),
-    }
+    Look(SensorLook::of(sensor))
 }
 
 /// A coil along z and its axes, each with its own size on the screen; or a ball.
@@ -176,13 +145,14 @@ fn spawn_sensor(
     shapes: &GlyphShapes,
     materials: &SensorMaterials,
 ) -> Entity {
-    let (across, along) = look.drawn_size();
+    let Look(drawn) = look;
+    let (across, along) = drawn.drawn_size();
     let size = ScreenSized {
         at_mm: Point3::origin(),
         across,
         along,
     };
-    let is_marker = look.degrees_of_freedom == 3;
+    let is_marker = drawn.is_marker();
     let (shape, outline) = match is_marker {
         true => (&shapes.ball, &shapes.ball),
         false => (&shapes.coil, &shapes.cylinder),
@@ -216,7 +186,7 @@ fn spawn_sensor(
         if is_marker {
             return;
         }
-        let length = bounds(look.coil.length_mm * AXIS_TO_COIL, AXIS_LENGTH_PX);
+        let length = drawn.axis_size();
         let axes = ScreenSized {
             across: length,
             along: length,
@@ -230,7 +200,7 @@ fn spawn_sensor(
                 Visibility::default(),
             ))
             .with_children(|axes| {
-                if look.degrees_of_freedom == 6 {
+                if drawn.degrees_of_freedom == 6 {
                     let quarter = std::f32::consts::FRAC_PI_2;
                     let [x, y, z] = &materials.triad;
                     spawn_axis(axes, x, Quat::from_rotation_y(quarter), shapes);
@@ -259,9 +229,9 @@ fn spawn_coil(
             Visibility::Hidden,
             Mesh3d(disc.clone()),
             MeshMaterial3d(materials.outside.clone()),
-            Transform::from_translation(Vec3::Z * at)
-                .with_rotation(Quat::from_rotation_x(HATCH_SLANT))
-                .with_scale(HATCH_SCALE),
+            Transform::from_translation(Vec3::Z * at as f32)
+                .with_rotation(Quat::from_rotation_x(HATCH_SLANT_RAD as f32))
+                .with_scale(Vec3::from(HATCH_SCALE.map(|part| part as f32))),
         ));
     }
 }
@@ -273,13 +243,15 @@ fn spawn_axis(
     turn: Quat,
     shapes: &GlyphShapes,
 ) {
-    let rod_length = 1.0 - ARROW_LENGTH;
+    let [width, head_width, head_length] =
+        [AXIS_WIDTH, AXIS_HEAD_WIDTH, AXIS_HEAD_LENGTH].map(|part| part as f32);
+    let rod_length = 1.0 - head_length;
     let rod = Transform::from_translation(turn * Vec3::Z * (rod_length / 2.0))
         .with_rotation(turn)
-        .with_scale(Vec3::new(AXIS_WIDTH, AXIS_WIDTH, rod_length));
+        .with_scale(Vec3::new(width, width, rod_length));
     let head = Transform::from_translation(turn * Vec3::Z * rod_length)
         .with_rotation(turn)
-        .with_scale(Vec3::new(ARROW_WIDTH, ARROW_WIDTH, ARROW_LENGTH));
+        .with_scale(Vec3::new(head_width, head_width, head_length));
     for (mesh, at) in [(&shapes.cylinder, rod), (&shapes.cone, head)] {
         for material in materials {
             axes.spawn((Mesh3d(mesh.clone()), MeshMaterial3d(material.clone()), at));
@@ -315,29 +287,7 @@ fn place_sensors(
 
 /// How wide and how long a sensor is drawn: its coil, or a marker's ball.
 pub fn drawn_size(sensor: &Sensor) -> (SizeBounds, SizeBounds) {
-    look_of(sensor).drawn_size()
-}
-
-impl Look {
-    fn drawn_size(&self) -> (SizeBounds, SizeBounds) {
-        if self.degrees_of_freedom == 3 {
-            let size = bounds(MARKER_MM, MARKER_PX);
-            return (size, size);
-        }
-        (
-            bounds(self.coil.diameter_mm, COIL_WIDTH_PX),
-            bounds(self.coil.length_mm, COIL_LENGTH_PX),
-        )
-    }
-}
-
-fn bounds(true_mm: f64, [least_px, most_px]: [f64; 2]) -> SizeBounds {
-    SizeBounds {
-        true_mm,
-        least_px,
-        most_px,
-        extra_px: 0.0,
-    }
+    SensorLook::of(sensor).drawn_size()
 }
 
 fn outline(

@@ -7,6 +7,7 @@ use crate::editor::{convert, palette};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::outline::Outline;
 use crate::geometry::volume::Volume;
+use crate::scene::room::is_same_box;
 use bevy::prelude::*;
 use nalgebra::Point3;
 
@@ -118,9 +119,4 @@ fn show(
 
 fn points(line: &[Point3<f64>]) -> impl Iterator<Item = Vec3> {
     line.iter().map(convert::point)
-}
-
-/// Whether the volume's outline is that of the model's box, which is then not drawn a second time.
-fn is_same_box(volume: &Volume, model: &Bounds) -> bool {
-    volume.excess_mm().is_none() && volume.bounds() == *model
 }

@@ -1,4 +1,4 @@
-//! Why bytes are not a mesh.
+//! Why bytes are not a mesh, and why a scene cannot be written.
 
 /// Why bytes are not a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -27,4 +27,24 @@ pub enum GltfError {
         what: &'static str,
         most: usize,
     },
+}
+
+/// Why a scene cannot be written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GltfWriteError {
+    #[error("{name:?}: found a {what} that 32-bit numbers cannot hold, expected one within 1e38")]
+    NotFinite { name: String, what: &'static str },
+    #[error("{name:?}: found {found} {what} for {expected} positions")]
+    Counts {
+        name: String,
+        what: &'static str,
+        found: usize,
+        expected: usize,
+    },
+    #[error(
+        "found {bytes} bytes, expected at most the 4 GiB that a .glb can state; fewer triangles take less"
+    )]
+    TooLarge { bytes: usize },
+    #[error("not written as JSON: {0}")]
+    NotWritten(String),
 }

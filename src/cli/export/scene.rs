@@ -1,0 +1,115 @@
+//! `export scene`: the 3D view of a design as binary glTF.
+
+use super::super::named_design::open_named;
+use super::super::output::{self, Shown};
+use super::super::simulate::note_map;
+use super::ends_with;
+use crate::design::view::Layers;
+use crate::design::{BodyRole, Design};
+use crate::scene::{self, Ground, MOST_TRIANGLES, SceneWish};
+use crate::store;
+use crate::study::figures::with_separators;
+use anyhow::{Context, bail};
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct SceneArgs {
+    /// Design (*.design.ron), or the name of a built-in one
+    design: PathBuf,
+
+    /// File to write (*.glb): binary glTF 2.0, metres, +y up
+    #[arg(short, long, value_name = "FILE.glb")]
+    output: PathBuf,
+
+    /// What to show, separated by commas; what the design's own view shows where left out: volume,
+    /// generator, grid, anatomy, sensor-errors, tip-error, ghost, motion, tip-scatter, slice, arrows,
+    /// placement, region, support; or all, or none, which leaves bodies and sensors
+    #[arg(long, value_name = "LIST", value_parser = Layers::named)]
+    layers: Option<Layers>,
+
+    /// The sensor whose placements paint its body, by its name, with its body where both bodies have
+    /// one of that name, as in crf/left; the tool's first where left out
+    #[arg(long, value_name = "NAME")]
+    sensor: Option<String>,
+
+    /// In light colours, for a light ground
+    #[arg(long)]
+    light: bool,
+
+    /// Most triangles of a body; one that has more is drawn coarser
+    #[arg(long, value_name = "N", default_value_t = MOST_TRIANGLES)]
+    triangles: usize,
+}
+
+/// Computes what the layers show, draws and writes it.
+///
+/// # Errors
+/// A design that can't be opened, a sensor that is not there, what the format cannot hold.
+pub fn run(args: &SceneArgs) -> anyhow::Result<()> {
+    if !ends_with(&args.output, ".glb") {
+        bail!(
+            "{}: expected a name that ends with .glb, as the scene is written in binary glTF",
+            args.output.display()
+        );
+    }
+    let world = open_named(&args.design)?;
+    // What else the scene shows does not hang on it, so it is drawn all the same.
+    for problem in world.mesh_problems() {
+        output::note(&format!("note: {problem}"));
+    }
+    note_map(&world);
+    let named = || args.design.display().to_string();
+    let wish = SceneWish {
+        layers: args.layers,
+        ground: match args.light {
+            true => Ground::Light,
+            false => Ground::Dark,
+        },
+        painted: match &args.sensor {
+            Some(name) => Some(sensor_named(world.document.design(), name).with_context(named)?),
+            None => None,
+        },
+        most_triangles: args.triangles,
+    };
+    let shown = Shown::new("computing what the layers show");
+    let scene = scene::glb(&world, &wish, &shown.task).with_context(named)?;
+    drop(shown);
+    store::write_atomic(&args.output, |out| out.write_all(&scene.glb))?;
+    for note in &scene.notes {
+        output::note(&format!("note: {note}"));
+    }
+    let mut lines = vec![format!(
+        "{} kB written to {}, errors × {}",
+        with_separators(scene.glb.len().div_ceil(1000)),
+        args.output.display(),
+        scene.magnification
+    )];
+    lines.extend(scene.colors);
+    output::print(&lines.join("\n"))
+}
+
+/// A sensor by its name, after its body's where both have one of that name.
+fn sensor_named(design: &Design, name: &str) -> anyhow::Result<(BodyRole, usize)> {
+    let all: Vec<(String, BodyRole, usize)> = design
+        .bodies()
+        .flat_map(|(role, body)| {
+            let sensors = body.rigid.sensors.iter().enumerate();
+            let full = move |sensor: &str| format!("{}/{sensor}", role.name().to_lowercase());
+            sensors.map(move |(index, sensor)| (full(&sensor.name), role, index))
+        })
+        .collect();
+    let own = |full: &str| full.split_once('/').map(|(_, own)| own == name);
+    let found = all.iter().find(|(full, ..)| full == name);
+    let found = found.or_else(|| all.iter().find(|(full, ..)| own(full) == Some(true)));
+    match found {
+        Some((_, role, index)) => Ok((*role, *index)),
+        None => bail!(
+            "no sensor is named {name}, expected one of {}",
+            all.iter()
+                .map(|(full, ..)| full.as_str())
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
+    }
+}

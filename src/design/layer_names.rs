@@ -1,0 +1,80 @@
+//! Layers by the names that a command line gives them.
+
+use super::view::Layers;
+
+/// A layer's switch.
+type Switch = fn(&mut Layers) -> &mut bool;
+
+/// Every layer, in the order in which they are listed to a person.
+const NAMES: [(&str, Switch); 15] = [
+    ("volume", |l| &mut l.volume),
+    ("generator", |l| &mut l.generator),
+    ("grid", |l| &mut l.grid),
+    ("anatomy", |l| &mut l.anatomy),
+    ("sensor-errors", |l| &mut l.sensor_errors),
+    ("tip-error", |l| &mut l.tip_error),
+    ("ghost", |l| &mut l.ghost),
+    ("motion", |l| &mut l.motion),
+    ("tip-scatter", |l| &mut l.tip_scatter),
+    ("slice", |l| &mut l.slice),
+    ("arrows", |l| &mut l.arrows),
+    ("placement", |l| &mut l.placement),
+    ("region", |l| &mut l.region),
+    ("support", |l| &mut l.support),
+    ("labels", |l| &mut l.labels),
+];
+
+impl Layers {
+    /// Every layer on, or every one off.
+    fn every(is_on: bool) -> Self {
+        let mut layers = Self::NONE;
+        for (_, switch) in NAMES {
+            *switch(&mut layers) = is_on;
+        }
+        layers
+    }
+
+    /// Those of a list with commas, and no others; `all` and `none` stand for what they say.
+    ///
+    /// # Errors
+    /// The first name that no layer has.
+    pub fn named(list: &str) -> Result<Self, String> {
+        let mut layers = Self::NONE;
+        let names = list.split(',').map(str::trim);
+        for name in names.filter(|name| !name.is_empty()) {
+            match name {
+                "all" => layers = Self::every(true),
+                "none" => layers = Self::every(false),
+                _ => match NAMES.iter().find(|(own, _)| *own == name) {
+                    Some((_, switch)) => *switch(&mut layers) = true,
+                    None => return Err(format!("no layer {name}")),
+                },
+            }
+        }
+        Ok(layers)
+    }
+
+    /// The names of those that are on.
+    pub fn names(&self) -> Vec<&'static str> {
+        let mut layers = *self;
+        let on = NAMES.iter().filter(|(_, switch)| *switch(&mut layers));
+        on.map(|(name, _)| *name).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_list_turns_on_is_what_its_layers_are_called() {
+        let every = Layers::named("all").unwrap();
+        assert_eq!(every.names(), NAMES.map(|(name, _)| name));
+        assert_eq!(Layers::named(&every.names().join(", ")), Ok(every));
+        for (name, _) in NAMES {
+            assert_eq!(Layers::named(name).unwrap().names(), [name]);
+        }
+        assert_eq!(Layers::named("all,none,"), Ok(Layers::NONE));
+        assert_eq!(Layers::named("sliec"), Err("no layer sliec".to_owned()));
+    }
+}

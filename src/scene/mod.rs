@@ -1,0 +1,196 @@
+//! What a design looks like: bodies, sensors, errors, the room and what is known of it, in the editor's
+//! colours, as a glTF scene for other programs.
+//!
+//! [`glb`] does all of it. In steps: a [`Stage`] has the design's bodies as they are drawn,
+//! [`Stage::sample`] computes what the layers show, [`Stage::draw`] makes the file of it. What both
+//! this and the editor draw with (colours, the looks of sensors and arrows, the camera that a design
+//! is opened with) is here once.
+
+pub mod arrow_style;
+mod bodies;
+mod drawing;
+mod errors;
+pub mod field_arrows;
+pub mod ground;
+pub mod opening_view;
+pub mod painted;
+pub mod palette;
+pub mod room;
+mod sampled;
+pub mod sensor_look;
+mod sensors;
+pub mod slice;
+#[cfg(test)]
+mod tests;
+
+pub use palette::Ground;
+pub use sampled::{PaintedBody, Sampled};
+
+use crate::design::view::{Layers, View};
+use crate::design::{BodyRole, Design};
+use crate::formats::gltf::GltfWriteError;
+use crate::geometry::coarse::coarser;
+use crate::geometry::gizmo::Eye;
+use crate::geometry::mesh::SurfaceMesh;
+use crate::geometry::stand_in::stand_in;
+use crate::store::{StoreError, World};
+use crate::task::{Cancelled, Task};
+use std::sync::Arc;
+
+/// The picture that glyphs of a size on the screen are measured by: `render`'s own.
+const VIEW_PX: [f64; 2] = [1440.0, 900.0];
+
+/// Most triangles of a body unless told otherwise: some 5 MB, and ten times what an instrument has.
+pub const MOST_TRIANGLES: usize = 250_000;
+
+/// What of a design is drawn, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneWish {
+    /// The design's own where there are none.
+    pub layers: Option<Layers>,
+    /// What the colours are to be seen on.
+    pub ground: Ground,
+    /// Whose body is painted by placements, and which of its sensors is imagined elsewhere; the
+    /// tool's first where it is not said.
+    pub painted: Option<(BodyRole, usize)>,
+    /// A body with more triangles is drawn coarser.
+    pub most_triangles: usize,
+}
+
+impl Default for SceneWish {
+    fn default() -> Self {
+        Self {
+            layers: None,
+            ground: Ground::default(),
+            painted: None,
+            most_triangles: MOST_TRIANGLES,
+        }
+    }
+}
+
+/// A scene as a file, and what a person is told of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Binary glTF 2.0.
+    pub glb: Vec<u8>,
+    /// How many times larger than life errors are.
+    pub magnification: f64,
+    /// What colours mean, one line a map.
+    pub colors: Vec<String>,
+    /// What is not as one may expect: layers with nothing to show, bodies that are drawn coarser.
+    pub notes: Vec<String>,
+}
+
+/// Why there is no scene.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    #[error("cancelled")]
+    Cancelled,
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error(transparent)]
+    Write(#[from] GltfWriteError),
+}
+
+impl From<Cancelled> for SceneError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+/// A design and its results as binary glTF: computed and drawn.
+///
+/// # Errors
+/// See [`SceneError`].
+pub fn glb(world: &World, wish: &SceneWish, task: &Task) -> Result<Scene, SceneError> {
+    let stage = Stage::new(world, wish);
+    let sampled = stage.sample(task)?;
+    stage.draw(&sampled)
+}
+
+/// A design made ready to be drawn.
+#[derive(Clone, Debug)]
+pub struct Stage<'a> {
+    world: &'a World,
+    view: View,
+    wish: SceneWish,
+    /// What is drawn of tool and CRF; no more triangles than wished.
+    meshes: [Option<Arc<SurfaceMesh>>; 2],
+    notes: Vec<String>,
+}
+
+impl<'a> Stage<'a> {
+    pub fn new(world: &'a World, wish: &SceneWish) -> Self {
+        let mut view = world.document.view().clone();
+        view.layers = wish.layers.unwrap_or(view.layers);
+        let mut notes = Vec::new();
+        let meshes = BodyRole::ALL.map(|role| {
+            let mesh = shown_mesh(world, role)?;
+            let before = triangles(&mesh);
+            let mesh = light(mesh, wish.most_triangles);
+            let after = triangles(&mesh);
+            if after < before {
+                notes.push(format!(
+                    "the {role}'s mesh is drawn with {after} of its {before} triangles"
+                ));
+            }
+            Some(mesh)
+        });
+        Self {
+            world,
+            view,
+            wish: *wish,
+            meshes,
+            notes,
+        }
+    }
+
+    fn design(&self) -> &'a Design {
+        self.world.document.design()
+    }
+
+    /// What is drawn of a body.
+    fn mesh(&self, role: BodyRole) -> Option<&Arc<SurfaceMesh>> {
+        self.meshes[role as usize].as_ref()
+    }
+
+    /// From where the design is first seen.
+    fn eye(&self) -> Eye {
+        Eye {
+            camera: opening_view::opening_camera(self.world, VIEW_PX),
+            view_px: VIEW_PX,
+        }
+    }
+}
+
+/// What is drawn of a body: its mesh, or a rod and spokes made of tip and sensors where it has none
+/// or its file is missing.
+pub fn shown_mesh(world: &World, role: BodyRole) -> Option<Arc<SurfaceMesh>> {
+    let body = world.document.design().body(role)?;
+    Some(world.mesh(role).cloned().unwrap_or_else(|| {
+        let sensors = body.rigid.sensors.iter();
+        let sensors: Vec<_> = sensors.map(|s| s.position_in_body).collect();
+        Arc::new(stand_in(&body.rigid.judged_tip_in_body(), &sensors))
+    }))
+}
+
+fn triangles(mesh: &SurfaceMesh) -> usize {
+    mesh.parts.iter().map(|part| part.triangles.len()).sum()
+}
+
+/// A mesh of at most about so many triangles, each part with its share of them.
+fn light(mesh: Arc<SurfaceMesh>, most: usize) -> Arc<SurfaceMesh> {
+    let all = triangles(&mesh);
+    if all <= most {
+        return mesh;
+    }
+    let share = most as f64 / all as f64;
+    let parts = mesh.parts.iter().map(|part| {
+        let own = (part.triangles.len() as f64 * share) as usize;
+        coarser(part, own.max(1)).unwrap_or_else(|| part.clone())
+    });
+    Arc::new(SurfaceMesh {
+        parts: parts.collect(),
+        reading: mesh.reading,
+    })
+}
