@@ -6,7 +6,7 @@ use super::numbers::zero_or_more;
 use super::output::{self, Format, OutsideArg, Shown};
 use crate::field::samples::MapKind;
 use crate::formats::comparison_table::{self, Names};
-use crate::store::{self, ComparedDesign};
+use crate::store::{self, ComparedDesign, ComparedRoom, ComparedRooms};
 use crate::study::comparison::{
     Comparison, LEAST_DEG, LEAST_MM, Least, Pair, Plan, Settings, compare,
 };
@@ -74,13 +74,13 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     } else {
         &args.environment
     };
-    let (rooms, numbers) = store::read_compared_rooms(files)?;
+    let ComparedRooms { rooms, of_file } = store::read_compared_rooms(files)?;
     let of_design = |design: usize| match is_own {
-        true => vec![numbers[design]],
+        true => vec![of_file[design]],
         false => (0..rooms.len()).collect(),
     };
     let pair = |design: usize, room: usize| {
-        let mut scenario = store::resolve(&designs[design].design, &rooms[room].1);
+        let mut scenario = store::resolve(&designs[design].design, &rooms[room].environment);
         scenario.outside = args.outside.into();
         Pair {
             design,
@@ -94,11 +94,11 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
             .flat_map(|d| of_design(d).into_iter().map(move |r| (d, r)))
             .map(|(design, room)| pair(design, room))
             .collect(),
-        rooms: rooms.iter().map(|(_, room)| room.clone()).collect(),
+        rooms: rooms.iter().map(|r| r.environment.clone()).collect(),
         baseline,
     };
-    for (file, room) in &rooms {
-        if room.model.map() == MapKind::Correction {
+    for ComparedRoom { file, environment } in &rooms {
+        if environment.model.map() == MapKind::Correction {
             output::note(&format!(
                 "note: {} is a correction map, a function of the measured pose; it is used as a distortion map",
                 file.display()
@@ -116,13 +116,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     let shown = Shown::new("comparing");
     let found = compare(&plan, &settings, &shown.task)?;
     drop(shown);
-    let names = names(
-        &designs,
-        &rooms
-            .iter()
-            .map(|(f, r)| (f.as_path(), r.name.as_str()))
-            .collect::<Vec<_>>(),
-    );
+    let names = names(&designs, &rooms);
     print(args, &found, &names)
 }
 
@@ -187,17 +181,21 @@ fn baseline(named: &Path, designs: &[ComparedDesign]) -> anyhow::Result<usize> {
 }
 
 /// What everything is called: by its name, and where that is not its own by its file too.
-fn names(designs: &[ComparedDesign], rooms: &[(&Path, &str)]) -> Names {
+fn names(designs: &[ComparedDesign], rooms: &[ComparedRoom]) -> Names {
     let designs: Vec<(&Path, &str)> = designs
         .iter()
         .map(|d| (d.file.as_path(), d.design.name.as_str()))
         .collect();
+    let rooms: Vec<(&Path, &str)> = rooms
+        .iter()
+        .map(|r| (r.file.as_path(), r.environment.name.as_str()))
+        .collect();
     let files = |of: &[(&Path, &str)]| of.iter().map(|(f, _)| f.display().to_string()).collect();
     Names {
         design_files: files(&designs),
-        room_files: files(rooms),
+        room_files: files(&rooms),
         designs: distinct(&designs),
-        rooms: distinct(rooms),
+        rooms: distinct(&rooms),
     }
 }
 

@@ -7,7 +7,7 @@ use super::read::read_environment;
 use crate::design::Design;
 use crate::field::Environment;
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A design without its room and meshes.
@@ -36,27 +36,44 @@ pub fn read_compared_designs(files: &[PathBuf]) -> Result<Vec<ComparedDesign>, S
     read.collect::<Vec<_>>().into_iter().collect()
 }
 
-/// Rooms by the files that were named, and the number of each one's room: two names of one file are
-/// one room, which is read once.
+/// A room by the first file that named it.
+#[derive(Clone, Debug)]
+pub struct ComparedRoom {
+    pub file: PathBuf,
+    pub environment: Arc<Environment>,
+}
+
+/// Rooms, each once, and the number of the room that each file is.
+#[derive(Clone, Debug)]
+pub struct ComparedRooms {
+    pub rooms: Vec<ComparedRoom>,
+    pub of_file: Vec<usize>,
+}
+
+/// Reads rooms: two names of one file are one room, which is read once.
 ///
 /// # Errors
 /// The first file that cannot be used, in the order given.
-pub fn read_compared_rooms(
-    files: &[PathBuf],
-) -> Result<(Vec<(PathBuf, Arc<Environment>)>, Vec<usize>), StoreError> {
-    let mut distinct: Vec<(PathBuf, &Path)> = Vec::new();
-    let mut numbers = Vec::with_capacity(files.len());
+pub fn read_compared_rooms(files: &[PathBuf]) -> Result<ComparedRooms, StoreError> {
+    let mut distinct: Vec<(PathBuf, &PathBuf)> = Vec::new();
+    let mut of_file = Vec::with_capacity(files.len());
     for file in files {
         let real = absolute(file);
         let known = distinct.iter().position(|(known, _)| *known == real);
-        numbers.push(known.unwrap_or(distinct.len()));
+        of_file.push(known.unwrap_or(distinct.len()));
         if known.is_none() {
             distinct.push((real, file));
         }
     }
-    let read = distinct
-        .par_iter()
-        .map(|(_, file)| Ok(((*file).to_owned(), Arc::new(read_environment(file)?))));
+    let read = distinct.par_iter().map(|(_, file)| {
+        Ok(ComparedRoom {
+            file: (*file).clone(),
+            environment: Arc::new(read_environment(file)?),
+        })
+    });
     let rooms: Result<Vec<_>, StoreError> = read.collect::<Vec<_>>().into_iter().collect();
-    Ok((rooms?, numbers))
+    Ok(ComparedRooms {
+        rooms: rooms?,
+        of_file,
+    })
 }

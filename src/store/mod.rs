@@ -31,7 +31,9 @@ mod write;
 
 pub use body_export::{BodyExport, definition_name};
 pub use builtin::{DEFAULT_BUILTIN, Starter, builtin_names, generator_mesh};
-pub use compared::{ComparedDesign, read_compared_designs, read_compared_rooms};
+pub use compared::{
+    ComparedDesign, ComparedRoom, ComparedRooms, read_compared_designs, read_compared_rooms,
+};
 pub use error::StoreError;
 pub use log::{LogError, write_log};
 pub use mesh_shelf::{ReadMesh, WantedMesh};

@@ -177,7 +177,7 @@ pub fn compare(plan: &Plan, settings: &Settings, task: &Task) -> Result<Comparis
             pairs: &of_room,
             room,
         };
-        let (rows, unknown) = in_room.measure(environment, &task)?;
+        let RoomRows { rows, unknown } = in_room.measure(environment, &task)?;
         for (pair, row) in of_room.iter().zip(rows) {
             measured[*pair] = Some(row);
         }
@@ -261,6 +261,12 @@ struct InRoom<'a> {
     room: usize,
 }
 
+/// The rows of one room, in the order of its pairs.
+struct RoomRows {
+    rows: Vec<Result<Measured, NoFigures>>,
+    unknown: Option<RoomUnknown>,
+}
+
 /// A study, and where it is tried in other fields.
 type Studied = Result<(Measured, DrawnAt), NoFigures>;
 
@@ -268,11 +274,7 @@ type Studied = Result<(Measured, DrawnAt), NoFigures>;
 const STUDIES_PART: f64 = 0.3;
 
 impl InRoom<'_> {
-    fn measure(
-        &self,
-        environment: &Arc<Environment>,
-        task: &Task,
-    ) -> Result<(Vec<Result<Measured, NoFigures>>, Option<RoomUnknown>), Cancelled> {
+    fn measure(&self, environment: &Arc<Environment>, task: &Task) -> Result<RoomRows, Cancelled> {
         let done = AtomicUsize::new(0);
         let studies = task.stretch(0.0, STUDIES_PART);
         let mut studied: Vec<Studied> = self
@@ -302,7 +304,10 @@ impl InRoom<'_> {
             }
         }
         let rows = studied.into_iter().map(|s| s.map(|(measured, _)| measured));
-        Ok((rows.collect(), unknown))
+        Ok(RoomRows {
+            rows: rows.collect(),
+            unknown,
+        })
     }
 
     /// The study itself, and the looks between its poses.
