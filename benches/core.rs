@@ -2,6 +2,7 @@
 //!
 //! What the figures were on one machine, and how to repeat them, is in `docs/measurements.md`.
 
+mod comparison;
 mod compensation;
 mod evaluation;
 mod fitting;

@@ -2,6 +2,7 @@
 
 mod characterize;
 mod choose;
+mod compare;
 mod compensate;
 mod convert;
 mod distort;
@@ -66,6 +67,9 @@ enum Command {
     Compensate(compensate::CompensateArgs),
     /// Simulate a design at one pose, over its range of motion, or at given poses
     Simulate(simulate::SimulateArgs),
+    /// Hold designs against each other in one room or several, and say which differences are more than the
+    /// room's uncertainty and the sampling of the motion
+    Compare(compare::CompareArgs),
     /// Measure error against run time, for every way of computing the same thing
     Precision(precision::PrecisionArgs),
     /// Make a measurement table from another program's files
@@ -115,6 +119,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Distort(args)) => distort::run(args),
         Some(Command::Compensate(args)) => compensate::run(args),
         Some(Command::Simulate(args)) => simulate::run(args),
+        Some(Command::Compare(args)) => compare::run(args),
         Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
         Some(Command::Convert(args)) => convert::run(args),

@@ -3,6 +3,7 @@
 pub mod agreement_log;
 pub mod body;
 pub mod characterised;
+pub mod comparison_table;
 pub mod design_file;
 pub mod environment;
 mod error;

@@ -2,6 +2,7 @@
 
 mod body_export;
 mod builtin;
+mod compared;
 mod error;
 mod lock;
 mod log;
@@ -30,6 +31,9 @@ mod write;
 
 pub use body_export::{BodyExport, definition_name};
 pub use builtin::{DEFAULT_BUILTIN, Starter, builtin_names, generator_mesh};
+pub use compared::{
+    ComparedDesign, ComparedRoom, ComparedRooms, read_compared_designs, read_compared_rooms,
+};
 pub use error::StoreError;
 pub use log::{LogError, write_log};
 pub use mesh_shelf::{ReadMesh, WantedMesh};

@@ -4,6 +4,7 @@ pub mod agreement;
 pub mod arrows;
 pub mod body_compensation;
 pub mod charted;
+pub mod comparison;
 mod explain;
 pub mod field_lattice;
 pub mod figures;

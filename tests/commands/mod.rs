@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod characterize;
+mod compare;
 mod compensate;
 mod convert;
 mod crf_alone;

@@ -16,10 +16,10 @@ use trackwright::geometry::directions::{DirectionSet, Weighting};
 use trackwright::store;
 use trackwright::task::Task;
 
-const NOISE_MM: f64 = 0.2;
-const NOISE_RAD: f64 = 0.003;
+pub(super) const NOISE_MM: f64 = 0.2;
+pub(super) const NOISE_RAD: f64 = 0.003;
 
-fn bounds() -> Bounds {
+pub(super) fn bounds() -> Bounds {
     Bounds::from(([-100.0, -80.0, -400.0], [100.0, 80.0, -100.0]))
 }
 
@@ -29,7 +29,7 @@ fn spread(i: usize, step: f64) -> f64 {
 }
 
 /// Places spread over box and sphere (Kronecker sequences).
-fn places(count: usize, bounds: &Bounds) -> Vec<(Point3<f64>, Unit<Vector3<f64>>)> {
+pub(super) fn places(count: usize, bounds: &Bounds) -> Vec<(Point3<f64>, Unit<Vector3<f64>>)> {
     (0..count)
         .map(|i| {
             let unit = Vector3::new(
@@ -69,7 +69,7 @@ fn truth(order: usize, directions: DirectionSet, is_same: bool, size: f64) -> Di
     .unwrap()
 }
 
-fn exact(
+pub(super) fn exact(
     model: &DistortionModel,
     places: impl IntoIterator<Item = (Point3<f64>, Unit<Vector3<f64>>)>,
 ) -> SampleSet {
@@ -89,7 +89,7 @@ fn exact(
     }
 }
 
-fn noisy(set: &SampleSet, seed: u64) -> SampleSet {
+pub(super) fn noisy(set: &SampleSet, seed: u64) -> SampleSet {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let [mm, rad] = [NOISE_MM, NOISE_RAD].map(|s| Normal::new(0.0, s).unwrap());
     let mut set = set.clone();
@@ -102,7 +102,11 @@ fn noisy(set: &SampleSet, seed: u64) -> SampleSet {
     set
 }
 
-fn fitted(set: &SampleSet, settings: &FitSettings, bounds: Option<Bounds>) -> (Fit, Support) {
+pub(super) fn fitted(
+    set: &SampleSet,
+    settings: &FitSettings,
+    bounds: Option<Bounds>,
+) -> (Fit, Support) {
     let task = Task::default();
     let factored = factor(set, settings, bounds, &task).unwrap();
     let solved = factored.solve(settings.rcond, settings.ridge).unwrap();

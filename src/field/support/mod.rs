@@ -30,10 +30,12 @@
 
 mod build;
 mod cells;
+mod draws;
 mod form;
 
 pub use build::{MAX_STORED, SupportError};
 pub use cells::{Cell, Cells, MAX_CELLS};
+pub use draws::{DrawError, FieldDraws};
 
 use super::bernstein::MAX_ORDER;
 use super::model::{DistortionModel, OutsidePolicy};

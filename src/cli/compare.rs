@@ -1,0 +1,211 @@
+//! `compare`: designs beside each other in one room or several, and what of their differences is one.
+
+mod report;
+
+use super::numbers::zero_or_more;
+use super::output::{self, Format, OutsideArg, Shown};
+use crate::field::samples::MapKind;
+use crate::formats::comparison_table::{self, Names};
+use crate::store::{self, ComparedDesign, ComparedRoom, ComparedRooms};
+use crate::study::comparison::{
+    Comparison, LEAST_DEG, LEAST_MM, Least, Pair, Plan, Settings, compare,
+};
+use anyhow::bail;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// Designs (*.design.ron); each is simulated over its range of motion, or where it has none at its
+    /// own pose
+    #[arg(required = true, value_name = "DESIGN")]
+    designs: Vec<PathBuf>,
+
+    /// Rooms (*.env.ron) that every design is simulated in; without any, each design is in its own
+    #[arg(long, value_name = "ENV", num_args = 1..)]
+    environment: Vec<PathBuf>,
+
+    /// The design that the others are held against, by its file or its name; the first where none is
+    /// named
+    #[arg(long, value_name = "DESIGN")]
+    baseline: Option<PathBuf>,
+
+    /// What happens to sensors outside the model's box; rejected trials are left out and counted
+    #[arg(long, value_enum, default_value_t)]
+    outside: OutsideArg,
+
+    /// Difference of tip errors below which there is none that matters
+    #[arg(long, value_name = "MM", default_value_t = LEAST_MM, value_parser = zero_or_more)]
+    least_mm: f64,
+
+    /// Likewise of angles
+    #[arg(long, value_name = "DEG", default_value_t = LEAST_DEG, value_parser = zero_or_more)]
+    least_deg: f64,
+
+    /// Seed of the fields that a room might as well have, and of the poses between those of the grid
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+
+    /// Table to write, one row a design and room
+    #[arg(long, value_name = "OUT.csv")]
+    csv: Option<PathBuf>,
+
+    /// How to print the comparison
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Reads, simulates, and prints a row for every design in every room.
+///
+/// # Errors
+/// Files that can't be used, a design named twice, a baseline that is none of the designs.
+pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
+    named_once(&args.designs, "design")?;
+    named_once(&args.environment, "environment")?;
+    let designs = store::read_compared_designs(&args.designs)?;
+    let baseline = match &args.baseline {
+        None => 0,
+        Some(named) => baseline(named, &designs)?,
+    };
+    let own_rooms: Vec<PathBuf> = designs.iter().map(|d| d.own_room.clone()).collect();
+    let is_own = args.environment.is_empty();
+    let files = if is_own {
+        &own_rooms
+    } else {
+        &args.environment
+    };
+    let ComparedRooms { rooms, of_file } = store::read_compared_rooms(files)?;
+    let of_design = |design: usize| match is_own {
+        true => vec![of_file[design]],
+        false => (0..rooms.len()).collect(),
+    };
+    let pair = |design: usize, room: usize| {
+        let mut scenario = store::resolve(&designs[design].design, &rooms[room].environment);
+        scenario.outside = args.outside.into();
+        Pair {
+            design,
+            room,
+            scenario,
+        }
+    };
+    let each = 0..designs.len();
+    let plan = Plan {
+        pairs: each
+            .flat_map(|d| of_design(d).into_iter().map(move |r| (d, r)))
+            .map(|(design, room)| pair(design, room))
+            .collect(),
+        rooms: rooms.iter().map(|r| r.environment.clone()).collect(),
+        baseline,
+    };
+    for ComparedRoom { file, environment } in &rooms {
+        if environment.model.map() == MapKind::Correction {
+            output::note(&format!(
+                "note: {} is a correction map, a function of the measured pose; it is used as a distortion map",
+                file.display()
+            ));
+        }
+    }
+    let settings = Settings {
+        least: Least {
+            mm: args.least_mm,
+            deg: args.least_deg,
+        },
+        seed: args.seed,
+        ..Settings::default()
+    };
+    let shown = Shown::new("comparing");
+    let found = compare(&plan, &settings, &shown.task)?;
+    drop(shown);
+    let names = names(&designs, &rooms);
+    print(args, &found, &names)
+}
+
+fn print(args: &CompareArgs, found: &Comparison, names: &Names) -> anyhow::Result<()> {
+    if let Some(file) = &args.csv {
+        store::write_atomic(file, |out| comparison_table::write(out, found, names))?;
+    }
+    match args.format {
+        Format::Json => output::print_json(&report::as_json(found, names)),
+        Format::Text => output::print(&report::as_text(found, names)),
+    }
+}
+
+/// # Errors
+/// The second of two names of one file.
+fn named_once(files: &[PathBuf], what: &str) -> anyhow::Result<()> {
+    for (number, file) in files.iter().enumerate() {
+        if let Some(first) = files[..number]
+            .iter()
+            .find(|first| store::is_same_file(first, file))
+        {
+            bail!(
+                "{}: found the same {what} named twice (as {} before), expected each once",
+                file.display(),
+                first.display()
+            );
+        }
+    }
+    Ok(())
+}
+
+/// The number of the design that is meant.
+fn baseline(named: &Path, designs: &[ComparedDesign]) -> anyhow::Result<usize> {
+    let by_file = designs
+        .iter()
+        .position(|d| store::is_same_file(&d.file, named));
+    if let Some(number) = by_file {
+        return Ok(number);
+    }
+    let mut by_name = (0..designs.len()).filter(|&d| Path::new(&designs[d].design.name) == named);
+    match (by_name.next(), by_name.next()) {
+        (Some(number), None) => return Ok(number),
+        (Some(_), Some(_)) => bail!(
+            "--baseline {}: found several designs of this name, expected the file of one",
+            named.display()
+        ),
+        (None, _) => {}
+    }
+    let files: Vec<String> = designs
+        .iter()
+        .map(|d| d.file.display().to_string())
+        .collect();
+    let found = match named.exists() {
+        true => "a design that is not compared",
+        false => "no such file, and no design of this name",
+    };
+    bail!(
+        "--baseline {}: found {found}, expected one of {}",
+        named.display(),
+        files.join(", ")
+    )
+}
+
+/// What everything is called: by its name, and where that is not its own by its file too.
+fn names(designs: &[ComparedDesign], rooms: &[ComparedRoom]) -> Names {
+    let designs: Vec<(&Path, &str)> = designs
+        .iter()
+        .map(|d| (d.file.as_path(), d.design.name.as_str()))
+        .collect();
+    let rooms: Vec<(&Path, &str)> = rooms
+        .iter()
+        .map(|r| (r.file.as_path(), r.environment.name.as_str()))
+        .collect();
+    let files = |of: &[(&Path, &str)]| of.iter().map(|(f, _)| f.display().to_string()).collect();
+    Names {
+        design_files: files(&designs),
+        room_files: files(&rooms),
+        designs: distinct(&designs),
+        rooms: distinct(&rooms),
+    }
+}
+
+fn distinct(named: &[(&Path, &str)]) -> Vec<String> {
+    let is_shared = |name: &str| named.iter().filter(|(_, other)| *other == name).count() > 1;
+    named
+        .iter()
+        .map(|(file, name)| match is_shared(name) || name.is_empty() {
+            false => (*name).to_owned(),
+            true => format!("{name} ({})", file.display()),
+        })
+        .collect()
+}

@@ -1,0 +1,167 @@
+//! A comparison as a table, one row a design in a room: the same columns in every row, cells of what
+//! is not there empty, names quoted as RFC 4180 has it.
+
+use super::number::shortest;
+use crate::geometry::pose::pose_to_array;
+use crate::study::comparison::{Comparison, ErrorOf, FIGURES, Figure, Row, Verdict, values};
+use std::io::{self, Write};
+
+/// What designs and rooms are called, by their numbers in the comparison.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Names {
+    pub designs: Vec<String>,
+    pub design_files: Vec<String>,
+    pub rooms: Vec<String>,
+    pub room_files: Vec<String>,
+}
+
+impl Names {
+    /// The name of this number in one of the lists.
+    pub fn of(list: &[String], number: usize) -> &str {
+        list.get(number).map_or("", String::as_str)
+    }
+}
+
+/// Columns before the figures.
+const FIRST: [&str; 10] = [
+    "design",
+    "design_file",
+    "environment",
+    "environment_file",
+    "no_figures",
+    "trials",
+    "outside",
+    "out_of_volume",
+    "without_field",
+    "rejected",
+];
+
+/// Columns between the figures and their differences: the worst pose is the tool's in the CRF (or the
+/// tracker).
+const MIDDLE: [&str; 15] = [
+    "requirement_met",
+    "worst_trial",
+    "worst_position_mm",
+    "worst_angle_deg",
+    "worst_x",
+    "worst_y",
+    "worst_z",
+    "worst_qw",
+    "worst_qx",
+    "worst_qy",
+    "worst_qz",
+    "baseline",
+    "motion_differs",
+    "requirement_differs",
+    "environment_differs",
+];
+
+/// Columns of each figure's difference from the baseline.
+const DIFFERENCE: usize = 4;
+
+/// Writes the table.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write(out: &mut dyn Write, comparison: &Comparison, names: &Names) -> io::Result<()> {
+    let mut table = csv::Writer::from_writer(out);
+    let figures = FIGURES.iter().map(|f| column(*f, ""));
+    let differences = FIGURES.iter().flat_map(|f| {
+        let ends = ["_difference", "_low", "_high"].map(|what| column(*f, what));
+        ends.into_iter().chain([format!("{}_verdict", stem(*f))])
+    });
+    let header = FIRST.iter().map(|name| (*name).to_owned());
+    let header = header
+        .chain(figures)
+        .chain(MIDDLE.iter().map(|name| (*name).to_owned()))
+        .chain(differences);
+    table.write_record(header).map_err(io_error)?;
+    for row in &comparison.rows {
+        let cells = cells(row, comparison, names);
+        table.write_record(cells).map_err(io_error)?;
+    }
+    table.flush()
+}
+
+/// `position_rms_mm`, `angle_max_difference_deg`.
+fn column(figure: Figure, what: &str) -> String {
+    let unit = match figure.of {
+        ErrorOf::Position => "mm",
+        ErrorOf::Angle => "deg",
+    };
+    format!("{}{what}_{unit}", stem(figure))
+}
+
+fn stem(figure: Figure) -> String {
+    let of = match figure.of {
+        ErrorOf::Position => "position",
+        ErrorOf::Angle => "angle",
+    };
+    format!("{of}_{}", figure.name())
+}
+
+fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
+    let mut cells = vec![
+        Names::of(&names.designs, row.design).to_owned(),
+        Names::of(&names.design_files, row.design).to_owned(),
+        Names::of(&names.rooms, row.room).to_owned(),
+        Names::of(&names.room_files, row.room).to_owned(),
+    ];
+    let flag = |is: bool| u8::from(is).to_string();
+    let empty = |count: usize| std::iter::repeat_n(String::new(), count);
+    match &row.measured {
+        Err(why) => {
+            cells.push(why.to_string());
+            cells.extend(empty(FIRST.len() - 5 + FIGURES.len() + MIDDLE.len() - 4));
+        }
+        Ok(measured) => {
+            let figures = &measured.figures;
+            cells.push(String::new());
+            cells.extend(
+                [
+                    figures.trials,
+                    figures.outside,
+                    figures.out_of_volume,
+                    measured.without_field,
+                    figures.rejected,
+                ]
+                .map(|count| count.to_string()),
+            );
+            cells.extend(values(&figures.position_mm, &figures.angle_deg).map(shortest));
+            cells.push(figures.requirement_met().map(flag).unwrap_or_default());
+            cells.push(figures.worst.trial.to_string());
+            cells.push(shortest(figures.worst.position_mm));
+            cells.push(shortest(figures.worst.angle_deg));
+            cells.extend(pose_to_array(&measured.worst_pose.crf_from_tool).map(shortest));
+        }
+    }
+    match &row.against_baseline {
+        None => cells.extend(empty(4 + FIGURES.len() * DIFFERENCE)),
+        Some(against) => {
+            cells.push(Names::of(&names.designs, comparison.baseline).to_owned());
+            cells.push(flag(against.motion_differs));
+            cells.push(flag(against.requirement_differs));
+            cells.push(flag(against.room_differs));
+            for d in &against.differences {
+                cells.extend([d.difference, d.low, d.high].map(shortest));
+                cells.push(verdict(d.verdict).to_owned());
+            }
+        }
+    }
+    cells
+}
+
+/// As JSON has it.
+fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Better => "better",
+        Verdict::Worse => "worse",
+        Verdict::NotTold => "not_told",
+        Verdict::Negligible => "negligible",
+        Verdict::RoomUnknown => "room_unknown",
+    }
+}
+
+fn io_error(error: csv::Error) -> io::Error {
+    io::Error::other(error)
+}

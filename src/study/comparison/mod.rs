@@ -1,0 +1,467 @@
+//! Designs beside each other: every design in every room, and what each differs from a baseline by.
+//!
+//! A row's figures are those of a study of its own, to the bit. What a difference may be said to be
+//! is in `difference.rs`, what it rests on in `sampled.rs` and [`crate::field::support::FieldDraws`].
+
+mod difference;
+mod figure;
+mod sampled;
+mod words;
+
+pub use difference::{COVERAGE, Difference, LEAST_DEG, LEAST_MM, Least, Verdict};
+pub use figure::{ErrorOf, FIGURES, Figure, FigureValues, Summary, values};
+pub use words::{difference_words, met_words, notes};
+
+use super::figures::Figures;
+use super::profile::{trial_offsets, trial_pose};
+use super::run::{StudyError, is_rejected, run};
+use super::scenario::{InputTrial, Mode, Scenario};
+use super::trial::Trial;
+use crate::field::Environment;
+use crate::field::support::DrawError;
+use crate::geometry::pose::Pose;
+use crate::task::{Cancelled, Task};
+use difference::{Side, differences};
+use rayon::prelude::*;
+use sampled::{Drawn, DrawnAt, Sampled, range_trials};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// What is compared.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub rooms: Vec<Arc<Environment>>,
+    /// A row each, in this order.
+    pub pairs: Vec<Pair>,
+    /// Number of the design that the others are held against.
+    pub baseline: usize,
+}
+
+/// A design in a room, by their numbers.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    pub design: usize,
+    /// Of [`Plan::rooms`], which the scenario is in.
+    pub room: usize,
+    pub scenario: Scenario,
+}
+
+/// How closely differences are looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Fields that the room's fit might as well have given. Their spread is known to
+    /// `1 / sqrt(2 draws)`: 9 % for 64, which Student's t allows for.
+    pub draws: usize,
+    /// Independent looks at the range of motion.
+    pub replicates: usize,
+    /// Poses of each, a power of two.
+    pub poses_each: usize,
+    /// So many of the looks are tried in each drawn field.
+    pub drawn_replicates: usize,
+    pub least: Least,
+    pub seed: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            draws: 64,
+            replicates: 8,
+            poses_each: 128,
+            drawn_replicates: 2,
+            least: Least::default(),
+            seed: 0,
+        }
+    }
+}
+
+/// All rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    pub baseline: usize,
+    pub rows: Vec<Row>,
+    /// Of each room, why it does not say how far its field may be off; `None` where it does.
+    pub rooms_unknown: Vec<Option<RoomUnknown>>,
+}
+
+/// One design in one room.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    pub design: usize,
+    pub room: usize,
+    pub measured: Result<Measured, NoFigures>,
+    /// `None` for the baseline itself, and where it or the row has no figures.
+    pub against_baseline: Option<AgainstBaseline>,
+}
+
+/// A row's study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    pub figures: Figures,
+    pub worst_pose: WorstPose,
+    /// Trials with a sensor where the room says nothing: outside the model's box or out of the
+    /// tracker's volume.
+    pub without_field: usize,
+    sampled: Option<Sampled>,
+    drawn: Option<Drawn>,
+}
+
+/// Where the tool is in its worst trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorstPose {
+    pub crf_from_tool: Pose,
+    /// From the design's own pose, along each axis that moves: mm for x, y, z, degrees for rx, ry, rz.
+    pub offsets: Vec<(&'static str, f64)>,
+}
+
+/// A row less the baseline's.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AgainstBaseline {
+    /// The baseline's row.
+    pub row: usize,
+    /// One of each of [`FIGURES`].
+    pub differences: Vec<Difference>,
+    /// They are not asked to do the same.
+    pub motion_differs: bool,
+    pub requirement_differs: bool,
+    /// Each is in its own room, and nothing of the rooms' errors cancels.
+    pub room_differs: bool,
+}
+
+/// Why a row has no figures.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoFigures {
+    #[error(
+        "the room does not reach: of {trials} trials, {outside} have a sensor outside the model's box and \
+         {out_of_volume} one out of the tracker's volume"
+    )]
+    NoOverlap {
+        trials: usize,
+        outside: usize,
+        out_of_volume: usize,
+    },
+    #[error(transparent)]
+    Study(StudyError),
+}
+
+/// Why nobody knows how far a room's field may be off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RoomUnknown {
+    #[error("it keeps no standard error of its field")]
+    NoSupport,
+    #[error(transparent)]
+    Draws(#[from] DrawError),
+    #[error("no pose of the range of motion is left in it")]
+    NoPoses,
+}
+
+/// Runs every pair, and holds each against the baseline in its room, or in the baseline's own. The
+/// result does not depend on the number of threads.
+///
+/// # Errors
+/// [`Cancelled`]; what stands in the way of one row is that row's.
+pub fn compare(plan: &Plan, settings: &Settings, task: &Task) -> Result<Comparison, Cancelled> {
+    let mut measured: Vec<Option<Result<Measured, NoFigures>>> = vec![None; plan.pairs.len()];
+    let mut rooms_unknown = Vec::with_capacity(plan.rooms.len());
+    let mut done = 0;
+    for (room, environment) in plan.rooms.iter().enumerate() {
+        let of_room: Vec<usize> = (0..plan.pairs.len())
+            .filter(|&pair| plan.pairs[pair].room == room)
+            .collect();
+        let end = done + of_room.len();
+        let all = plan.pairs.len().max(1) as f64;
+        let task = task.stretch(done as f64 / all, end as f64 / all);
+        let in_room = InRoom {
+            plan,
+            settings,
+            pairs: &of_room,
+            room,
+        };
+        let RoomRows { rows, unknown } = in_room.measure(environment, &task)?;
+        for (pair, row) in of_room.iter().zip(rows) {
+            measured[*pair] = Some(row);
+        }
+        rooms_unknown.push(unknown);
+        done = end;
+    }
+    let measured: Vec<_> = measured
+        .into_iter()
+        .map(|row| row.unwrap_or(Err(NoFigures::Study(StudyError::NoTrials))))
+        .collect();
+    let against: Vec<_> = (0..plan.pairs.len())
+        .map(|pair| against_baseline(plan, &measured, pair, settings.least))
+        .collect();
+    let each = plan.pairs.iter().zip(measured).zip(against);
+    let rows = each.map(|((pair, measured), against_baseline)| Row {
+        design: pair.design,
+        room: pair.room,
+        measured,
+        against_baseline,
+    });
+    Ok(Comparison {
+        baseline: plan.baseline,
+        rows: rows.collect(),
+        rooms_unknown,
+    })
+}
+
+fn against_baseline(
+    plan: &Plan,
+    measured: &[Result<Measured, NoFigures>],
+    pair: usize,
+    least: Least,
+) -> Option<AgainstBaseline> {
+    let own = &plan.pairs[pair];
+    if own.design == plan.baseline {
+        return None;
+    }
+    let of_baseline = |room: Option<usize>| {
+        plan.pairs
+            .iter()
+            .position(|p| p.design == plan.baseline && room.is_none_or(|room| p.room == room))
+    };
+    let row = of_baseline(Some(own.room)).or_else(|| of_baseline(None))?;
+    let (Ok(design), Ok(baseline)) = (&measured[pair], &measured[row]) else {
+        return None;
+    };
+    let [a, b] = [design, baseline].map(|m| values(&m.figures.position_mm, &m.figures.angle_deg));
+    let theirs = &plan.pairs[row];
+    Some(AgainstBaseline {
+        row,
+        differences: differences(design.side(&a), baseline.side(&b), least),
+        motion_differs: own.scenario.motion != theirs.scenario.motion,
+        requirement_differs: own.scenario.requirement != theirs.scenario.requirement,
+        room_differs: own.room != theirs.room,
+    })
+}
+
+impl Measured {
+    fn side<'a>(&'a self, grid: &'a FigureValues) -> Side<'a> {
+        Side {
+            grid,
+            sampled: self.sampled.as_ref(),
+            drawn: self.drawn.as_ref(),
+        }
+    }
+}
+
+/// What a design's study visits: its range of motion, or where it has none its own pose.
+pub fn mode_of(scenario: &Scenario) -> Mode {
+    match scenario.motion {
+        Some(_) => Mode::Motion,
+        None => Mode::Single,
+    }
+}
+
+/// The pairs of one room.
+struct InRoom<'a> {
+    plan: &'a Plan,
+    settings: &'a Settings,
+    pairs: &'a [usize],
+    room: usize,
+}
+
+/// The rows of one room, in the order of its pairs.
+struct RoomRows {
+    rows: Vec<Result<Measured, NoFigures>>,
+    unknown: Option<RoomUnknown>,
+}
+
+/// A study, and where it is tried in other fields.
+type Studied = Result<(Measured, DrawnAt), NoFigures>;
+
+/// Part of a room's time that its studies take, for telling progress only.
+const STUDIES_PART: f64 = 0.3;
+
+impl InRoom<'_> {
+    fn measure(&self, environment: &Arc<Environment>, task: &Task) -> Result<RoomRows, Cancelled> {
+        let done = AtomicUsize::new(0);
+        let studies = task.stretch(0.0, STUDIES_PART);
+        let mut studied: Vec<Studied> = self
+            .pairs
+            .par_iter()
+            .map(|&pair| {
+                let studied = self.study(&self.plan.pairs[pair].scenario, task);
+                studies.step(1 + done.fetch_add(1, Ordering::Relaxed), self.pairs.len())?;
+                studied
+            })
+            .collect::<Result<_, Cancelled>>()?;
+        // With nothing to be held against, nobody asks.
+        let is_asked = self
+            .plan
+            .pairs
+            .iter()
+            .any(|p| p.design != self.plan.baseline);
+        let has_any = studied.iter().any(Result::is_ok);
+        let mut unknown = None;
+        if is_asked && has_any {
+            match self.drawn_rooms(environment, task)? {
+                Ok(rooms) => {
+                    let task = task.stretch(STUDIES_PART, 1.0);
+                    unknown = self.try_in(&rooms, environment, &mut studied, &task)?;
+                }
+                Err(why) => unknown = Some(why),
+            }
+        }
+        let rows = studied.into_iter().map(|s| s.map(|(measured, _)| measured));
+        Ok(RoomRows {
+            rows: rows.collect(),
+            unknown,
+        })
+    }
+
+    /// The study itself, and the looks between its poses.
+    fn study(&self, scenario: &Scenario, task: &Task) -> Result<Studied, Cancelled> {
+        let settings = self.settings;
+        match studied(scenario, settings, task) {
+            Ok(studied) => Ok(studied),
+            Err(StudyError::Cancelled) => Err(Cancelled),
+            Err(error) => Ok(Err(NoFigures::Study(error))),
+        }
+    }
+
+    /// The room with each field that its fit might as well have given.
+    fn drawn_rooms(
+        &self,
+        environment: &Arc<Environment>,
+        task: &Task,
+    ) -> Result<Result<Vec<Arc<Environment>>, RoomUnknown>, Cancelled> {
+        let Some(support) = &environment.support else {
+            return Ok(Err(RoomUnknown::NoSupport));
+        };
+        let ridge = environment.provenance.as_ref().map_or(0.0, |p| p.ridge);
+        // Rooms were measured one by one: no two have the same noise.
+        let seed = self.settings.seed.wrapping_add(1 + self.room as u64);
+        let quiet = Task::cancelled_by(task.cancel.clone());
+        match support.draw(&environment.model, ridge, self.settings.draws, seed, &quiet) {
+            Err(DrawError::Cancelled(cancelled)) => Err(cancelled),
+            Err(why) => Ok(Err(why.into())),
+            Ok(drawn) => {
+                let rooms = drawn.models.into_iter().map(|model| {
+                    Arc::new(Environment {
+                        name: String::new(),
+                        model,
+                        volume: environment.volume,
+                        jitter: environment.jitter,
+                        provenance: None,
+                        support: None,
+                    })
+                });
+                Ok(Ok(rooms.collect()))
+            }
+        }
+    }
+
+    /// Tries every design in every drawn field.
+    fn try_in(
+        &self,
+        drawn: &[Arc<Environment>],
+        nominal: &Arc<Environment>,
+        studied: &mut [Studied],
+        task: &Task,
+    ) -> Result<Option<RoomUnknown>, Cancelled> {
+        let rooms: Vec<&Arc<Environment>> = std::iter::once(nominal).chain(drawn).collect();
+        let of_pair = rooms.len();
+        let jobs = studied.len() * of_pair;
+        let done = AtomicUsize::new(0);
+        let found: Vec<Option<FigureValues>> = (0..jobs)
+            .into_par_iter()
+            .map(|job| {
+                let (pair, room) = (job / of_pair, job % of_pair);
+                task.step(done.fetch_add(1, Ordering::Relaxed), jobs)?;
+                let Ok((_, at)) = &studied[pair] else {
+                    return Ok(None);
+                };
+                let scenario = &self.plan.pairs[self.pairs[pair]].scenario;
+                match at.figures(scenario, rooms[room], &task.cancel) {
+                    Err(StudyError::Cancelled) => Err(Cancelled),
+                    found => Ok(found.ok().flatten()),
+                }
+            })
+            .collect::<Result<_, Cancelled>>()?;
+        let mut unknown = None;
+        for (studied, found) in studied.iter_mut().zip(found.chunks(of_pair)) {
+            let Ok((measured, _)) = studied else { continue };
+            let all: Option<Vec<FigureValues>> = found.iter().copied().collect();
+            measured.drawn = all.and_then(|all| {
+                let (nominal, draws) = all.split_first()?;
+                Some(Drawn {
+                    nominal: *nominal,
+                    draws: draws.to_vec(),
+                })
+            });
+            if measured.drawn.is_none() {
+                unknown = Some(RoomUnknown::NoPoses);
+            }
+        }
+        Ok(unknown)
+    }
+}
+
+/// The study, its looks at the range, and the poses that are tried in drawn fields.
+fn studied(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Studied, StudyError> {
+    let mode = mode_of(scenario);
+    let mut seen = Seen::default();
+    let mut visit = |trial: &Trial| seen.visit(trial, scenario);
+    let outcome = match run(scenario, &mode, &task.cancel, Some(&mut visit)) {
+        Ok(outcome) => Some(outcome),
+        Err(StudyError::AllRejected { .. }) => None,
+        Err(error) => return Err(error),
+    };
+    let Some(outcome) = outcome.filter(|_| seen.without_field < seen.trials) else {
+        return Ok(Err(NoFigures::NoOverlap {
+            trials: seen.trials,
+            outside: seen.outside,
+            out_of_volume: seen.out_of_volume,
+        }));
+    };
+    let worst = [outcome.figures.worst.trial, seen.worst_angle_trial];
+    let at = |trial: usize| trial_pose(scenario, &mode, trial);
+    let extremes: Vec<InputTrial> = worst.into_iter().filter_map(at).collect();
+    let looks = range_trials(
+        scenario,
+        settings.replicates,
+        settings.poses_each,
+        settings.seed,
+    );
+    let sampled = Sampled::of(scenario, &looks, &task.cancel)?;
+    let tried = &looks[..settings.drawn_replicates.min(looks.len())];
+    let drawn_at = DrawnAt::new(scenario, tried, &extremes);
+    let worst_pose = WorstPose {
+        crf_from_tool: at(worst[0]).map_or(scenario.crf_from_tool, |t| t.crf_from_tool),
+        offsets: trial_offsets(scenario, &mode, worst[0]),
+    };
+    let measured = Measured {
+        figures: outcome.figures,
+        worst_pose,
+        without_field: seen.without_field,
+        sampled,
+        drawn: None,
+    };
+    Ok(Ok((measured, drawn_at)))
+}
+
+/// What the figures do not say of the trials.
+#[derive(Default)]
+struct Seen {
+    trials: usize,
+    outside: usize,
+    out_of_volume: usize,
+    without_field: usize,
+    worst_angle_trial: usize,
+    worst_angle_deg: f64,
+}
+
+impl Seen {
+    fn visit(&mut self, trial: &Trial, scenario: &Scenario) {
+        let (outside, out_of_volume) = (trial.outside > 0, trial.out_of_volume > 0);
+        self.outside += usize::from(outside);
+        self.out_of_volume += usize::from(out_of_volume);
+        self.without_field += usize::from(outside || out_of_volume);
+        if trial.angle_error_deg > self.worst_angle_deg && !is_rejected(trial, scenario.outside) {
+            self.worst_angle_deg = trial.angle_error_deg;
+            self.worst_angle_trial = self.trials;
+        }
+        self.trials += 1;
+    }
+}

@@ -1,0 +1,102 @@
+//! A comparison in words: the command line and the editor say the same.
+
+use super::difference::{Difference, Verdict};
+use super::{AgainstBaseline, Measured};
+use crate::study::figures::{Figures, with_separators};
+
+/// Whether the requirement is met.
+pub fn met_words(figures: &Figures) -> &'static str {
+    match figures.requirement_met() {
+        None => "–",
+        Some(true) => "met",
+        Some(false) => "missed",
+    }
+}
+
+/// What may be said of a difference from the baseline of this name.
+pub fn difference_words(difference: &Difference, baseline: &str) -> String {
+    let unit = difference.figure.unit();
+    let better = difference.difference < 0.0;
+    let side = if better { "better" } else { "worse" };
+    let size = amount(difference.difference.abs(), unit);
+    let ends = match better {
+        true => [-difference.high, -difference.low],
+        false => [difference.low, difference.high],
+    };
+    let [from, to] = ends.map(|end| format!("{end:.3}"));
+    match difference.verdict {
+        Verdict::Better | Verdict::Worse => {
+            format!("{size} {side} than {baseline} (95 %: {from} to {to})")
+        }
+        Verdict::NotTold => format!(
+            "no difference that the model and the sampling can tell ({}; 95 %: {} to {})",
+            signed(difference.difference, unit),
+            signed(difference.low, unit),
+            signed(difference.high, unit)
+        ),
+        Verdict::Negligible => format!(
+            "no difference that matters ({})",
+            signed(difference.difference, unit)
+        ),
+        Verdict::RoomUnknown => format!(
+            "{size} {side} than {baseline} as the room stands ({from} to {to} for the sampling); how far the \
+             room may be off is not known, so this is no verdict"
+        ),
+    }
+}
+
+/// What has to be known of a row before its figures are read.
+pub fn notes(measured: &Measured, against: Option<&AgainstBaseline>) -> Vec<String> {
+    let figures = &measured.figures;
+    let mut notes = Vec::new();
+    if measured.without_field > 0 {
+        notes.push(format!(
+            "{} of {} trials have a sensor where the room says nothing ({} outside the model's box, {} out of \
+             the tracker's volume)",
+            with_separators(measured.without_field),
+            with_separators(figures.trials),
+            with_separators(figures.outside),
+            with_separators(figures.out_of_volume)
+        ));
+    }
+    if let Some(free) = &figures.free_axis {
+        notes.push(format!(
+            "the {}'s sensors leave a rotation free: figures take the true one",
+            free.body
+        ));
+    } else if figures.poorly_determined {
+        notes.push("a rotation is so weakly determined that noise decides it".to_owned());
+    }
+    let Some(against) = against else {
+        return notes;
+    };
+    if against.motion_differs {
+        notes.push("its range of motion is not the baseline's".to_owned());
+    }
+    if against.requirement_differs {
+        notes.push("its requirement is not the baseline's".to_owned());
+    }
+    if against.room_differs {
+        notes.push("it is not in the baseline's room".to_owned());
+    }
+    notes
+}
+
+/// With as many digits as tell something.
+fn amount(value: f64, unit: &str) -> String {
+    match unit {
+        "°" => format!("{value:.3}°"),
+        unit => format!("{value:.3} {unit}"),
+    }
+}
+
+fn signed(value: f64, unit: &str) -> String {
+    let rounded = amount(value.abs(), unit);
+    // What rounds to nothing has no sign.
+    let is_nothing = value.abs() < 0.0005;
+    match (is_nothing, value < 0.0) {
+        (true, _) => rounded,
+        (false, true) => format!("-{rounded}"),
+        (false, false) => format!("+{rounded}"),
+    }
+}
