@@ -30,7 +30,7 @@ use crate::task::{Cancelled, Task};
 use as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use first_order::{Direction, ErrorKind, FirstOrder};
 use rayon::prelude::*;
-use search::{Cost, Family, Found, Search, nearest_bound, worst_ratio};
+use search::{Cost, Family, Found, Search, worst_ratio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// As far as tolerances are looked for: nobody builds sensors that are further off, and an error of
@@ -230,16 +230,15 @@ fn alone(search: &Search, block: usize) -> Result<(Tolerance, Cost), Cancelled> 
     let mut value = rounded_down(found.scale);
     while value >= SMALLEST {
         let sizes: Vec<f64> = family.sizes.iter().map(|size| size * value).collect();
-        let (checks, direction) =
-            search.worst_at(&family.blocks, &sizes, &found.directions, &mut cost)?;
+        let checks = search.worst_at(&family.blocks, &sizes, &found.directions, &mut cost)?;
         if worst_ratio(&checks) <= 1.0 {
-            let direction = direction.and_then(|d| d.first().copied());
+            let direction = found.limit.as_ref().and_then(|l| l.direction.first());
             let within = Within {
                 value,
                 simulated: found.scale,
                 first_order: found.first_order,
-                limited_by: nearest_bound(&checks).filter(|_| found.is_limited).copied(),
-                worst_direction: direction.filter(|_| found.is_limited).map(Into::into),
+                limited_by: limiting_check(search, &family.blocks, &sizes, &found, &mut cost)?,
+                worst_direction: direction.map(|d| (*d).into()),
             };
             return Ok((Tolerance::Within(within), cost));
         }
@@ -247,6 +246,21 @@ fn alone(search: &Search, block: usize) -> Result<(Tolerance, Cost), Cancelled> 
     }
     let none = NoTolerance::NothingLeft;
     Ok((Tolerance::None { none }, cost))
+}
+
+/// The bound that limits what was found, with its figure at the sizes that are stated.
+fn limiting_check(
+    search: &Search,
+    blocks: &[usize],
+    sizes: &[f64],
+    found: &Found,
+    cost: &mut Cost,
+) -> Result<Option<Check>, Cancelled> {
+    let Some(limit) = &found.limit else {
+        return Ok(None);
+    };
+    let checks = search.checks_at(blocks, sizes, &limit.direction, cost)?;
+    Ok(checks.into_iter().find(|check| check.name == limit.bound))
 }
 
 /// One kind of error of one body in the sheet's last step.
@@ -305,6 +319,8 @@ fn together(
     let found = search.largest(&whole)?;
     let mut cost = found.cost;
     let checks = state(search, &mut shares, &whole.blocks, &found, &mut cost)?;
+    let sizes = sizes(&shares, |share| share.value);
+    let limited_by = limiting_check(search, &whole.blocks, &sizes, &found, &mut cost)?;
     sheet.count(cost);
     for share in &shares {
         let body = sheet.bodies.iter_mut().find(|b| b.role == share.body);
@@ -317,7 +333,7 @@ fn together(
                 value: share.value,
                 simulated: found.scale * share.by_itself,
                 first_order: found.first_order * share.by_itself,
-                limited_by: nearest_bound(&checks).filter(|_| found.is_limited).copied(),
+                limited_by,
                 worst_direction: None,
             }),
         };
@@ -342,7 +358,7 @@ fn state(
             share.value = rounded_down(scale * share.by_itself);
         }
         let sizes = sizes(shares, |share| share.value);
-        let (checks, _) = search.worst_at(blocks, &sizes, directions, cost)?;
+        let checks = search.worst_at(blocks, &sizes, directions, cost)?;
         // Of nothing at all nothing better can be said.
         if worst_ratio(&checks) <= 1.0 || sizes.iter().all(|size| *size <= 0.0) {
             return Ok(checks);

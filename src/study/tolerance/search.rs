@@ -84,11 +84,21 @@ pub(super) struct Found {
     /// The largest scale at which the requirement was met; the cap where it always is.
     pub scale: f64,
     pub first_order: f64,
-    /// Whether a bound was reached below the cap.
-    pub is_limited: bool,
+    /// What misses the requirement at a scale that is larger by no more than a thousandth; `None` where
+    /// nothing does up to the cap.
+    pub limit: Option<Missed>,
     /// Those that decided.
     pub directions: Vec<Direction>,
     pub cost: Cost,
+}
+
+/// A scale at which the requirement is missed.
+#[derive(Clone, Debug)]
+pub(super) struct Missed {
+    scale: f64,
+    pub direction: Direction,
+    /// Its name in a design file.
+    pub bound: &'static str,
 }
 
 /// What simulations cost.
@@ -162,17 +172,16 @@ impl Search<'_> {
             known.extend(self.refined(family, scale, &critical, &mut cost)?);
             let all = [&known[..], &spread[..]].concat();
             let found = self.simulate_all(family, scale, &all, &mut cost)?;
-            let is_met = found.iter().all(|s| s.ratio <= 1.0);
             critical.extend(worst_of(&found, &all));
-            if is_met {
+            let Some(missed) = missed(scale, &found, &all) else {
                 break;
-            }
-            high = Some(scale);
+            };
+            high = Some(missed);
         }
         Ok(Found {
             scale,
             first_order,
-            is_limited: high.is_some(),
+            limit: high,
             directions: critical,
             cost,
         })
@@ -189,7 +198,7 @@ impl Search<'_> {
         sizes: &[f64],
         directions: &[Direction],
         cost: &mut Cost,
-    ) -> Result<(Vec<Check>, Option<Direction>), Cancelled> {
+    ) -> Result<Vec<Check>, Cancelled> {
         let family = Family {
             blocks: blocks.to_vec(),
             sizes: sizes.to_vec(),
@@ -199,11 +208,9 @@ impl Search<'_> {
         let mut all = directions.to_vec();
         all.extend(self.spread(&family));
         let found = self.simulate_all(&family, 1.0, &all, cost)?;
-        let worst = found.into_iter().zip(all);
-        let worst = worst.max_by(|a, b| a.0.ratio.total_cmp(&b.0.ratio));
-        Ok(worst.map_or((Vec::new(), None), |(simulated, direction)| {
-            (simulated.checks, Some(direction))
-        }))
+        let worst = found.into_iter();
+        let worst = worst.max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+        Ok(worst.map_or_else(Vec::new, |simulated| simulated.checks))
     }
 
     /// A scale at which every direction meets the requirement and, if there is one below the cap, a
@@ -213,35 +220,51 @@ impl Search<'_> {
         family: &Family,
         guess: f64,
         directions: &[Direction],
-        mut high: Option<f64>,
+        mut high: Option<Missed>,
         cost: &mut Cost,
-    ) -> Result<(f64, Option<f64>), Cancelled> {
+    ) -> Result<(f64, Option<Missed>), Cancelled> {
         let mut low = 0.0;
         let mut step = FIRST_STEP;
-        let mut next = guess.min(high.unwrap_or(family.cap));
+        let mut next = high
+            .as_ref()
+            .map_or(guess.min(family.cap), |high| guess.min(high.scale));
         loop {
             let found = self.simulate_all(family, next, directions, cost)?;
-            let is_met = found.iter().all(|s| s.ratio <= 1.0);
-            if is_met {
-                low = next;
-                if low >= family.cap {
-                    return Ok((family.cap, None));
-                }
-            } else {
-                high = Some(next);
+            match missed(next, &found, directions) {
+                Some(missed) => high = Some(missed),
+                None if next >= family.cap => return Ok((family.cap, None)),
+                None => low = next,
             }
-            next = match high {
+            let top = high.as_ref().map(|high| high.scale);
+            next = match top {
                 None => (low * (1.0 + step)).min(family.cap),
-                Some(high) if low > 0.0 => 0.5 * (low + high),
-                Some(high) => high * (1.0 - step.min(0.5)),
+                Some(top) if top - low <= PRECISION * top => return Ok((low, high)),
+                Some(top) if top < family.floor => return Ok((0.0, high)),
+                Some(top) if low > 0.0 => 0.5 * (low + top),
+                Some(top) => top * (1.0 - step.min(0.5)),
             };
             step *= 2.0;
-            match high {
-                Some(high) if high - low <= PRECISION * high => return Ok((low, Some(high))),
-                Some(high) if high < family.floor => return Ok((0.0, Some(high))),
-                _ => {}
-            }
         }
+    }
+
+    /// The requirement in one direction.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn checks_at(
+        &self,
+        blocks: &[usize],
+        sizes: &[f64],
+        direction: &Direction,
+        cost: &mut Cost,
+    ) -> Result<Vec<Check>, Cancelled> {
+        let errors = self
+            .first_order
+            .build_errors(self.study, blocks, sizes, direction);
+        let simulated = self.simulate(&mut BuiltBuffers::default(), &errors)?;
+        cost.simulations += 1;
+        cost.work += simulated.work;
+        Ok(simulated.checks)
     }
 
     fn sizes(family: &Family, scale: f64) -> Vec<f64> {
@@ -462,6 +485,17 @@ impl Search<'_> {
             })
             .collect()
     }
+}
+
+/// What misses the requirement by most.
+fn missed(scale: f64, found: &[Simulated], directions: &[Direction]) -> Option<Missed> {
+    let each = found.iter().zip(directions).filter(|(s, _)| s.ratio > 1.0);
+    let (worst, direction) = each.max_by(|a, b| a.0.ratio.total_cmp(&b.0.ratio))?;
+    Some(Missed {
+        scale,
+        direction: direction.clone(),
+        bound: nearest_bound(&worst.checks).map_or("", |check| check.name),
+    })
 }
 
 /// The directions that come nearest to the worst.

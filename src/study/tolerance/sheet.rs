@@ -29,7 +29,7 @@ pub struct ManufacturingSheet {
     pub together_worst: Vec<Check>,
     /// Studies simulated with sensors that are off.
     pub simulations: u64,
-    #[serde(skip)]
+    /// What it took in all.
     pub work: Work,
 }
 
@@ -123,8 +123,8 @@ pub struct Within {
     pub simulated: f64,
     /// What the first order finds.
     pub first_order: f64,
-    /// The bound that `simulated` reaches, with its figure at `value` in the worst direction; `None`
-    /// where no bound was reached as far as was looked, which `value` is then.
+    /// The bound that is missed beyond `simulated`, with its figure at `value` in the direction that
+    /// misses it; `None` where no bound was reached as far as was looked, which `value` is then.
     pub limited_by: Option<Check>,
     /// Of one sensor: which way it is worst, body frame; for an angle the axis of the turn.
     pub worst_direction: Option<[f64; 3]>,
