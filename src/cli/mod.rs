@@ -24,6 +24,7 @@ mod render;
 mod select;
 mod simulate;
 mod stability;
+mod tolerances;
 mod tool_reader;
 mod tool_report;
 mod uncertainty;
@@ -91,6 +92,9 @@ enum Command {
     Export(export::ExportCommand),
     /// Hear a tracker's poses over OpenIGTLink, compensate each, record them and serve them on
     Live(live::LiveArgs),
+    /// Print where a design's sensors are to be built, and how far off each may be before the
+    /// requirement fails
+    Tolerances(tolerances::TolerancesArgs),
     /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
     /// minutes; exit status 1 where a bound is broken
     Stability(stability::StabilityArgs),
@@ -114,6 +118,7 @@ pub enum Ending {
 pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
     match &cli.command {
         Some(Command::Stability(args)) => return stability::run(args),
+        Some(Command::Tolerances(args)) => return tolerances::run(args),
         Some(Command::Fit(args)) => fit::run(args),
         Some(Command::Select(args)) => select::run(args),
         Some(Command::Distort(args)) => distort::run(args),

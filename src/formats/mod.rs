@@ -13,6 +13,7 @@ pub mod groups;
 pub mod input;
 pub mod jhu_cis;
 pub mod log;
+pub mod manufacturing_table;
 pub mod markups;
 pub mod matrices;
 pub mod measurements;

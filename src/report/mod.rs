@@ -1,6 +1,7 @@
 //! Pages and plots, as text: what a command or the editor hands to a person to keep.
 
 pub mod agreement_chart;
+pub mod manufacturing;
 pub(crate) mod palette;
 pub mod plot;
 pub mod room;

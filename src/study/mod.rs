@@ -26,6 +26,7 @@ pub mod slice_support;
 pub mod statistics;
 pub mod support;
 pub mod supported_region;
+pub mod tolerance;
 mod tracker;
 pub mod trial;
 pub mod uncertainty;

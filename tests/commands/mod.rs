@@ -22,6 +22,7 @@ mod select;
 mod spin;
 mod stability;
 mod support;
+mod tolerances;
 mod uncertainty;
 mod verify;
 mod volume;

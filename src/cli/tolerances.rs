@@ -1,0 +1,102 @@
+//! `tolerances`: a design's manufacturing sheet, with how far off its sensors may be.
+
+use super::Ending;
+use super::output::{self, Format, OutsideArg, Shown};
+use super::simulate::note_map;
+use crate::formats::manufacturing_table;
+use crate::report::manufacturing::{built_check_words, sheet_text};
+use crate::store;
+use crate::study::tolerance::{MAX_DRAWS, check_built, manufacturing_sheet};
+use anyhow::Context;
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct TolerancesArgs {
+    /// Design (*.design.ron), with the requirement that a built tool has to meet
+    design: PathBuf,
+
+    /// Also draw so many tools with every sensor off at random within its tolerances, simulate each,
+    /// and say how many meet the requirement; exit status 1 where one does not
+    #[arg(long, value_name = "N", value_parser = draws)]
+    check: Option<usize>,
+
+    /// Seed of the draws: the same seed gives the same tools on any machine
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+
+    /// Table to write, one row a sensor
+    #[arg(long, value_name = "OUT.csv")]
+    csv: Option<PathBuf>,
+
+    /// What happens to sensors outside the model's box; poses at which one is there as drawn are left
+    /// out where they are rejected
+    #[arg(long, value_enum, default_value_t)]
+    outside: OutsideArg,
+
+    /// How to print the sheet
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+fn draws(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|n| (1..=MAX_DRAWS).contains(n))
+        .ok_or_else(|| format!("expected 1 to {MAX_DRAWS}"))
+}
+
+/// Finds the tolerances, checks them where asked, writes the table, and prints the sheet.
+///
+/// # Errors
+/// Files that can't be used. A requirement that is missed, or anything else that leaves no tolerances,
+/// is said in the sheet.
+pub fn run(args: &TolerancesArgs) -> anyhow::Result<Ending> {
+    let world = store::open_design_without_meshes(&args.design)?;
+    let design = world.document.design();
+    let mut scenario = store::resolve(design, &world.environment);
+    scenario.outside = args.outside.into();
+    note_map(&world);
+    let shown = Shown::new("looking for tolerances");
+    let sheet = manufacturing_sheet(&scenario, &shown.task)
+        .with_context(|| args.design.display().to_string())?;
+    drop(shown);
+    let check = match args.check {
+        None => None,
+        Some(draws) => {
+            let shown = Shown::new("drawing tools");
+            check_built(&scenario, &sheet, draws, args.seed, &shown.task)
+                .with_context(|| args.design.display().to_string())?
+        }
+    };
+    if let Some(file) = &args.csv {
+        store::write_atomic(file, |out| manufacturing_table::write(out, &sheet))?;
+    }
+    match args.format {
+        Format::Json => {
+            let mut value = json!(sheet);
+            value["design"] = json!(design.name);
+            value["environment"] = json!(world.environment.name);
+            value["orientation_weight_mm"] = json!(scenario.orientation_weight_mm);
+            value["check"] = json!(check);
+            output::print_json(&value)?;
+        }
+        Format::Text => {
+            let head = format!("{} in {}", design.name, world.environment.name);
+            let mut text = format!("{head}\n{}", sheet_text(&sheet));
+            for line in check.iter().flat_map(built_check_words) {
+                text.push('\n');
+                text.push_str(&line);
+            }
+            output::print(&text)?;
+        }
+    }
+    if args.check.is_some() && check.is_none() {
+        output::note("note: without tolerances there is nothing to check");
+    }
+    Ok(match check {
+        Some(check) if !check.holds() => Ending::DoesNotHold,
+        _ => Ending::Done,
+    })
+}
