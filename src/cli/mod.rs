@@ -4,6 +4,7 @@ mod characterize;
 mod choose;
 mod compensate;
 mod convert;
+mod design_arg;
 mod distort;
 #[cfg(feature = "editor")]
 mod edit;
@@ -19,6 +20,7 @@ mod precision;
 mod register;
 #[cfg(feature = "editor")]
 mod render;
+mod report;
 mod select;
 mod simulate;
 mod stability;
@@ -86,6 +88,8 @@ enum Command {
     Export(export::ExportCommand),
     /// Hear a tracker's poses over OpenIGTLink, compensate each, record them and serve them on
     Live(live::LiveArgs),
+    /// Write a design's report: one HTML page that holds all it shows, to open, mail and print
+    Report(report::ReportArgs),
     /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
     /// minutes; exit status 1 where a bound is broken
     Stability(stability::StabilityArgs),
@@ -123,6 +127,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Register(args)) => register::run(args),
         Some(Command::Export(command)) => export::run(command),
         Some(Command::Live(args)) => live::run(args),
+        Some(Command::Report(args)) => report::run(args),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),
         #[cfg(feature = "editor")]

@@ -1,5 +1,6 @@
 //! `trackwright render`: the 3D view as a picture, without a window.
 
+use super::design_arg::open_design_or_builtin;
 use super::output;
 use crate::design::view::{Layers, View};
 use crate::editor::field::TableRole;
@@ -219,7 +220,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             args.output.display()
         );
     }
-    let mut world = open(&args.design)?;
+    let mut world = open_design_or_builtin(&args.design)?;
     // What else the picture shows does not hang on it, so it is drawn all the same.
     for problem in world.mesh_problems() {
         output::note(&format!("note: {problem}"));
@@ -263,15 +264,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     store::write_atomic(&args.output, |file| file.write_all(&png))
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     Ok(())
-}
-
-/// A file, or a built-in design where no file has that name.
-fn open(design: &std::path::Path) -> anyhow::Result<World> {
-    let name = design.to_string_lossy();
-    if !design.exists() && store::builtin_names().any(|builtin| builtin == name) {
-        return Ok(store::open_builtin(&name)?);
-    }
-    Ok(store::open_design(design)?)
 }
 
 fn thing_named(world: &World, name: &str) -> anyhow::Result<Selected> {

@@ -15,6 +15,7 @@ mod main_job;
 mod pivot;
 mod precision;
 mod register;
+mod report;
 mod select;
 mod spin;
 mod stability;
