@@ -2,12 +2,13 @@
 //! dimensions from the tip or the frame's origin.
 
 use super::dimension::{across, scale_bar, upright};
+use super::is_drawable;
 use super::marks;
 use super::paper::{Paper, parts, text};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::pose::Pose;
-use crate::tracking::RigidBody;
+use crate::tracking::{RigidBody, Sensor};
 use maud::{Markup, html};
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -38,7 +39,8 @@ const MARGIN_MM: f64 = 3.0;
 /// The drawing of a body, its dimensions from the tip, or from the frame's origin where it has none.
 pub fn body_drawing(body: &RigidBody, mesh: Option<&SurfaceMesh>) -> Markup {
     let mesh = mesh.filter(|mesh| mesh.body_bounds().is_some());
-    let datum = body.judged_tip_in_body();
+    let datum = Some(body.judged_tip_in_body()).filter(is_drawable);
+    let datum = datum.unwrap_or_else(Point3::origin);
     let sheet = Sheet::new(body, mesh, datum);
     let word = match body.tip_in_body {
         Some(_) => "tip",
@@ -63,10 +65,10 @@ pub fn body_drawing(body: &RigidBody, mesh: Option<&SurfaceMesh>) -> Markup {
             }
             (sheet.dimensions(&front, &side))
             @for (paper, top_px) in [(&front, sheet.front_top_px()), (&top, sheet.top_top_px()), (&side, sheet.front_top_px())] {
-                @let places: Vec<[f64; 2]> = body.sensors.iter().map(|s| paper.at(&s.position_in_body)).collect();
+                @let places: Vec<(usize, [f64; 2])> = drawn_sensors(body).map(|(number, s)| (number, paper.at(&s.position_in_body))).collect();
                 (marks::balloons(&places, top_px - BALLOONS_PX + 12.0))
-                @for (index, sensor) in body.sensors.iter().enumerate() {
-                    (marks::sensor(paper, sensor, index + 1))
+                @for (number, sensor) in drawn_sensors(body) {
+                    (marks::sensor(paper, sensor, number))
                 }
                 (marks::datum(paper, &datum, word))
             }
@@ -76,6 +78,12 @@ pub fn body_drawing(body: &RigidBody, mesh: Option<&SurfaceMesh>) -> Markup {
                 &format!("dimensions in mm from the {word}")))
         }
     }
+}
+
+/// The sensors with their numbers in the table, from 1.
+fn drawn_sensors(body: &RigidBody) -> impl Iterator<Item = (usize, &Sensor)> {
+    let numbered = (1..).zip(&body.sensors);
+    numbered.filter(|(_, sensor)| is_drawable(&sensor.position_in_body))
 }
 
 /// What is drawn where.
@@ -104,7 +112,7 @@ impl Sheet {
         let mesh_bounds = mesh.and_then(SurfaceMesh::body_bounds);
         let corners = mesh_bounds.iter().flat_map(Bounds::corners_mm);
         let points = coil_ends.chain(corners).chain([datum]);
-        let bounds = Bounds::around(points.filter(|p| p.iter().all(|v| v.is_finite())));
+        let bounds = Bounds::around(points.filter(is_drawable));
         let bounds = bounds.unwrap_or(Bounds {
             min_mm: Point3::origin(),
             max_mm: Point3::origin(),
@@ -118,10 +126,10 @@ impl Sheet {
         let rows = [0, 1, 2].map(|k| {
             let mut places: Vec<f64> = Vec::new();
             let zero = axes[k].dot(&datum.coords);
-            for sensor in &body.sensors {
+            for (_, sensor) in drawn_sensors(body) {
                 let place = axes[k].dot(&sensor.position_in_body.coords) - zero;
                 let is_new = |other: &f64| (other - place).abs() > SAME_MM;
-                if place.abs() > SAME_MM && place.is_finite() && places.iter().all(is_new) {
+                if place.abs() > SAME_MM && places.iter().all(is_new) {
                     places.push(place);
                 }
             }

@@ -126,21 +126,18 @@ pub fn axes(paper: &Paper, corner: [f64; 2]) -> Markup {
 }
 
 /// Numbers in circles along a line above a view, each led to its sensor.
-pub fn balloons(places: &[[f64; 2]], y: f64) -> Markup {
+pub fn balloons(places: &[(usize, [f64; 2])], y: f64) -> Markup {
     const APART_PX: f64 = 24.0;
-    let mut order: Vec<usize> = (0..places.len()).collect();
-    order.sort_by(|&a, &b| places[a][0].total_cmp(&places[b][0]));
-    let mut xs = vec![0.0; places.len()];
+    let mut order: Vec<&(usize, [f64; 2])> = places.iter().collect();
+    order.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
     let mut least = f64::NEG_INFINITY;
-    for &index in &order {
-        xs[index] = places[index][0].max(least);
-        least = xs[index] + APART_PX;
-    }
     html! {
-        @for (index, place) in places.iter().enumerate() {
-            (line("leader", [xs[index], y + 10.0], *place))
-            circle class="balloon" cx=(px(xs[index])) cy=(px(y)) r="10" {}
-            (text("number", "middle", [xs[index], y + 4.5], &(index + 1).to_string()))
+        @for (number, place) in order {
+            @let x = place[0].max(least);
+            @let () = least = x + APART_PX;
+            (line("leader", [x, y + 10.0], *place))
+            circle class="balloon" cx=(px(x)) cy=(px(y)) r="10" {}
+            (text("number", "middle", [x, y + 4.5], &number.to_string()))
         }
     }
 }

@@ -11,6 +11,15 @@ mod silhouette;
 pub use body::body_drawing;
 pub use setup::{SetUp, setup_drawing};
 
+/// Beyond this nothing is drawn: a kilometre is no tool and no room, and what is farther would leave
+/// everything else a dot.
+const FARTHEST_MM: f64 = 1e6;
+
+/// Whether a point can be part of a drawing.
+fn is_drawable(point: &nalgebra::Point3<f64>) -> bool {
+    point.iter().all(|v| v.abs() <= FARTHEST_MM)
+}
+
 /// A length on a drawing: hundredths, and no more digits than it has.
 pub fn dimension_text(length_mm: f64) -> String {
     let text = format!("{length_mm:.2}");

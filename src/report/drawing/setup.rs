@@ -1,8 +1,8 @@
 //! Tool, CRF and field generator where they stand, in parallel projection: what the page shows where
 //! nothing can turn.
 
-use super::marks;
 use super::paper::{DrawnPart, Paper, line, parts, text};
+use super::{is_drawable, marks};
 use crate::design::{BodyRole, Design};
 use crate::field::Environment;
 use crate::geometry::mesh::SurfaceMesh;
@@ -73,6 +73,7 @@ pub fn setup_drawing(setup: &SetUp) -> Markup {
         .chain(lines)
         .chain(sensors.iter().copied())
         .chain([tip, Point3::origin()])
+        .filter(is_drawable)
         .collect();
     let paper = fitted(&points);
     let mut drawn: Vec<(DrawnPart, &str)> = meshes
@@ -130,11 +131,7 @@ fn fitted(points: &[Point3<f64>]) -> Paper {
         px_per_mm: 1.0,
         origin_px: [0.0; 2],
     };
-    let places: Vec<[f64; 2]> = points
-        .iter()
-        .map(|point| paper.at(point))
-        .filter(|place| place.iter().all(|v| v.is_finite()))
-        .collect();
+    let places: Vec<[f64; 2]> = points.iter().map(|point| paper.at(point)).collect();
     let span = |k: usize| {
         let low = places.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min);
         let high = places
