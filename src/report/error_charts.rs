@@ -80,7 +80,9 @@ fn over_axes(
             style: SeriesStyle::Line,
         })
         .collect();
-    series.extend(limit_mm.map(bound));
+    // Without a name, for the axis alone: errors are read against zero.
+    series.push(bound(0.0, ""));
+    series.extend(limit_mm.map(|limit_mm| bound(limit_mm, "asked for")));
     Chart {
         title,
         x: axis(label),
@@ -139,10 +141,10 @@ fn spread(profile: &Profile, requirement: &Requirement) -> Chart {
     }
 }
 
-fn bound(limit_mm: f64) -> Series {
+fn bound(level_mm: f64, name: &str) -> Series {
     Series {
-        name: "asked for".to_owned(),
-        points: vec![(0.0, limit_mm)],
+        name: name.to_owned(),
+        points: vec![(0.0, level_mm)],
         style: SeriesStyle::Bound,
     }
 }
@@ -182,14 +184,15 @@ mod tests {
             ]
         );
         // The requirement is about RMS alone: no line claims to bound the largest.
-        let has_bound = |chart: &Chart| chart.series.iter().any(|s| s.style == SeriesStyle::Bound);
+        let has_bound = |chart: &Chart| chart.series.iter().any(|s| s.name == "asked for");
         assert_eq!(
             charts.iter().map(has_bound).collect::<Vec<_>>(),
             [true, false, true, false, false]
         );
         // The largest over each axis is the largest of all.
         let largest = profile.tip_error_mm.iter().copied().fold(0.0, f64::max);
-        for series in &charts[1].series {
+        let lines = |s: &&Series| s.style == SeriesStyle::Line;
+        for series in charts[1].series.iter().filter(lines) {
             let top = series.points.iter().map(|p| p.1).fold(0.0, f64::max);
             assert_eq!(top, largest);
         }

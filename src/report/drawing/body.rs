@@ -36,12 +36,44 @@ const SAME_MM: f64 = 0.005;
 /// Room around what is drawn.
 const MARGIN_MM: f64 = 3.0;
 
-/// The drawing of a body, its dimensions from the tip, or from the frame's origin where it has none.
-pub fn body_drawing(body: &RigidBody, mesh: Option<&SurfaceMesh>) -> Markup {
-    let mesh = mesh.filter(|mesh| mesh.body_bounds().is_some());
+/// A body many times larger than the group of its sensors is drawn twice: as it is, and the sensors
+/// alone at a scale at which their places can be read.
+const CROWDED: f64 = 4.0;
+
+/// The drawings of a body, dimensions from the tip, or from the frame's origin where it has none.
+pub fn body_drawings(body: &RigidBody, mesh: Option<&SurfaceMesh>) -> Vec<Markup> {
     let datum = Some(body.judged_tip_in_body()).filter(is_drawable);
     let datum = datum.unwrap_or_else(Point3::origin);
-    let sheet = Sheet::new(body, mesh, datum);
+    let mesh = mesh.filter(|mesh| mesh.body_bounds().is_some());
+    let whole_mm = mesh
+        .and_then(SurfaceMesh::body_bounds)
+        .map(|bounds| bounds.diagonal_mm());
+    let places = drawn_sensors(body).map(|(_, sensor)| sensor.position_in_body);
+    let group_mm = Bounds::around(places.chain([datum])).map(|bounds| bounds.diagonal_mm());
+    match (whole_mm, group_mm) {
+        (Some(whole), Some(group)) if whole > CROWDED * group && group > 0.0 => vec![
+            drawing(body, mesh, datum, Shown::Shape),
+            drawing(body, None, datum, Shown::Sensors),
+        ],
+        _ => vec![drawing(body, mesh, datum, Shown::Sensors)],
+    }
+}
+
+/// What has numbers and dimensions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shown {
+    /// The body alone: sensors are marked where they are.
+    Shape,
+    Sensors,
+}
+
+fn drawing(
+    body: &RigidBody,
+    mesh: Option<&SurfaceMesh>,
+    datum: Point3<f64>,
+    shown: Shown,
+) -> Markup {
+    let sheet = Sheet::new(body, mesh, datum, shown);
     let word = match body.tip_in_body {
         Some(_) => "tip",
         None => "origin",
@@ -66,7 +98,7 @@ pub fn body_drawing(body: &RigidBody, mesh: Option<&SurfaceMesh>) -> Markup {
             (sheet.dimensions(&front, &side))
             @for (paper, top_px) in [(&front, sheet.front_top_px()), (&top, sheet.top_top_px()), (&side, sheet.front_top_px())] {
                 @let places: Vec<(usize, [f64; 2])> = drawn_sensors(body).map(|(number, s)| (number, paper.at(&s.position_in_body))).collect();
-                (marks::balloons(&places, top_px - BALLOONS_PX + 12.0))
+                @if shown == Shown::Sensors { (marks::balloons(&places, top_px - BALLOONS_PX + 12.0)) }
                 @for (number, sensor) in drawn_sensors(body) {
                     (marks::sensor(paper, sensor, number))
                 }
@@ -101,7 +133,7 @@ struct Sheet {
 }
 
 impl Sheet {
-    fn new(body: &RigidBody, mesh: Option<&SurfaceMesh>, datum: Point3<f64>) -> Self {
+    fn new(body: &RigidBody, mesh: Option<&SurfaceMesh>, datum: Point3<f64>, shown: Shown) -> Self {
         let coil_ends = body.sensors.iter().flat_map(|sensor| {
             let half_mm = sensor.coil.map_or(0.0, |coil| coil.length_mm / 2.0);
             let axis = sensor
@@ -126,7 +158,7 @@ impl Sheet {
         let rows = [0, 1, 2].map(|k| {
             let mut places: Vec<f64> = Vec::new();
             let zero = axes[k].dot(&datum.coords);
-            for (_, sensor) in drawn_sensors(body) {
+            for (_, sensor) in drawn_sensors(body).filter(|_| shown == Shown::Sensors) {
                 let place = axes[k].dot(&sensor.position_in_body.coords) - zero;
                 let is_new = |other: &f64| (other - place).abs() > SAME_MM;
                 if place.abs() > SAME_MM && places.iter().all(is_new) {

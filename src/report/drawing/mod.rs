@@ -8,7 +8,7 @@ mod paper;
 mod setup;
 mod silhouette;
 
-pub use body::body_drawing;
+pub use body::body_drawings;
 pub use setup::{SetUp, setup_drawing};
 
 /// Beyond this nothing is drawn: a kilometre is no tool and no room, and what is farther would leave

@@ -2,8 +2,10 @@
 
 use super::*;
 use crate::design::BodyRole;
+use crate::geometry::mesh::SurfaceMesh;
 use crate::store;
 use crate::tracking::{RigidBody, Sensor, SensorOrientation};
+use maud::PreEscaped;
 use nalgebra::{Point3, Vector3};
 use scraper::{Html, Selector};
 
@@ -13,6 +15,32 @@ fn texts(html: &str, what: &str) -> Vec<String> {
     page.select(&selector)
         .map(|element| element.text().collect())
         .collect()
+}
+
+fn drawn(body: &RigidBody, mesh: Option<&SurfaceMesh>) -> String {
+    let drawings = body_drawings(body, mesh);
+    drawings.into_iter().map(PreEscaped::into_string).collect()
+}
+
+#[test]
+fn sensors_that_are_a_small_part_of_their_body_are_drawn_once_more_by_themselves() {
+    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let design = world.document.design();
+    let count = |role| {
+        let mesh = world.mesh(role).map(AsRef::as_ref);
+        body_drawings(&design.body(role).unwrap().rigid, mesh).len()
+    };
+    assert_eq!((count(BodyRole::Tool), count(BodyRole::Crf)), (1, 2));
+    let crf = &design.body(BodyRole::Crf).unwrap().rigid;
+    let mesh = world.mesh(BodyRole::Crf).map(AsRef::as_ref);
+    let measures = texts(&drawn(crf, mesh), "text.measure");
+    // Each place once, in the drawing that is large enough.
+    let times = |length: &str| measures.iter().filter(|m| *m == length).count();
+    assert_eq!(
+        (times("13.5"), times("8.4"), times("5.8")),
+        (2, 1, 1),
+        "{measures:?}"
+    );
 }
 
 #[test]
@@ -30,7 +58,7 @@ fn each_sensor_of_the_pointer_has_its_distance_from_the_tip_along_the_shaft() {
     let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
     let tool = &world.document.design().tool.body.rigid;
     let mesh = world.mesh(BodyRole::Tool).unwrap();
-    let drawing = body_drawing(tool, Some(mesh)).into_string();
+    let drawing = drawn(tool, Some(mesh));
     let measures = texts(&drawing, "text.measure");
     for expected in ["72", "112", "148", "5"] {
         assert!(
@@ -61,7 +89,7 @@ fn a_dimension_is_as_long_as_its_number_says() {
             })
             .to_vec(),
     };
-    let drawing = body_drawing(&body, None).into_string();
+    let drawing = drawn(&body, None);
     let page = Html::parse_fragment(&drawing);
     let lengths: Vec<f64> = page
         .select(&Selector::parse("line.dimension").unwrap())
@@ -95,7 +123,7 @@ fn markup_in_names_is_text_in_a_drawing_too() {
     let mesh = world.mesh(BodyRole::Tool).cloned();
     let environment = std::sync::Arc::make_mut(&mut world.environment);
     let drawings = [
-        body_drawing(&design.tool.body.rigid, mesh.as_deref()),
+        PreEscaped(drawn(&design.tool.body.rigid, mesh.as_deref())),
         setup_drawing(&SetUp {
             design: &design,
             environment,
@@ -104,7 +132,7 @@ fn markup_in_names_is_text_in_a_drawing_too() {
             generator_mesh: None,
         }),
     ];
-    for drawing in drawings.map(maud::PreEscaped::into_string) {
+    for drawing in drawings.map(PreEscaped::into_string) {
         let page = Html::parse_fragment(&drawing);
         let none = Selector::parse("script, img").unwrap();
         assert_eq!(page.select(&none).count(), 0);
@@ -131,7 +159,7 @@ fn bodies_of_no_sensors_of_one_place_and_of_absurd_size_are_drawn() {
             tip_in_body: None,
             sensors,
         };
-        let drawing = body_drawing(&body, None).into_string();
+        let drawing = drawn(&body, None);
         assert!(
             !drawing.contains("NaN") && !drawing.contains("inf"),
             "{drawing}"

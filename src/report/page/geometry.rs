@@ -2,7 +2,7 @@
 
 use super::{Report, file_name, table_of};
 use crate::design::{BodyRole, DesignBody};
-use crate::report::drawing::{body_drawing, dimension_text};
+use crate::report::drawing::{body_drawings, dimension_text};
 use crate::tracking::{RigidBody, Sensor};
 use maud::{Markup, html};
 
@@ -27,7 +27,7 @@ fn of_body(report: &Report, role: BodyRole, body: &DesignBody) -> Markup {
     html! {
         div class="body" {
             h3 { (match role { BodyRole::Tool => "Tool: ", BodyRole::Crf => "Reference (CRF): " }) (rigid.name) }
-            figure class="wide" { (body_drawing(rigid, mesh)) }
+            @for drawing in body_drawings(rigid, mesh) { figure class="wide" { (drawing) } }
             @if let Some(problem) = missing {
                 // The whole message has folders of somebody's machine.
                 p class="note" { "Drawn without its shape: " (file_name(&problem.reference.file)) " could not be read." }
