@@ -21,6 +21,7 @@ mod precision;
 mod register;
 #[cfg(feature = "editor")]
 mod render;
+mod report;
 mod select;
 mod simulate;
 mod stability;
@@ -95,6 +96,8 @@ enum Command {
     /// Print where a design's sensors are to be built, and how far off each may be before the
     /// requirement fails
     Tolerances(tolerances::TolerancesArgs),
+    /// Write a design's report: one HTML page that holds all it shows, to open, mail and print
+    Report(report::ReportArgs),
     /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
     /// minutes; exit status 1 where a bound is broken
     Stability(stability::StabilityArgs),
@@ -134,6 +137,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Register(args)) => register::run(args),
         Some(Command::Export(command)) => export::run(command),
         Some(Command::Live(args)) => live::run(args),
+        Some(Command::Report(args)) => report::run(args),
         #[cfg(feature = "editor")]
         Some(Command::Render(args)) => render::run(args),
         #[cfg(feature = "editor")]

@@ -1,5 +1,6 @@
 //! A room's fit in words: the command line and the editor say the same.
 
+use crate::field::Environment;
 use crate::field::fit::{Fit, FitMethod};
 use crate::field::samples::MapKind;
 use crate::field::support::SupportError;
@@ -17,6 +18,25 @@ pub fn map_name(map: MapKind) -> &'static str {
         MapKind::Distortion => "distortion",
         MapKind::Correction => "correction",
     }
+}
+
+/// Where what is predicted in a room comes from, to stand under it.
+pub fn caption(environment: &Environment) -> String {
+    let from = match &environment.provenance {
+        None => "an ideal room".to_owned(),
+        Some(from) => {
+            let samples = with_separators(from.samples);
+            match &from.holdout {
+                Some(holdout) => format!(
+                    "{samples} samples, held-out error {:.2}\u{2009}mm",
+                    holdout.after.position_rms_mm
+                ),
+                None => format!("{samples} samples, no held-out error"),
+            }
+        }
+    };
+    let name = &environment.name;
+    format!("Predicted in room {name}, {from}; not for clinical use")
 }
 
 /// Said where a room is kept without where its model may be believed.

@@ -15,6 +15,7 @@ mod read;
 mod recent;
 mod recorder;
 mod recovery;
+mod report_file;
 mod resolve;
 mod rooms;
 mod samples;
@@ -51,6 +52,7 @@ pub use read::{
 pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
 pub use recorder::Recorder;
 pub use recovery::{Leftover, Recovery, Snapshot, leftovers};
+pub use report_file::report_file;
 pub use resolve::{CrfScenario, resolve, resolve_crf};
 pub use rooms::{
     ENVIRONMENT_EXTENSION, RoomListing, RoomPlace, RoomSummary, builtin_rooms, list_rooms,

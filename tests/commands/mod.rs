@@ -18,6 +18,7 @@ mod main_job;
 mod pivot;
 mod precision;
 mod register;
+mod report;
 mod select;
 mod spin;
 mod stability;

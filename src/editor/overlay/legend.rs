@@ -5,10 +5,11 @@ use super::{OverlayView, keys};
 use crate::editor::palette::{self, Rgb};
 use crate::editor::state::ColorBar;
 use crate::editor::ui::theme;
-use crate::editor::ui::widgets::{THIN_SPACE, count, decimal, length, with_unit};
+use crate::editor::ui::widgets::{THIN_SPACE, count, decimal, with_unit};
 use crate::field::Environment;
 use crate::geometry::colormap::{ColorMap, LEVEL_EDGE_SRGB, LEVEL_LINE_SRGB};
 use crate::geometry::magnification::MAX_GHOST_TURN_RAD;
+use crate::report::room;
 use bevy_egui::egui::{Align2, Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
 
 /// How opaque the plates behind writing are.
@@ -31,21 +32,7 @@ const MAX_SCALE_PX: f64 = 150.0;
 
 /// Where a picture's conclusions come from, for every picture that leaves the program.
 pub fn caption(environment: &Environment) -> String {
-    let name = &environment.name;
-    let from = match &environment.provenance {
-        None => "an ideal room".to_owned(),
-        Some(from) => {
-            let samples = count(from.samples);
-            match &from.holdout {
-                Some(holdout) => format!(
-                    "{samples} samples, held-out error {}",
-                    length(holdout.after.position_rms_mm)
-                ),
-                None => format!("{samples} samples, no held-out error"),
-            }
-        }
-    };
-    format!("Predicted in room {name}, {from}; not for clinical use")
+    room::caption(environment)
 }
 
 /// Paints the legends; the rectangles they cover.

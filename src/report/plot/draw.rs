@@ -78,10 +78,12 @@ impl<'a> Layout<'a> {
             .flat_map(|n| wrapped(n, NOTE_PX, text_width))
             .collect();
         let (legend, legend_width) = legend(chart, width);
-        let kept = || {
+        // A bound has a level and no place along x.
+        let kept = |with_bounds: bool| {
             chart
                 .series
                 .iter()
+                .filter(move |s| with_bounds || s.style != SeriesStyle::Bound)
                 .flat_map(|s| &s.points)
                 .filter(|&&p| chart.holds(p))
         };
@@ -91,14 +93,18 @@ impl<'a> Layout<'a> {
         let wanted = |px: i32| (px / TICK_SPACING_PX).max(2) as usize;
         let y = Ticks::new(
             chart.y.scale,
-            kept().map(|p| p.1),
+            kept(true).map(|p| p.1),
             // Numbers one above another may stand closer.
             wanted((bottom - top) * 4 / 3),
         );
         let numbers = y.labelled.iter().map(|(_, l)| width_px(l, TICK_PX)).max();
         let left = EDGE_PX + line_px(TEXT_PX) + 8 + numbers.unwrap_or(0) + 8;
         let right = width - EDGE_PX - legend_width;
-        let x = Ticks::new(chart.x.scale, kept().map(|p| p.0), wanted(right - left));
+        let x = Ticks::new(
+            chart.x.scale,
+            kept(false).map(|p| p.0),
+            wanted(right - left),
+        );
         Self {
             chart,
             size: (width, height),
@@ -123,6 +129,7 @@ impl<'a> Layout<'a> {
         self.draw_legend(area)?;
         for style in [
             SeriesStyle::Front,
+            SeriesStyle::Bound,
             SeriesStyle::Line,
             SeriesStyle::Points,
             SeriesStyle::Marked,
@@ -238,6 +245,9 @@ impl<'a> Layout<'a> {
                 SeriesStyle::Line => {
                     area.draw(&PathElement::new(ends, color.stroke_width(2)))?;
                 }
+                SeriesStyle::Bound => {
+                    area.draw(&PathElement::new(ends, palette::BOUND.stroke_width(1)))?;
+                }
                 SeriesStyle::Points | SeriesStyle::Marked => {}
             }
             if has_markers(entry.series) {
@@ -269,6 +279,15 @@ impl<'a> Layout<'a> {
                 for run in series.points.split(|&p| !self.chart.holds(p)) {
                     let path: Vec<_> = run.iter().map(|&p| self.at(p)).collect();
                     area.draw(&PathElement::new(path, color(number).stroke_width(2)))?;
+                }
+            }
+            SeriesStyle::Bound => {
+                let level = series.points.iter().find(|&&p| self.chart.holds(p));
+                let ends = level
+                    .map(|p| self.y_px(p.1))
+                    .map(|y| [(self.plot.left, y), (self.plot.right, y)]);
+                if let Some(line) = ends {
+                    area.draw(&PathElement::new(line, palette::BOUND.stroke_width(1)))?;
                 }
             }
             SeriesStyle::Points => {}
@@ -371,7 +390,7 @@ fn has_markers(series: &Series) -> bool {
     match series.style {
         SeriesStyle::Points => true,
         SeriesStyle::Line => series.points.len() <= MAX_MARKERS_ON_LINE,
-        SeriesStyle::Marked | SeriesStyle::Front => false,
+        SeriesStyle::Marked | SeriesStyle::Front | SeriesStyle::Bound => false,
     }
 }
 

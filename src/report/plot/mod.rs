@@ -29,6 +29,8 @@ pub enum SeriesStyle {
     /// The border of what can be had: steps that keep a point's y until the next one's x, behind
     /// everything else.
     Front,
+    /// A level that is not to be passed: a line across the whole chart at the y of its first point.
+    Bound,
 }
 
 /// Whether equal distances on an axis are equal differences or equal ratios.

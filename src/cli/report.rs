@@ -1,0 +1,122 @@
+//! `report`: a design and its study as one HTML page.
+
+use super::named_design::open_named;
+use super::output;
+use super::simulate::{ModeArg, mode_of, note_map};
+use crate::report::page::{Extras, Report, ReportedStudy};
+use crate::store::{self, World};
+use crate::study::CancelToken;
+use anyhow::{Context, bail};
+use clap::Args;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+use time::OffsetDateTime;
+
+/// Set by whoever wants the same bytes again: seconds since 1970 that stand for today.
+const DATE_VARIABLE: &str = "SOURCE_DATE_EPOCH";
+
+/// What a design's file is called after its own name.
+const DESIGN_EXTENSION: &str = ".design.ron";
+
+#[derive(Debug, Args)]
+pub struct ReportArgs {
+    /// Design (*.design.ron), or the name of a built-in one
+    design: PathBuf,
+
+    /// Page to write (*.html), or a folder for it, where it gets the design's name; one that is there
+    /// already is written over
+    #[arg(short, long, value_name = "FOLDER|FILE.html")]
+    output: PathBuf,
+
+    /// Which poses to visit; the range of motion where the design has one, else its own pose
+    #[arg(long, value_enum)]
+    mode: Option<ModeArg>,
+
+    /// Poses to visit (CSV): crf_x … crf_qz in the tracker frame, tool_x … tool_qz in the CRF frame
+    #[arg(long, value_name = "FILE")]
+    input: Option<PathBuf>,
+}
+
+/// Simulates, and writes the page.
+///
+/// # Errors
+/// Files that can't be used, a place that can't be written to.
+pub fn run(args: &ReportArgs) -> anyhow::Result<()> {
+    let mode = mode_arg(args)?;
+    let date = date()?;
+    let world = open_named(&args.design)?;
+    let mode = mode.unwrap_or(match world.document.design().motion {
+        Some(_) => ModeArg::Motion,
+        None => ModeArg::Single,
+    });
+    let mode = mode_of(mode, args.input.as_deref(), &world)?;
+    let file = store::report_file(&args.output, &own_name(&args.design))?;
+    note_map(&world);
+    for problem in world.mesh_problems() {
+        output::note(&format!("note: {problem}; it is drawn without it"));
+    }
+    let study = ReportedStudy::run(&world, mode, &CancelToken::default())
+        .with_context(|| args.design.display().to_string())?;
+    let html = page(args, &world, &study, date);
+    store::write_atomic(&file, |out| out.write_all(html.as_bytes()))?;
+    let megabytes = html.len() as f64 / 1e6;
+    output::print(&format!("{}: {megabytes:.2} MB", file.display()))
+}
+
+fn page(args: &ReportArgs, world: &World, study: &ReportedStudy, date: String) -> String {
+    let name_of = |file: &Path| {
+        file.file_name()
+            .map(|name| name.to_string_lossy().into_owned())
+    };
+    let report = Report {
+        world,
+        study,
+        extras: Extras {
+            design_file: name_of(&args.design),
+            input_file: args.input.as_deref().and_then(name_of),
+            date: Some(date),
+            ..Extras::default()
+        },
+    };
+    report.to_html()
+}
+
+/// The mode that is asked for; a table of poses asks for itself.
+fn mode_arg(args: &ReportArgs) -> anyhow::Result<Option<ModeArg>> {
+    match (args.mode, &args.input) {
+        (None, Some(_)) => Ok(Some(ModeArg::Input)),
+        (Some(mode), Some(file)) if mode != ModeArg::Input => {
+            bail!(
+                "--input {}: found another --mode, expected --mode input or none",
+                file.display()
+            )
+        }
+        (mode, _) => Ok(mode),
+    }
+}
+
+/// A design's name among files: that of its file without `.design.ron`.
+fn own_name(design: &Path) -> OsString {
+    let name = design.file_name().unwrap_or(OsStr::new("report"));
+    match name.to_str().and_then(|n| n.strip_suffix(DESIGN_EXTENSION)) {
+        Some(stem) if !stem.is_empty() => stem.into(),
+        _ => Path::new(name).file_stem().unwrap_or(name).to_owned(),
+    }
+}
+
+/// Today, or the day that stands for it.
+fn date() -> anyhow::Result<String> {
+    let seconds = match std::env::var(DATE_VARIABLE) {
+        Err(_) => SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .map_or(0, |since| since.as_secs() as i64),
+        Ok(text) => text.trim().parse().map_err(|_| {
+            anyhow::anyhow!("{DATE_VARIABLE}: found {text:?}, expected seconds since 1970")
+        })?,
+    };
+    let time = OffsetDateTime::from_unix_timestamp(seconds).map_err(|_| {
+        anyhow::anyhow!("{DATE_VARIABLE}: found {seconds}, expected a time before the year 10000")
+    })?;
+    Ok(time.date().to_string())
+}
