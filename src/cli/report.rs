@@ -1,11 +1,15 @@
 //! `report`: a design and its study as one HTML page.
 
 use super::named_design::open_named;
-use super::output;
+use super::output::{self, Shown};
 use super::simulate::{ModeArg, mode_of, note_map};
-use crate::report::page::{Extras, Report, ReportedStudy};
+use crate::report::page::{
+    Extras, Report, ReportedStudy, Slide, TableSection, workshop_section,
+};
+use crate::scene::{self, Ground, SceneWish};
 use crate::store::{self, World};
 use crate::study::CancelToken;
+use crate::study::tolerance::manufacturing_sheet;
 use anyhow::{Context, bail};
 use clap::Args;
 use std::ffi::{OsStr, OsString};
@@ -18,6 +22,10 @@ const DATE_VARIABLE: &str = "SOURCE_DATE_EPOCH";
 
 /// What a design's file is called after its own name.
 const DESIGN_EXTENSION: &str = ".design.ron";
+
+/// Width and height of a slide's picture.
+#[cfg(feature = "editor")]
+const SLIDE_PX: [u32; 2] = [1280, 720];
 
 #[derive(Debug, Args)]
 pub struct ReportArgs {
@@ -58,28 +66,93 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<()> {
     }
     let study = ReportedStudy::run(&world, mode, &CancelToken::default())
         .with_context(|| args.design.display().to_string())?;
-    let html = page(args, &world, &study, date);
+    let extras = Extras {
+        design_file: name_of(&args.design),
+        input_file: args.input.as_deref().and_then(name_of),
+        date: Some(date),
+        slides: slides(&world)?,
+        scene_glb: scene_glb(&world),
+        manufacturing: workshop(&study)?,
+    };
+    let html = Report {
+        world: &world,
+        study: &study,
+        extras,
+    }
+    .to_html();
     store::write_atomic(&file, |out| out.write_all(html.as_bytes()))?;
     let megabytes = html.len() as f64 / 1e6;
     output::print(&format!("{}: {megabytes:.2} MB", file.display()))
 }
 
-fn page(args: &ReportArgs, world: &World, study: &ReportedStudy, date: String) -> String {
-    let name_of = |file: &Path| {
-        file.file_name()
-            .map(|name| name.to_string_lossy().into_owned())
+fn name_of(file: &Path) -> Option<String> {
+    file.file_name()
+        .map(|name| name.to_string_lossy().into_owned())
+}
+
+/// The scene that turns. Without one the page has its drawing.
+fn scene_glb(world: &World) -> Option<Vec<u8>> {
+    let wish = SceneWish {
+        ground: Ground::Light,
+        ..SceneWish::default()
     };
-    let report = Report {
-        world,
-        study,
-        extras: Extras {
-            design_file: name_of(&args.design),
-            input_file: args.input.as_deref().and_then(name_of),
-            date: Some(date),
-            ..Extras::default()
-        },
-    };
-    report.to_html()
+    let shown = Shown::new("computing what the layers show");
+    match scene::glb(world, &wish, &shown.task) {
+        Ok(scene) => Some(scene.glb),
+        Err(error) => {
+            output::note(&format!("note: no view that turns: {error}"));
+            None
+        }
+    }
+}
+
+/// The manufacturing sheet of the range of motion, or of the own pose.
+fn workshop(study: &ReportedStudy) -> anyhow::Result<Option<TableSection>> {
+    let shown = Shown::new("looking for tolerances");
+    let sheet = manufacturing_sheet(&study.scenario, &shown.task)?;
+    Ok(Some(workshop_section(&sheet)))
+}
+
+/// The slides as pictures.
+#[cfg(feature = "editor")]
+fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
+    use crate::editor::picture::{self, Desk};
+    use crate::editor::preflight;
+    use crate::editor::state::Workspace;
+
+    let slides = &world.document.design().slides;
+    if slides.is_empty() {
+        return Ok(Vec::new());
+    }
+    if let Err(missing) = preflight::adapter() {
+        output::note(&format!("note: the slides are left out: {missing}"));
+        return Ok(Vec::new());
+    }
+    let mut pictures = Vec::with_capacity(slides.len());
+    for (index, slide) in slides.iter().enumerate() {
+        let desk = Desk {
+            has_panels: true,
+            workspace: Workspace::Present,
+            slide: index,
+            ..Desk::default()
+        };
+        let png = picture::png(world.clone(), SLIDE_PX, desk)?;
+        let title = match slide.title.trim() {
+            "" => format!("Slide {}", index + 1),
+            title => title.to_owned(),
+        };
+        pictures.push(Slide::new(title, slide.caption.clone(), png)?);
+    }
+    Ok(pictures)
+}
+
+/// Without the editor nothing can be painted.
+#[cfg(not(feature = "editor"))]
+fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
+    if !world.document.design().slides.is_empty() {
+        output::note("note: the slides are left out: this build has no editor to paint them");
+    }
+    Ok(Vec::new())
 }
 
 /// The mode that is asked for; a table of poses asks for itself.

@@ -4,7 +4,7 @@ use super::theme;
 use crate::editor::palette;
 use crate::report::plot::{Axis, Chart, Scale, Series, SeriesStyle};
 use bevy_egui::egui::{Color32, Label, Rangef, RichText, Ui};
-use egui_plot::{AxisHints, GridMark, HoverPosition, Line, MarkerShape, Plot, PlotPoints, Points};
+use egui_plot::{AxisHints, GridMark, HLine, HoverPosition, Line, MarkerShape, Plot, PlotPoints, Points};
 use std::ops::RangeInclusive;
 
 const MARKER_RADIUS: f32 = 4.0;
@@ -35,7 +35,7 @@ pub fn chart_ui(ui: &mut Ui, chart: &Chart, height: f32) {
         let mut number = 0;
         for series in &chart.series {
             let (sign, color) = match series.style {
-                SeriesStyle::Front => ("—", palette::TEXT_QUIET.color32()),
+                SeriesStyle::Front | SeriesStyle::Bound => ("—", palette::TEXT_QUIET.color32()),
                 SeriesStyle::Marked => ("○", palette::TEXT_STRONG.color32()),
                 SeriesStyle::Line | SeriesStyle::Points => {
                     number += 1;
@@ -94,6 +94,12 @@ fn plot_ui(ui: &mut Ui, chart: &Chart, height: f32) {
                                 .color(palette::TEXT_QUIET.color32())
                                 .width(3.0),
                         );
+                    }
+                    SeriesStyle::Bound => {
+                        if let Some([_, y]) = points.first().copied() {
+                            let color = palette::TEXT_QUIET.color32();
+                            plot.hline(HLine::new(&*series.name, y).color(color).width(1.2));
+                        }
                     }
                     SeriesStyle::Marked => plot.points(
                         Points::new(&*series.name, PlotPoints::from(points))

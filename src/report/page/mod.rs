@@ -12,6 +12,7 @@ mod geometry;
 mod scene;
 mod style;
 mod summary;
+mod workshop;
 
 use super::words::{PlainWords, plain_words};
 use crate::design::BodyRole;
@@ -21,6 +22,7 @@ use crate::study::{CancelToken, Figures, Mode, Profile, Scenario, StudyError, ru
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 pub use extras::{Slide, SlideError, TableSection};
+pub use workshop::workshop_section;
 
 /// Everything that a page is made from.
 pub struct Report<'a> {
