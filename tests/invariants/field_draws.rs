@@ -9,8 +9,8 @@ use trackwright::field::{DistortionModel, OutsidePolicy};
 use trackwright::geometry::directions::DirectionSet;
 use trackwright::task::Task;
 
-const REFITS: u64 = 200;
-const DRAWS: usize = 200;
+const REFITS: u64 = 100;
+const DRAWS: usize = 100;
 const SAMPLES: usize = 700;
 
 type Place = (Point3<f64>, Unit<Vector3<f64>>);
@@ -98,24 +98,27 @@ fn assert_scatters_alike(settings: &FitSettings) {
             .unwrap()
         })
         .collect();
-    for (number, pair) in pairs().iter().enumerate() {
+    let mut ratios = Vec::new();
+    for pair in &pairs() {
         let expected = mean_squares(refits.iter(), pair);
         let found = mean_squares(about.iter(), pair);
-        for (found, expected) in found.iter().zip(&expected) {
-            let ratio = (found / expected).sqrt();
-            // Three components of 200 on either side: a standard deviation is known to
-            // 1 / sqrt(2 · 600), 2.9 %, and their ratio to 4.1 %; the noise of the one fit that
-            // is drawn from to 2 % or so; where on its triangle a sample's axis was, to some more.
-            assert!(
-                (0.85..1.18).contains(&ratio),
-                "{:?}, pair {number}: {ratio}",
-                settings.method
-            );
-        }
         assert!(
             expected[0] > (0.01 * NOISE_MM).powi(2) && expected[1] > (0.01 * NOISE_RAD).powi(2)
         );
+        ratios.extend([0, 1].map(|k| (found[k] / expected[k]).sqrt()));
     }
+    // Where on its triangle a sample's axis was is not kept, which moves the deviation of one pair by
+    // some 10 %, up to 37 % here; three components of 100 models on either side, by 6 %. Over all
+    // pairs most of that evens out.
+    assert!(
+        ratios.iter().all(|r| (0.6..1.6).contains(r)),
+        "{settings:?}: {ratios:?}"
+    );
+    let mean = ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64;
+    assert!(
+        (0.8..1.25).contains(&mean.exp()),
+        "{settings:?}: {ratios:?}"
+    );
 }
 
 #[test]
