@@ -3,9 +3,7 @@
 use super::named_design::open_named;
 use super::output::{self, Shown};
 use super::simulate::{ModeArg, mode_of, note_map};
-use crate::report::page::{
-    Extras, Report, ReportedStudy, Slide, TableSection, workshop_section,
-};
+use crate::report::page::{Extras, Report, ReportedStudy, Slide, TableSection, workshop_section};
 use crate::scene::{self, Ground, SceneWish};
 use crate::store::{self, World};
 use crate::study::CancelToken;

@@ -4,7 +4,9 @@ use super::theme;
 use crate::editor::palette;
 use crate::report::plot::{Axis, Chart, Scale, Series, SeriesStyle};
 use bevy_egui::egui::{Color32, Label, Rangef, RichText, Ui};
-use egui_plot::{AxisHints, GridMark, HLine, HoverPosition, Line, MarkerShape, Plot, PlotPoints, Points};
+use egui_plot::{
+    AxisHints, GridMark, HLine, HoverPosition, Line, MarkerShape, Plot, PlotPoints, Points,
+};
 use std::ops::RangeInclusive;
 
 const MARKER_RADIUS: f32 = 4.0;
