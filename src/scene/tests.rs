@@ -188,25 +188,35 @@ fn the_programs_own_reader_finds_each_part_where_its_body_is() {
 #[test]
 fn slice_vertices_have_the_color_that_the_map_gives_the_field_there() {
     let world = world("pointer-on-head");
-    let (_, file) = scene(&world, &with_layers("slice"));
+    let wish = with_layers("slice");
+    let stage = Stage::new(&world, &wish);
+    let sampled = stage.sample(&Task::default()).unwrap();
+    let slice = sampled.slice.as_ref().unwrap();
+    let file = File::of(&stage.draw(&sampled).unwrap().glb);
     let node = file.node("slice, position error");
-    let extras = &file.nodes()[node]["extras"];
-    let (view, environment) = (&world.document.view().slice, &world.environment);
-    let max = extras["to"].as_f64().unwrap();
+    let max = file.nodes()[node]["extras"]["to"].as_f64().unwrap();
+    let (view, model) = (&world.document.view().slice, &world.environment.model);
     let axis = nalgebra::Unit::new_normalize(Vector3::from(view.sensor_axis));
     let points = file.points_mm(node);
     let colors = file.attribute(node, "COLOR_0");
     assert!(points.len() > 5000, "{}", points.len());
     let mut seen = std::collections::HashSet::new();
     for (point, color) in points.iter().zip(&colors).step_by(37) {
-        let at = environment
-            .model
-            .evaluate(point, &axis, OutsidePolicy::Clamp);
-        let fraction = at.error.position_mm.norm() / max;
+        // What was sampled at this point of the lattice is what the model says of it.
+        let [u, v] = slice.plan.place_of(point).map(|at| at.round() as usize);
+        let value = slice.values[v * slice.plan.counts[0] + u];
+        let at = model.evaluate(point, &axis, OutsidePolicy::Clamp);
+        let error_mm = at.error.position_mm.norm();
+        assert!(
+            (value - error_mm).abs() < 1e-4,
+            "{point}: {value} for {error_mm}"
+        );
         let found = [0, 1, 2].map(|k| srgb8(color[k]));
-        // A vertex in 32 bits is not quite where the value was computed: the map's own slope.
-        let near = [-1e-4, 0.0, 1e-4].map(|off| view.color_map.srgb(fraction + off));
-        assert!(near.contains(&found), "{point}: {found:?} beside {near:?}");
+        assert_eq!(
+            found,
+            view.color_map.srgb(value / max),
+            "{point}: {value} of {max}"
+        );
         assert_eq!(color[3], 1.0);
         seen.insert(found);
     }
@@ -428,8 +438,13 @@ fn a_mesh_of_a_million_triangles_is_drawn_coarser_and_says_so() {
     assert!(note.ends_with("of its 1008200 triangles"), "{note}");
     // A vertex takes 24 bytes and counts for two triangles of 12, once for body and ghost together.
     assert!(found.glb.len() < MOST_TRIANGLES * 26, "{}", found.glb.len());
-    let bounds = Bounds::around(file.points_mm(file.node("sheet"))).unwrap();
-    assert!((bounds.diagonal_mm() - 141.5).abs() < 2.0, "{bounds:?}");
+    let corners = file.attribute(file.node("sheet"), "POSITION").into_iter();
+    let bounds = Bounds::around(corners.map(|p| Point3::new(p[0], p[1], p[2]))).unwrap();
+    // Cells of a lattice take a millimetre off each side at most.
+    assert!(
+        (bounds.size_mm().xy().amax() - 100.0).abs() < 2.0,
+        "{bounds:?}"
+    );
     let all = SceneWish {
         most_triangles: usize::MAX,
         ..with_layers("none")
