@@ -91,7 +91,7 @@ impl Raster {
             low..=high.min(size[k] - 1)
         };
         // A triangle on edge covers its edges alone.
-        let rows = if area == 0.0 { 1..=0 } else { range(1) };
+        let rows = range(1).filter(|_| area != 0.0);
         for j in rows {
             for i in range(0) {
                 let at = [i as f64, j as f64];
