@@ -91,8 +91,8 @@ impl Raster {
             low..=high.min(size[k] - 1)
         };
         // A triangle on edge covers its edges alone.
-        let rows = (area != 0.0).then(|| range(1));
-        for j in rows.into_iter().flatten() {
+        let rows = range(1).filter(|_| area != 0.0);
+        for j in rows {
             for i in range(0) {
                 let at = [i as f64, j as f64];
                 let sides = [cross(a, b, at), cross(b, c, at), cross(c, a, at)];
