@@ -7,14 +7,12 @@
 //! So the samples are put back where they were, each gets normal noise of unit variance, and the
 //! fit's own equations give what that does to the coefficients,
 //! `δ_b = (A_bᵀ A_b + d²)⁻¹ A_bᵀ W_b ε` with `A_b` of rows `w_ib B(u_i)`: the sandwich of the support,
-//! directions that share samples included. Of a sample's axis only the triangle is known; it is put
-//! anywhere in it with equal chance, and where many samples share a cell, one for each triangle that
-//! its directions need. What this gets wrong in size is set right by the variance that was kept: one
-//! factor a system, so that the mean variance over the samples' places is the stored one. Then `σ_b`
-//! of the support makes it mm and rad.
-//!
-//! Against refits to fresh noise the standard deviation of a difference of the field between two places
-//! is right on average, and up to a third off for one pair (`tests/invariants/field_draws.rs`).
+//! directions that share samples included. Of a sample's axis only the triangle is known: sums over
+//! samples take the mean of the powers of its weights over the triangle (a joint fit's an axis drawn
+//! from it), and where many samples share a cell, there is one for each triangle that its directions
+//! need. What this gets wrong in size is set right by the variance that was kept: one factor a system,
+//! so that the mean variance over the samples' places is the stored one. Then `σ_b` of the support makes
+//! it mm and rad. How close this is to refits is in `tests/invariants/field_draws.rs`.
 
 use super::{FormBasis, Support, Weighed};
 use crate::field::bernstein::push_products;
@@ -34,6 +32,9 @@ const BLOCK: usize = 512;
 
 /// Values of a coefficient.
 const VALUES: usize = 6;
+
+/// Normal numbers of a sample: one that its directions share, and one of each.
+const SHARES: usize = 4;
 
 /// Places at which the variance of the draws is set to the stored one.
 const CALIBRATED_AT: usize = 64;
@@ -70,6 +71,50 @@ struct System {
     unknowns: usize,
 }
 
+/// A sample in a system.
+#[derive(Clone, Copy)]
+struct Used {
+    place: usize,
+    weight: f64,
+    /// What it takes of the noise that its directions share, and of its own, by number.
+    shared: f64,
+    own: (usize, f64),
+}
+
+impl Used {
+    /// With all its directions, whose weights are those of its place.
+    fn whole(place: usize) -> Self {
+        Self {
+            place,
+            weight: 1.0,
+            shared: 1.0,
+            own: (0, 0.0),
+        }
+    }
+
+    /// Its part of one direction, where it has one: with `w` over a triangle, an edge or a corner
+    /// (k = 3, 2, 1 directions) with equal chance, `E w² = 2 / k(k + 1)`, and of the noise `w_b² ε`,
+    /// `E w_b⁴ = 24 / k(k + 1)(k + 2)(k + 3)` and `E w_b² w_c²` a sixth of it (moments of the flat
+    /// Dirichlet distribution).
+    fn part(place: usize, weighed: &Weighed, direction: usize) -> Option<Self> {
+        let corner = weighed.iter().position(|(d, _)| d == direction)?;
+        let k = weighed.iter().count() as f64;
+        let weight = (2.0 / (k * (k + 1.0))).sqrt();
+        let fourth = 24.0 / (k * (k + 1.0) * (k + 2.0) * (k + 3.0));
+        Some(Self {
+            place,
+            weight,
+            shared: (fourth / 6.0).sqrt() / weight,
+            own: (1 + corner, (fourth * 5.0 / 6.0).sqrt() / weight),
+        })
+    }
+
+    fn noise(&self, noise: &[f64]) -> f64 {
+        let at = self.place * SHARES;
+        self.shared * noise[at] + self.own.1 * noise[at + self.own.0]
+    }
+}
+
 impl Support {
     /// `count` fields that the fit might as well have given, of the model that this support stands
     /// beside and the ridge that it was fitted with. A seed gives the same fields on any number of
@@ -102,7 +147,7 @@ impl Support {
                 let mut random = ChaCha8Rng::seed_from_u64(seed);
                 // The first stream is that of the places.
                 random.set_stream(1 + column as u64);
-                (0..places.len())
+                (0..places.len() * SHARES)
                     .map(|_| StandardNormal.sample(&mut random))
                     .collect()
             })
@@ -165,16 +210,12 @@ impl Support {
         ridge: f64,
         task: &Task,
     ) -> Result<Mat<f64>, DrawError> {
-        let used: Vec<(usize, f64)> = places
+        let used: Vec<Used> = places
             .iter()
             .enumerate()
-            .filter_map(|(i, place)| match system.direction {
-                None => Some((i, 1.0)),
-                Some(direction) => place
-                    .weighed
-                    .iter()
-                    .find(|(d, _)| *d == direction)
-                    .map(|(_, w)| (i, w)),
+            .filter_map(|(place, at)| match system.direction {
+                None => Some(Used::whole(place)),
+                Some(direction) => Used::part(place, &at.weighed, direction),
             })
             .collect();
         let unknowns = system.unknowns;
@@ -191,8 +232,7 @@ impl Support {
             let rows = self.rows(system, places, block);
             let rows = rows.as_ref();
             let shaken = Mat::from_fn(block.len(), noise.len(), |row, column| {
-                let (place, weight) = block[row];
-                weight * noise[column][place]
+                block[row].noise(&noise[column])
             });
             normal += rows.transpose() * rows;
             right += rows.transpose() * &shaken;
@@ -211,10 +251,10 @@ impl Support {
     }
 
     /// `w B(u)` of each sample; of a joint fit for each of its directions.
-    fn rows(&self, system: &System, places: &[Place], used: &[(usize, f64)]) -> Mat<f64> {
+    fn rows(&self, system: &System, places: &[Place], used: &[Used]) -> Mat<f64> {
         let mut rows = Mat::zeros(used.len(), system.unknowns);
         let mut products = Vec::new();
-        for (row, &(place, weight)) in used.iter().enumerate() {
+        for (row, &Used { place, weight, .. }) in used.iter().enumerate() {
             let place = &places[place];
             products.clear();
             push_products(self.order, &place.unit, &mut products);
@@ -242,14 +282,14 @@ impl Support {
         &self,
         system: &System,
         places: &[Place],
-        used: &[(usize, f64)],
+        used: &[Used],
         moved: &Mat<f64>,
     ) -> Result<f64, DrawError> {
         let step = used.len().div_ceil(CALIBRATED_AT).max(1);
         let at: Vec<_> = used.iter().copied().step_by(step).collect();
         let drawn = self.rows(system, places, &at) * moved;
         let (mut stored, mut found) = (0.0, 0.0);
-        for (row, &(place, weight)) in at.iter().enumerate() {
+        for (row, &Used { place, weight, .. }) in at.iter().enumerate() {
             let place = &places[place];
             let basis = FormBasis::new(2 * self.order, &place.unit);
             let of = |pair: usize| basis.value(&self.parts.variance[pair]);
