@@ -10,9 +10,9 @@
 //! directions that share samples included. Of a sample's axis only the triangle is known: sums over
 //! samples take the mean of the powers of its weights over the triangle (a joint fit's an axis drawn
 //! from it), and where many samples share a cell, there is one for each triangle that its directions
-//! need. What this gets wrong in size is set right by the variance that was kept: one factor a system,
-//! so that the mean variance over the samples' places is the stored one. Then `σ_b` of the support makes
-//! it mm and rad. How close this is to refits is in `tests/invariants/field_draws.rs`.
+//! need. What this gets wrong in size is set right by the variance that was kept: one factor a direction,
+//! so that the variance at its samples' places is the stored one on average. Then `σ_b` of the support
+//! makes it mm and rad. How close this is to refits is in `tests/invariants/field_draws.rs`.
 
 use super::{FormBasis, Support, Weighed};
 use crate::field::bernstein::push_products;
@@ -20,7 +20,7 @@ use crate::field::model::{Coefficient, DistortionModel};
 use crate::geometry::directions::DirectionSet;
 use crate::task::{Cancelled, Task};
 use faer::linalg::solvers::Solve;
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, MatMut, MatRef, RowRef, Side};
 use nalgebra::{Point3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -36,7 +36,7 @@ const VALUES: usize = 6;
 /// Normal numbers of a sample: one that its directions share, and one of each.
 const SHARES: usize = 4;
 
-/// Places at which the variance of the draws is set to the stored one.
+/// Places at which the variance of a direction's draws is set to the stored one.
 const CALIBRATED_AT: usize = 64;
 
 /// Draws of one fit.
@@ -245,8 +245,16 @@ impl Support {
             .llt(Side::Lower)
             .map_err(|_| DrawError::NotDetermined)?;
         let mut moved = factor.solve(&right);
-        let factor = self.calibration(system, places, &used, &moved)?;
-        moved *= faer::Scale(factor);
+        match system.direction {
+            Some(direction) => self.calibrate(direction, places, moved.as_mut())?,
+            None => {
+                let each = unknowns / self.directions.len();
+                for direction in 0..self.directions.len() {
+                    let own = moved.as_mut().subrows_mut(direction * each, each);
+                    self.calibrate(direction, places, own)?;
+                }
+            }
+        }
         Ok(moved)
     }
 
@@ -277,38 +285,36 @@ impl Support {
         rows
     }
 
-    /// What makes the mean variance of the draws at the samples' places the stored one.
-    fn calibration(
+    /// Makes the variance of a direction's draws the stored one at its samples' places: the geometric
+    /// mean of what each of them asks for, because a few at the edges of what is known would decide
+    /// any other.
+    fn calibrate(
         &self,
-        system: &System,
+        direction: usize,
         places: &[Place],
-        used: &[Used],
-        moved: &Mat<f64>,
-    ) -> Result<f64, DrawError> {
-        let step = used.len().div_ceil(CALIBRATED_AT).max(1);
-        let at: Vec<_> = used.iter().copied().step_by(step).collect();
-        let drawn = self.rows(system, places, &at) * moved;
-        let (mut stored, mut found) = (0.0, 0.0);
-        for (row, &Used { place, weight, .. }) in at.iter().enumerate() {
-            let place = &places[place];
-            let basis = FormBasis::new(2 * self.order, &place.unit);
-            let of = |pair: usize| basis.value(&self.parts.variance[pair]);
-            stored += match system.direction {
-                Some(direction) => weight * weight * of(self.pairs.index(direction, direction)),
-                None => place
-                    .weighed
-                    .pairs(&self.pairs)
-                    .map(|((_, a), (_, b), pair)| a * b * of(pair))
-                    .sum(),
-            };
-            found += drawn.row(row).squared_norm_l2() / drawn.ncols().max(1) as f64;
+        mut moved: MatMut<'_, f64>,
+    ) -> Result<(), DrawError> {
+        let is_of = |place: &&Place| place.weighed.iter().any(|(d, _)| d == direction);
+        let step = places.iter().filter(is_of).count().div_ceil(CALIBRATED_AT);
+        let at = places.iter().filter(is_of).step_by(step.max(1));
+        let variance = &self.parts.variance[self.pairs.index(direction, direction)];
+        let (mut sum, mut count) = (0.0, 0);
+        let mut products = Vec::new();
+        for place in at {
+            products.clear();
+            push_products(self.order, &place.unit, &mut products);
+            let basis = RowRef::from_slice(&products);
+            let found = (basis * moved.as_ref()).squared_norm_l2() / moved.ncols().max(1) as f64;
+            let stored = FormBasis::new(2 * self.order, &place.unit).value(variance);
+            sum += (stored / found).ln();
+            count += 1;
         }
-        let factor = (stored.max(0.0) / found).sqrt();
-        if factor.is_finite() {
-            Ok(factor)
-        } else {
-            Err(DrawError::NotDetermined)
+        let factor = (sum / f64::from(count) / 2.0).exp();
+        if !factor.is_finite() {
+            return Err(DrawError::NotDetermined);
         }
+        moved *= faer::Scale(factor);
+        Ok(())
     }
 
     /// The samples, put back.

@@ -415,9 +415,8 @@ fn studied(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Stud
             out_of_volume: seen.out_of_volume,
         }));
     };
-    let worst = [outcome.figures.worst.trial, seen.worst_angle_trial];
     let at = |trial: usize| trial_pose(scenario, &mode, trial);
-    let extremes: Vec<InputTrial> = worst.into_iter().filter_map(at).collect();
+    let extremes: Vec<InputTrial> = seen.extremes().filter_map(at).collect();
     let looks = range_trials(
         scenario,
         settings.replicates,
@@ -427,9 +426,10 @@ fn studied(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Stud
     let sampled = Sampled::of(scenario, &looks, &task.cancel)?;
     let tried = &looks[..settings.drawn_replicates.min(looks.len())];
     let drawn_at = DrawnAt::new(scenario, tried, &extremes);
+    let worst = outcome.figures.worst.trial;
     let worst_pose = WorstPose {
-        crf_from_tool: at(worst[0]).map_or(scenario.crf_from_tool, |t| t.crf_from_tool),
-        offsets: trial_offsets(scenario, &mode, worst[0]),
+        crf_from_tool: at(worst).map_or(scenario.crf_from_tool, |t| t.crf_from_tool),
+        offsets: trial_offsets(scenario, &mode, worst),
     };
     let measured = Measured {
         figures: outcome.figures,
@@ -448,8 +448,26 @@ struct Seen {
     outside: usize,
     out_of_volume: usize,
     without_field: usize,
-    worst_angle_trial: usize,
-    worst_angle_deg: f64,
+    largest_tip: Largest,
+    largest_angle: Largest,
+}
+
+/// So many of the grid's worst poses, of tip and of angle each, are tried in every drawn field: which
+/// of them is the worst hangs on the field.
+const MOST_EXTREMES: usize = 16;
+
+/// The trials of the largest values, the largest first.
+#[derive(Default)]
+struct Largest(Vec<(f64, usize)>);
+
+impl Largest {
+    fn note(&mut self, value: f64, trial: usize) {
+        let after = self.0.partition_point(|(other, _)| *other >= value);
+        if after < MOST_EXTREMES {
+            self.0.truncate(MOST_EXTREMES - 1);
+            self.0.insert(after, (value, trial));
+        }
+    }
 }
 
 impl Seen {
@@ -458,10 +476,17 @@ impl Seen {
         self.outside += usize::from(outside);
         self.out_of_volume += usize::from(out_of_volume);
         self.without_field += usize::from(outside || out_of_volume);
-        if trial.angle_error_deg > self.worst_angle_deg && !is_rejected(trial, scenario.outside) {
-            self.worst_angle_deg = trial.angle_error_deg;
-            self.worst_angle_trial = self.trials;
+        if !is_rejected(trial, scenario.outside) {
+            self.largest_tip.note(trial.tip_error_mm, self.trials);
+            self.largest_angle.note(trial.angle_error_deg, self.trials);
         }
         self.trials += 1;
+    }
+
+    /// The worst trials of the grid, each once.
+    fn extremes(&self) -> impl Iterator<Item = usize> {
+        let each = self.largest_tip.0.iter().chain(&self.largest_angle.0);
+        let trials: std::collections::BTreeSet<usize> = each.map(|(_, trial)| *trial).collect();
+        trials.into_iter()
     }
 }
