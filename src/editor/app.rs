@@ -26,6 +26,7 @@ use bevy::window::{ExitCondition, PrimaryWindow, WindowResolution};
 use bevy::winit::{UpdateMode, WinitPlugin, WinitSettings};
 use bevy_egui::EguiPlugin;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Size of a new window, logical pixels.
@@ -166,17 +167,18 @@ pub(super) fn offscreen(
         exit_condition: ExitCondition::DontExit,
         ..default()
     };
-    app.add_plugins(
-        DefaultPlugins
-            .set(window)
-            .set(render())
-            .set(meshes())
-            .set(log())
-            // It panics where there is no display.
-            .disable::<WinitPlugin>()
-            // One frame after the other, so that the last one asked for is the one captured.
-            .disable::<PipelinedRenderingPlugin>(),
-    );
+    let plugins = DefaultPlugins
+        .set(window)
+        .set(render())
+        .set(meshes())
+        // It panics where there is no display.
+        .disable::<WinitPlugin>()
+        // One frame after the other, so that the last one asked for is the one captured.
+        .disable::<PipelinedRenderingPlugin>();
+    app.add_plugins(match HAS_LOG.swap(true, Ordering::Relaxed) {
+        false => plugins.set(log()),
+        true => plugins.disable::<LogPlugin>(),
+    });
     let image = Image::new_target_texture(size.x, size.y, TextureFormat::Rgba8UnormSrgb, None);
     let image = app.world_mut().resource_mut::<Assets<Image>>().add(image);
     let target = RenderTarget::Image(image.clone().into());
@@ -235,11 +237,14 @@ fn without_clusters(mut settings: ResMut<GlobalClusterSettings>) {
     settings.gpu_clustering = None;
 }
 
+/// Whether an App has set up the log, of which a program has one however many pictures it paints.
+static HAS_LOG: AtomicBool = AtomicBool::new(false);
+
 fn log() -> LogPlugin {
     LogPlugin {
         level: Level::WARN,
         // Drivers and window systems say more than anyone can act on.
-        filter: "wgpu=error,naga=error,winit=error,bevy_winit=error,bevy_render::renderer=error,calloop=error,rfd=off"
+        filter: "wgpu=error,naga=error,winit=error,bevy_winit=error,bevy_render::renderer=error,bevy_egui=error,calloop=error,rfd=off"
             .to_owned(),
         ..default()
     }
