@@ -6,11 +6,13 @@ use super::check::{
     check_pose, check_requirement, check_sensors,
 };
 use super::content::{BodyRole, CrfPlacement, Design, DesignBody, Target};
+use super::procedure::{DecisionError, MAX_FURTHER_ROOMS, ProcedureEdit};
 use super::slides::{MAX_SLIDES, SlideEdit};
 use super::view::ViewError;
 use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
 use crate::study::motion::{Motion, MotionError};
+use crate::study::procedure::Step;
 use crate::study::requirement::Requirement;
 use crate::tracking::body::Sensor;
 use nalgebra::Point3;
@@ -95,6 +97,7 @@ pub enum Edit {
         content: Box<DesignBody>,
     },
     Slides(SlideEdit),
+    Procedure(ProcedureEdit),
 }
 
 /// Why an edit was not applied; the design is as it was.
@@ -138,6 +141,16 @@ pub enum EditError {
     TooManySlides,
     #[error("slide: {0}")]
     SlideView(#[from] ViewError),
+    #[error("the design is judged in {file} already")]
+    RoomTwice { file: String },
+    #[error("the design is not judged in {file:?}, expected one of its further rooms")]
+    NoSuchRoom { file: String },
+    #[error("the design has {MAX_FURTHER_ROOMS} further rooms, which is as many as there may be")]
+    TooManyRooms,
+    #[error("nothing is decided on the {step}")]
+    NotDecided { step: Step },
+    #[error("decision: {0}")]
+    Decision(#[from] DecisionError),
 }
 
 impl Edit {
@@ -250,6 +263,7 @@ impl Edit {
                 *old = *content;
             }
             Self::Slides(edit) => edit.apply_to(design)?,
+            Self::Procedure(edit) => edit.apply_to(design)?,
         }
         Ok(())
     }

@@ -47,6 +47,7 @@ impl Edit {
                 format!("Use {} as the {body}", content.rigid.name)
             }
             Self::Slides(edit) => edit.label_for(&[]),
+            Self::Procedure(edit) => edit.label(),
         }
     }
 

@@ -174,8 +174,13 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
         let at = mover.move_body(body, is_changed(world, role))?;
         moved.push((role, body.reference.clone(), at));
     }
-    let environment = mover.move_environment(&design.environment)?;
-    let old_environment = design.environment.clone();
+    let own_room = mover.move_environment(&design.environment)?;
+    let mut rooms = vec![(design.environment.clone(), own_room)];
+    for room in &design.procedure.further_rooms {
+        // One that is not there was missed before, and is no reason not to save.
+        let moved = mover.move_environment(room);
+        rooms.extend(moved.ok().map(|moved| (room.clone(), moved)));
+    }
     let rewrite = |design: &mut Design| {
         for (role, old_reference, moved) in &moved {
             let Some(body) = design.body_mut(*role) else {
@@ -190,11 +195,14 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
                 }
             }
         }
-        design.environment = if design.environment == old_environment {
-            environment.clone()
-        } else {
-            mover.reference(&design.environment)
-        };
+        let references = design.procedure.references_mut();
+        for reference in references.chain([&mut design.environment]) {
+            let moved = rooms.iter().find(|(old, _)| old == reference);
+            *reference = match moved {
+                Some((_, moved)) => moved.clone(),
+                None => mover.reference(reference),
+            };
+        }
     };
     let mut copy = design.clone();
     rewrite(&mut copy);
@@ -319,6 +327,7 @@ fn refuse_own_parts(
         .bodies()
         .map(|(_, body)| &body.reference)
         .chain([&design.environment])
+        .chain(&design.procedure.further_rooms)
         .map(|reference| place.resolve(old_file, reference));
     let file = absolute(file);
     if place == Place::Disk && parts.any(|part| absolute(&part) == file) {

@@ -27,6 +27,7 @@
 mod dependence;
 mod judge;
 mod noise;
+mod recording;
 mod resampling;
 mod rows;
 #[cfg(test)]
@@ -35,6 +36,7 @@ mod unknowns;
 mod verdict;
 
 pub use judge::agreement;
+pub use recording::{BuiltRecording, RecordedFrame};
 pub use rows::{AgreementRow, RecordedPose, paired_rows, pivot_rows};
 pub use verdict::Verdict;
 

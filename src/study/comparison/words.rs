@@ -2,7 +2,8 @@
 
 use super::difference::{Difference, Verdict};
 use super::{AgainstBaseline, Measured};
-use crate::study::figures::{Figures, with_separators};
+use crate::study::figures::Figures;
+use crate::study::own_study::study_notes;
 
 /// Whether the requirement is met.
 pub fn met_words(figures: &Figures) -> &'static str {
@@ -47,26 +48,7 @@ pub fn difference_words(difference: &Difference, baseline: &str) -> String {
 
 /// What has to be known of a row before its figures are read.
 pub fn notes(measured: &Measured, against: Option<&AgainstBaseline>) -> Vec<String> {
-    let figures = &measured.figures;
-    let mut notes = Vec::new();
-    if measured.without_field > 0 {
-        notes.push(format!(
-            "{} of {} trials have a sensor where the room says nothing ({} outside the model's box, {} out of \
-             the tracker's volume)",
-            with_separators(measured.without_field),
-            with_separators(figures.trials),
-            with_separators(figures.outside),
-            with_separators(figures.out_of_volume)
-        ));
-    }
-    if let Some(free) = &figures.free_axis {
-        notes.push(format!(
-            "the {}'s sensors leave a rotation free: figures take the true one",
-            free.body
-        ));
-    } else if figures.poorly_determined {
-        notes.push("a rotation is so weakly determined that noise decides it".to_owned());
-    }
+    let mut notes = study_notes(&measured.figures, measured.without_field);
     let Some(against) = against else {
         return notes;
     };
