@@ -1,6 +1,7 @@
 //! The disk: designs with all that they refer to, atomic writes, and the built-in world.
 
 mod body_export;
+mod built_tool;
 mod builtin;
 mod compared;
 mod error;
@@ -11,6 +12,7 @@ mod meshes;
 mod open;
 mod place;
 mod preferences;
+mod procedure;
 mod read;
 mod recent;
 mod recorder;
@@ -31,6 +33,7 @@ mod watch;
 mod write;
 
 pub use body_export::{BodyExport, definition_name};
+pub use built_tool::{BuiltTool, BuiltToolFailure, BuiltToolNote, BuiltToolTables, built_tool};
 pub use builtin::{DEFAULT_BUILTIN, Starter, builtin_names, generator_mesh};
 pub use compared::{
     ComparedDesign, ComparedRoom, ComparedRooms, read_compared_designs, read_compared_rooms,
@@ -44,6 +47,7 @@ pub use open::{
     refresh_environment,
 };
 pub use preferences::{read_preferences, write_preferences};
+pub use procedure::{ProcedureWish, further_room, procedure, reference_to_file};
 pub use read::{
     read_calbody, read_calreadings, read_environment, read_groups, read_input, read_measurements,
     read_mesh, read_pivot_recording, read_points, read_poses, read_poses_of, read_recorded_tool,

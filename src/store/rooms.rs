@@ -66,6 +66,11 @@ impl RoomPlace {
             .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     }
 
+    /// A file of the disk, by any of its names.
+    pub fn of_file(file: &Path) -> Self {
+        Self::File(absolute(file))
+    }
+
     /// # Errors
     /// See [`StoreError`].
     pub fn read(&self) -> Result<Environment, StoreError> {

@@ -58,7 +58,7 @@ pub enum Changed {
 
 /// A figure then and now; one that differs by more than a unit of its last printed digit is printed
 /// with other digits, whatever both were rounded from.
-fn figure(
+pub(super) fn figure(
     figure: &'static str,
     unit: &'static str,
     digits: usize,

@@ -5,6 +5,9 @@ mod changes;
 mod grounds;
 mod plan;
 mod standing;
+#[cfg(test)]
+mod tests;
+mod words;
 
 pub use changes::{Change, Changed};
 pub use grounds::{
@@ -13,3 +16,4 @@ pub use grounds::{
 };
 pub use plan::{Plan, Recording, Room, RoomStudies};
 pub use standing::{BuiltStanding, Row, Standing, State, StudiesStanding, Undecidable, standing};
+pub use words::headline;

@@ -342,6 +342,17 @@ impl Standing {
         }
     }
 
+    /// States that a step is decided on what is there.
+    pub fn decide(&mut self, step: Step) {
+        let (state, changes) = match step {
+            Step::Crf => (&mut self.crf.state, &mut self.crf.changes),
+            Step::Tool => (&mut self.tool.state, &mut self.tool.changes),
+            Step::Built => (&mut self.built.state, &mut self.built.changes),
+        };
+        *state = State::Decided;
+        changes.clear();
+    }
+
     /// Whether a requirement of the step is missed by what is there, decided or not.
     pub fn misses(&self, step: Step) -> bool {
         match step {
