@@ -65,6 +65,8 @@ pub fn procedure(
             .into_iter()
             .map(|judged| judged.target)
             .collect(),
+        crf_requirement: design.crf.as_ref().and_then(|crf| crf.requirement),
+        requirement: design.requirement,
         rooms: rooms(world, (place, &file), &wish.rooms_for_now),
         recording,
         decided_crf: studies_of(decided(Step::Crf)),

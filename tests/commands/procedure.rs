@@ -211,12 +211,12 @@ fn what_is_decided_stays_in_the_design_and_is_told_when_it_no_longer_holds() {
     let changes = list(step(&found, "tool"), "changes");
     let rms = changes
         .iter()
-        .find(|c| c["what"]["figure"]["figure"] == "tip error RMS")
+        .find(|c| c["what"]["figure"] == "tip error RMS")
         .unwrap();
     assert_eq!(rms["environment_file"], "../ward/ward.env.ron");
     let now = &list(step(&found, "tool"), "rows")[1]["position_mm"]["rms"];
-    assert_eq!(&rms["what"]["figure"]["now"], now);
-    assert_ne!(rms["what"]["figure"]["before"], *now);
+    assert_eq!(&rms["what"]["now"], now);
+    assert_ne!(rms["what"]["before"], *now);
     let words = succeed(&["procedure", &design]);
     assert!(
         words.contains("since then: ") && words.contains("tip error RMS was "),

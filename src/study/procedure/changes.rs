@@ -21,7 +21,7 @@ pub struct Change {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Changed {
     /// By more than the digits that are printed.
     Figure {
@@ -34,6 +34,7 @@ pub enum Changed {
         now: f64,
     },
     Count {
+        #[serde(rename = "count")]
         of: &'static str,
         before: usize,
         now: usize,

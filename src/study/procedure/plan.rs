@@ -2,6 +2,7 @@
 
 use super::grounds::{DecidedRecording, DecidedStudies, RoomName};
 use crate::study::agreement::Summary;
+use crate::study::requirement::Requirement;
 use crate::study::scenario::{CrfScenario, Scenario};
 
 /// A design in its rooms, and what was decided.
@@ -9,6 +10,10 @@ use crate::study::scenario::{CrfScenario, Scenario};
 pub struct Plan {
     /// Where the CRF is judged, `None` at its tip or origin; empty without a CRF.
     pub crf_targets: Vec<Option<String>>,
+    /// Of the CRF's own study.
+    pub crf_requirement: Option<Requirement>,
+    /// Of the tool's.
+    pub requirement: Option<Requirement>,
     /// The design's own first.
     pub rooms: Vec<Room>,
     pub recording: Option<Result<Recording, String>>,

@@ -103,31 +103,15 @@ pub fn standing(plan: Plan, task: &Task) -> Result<Standing, Cancelled> {
         },
         _ => {
             let rows = crf_rows(&plan, &task.stretch(0.0, middle))?;
-            let requirement = first(&plan, |s| {
-                s.crf.first().and_then(|c| c.scenario.requirement)
-            });
-            studies_standing(rows, requirement, plan.decided_crf.as_ref())
+            studies_standing(rows, plan.crf_requirement, plan.decided_crf.as_ref())
         }
     };
     let rows = tool_rows(&plan, &task.stretch(middle, 1.0))?;
-    let requirement = first(&plan, |s| s.tool.requirement);
     Ok(Standing {
         crf,
-        tool: studies_standing(rows, requirement, plan.decided_tool.as_ref()),
+        tool: studies_standing(rows, plan.requirement, plan.decided_tool.as_ref()),
         built: built_standing(plan.recording, plan.decided_built.as_ref()),
     })
-}
-
-/// The requirement is the design's, and so the same in every room that can be read.
-fn first(
-    plan: &Plan,
-    of: impl Fn(&super::plan::RoomStudies) -> Option<Requirement>,
-) -> Option<Requirement> {
-    let mut studies = plan
-        .rooms
-        .iter()
-        .filter_map(|room| room.studies.as_ref().ok());
-    studies.next().and_then(of)
 }
 
 fn crf_rows(plan: &Plan, task: &Task) -> Result<Vec<Row>, Cancelled> {

@@ -18,6 +18,8 @@ fn plan() -> Plan {
     };
     Plan {
         crf_targets: crf.iter().map(|judged| judged.target.clone()).collect(),
+        crf_requirement: design.crf.as_ref().and_then(|crf| crf.requirement),
+        requirement: design.requirement,
         rooms: vec![
             Room {
                 name: named("own.env.ron"),
@@ -42,15 +44,16 @@ fn plan() -> Plan {
 
 /// With this bound of the tool's RMS error.
 fn bounded(mut plan: Plan, position_rms_mm: Option<f64>) -> Plan {
-    for studies in plan
+    plan.requirement = position_rms_mm.map(|limit| Requirement {
+        position_rms_mm: Some(limit),
+        ..Requirement::default()
+    });
+    let readable = plan
         .rooms
         .iter_mut()
-        .filter_map(|room| room.studies.as_mut().ok())
-    {
-        studies.tool.requirement = position_rms_mm.map(|limit| Requirement {
-            position_rms_mm: Some(limit),
-            ..Requirement::default()
-        });
+        .filter_map(|room| room.studies.as_mut().ok());
+    for studies in readable {
+        studies.tool.requirement = plan.requirement;
     }
     plan
 }
@@ -141,8 +144,10 @@ fn a_step_is_decided_as_long_as_everything_is_as_it_was() {
     assert_eq!(judged(more).tool.state, State::Decided);
     let mut lost = decided();
     lost.rooms[0].studies = Err("lost".to_owned());
-    let told_of_lost = told(lost, Step::Tool);
-    assert!(told_of_lost.contains(&"own.env.ron: no figures any more: lost".to_owned()));
+    assert_eq!(
+        told(lost, Step::Tool),
+        ["own.env.ron: no figures any more: lost"]
+    );
     let mut found_again = decided();
     found_again.rooms[1].studies = found_again.rooms[0].studies.clone();
     assert_eq!(

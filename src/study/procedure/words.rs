@@ -22,10 +22,15 @@ pub fn headline(found: &Standing, step: Step) -> String {
         },
     };
     let without = studies.rows.len() - studies.counts().0;
-    match without {
+    let said = match without {
         0 => said,
         1 => format!("{said}; one has no figures"),
         without => format!("{said}; {without} have no figures"),
+    };
+    match (step, found.crf.state) {
+        // Its figures are of this CRF, which the procedure would have designed anew.
+        (Step::Tool, State::Missed) => format!("{said}; the CRF alone does not satisfy yet"),
+        _ => said,
     }
 }
 

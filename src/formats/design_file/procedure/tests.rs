@@ -207,9 +207,9 @@ fn what_cannot_have_been_decided_is_refused_by_the_name_of_its_field() {
     }
     // More than a machine counts, and figures left out.
     for (from, to, part) in [
-        ("trials: 3375", "trials: 99999999999999999999999", "line 17"),
+        ("trials: 3375", "trials: 99999999999999999999999", "line 19"),
         ("trials: 3375,", "", "rows[0].trials is absent"),
-        ("met: true", "met: 1", "line 21"),
+        ("met: true", "met: 1", "line 23"),
     ] {
         let error = parse(DECIDED.replace(from, to).as_bytes()).unwrap_err();
         let message = error.to_string();
