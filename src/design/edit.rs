@@ -1,5 +1,6 @@
 //! Edits: the only ways in which a design changes, each checked before it is applied.
 
+use super::anatomy::{AnatomyEdit, MAX_ANATOMY};
 use super::arrange::{ArrangeError, Arrangement, as_set};
 use super::check::{
     check_body, check_finite, check_mesh, check_motion, check_not_empty, check_not_negative,
@@ -94,6 +95,7 @@ pub enum Edit {
         body: BodyRole,
         content: Box<DesignBody>,
     },
+    Anatomy(AnatomyEdit),
     Slides(SlideEdit),
 }
 
@@ -132,6 +134,14 @@ pub enum EditError {
     CrfMotion(MotionError),
     #[error(transparent)]
     Arrange(#[from] ArrangeError),
+    #[error("the design has no anatomy at {index}, it has {count}")]
+    NoSuchAnatomy { index: usize, count: usize },
+    #[error("the design has {MAX_ANATOMY} meshes of anatomy, which is as many as there may be")]
+    TooMuchAnatomy,
+    #[error("the design already has anatomy named {name:?}, expected another name")]
+    DuplicateAnatomyName { name: String },
+    #[error("a part of the colour is {value}, expected a number from 0 to 1")]
+    NoColor { value: f64 },
     #[error("the design has no slide at {index}, it has {count}")]
     NoSuchSlide { index: usize, count: usize },
     #[error("the design has {MAX_SLIDES} slides, which is as many as there may be")]
@@ -249,6 +259,7 @@ impl Edit {
                 check_body(body, &content)?;
                 *old = *content;
             }
+            Self::Anatomy(edit) => edit.apply_to(design)?,
             Self::Slides(edit) => edit.apply_to(design)?,
         }
         Ok(())

@@ -1,5 +1,6 @@
 //! The document that a person edits: a design with its bodies inlined, its view, edits, history.
 
+mod anatomy;
 mod arrange;
 mod check;
 mod content;
@@ -16,6 +17,7 @@ mod tests;
 mod things;
 pub mod view;
 
+pub use anatomy::{Anatomy, AnatomyEdit, AnatomyFrame, MAX_ANATOMY};
 pub use arrange::{ArrangeError, Arrangement, MAX_ARRAY, MirrorPlane, fresh_name, mirrored};
 pub use content::{BodyRole, CrfPlacement, Design, DesignBody, Target, ToolPlacement};
 pub use document::{Document, Origin};

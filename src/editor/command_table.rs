@@ -105,6 +105,13 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Gives the selected body, or the tool, another shape: glTF, STL or OBJ",
     ),
     info(
+        Command::AddAnatomy,
+        Group::File,
+        "Add anatomy…",
+        &[],
+        "Shows a mesh of the patient or of the room, translucent and part of no figure: glTF, STL or OBJ",
+    ),
+    info(
         Command::Quit,
         Group::File,
         "Quit",

@@ -140,7 +140,7 @@ fn dialog_line(dialog: Option<&Dialog>) -> String {
         Some(Dialog::ReplaceRoom { .. }) => "replace room",
         Some(Dialog::New) => "new",
         Some(Dialog::Mesh { .. }) => "load mesh",
-        Some(Dialog::WhichBody { .. }) => "which body",
+        Some(Dialog::WhoseMesh { .. }) => "whose mesh",
         Some(Dialog::MeshUnit { .. }) => "mesh unit",
         Some(Dialog::OpenBody { .. }) => "open tool definition",
         Some(Dialog::SaveBody { .. }) => "save tool definition",

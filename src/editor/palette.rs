@@ -105,6 +105,12 @@ pub const SELECTED: Rgb = Rgb::pair(0xFFFFFF, 0x0C0F13);
 /// Error vectors over coloured maps.
 pub const ERROR_VECTOR_ON_MAP: Rgb = Rgb::hex(0xFFFFFF);
 
+// Anatomy that is not bone, the same on any ground: a design keeps what was chosen.
+pub const SKIN: Rgb = Rgb::hex(0xE0AC94);
+pub const VESSEL: Rgb = Rgb::hex(0xC8504B);
+pub const ORGAN: Rgb = Rgb::hex(0xA8697E);
+pub const EQUIPMENT: Rgb = Rgb::hex(0x8FA3B5);
+
 /// Series of a chart in turn: those of Okabe and Ito (2008) that stand out from a dark ground,
 /// told apart with any kind of colour vision.
 pub const SERIES: [Rgb; 7] = [

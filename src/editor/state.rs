@@ -44,6 +44,8 @@ pub enum Selected {
     Body(BodyRole),
     Sensor(BodyRole, usize),
     Tip(BodyRole),
+    /// By its place in the design's list.
+    Anatomy(usize),
 }
 
 /// Asks for a change of the design; the only way in which it changes.

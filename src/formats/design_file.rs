@@ -1,9 +1,12 @@
 //! Designs, `*.design.ron`: which bodies stand where in which room, and what is asked of them.
 
 use super::body::BodyFile;
+use super::design_anatomy::{self, AnatomyEntry};
 use super::error::FormatError;
 use super::ron_text::{self, PoseEntry};
-use crate::design::{CrfPlacement, Design, DesignBody, Slide, Target, ToolPlacement, View};
+use crate::design::{
+    Anatomy, CrfPlacement, Design, DesignBody, Slide, Target, ToolPlacement, View,
+};
 use crate::geometry::pose::Pose;
 use crate::study::motion::Motion;
 use crate::study::requirement::Requirement;
@@ -23,6 +26,7 @@ pub struct DesignFile {
     pub motion: Option<Motion>,
     pub orientation_weight_mm: Option<f64>,
     pub requirement: Option<Requirement>,
+    pub anatomy: Vec<Anatomy>,
     pub slides: Vec<Slide>,
     pub view: View,
 }
@@ -55,6 +59,7 @@ impl DesignFile {
             motion: design.motion,
             orientation_weight_mm: design.orientation_weight_mm,
             requirement: design.requirement,
+            anatomy: design.anatomy.clone(),
             slides: design.slides.clone(),
             view: view.clone(),
         }
@@ -103,6 +108,7 @@ impl DesignFile {
             motion: self.motion,
             orientation_weight_mm: self.orientation_weight_mm,
             requirement: self.requirement,
+            anatomy: self.anatomy,
             slides: self.slides,
         };
         Ok((design, self.view))
@@ -120,6 +126,7 @@ struct DesignEntry {
     motion: Option<Motion>,
     orientation_weight: Option<f64>,
     requirement: Option<Requirement>,
+    anatomy: Option<Vec<AnatomyEntry>>,
     slides: Option<Vec<Slide>>,
     view: Option<View>,
 }
@@ -180,6 +187,7 @@ pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
         motion: entry.motion,
         orientation_weight_mm: entry.orientation_weight,
         requirement: entry.requirement,
+        anatomy: design_anatomy::read(entry.anatomy.unwrap_or_default())?,
         slides,
         view,
     })
@@ -287,6 +295,7 @@ pub fn write(design: &DesignFile) -> String {
         out.field(1, "orientation_weight", &format!("{weight_mm:?}"));
     }
     out.requirement(1, design.requirement.as_ref());
+    out.anatomy(1, &design.anatomy);
     out.slides(1, &design.slides);
     if design.view != View::default() {
         out.view(1, "view", &design.view);
@@ -330,6 +339,17 @@ impl Lines {
             .filter_map(|(name, limit)| limit.map(|limit| format!("{name}: {limit:?}")))
             .collect();
         self.field(depth, "requirement", &format!("({})", bounds.join(", ")));
+    }
+
+    fn anatomy(&mut self, depth: usize, anatomy: &[Anatomy]) {
+        if anatomy.is_empty() {
+            return;
+        }
+        self.line(depth, "anatomy: [");
+        for one in anatomy {
+            self.line(depth + 1, &design_anatomy::line(one));
+        }
+        self.line(depth, "],");
     }
 
     fn slides(&mut self, depth: usize, slides: &[Slide]) {

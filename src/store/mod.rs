@@ -1,5 +1,6 @@
 //! The disk: designs with all that they refer to, atomic writes, and the built-in world.
 
+mod anatomy;
 mod body_export;
 mod builtin;
 mod compared;
@@ -38,7 +39,7 @@ pub use compared::{
 pub use error::StoreError;
 pub use log::{LogError, write_log};
 pub use mesh_shelf::{ReadMesh, WantedMesh};
-pub use meshes::{MeshProblem, mesh_reference_to, refresh_meshes, reload_meshes};
+pub use meshes::{MeshOwner, MeshProblem, mesh_reference_to, refresh_meshes, reload_meshes};
 pub use open::{
     World, open_builtin, open_builtin_without_meshes, open_design, open_design_without_meshes,
     refresh_environment,

@@ -1,5 +1,6 @@
 //! The editor: without a window, in pictures, and in a real window.
 
+mod anatomy;
 mod autosave;
 mod bad_places;
 mod body_files;

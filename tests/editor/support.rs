@@ -134,6 +134,7 @@ pub fn design() -> Design {
             position_rms_mm: Some(1.0),
             ..Requirement::default()
         }),
+        anatomy: Vec::new(),
         slides: Vec::new(),
     }
 }

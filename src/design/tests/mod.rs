@@ -49,6 +49,7 @@ fn design() -> Design {
         motion: None,
         orientation_weight_mm: None,
         requirement: None,
+        anatomy: Vec::new(),
         slides: Vec::new(),
     }
 }

@@ -1,5 +1,6 @@
 //! Numbers of what is selected, each of which can be typed.
 
+use super::anatomy_ui::anatomy_ui;
 use super::motion_ui::{motion_ui, requirement_ui};
 use super::outliner::{detail, sensor_trouble};
 use super::sensor_ui::{IsAvailable, sensor_buttons_ui};
@@ -44,6 +45,9 @@ pub fn inspector_ui(ui: &mut Ui, inspector: &InspectorView) -> Vec<PanelAction> 
         Some(Selected::Body(role)) => body_ui(ui, inspector, role, &mut actions),
         Some(Selected::Sensor(role, index)) => sensor_ui(ui, inspector, role, index, &mut actions),
         Some(Selected::Tip(role)) => tip_ui(ui, inspector.design, role, &mut actions),
+        Some(Selected::Anatomy(index)) => {
+            anatomy_ui(ui, inspector.design, index, &mut actions);
+        }
     }
     actions
 }
@@ -382,7 +386,7 @@ fn row_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
 }
 
 /// Three lengths, each a row.
-fn vector_ui(
+pub(super) fn vector_ui(
     ui: &mut Ui,
     what: &str,
     value_mm: &Vector3<f64>,
@@ -404,7 +408,7 @@ fn vector_ui(
 }
 
 /// Turns about x, then y, then z, shown in degrees.
-fn rotation_ui(
+pub(super) fn rotation_ui(
     ui: &mut Ui,
     rotation: &UnitQuaternion<f64>,
     actions: &mut Vec<PanelAction>,

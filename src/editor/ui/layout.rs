@@ -44,7 +44,7 @@ use crate::editor::state::{
 };
 use crate::editor::study::{LogJob, ShownDesign, Side, StudyDesk, StudyRequest};
 use crate::field::Environment;
-use crate::store;
+use crate::store::{self, MeshOwner};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -321,13 +321,7 @@ impl Desk<'_> {
             .show(root, |ui| {
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                     actions.extend(slides_ui(ui, &self.stage()));
-                    let layers = LayersView {
-                        view: self.view(),
-                        environment: self.environment(),
-                        figures: self.layer_figures(),
-                        listed: Listed::All,
-                    };
-                    actions.extend(layers_ui(ui, &layers));
+                    actions.extend(layers_ui(ui, &self.layers(Listed::All)));
                     ui.add_space(8.0);
                 });
             });
@@ -445,13 +439,7 @@ impl Desk<'_> {
             let mut asked = tables_ui(ui, desk, *self.shown.sample_scale);
             asked.extend(rooms_ui(ui, desk));
             actions.extend(asked.into_iter().map(PanelAction::Field));
-            let layers = LayersView {
-                view: self.view(),
-                environment: self.environment(),
-                figures: self.layer_figures(),
-                listed: Listed::OfTheRoom,
-            };
-            actions.extend(layers_ui(ui, &layers));
+            actions.extend(layers_ui(ui, &self.layers(Listed::OfTheRoom)));
             ui.add_space(8.0);
         });
     }
@@ -480,15 +468,18 @@ impl Desk<'_> {
     fn live_left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             actions.extend(self.live().left(ui));
-            let layers = LayersView {
-                view: self.view(),
-                environment: self.environment(),
-                figures: self.layer_figures(),
-                listed: Listed::All,
-            };
-            actions.extend(layers_ui(ui, &layers));
+            actions.extend(layers_ui(ui, &self.layers(Listed::All)));
             ui.add_space(8.0);
         });
+    }
+
+    fn layers(&self, listed: Listed) -> LayersView<'_> {
+        LayersView {
+            view: self.view(),
+            environment: self.environment(),
+            figures: self.layer_figures(),
+            listed,
+        }
     }
 
     /// What the panels of the Live workspace are drawn from.
@@ -524,8 +515,16 @@ impl Desk<'_> {
 
     /// Below the inspector's other sections, where a body is selected.
     fn body_parts_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
-        let Some(Selected::Body(role)) = self.selection.primary() else {
-            return;
+        let role = match self.selection.primary() {
+            Some(Selected::Body(role)) => role,
+            Some(Selected::Anatomy(index)) => {
+                let whose = MeshOwner::Anatomy(Some(index));
+                if let Some(view) = MeshView::of(self.world, whose, &self.shown.loading) {
+                    actions.extend(mesh_ui(ui, &view));
+                }
+                return;
+            }
+            _ => return,
         };
         if let Some(view) = BodyFileView::of(self.world, role, &self.shown.body_loading) {
             actions.extend(body_file_ui(ui, &view));

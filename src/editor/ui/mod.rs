@@ -1,6 +1,7 @@
 //! The panels around the 3D view. Each panel is a pure function from a view of the state to
 //! what the person asked for; `layout` alone knows Bevy.
 
+pub mod anatomy_ui;
 mod asked;
 pub mod baseline;
 pub mod body_file_ui;

@@ -138,7 +138,7 @@ fn file_menu(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
                 Command::OpenBody(BodyRole::Crf),
                 Command::SaveBody,
             ],
-            &[Command::LoadMesh],
+            &[Command::LoadMesh, Command::AddAnatomy],
         ],
     );
     if !bar.recent.is_empty() {

@@ -13,6 +13,7 @@ use crate::editor::meshes::MeshRequest;
 use crate::editor::palette;
 use crate::editor::state::FileRequest;
 use crate::geometry::mesh_report::UnitSuggestion;
+use crate::store::MeshOwner;
 use bevy::prelude::Resource;
 use bevy_egui::egui::{RichText, Ui};
 pub use file_dialog::{FileDialog, FileKind, SystemChoice, Wish};
@@ -90,18 +91,19 @@ pub enum Dialog {
     NotSaved {
         text: String,
     },
-    /// Chooses a mesh for a body.
+    /// Chooses a mesh for a body or the anatomy.
     Mesh {
         files: FileDialog,
-        body: BodyRole,
+        whose: MeshOwner,
     },
-    /// A mesh was dropped on a design of two bodies.
-    WhichBody {
+    /// A mesh was dropped with no body selected.
+    WhoseMesh {
         file: PathBuf,
+        has_crf: bool,
     },
     /// A mesh of a size that no instrument has.
     MeshUnit {
-        body: BodyRole,
+        whose: MeshOwner,
         file: PathBuf,
         sizes: UnitSuggestion,
     },
@@ -183,10 +185,10 @@ impl Dialog {
         }
     }
 
-    pub fn load_mesh(folder: PathBuf, body: BodyRole) -> Self {
+    pub fn load_mesh(folder: PathBuf, whose: impl Into<MeshOwner>) -> Self {
         Self::Mesh {
             files: FileDialog::new(FileKind::Mesh, folder, ""),
-            body,
+            whose: whose.into(),
         }
     }
 
@@ -260,11 +262,14 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
                 DialogAnswer::Field(FieldRequest::Open(role, path))
             })
         }
-        Dialog::Mesh { files, body } => {
-            let body = *body;
-            let title = format!("Load a mesh for the {body}");
+        Dialog::Mesh { files, whose } => {
+            let whose = *whose;
+            let title = match whose {
+                MeshOwner::Anatomy(None) => "Add a mesh as anatomy".to_owned(),
+                _ => format!("Load a mesh for the {whose}"),
+            };
             file_ui(ui, files, &title, "Load", |file, _| {
-                DialogAnswer::Mesh(MeshRequest::load(body, file))
+                DialogAnswer::Mesh(MeshRequest::load(whose, file))
             })
         }
         Dialog::OpenBody { files, body } => {
