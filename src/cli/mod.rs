@@ -21,6 +21,8 @@ mod precision;
 mod register;
 #[cfg(feature = "editor")]
 mod render;
+#[cfg(feature = "editor")]
+mod render_video;
 mod report;
 mod select;
 mod simulate;

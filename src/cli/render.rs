@@ -2,6 +2,7 @@
 
 use super::named_design::open_named;
 use super::output;
+use super::render_video::VideoArgs;
 use crate::design::view::{Layers, View};
 use crate::editor::field::TableRole;
 use crate::editor::palette::Theme;
@@ -23,7 +24,7 @@ const LEAST_PX: u32 = 64;
 pub struct RenderArgs {
     /// The design, or the name of a built-in one
     pub design: PathBuf,
-    /// The picture to write, a PNG
+    /// The picture to write, a PNG; with --turntable or --motion an .mp4, or a folder
     #[arg(short, long)]
     pub output: PathBuf,
     /// Width and height in pixels
@@ -32,8 +33,8 @@ pub struct RenderArgs {
     /// With the panels around it, as in the window
     #[arg(long)]
     pub window: bool,
-    /// Which workspace's panels
-    #[arg(long, value_enum, value_name = "NAME", requires = "window")]
+    /// With the panels of this workspace around it, or the writing of a slide
+    #[arg(long, value_enum, value_name = "NAME")]
     pub workspace: Option<WorkspaceName>,
     /// Measurement table to show in the Field workspace
     #[arg(long, value_name = "DATA.csv", requires = "workspace")]
@@ -65,6 +66,8 @@ pub struct RenderArgs {
     /// region, support, labels; or all, or none
     #[arg(long, value_name = "LIST")]
     pub layers: Option<LayerList>,
+    #[command(flatten)]
+    pub video: VideoArgs,
 }
 
 /// Width and height in pixels.
@@ -162,11 +165,8 @@ impl FromStr for LayerList {
 /// # Errors
 /// A design that cannot be opened, no graphics adapter, or a file that cannot be written.
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
-    if args
-        .output
-        .extension()
-        .is_none_or(|e| !e.eq_ignore_ascii_case("png"))
-    {
+    let is_png = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("png");
+    if !args.video.is_wanted() && !args.output.extension().is_some_and(is_png) {
         bail!(
             "{}: expected a name that ends in .png",
             args.output.display()
@@ -204,7 +204,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     };
     let desk = Desk {
         slide,
-        has_panels: args.window,
+        has_panels: args.window || args.workspace.is_some(),
         workspace: args.workspace.map(Workspace::from).unwrap_or_default(),
         tables: tables
             .into_iter()
@@ -217,6 +217,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             false => Theme::Dark,
         },
     };
+    if args.video.is_wanted() {
+        return args.video.run(world, size, desk, &args.output);
+    }
     let png = picture::png(world, size, desk)?;
     store::write_atomic(&args.output, |file| file.write_all(&png))
         .with_context(|| format!("cannot write {}", args.output.display()))?;

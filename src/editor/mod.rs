@@ -15,6 +15,7 @@ pub mod drag_edits;
 pub mod drops;
 pub mod egui_camera;
 pub mod field;
+pub mod film;
 pub mod fine_pointer;
 pub mod gizmo;
 pub mod glyphs;

@@ -81,6 +81,100 @@ struct Captured(Option<Image>);
 /// # Errors
 /// See [`PictureError`].
 pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureError> {
+    Studio::open(world, size, desk)?.picture()?.png()
+}
+
+/// The editor without a window, with all results, from which pictures are taken.
+pub(super) struct Studio {
+    pub app: App,
+    target: Handle<Image>,
+    answers: Receiver<()>,
+}
+
+/// A picture as the adapter painted it.
+pub struct Picture(Image);
+
+impl Studio {
+    /// Paints until everything is known that the picture shows.
+    ///
+    /// # Errors
+    /// [`PictureError::NoResults`].
+    pub fn open(world: World, size: [u32; 2], desk: Desk) -> Result<Self, PictureError> {
+        let trial = desk.trial;
+        let (app, target, answers) = start(world, size, desk);
+        let mut studio = Self {
+            app,
+            target,
+            answers,
+        };
+        wait_for_results(&mut studio.app, &studio.answers)?;
+        if let Some(trial) = trial {
+            studio.show(match trial {
+                StudyTrial::Number(number) => StudyRequest::Show(Some(number)),
+                StudyTrial::Worst => StudyRequest::ShowWorst,
+            })?;
+        }
+        Ok(studio)
+    }
+
+    /// Shows another trial, and waits for what there is to know of it.
+    ///
+    /// # Errors
+    /// [`PictureError::NoResults`].
+    pub fn show(&mut self, trial: StudyRequest) -> Result<(), PictureError> {
+        self.app.world_mut().write_message(trial);
+        frame(&mut self.app);
+        wait_for_results(&mut self.app, &self.answers)
+    }
+
+    /// What is to be seen now.
+    ///
+    /// # Errors
+    /// [`PictureError::NoPicture`].
+    pub fn picture(&mut self) -> Result<Picture, PictureError> {
+        let app = &mut self.app;
+        for _ in 0..SETTLING_FRAMES {
+            frame(app);
+        }
+        app.world_mut()
+            .spawn(Screenshot::image(self.target.clone()))
+            .observe(
+                |on: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
+                    captured.0 = Some(on.image.clone());
+                },
+            );
+        for _ in 0..READBACK_FRAMES {
+            frame(app);
+            if let Some(image) = app.world_mut().resource_mut::<Captured>().0.take() {
+                return Ok(Picture(image));
+            }
+        }
+        Err(PictureError::NoPicture)
+    }
+}
+
+impl Picture {
+    /// As a PNG file, without opacity.
+    ///
+    /// # Errors
+    /// [`PictureError::Encode`].
+    pub fn png(self) -> Result<Vec<u8>, PictureError> {
+        encode(self.0)
+    }
+
+    /// Red, green, blue and opacity of each pixel, eight bits each, from the upper left.
+    ///
+    /// # Errors
+    /// [`PictureError::Encode`].
+    pub fn rgba(self) -> Result<Vec<u8>, PictureError> {
+        let picture = self.0.try_into_dynamic();
+        let picture = picture.map_err(|error| PictureError::Encode(error.to_string()))?;
+        Ok(picture.to_rgba8().into_raw())
+    }
+}
+
+/// The app with everything in it that the desk asks for; no frame is painted yet.
+fn start(world: World, size: [u32; 2], desk: Desk) -> (App, Handle<Image>, Receiver<()>) {
     desk.theme.apply();
     let (mut app, target) = offscreen(world, UVec2::from(size), desk.has_panels, |app| {
         app.insert_resource(desk.theme)
@@ -109,30 +203,7 @@ pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureE
     }
     app.finish();
     app.cleanup();
-    wait_for_results(&mut app, &answers)?;
-    if let Some(trial) = desk.trial {
-        app.world_mut().write_message(match trial {
-            StudyTrial::Number(number) => StudyRequest::Show(Some(number)),
-            StudyTrial::Worst => StudyRequest::ShowWorst,
-        });
-        frame(&mut app);
-        wait_for_results(&mut app, &answers)?;
-    }
-    for _ in 0..SETTLING_FRAMES {
-        frame(&mut app);
-    }
-    app.world_mut().spawn(Screenshot::image(target)).observe(
-        |on: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
-            captured.0 = Some(on.image.clone());
-        },
-    );
-    for _ in 0..READBACK_FRAMES {
-        frame(&mut app);
-        if let Some(image) = app.world_mut().resource_mut::<Captured>().0.take() {
-            return encode(image);
-        }
-    }
-    Err(PictureError::NoPicture)
+    (app, target, answers)
 }
 
 /// A channel that gets a word whenever a thread has an answer.

@@ -28,6 +28,7 @@ mod take_in;
 #[cfg(test)]
 mod tests;
 mod tool;
+mod video;
 mod watch;
 mod write;
 
@@ -66,5 +67,6 @@ pub use state::{STATE_VARIABLE, recovery_folder, state_folder};
 pub use table::{MeasurementTable, TableGroups, read_table};
 pub use take_in::{TakenBody, WantedBody};
 pub use tool::{ReadTool, body_format_of, is_same_file, read_tool, write_body, write_definition};
+pub use video::{ENCODER, FrameFolder, VideoError, VideoFile, VideoShape};
 pub use watch::{ChangedFile, FileChange, WatchedPart, accept_changes, changes};
 pub use write::{write_atomic, write_environment};
