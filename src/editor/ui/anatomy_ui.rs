@@ -19,7 +19,7 @@ pub(super) fn anatomy_rows_ui(
     outliner: &OutlinerView,
     actions: &mut Vec<PanelAction>,
 ) {
-    section_ui(ui, "Anatomy");
+    section_ui(ui, "Anatomy meshes");
     for (index, anatomy) in outliner.design.anatomy.iter().enumerate() {
         let what = Selected::Anatomy(index);
         let row = Row {
