@@ -412,10 +412,8 @@ mod tests {
     #[test]
     fn a_video_that_is_given_up_leaves_nothing_and_its_encoder_ends() {
         let folder = tempfile::tempdir().unwrap();
-        let encoder = script(
-            folder.path(),
-            "for last; do :; done\ncat > \"$last\"\nsleep 600",
-        );
+        // One process, as an encoder is: nobody is left who could write after it.
+        let encoder = script(folder.path(), "for last; do :; done\nexec cat > \"$last\"");
         let mut file = start(&encoder, &folder.path().join("turn.mp4"));
         file.frame(&vec![7; SHAPE.frame_bytes()]).unwrap();
         drop(file);
