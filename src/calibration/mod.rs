@@ -21,5 +21,5 @@ pub mod room_worth;
 pub mod spin;
 pub mod still_pose;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 pub mod time_alignment;

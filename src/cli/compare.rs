@@ -4,12 +4,11 @@ mod report;
 
 use super::numbers::zero_or_more;
 use super::output::{self, Format, OutsideArg, Shown};
+use crate::design::Design;
 use crate::field::samples::MapKind;
 use crate::formats::comparison_table::{self, Names};
 use crate::store::{self, ComparedDesign, ComparedRoom, ComparedRooms};
-use crate::study::comparison::{
-    Comparison, LEAST_DEG, LEAST_MM, Least, Pair, Plan, Settings, compare,
-};
+use crate::study::comparison::{Comparison, LEAST_DEG, LEAST_MM, Least, Settings, compare};
 use anyhow::bail;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -79,24 +78,14 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
         true => vec![of_file[design]],
         false => (0..rooms.len()).collect(),
     };
-    let pair = |design: usize, room: usize| {
-        let mut scenario = store::resolve(&designs[design].design, &rooms[room].environment);
-        scenario.outside = args.outside.into();
-        Pair {
-            design,
-            room,
-            scenario,
-        }
-    };
-    let each = 0..designs.len();
-    let plan = Plan {
-        pairs: each
-            .flat_map(|d| of_design(d).into_iter().map(move |r| (d, r)))
-            .map(|(design, room)| pair(design, room))
-            .collect(),
-        rooms: rooms.iter().map(|r| r.environment.clone()).collect(),
+    let all: Vec<&Design> = designs.iter().map(|d| &d.design).collect();
+    let plan = store::comparison_plan(
+        &all,
+        rooms.iter().map(|r| r.environment.clone()).collect(),
+        of_design,
         baseline,
-    };
+        args.outside.into(),
+    );
     for ComparedRoom { file, environment } in &rooms {
         if environment.model.map() == MapKind::Correction {
             output::note(&format!(
@@ -116,7 +105,10 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     let shown = Shown::new("comparing");
     let found = compare(&plan, &settings, &shown.task)?;
     drop(shown);
-    let names = names(&designs, &rooms);
+    let names = Names::new(
+        (designs.iter()).map(|d| (d.file.display().to_string(), d.design.name.as_str())),
+        (rooms.iter()).map(|r| (r.file.display().to_string(), r.environment.name.as_str())),
+    );
     print(args, &found, &names)
 }
 
@@ -178,34 +170,4 @@ fn baseline(named: &Path, designs: &[ComparedDesign]) -> anyhow::Result<usize> {
         named.display(),
         files.join(", ")
     )
-}
-
-/// What everything is called: by its name, and where that is not its own by its file too.
-fn names(designs: &[ComparedDesign], rooms: &[ComparedRoom]) -> Names {
-    let designs: Vec<(&Path, &str)> = designs
-        .iter()
-        .map(|d| (d.file.as_path(), d.design.name.as_str()))
-        .collect();
-    let rooms: Vec<(&Path, &str)> = rooms
-        .iter()
-        .map(|r| (r.file.as_path(), r.environment.name.as_str()))
-        .collect();
-    let files = |of: &[(&Path, &str)]| of.iter().map(|(f, _)| f.display().to_string()).collect();
-    Names {
-        design_files: files(&designs),
-        room_files: files(&rooms),
-        designs: distinct(&designs),
-        rooms: distinct(&rooms),
-    }
-}
-
-fn distinct(named: &[(&Path, &str)]) -> Vec<String> {
-    let is_shared = |name: &str| named.iter().filter(|(_, other)| *other == name).count() > 1;
-    named
-        .iter()
-        .map(|(file, name)| match is_shared(name) || name.is_empty() {
-            false => (*name).to_owned(),
-            true => format!("{name} ({})", file.display()),
-        })
-        .collect()
 }

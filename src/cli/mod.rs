@@ -18,9 +18,12 @@ mod numbers;
 mod output;
 mod pivot;
 mod precision;
+mod procedure;
 mod register;
 #[cfg(feature = "editor")]
 mod render;
+#[cfg(feature = "editor")]
+mod render_video;
 mod report;
 mod select;
 mod simulate;
@@ -72,6 +75,9 @@ enum Command {
     /// Hold designs against each other in one room or several, and say which differences are more than the
     /// room's uncertainty and the sampling of the motion
     Compare(compare::CompareArgs),
+    /// Say where a design stands in the design procedure: the CRF alone, the tool, the built tool, each in
+    /// its rooms and against its requirement; and keep what is decided in the design
+    Procedure(procedure::ProcedureArgs),
     /// Measure error against run time, for every way of computing the same thing
     Precision(precision::PrecisionArgs),
     /// Make a measurement table from another program's files
@@ -128,6 +134,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Compensate(args)) => compensate::run(args),
         Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Compare(args)) => compare::run(args),
+        Some(Command::Procedure(args)) => procedure::run(args),
         Some(Command::Precision(args)) => precision::run(args),
         Some(Command::Import(command)) => import::run(command),
         Some(Command::Convert(args)) => convert::run(args),

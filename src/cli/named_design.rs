@@ -8,9 +8,25 @@ use std::path::Path;
 /// # Errors
 /// Those of opening it.
 pub fn open_named(design: &Path) -> Result<World, StoreError> {
-    let name = design.to_string_lossy();
-    if !design.exists() && store::builtin_names().any(|builtin| builtin == name) {
-        return store::open_builtin(&name);
+    match builtin_name(design) {
+        Some(name) => store::open_builtin(name),
+        None => store::open_design(design),
     }
-    store::open_design(design)
+}
+
+/// The same for its numbers alone.
+///
+/// # Errors
+/// Those of opening it.
+pub fn open_named_without_meshes(design: &Path) -> Result<World, StoreError> {
+    match builtin_name(design) {
+        Some(name) => store::open_builtin_without_meshes(name),
+        None => store::open_design_without_meshes(design),
+    }
+}
+
+fn builtin_name(design: &Path) -> Option<&'static str> {
+    let name = design.to_string_lossy();
+    let mut names = store::builtin_names();
+    names.find(|builtin| !design.exists() && *builtin == name)
 }

@@ -75,6 +75,27 @@ pub fn aligned(rows: &[(String, String, String)]) -> String {
         .join("\n")
 }
 
+/// Lines of a table of which every row has as many cells as the first; so many columns from the left
+/// are text, the others numbers.
+pub fn columns(rows: &[Vec<String>], left: usize) -> Vec<String> {
+    let count = rows.first().map_or(0, Vec::len);
+    let width = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..count).map(width).collect();
+    let lines = rows.iter().map(|row| {
+        let cells = row.iter().zip(&widths).enumerate();
+        let padded = cells.map(|(column, (cell, &width))| match column < left {
+            true => format!("{cell:<width$}"),
+            false => format!("{cell:>width$}"),
+        });
+        let line = padded.collect::<Vec<_>>().join("  ");
+        line.trim_end().to_owned()
+    });
+    lines.collect()
+}
+
 /// A progress bar on a terminal's standard error, and nothing anywhere else.
 pub fn progress(len: u64, what: &'static str) -> ProgressBar {
     if !std::io::stderr().is_terminal() {

@@ -2,10 +2,11 @@
 
 use super::named_design::open_named;
 use super::output;
+use super::render_video::VideoArgs;
 use crate::design::view::{Layers, View};
 use crate::editor::field::TableRole;
 use crate::editor::palette::Theme;
-use crate::editor::picture::{Desk, StudyTrial};
+use crate::editor::picture::{ComparedDesigns, Desk, StudyTrial};
 use crate::editor::state::{Selected, Selection, Workspace};
 use crate::editor::{picture, preflight};
 use crate::geometry::orbit::{Axis, OrbitCamera};
@@ -23,7 +24,7 @@ const LEAST_PX: u32 = 64;
 pub struct RenderArgs {
     /// The design, or the name of a built-in one
     pub design: PathBuf,
-    /// The picture to write, a PNG
+    /// The picture to write, a PNG; with --turntable or --motion an .mp4, or a folder
     #[arg(short, long)]
     pub output: PathBuf,
     /// Width and height in pixels
@@ -32,8 +33,8 @@ pub struct RenderArgs {
     /// With the panels around it, as in the window
     #[arg(long)]
     pub window: bool,
-    /// Which workspace's panels
-    #[arg(long, value_enum, value_name = "NAME", requires = "window")]
+    /// With the panels of this workspace around it, or the writing of a slide
+    #[arg(long, value_enum, value_name = "NAME")]
     pub workspace: Option<WorkspaceName>,
     /// Measurement table to show in the Field workspace
     #[arg(long, value_name = "DATA.csv", requires = "workspace")]
@@ -41,6 +42,15 @@ pub struct RenderArgs {
     /// Held-out measurement table to show in the Field workspace
     #[arg(long, value_name = "DATA2.csv", requires = "workspace")]
     pub holdout: Option<PathBuf>,
+    /// In the Decide workspace, the design that is pinned as the baseline
+    #[arg(long, value_name = "DESIGN", requires = "workspace")]
+    pub baseline: Option<PathBuf>,
+    /// In the Decide workspace, further designs of the table
+    #[arg(long, value_name = "DESIGN", num_args = 1.., requires = "workspace")]
+    pub beside: Vec<PathBuf>,
+    /// In the Decide workspace, recorded poses of the built tool
+    #[arg(long, value_name = "RECORDED.csv", requires = "workspace")]
+    pub recorded: Option<PathBuf>,
     /// In the Study workspace, the trial of the range of motion to show, from 1, or worst
     #[arg(long, value_name = "N", requires = "workspace")]
     pub trial: Option<TrialName>,
@@ -65,6 +75,8 @@ pub struct RenderArgs {
     /// region, support, labels; or all, or none
     #[arg(long, value_name = "LIST")]
     pub layers: Option<LayerList>,
+    #[command(flatten)]
+    pub video: VideoArgs,
 }
 
 /// Width and height in pixels.
@@ -80,6 +92,8 @@ pub enum WorkspaceName {
     Field,
     /// Trials one by one
     Study,
+    /// The design beside a baseline, designs and rooms in one table
+    Decide,
     /// Slides, as an audience sees them
     Present,
 }
@@ -90,6 +104,7 @@ impl From<WorkspaceName> for Workspace {
             WorkspaceName::Design => Self::Design,
             WorkspaceName::Field => Self::Field,
             WorkspaceName::Study => Self::Study,
+            WorkspaceName::Decide => Self::Decide,
             WorkspaceName::Present => Self::Present,
         }
     }
@@ -162,11 +177,8 @@ impl FromStr for LayerList {
 /// # Errors
 /// A design that cannot be opened, no graphics adapter, or a file that cannot be written.
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
-    if args
-        .output
-        .extension()
-        .is_none_or(|e| !e.eq_ignore_ascii_case("png"))
-    {
+    let is_png = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("png");
+    if !args.video.is_wanted() && !args.output.extension().is_some_and(is_png) {
         bail!(
             "{}: expected a name that ends in .png",
             args.output.display()
@@ -204,12 +216,17 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     };
     let desk = Desk {
         slide,
-        has_panels: args.window,
+        has_panels: args.window || args.workspace.is_some(),
         workspace: args.workspace.map(Workspace::from).unwrap_or_default(),
         tables: tables
             .into_iter()
             .filter_map(|(role, file)| Some((role, file.clone()?)))
             .collect(),
+        compared: ComparedDesigns {
+            baseline: args.baseline.clone(),
+            designs: args.beside.clone(),
+            recorded: args.recorded.clone(),
+        },
         trial: args.trial.map(|TrialName(trial)| trial),
         selected,
         theme: match args.light {
@@ -217,6 +234,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             false => Theme::Dark,
         },
     };
+    if args.video.is_wanted() {
+        return args.video.run(world, size, desk, &args.output);
+    }
     let png = picture::png(world, size, desk)?;
     store::write_atomic(&args.output, |file| file.write_all(&png))
         .with_context(|| format!("cannot write {}", args.output.display()))?;

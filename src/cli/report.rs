@@ -12,11 +12,6 @@ use anyhow::{Context, bail};
 use clap::Args;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
-use time::OffsetDateTime;
-
-/// Set by whoever wants the same bytes again: seconds since 1970 that stand for today.
-const DATE_VARIABLE: &str = "SOURCE_DATE_EPOCH";
 
 /// What a design's file is called after its own name.
 const DESIGN_EXTENSION: &str = ".design.ron";
@@ -50,7 +45,7 @@ pub struct ReportArgs {
 /// Files that can't be used, a place that can't be written to.
 pub fn run(args: &ReportArgs) -> anyhow::Result<()> {
     let mode = mode_arg(args)?;
-    let date = date()?;
+    let date = store::today()?.to_string();
     let world = open_named(&args.design)?;
     let mode = mode.unwrap_or(match world.document.design().motion {
         Some(_) => ModeArg::Motion,
@@ -174,20 +169,4 @@ fn own_name(design: &Path) -> OsString {
         Some(stem) if !stem.is_empty() => stem.into(),
         _ => Path::new(name).file_stem().unwrap_or(name).to_owned(),
     }
-}
-
-/// Today, or the day that stands for it.
-fn date() -> anyhow::Result<String> {
-    let seconds = match std::env::var(DATE_VARIABLE) {
-        Err(_) => SystemTime::now()
-            .duration_since(UNIX_EPOCH)
-            .map_or(0, |since| since.as_secs() as i64),
-        Ok(text) => text.trim().parse().map_err(|_| {
-            anyhow::anyhow!("{DATE_VARIABLE}: found {text:?}, expected seconds since 1970")
-        })?,
-    };
-    let time = OffsetDateTime::from_unix_timestamp(seconds).map_err(|_| {
-        anyhow::anyhow!("{DATE_VARIABLE}: found {seconds}, expected a time before the year 10000")
-    })?;
-    Ok(time.date().to_string())
 }

@@ -5,22 +5,19 @@ mod report;
 use super::numbers::zero_or_more;
 use super::output::{self, Format, OutsideArg, Shown};
 use super::tool_reader::ToolReader;
-use crate::calibration::built_tool::{BodySource, RecordedBody, recorded_body, same_moments};
-use crate::calibration::pivot::{Pivot, PivotLimits, pivot};
 use crate::design::Design;
+use crate::field::environment::OrientationWeight;
 use crate::formats::agreement_log;
 use crate::report::agreement_chart;
-use crate::store;
+use crate::store::{self, BuiltToolFailure, BuiltToolNote, BuiltToolTables};
 use crate::study::Scenario;
 use crate::study::agreement::{
-    Agreement, AgreementSettings, RecordedPose, Unknowns, agreement, paired_rows, pivot_rows,
+    Agreement, AgreementSettings, PivotedError, RecordedFrame, Unknowns, pivoted_tool,
 };
-use crate::study::figures::with_separators;
-use crate::tracking::RigidBody;
-use anyhow::{Context, bail};
+use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use report::Recorded;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Size of the chart in pixels.
 const CHART_SIZE: (u32, u32) = (1000, 560);
@@ -62,6 +59,11 @@ pub struct VerifyArgs {
     /// of its name
     #[arg(long, value_name = "NAME")]
     tool: Option<String>,
+
+    /// Compare true and measured poses of a table even where they are so far apart that they seem to be
+    /// in different frames, or all outside the room
+    #[arg(long, conflicts_with = "pivot")]
+    same_frame: bool,
 
     /// What happens to poses with a sensor outside the room's box, about which the room knows nothing
     #[arg(long, value_enum, default_value = "reject")]
@@ -105,6 +107,15 @@ enum FrameArg {
     Tracker,
     /// The CRF's, which is at rest where the design has it
     Crf,
+}
+
+impl From<FrameArg> for RecordedFrame {
+    fn from(arg: FrameArg) -> Self {
+        match arg {
+            FrameArg::Tracker => Self::Tracker,
+            FrameArg::Crf => Self::Crf,
+        }
+    }
 }
 
 /// Reads, predicts, compares, and writes what was asked for.
@@ -157,103 +168,59 @@ fn settings(args: &VerifyArgs) -> AgreementSettings {
 fn paired(
     args: &VerifyArgs,
     design: &Design,
-    mut scenario: Scenario,
+    scenario: Scenario,
     shown: &Shown,
 ) -> anyhow::Result<(Recorded, Agreement)> {
-    scenario.outside = args.outside.into();
     let [file] = args.recorded.as_slice() else {
         bail!(
             "found {} tables, expected one; several recordings are for --pivot",
             args.recorded.len()
         );
     };
-    let weight_mm = scenario.orientation_weight_mm;
-    let tool = read_body(file, &scenario.tool, weight_mm, args.tool.as_deref())?;
-    let mut unmatched = 0;
-    let poses: Vec<RecordedPose> = match (&args.crf, args.frame) {
-        (Some(crf_file), _) => {
-            let Some(crf) = &scenario.crf else {
-                bail!(
-                    "{}: the design has no CRF, which --crf {} would be of",
-                    args.design.display(),
-                    crf_file.display()
-                );
-            };
-            let crf = read_body(crf_file, &crf.body, weight_mm, None)?;
-            let both = same_moments(&tool, &crf);
-            unmatched = tool.moments.len() - both.len();
-            if both.is_empty() {
-                bail!(
-                    "{} and {} have no moment in common, expected rows in the same order, or the same values in column \
-                     pose",
-                    file.display(),
-                    crf_file.display()
-                );
-            }
-            let each = both.iter();
-            each.map(|(tool, crf)| {
-                RecordedPose::in_tracker(&tool.pose, Some(&crf.pose), tool.group)
-            })
-            .collect()
-        }
-        (None, frame) => {
-            if frame == FrameArg::Crf && scenario.crf.is_none() {
-                bail!(
-                    "{}: found no CRF, expected one for --frame crf",
-                    args.design.display()
-                );
-            }
-            if frame == FrameArg::Tracker && scenario.crf.take().is_some() {
-                output::note(
-                    "note: no recording of the CRF (--crf): it is left out, and errors are in the tracker's frame",
-                );
-            }
-            let each = tool.moments.iter();
-            each.map(|m| RecordedPose::in_tracker(&m.pose, None, m.group))
-                .collect()
-        }
+    let tables = BuiltToolTables {
+        tool: file,
+        crf: args.crf.as_deref(),
+        frame: args.frame.into(),
+        whole: args.tool.as_deref(),
+        is_one_frame: args.same_frame,
+        settings: settings(args),
     };
-    let named = || args.design.display().to_string();
-    let rows = paired_rows(&scenario, &poses, &shown.task.stretch(0.0, 0.3)).with_context(named)?;
-    let task = shown.task.stretch(0.3, 1.0);
-    let found = agreement(&scenario, rows, &settings(args), &task)
-        .with_context(|| file.display().to_string())?;
+    let orientation_weight = shown_weight(design, &scenario);
+    let found = store::built_tool(scenario, &tables, &shown.task, &|note| match note {
+        BuiltToolNote::CrfLeftOut => output::note(
+            "note: no recording of the CRF (--crf): it is left out, and errors are in the tracker's frame",
+        ),
+        note => output::note(&note.to_string()),
+    });
+    let found = found.map_err(|failure| in_flags(args, failure))?;
     let recorded = Recorded {
-        source: Some(tool.source),
-        rows_left_out: tool.rows_left_out,
-        without_crf: unmatched,
-        has_crf: scenario.crf.is_some(),
-        orientation_weight: scenario
-            .environment
-            .orientation_weight(design.orientation_weight_mm),
+        source: Some(found.source),
+        rows_left_out: found.rows_left_out,
+        without_crf: found.without_crf,
+        has_crf: found.has_crf,
+        orientation_weight,
         pivot: None,
     };
-    Ok((recorded, found))
+    Ok((recorded, found.agreement))
 }
 
-fn read_body(
-    file: &Path,
-    body: &RigidBody,
-    orientation_weight_mm: f64,
-    whole: Option<&str>,
-) -> anyhow::Result<RecordedBody> {
-    let table = store::read_recorded_tool(file)?;
-    let found = recorded_body(&table, body, orientation_weight_mm, whole)
-        .with_context(|| file.display().to_string())?;
-    if found.rows_left_out > 0 {
-        output::note(&format!(
-            "{}: {} of {} rows not used: {}",
-            file.display(),
-            with_separators(found.rows_left_out),
-            with_separators(table.rows.len()),
-            match found.source {
-                BodySource::Whole => "they are of something else",
-                BodySource::Sensors { .. } =>
-                    "of sensors that the body does not have, or of poses in which not every sensor was read as often",
-            }
-        ));
+/// A failure as it reads on the command line.
+fn in_flags(args: &VerifyArgs, failure: BuiltToolFailure) -> anyhow::Error {
+    let design = args.design.display();
+    match failure {
+        BuiltToolFailure::NoCrf { file } => anyhow!(
+            "{design}: the design has no CRF, which --crf {} would be of",
+            file.display()
+        ),
+        BuiltToolFailure::NoCrfFrame => {
+            anyhow!("{design}: found no CRF, expected one for --frame crf")
+        }
+        BuiltToolFailure::Simulation(cause) => anyhow!("{design}: {cause}"),
+        BuiltToolFailure::Frames { .. } => {
+            anyhow!("{failure}; --same-frame compares them as they are")
+        }
+        failure => failure.into(),
     }
-    Ok(found)
 }
 
 fn pivoted(
@@ -270,27 +237,25 @@ fn pivoted(
     }
     let mut reader = ToolReader::of_tool(args.tool.as_deref());
     let poses = reader.read_all(args.recorded.iter().map(PathBuf::as_path))?;
-    // How far the tip strays is what is asked here, so no distance is too large.
-    let limits = PivotLimits {
-        max_rms_mm: f64::MAX,
-        ..PivotLimits::default()
-    };
-    let found: Pivot = pivot(&poses, &limits).context("no tip")?;
-    let named = || args.design.display().to_string();
-    let task = shown.task.stretch(0.0, 0.5);
-    let (with_tip, rows) = pivot_rows(&scenario, &poses, &found, &task).with_context(named)?;
-    let task = shown.task.stretch(0.5, 1.0);
-    let judged = agreement(&with_tip, rows, &settings(args), &task)
-        .with_context(|| "the recording".to_owned())?;
+    let found = pivoted_tool(&scenario, &poses, &settings(args), &shown.task);
+    let found = found.map_err(|error| match error {
+        PivotedError::Simulation(cause) => anyhow!("{}: {cause}", args.design.display()),
+        PivotedError::Agreement(cause) => anyhow!("the recording: {cause}"),
+        error => error.into(),
+    })?;
     let recorded = Recorded {
         source: None,
         rows_left_out: 0,
         without_crf: 0,
         has_crf: false,
-        orientation_weight: scenario
-            .environment
-            .orientation_weight(design.orientation_weight_mm),
-        pivot: Some((found, scenario.tool.judged_tip_in_body())),
+        orientation_weight: shown_weight(design, &scenario),
+        pivot: Some((found.pivot, scenario.tool.judged_tip_in_body())),
     };
-    Ok((recorded, judged))
+    Ok((recorded, found.agreement))
+}
+
+fn shown_weight(design: &Design, scenario: &Scenario) -> OrientationWeight {
+    scenario
+        .environment
+        .orientation_weight(design.orientation_weight_mm)
 }

@@ -1,5 +1,7 @@
 //! A design: a tool, perhaps a coordinate reference frame (CRF), and what is asked of them.
 
+use super::anatomy::Anatomy;
+use super::procedure::Procedure;
 use super::slides::Slide;
 use crate::formats::tool_definition::ToolDefinition;
 use crate::geometry::mesh_reference::MeshReference;
@@ -22,6 +24,10 @@ pub struct Design {
     /// `None` leaves it to the environment.
     pub orientation_weight_mm: Option<f64>,
     pub requirement: Option<Requirement>,
+    /// Where it is judged beside its own room, and what was decided.
+    pub procedure: Procedure,
+    /// What is shown beside its bodies.
+    pub anatomy: Vec<Anatomy>,
     /// What it shows to people who do not design it.
     pub slides: Vec<Slide>,
 }

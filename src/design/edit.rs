@@ -1,16 +1,19 @@
 //! Edits: the only ways in which a design changes, each checked before it is applied.
 
+use super::anatomy::{AnatomyEdit, MAX_ANATOMY};
 use super::arrange::{ArrangeError, Arrangement, as_set};
 use super::check::{
     check_body, check_finite, check_mesh, check_motion, check_not_empty, check_not_negative,
     check_pose, check_requirement, check_sensors,
 };
 use super::content::{BodyRole, CrfPlacement, Design, DesignBody, Target};
+use super::procedure::{DecisionError, MAX_FURTHER_ROOMS, ProcedureEdit};
 use super::slides::{MAX_SLIDES, SlideEdit};
 use super::view::ViewError;
 use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
 use crate::study::motion::{Motion, MotionError};
+use crate::study::procedure::Step;
 use crate::study::requirement::Requirement;
 use crate::tracking::body::Sensor;
 use nalgebra::Point3;
@@ -94,7 +97,9 @@ pub enum Edit {
         body: BodyRole,
         content: Box<DesignBody>,
     },
+    Anatomy(AnatomyEdit),
     Slides(SlideEdit),
+    Procedure(ProcedureEdit),
 }
 
 /// Why an edit was not applied; the design is as it was.
@@ -132,12 +137,30 @@ pub enum EditError {
     CrfMotion(MotionError),
     #[error(transparent)]
     Arrange(#[from] ArrangeError),
+    #[error("the design has no anatomy at {index}, it has {count}")]
+    NoSuchAnatomy { index: usize, count: usize },
+    #[error("the design has {MAX_ANATOMY} meshes of anatomy, which is as many as there may be")]
+    TooMuchAnatomy,
+    #[error("the design already has anatomy named {name:?}, expected another name")]
+    DuplicateAnatomyName { name: String },
+    #[error("a part of the colour is {value}, expected a number from 0 to 1")]
+    NoColor { value: f64 },
     #[error("the design has no slide at {index}, it has {count}")]
     NoSuchSlide { index: usize, count: usize },
     #[error("the design has {MAX_SLIDES} slides, which is as many as there may be")]
     TooManySlides,
     #[error("slide: {0}")]
     SlideView(#[from] ViewError),
+    #[error("the design is judged in {file} already")]
+    RoomTwice { file: String },
+    #[error("the design is not judged in {file:?}, expected one of its further rooms")]
+    NoSuchRoom { file: String },
+    #[error("the design has {MAX_FURTHER_ROOMS} further rooms, which is as many as there may be")]
+    TooManyRooms,
+    #[error("nothing is decided on the {step}")]
+    NotDecided { step: Step },
+    #[error("decision: {0}")]
+    Decision(#[from] DecisionError),
 }
 
 impl Edit {
@@ -249,7 +272,9 @@ impl Edit {
                 check_body(body, &content)?;
                 *old = *content;
             }
+            Self::Anatomy(edit) => edit.apply_to(design)?,
             Self::Slides(edit) => edit.apply_to(design)?,
+            Self::Procedure(edit) => edit.apply_to(design)?,
         }
         Ok(())
     }

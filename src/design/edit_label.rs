@@ -46,7 +46,9 @@ impl Edit {
             Self::SetBody { body, content } => {
                 format!("Use {} as the {body}", content.rigid.name)
             }
+            Self::Anatomy(edit) => edit.label_for(&[]),
             Self::Slides(edit) => edit.label_for(&[]),
+            Self::Procedure(edit) => edit.label(),
         }
     }
 
@@ -78,6 +80,7 @@ impl Edit {
                 let first = indices.first().and_then(|i| sensor_at(design, *body, *i));
                 arrangement.label(as_set(indices).len(), first.map(|s| s.name.as_str()))
             }
+            Self::Anatomy(edit) => edit.label_for(&design.anatomy),
             Self::Slides(edit) => edit.label_for(&design.slides),
             Self::SetTarget { index, target } => match target_at(design, *index) {
                 Some(before) if before.name != target.name => {

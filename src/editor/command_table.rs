@@ -105,6 +105,20 @@ pub const COMMANDS: &[CommandInfo] = &[
         "Gives the selected body, or the tool, another shape: glTF, STL or OBJ",
     ),
     info(
+        Command::Report,
+        Group::File,
+        "Report…",
+        &[],
+        "Writes the design, its figures, slides and manufacturing sheet as one page for a browser",
+    ),
+    info(
+        Command::AddAnatomy,
+        Group::File,
+        "Add anatomy…",
+        &[],
+        "Shows a mesh of the patient or of the room, translucent and part of no figure: glTF, STL or OBJ",
+    ),
+    info(
         Command::Quit,
         Group::File,
         "Quit",
@@ -329,10 +343,17 @@ pub const COMMANDS: &[CommandInfo] = &[
         "A tracker over the network: its tools, a recording, where samples are missing",
     ),
     info(
+        Command::ShowWorkspace(Workspace::Decide),
+        Group::View,
+        "Decide workspace",
+        &[Keys::control("5")],
+        "The design beside a baseline, and designs and rooms in one table",
+    ),
+    info(
         Command::ShowWorkspace(Workspace::Present),
         Group::View,
         "Present",
-        &[Keys::plain("f5"), Keys::control("5")],
+        &[Keys::plain("f5"), Keys::control("6")],
         "Slides for people who do not design the tool; once more goes back",
     ),
     info(

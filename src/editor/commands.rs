@@ -25,6 +25,7 @@ use super::ui::row_page::RowPage;
 use crate::design::BodyRole;
 use crate::design::view::{Magnification, View};
 use crate::geometry::orbit::Axis;
+use crate::store::MeshOwner;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 
@@ -52,6 +53,9 @@ pub enum Command {
     SaveBody,
     /// For the selected body, else the tool.
     LoadMesh,
+    Report,
+    /// Shows another mesh beside the bodies.
+    AddAnatomy,
     Quit,
     Undo,
     Redo,
@@ -313,8 +317,13 @@ impl Asked<'_> {
             }
             Command::LoadMesh => {
                 let body = body_of_selection(&self.selection);
-                self.meshes.write(MeshRequest::ShowLoad(body));
+                self.meshes.write(MeshRequest::ShowLoad(body.into()));
             }
+            Command::AddAnatomy => {
+                let new = MeshOwner::Anatomy(None);
+                self.meshes.write(MeshRequest::ShowLoad(new));
+            }
+            Command::Report => self.file(FileRequest::ShowWriteReport),
             Command::Quit => self.file(FileRequest::Quit),
             Command::Undo => self.edit(EditRequest::Undo),
             Command::Redo => self.edit(EditRequest::Redo),

@@ -7,7 +7,7 @@ use super::state::{
     ViewRequest,
 };
 use super::ui::dialogs::{Dialog, Dialogs};
-use crate::design::{Design, Edit, Origin};
+use crate::design::{AnatomyEdit, Design, Edit, Origin};
 use crate::store::{self, SaveReport, Starter, StoreError};
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowCloseRequested, WindowFocused};
@@ -158,6 +158,10 @@ fn selected_after(
             if !added.is_empty() {
                 return Selection::of_sensors(*body, added);
             }
+        }
+        EditRequest::Apply(Edit::Anatomy(AnatomyEdit::Add(_))) => {
+            let added = after.anatomy.len().checked_sub(1);
+            return Selection::of(added.map(Selected::Anatomy));
         }
         EditRequest::Apply(Edit::RemoveSensor { body, .. } | Edit::RemoveSensors { body, .. })
             if followed.primary().is_none() =>

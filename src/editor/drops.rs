@@ -5,7 +5,7 @@ use super::body_files::BodyFileRequest;
 use super::commands::CommandsSystems;
 use super::document::Notice;
 use super::field::FieldRequest;
-use super::meshes::{MeshRequest, body_of_selection, name_of};
+use super::meshes::{MeshRequest, body_of_selection, name_of, selected_body};
 use super::state::{EditorSystems, FileRequest, OpenWorld, Selection, Workspace};
 use super::ui::dialogs::FileKind;
 use crate::store::RoomPlace;
@@ -51,13 +51,14 @@ pub fn words(file: &Path, workspace: Workspace, selection: &Selection, has_crf: 
     match kind_of(file) {
         Some(FileKind::Design) => format!("Open {name}"),
         Some(FileKind::Room) => format!("Put the design into {name}"),
-        Some(FileKind::Mesh) if has_crf && selection.primary().is_none() => {
-            format!("Use {name} as the mesh of tool or CRF")
-        }
+        Some(FileKind::Mesh) if selected_body(selection).is_none() => match has_crf {
+            true => format!("Use {name} as a mesh of tool, CRF or anatomy"),
+            false => format!("Use {name} as a mesh of tool or anatomy"),
+        },
         Some(FileKind::Mesh) => {
             format!("Use {name} as the {}'s mesh", body_of_selection(selection))
         }
-        Some(FileKind::Body) if has_crf && selection.primary().is_none() => {
+        Some(FileKind::Body) if has_crf && selected_body(selection).is_none() => {
             format!("Use {name} as the tool or the CRF")
         }
         Some(FileKind::Body) => format!("Use {name} as the {}", body_of_selection(selection)),
@@ -70,7 +71,9 @@ pub fn words(file: &Path, workspace: Workspace, selection: &Selection, has_crf: 
         Some(FileKind::Table) => {
             format!("{name}: tables are dropped in the Field or Study workspace")
         }
-        None => format!("{name} cannot be used: {WHAT_CAN_BE_DROPPED}"),
+        Some(FileKind::Page) | None => {
+            format!("{name} cannot be used: {WHAT_CAN_BE_DROPPED}")
+        }
     }
 }
 
@@ -161,7 +164,7 @@ impl Receivers<'_> {
                      them, or in the Study workspace to study their poses"
                 ));
             }
-            None => {
+            Some(FileKind::Page) | None => {
                 let name = name_of(file);
                 *self.notice =
                     Notice::Refused(format!("{name} cannot be used: {WHAT_CAN_BE_DROPPED}"));

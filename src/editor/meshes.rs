@@ -1,39 +1,44 @@
-//! Meshes for bodies: read by a thread of its own, asked about where their size is doubtful, and
-//! given to the design as one undo step.
+//! Meshes for bodies and the anatomy: read by a thread of its own, asked about where their size is
+//! doubtful, and given to the design as one undo step.
 
 use super::background::{Ended, Job};
 use super::commands::CommandsSystems;
 use super::document::{Notice, WorldGeneration, file_folder};
-use super::state::{EditRequest, EditorSystems, OpenWorld, Selected, Selection};
+use super::state::{EditRequest, EditorSystems, OpenWorld, Selected, Selection, ViewRequest};
 use super::ui::dialogs::{Dialog, Dialogs};
 use super::wake::Waker;
-use crate::design::{BodyRole, Edit, Origin};
-use crate::geometry::mesh_reference::MeshUnit;
-use crate::store::{ReadMesh, StoreError, WantedMesh};
+use crate::design::{
+    Anatomy, AnatomyEdit, AnatomyFrame, BodyRole, Design, Edit, Origin, fresh_name,
+};
+use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
+use crate::geometry::pose::Pose;
+use crate::store::{MeshOwner, ReadMesh, StoreError, WantedMesh};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// Gives bodies meshes when [`MeshRequest`] asks, in [`EditorSystems::Input`].
+/// Gives bodies meshes, and the design its anatomy, when [`MeshRequest`] asks, in
+/// [`EditorSystems::Input`].
 pub struct MeshesPlugin;
 
-/// Asks for something with the mesh of a body.
+/// Asks for something with a mesh.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum MeshRequest {
     /// Shows the dialog that chooses a file.
-    ShowLoad(BodyRole),
+    ShowLoad(MeshOwner),
     /// A file was dropped: for the body under selection, or whichever the person says.
     Drop(PathBuf),
     Load {
-        body: BodyRole,
+        whose: MeshOwner,
         file: PathBuf,
         /// `None` is that of the format, and asked about where the size is doubtful.
         unit: Option<MeshUnit>,
     },
-    /// Reads the body's own mesh in another unit, or in that of its format.
+    /// Reads the present mesh in another unit, or in that of its format.
     SetUnit {
-        body: BodyRole,
+        whose: MeshOwner,
         unit: Option<MeshUnit>,
     },
     /// Gives the reading up.
@@ -41,9 +46,9 @@ pub enum MeshRequest {
 }
 
 impl MeshRequest {
-    pub fn load(body: BodyRole, file: PathBuf) -> Self {
+    pub fn load(whose: impl Into<MeshOwner>, file: PathBuf) -> Self {
         Self::Load {
-            body,
+            whose: whose.into(),
             file,
             unit: None,
         }
@@ -56,7 +61,9 @@ pub struct MeshLoading(Option<Loading>);
 
 struct Loading {
     file: PathBuf,
-    body: BodyRole,
+    whose: MeshOwner,
+    /// The anatomy's name: its place in the list may be another one by then.
+    name: Option<String>,
     /// Whether the person knows the size.
     is_settled: bool,
     job: Job<Result<ReadMesh, StoreError>>,
@@ -66,10 +73,10 @@ struct Loading {
 }
 
 impl MeshLoading {
-    /// The body that a mesh is read for, and its file.
-    pub fn of(&self) -> Option<(BodyRole, &Path)> {
+    /// Whose a mesh is going to be, and its file.
+    pub fn of(&self) -> Option<(MeshOwner, &Path)> {
         let loading = self.0.as_ref()?;
-        Some((loading.body, &loading.file))
+        Some((loading.whose, &loading.file))
     }
 }
 
@@ -80,9 +87,10 @@ pub fn body_of_selection(selection: &Selection) -> BodyRole {
 
 /// The body that is selected, or whose sensor or tip is.
 pub(super) fn selected_body(selection: &Selection) -> Option<BodyRole> {
-    Some(match selection.primary()? {
-        Selected::Body(body) | Selected::Sensor(body, _) | Selected::Tip(body) => body,
-    })
+    match selection.primary()? {
+        Selected::Body(body) | Selected::Sensor(body, _) | Selected::Tip(body) => Some(body),
+        Selected::Anatomy(_) => None,
+    }
 }
 
 fn is_loading(loading: Res<MeshLoading>) -> bool {
@@ -99,6 +107,7 @@ impl Plugin for MeshesPlugin {
             .init_resource::<Waker>()
             .add_message::<MeshRequest>()
             .add_message::<EditRequest>()
+            .add_message::<ViewRequest>()
             .add_message::<RequestRedraw>()
             .add_systems(
                 Update,
@@ -125,6 +134,7 @@ struct Hand<'w> {
     dialogs: ResMut<'w, Dialogs>,
     notice: ResMut<'w, Notice>,
     edits: MessageWriter<'w, EditRequest>,
+    views: MessageWriter<'w, ViewRequest>,
     redraw: MessageWriter<'w, RequestRedraw>,
 }
 
@@ -149,24 +159,23 @@ fn hear(mut hand: Hand) {
 impl Hand<'_> {
     fn answer(&mut self, request: MeshRequest) {
         match request {
-            MeshRequest::ShowLoad(body) => {
+            MeshRequest::ShowLoad(whose) => {
                 let Some(world) = &self.world else { return };
-                let folder = mesh_folder(&world.0, body);
-                self.dialogs.show(Dialog::load_mesh(folder, body));
+                let folder = mesh_folder(&world.0, whose);
+                self.dialogs.show(Dialog::load_mesh(folder, whose));
             }
             MeshRequest::Drop(file) => {
                 let Some(world) = &self.world else { return };
                 let has_crf = world.0.document.design().crf.is_some();
-                match (selected_body(&self.selection), has_crf) {
-                    (Some(body), _) => self.load(body, file, None),
-                    (None, false) => self.load(BodyRole::Tool, file, None),
-                    (None, true) => self.dialogs.show(Dialog::WhichBody { file }),
+                match selected_body(&self.selection) {
+                    Some(body) => self.load(body.into(), file, None),
+                    None => self.dialogs.show(Dialog::WhoseMesh { file, has_crf }),
                 }
             }
-            MeshRequest::Load { body, file, unit } => self.load(body, file, unit),
-            MeshRequest::SetUnit { body, unit } => {
+            MeshRequest::Load { whose, file, unit } => self.load(whose, file, unit),
+            MeshRequest::SetUnit { whose, unit } => {
                 let Some(world) = &self.world else { return };
-                let wanted = WantedMesh::in_unit(&world.0, body, unit);
+                let wanted = WantedMesh::in_unit(&world.0, whose, unit);
                 let file = match &wanted {
                     Ok(Some(wanted)) => wanted.file().to_owned(),
                     _ => return,
@@ -180,9 +189,9 @@ impl Hand<'_> {
         }
     }
 
-    fn load(&mut self, body: BodyRole, file: PathBuf, unit: Option<MeshUnit>) {
+    fn load(&mut self, whose: MeshOwner, file: PathBuf, unit: Option<MeshUnit>) {
         let Some(world) = &self.world else { return };
-        let wanted = WantedMesh::of_file(&world.0, body, &file, unit);
+        let wanted = WantedMesh::of_file(&world.0, whose, &file, unit);
         self.start(wanted, file, unit.is_some());
     }
 
@@ -197,13 +206,14 @@ impl Hand<'_> {
             *self.notice = Notice::Refused("the design has no such body".to_owned());
             return;
         };
-        let body = wanted.body;
+        let whose = wanted.whose;
         match Job::start("mesh", &self.waker, move |_| wanted.read()) {
             Ok(job) => {
                 *self.notice = Notice::Done(format!("Reading {}…", name_of(&file)));
                 self.loading.0 = Some(Loading {
                     file,
-                    body,
+                    whose,
+                    name: anatomy_at(world.0.document.design(), whose).map(|a| a.name.clone()),
                     is_settled,
                     job,
                     generation: *self.generation,
@@ -216,8 +226,8 @@ impl Hand<'_> {
         }
     }
 
-    /// Gives the body what was read, unless something else is open by now or its size is one to
-    /// ask about.
+    /// Gives the body or the anatomy what was read, unless something else is open by now or its size
+    /// is one to ask about.
     fn take(&mut self, loading: &Loading, ended: Ended<Result<ReadMesh, StoreError>>) {
         *self.notice = Notice::Nothing;
         let Some(world) = &mut self.world else { return };
@@ -242,31 +252,103 @@ impl Hand<'_> {
             }
         };
         let doubt = read.report.suggestion.filter(|_| !loading.is_settled);
-        let edit = Edit::SetMesh {
-            body: loading.body,
-            mesh: Some(read.wanted.reference.clone()),
-        };
+        let design = world.0.document.design();
+        let edit = edit_of(design, loading, &read.wanted.reference);
         // Unless it is read again, nothing that is shown changes before the edit does it.
         if world.bypass_change_detection().0.keep_mesh(read) {
             world.set_changed();
         }
         if let Some(sizes) = doubt {
             self.dialogs.show(Dialog::MeshUnit {
-                body: loading.body,
+                whose: loading.whose,
                 file: loading.file.clone(),
                 sizes,
             });
             return;
         }
+        let Some(edit) = edit else {
+            *self.notice = Notice::Refused("the anatomy is not there any more".to_owned());
+            return;
+        };
+        let mut view = world.0.document.view().clone();
         self.edits.write(EditRequest::Apply(edit));
-        let body = Selection::of(Some(Selected::Body(loading.body)));
-        self.selection.set_if_neq(body);
+        match loading.whose {
+            MeshOwner::Body(role) => {
+                let body = Selection::of(Some(Selected::Body(role)));
+                self.selection.set_if_neq(body);
+            }
+            // Nobody adds what is not to be seen.
+            MeshOwner::Anatomy(_) if !view.layers.anatomy => {
+                view.layers.anatomy = true;
+                self.views.write(ViewRequest::Set(view));
+            }
+            MeshOwner::Anatomy(_) => {}
+        }
     }
 }
 
-/// Beside the body's mesh, if it is on the disk; else beside the design.
-fn mesh_folder(world: &crate::store::World, body: BodyRole) -> PathBuf {
-    let own = WantedMesh::in_unit(world, body, None).ok().flatten();
+/// The edit that gives a mesh to whom it was read for; `None` where that is gone meanwhile.
+fn edit_of(design: &Design, loading: &Loading, mesh: &MeshReference) -> Option<Edit> {
+    let mesh = mesh.clone();
+    Some(match loading.whose {
+        MeshOwner::Body(body) => Edit::SetMesh {
+            body,
+            mesh: Some(mesh),
+        },
+        MeshOwner::Anatomy(Some(_)) => {
+            let name = loading.name.as_ref()?;
+            let index = design.anatomy.iter().position(|a| a.name == *name)?;
+            let anatomy = design.anatomy[index].clone();
+            Edit::Anatomy(AnatomyEdit::Set {
+                index,
+                anatomy: Box::new(Anatomy { mesh, ..anatomy }),
+            })
+        }
+        MeshOwner::Anatomy(None) => {
+            let stem = loading
+                .file
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy();
+            let name = match stem.trim() {
+                "" => "anatomy",
+                stem => stem,
+            };
+            let taken: HashSet<String> = design.anatomy.iter().map(|a| a.name.clone()).collect();
+            Edit::Anatomy(AnatomyEdit::Add(Box::new(Anatomy {
+                name: match taken.contains(name) {
+                    true => fresh_name(name, &taken),
+                    false => name.to_owned(),
+                },
+                mesh,
+                on: match design.crf {
+                    Some(_) => AnatomyFrame::Crf,
+                    None => AnatomyFrame::Tracker,
+                },
+                frame_from_mesh: Pose::identity(),
+                color: None,
+            })))
+        }
+    })
+}
+
+/// The anatomy that a mesh is read for, where it is in the design already.
+fn anatomy_at(design: &Design, whose: MeshOwner) -> Option<&Anatomy> {
+    match whose {
+        MeshOwner::Anatomy(index) => design.anatomy.get(index?),
+        MeshOwner::Body(_) => None,
+    }
+}
+
+/// Beside the present mesh, or that of the anatomy that came last, if it is on the disk; else beside
+/// the design.
+fn mesh_folder(world: &crate::store::World, whose: MeshOwner) -> PathBuf {
+    let last = world.document.design().anatomy.len().checked_sub(1);
+    let whose = match whose {
+        MeshOwner::Anatomy(None) => MeshOwner::Anatomy(last),
+        other => other,
+    };
+    let own = WantedMesh::in_unit(world, whose, None).ok().flatten();
     own.and_then(|own| Some(own.file().parent()?.to_path_buf()))
         .filter(|folder| folder.is_absolute() && folder.is_dir())
         .unwrap_or_else(|| file_folder(world))

@@ -8,6 +8,7 @@ pub mod camera;
 pub mod command_table;
 pub mod commands;
 pub mod convert;
+pub mod decide;
 pub mod diagnostics;
 pub mod document;
 pub mod drag;
@@ -15,6 +16,7 @@ pub mod drag_edits;
 pub mod drops;
 pub mod egui_camera;
 pub mod field;
+pub mod film;
 pub mod fine_pointer;
 pub mod gizmo;
 pub mod glyphs;
@@ -39,6 +41,7 @@ pub mod preflight;
 pub mod present;
 pub mod probe;
 pub mod recent;
+pub mod report;
 pub mod scene;
 pub mod selection;
 pub mod sensor_commands;
@@ -70,7 +73,10 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 /// | [`field::FieldPlugin`] | rooms from measurements |
 /// | [`live::LivePlugin`] | the Live workspace: a tracker over the network |
 /// | [`live::cells::CellsPlugin`] | where samples were taken, in the scene |
+/// | [`decide::DecidePlugin`] | the Decide workspace: a pinned baseline, designs and rooms in one table |
+/// | [`decide::baseline_ghost::BaselineGhostPlugin`] | the baseline in the scene |
 /// | [`present::PresentPlugin`] | the Present workspace: slides instead of panels |
+/// | [`report::ReportPlugin`] | the design's report, by a process of its own |
 /// | [`meshes::MeshesPlugin`] | meshes for bodies |
 /// | [`body_files::BodyFilesPlugin`] | bodies from makers' files and back |
 /// | [`drops::DropsPlugin`] | files dropped onto the window |
@@ -115,7 +121,10 @@ impl PluginGroup for EditorPlugins {
             .add(field::samples::SamplesPlugin)
             .add(live::LivePlugin)
             .add(live::cells::CellsPlugin)
+            .add(decide::DecidePlugin)
+            .add(decide::baseline_ghost::BaselineGhostPlugin)
             .add(present::PresentPlugin)
+            .add(report::ReportPlugin)
             .add(meshes::MeshesPlugin)
             .add(body_files::BodyFilesPlugin)
             .add(drops::DropsPlugin)

@@ -102,8 +102,16 @@ pub const ERROR: Rgb = Rgb::pair(0xF05D5E, 0xC0282A);
 // Things in the scene.
 pub const GENERATOR: Rgb = Rgb::pair(0x3A3F47, 0x5A626D);
 pub const SELECTED: Rgb = Rgb::pair(0xFFFFFF, 0x0C0F13);
+/// A pinned design beside the one that is worked on.
+pub const BASELINE: Rgb = Rgb::pair(0xC9A0FF, 0x6B3FB5);
 /// Error vectors over coloured maps.
 pub const ERROR_VECTOR_ON_MAP: Rgb = Rgb::hex(0xFFFFFF);
+
+// Anatomy that is not bone, the same on any ground: a design keeps what was chosen.
+pub const SKIN: Rgb = Rgb::hex(0xE0AC94);
+pub const VESSEL: Rgb = Rgb::hex(0xC8504B);
+pub const ORGAN: Rgb = Rgb::hex(0xA8697E);
+pub const EQUIPMENT: Rgb = Rgb::hex(0x8FA3B5);
 
 /// Series of a chart in turn: those of Okabe and Ito (2008) that stand out from a dark ground,
 /// told apart with any kind of colour vision.

@@ -1,6 +1,7 @@
 //! Pictures of the 3D view without a window: PNG bytes, the same each time on one adapter.
 
 use super::app::offscreen;
+use super::decide::{self, DecideDesk, DecideRequest};
 use super::field::{FieldDesk, FieldRequest, TableRole};
 use super::layers;
 use super::palette::Theme;
@@ -43,12 +44,34 @@ pub struct Desk {
     pub workspace: Workspace,
     /// On the desk of the Field workspace.
     pub tables: Vec<(TableRole, PathBuf)>,
+    /// In the Decide workspace.
+    pub compared: ComparedDesigns,
     /// From 0, in the Present workspace.
     pub slide: usize,
     /// In the Study workspace; `None` is the design's own pose.
     pub trial: Option<StudyTrial>,
     pub selected: Option<Selected>,
     pub theme: Theme,
+}
+
+/// What a design is held against in the Decide workspace.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ComparedDesigns {
+    /// The design that is pinned.
+    pub baseline: Option<PathBuf>,
+    /// Designs of the table.
+    pub designs: Vec<PathBuf>,
+    /// Recorded poses of the built tool.
+    pub recorded: Option<PathBuf>,
+}
+
+impl ComparedDesigns {
+    fn requests(self) -> impl Iterator<Item = DecideRequest> {
+        let pin = self.baseline.map(DecideRequest::Pin);
+        let recorded = self.recorded.map(DecideRequest::Recorded);
+        let designs = self.designs.into_iter().map(DecideRequest::AddDesign);
+        pin.into_iter().chain(recorded).chain(designs)
+    }
 }
 
 /// A trial of the design's study.
@@ -81,6 +104,109 @@ struct Captured(Option<Image>);
 /// # Errors
 /// See [`PictureError`].
 pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureError> {
+    Studio::open(world, size, desk)?.picture()?.png()
+}
+
+/// The editor without a window, with all results, from which pictures are taken.
+pub(super) struct Studio {
+    pub app: App,
+    target: Handle<Image>,
+    answers: Receiver<()>,
+}
+
+/// A picture as the adapter painted it.
+pub struct Picture(Image);
+
+impl Studio {
+    /// Paints until everything is known that the picture shows.
+    ///
+    /// # Errors
+    /// [`PictureError::NoResults`].
+    pub fn open(world: World, size: [u32; 2], desk: Desk) -> Result<Self, PictureError> {
+        let trial = desk.trial;
+        let has_table = desk.compared.baseline.is_some() || !desk.compared.designs.is_empty();
+        let (app, target, answers) = start(world, size, desk);
+        let mut studio = Self {
+            app,
+            target,
+            answers,
+        };
+        wait_for_results(&mut studio.app, &studio.answers)?;
+        if has_table {
+            // What is pinned is read by now.
+            studio.ask(DecideRequest::Compare)?;
+        }
+        if let Some(trial) = trial {
+            studio.show(match trial {
+                StudyTrial::Number(number) => StudyRequest::Show(Some(number)),
+                StudyTrial::Worst => StudyRequest::ShowWorst,
+            })?;
+        }
+        Ok(studio)
+    }
+
+    /// Shows another trial, and waits for what there is to know of it.
+    ///
+    /// # Errors
+    /// [`PictureError::NoResults`].
+    pub fn show(&mut self, trial: StudyRequest) -> Result<(), PictureError> {
+        self.ask(trial)
+    }
+
+    fn ask(&mut self, asked: impl Message) -> Result<(), PictureError> {
+        self.app.world_mut().write_message(asked);
+        frame(&mut self.app);
+        wait_for_results(&mut self.app, &self.answers)
+    }
+
+    /// What is to be seen now.
+    ///
+    /// # Errors
+    /// [`PictureError::NoPicture`].
+    pub fn picture(&mut self) -> Result<Picture, PictureError> {
+        let app = &mut self.app;
+        for _ in 0..SETTLING_FRAMES {
+            frame(app);
+        }
+        app.world_mut()
+            .spawn(Screenshot::image(self.target.clone()))
+            .observe(
+                |on: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
+                    captured.0 = Some(on.image.clone());
+                },
+            );
+        for _ in 0..READBACK_FRAMES {
+            frame(app);
+            if let Some(image) = app.world_mut().resource_mut::<Captured>().0.take() {
+                return Ok(Picture(image));
+            }
+        }
+        Err(PictureError::NoPicture)
+    }
+}
+
+impl Picture {
+    /// As a PNG file, without opacity.
+    ///
+    /// # Errors
+    /// [`PictureError::Encode`].
+    pub fn png(self) -> Result<Vec<u8>, PictureError> {
+        encode(self.0)
+    }
+
+    /// Red, green, blue and opacity of each pixel, eight bits each, from the upper left.
+    ///
+    /// # Errors
+    /// [`PictureError::Encode`].
+    pub fn rgba(self) -> Result<Vec<u8>, PictureError> {
+        let picture = self.0.try_into_dynamic();
+        let picture = picture.map_err(|error| PictureError::Encode(error.to_string()))?;
+        Ok(picture.to_rgba8().into_raw())
+    }
+}
+
+/// The app with everything in it that the desk asks for; no frame is painted yet.
+fn start(world: World, size: [u32; 2], desk: Desk) -> (App, Handle<Image>, Receiver<()>) {
     desk.theme.apply();
     let (mut app, target) = offscreen(world, UVec2::from(size), desk.has_panels, |app| {
         app.insert_resource(desk.theme)
@@ -96,6 +222,9 @@ pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureE
         app.world_mut()
             .write_message(FieldRequest::Open(role, file));
     }
+    for request in desk.compared.requests() {
+        app.world_mut().write_message(request);
+    }
     // Letters enter the font's texture in the order in which they are first shown, and their
     // edges depend on their place there by the last bit: nothing is written before everything
     // is known, whichever answer comes first.
@@ -109,30 +238,7 @@ pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureE
     }
     app.finish();
     app.cleanup();
-    wait_for_results(&mut app, &answers)?;
-    if let Some(trial) = desk.trial {
-        app.world_mut().write_message(match trial {
-            StudyTrial::Number(number) => StudyRequest::Show(Some(number)),
-            StudyTrial::Worst => StudyRequest::ShowWorst,
-        });
-        frame(&mut app);
-        wait_for_results(&mut app, &answers)?;
-    }
-    for _ in 0..SETTLING_FRAMES {
-        frame(&mut app);
-    }
-    app.world_mut().spawn(Screenshot::image(target)).observe(
-        |on: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
-            captured.0 = Some(on.image.clone());
-        },
-    );
-    for _ in 0..READBACK_FRAMES {
-        frame(&mut app);
-        if let Some(image) = app.world_mut().resource_mut::<Captured>().0.take() {
-            return encode(image);
-        }
-    }
-    Err(PictureError::NoPicture)
+    (app, target, answers)
 }
 
 /// A channel that gets a word whenever a thread has an answer.
@@ -174,11 +280,11 @@ fn wait_for_results(app: &mut App, answers: &Receiver<()>) -> Result<(), Picture
     }
 }
 
-/// Whether tables or rooms are on their way to the panels.
+/// Whether tables, rooms or designs are on their way to the panels.
 fn is_reading(world: &bevy::prelude::World) -> bool {
-    world
-        .get_resource::<FieldDesk>()
-        .is_some_and(FieldDesk::is_busy)
+    let is_field = world.get_resource::<FieldDesk>();
+    let is_decide = world.get_resource::<DecideDesk>();
+    is_field.is_some_and(FieldDesk::is_busy) || is_decide.is_some_and(DecideDesk::is_busy)
 }
 
 fn is_idle(world: &bevy::prelude::World) -> bool {
@@ -186,6 +292,7 @@ fn is_idle(world: &bevy::prelude::World) -> bool {
         .get_resource::<SolverHandle>()
         .is_none_or(|handle| handle.solver.is_idle())
         && layers::are_idle(world)
+        && decide::is_idle(world)
 }
 
 fn is_complete(world: &bevy::prelude::World) -> bool {
@@ -193,7 +300,9 @@ fn is_complete(world: &bevy::prelude::World) -> bool {
     let has_slice =
         results.slice.is_some() || !world.resource::<OpenWorld>().0.document.view().layers.slice;
     let has_figures = results.study.is_some() && results.pose.is_some();
-    let is_read = !is_reading(world) && world.resource::<Messages<FieldRequest>>().is_empty();
+    let is_read = !is_reading(world)
+        && world.resource::<Messages<FieldRequest>>().is_empty()
+        && world.resource::<Messages<DecideRequest>>().is_empty();
     is_read && is_idle(world) && (results.problem.is_some() || has_figures && has_slice)
 }
 

@@ -122,6 +122,15 @@ fn same_in(before: &Design, after: &Design, selected: Selected) -> Option<Select
     match selected {
         Selected::Body(role) => after.body(role).map(|_| selected),
         Selected::Tip(role) => after.body(role)?.rigid.tip_in_body.map(|_| selected),
+        Selected::Anatomy(index) => {
+            let (old, new) = (&before.anatomy, &after.anatomy);
+            if new.len() == old.len() {
+                return (index < new.len()).then_some(selected);
+            }
+            let name = &old.get(index)?.name;
+            let index = new.iter().position(|anatomy| anatomy.name == *name)?;
+            Some(Selected::Anatomy(index))
+        }
         Selected::Sensor(role, index) => {
             let new = &after.body(role)?.rigid.sensors;
             let old = &before.body(role)?.rigid.sensors;

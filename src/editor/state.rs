@@ -44,6 +44,8 @@ pub enum Selected {
     Body(BodyRole),
     Sensor(BodyRole, usize),
     Tip(BodyRole),
+    /// By its place in the design's list.
+    Anatomy(usize),
 }
 
 /// Asks for a change of the design; the only way in which it changes.
@@ -114,6 +116,9 @@ pub enum FileRequest {
     /// Shows the dialog that chooses where the log of the study goes.
     ShowWriteLog,
     WriteLog(PathBuf),
+    /// Shows the dialog that chooses where the design's report goes.
+    ShowWriteReport,
+    WriteReport(PathBuf),
 }
 
 /// What becomes of a changed body that other designs use too.
@@ -256,16 +261,19 @@ pub enum Workspace {
     Study,
     /// A tracker over the network: its tools, a recording, where samples are missing.
     Live,
+    /// The design beside a baseline, and designs and rooms in one table.
+    Decide,
     /// What is shown to people who do not design it: slides, without panels.
     Present,
 }
 
 impl Workspace {
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Design,
         Self::Field,
         Self::Study,
         Self::Live,
+        Self::Decide,
         Self::Present,
     ];
 
@@ -275,7 +283,7 @@ impl Workspace {
 
     /// Whether a hand in the scene changes the design.
     pub fn is_edited_in(self) -> bool {
-        matches!(self, Self::Design | Self::Study)
+        matches!(self, Self::Design | Self::Study | Self::Decide)
     }
 
     /// Whether the tool can stand where a trial has it.
@@ -289,6 +297,7 @@ impl Workspace {
             Self::Field => "Field",
             Self::Study => "Study",
             Self::Live => "Live",
+            Self::Decide => "Decide",
             Self::Present => "Present",
         }
     }

@@ -16,10 +16,38 @@ pub struct Names {
 }
 
 impl Names {
+    /// From files and names: a name that is not one's own, or none, has its file behind it.
+    pub fn new<'a>(
+        designs: impl Iterator<Item = (String, &'a str)>,
+        rooms: impl Iterator<Item = (String, &'a str)>,
+    ) -> Self {
+        let (design_files, designs) = distinct(designs);
+        let (room_files, rooms) = distinct(rooms);
+        Self {
+            designs,
+            design_files,
+            rooms,
+            room_files,
+        }
+    }
+
     /// The name of this number in one of the lists.
     pub fn of(list: &[String], number: usize) -> &str {
         list.get(number).map_or("", String::as_str)
     }
+}
+
+/// Files, and what stands for each.
+fn distinct<'a>(named: impl Iterator<Item = (String, &'a str)>) -> (Vec<String>, Vec<String>) {
+    let (files, names): (Vec<String>, Vec<&str>) = named.unzip();
+    let is_shared = |name: &str| names.iter().filter(|other| **other == name).count() > 1;
+    let all = files.iter().zip(&names);
+    let told = all.map(|(file, name)| match is_shared(name) || name.is_empty() {
+        false => (*name).to_owned(),
+        true => format!("{name} ({file})"),
+    });
+    let told = told.collect();
+    (files, told)
 }
 
 /// Columns before the figures.

@@ -1,12 +1,18 @@
 //! Designs, `*.design.ron`: which bodies stand where in which room, and what is asked of them.
 
+mod procedure;
+
 use super::body::BodyFile;
+use super::design_anatomy::{self, AnatomyEntry};
 use super::error::FormatError;
 use super::ron_text::{self, PoseEntry};
-use crate::design::{CrfPlacement, Design, DesignBody, Slide, Target, ToolPlacement, View};
+use crate::design::{
+    Anatomy, CrfPlacement, Design, DesignBody, Procedure, Slide, Target, ToolPlacement, View,
+};
 use crate::geometry::pose::Pose;
 use crate::study::motion::Motion;
 use crate::study::requirement::Requirement;
+use procedure::ProcedureEntry;
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
 use serde::Deserialize;
@@ -23,6 +29,8 @@ pub struct DesignFile {
     pub motion: Option<Motion>,
     pub orientation_weight_mm: Option<f64>,
     pub requirement: Option<Requirement>,
+    pub procedure: Procedure,
+    pub anatomy: Vec<Anatomy>,
     pub slides: Vec<Slide>,
     pub view: View,
 }
@@ -55,6 +63,8 @@ impl DesignFile {
             motion: design.motion,
             orientation_weight_mm: design.orientation_weight_mm,
             requirement: design.requirement,
+            procedure: design.procedure.clone(),
+            anatomy: design.anatomy.clone(),
             slides: design.slides.clone(),
             view: view.clone(),
         }
@@ -103,6 +113,8 @@ impl DesignFile {
             motion: self.motion,
             orientation_weight_mm: self.orientation_weight_mm,
             requirement: self.requirement,
+            procedure: self.procedure,
+            anatomy: self.anatomy,
             slides: self.slides,
         };
         Ok((design, self.view))
@@ -120,6 +132,8 @@ struct DesignEntry {
     motion: Option<Motion>,
     orientation_weight: Option<f64>,
     requirement: Option<Requirement>,
+    procedure: Option<ProcedureEntry>,
+    anatomy: Option<Vec<AnatomyEntry>>,
     slides: Option<Vec<Slide>>,
     view: Option<View>,
 }
@@ -180,6 +194,12 @@ pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
         motion: entry.motion,
         orientation_weight_mm: entry.orientation_weight,
         requirement: entry.requirement,
+        procedure: entry
+            .procedure
+            .map(ProcedureEntry::check)
+            .transpose()?
+            .unwrap_or_default(),
+        anatomy: design_anatomy::read(entry.anatomy.unwrap_or_default())?,
         slides,
         view,
     })
@@ -227,7 +247,7 @@ fn check_motion(prefix: &'static str, motion: Option<&Motion>) -> Result<(), For
 }
 
 fn check_requirement(field: &str, requirement: Option<&Requirement>) -> Result<(), FormatError> {
-    for (name, limit) in requirement.into_iter().flat_map(limits) {
+    for (name, limit) in requirement.into_iter().flat_map(Requirement::bounds) {
         if let Some(limit) = limit {
             check_not_negative(&format!("{field}.{name}"), limit)?;
         }
@@ -241,17 +261,6 @@ fn check_not_negative(field: &str, value: f64) -> Result<(), FormatError> {
     } else {
         Err(FormatError::field(field, value, "zero or more"))
     }
-}
-
-/// The bounds of a requirement by their names in a file.
-fn limits(requirement: &Requirement) -> [(&'static str, Option<f64>); 5] {
-    [
-        ("position_rms", requirement.position_rms_mm),
-        ("position_p95", requirement.position_p95_mm),
-        ("position_max", requirement.position_max_mm),
-        ("angle_rms", requirement.angle_rms_deg),
-        ("angle_max", requirement.angle_max_deg),
-    ]
 }
 
 /// Writes a design; what is absent or has its default is left out.
@@ -287,6 +296,8 @@ pub fn write(design: &DesignFile) -> String {
         out.field(1, "orientation_weight", &format!("{weight_mm:?}"));
     }
     out.requirement(1, design.requirement.as_ref());
+    procedure::write(&mut out, &design.procedure);
+    out.anatomy(1, &design.anatomy);
     out.slides(1, &design.slides);
     if design.view != View::default() {
         out.view(1, "view", &design.view);
@@ -325,11 +336,23 @@ impl Lines {
         let Some(requirement) = requirement else {
             return;
         };
-        let bounds: Vec<_> = limits(requirement)
+        let bounds: Vec<_> = requirement
+            .bounds()
             .into_iter()
             .filter_map(|(name, limit)| limit.map(|limit| format!("{name}: {limit:?}")))
             .collect();
         self.field(depth, "requirement", &format!("({})", bounds.join(", ")));
+    }
+
+    fn anatomy(&mut self, depth: usize, anatomy: &[Anatomy]) {
+        if anatomy.is_empty() {
+            return;
+        }
+        self.line(depth, "anatomy: [");
+        for one in anatomy {
+            self.line(depth + 1, &design_anatomy::line(one));
+        }
+        self.line(depth, "],");
     }
 
     fn slides(&mut self, depth: usize, slides: &[Slide]) {

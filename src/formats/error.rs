@@ -1,9 +1,11 @@
 //! What can be wrong with a file's content: where, what was found, what was expected.
 
 use super::mesh::MeshError;
+use crate::design::DecisionError;
 use crate::design::view::ViewError;
 use crate::field::support::SupportPartsError;
 use crate::study::motion::MotionError;
+use crate::study::procedure::Step;
 use std::io::ErrorKind;
 
 /// Why bytes are not the file they should be. The file's name is added by who read it.
@@ -69,6 +71,8 @@ pub enum FormatError {
     Checksum { stored: u32, computed: u32 },
     #[error(transparent)]
     View(#[from] ViewError),
+    #[error("procedure.{}.{cause}", step.key())]
+    Decision { step: Step, cause: DecisionError },
     #[error("slides[{index}].{cause}")]
     Slide { index: usize, cause: ViewError },
     #[error(transparent)]

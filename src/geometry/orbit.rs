@@ -92,6 +92,18 @@ impl OrbitCamera {
             (self.elevation_rad + drag_px[1] * scale).clamp(-MAX_ELEVATION_RAD, MAX_ELEVATION_RAD);
     }
 
+    /// The same after a part of a whole turn about the vertical through the focus; 1 is the same as 0.
+    pub fn turned(&self, part: f64) -> Self {
+        let angle_rad = part.rem_euclid(1.0) * std::f64::consts::TAU;
+        Self {
+            azimuth_rad: match angle_rad == 0.0 {
+                true => self.azimuth_rad,
+                false => wrap_angle(self.azimuth_rad + angle_rad),
+            },
+            ..*self
+        }
+    }
+
     /// Moves by a drag in pixels such that what lies at the focus stays under the pointer.
     pub fn pan(&mut self, drag_px: [f64; 2], view_px: [f64; 2]) {
         let mm_per_px = self.view_height_mm() / view_px[1].max(1.0);
@@ -330,6 +342,21 @@ mod tests {
         assert!((wrap_angle(turned.azimuth_rad - 0.7).abs() - std::f64::consts::PI).abs() < 1e-9);
         turned.orbit([0.0, 5000.0], VIEW);
         assert_eq!(turned.elevation_rad, MAX_ELEVATION_RAD);
+    }
+
+    #[test]
+    fn a_whole_turn_ends_where_it_began_to_the_bit_and_half_of_one_looks_from_the_other_side() {
+        let camera = camera();
+        assert_eq!(camera.turned(1.0), camera.turned(0.0));
+        assert_eq!(camera.turned(0.0), camera);
+        let eye_mm = |camera: &OrbitCamera| camera.tracker_from_camera().translation.vector;
+        let (front, back) = (eye_mm(&camera), eye_mm(&camera.turned(0.5)));
+        // As high as before, and mirrored in the vertical through the focus.
+        let focus_mm = camera.focus_mm.coords;
+        let expected = 2.0 * focus_mm - front;
+        assert!((back.xy() - expected.xy()).norm() < 1e-9 && (back.z - front.z).abs() < 1e-9);
+        let quarter = camera.turned(0.25).turned(0.25);
+        assert!((eye_mm(&quarter) - back).norm() < 1e-9);
     }
 
     #[test]

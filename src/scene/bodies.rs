@@ -12,10 +12,6 @@ use crate::geometry::colormap::NO_VALUE_SRGB;
 use crate::geometry::mesh::MeshPart;
 use serde_json::{Value, json};
 
-/// How opaque anatomy is: what it hides has to be seen through it, and its shape has to be read all
-/// the same.
-const ANATOMY_ALPHA: f64 = 0.3;
-
 /// No part is smoother than this, as in the editor.
 const LEAST_ROUGHNESS: f64 = 0.15;
 
@@ -93,7 +89,7 @@ impl Drawing<'_> {
     /// Parts keep what their file says of metal, roughness and lightness; the hue is the role's.
     fn material(&mut self, role: BodyRole, part: &MeshPart) -> MaterialId {
         if part.is_anatomy() {
-            return self.veil("anatomy", BONE, ANATOMY_ALPHA);
+            return self.anatomy_look("anatomy", BONE);
         }
         let [r, g, b, _] = part.base_color.map(f64::from);
         let [r, g, b] = of_part(role, [r, g, b], self.stage.wish.ground).map(linear_from_srgb);

@@ -94,6 +94,7 @@ impl<'a> Stage<'a> {
             colors: Vec::new(),
         };
         let mut nodes = drawing.bodies();
+        nodes.extend(drawing.anatomy());
         nodes.extend(drawing.errors());
         nodes.extend(drawing.slice());
         nodes.extend(drawing.field_arrows());

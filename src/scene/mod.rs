@@ -6,6 +6,7 @@
 //! this and the editor draw with (colours, the looks of sensors and arrows, the camera that a design
 //! is opened with) is here once.
 
+mod anatomy;
 pub mod arrow_style;
 mod bodies;
 mod drawing;
@@ -23,6 +24,7 @@ pub mod slice;
 #[cfg(test)]
 mod tests;
 
+pub use anatomy::color_of as color_of_anatomy;
 pub use palette::Ground;
 pub use sampled::{PaintedBody, Sampled};
 
@@ -117,6 +119,8 @@ pub struct Stage<'a> {
     wish: SceneWish,
     /// What is drawn of tool and CRF; no more triangles than wished.
     meshes: [Option<Arc<SurfaceMesh>>; 2],
+    /// Of the design's anatomy, in its order; `None` of what is missing.
+    anatomy: Vec<Option<Arc<SurfaceMesh>>>,
     notes: Vec<String>,
 }
 
@@ -125,23 +129,38 @@ impl<'a> Stage<'a> {
         let mut view = world.document.view().clone();
         view.layers = wish.layers.unwrap_or(view.layers);
         let mut notes = Vec::new();
-        let meshes = BodyRole::ALL.map(|role| {
-            let mesh = shown_mesh(world, role)?;
+        let mut drawn = |mesh: Arc<SurfaceMesh>, what: &str| {
             let before = triangles(&mesh);
             let mesh = light(mesh, wish.most_triangles);
             let after = triangles(&mesh);
             if after < before {
                 notes.push(format!(
-                    "the {role}'s mesh is drawn with {after} of its {before} triangles"
+                    "{what} is drawn with {after} of its {before} triangles"
                 ));
             }
-            Some(mesh)
+            mesh
+        };
+        let meshes = BodyRole::ALL.map(|role| {
+            let mesh = shown_mesh(world, role)?;
+            Some(drawn(mesh, &format!("the {role}'s mesh")))
         });
+        let anatomy = world.document.design().anatomy.iter();
+        let anatomy = anatomy.map(|anatomy| {
+            // What is not shown need not be made light.
+            let mesh = world.anatomy_mesh(&anatomy.mesh);
+            let mesh = mesh.filter(|_| view.layers.anatomy)?;
+            Some(drawn(
+                Arc::clone(mesh),
+                &format!("the anatomy {:?}", anatomy.name),
+            ))
+        });
+        let anatomy = anatomy.collect();
         Self {
             world,
             view,
             wish: *wish,
             meshes,
+            anatomy,
             notes,
         }
     }

@@ -4,8 +4,10 @@ use super::error::StoreError;
 use super::open::Reader;
 use super::place::{Place, absolute};
 use super::read::read_environment;
+use super::resolve::resolve;
 use crate::design::Design;
-use crate::field::Environment;
+use crate::field::{Environment, OutsidePolicy};
+use crate::study::comparison::{Pair, Plan};
 use rayon::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -76,4 +78,31 @@ pub fn read_compared_rooms(files: &[PathBuf]) -> Result<ComparedRooms, StoreErro
         rooms: rooms?,
         of_file,
     })
+}
+
+/// What is compared: every design in the rooms that `rooms_of` names by their numbers.
+pub fn comparison_plan(
+    designs: &[&Design],
+    rooms: Vec<Arc<Environment>>,
+    rooms_of: impl Fn(usize) -> Vec<usize>,
+    baseline: usize,
+    outside: OutsidePolicy,
+) -> Plan {
+    let mut pairs = Vec::new();
+    for (number, design) in designs.iter().enumerate() {
+        for room in rooms_of(number) {
+            let mut scenario = resolve(design, &rooms[room]);
+            scenario.outside = outside;
+            pairs.push(Pair {
+                design: number,
+                room,
+                scenario,
+            });
+        }
+    }
+    Plan {
+        rooms,
+        pairs,
+        baseline,
+    }
 }

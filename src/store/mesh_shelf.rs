@@ -1,7 +1,8 @@
-//! Meshes that were read for a body but are not, or no longer, its own: what a thread read before
-//! an edit names it, and what undo comes back to. None of them is read twice.
+//! Meshes that were read for a body or the anatomy but are not, or no longer, its own: what a thread
+//! read before an edit names it, and what undo comes back to. None of them is read twice.
 
 use super::error::StoreError;
+use super::meshes::MeshOwner;
 use super::open::{World, home};
 use super::place::Place;
 use super::read::read;
@@ -17,11 +18,12 @@ use std::sync::Arc;
 /// Meshes that are kept; a million triangles take some 100 MB.
 const MOST: usize = 4;
 
-/// A mesh that a body may get: what there is to read, for a thread that has no world.
+/// A mesh that a body or the anatomy may get: what there is to read, for a thread that has no
+/// world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WantedMesh {
-    pub body: BodyRole,
-    /// How the body would refer to it.
+    pub whose: MeshOwner,
+    /// How its owner would refer to it.
     pub reference: MeshReference,
     place: Place,
     file: PathBuf,
@@ -41,51 +43,64 @@ pub struct ReadMesh {
 pub(super) struct Shelf(Vec<ReadMesh>);
 
 impl WantedMesh {
-    /// A file for the body of a role; `None` where there is no such body.
+    /// A file for a body or the anatomy; `None` where there is no such body.
     ///
     /// # Errors
     /// A built-in design that is none.
     pub fn of_file(
         world: &World,
-        role: BodyRole,
+        whose: impl Into<MeshOwner>,
         mesh_file: &Path,
         unit: Option<MeshUnit>,
     ) -> Result<Option<Self>, StoreError> {
-        let Some(file) = super::mesh_reference_to(world, role, mesh_file) else {
+        let whose = whose.into();
+        let Some(file) = super::mesh_reference_to(world, whose, mesh_file) else {
             return Ok(None);
         };
-        Self::of_reference(world, role, MeshReference { file, unit })
+        Self::of_reference(world, whose, MeshReference { file, unit })
     }
 
-    /// The body's own mesh in another unit, or in that of its format.
+    /// The owner's present mesh in another unit, or in that of its format.
     ///
     /// # Errors
     /// A built-in design that is none.
     pub fn in_unit(
         world: &World,
-        role: BodyRole,
+        whose: impl Into<MeshOwner>,
         unit: Option<MeshUnit>,
     ) -> Result<Option<Self>, StoreError> {
-        let body = world.document.design().body(role);
-        let Some(own) = body.and_then(|body| body.mesh.clone()) else {
+        let whose = whose.into();
+        let design = world.document.design();
+        let own = match whose {
+            MeshOwner::Body(role) => design.body(role).and_then(|body| body.mesh.clone()),
+            MeshOwner::Anatomy(index) => index
+                .and_then(|index| design.anatomy.get(index))
+                .map(|anatomy| anatomy.mesh.clone()),
+        };
+        let Some(own) = own else {
             return Ok(None);
         };
-        Self::of_reference(world, role, MeshReference { unit, ..own })
+        Self::of_reference(world, whose, MeshReference { unit, ..own })
     }
 
     pub(super) fn of_reference(
         world: &World,
-        role: BodyRole,
+        whose: MeshOwner,
         reference: MeshReference,
     ) -> Result<Option<Self>, StoreError> {
         let (place, design_file) = home(world.document.origin())?;
-        let Some(body) = world.document.design().body(role) else {
-            return Ok(None);
+        let own_file = match whose {
+            MeshOwner::Anatomy(_) => design_file,
+            MeshOwner::Body(role) => {
+                let Some(body) = world.document.design().body(role) else {
+                    return Ok(None);
+                };
+                place.resolve(&design_file, &body.reference)
+            }
         };
-        let body_file = place.resolve(&design_file, &body.reference);
         Ok(Some(Self {
-            body: role,
-            file: place.resolve(&body_file, &reference.file),
+            whose,
+            file: place.resolve(&own_file, &reference.file),
             reference,
             place,
         }))
@@ -101,7 +116,7 @@ impl WantedMesh {
         let reference = body.mesh.clone()?;
         let body_file = place.resolve(design_file, &body.reference);
         Some(Self {
-            body: role,
+            whose: role.into(),
             file: place.resolve(&body_file, &reference.file),
             reference,
             place,

@@ -1,6 +1,7 @@
-//! The meshes of an open design: read with it, again when an edit names others, and missed rather
-//! than demanded, as no number hangs on them.
+//! The meshes of an open design, its bodies' and its anatomy: read with it, again when an edit names
+//! others, and missed rather than demanded, as no number hangs on them.
 
+use super::anatomy::{AnatomyMeshes, refresh_anatomy};
 use super::error::StoreError;
 use super::mesh_shelf::{ReadMesh, WantedMesh};
 use super::open::{Reader, World, home};
@@ -13,18 +14,70 @@ use crate::geometry::mesh_report::MeshReport;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-/// Why a body's mesh is not there; the design keeps its reference.
+/// Whose a mesh is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum MeshOwner {
+    Body(BodyRole),
+    /// Anatomy by its place in the design's list; `None` for what is not yet in it.
+    Anatomy(Option<usize>),
+}
+
+impl From<BodyRole> for MeshOwner {
+    fn from(role: BodyRole) -> Self {
+        Self::Body(role)
+    }
+}
+
+/// Within a sentence.
+impl std::fmt::Display for MeshOwner {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Body(role) => role.fmt(f),
+            Self::Anatomy(_) => f.write_str("anatomy"),
+        }
+    }
+}
+
+/// Why a mesh is not there; the design keeps its reference.
 #[derive(Clone, Debug)]
 pub struct MeshProblem {
-    pub body: BodyRole,
-    /// What the body refers to.
+    pub whose: MeshOwner,
+    /// Of the anatomy; a body is told by its role.
+    pub name: String,
+    /// What the body or the design refers to.
     pub reference: MeshReference,
     pub cause: Arc<StoreError>,
 }
 
 impl std::fmt::Display for MeshProblem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the {}'s mesh is missing: {}", self.body, self.cause)
+        match self.whose {
+            MeshOwner::Body(role) => write!(f, "the {role}'s mesh is missing: {}", self.cause),
+            MeshOwner::Anatomy(_) => {
+                write!(f, "the anatomy {:?} is missing: {}", self.name, self.cause)
+            }
+        }
+    }
+}
+
+/// The meshes of an open design, as far as they were read.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Meshes {
+    /// The tool's and the CRF's.
+    pub(super) bodies: [BodyMesh; 2],
+    pub(super) anatomy: AnatomyMeshes,
+}
+
+impl Meshes {
+    pub(super) fn read(reader: &mut Reader, design_file: &Path, design: &Design) -> Self {
+        Self {
+            bodies: BodyRole::ALL.map(|role| {
+                design.body(role).map_or_else(BodyMesh::default, |body| {
+                    BodyMesh::read(reader, design_file, body)
+                })
+            }),
+            anatomy: AnatomyMeshes::read(reader, design_file, design),
+        }
     }
 }
 
@@ -98,7 +151,8 @@ impl BodyMesh {
 
     pub(super) fn problem(&self, body: BodyRole) -> Option<MeshProblem> {
         Some(MeshProblem {
-            body,
+            whose: body.into(),
+            name: body.to_string(),
             cause: Arc::clone(self.cause.as_ref()?),
             reference: self.source.as_ref()?.mesh.clone()?,
         })
@@ -114,18 +168,9 @@ impl Source {
     }
 }
 
-/// The meshes of a design, the tool's first.
-pub(super) fn read_all(reader: &mut Reader, design_file: &Path, design: &Design) -> [BodyMesh; 2] {
-    BodyRole::ALL.map(|role| {
-        design.body(role).map_or_else(BodyMesh::default, |body| {
-            BodyMesh::read(reader, design_file, body)
-        })
-    })
-}
-
 /// Reads the meshes again that the design now refers to otherwise, as after an edit, its undo or a
 /// recovery; whether there were any. What cannot be read is a [`World::mesh_problems`], not an
-/// error: a body without mesh is drawn by its sensors.
+/// error: a body without mesh is drawn by its sensors, anatomy without one not at all.
 ///
 /// # Errors
 /// A built-in design that is none.
@@ -153,7 +198,7 @@ fn read_meshes(world: &mut World, is_forced: bool) -> Result<bool, StoreError> {
             continue;
         }
         let kept = match body.and_then(|body| body.mesh.clone()) {
-            Some(mesh) if !is_forced => WantedMesh::of_reference(world, role, mesh)?,
+            Some(mesh) if !is_forced => WantedMesh::of_reference(world, role.into(), mesh)?,
             _ => None,
         };
         let kept = kept.and_then(|wanted| world.shelf.find(&wanted));
@@ -171,26 +216,40 @@ fn read_meshes(world: &mut World, is_forced: bool) -> Result<bool, StoreError> {
         }
         is_changed |= match (&now.surface, &has.surface) {
             (Some(now), Some(before)) => !Arc::ptr_eq(now, before),
-            (None, None) => {
-                now.cause.as_ref().map(ToString::to_string)
-                    != has.cause.as_ref().map(ToString::to_string)
-            }
+            (None, None) => words(now.cause.as_ref()) != words(has.cause.as_ref()),
             _ => true,
         };
         world.set_body_mesh(role, now);
     }
+    is_changed |= refresh_anatomy(world, &mut reader, &file, is_forced)?;
     world.stamps.extend(reader.stamps);
     Ok(is_changed)
 }
 
-/// How the body of a role refers to a mesh file: relative to its own file, or by the whole path in
-/// a built-in design, which has no place on the disk. `None` where there is no such body.
-pub fn mesh_reference_to(world: &World, role: BodyRole, mesh_file: &Path) -> Option<String> {
-    let body = world.document.design().body(role)?;
+/// What went wrong, to be compared.
+pub(super) fn words(cause: Option<&Arc<StoreError>>) -> Option<String> {
+    cause.map(ToString::to_string)
+}
+
+/// How a body, or the design its anatomy, refers to a mesh file: relative to its own file, or by the
+/// whole path in a built-in design, which has no place on the disk. `None` where there is no such
+/// body.
+pub fn mesh_reference_to(
+    world: &World,
+    whose: impl Into<MeshOwner>,
+    mesh_file: &Path,
+) -> Option<String> {
+    let body = match whose.into() {
+        MeshOwner::Body(role) => Some(world.document.design().body(role)?),
+        MeshOwner::Anatomy(_) => None,
+    };
     Some(match world.document.origin() {
         Origin::File(design_file) => {
-            let body_file = Place::Disk.resolve(design_file, &body.reference);
-            relative(&folder_of(&body_file), mesh_file)
+            let own_file = match body {
+                Some(body) => Place::Disk.resolve(design_file, &body.reference),
+                None => design_file.clone(),
+            };
+            relative(&folder_of(&own_file), mesh_file)
         }
         Origin::BuiltIn(_) => absolute(mesh_file).to_string_lossy().into_owned(),
     })

@@ -1,6 +1,8 @@
 //! The disk: designs with all that they refer to, atomic writes, and the built-in world.
 
+mod anatomy;
 mod body_export;
+mod built_tool;
 mod builtin;
 mod compared;
 mod error;
@@ -11,6 +13,7 @@ mod meshes;
 mod open;
 mod place;
 mod preferences;
+mod procedure;
 mod read;
 mod recent;
 mod recorder;
@@ -26,24 +29,29 @@ mod table;
 mod take_in;
 #[cfg(test)]
 mod tests;
+mod today;
 mod tool;
+mod video;
 mod watch;
 mod write;
 
 pub use body_export::{BodyExport, definition_name};
+pub use built_tool::{BuiltTool, BuiltToolFailure, BuiltToolNote, BuiltToolTables, built_tool};
 pub use builtin::{DEFAULT_BUILTIN, Starter, builtin_names, generator_mesh};
 pub use compared::{
-    ComparedDesign, ComparedRoom, ComparedRooms, read_compared_designs, read_compared_rooms,
+    ComparedDesign, ComparedRoom, ComparedRooms, comparison_plan, read_compared_designs,
+    read_compared_rooms,
 };
 pub use error::StoreError;
 pub use log::{LogError, write_log};
 pub use mesh_shelf::{ReadMesh, WantedMesh};
-pub use meshes::{MeshProblem, mesh_reference_to, refresh_meshes, reload_meshes};
+pub use meshes::{MeshOwner, MeshProblem, mesh_reference_to, refresh_meshes, reload_meshes};
 pub use open::{
     World, open_builtin, open_builtin_without_meshes, open_design, open_design_without_meshes,
     refresh_environment,
 };
 pub use preferences::{read_preferences, write_preferences};
+pub use procedure::{ProcedureWish, further_room, procedure, reference_to_file};
 pub use read::{
     read_calbody, read_calreadings, read_environment, read_groups, read_input, read_measurements,
     read_mesh, read_pivot_recording, read_points, read_poses, read_poses_of, read_recorded_tool,
@@ -55,8 +63,8 @@ pub use recovery::{Leftover, Recovery, Snapshot, leftovers};
 pub use report_file::report_file;
 pub use resolve::{CrfScenario, resolve, resolve_crf};
 pub use rooms::{
-    ENVIRONMENT_EXTENSION, RoomListing, RoomPlace, RoomSummary, builtin_rooms, list_rooms,
-    own_room, reference_to_room, room_name, rooms_of_folder, write_room_for,
+    ENVIRONMENT_EXTENSION, RoomListing, RoomPlace, RoomSummary, builtin_rooms, further_rooms,
+    list_rooms, own_room, reference_to_room, room_name, rooms_of_folder, write_room_for,
 };
 pub use samples::{SampleReading, read_samples};
 pub use save::{SaveReport, save, save_as, save_with_copies};
@@ -64,6 +72,8 @@ pub use shared::{SharedBody, shared_bodies};
 pub use state::{STATE_VARIABLE, recovery_folder, state_folder};
 pub use table::{MeasurementTable, TableGroups, read_table};
 pub use take_in::{TakenBody, WantedBody};
+pub use today::{NoToday, today};
 pub use tool::{ReadTool, body_format_of, is_same_file, read_tool, write_body, write_definition};
+pub use video::{ENCODER, FrameFolder, VideoError, VideoFile, VideoShape};
 pub use watch::{ChangedFile, FileChange, WatchedPart, accept_changes, changes};
 pub use write::{write_atomic, write_environment};

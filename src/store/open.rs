@@ -1,9 +1,10 @@
 //! Opens a design with its environment, bodies and meshes.
 
+use super::anatomy::AnatomyMeshes;
 use super::builtin;
 use super::error::StoreError;
 use super::mesh_shelf::{ReadMesh, Shelf};
-use super::meshes::{BodyMesh, MeshProblem, read_all};
+use super::meshes::{BodyMesh, MeshOwner, MeshProblem, Meshes};
 use super::place::Place;
 use super::read::read;
 use super::tool::parse_body;
@@ -12,6 +13,7 @@ use crate::design::{BodyRole, Design, DesignBody, Document, Origin, View};
 use crate::field::Environment;
 use crate::formats::{FormatError, design_file, environment, mesh};
 use crate::geometry::mesh::SurfaceMesh;
+use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::mesh_report::MeshReport;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,6 +25,7 @@ pub struct World {
     pub environment: Arc<Environment>,
     /// The tool's and the CRF's.
     meshes: [BodyMesh; 2],
+    pub(super) anatomy: AnatomyMeshes,
     pub(super) shelf: Shelf,
     /// The reference that `environment` was read by.
     environment_reference: String,
@@ -31,7 +34,7 @@ pub struct World {
 }
 
 impl World {
-    /// A world whose environment and meshes are the ones that the design refers to.
+    /// A world whose environment and bodies' meshes are the ones that the design refers to.
     pub fn new(
         document: Document,
         environment: Arc<Environment>,
@@ -39,23 +42,28 @@ impl World {
         crf_mesh: Option<Arc<SurfaceMesh>>,
     ) -> Self {
         let design = document.design();
-        let meshes = [
+        let bodies = [
             BodyMesh::current(design.body(BodyRole::Tool), tool_mesh),
             BodyMesh::current(design.body(BodyRole::Crf), crf_mesh),
         ];
+        let meshes = Meshes {
+            bodies,
+            ..Meshes::default()
+        };
         Self::with_meshes(document, environment, meshes)
     }
 
     pub(super) fn with_meshes(
         document: Document,
         environment: Arc<Environment>,
-        meshes: [BodyMesh; 2],
+        meshes: Meshes,
     ) -> Self {
         Self {
             environment_reference: document.design().environment.clone(),
             document,
             environment,
-            meshes,
+            meshes: meshes.bodies,
+            anatomy: meshes.anatomy,
             shelf: Shelf::default(),
             stamps: Stamps::default(),
         }
@@ -71,27 +79,35 @@ impl World {
         self.body_mesh(role).report()
     }
 
-    /// Keeps a mesh at hand, for an edit that is going to name it. Where the body refers to it
-    /// already, as after its file was written anew, it is the body's from now on; whether it is.
+    /// Keeps a mesh at hand, for an edit that is going to name it. Where its owner refers to it
+    /// already, as after its file was written anew, it is its own from now on; whether it is.
     pub fn keep_mesh(&mut self, mesh: ReadMesh) -> bool {
-        let role = mesh.wanted.body;
         let design = self.document.shared_design();
-        let body = design
-            .body(role)
-            .filter(|body| body.mesh.as_ref() == Some(&mesh.wanted.reference));
-        if let Some(body) = body {
+        let is_taken = match mesh.wanted.whose {
+            MeshOwner::Anatomy(_) => self.anatomy.take(&design, &mesh),
+            MeshOwner::Body(role) => {
+                let body = design
+                    .body(role)
+                    .filter(|body| body.mesh.as_ref() == Some(&mesh.wanted.reference));
+                if let Some(body) = body {
+                    self.set_body_mesh(role, BodyMesh::kept(body, &mesh));
+                }
+                body.is_some()
+            }
+        };
+        if is_taken {
             self.stamps.extend(mesh.stamps());
-            self.set_body_mesh(role, BodyMesh::kept(body, &mesh));
         }
         self.shelf.keep(mesh);
-        body.is_some()
+        is_taken
     }
 
     /// The meshes that could not be read, and why.
     pub fn mesh_problems(&self) -> Vec<MeshProblem> {
-        BodyRole::ALL
-            .into_iter()
+        let bodies = BodyRole::ALL.into_iter();
+        bodies
             .filter_map(|role| self.body_mesh(role).problem(role))
+            .chain(self.anatomy.problems(self.document.design()))
             .collect()
     }
 
@@ -133,7 +149,7 @@ pub fn open_design(path: &Path) -> Result<World, StoreError> {
         Place::Disk,
         path,
         Origin::File(path.to_owned()),
-        Meshes::Read,
+        WhichMeshes::All,
     )
 }
 
@@ -146,7 +162,7 @@ pub fn open_design_without_meshes(path: &Path) -> Result<World, StoreError> {
         Place::Disk,
         path,
         Origin::File(path.to_owned()),
-        Meshes::Leave,
+        WhichMeshes::None,
     )
 }
 
@@ -156,7 +172,12 @@ pub fn open_design_without_meshes(path: &Path) -> Result<World, StoreError> {
 /// [`StoreError::NoSuchBuiltIn`].
 pub fn open_builtin(name: &str) -> Result<World, StoreError> {
     let (name, file) = builtin::design_file(name)?;
-    open(Place::BuiltIn, &file, Origin::BuiltIn(name), Meshes::Read)
+    open(
+        Place::BuiltIn,
+        &file,
+        Origin::BuiltIn(name),
+        WhichMeshes::All,
+    )
 }
 
 /// Opens a built-in design for its numbers alone.
@@ -165,14 +186,19 @@ pub fn open_builtin(name: &str) -> Result<World, StoreError> {
 /// As [`open_builtin`].
 pub fn open_builtin_without_meshes(name: &str) -> Result<World, StoreError> {
     let (name, file) = builtin::design_file(name)?;
-    open(Place::BuiltIn, &file, Origin::BuiltIn(name), Meshes::Leave)
+    open(
+        Place::BuiltIn,
+        &file,
+        Origin::BuiltIn(name),
+        WhichMeshes::None,
+    )
 }
 
-/// Whether meshes are asked for.
+/// Which meshes are asked for.
 #[derive(Clone, Copy, PartialEq)]
-enum Meshes {
-    Read,
-    Leave,
+enum WhichMeshes {
+    All,
+    None,
 }
 
 /// Reads the environment again where the design now refers to another one, as after an edit or
@@ -201,13 +227,18 @@ pub(super) fn home(origin: &Origin) -> Result<(Place, PathBuf), StoreError> {
     })
 }
 
-fn open(place: Place, file: &Path, origin: Origin, meshes: Meshes) -> Result<World, StoreError> {
+fn open(
+    place: Place,
+    file: &Path,
+    origin: Origin,
+    meshes: WhichMeshes,
+) -> Result<World, StoreError> {
     let mut reader = Reader::new(place);
     let (design, view) = reader.design(file)?;
     let environment = reader.environment(file, &design.environment)?;
     let meshes = match meshes {
-        Meshes::Read => read_all(&mut reader, file, &design),
-        Meshes::Leave => Default::default(),
+        WhichMeshes::All => Meshes::read(&mut reader, file, &design),
+        WhichMeshes::None => Meshes::default(),
     };
     let document = Document::new(design, view, origin);
     let mut world = World::with_meshes(document, environment, meshes);
@@ -258,12 +289,21 @@ impl Reader {
             return Ok(None);
         };
         let body_file = self.place.resolve(design_file, &body.reference);
-        let file = self.place.resolve(&body_file, &mesh.file);
+        self.mesh_of(&body_file, mesh).map(Some)
+    }
+
+    /// The mesh that a file refers to.
+    pub(super) fn mesh_of(
+        &mut self,
+        from: &Path,
+        mesh: &MeshReference,
+    ) -> Result<Arc<SurfaceMesh>, StoreError> {
+        let file = self.place.resolve(from, &mesh.file);
         let extension = file.extension().unwrap_or_default().to_string_lossy();
         self.read(&file, "a mesh", |bytes| {
             Ok(mesh::read(bytes, &extension, mesh.unit)?)
         })
-        .map(|mesh| Some(Arc::new(mesh)))
+        .map(Arc::new)
     }
 
     fn read<T>(

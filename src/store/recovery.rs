@@ -12,7 +12,7 @@
 use super::builtin;
 use super::error::StoreError;
 use super::lock::Lock;
-use super::meshes::read_all;
+use super::meshes::Meshes;
 use super::open::{Reader, World, home};
 use super::place::Place;
 use super::read::read;
@@ -259,7 +259,7 @@ impl Leftover {
         let design = document.design();
         let mut reader = Reader::new(place);
         let environment = reader.environment(&own_file, &design.environment)?;
-        let meshes = read_all(&mut reader, &own_file, design);
+        let meshes = Meshes::read(&mut reader, &own_file, design);
         let mut world = World::with_meshes(document, environment, meshes);
         // Of design and bodies, what the session knew: what was changed since is then told.
         world.stamps = Stamps::from_pairs(content.stamps);

@@ -2,6 +2,7 @@
 
 use crate::design::Design;
 use crate::field::{Environment, OutsidePolicy};
+pub use crate::study::scenario::CrfScenario;
 use crate::study::{Scenario, ScenarioCrf};
 use nalgebra::Point3;
 use std::sync::Arc;
@@ -23,15 +24,6 @@ pub fn resolve(design: &Design, environment: &Arc<Environment>) -> Scenario {
         requirement: design.requirement,
         outside: OutsidePolicy::default(),
     }
-}
-
-/// The CRF alone against the tracker, judged at one place.
-#[derive(Clone, Debug)]
-pub struct CrfScenario {
-    /// The target's name; `None` at the CRF's tip, or its origin.
-    pub target: Option<String>,
-    /// With the CRF in the tool's place: its own pose, range of motion and requirement.
-    pub scenario: Scenario,
 }
 
 /// The CRF of a design alone against the tracker (Fischer & Taylor 2005, section 4.1, step 2): once

@@ -66,6 +66,11 @@ impl RoomPlace {
             .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     }
 
+    /// A file of the disk, by any of its names.
+    pub fn of_file(file: &Path) -> Self {
+        Self::File(absolute(file))
+    }
+
     /// # Errors
     /// See [`StoreError`].
     pub fn read(&self) -> Result<Environment, StoreError> {
@@ -95,8 +100,22 @@ pub fn room_name(file: &Path) -> String {
 /// # Errors
 /// [`StoreError::NoSuchBuiltIn`].
 pub fn own_room(world: &World) -> Result<RoomPlace, StoreError> {
+    room_at(world, &world.document.design().environment)
+}
+
+/// Where the further rooms are that the open design is judged in.
+///
+/// # Errors
+/// [`StoreError::NoSuchBuiltIn`].
+pub fn further_rooms(world: &World) -> Result<Vec<RoomPlace>, StoreError> {
+    let files = &world.document.design().procedure.further_rooms;
+    files.iter().map(|file| room_at(world, file)).collect()
+}
+
+/// Where a room is that the open design refers to.
+fn room_at(world: &World, reference: &str) -> Result<RoomPlace, StoreError> {
     let (place, file) = home(world.document.origin())?;
-    let path = place.resolve(&file, &world.document.design().environment);
+    let path = place.resolve(&file, reference);
     Ok(match place {
         Place::BuiltIn => match builtin::path_of(&path) {
             Some(path) => RoomPlace::BuiltIn(path),

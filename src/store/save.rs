@@ -174,8 +174,24 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
         let at = mover.move_body(body, is_changed(world, role))?;
         moved.push((role, body.reference.clone(), at));
     }
-    let environment = mover.move_environment(&design.environment)?;
-    let old_environment = design.environment.clone();
+    let mut moved_anatomy: Vec<(String, String)> = Vec::new();
+    for anatomy in &design.anatomy {
+        let old = &anatomy.mesh.file;
+        if moved_anatomy.iter().all(|(moved, _)| moved != old) {
+            moved_anatomy.push((old.clone(), mover.move_anatomy(old)?));
+        }
+    }
+    let own_room = mover.move_environment(&design.environment)?;
+    let mut rooms = vec![(design.environment.clone(), own_room)];
+    for room in &design.procedure.further_rooms {
+        // One that is not there was missed before, and is no reason not to save.
+        let moved = mover.move_environment(room);
+        rooms.extend(moved.ok().map(|moved| (room.clone(), moved)));
+    }
+    let anatomy_file = |old: &str| {
+        let moved = moved_anatomy.iter().find(|(moved, _)| moved == old);
+        moved.map_or_else(|| mover.reference(old), |(_, now)| now.clone())
+    };
     let rewrite = |design: &mut Design| {
         for (role, old_reference, moved) in &moved {
             let Some(body) = design.body_mut(*role) else {
@@ -190,11 +206,17 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
                 }
             }
         }
-        design.environment = if design.environment == old_environment {
-            environment.clone()
-        } else {
-            mover.reference(&design.environment)
-        };
+        for anatomy in &mut design.anatomy {
+            anatomy.mesh.file = anatomy_file(&anatomy.mesh.file);
+        }
+        let references = design.procedure.references_mut();
+        for reference in references.chain([&mut design.environment]) {
+            let moved = rooms.iter().find(|(old, _)| old == reference);
+            *reference = match moved {
+                Some((_, moved)) => moved.clone(),
+                None => mover.reference(reference),
+            };
+        }
     };
     let mut copy = design.clone();
     rewrite(&mut copy);
@@ -205,6 +227,7 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
         .relocate(Origin::File(file.to_owned()), rewrite);
     world.document.mark_saved();
     world.references_are_current();
+    world.anatomy.moved(anatomy_file);
     mover.stamps.take(file, text.as_bytes());
     world.stamps.extend(mover.stamps);
     mover.report.written.push(file.to_owned());
@@ -319,6 +342,7 @@ fn refuse_own_parts(
         .bodies()
         .map(|(_, body)| &body.reference)
         .chain([&design.environment])
+        .chain(&design.procedure.further_rooms)
         .map(|reference| place.resolve(old_file, reference));
     let file = absolute(file);
     if place == Place::Disk && parts.any(|part| absolute(&part) == file) {
@@ -402,6 +426,18 @@ impl Mover {
         }
         let copy = self.copy_built_in(&old_file, "a mesh")?;
         Ok(Some((mesh.to_owned(), copy)))
+    }
+
+    /// The reference to a mesh of the anatomy from the new folder, to where it was copied if it had
+    /// to be.
+    fn move_anatomy(&mut self, reference: &str) -> Result<String, StoreError> {
+        let old_file = self.place.resolve(&self.old_file, reference);
+        let is_within_reach = self.place == Place::Disk || is_absolute(reference);
+        // One that is not there was missed before, and is no reason not to save.
+        if is_within_reach || self.place.read(&old_file).is_err() {
+            return Ok(self.reference(reference));
+        }
+        self.copy_built_in(&old_file, "a mesh")
     }
 
     /// What a mesh of a body, a past one too, is referred to by from where the body is now.

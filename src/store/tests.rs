@@ -366,7 +366,7 @@ fn a_design_opens_without_a_mesh_that_cannot_be_used_and_says_why() {
         let [problem] = &world.mesh_problems()[..] else {
             panic!("{:?}", world.mesh_problems())
         };
-        assert_eq!(problem.body, BodyRole::Tool);
+        assert_eq!(problem.whose, BodyRole::Tool.into());
         assert_eq!(problem.reference.file, "pointer.glb");
         let message = problem.to_string();
         let start = format!("the tool's mesh is missing: {}: ", file.display());

@@ -30,6 +30,8 @@ pub enum WatchedPart {
     Environment,
     Body(BodyRole),
     Mesh(BodyRole),
+    /// A mesh of it.
+    Anatomy,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +49,7 @@ impl std::fmt::Display for WatchedPart {
             Self::Environment => f.write_str("environment"),
             Self::Body(role) => write!(f, "{role}"),
             Self::Mesh(role) => write!(f, "{role} mesh"),
+            Self::Anatomy => f.write_str("anatomy"),
         }
     }
 }
@@ -94,6 +97,13 @@ pub(super) fn watched_files(world: &World) -> Vec<(WatchedPart, PathBuf)> {
             files.push((WatchedPart::Mesh(role), place.resolve(&file, &mesh.file)));
         }
         files.push((WatchedPart::Body(role), file));
+    }
+    for anatomy in &design.anatomy {
+        let file = place.resolve(&own_file, &anatomy.mesh.file);
+        // Several may show one file.
+        if files.iter().all(|(_, other)| *other != file) {
+            files.push((WatchedPart::Anatomy, file));
+        }
     }
     files.retain(|(_, file)| place == Place::Disk || file.is_absolute());
     files

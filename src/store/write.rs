@@ -43,16 +43,7 @@ fn try_write(file: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) 
         write(&mut out)?;
         return out.flush();
     }
-    let folder = folder_of(&file);
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".trackwright-").suffix(".tmp");
-    // The mode that any new file gets; the umask is taken off it. A temporary file's own is 0600.
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    let temporary = builder.tempfile_in(&folder)?;
+    let temporary = temporary_beside(&file, ".tmp")?;
     let mut out = BufWriter::new(temporary);
     write(&mut out)?;
     let temporary = out.into_inner().map_err(io::IntoInnerError::into_error)?;
@@ -61,8 +52,21 @@ fn try_write(file: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) 
     }
     temporary.as_file().sync_all()?;
     temporary.persist(&file).map_err(|error| error.error)?;
-    sync_folder(&folder);
+    sync_folder(&folder_of(&file));
     Ok(())
+}
+
+/// A new file beside another, to take its place once it is whole.
+pub(super) fn temporary_beside(file: &Path, suffix: &str) -> io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".trackwright-").suffix(suffix);
+    // The mode that any new file gets; the umask is taken off it. A temporary file's own is 0600.
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder_of(file))
 }
 
 /// The folder of a file, never empty.

@@ -52,15 +52,26 @@ impl Requirement {
 
     /// Each bound against its figure. A figure that is not a number meets nothing.
     pub fn checks(&self, position_mm: &Statistics, angle_deg: &Statistics) -> Vec<Check> {
+        let (p, a) = (position_mm, angle_deg);
+        self.checks_of([p.rms, p.p95, p.max, a.rms, a.max])
+    }
+
+    /// The bounds by their names in a design file: RMS, 95th percentile and largest of the tip error
+    /// in mm, RMS and largest of the angle error in degrees.
+    pub fn bounds(&self) -> [(&'static str, Option<f64>); 5] {
         [
-            ("position_rms", self.position_rms_mm, position_mm.rms),
-            ("position_p95", self.position_p95_mm, position_mm.p95),
-            ("position_max", self.position_max_mm, position_mm.max),
-            ("angle_rms", self.angle_rms_deg, angle_deg.rms),
-            ("angle_max", self.angle_max_deg, angle_deg.max),
+            ("position_rms", self.position_rms_mm),
+            ("position_p95", self.position_p95_mm),
+            ("position_max", self.position_max_mm),
+            ("angle_rms", self.angle_rms_deg),
+            ("angle_max", self.angle_max_deg),
         ]
-        .into_iter()
-        .filter_map(|(name, limit, value)| {
+    }
+
+    /// Each bound against its figure, which are in the order of [`Self::bounds`].
+    pub fn checks_of(&self, figures: [f64; 5]) -> Vec<Check> {
+        let each = self.bounds().into_iter().zip(figures);
+        each.filter_map(|((name, limit), value)| {
             limit.map(|limit| Check {
                 name,
                 value,

@@ -28,6 +28,15 @@ pub struct ScenarioCrf {
     pub tracker_from_crf: Pose,
 }
 
+/// The CRF alone against the tracker, judged at one place.
+#[derive(Clone, Debug)]
+pub struct CrfScenario {
+    /// The target's name; `None` at the CRF's tip, or its origin.
+    pub target: Option<String>,
+    /// With the CRF in the tool's place: its own pose, range of motion and requirement.
+    pub scenario: Scenario,
+}
+
 /// The paper's three modes.
 #[derive(Clone, Debug)]
 pub enum Mode {

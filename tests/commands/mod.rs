@@ -17,6 +17,7 @@ mod live;
 mod main_job;
 mod pivot;
 mod precision;
+mod procedure;
 mod register;
 mod report;
 mod select;

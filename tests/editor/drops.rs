@@ -69,7 +69,7 @@ fn a_dropped_mesh_is_the_selected_bodys_and_asked_about_where_none_is() {
     let file = folder.path().join("block.OBJ");
     fs::write(&file, box_obj([20.0, 30.0, 40.0], "")).unwrap();
     drop_file(&mut app, &file);
-    assert!(matches!(dialog(&app), Some(Dialog::WhichBody { .. })));
+    assert!(matches!(dialog(&app), Some(Dialog::WhoseMesh { .. })));
     app.world_mut().resource_mut::<Dialogs>().current = None;
     let sensor = Selection::of(Some(Selected::Sensor(BodyRole::Crf, 0)));
     app.insert_resource(sensor);
@@ -112,7 +112,7 @@ fn while_files_hover_it_is_said_what_will_happen_and_not_after() {
     app.update();
     let lines = [
         "Read poses from poses.csv",
-        "Use grip.stl as the mesh of tool or CRF",
+        "Use grip.stl as a mesh of tool, CRF or anatomy",
     ];
     assert_eq!(app.world().resource::<HoveringFiles>().0, lines);
     let window = Entity::PLACEHOLDER;

@@ -233,7 +233,7 @@ fn a_mesh_in_the_wrong_unit_is_asked_about_with_the_sizes_and_the_answer_is_one_
     harness.get_by_label("in m: 150.00\u{2009}mm").click();
     harness.run_steps(2);
     let load = MeshRequest::Load {
-        body: BodyRole::Tool,
+        whose: BodyRole::Tool.into(),
         file,
         unit: Some(MeshUnit::Metre),
     };
@@ -245,7 +245,7 @@ fn a_mesh_in_the_wrong_unit_is_asked_about_with_the_sizes_and_the_answer_is_one_
     says(&app, "150.0 × 8.0 × 6.0\u{2009}mm");
     // A size that the person chose is not asked about again, however odd.
     let set = MeshRequest::SetUnit {
-        body: BodyRole::Tool,
+        whose: BodyRole::Tool.into(),
         unit: Some(MeshUnit::Inch),
     };
     ask(&mut app, set);
@@ -275,7 +275,7 @@ fn a_mesh_that_is_gone_keeps_its_reference_and_is_found_again() {
     harness.get_by_label("Find it…").click();
     harness.run_steps(2);
     drop(harness);
-    let show = MeshRequest::ShowLoad(BodyRole::Tool);
+    let show = MeshRequest::ShowLoad(BodyRole::Tool.into());
     assert_eq!(*asked.borrow(), [PanelAction::Mesh(show.clone())]);
     ask(&mut app, show);
     let Some(Dialog::Mesh { files, .. }) = dialog(&app) else {

@@ -1,9 +1,11 @@
 //! The editor: without a window, in pictures, and in a real window.
 
+mod anatomy;
 mod autosave;
 mod bad_places;
 mod body_files;
 mod copied;
+mod decide;
 mod document;
 mod drag;
 mod drops;
@@ -26,6 +28,8 @@ mod precision_page;
 mod preferences;
 mod present;
 mod probe;
+mod procedure;
+mod report;
 mod sensor_panels;
 mod sensors;
 mod shortcuts;

@@ -139,7 +139,7 @@ fn angles_are_typed_in_degrees_and_stored_in_radians() {
 #[test]
 fn the_range_of_motion_says_how_many_poses_it_has() {
     let design = design();
-    let (harness, _) = harness(|ui| motion_ui(ui, design.motion.as_ref()));
+    let (harness, _) = harness(|ui| motion_ui(ui, BodyRole::Tool, design.motion.as_ref()));
     harness.get_by_label("15 poses");
 }
 

@@ -11,7 +11,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use trackwright::design::{
-    CrfPlacement, Design, DesignBody, Document, Origin, Target, ToolPlacement, View,
+    CrfPlacement, Design, DesignBody, Document, Origin, Procedure, Target, ToolPlacement, View,
 };
 use trackwright::editor::camera::CameraPlugin;
 use trackwright::editor::diagnostics::DiagnosticsPlugin;
@@ -134,6 +134,8 @@ pub fn design() -> Design {
             position_rms_mm: Some(1.0),
             ..Requirement::default()
         }),
+        procedure: Procedure::default(),
+        anatomy: Vec::new(),
         slides: Vec::new(),
     }
 }

@@ -3,10 +3,9 @@
 use crate::formats::comparison_table::Names;
 use crate::geometry::pose::pose_to_array;
 use crate::study::comparison::{
-    Comparison, Difference, ErrorOf, FIGURES, Measured, Row, Summary, WorstPose, difference_words,
-    met_words, notes,
+    Comparison, Difference, ErrorOf, FIGURES, Row, Summary, WorstPose, difference_words, met_words,
+    notes, worst_words,
 };
-use crate::study::figures::with_separators;
 use serde_json::{Map, Value, json};
 
 /// Longest name that a table shows whole.
@@ -205,37 +204,12 @@ fn about(row: &Row, labels: &[String], baseline: usize) -> Vec<String> {
                     format!("    {:<label$}  {words}", figure.label())
                 }));
             }
-            lines.push(format!("    {}", worst(measured)));
+            lines.push(format!("    {}", worst_words(measured)));
             let notes = notes(measured, row.against_baseline.as_ref());
             lines.extend(notes.into_iter().map(|note| format!("    note: {note}")));
         }
     }
     lines
-}
-
-fn worst(measured: &Measured) -> String {
-    let worst = &measured.figures.worst;
-    let size = format!("worst {:.4} mm", worst.position_mm);
-    let offsets = &measured.worst_pose.offsets;
-    let of = |unit: &str, is_turn: bool| {
-        let axes = offsets
-            .iter()
-            .filter(|(a, _)| a.starts_with('r') == is_turn);
-        let axes: Vec<String> = axes.map(|(axis, v)| format!("{axis} {v:+}")).collect();
-        (!axes.is_empty()).then(|| format!("{}{unit}", axes.join(" ")))
-    };
-    let places: Vec<String> = [of(" mm", false), of("°", true)]
-        .into_iter()
-        .flatten()
-        .collect();
-    match places.is_empty() {
-        true => format!("{size} at its own pose"),
-        false => format!(
-            "{size} at {} (trial {})",
-            places.join(", "),
-            with_separators(worst.trial)
-        ),
-    }
 }
 
 /// Names for a table: on one line, and cut where that leaves them different.

@@ -3,6 +3,7 @@
 mod edits;
 mod history;
 mod place;
+mod procedure;
 
 use super::*;
 use crate::geometry::pose::Pose;
@@ -49,6 +50,8 @@ fn design() -> Design {
         motion: None,
         orientation_weight_mm: None,
         requirement: None,
+        procedure: Procedure::default(),
+        anatomy: Vec::new(),
         slides: Vec::new(),
     }
 }

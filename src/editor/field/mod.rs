@@ -103,7 +103,7 @@ impl Plugin for FieldPlugin {
                         .in_set(EditorSystems::Input),
                     (
                         hear::hear.run_if(is_busy),
-                        rooms::keep_list.run_if(is_shown),
+                        rooms::keep_list.run_if(is_shown.or_else(super::decide::is_shown)),
                     )
                         .chain()
                         .in_set(EditorSystems::Solve),

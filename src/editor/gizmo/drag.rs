@@ -40,7 +40,7 @@ impl Held {
         match self.target {
             Selected::Body(role) => self.start.moved_body(role, movement),
             Selected::Sensor(role, index) => self.start.turned_sensor(role, index, movement),
-            Selected::Tip(_) => None,
+            Selected::Tip(_) | Selected::Anatomy(_) => None,
         }
     }
 
@@ -64,6 +64,10 @@ pub fn name_of(design: &Design, target: Selected) -> String {
         Selected::Body(role) => role.name().to_owned(),
         Selected::Sensor(role, index) => sensor(role, index).unwrap_or_else(|| "sensor".to_owned()),
         Selected::Tip(role) => format!("{role} tip"),
+        Selected::Anatomy(index) => {
+            let anatomy = design.anatomy.get(index);
+            anatomy.map_or_else(|| "anatomy".to_owned(), |a| format!("anatomy {}", a.name))
+        }
     }
 }
 

@@ -82,7 +82,7 @@ pub fn gizmo_of(
     let left_alone = [&view.hidden, &view.locked];
     let mut axes = axes;
     let gizmo = match target {
-        Selected::Tip(_) => return None,
+        Selected::Tip(_) | Selected::Anatomy(_) => return None,
         Selected::Body(role) => {
             if left_alone.iter().any(|things| things.has_body(role)) {
                 return None;

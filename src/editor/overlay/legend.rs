@@ -264,6 +264,11 @@ fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> O
         ),
         (layers.ghost, ghost, palette::GHOST),
         (
+            view.has_baseline,
+            "baseline as tracked, and its sensors",
+            palette::BASELINE,
+        ),
+        (
             layers.tip_scatter && view.has_scatter,
             "95 % of the tip's jitter",
             palette::GHOST,

@@ -13,6 +13,7 @@ pub use keys::{LegendKey, Swatch};
 pub use legend::caption;
 
 use super::camera::OrbitRig;
+use super::decide::DecideDesk;
 use super::gizmo::CurrentGizmo;
 use super::layers::ColorBars;
 use super::live::LiveDesk;
@@ -86,6 +87,8 @@ pub struct OverlayView<'a> {
     pub has_summary: bool,
     /// For people who do not design the tool: nothing that has to be explained.
     pub is_plain: bool,
+    /// Whether a pinned design is drawn beside this one.
+    pub has_baseline: bool,
     /// Where something is written already.
     pub covered: &'a [egui::Rect],
 }
@@ -134,6 +137,7 @@ struct Scene<'w> {
     hovered: Res<'w, Hovered>,
     presentation: Res<'w, Presentation>,
     workspace: Res<'w, Workspace>,
+    decide: Option<Res<'w, DecideDesk>>,
     cover: Res<'w, StageCover>,
     live: Option<Res<'w, LiveDesk>>,
 }
@@ -259,6 +263,8 @@ fn draw(
         body_troubles: scene.body_troubles(),
         has_summary: !scene.presentation.panels,
         is_plain: *scene.workspace == Workspace::Present,
+        has_baseline: *scene.workspace == Workspace::Decide
+            && scene.decide.is_some_and(|desk| desk.pinned.is_some()),
         covered: &scene.cover.0,
     };
     let painter = ctx

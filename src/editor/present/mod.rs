@@ -86,6 +86,7 @@ impl Plugin for PresentPlugin {
                 (
                     stage::remember_origin.before(EditorSystems::Edit),
                     stage::follow
+                        .run_if(stage::may_differ)
                         .after(EditorSystems::Edit)
                         .before(EditorSystems::Solve),
                 ),

@@ -80,6 +80,21 @@ impl House<'_> {
     }
 }
 
+/// Whether anything changed that says what is to be on the screen.
+pub(super) fn may_differ(
+    workspace: Res<Workspace>,
+    generation: Res<WorldGeneration>,
+    presenter: Res<Presenter>,
+    stage: Res<Stage>,
+    world: Option<Res<OpenWorld>>,
+) -> bool {
+    workspace.is_changed()
+        || generation.is_changed()
+        || presenter.is_changed()
+        || stage.is_changed()
+        || world.is_some_and(|world| world.is_changed())
+}
+
 /// Puts the slide on the screen that is to be there, or gives the design's own view back.
 pub(super) fn follow(
     workspace: Res<Workspace>,
@@ -91,7 +106,9 @@ pub(super) fn follow(
 ) {
     let Some(mut world) = world else { return };
     if *workspace != Workspace::Present {
-        if stage.shown.take().is_some() {
+        // To look is no change, which would make the next frame look again.
+        if !stage.is_empty() {
+            stage.shown = None;
             world.0.document.present(None);
             house.let_pick(true);
             // A view that has no camera is looked at from wherever one is.

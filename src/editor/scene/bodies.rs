@@ -17,6 +17,12 @@ use std::sync::Arc;
 /// through it, and its shape has to be read all the same.
 const ANATOMY_ALPHA: [f32; 2] = [0.13, 0.62];
 
+/// How anatomy of this colour looks.
+pub(super) fn anatomy_look(color: palette::Rgb) -> GlowMaterial {
+    let [middle, rim] = ANATOMY_ALPHA;
+    GlowMaterial::translucent(color, middle, rim)
+}
+
 /// Draws both bodies at their poses.
 pub struct BodiesPlugin;
 
@@ -105,9 +111,8 @@ fn spawn_bodies(
                     shapes,
                 ));
                 if part.is_anatomy() {
-                    let [middle, rim] = ANATOMY_ALPHA;
-                    let look = GlowMaterial::translucent(palette::BONE, middle, rim);
-                    shape.insert(MeshMaterial3d(glows.add(look)));
+                    let look = glows.add(anatomy_look(palette::BONE));
+                    shape.insert(MeshMaterial3d(look));
                 } else {
                     shape.insert(MeshMaterial3d(materials.add(material(role, part))));
                 }

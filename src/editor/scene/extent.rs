@@ -18,6 +18,12 @@ pub fn of_selection(world: &World, design: &Design, selection: &Selection) -> Op
             let selected = indices.into_iter().filter_map(|index| sensors.get(index));
             Sphere::around(selected.map(|sensor| pose * sensor.position_in_body))
         }
+        Some(Selected::Anatomy(index)) => {
+            let anatomy = design.anatomy.get(index)?;
+            let pose = anatomy.tracker_from_mesh(design);
+            let parts = world.anatomy_mesh(&anatomy.mesh)?.parts.iter();
+            Sphere::around(parts.flat_map(|part| part.positions_mm.iter().map(|p| pose * p)))
+        }
         Some(Selected::Tip(role)) => {
             let tip = design.body(role)?.rigid.judged_tip_in_body();
             Some(at(design.tracker_from_body(role)? * tip))

@@ -1,5 +1,6 @@
 //! What is there: bodies, sensors, the room. A projection of the document that carries ids.
 
+pub mod anatomy;
 pub mod axes;
 pub mod bodies;
 pub mod body_meshes;
@@ -17,7 +18,8 @@ use bevy::prelude::*;
 ///
 /// | plugin | what it draws |
 /// | --- | --- |
-/// | [`bodies::BodiesPlugin`] | meshes of tool and CRF, and the anatomy |
+/// | [`bodies::BodiesPlugin`] | meshes of tool and CRF, with the anatomy in them |
+/// | [`anatomy::AnatomyPlugin`] | the design's own anatomy |
 /// | [`sensors::SensorsPlugin`] | coils, their axes, outlines and marks |
 /// | [`volume::VolumePlugin`] | measurement volume and the model's box |
 /// | [`generator::GeneratorPlugin`] | the field generator |
@@ -30,6 +32,7 @@ impl Plugin for ScenePlugin {
             shapes::ShapesPlugin,
             screen_size::ScreenSizePlugin,
             bodies::BodiesPlugin,
+            anatomy::AnatomyPlugin,
             sensors::SensorsPlugin,
             volume::VolumePlugin,
             generator::GeneratorPlugin,

@@ -101,7 +101,7 @@ fn has_aim(aim: Res<ToolAim>) -> bool {
 pub fn add_sensor_beside(design: &Design, selection: &Selection) -> Option<Edit> {
     let body = match selection.primary() {
         Some(Selected::Body(role) | Selected::Sensor(role, _) | Selected::Tip(role)) => role,
-        None => BodyRole::Tool,
+        Some(Selected::Anatomy(_)) | None => BodyRole::Tool,
     };
     let sensor = sensor_beside_last(&design.body(body)?.rigid);
     Some(Edit::AddSensor { body, sensor })

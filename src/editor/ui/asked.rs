@@ -4,6 +4,7 @@ use super::PanelAction;
 use super::layout::PanelsShown;
 use crate::editor::body_files::BodyFileRequest;
 use crate::editor::commands::RunCommand;
+use crate::editor::decide::DecideRequest;
 use crate::editor::field::FieldRequest;
 use crate::editor::live::LiveRequest;
 use crate::editor::meshes::MeshRequest;
@@ -30,6 +31,7 @@ pub(super) struct Asked<'w> {
     commands: MessageWriter<'w, RunCommand>,
     study: MessageWriter<'w, StudyRequest>,
     present: MessageWriter<'w, PresentRequest>,
+    decide: MessageWriter<'w, DecideRequest>,
     pub redraw: MessageWriter<'w, RequestRedraw>,
 }
 
@@ -69,6 +71,9 @@ impl Asked<'_> {
                 }
                 PanelAction::Present(request) => {
                     self.present.write(request);
+                }
+                PanelAction::Decide(request) => {
+                    self.decide.write(request);
                 }
                 PanelAction::Select(what) => *self.selection = Selection::of(what),
                 PanelAction::SelectAlso(what) => self.selection.toggle(what),

@@ -1,5 +1,7 @@
 //! Numbers of what is selected, each of which can be typed.
 
+use super::anatomy_ui::anatomy_ui;
+use super::crf_study_ui::crf_study_ui;
 use super::motion_ui::{motion_ui, requirement_ui};
 use super::outliner::{detail, sensor_trouble};
 use super::sensor_ui::{IsAvailable, sensor_buttons_ui};
@@ -44,6 +46,9 @@ pub fn inspector_ui(ui: &mut Ui, inspector: &InspectorView) -> Vec<PanelAction> 
         Some(Selected::Body(role)) => body_ui(ui, inspector, role, &mut actions),
         Some(Selected::Sensor(role, index)) => sensor_ui(ui, inspector, role, index, &mut actions),
         Some(Selected::Tip(role)) => tip_ui(ui, inspector.design, role, &mut actions),
+        Some(Selected::Anatomy(index)) => {
+            anatomy_ui(ui, inspector.design, index, &mut actions);
+        }
     }
     actions
 }
@@ -55,8 +60,12 @@ fn design_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<PanelActi
         actions.push(PanelAction::apply(Edit::SetName(name)));
     }
     weight_ui(ui, inspector, actions);
-    actions.extend(requirement_ui(ui, design.requirement.as_ref()));
-    actions.extend(motion_ui(ui, design.motion.as_ref()));
+    actions.extend(requirement_ui(
+        ui,
+        BodyRole::Tool,
+        design.requirement.as_ref(),
+    ));
+    actions.extend(motion_ui(ui, BodyRole::Tool, design.motion.as_ref()));
 }
 
 fn weight_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<PanelAction>) {
@@ -126,6 +135,9 @@ fn body_ui(ui: &mut Ui, inspector: &InspectorView, role: BodyRole, actions: &mut
     tip_of_body_ui(ui, role, body, actions);
     if let Some(detail) = detail(inspector.pose, role) {
         determination_ui(ui, &detail.determination);
+    }
+    if let (BodyRole::Crf, Some(crf)) = (role, &design.crf) {
+        crf_study_ui(ui, crf, actions);
     }
 }
 
@@ -382,7 +394,7 @@ fn row_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
 }
 
 /// Three lengths, each a row.
-fn vector_ui(
+pub(super) fn vector_ui(
     ui: &mut Ui,
     what: &str,
     value_mm: &Vector3<f64>,
@@ -404,7 +416,7 @@ fn vector_ui(
 }
 
 /// Turns about x, then y, then z, shown in degrees.
-fn rotation_ui(
+pub(super) fn rotation_ui(
     ui: &mut Ui,
     rotation: &UnitQuaternion<f64>,
     actions: &mut Vec<PanelAction>,

@@ -4,17 +4,16 @@ use super::asked::Asked;
 use super::baseline::{Baseline, note_baseline};
 use super::body_file_ui::{BodyFileView, body_file_ui};
 use super::command_ui::CommandPages;
+use super::decide::table_ui;
 use super::dialogs::Dialogs;
-use super::field::{comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui, worth_ui};
 use super::history_ui::history_ui;
 use super::inspector::{InspectorView, inspector_ui};
 use super::layer_settings::LayerFigures;
 use super::layers_ui::{LayersView, Listed, layers_ui};
-use super::live::LivePanels;
 use super::mesh_ui::{MeshView, mesh_ui};
 use super::outliner::{OutlinerView, outliner_ui};
 use super::present::{StageCover, StageView, slides_ui, stage_ui};
-use super::result::{ResultView, brief_result_ui, headline, result_ui};
+use super::result::{ResultView, headline, result_ui};
 use super::row_page::RowPage;
 use super::scene_menu::SceneMenu;
 use super::sensor_ui::IsAvailable;
@@ -27,6 +26,9 @@ use crate::design::{Design, View};
 use crate::editor::body_files::{BodyFileRequest, BodyLoading};
 use crate::editor::camera::OrbitRig;
 use crate::editor::commands::{Command, RunCommand};
+use crate::editor::decide::against::Against;
+use crate::editor::decide::judged::Judged;
+use crate::editor::decide::{DecideDesk, DecideRequest};
 use crate::editor::document::{Notice, WorldGeneration, file_name};
 use crate::editor::drops::HoveringFiles;
 use crate::editor::field::samples::SampleScale;
@@ -44,7 +46,7 @@ use crate::editor::state::{
 };
 use crate::editor::study::{LogJob, ShownDesign, Side, StudyDesk, StudyRequest};
 use crate::field::Environment;
-use crate::store;
+use crate::store::{self, MeshOwner};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -121,6 +123,8 @@ impl Plugin for UiPlugin {
             .add_message::<RunCommand>()
             .add_message::<StudyRequest>()
             .add_message::<PresentRequest>()
+            .init_resource::<DecideDesk>()
+            .add_message::<DecideRequest>()
             .init_resource::<Presenter>()
             .init_resource::<StageCover>()
             .add_message::<RequestRedraw>()
@@ -156,28 +160,31 @@ fn set_style(
 
 /// What the panels show.
 #[derive(SystemParam)]
-struct Shown<'w> {
-    world: Option<Res<'w, OpenWorld>>,
-    results: Res<'w, Results>,
-    baseline: Res<'w, Baseline>,
-    notice: Res<'w, Notice>,
-    drag: Res<'w, ActiveDrag>,
-    hint: Res<'w, PointerHint>,
-    presentation: Res<'w, Presentation>,
-    workspace: Res<'w, Workspace>,
-    recent: Res<'w, RecentDesigns>,
-    desk: Res<'w, StudyDesk>,
-    trial: Option<Res<'w, ShownDesign>>,
-    log: Res<'w, LogJob>,
-    field: Res<'w, FieldDesk>,
-    live: Res<'w, LiveDesk>,
-    presenter: Res<'w, Presenter>,
-    sample_scale: Res<'w, SampleScale>,
-    generation: Res<'w, WorldGeneration>,
-    loading: Res<'w, MeshLoading>,
-    body_loading: Res<'w, BodyLoading>,
-    rig: Option<Res<'w, OrbitRig>>,
-    color_bars: Option<Res<'w, ColorBars>>,
+pub(super) struct Shown<'w> {
+    pub(super) world: Option<Res<'w, OpenWorld>>,
+    pub(super) results: Res<'w, Results>,
+    pub(super) baseline: Res<'w, Baseline>,
+    pub(super) notice: Res<'w, Notice>,
+    pub(super) drag: Res<'w, ActiveDrag>,
+    pub(super) hint: Res<'w, PointerHint>,
+    pub(super) presentation: Res<'w, Presentation>,
+    pub(super) workspace: Res<'w, Workspace>,
+    pub(super) recent: Res<'w, RecentDesigns>,
+    pub(super) desk: Res<'w, StudyDesk>,
+    pub(super) trial: Option<Res<'w, ShownDesign>>,
+    pub(super) log: Res<'w, LogJob>,
+    pub(super) field: Res<'w, FieldDesk>,
+    pub(super) live: Res<'w, LiveDesk>,
+    pub(super) presenter: Res<'w, Presenter>,
+    pub(super) decide: Res<'w, DecideDesk>,
+    pub(super) against: Option<Res<'w, Against>>,
+    pub(super) judged: Option<Res<'w, Judged>>,
+    pub(super) sample_scale: Res<'w, SampleScale>,
+    pub(super) generation: Res<'w, WorldGeneration>,
+    pub(super) loading: Res<'w, MeshLoading>,
+    pub(super) body_loading: Res<'w, BodyLoading>,
+    pub(super) rig: Option<Res<'w, OrbitRig>>,
+    pub(super) color_bars: Option<Res<'w, ColorBars>>,
 }
 
 fn panels(
@@ -233,9 +240,9 @@ fn panels(
 }
 
 /// Everything that the panels read, in one place.
-struct Desk<'a> {
-    world: &'a store::World,
-    shown: &'a Shown<'a>,
+pub(super) struct Desk<'a> {
+    pub(super) world: &'a store::World,
+    pub(super) shown: &'a Shown<'a>,
     selection: &'a Selection,
     is_available: IsAvailable<'a>,
     hovered: Option<Selected>,
@@ -243,15 +250,15 @@ struct Desk<'a> {
 }
 
 impl Desk<'_> {
-    fn design(&self) -> &Design {
+    pub(super) fn design(&self) -> &Design {
         self.world.document.design()
     }
 
-    fn view(&self) -> &View {
+    pub(super) fn view(&self) -> &View {
         self.world.document.view()
     }
 
-    fn environment(&self) -> &Environment {
+    pub(super) fn environment(&self) -> &Environment {
         &self.world.environment
     }
 
@@ -272,20 +279,38 @@ impl Desk<'_> {
                 .frame(theme::panel_frame(Margin::symmetric(8, 0)))
                 .show(root, |ui| actions.extend(self.study().timeline(ui)));
         }
+        if workspace == Workspace::Decide {
+            Panel::bottom("compared")
+                .exact_size(match self.shown.decide.compared {
+                    Some(_) => theme::TABLE_HEIGHT,
+                    None => theme::TABLE_HEAD_HEIGHT,
+                })
+                .resizable(false)
+                .frame(theme::panel_frame(Margin::symmetric(10, 0)))
+                .show(root, |ui| {
+                    let asked = table_ui(ui, &self.decide());
+                    actions.extend(asked.into_iter().map(PanelAction::Decide));
+                });
+        }
         if self.sides.left {
             Panel::left("left")
-                .exact_size(theme::LEFT_WIDTH)
+                .exact_size(match workspace {
+                    Workspace::Decide => theme::RIGHT_WIDTH,
+                    _ => theme::LEFT_WIDTH,
+                })
                 .resizable(false)
                 .frame(theme::panel_frame(Margin::symmetric(8, 0)))
                 .show(root, |ui| match workspace {
                     Workspace::Field => self.field_left_ui(ui, actions),
                     Workspace::Live => self.live_left_ui(ui, actions),
+                    Workspace::Decide => self.decide_left_ui(ui, actions),
                     _ => self.left_ui(ui, actions),
                 });
         }
         if self.sides.right {
             let (width, margin) = match workspace {
                 Workspace::Field => (theme::FIELD_WIDTH, Margin::symmetric(12, 0)),
+                Workspace::Decide => (theme::FIELD_WIDTH, Margin::ZERO),
                 Workspace::Live => (theme::RIGHT_WIDTH, Margin::symmetric(12, 0)),
                 _ => (theme::RIGHT_WIDTH, Margin::ZERO),
             };
@@ -296,6 +321,7 @@ impl Desk<'_> {
                 .show(root, |ui| match workspace {
                     Workspace::Field => self.field_right_ui(ui, actions),
                     Workspace::Live => actions.extend(self.live().right(ui)),
+                    Workspace::Decide => self.decide_right_ui(ui, actions),
                     _ => self.right_ui(ui, actions),
                 });
         }
@@ -321,13 +347,7 @@ impl Desk<'_> {
             .show(root, |ui| {
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                     actions.extend(slides_ui(ui, &self.stage()));
-                    let layers = LayersView {
-                        view: self.view(),
-                        environment: self.environment(),
-                        figures: self.layer_figures(),
-                        listed: Listed::All,
-                    };
-                    actions.extend(layers_ui(ui, &layers));
+                    actions.extend(self.layers_ui(ui, Listed::All));
                     ui.add_space(8.0);
                 });
             });
@@ -422,6 +442,17 @@ impl Desk<'_> {
         });
     }
 
+    /// The list of layers, or those of the room.
+    pub(super) fn layers_ui(&self, ui: &mut egui::Ui, listed: Listed) -> Vec<PanelAction> {
+        let layers = LayersView {
+            view: self.view(),
+            environment: self.environment(),
+            figures: self.layer_figures(),
+            listed,
+        };
+        layers_ui(ui, &layers)
+    }
+
     fn layer_figures(&self) -> LayerFigures {
         let bars = self.shown.color_bars.as_deref();
         let largest = |bar: &Option<ColorBar>| bar.as_ref().map(|bar| bar.largest);
@@ -434,74 +465,7 @@ impl Desk<'_> {
         }
     }
 
-    /// The design's figures stand below the rooms: a click on a room shows what it does to them.
-    fn field_left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
-        Panel::bottom("result in room")
-            .resizable(false)
-            .frame(theme::panel_frame(Margin::symmetric(0, 8)))
-            .show(ui, |ui| brief_result_ui(ui, &self.result_view()));
-        let desk = &self.shown.field;
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            let mut asked = tables_ui(ui, desk, *self.shown.sample_scale);
-            asked.extend(rooms_ui(ui, desk));
-            actions.extend(asked.into_iter().map(PanelAction::Field));
-            let layers = LayersView {
-                view: self.view(),
-                environment: self.environment(),
-                figures: self.layer_figures(),
-                listed: Listed::OfTheRoom,
-            };
-            actions.extend(layers_ui(ui, &layers));
-            ui.add_space(8.0);
-        });
-    }
-
-    fn field_right_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
-        let desk = &self.shown.field;
-        // The panel is as wide as it is, whatever is in it.
-        ui.set_min_width(ui.available_width());
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            let mut asked = settings_ui(ui, desk);
-            asked.extend(worth_ui(ui, desk));
-            if let Some(comparison) = &desk.comparison {
-                let is_current = comparison.generation == self.shown.generation.0
-                    && comparison.revision == self.world.document.revision();
-                comparison_ui(ui, comparison, is_current);
-            }
-            if let Some(fitted) = &desk.fitted {
-                asked.extend(selection_ui(ui, fitted));
-            }
-            actions.extend(asked.into_iter().map(PanelAction::Field));
-            ui.add_space(8.0);
-        });
-    }
-
-    /// The tracker above what is drawn of it.
-    fn live_left_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            actions.extend(self.live().left(ui));
-            let layers = LayersView {
-                view: self.view(),
-                environment: self.environment(),
-                figures: self.layer_figures(),
-                listed: Listed::All,
-            };
-            actions.extend(layers_ui(ui, &layers));
-            ui.add_space(8.0);
-        });
-    }
-
-    /// What the panels of the Live workspace are drawn from.
-    fn live(&self) -> LivePanels<'_> {
-        LivePanels {
-            desk: &self.shown.live,
-            design: self.design(),
-            results: &self.shown.results,
-            rotation: self.shown.desk.rotation,
-        }
-    }
-
-    fn result_view(&self) -> ResultView<'_> {
+    pub(super) fn result_view(&self) -> ResultView<'_> {
         let results = &self.shown.results;
         let study = results.study.as_ref();
         let before = study.and_then(|study| {
@@ -524,8 +488,16 @@ impl Desk<'_> {
 
     /// Below the inspector's other sections, where a body is selected.
     fn body_parts_ui(&self, ui: &mut egui::Ui, actions: &mut Vec<PanelAction>) {
-        let Some(Selected::Body(role)) = self.selection.primary() else {
-            return;
+        let role = match self.selection.primary() {
+            Some(Selected::Body(role)) => role,
+            Some(Selected::Anatomy(index)) => {
+                let whose = MeshOwner::Anatomy(Some(index));
+                if let Some(view) = MeshView::of(self.world, whose, &self.shown.loading) {
+                    actions.extend(mesh_ui(ui, &view));
+                }
+                return;
+            }
+            _ => return,
         };
         if let Some(view) = BodyFileView::of(self.world, role, &self.shown.body_loading) {
             actions.extend(body_file_ui(ui, &view));

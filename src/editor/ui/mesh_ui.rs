@@ -1,20 +1,20 @@
-//! The mesh of the selected body: what it is, what is wrong with it, which unit it is in, another.
+//! The mesh of the selected body or anatomy: what it is, what is wrong with it, which unit it is in, another.
 
 use super::PanelAction;
 use super::widgets::{NumberChange, NumberField, counted, decimal, number_ui, quiet_ui};
 use super::widgets::{section_ui, warning_ui, with_unit};
-use crate::design::{BodyRole, Edit};
+use crate::design::Edit;
 use crate::editor::meshes::{MeshLoading, MeshRequest, name_of};
 use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use crate::geometry::mesh_report::MeshReport;
-use crate::store::World;
+use crate::store::{MeshOwner, World};
 use bevy_egui::egui::{self, ComboBox, RichText, Ui};
 use std::path::Path;
 use std::sync::Arc;
 
 /// What the section shows.
 pub struct MeshView<'a> {
-    pub body: BodyRole,
+    pub whose: MeshOwner,
     pub reference: Option<&'a MeshReference>,
     /// `None` where there is no mesh, or it could not be read.
     pub report: Option<Arc<MeshReport>>,
@@ -22,27 +22,42 @@ pub struct MeshView<'a> {
     pub read_in: Option<MeshUnit>,
     /// Why it is not there.
     pub problem: Option<String>,
-    /// The file that is being read for this body.
+    /// The file that is being read for it.
     pub reading: Option<&'a Path>,
 }
 
 impl<'a> MeshView<'a> {
-    /// `None` where there is no such body.
-    pub fn of(world: &'a World, body: BodyRole, loading: &'a MeshLoading) -> Option<Self> {
-        let reference = world.document.design().body(body)?.mesh.as_ref();
+    /// `None` where there is no such body or anatomy.
+    pub fn of(
+        world: &'a World,
+        whose: impl Into<MeshOwner>,
+        loading: &'a MeshLoading,
+    ) -> Option<Self> {
+        let whose = whose.into();
+        let design = world.document.design();
+        let (reference, mesh, report) = match whose {
+            MeshOwner::Body(role) => (
+                design.body(role)?.mesh.as_ref(),
+                world.mesh(role),
+                world.mesh_report(role),
+            ),
+            MeshOwner::Anatomy(index) => {
+                let mesh = &design.anatomy.get(index?)?.mesh;
+                let report = world.anatomy_report(mesh);
+                (Some(mesh), world.anatomy_mesh(mesh), report)
+            }
+        };
         let problems = world.mesh_problems();
-        let problem = problems.iter().find(|problem| problem.body == body);
+        let problem = problems.iter().find(|problem| problem.whose == whose);
         Some(Self {
-            body,
+            whose,
             reference,
-            report: world.mesh_report(body),
-            read_in: world
-                .mesh(body)
-                .map(|mesh| MeshUnit::of_mm(mesh.reading.mm_per_unit)),
+            report,
+            read_in: mesh.map(|mesh| MeshUnit::of_mm(mesh.reading.mm_per_unit)),
             problem: problem.map(|problem| problem.cause.to_string()),
             reading: loading
                 .of()
-                .filter(|(of, _)| *of == body)
+                .filter(|(of, _)| *of == whose)
                 .map(|(_, file)| file),
         })
     }
@@ -66,7 +81,13 @@ pub fn mesh_ui(ui: &mut Ui, view: &MeshView) -> Vec<PanelAction> {
     }
     if let Some(problem) = &view.problem {
         warning_ui(ui, problem);
-        quiet_ui(ui, "A rod through the sensors stands in for it");
+        quiet_ui(
+            ui,
+            match view.whose {
+                MeshOwner::Body(_) => "A rod through the sensors stands in for it",
+                MeshOwner::Anatomy(_) => "It is not shown",
+            },
+        );
     }
     ui.add_space(4.0);
     ui.horizontal(|ui| buttons_ui(ui, view, &mut actions));
@@ -108,7 +129,7 @@ fn unit_ui(
     let Some(read_in) = view.read_in else { return };
     let set = |unit| {
         PanelAction::Mesh(MeshRequest::SetUnit {
-            body: view.body,
+            whose: view.whose,
             unit,
         })
     };
@@ -186,13 +207,13 @@ fn buttons_ui(ui: &mut Ui, view: &MeshView, actions: &mut Vec<PanelAction>) {
         .button(load)
         .on_hover_text("glTF, STL or OBJ; a file can also be dropped onto the window");
     if load.clicked() {
-        let show = MeshRequest::ShowLoad(view.body);
+        let show = MeshRequest::ShowLoad(view.whose);
         actions.push(PanelAction::Mesh(show));
     }
-    if view.reference.is_some() && ui.button("No mesh").clicked() {
-        actions.push(PanelAction::apply(Edit::SetMesh {
-            body: view.body,
-            mesh: None,
-        }));
+    if let MeshOwner::Body(body) = view.whose
+        && view.reference.is_some()
+        && ui.button("No mesh").clicked()
+    {
+        actions.push(PanelAction::apply(Edit::SetMesh { body, mesh: None }));
     }
 }

@@ -1,11 +1,14 @@
 //! The panels around the 3D view. Each panel is a pure function from a view of the state to
 //! what the person asked for; `layout` alone knows Bevy.
 
+pub mod anatomy_ui;
 mod asked;
 pub mod baseline;
 pub mod body_file_ui;
 pub mod chart_ui;
 pub mod command_ui;
+pub mod crf_study_ui;
+pub mod decide;
 pub mod dialogs;
 pub mod drop_plate;
 pub mod few_marks;
@@ -37,11 +40,13 @@ pub mod top_bar;
 pub mod trial_ui;
 pub mod widgets;
 mod windows;
+mod workspaces;
 
 pub use layout::{PanelsShown, UiPlugin, UiSystems};
 
 use super::body_files::BodyFileRequest;
 use super::commands::Command;
+use super::decide::DecideRequest;
 use super::field::FieldRequest;
 use super::live::LiveRequest;
 use super::meshes::MeshRequest;
@@ -64,6 +69,7 @@ pub enum PanelAction {
     Run(Command),
     Study(StudyRequest),
     Present(PresentRequest),
+    Decide(DecideRequest),
     Select(Option<Selected>),
     /// Selects it with what is selected, or takes it away.
     SelectAlso(Selected),

@@ -2,7 +2,7 @@
 
 use super::PanelAction;
 use super::widgets::{NumberField, counted, number_ui, quiet_ui, section_ui, warning_ui};
-use crate::design::Edit;
+use crate::design::{BodyRole, Edit};
 use crate::geometry::pose::Pose;
 use crate::study::{AxisRange, Motion, Requirement};
 use bevy_egui::egui::{self, Ui, vec2};
@@ -36,8 +36,8 @@ const NEW_TURN: AxisRange = AxisRange {
     step: 45.0,
 };
 
-/// Draws the six axes and how many poses they make.
-pub fn motion_ui(ui: &mut Ui, motion: Option<&Motion>) -> Vec<PanelAction> {
+/// Draws the six axes of the design's motion, or of the CRF's own study, and how many poses they make.
+pub fn motion_ui(ui: &mut Ui, of: BodyRole, motion: Option<&Motion>) -> Vec<PanelAction> {
     let mut actions = Vec::new();
     section_ui(ui, "Range of motion");
     let motion_before = motion.copied().unwrap_or_default();
@@ -53,7 +53,14 @@ pub fn motion_ui(ui: &mut Ui, motion: Option<&Motion>) -> Vec<PanelAction> {
         }
     });
     for (name, is_shift, axis_of) in AXES {
-        axis_ui(ui, motion_before, name, is_shift, axis_of, &mut actions);
+        axis_ui(
+            ui,
+            (of, motion_before),
+            name,
+            is_shift,
+            axis_of,
+            &mut actions,
+        );
     }
     match motion.map(|m| m.grid(&Pose::identity())) {
         None => quiet_ui(ui, "Does not move: judged at its own pose"),
@@ -65,7 +72,7 @@ pub fn motion_ui(ui: &mut Ui, motion: Option<&Motion>) -> Vec<PanelAction> {
 
 fn axis_ui(
     ui: &mut Ui,
-    motion: Motion,
+    (of, motion): (BodyRole, Motion),
     name: &str,
     is_shift: bool,
     axis_of: AxisOf,
@@ -74,7 +81,11 @@ fn axis_ui(
     let with = |range: Option<AxisRange>| {
         let mut after = motion;
         *axis_of(&mut after) = range;
-        Edit::SetMotion((after != Motion::default()).then_some(after))
+        let after = (after != Motion::default()).then_some(after);
+        match of {
+            BodyRole::Tool => Edit::SetMotion(after),
+            BodyRole::Crf => Edit::SetCrfMotion(after),
+        }
     };
     let mut before = motion;
     let range = *axis_of(&mut before);
@@ -138,8 +149,12 @@ const BOUNDS: [(&str, bool, f64, BoundOf); 5] = [
     ("angle error max", false, 1.0, |r| &mut r.angle_max_deg),
 ];
 
-/// Draws the five bounds that a design can be held against.
-pub fn requirement_ui(ui: &mut Ui, requirement: Option<&Requirement>) -> Vec<PanelAction> {
+/// Draws the five bounds that a design, or its CRF alone, can be held against.
+pub fn requirement_ui(
+    ui: &mut Ui,
+    of: BodyRole,
+    requirement: Option<&Requirement>,
+) -> Vec<PanelAction> {
     let mut actions = Vec::new();
     section_ui(ui, "Requirement: at most");
     let before = requirement.copied().unwrap_or_default();
@@ -147,7 +162,11 @@ pub fn requirement_ui(ui: &mut Ui, requirement: Option<&Requirement>) -> Vec<Pan
         let with = |bound: Option<f64>| {
             let mut after = before;
             *bound_of(&mut after) = bound;
-            Edit::SetRequirement((after != Requirement::default()).then_some(after))
+            let after = (after != Requirement::default()).then_some(after);
+            match of {
+                BodyRole::Tool => Edit::SetRequirement(after),
+                BodyRole::Crf => Edit::SetCrfRequirement(after),
+            }
         };
         let mut unchanged = before;
         let bound = *bound_of(&mut unchanged);

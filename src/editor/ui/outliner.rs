@@ -1,6 +1,7 @@
-//! What is in the design: bodies with their sensors and tips, the room, the layers.
+//! What is in the design: bodies with their sensors and tips, the anatomy, the room, the layers.
 
 use super::PanelAction;
+use super::anatomy_ui::anatomy_rows_ui;
 use super::layer_settings::LayerFigures;
 use super::layers_ui::{LayersView, Listed, layers_ui};
 use super::sensor_ui::{IsAvailable, sensor_menu_ui};
@@ -71,6 +72,7 @@ pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<PanelAction> {
         section_ui(ui, "Coordinate reference frame");
         body_ui(ui, outliner, BodyRole::Crf, &mut actions);
     }
+    anatomy_rows_ui(ui, outliner, &mut actions);
     section_ui(ui, "Room");
     room_ui(ui, outliner.environment);
     let layers = LayersView {
@@ -100,7 +102,7 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
         let thing = match what {
             Selected::Body(role) => Some(Thing::body(role)),
             Selected::Sensor(role, _) => Some(Thing::sensor(role, row.label)),
-            Selected::Tip(_) => None,
+            Selected::Tip(_) | Selected::Anatomy(_) => None,
         };
         let response = with_switches_ui(ui, outliner.view, thing, &row, actions);
         answer(ui, &response, what, outliner, actions);

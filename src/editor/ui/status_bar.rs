@@ -96,6 +96,10 @@ pub fn hint(design: &Design, hovered: Option<Selected>, is_dragging: bool) -> St
             )
         }
         Some(Selected::Body(role)) => format!("Click selects the {}", body_name(role)),
+        Some(Selected::Anatomy(index)) => {
+            let name = design.anatomy.get(index).map_or("", |a| a.name.as_str());
+            format!("Click selects the anatomy {name}")
+        }
         Some(Selected::Tip(role)) => format!("Click selects the tip of the {}", body_name(role)),
         None => {
             "Left selects and drags · middle orbits · Shift+middle pans · wheel zooms · F frames"

@@ -11,6 +11,10 @@ pub const TOP_BAR_HEIGHT: f32 = 36.0;
 pub const STATUS_BAR_HEIGHT: f32 = 22.0;
 /// Height of the timeline of the Study workspace.
 pub const TIMELINE_HEIGHT: f32 = 156.0;
+/// The table of designs and rooms.
+pub const TABLE_HEIGHT: f32 = 176.0;
+/// The same before there is one.
+pub const TABLE_HEAD_HEIGHT: f32 = 58.0;
 /// Width of outliner and layers.
 pub const LEFT_WIDTH: f32 = 240.0;
 /// Width of inspector and result.

@@ -138,7 +138,8 @@ fn file_menu(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
                 Command::OpenBody(BodyRole::Crf),
                 Command::SaveBody,
             ],
-            &[Command::LoadMesh],
+            &[Command::LoadMesh, Command::AddAnatomy],
+            &[Command::Report],
         ],
     );
     if !bar.recent.is_empty() {

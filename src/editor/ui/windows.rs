@@ -10,6 +10,7 @@ use super::row_page::{RowPage, row_window};
 use super::scene_menu::{SceneMenu, scene_menu_ui};
 use crate::editor::body_files::BodyFileRequest;
 use crate::editor::commands::{Availability, Command, RunCommand};
+use crate::editor::decide::DecideRequest;
 use crate::editor::document::WorldGeneration;
 use crate::editor::drops::HoveringFiles;
 use crate::editor::field::{FieldDesk, FieldRequest};
@@ -175,6 +176,7 @@ struct Asked<'w> {
     meshes: MessageWriter<'w, MeshRequest>,
     live: MessageWriter<'w, LiveRequest>,
     body_files: MessageWriter<'w, BodyFileRequest>,
+    decide: MessageWriter<'w, DecideRequest>,
 }
 
 fn dialogs(
@@ -218,6 +220,10 @@ fn dialogs(
         }
         DialogAnswer::Field(request) => {
             asked.fields.write(request);
+            None
+        }
+        DialogAnswer::Decide(request) => {
+            asked.decide.write(request);
             None
         }
         DialogAnswer::Live(request) => {

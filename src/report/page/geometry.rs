@@ -23,7 +23,7 @@ fn of_body(report: &Report, role: BodyRole, body: &DesignBody) -> Markup {
         .world
         .mesh_problems()
         .into_iter()
-        .find(|problem| problem.body == role);
+        .find(|problem| problem.whose == role.into());
     html! {
         div class="body" {
             h3 { (match role { BodyRole::Tool => "Tool: ", BodyRole::Crf => "Reference (CRF): " }) (rigid.name) }

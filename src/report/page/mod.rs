@@ -6,6 +6,7 @@
 //! lets nothing be fetched.
 
 mod assumptions;
+mod decisions;
 mod extras;
 mod figures;
 mod geometry;
@@ -106,6 +107,7 @@ impl Report<'_> {
                         (extras::slides(&self.extras.slides))
                         (geometry::section(self))
                         (extras::table(self.extras.manufacturing.as_ref()))
+                        (decisions::section(self))
                         (assumptions::section(self))
                     }
                     (self.foot(&scene))

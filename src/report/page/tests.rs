@@ -1,8 +1,9 @@
 //! The page holds what it promises, and nothing that somebody wrote becomes markup in it.
 
 use super::*;
-use crate::design::{Document, Origin};
+use crate::design::{Decision, Document, Origin};
 use crate::study::figure_rows;
+use crate::study::procedure::{DecidedRow, DecidedStudies, Grounds, RoomName};
 use scraper::{ElementRef, Html, Selector};
 use std::sync::Arc;
 
@@ -58,12 +59,38 @@ fn the_figures_are_those_that_the_command_line_prints() {
     }
 }
 
+fn evil_decision() -> Decision {
+    let row = DecidedRow {
+        room: RoomName {
+            name: EVIL.to_owned(),
+            file: EVIL.to_owned(),
+        },
+        target: Some(EVIL.to_owned()),
+        figures: Err(EVIL.to_owned()),
+    };
+    Decision {
+        date: "2005-10-26".parse().unwrap(),
+        note: EVIL.to_owned(),
+        grounds: Grounds::Studies(DecidedStudies {
+            requirement: None,
+            rows: vec![row],
+        }),
+    }
+}
+
 #[test]
 fn what_nobody_gives_has_no_section() {
     let world = world(store::DEFAULT_BUILTIN);
     let bare = page(&world, Mode::Motion, Extras::default());
     let parsed = Html::parse_document(&bare);
-    for absent in ["#slides", "#manufacturing", "canvas", "script", "details"] {
+    for absent in [
+        "#decisions",
+        "#slides",
+        "#manufacturing",
+        "canvas",
+        "script",
+        "details",
+    ] {
         assert!(all(&parsed, absent).is_empty(), "{absent}");
     }
     assert!(bare.contains("script-src 'none'"));
@@ -104,6 +131,7 @@ fn markup_in_any_name_is_text_everywhere() {
             sensor.name = EVIL.to_owned();
         }
     }
+    design.procedure.tool = Some(evil_decision());
     let mut environment = (*opened.environment).clone();
     environment.name = EVIL.to_owned();
     let provenance = environment.provenance.as_mut().unwrap();
@@ -149,6 +177,8 @@ fn markup_in_any_name_is_text_everywhere() {
     assert_eq!(words(&all(&parsed, "h1")[0]), EVIL);
     assert!(words(&all(&parsed, "head title")[0]).starts_with(EVIL));
     for place in [
+        "#decisions p:not(:first-of-type)",
+        "#decisions td",
         "#slides strong",
         "#slides span",
         "#manufacturing td",

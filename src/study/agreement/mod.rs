@@ -25,8 +25,11 @@
 //! `unknowns.rs` takes the same part out of the prediction.
 
 mod dependence;
+mod frames;
 mod judge;
 mod noise;
+mod pivoted;
+mod recording;
 mod resampling;
 mod rows;
 #[cfg(test)]
@@ -34,7 +37,10 @@ mod tests;
 mod unknowns;
 mod verdict;
 
+pub use frames::{APART_MM, CommonFrame, FrameMismatch, frame_mismatch};
 pub use judge::agreement;
+pub use pivoted::{PivotedError, PivotedTool, pivoted_tool};
+pub use recording::{BuiltRecording, RecordedFrame};
 pub use rows::{AgreementRow, RecordedPose, paired_rows, pivot_rows};
 pub use verdict::Verdict;
 

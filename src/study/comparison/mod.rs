@@ -8,15 +8,16 @@ mod figure;
 mod sampled;
 mod words;
 
+pub use super::own_study::{NoFigures, mode_of};
 pub use difference::{COVERAGE, Difference, LEAST_DEG, LEAST_MM, Least, Verdict};
 pub use figure::{ErrorOf, FIGURES, Figure, FigureValues, Summary, values};
-pub use words::{difference_words, met_words, notes};
+pub use words::{difference_words, met_words, notes, worst_words};
 
 use super::figures::Figures;
+use super::own_study::own_study;
 use super::profile::{trial_offsets, trial_pose};
-use super::run::{StudyError, is_rejected, run};
-use super::scenario::{InputTrial, Mode, Scenario};
-use super::trial::Trial;
+use super::run::StudyError;
+use super::scenario::{InputTrial, Scenario};
 use crate::field::Environment;
 use crate::field::support::DrawError;
 use crate::geometry::pose::Pose;
@@ -128,22 +129,6 @@ pub struct AgainstBaseline {
     pub room_differs: bool,
 }
 
-/// Why a row has no figures.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NoFigures {
-    #[error(
-        "the room does not reach: of {trials} trials, {outside} have a sensor outside the model's box and \
-         {out_of_volume} one out of the tracker's volume"
-    )]
-    NoOverlap {
-        trials: usize,
-        outside: usize,
-        out_of_volume: usize,
-    },
-    #[error(transparent)]
-    Study(StudyError),
-}
-
 /// Why nobody knows how far a room's field may be off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RoomUnknown {
@@ -242,14 +227,6 @@ impl Measured {
             sampled: self.sampled.as_ref(),
             drawn: self.drawn.as_ref(),
         }
-    }
-}
-
-/// What a design's study visits: its range of motion, or where it has none its own pose.
-pub fn mode_of(scenario: &Scenario) -> Mode {
-    match scenario.motion {
-        Some(_) => Mode::Motion,
-        None => Mode::Single,
     }
 }
 
@@ -401,22 +378,13 @@ impl InRoom<'_> {
 /// The study, its looks at the range, and the poses that are tried in drawn fields.
 fn studied(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Studied, StudyError> {
     let mode = mode_of(scenario);
-    let mut seen = Seen::default();
-    let mut visit = |trial: &Trial| seen.visit(trial, scenario);
-    let outcome = match run(scenario, &mode, &task.cancel, Some(&mut visit)) {
-        Ok(outcome) => Some(outcome),
-        Err(StudyError::AllRejected { .. }) => None,
-        Err(error) => return Err(error),
-    };
-    let Some(outcome) = outcome.filter(|_| seen.without_field < seen.trials) else {
-        return Ok(Err(NoFigures::NoOverlap {
-            trials: seen.trials,
-            outside: seen.outside,
-            out_of_volume: seen.out_of_volume,
-        }));
+    let own = match own_study(scenario, &mode, &task.cancel) {
+        Ok(Ok(own)) => own,
+        Ok(Err(why)) => return Ok(Err(why)),
+        Err(Cancelled) => return Err(StudyError::Cancelled),
     };
     let at = |trial: usize| trial_pose(scenario, &mode, trial);
-    let extremes: Vec<InputTrial> = seen.extremes().filter_map(at).collect();
+    let extremes: Vec<InputTrial> = own.extremes.iter().copied().filter_map(at).collect();
     let looks = range_trials(
         scenario,
         settings.replicates,
@@ -426,67 +394,17 @@ fn studied(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Stud
     let sampled = Sampled::of(scenario, &looks, &task.cancel)?;
     let tried = &looks[..settings.drawn_replicates.min(looks.len())];
     let drawn_at = DrawnAt::new(scenario, tried, &extremes);
-    let worst = outcome.figures.worst.trial;
+    let worst = own.figures.worst.trial;
     let worst_pose = WorstPose {
         crf_from_tool: at(worst).map_or(scenario.crf_from_tool, |t| t.crf_from_tool),
         offsets: trial_offsets(scenario, &mode, worst),
     };
     let measured = Measured {
-        figures: outcome.figures,
+        figures: own.figures,
         worst_pose,
-        without_field: seen.without_field,
+        without_field: own.without_field,
         sampled,
         drawn: None,
     };
     Ok(Ok((measured, drawn_at)))
-}
-
-/// What the figures do not say of the trials.
-#[derive(Default)]
-struct Seen {
-    trials: usize,
-    outside: usize,
-    out_of_volume: usize,
-    without_field: usize,
-    largest_tip: Largest,
-    largest_angle: Largest,
-}
-
-/// So many of the grid's worst poses, of tip and of angle each, are tried in every drawn field: which
-/// of them is the worst hangs on the field.
-const MOST_EXTREMES: usize = 16;
-
-/// The trials of the largest values, the largest first.
-#[derive(Default)]
-struct Largest(Vec<(f64, usize)>);
-
-impl Largest {
-    fn note(&mut self, value: f64, trial: usize) {
-        let after = self.0.partition_point(|(other, _)| *other >= value);
-        if after < MOST_EXTREMES {
-            self.0.truncate(MOST_EXTREMES - 1);
-            self.0.insert(after, (value, trial));
-        }
-    }
-}
-
-impl Seen {
-    fn visit(&mut self, trial: &Trial, scenario: &Scenario) {
-        let (outside, out_of_volume) = (trial.outside > 0, trial.out_of_volume > 0);
-        self.outside += usize::from(outside);
-        self.out_of_volume += usize::from(out_of_volume);
-        self.without_field += usize::from(outside || out_of_volume);
-        if !is_rejected(trial, scenario.outside) {
-            self.largest_tip.note(trial.tip_error_mm, self.trials);
-            self.largest_angle.note(trial.angle_error_deg, self.trials);
-        }
-        self.trials += 1;
-    }
-
-    /// The worst trials of the grid, each once.
-    fn extremes(&self) -> impl Iterator<Item = usize> {
-        let each = self.largest_tip.0.iter().chain(&self.largest_angle.0);
-        let trials: std::collections::BTreeSet<usize> = each.map(|(_, trial)| *trial).collect();
-        trials.into_iter()
-    }
 }

@@ -3,6 +3,7 @@
 use super::difference::{Difference, Verdict};
 use super::{AgainstBaseline, Measured};
 use crate::study::figures::{Figures, with_separators};
+use crate::study::own_study::study_notes;
 
 /// Whether the requirement is met.
 pub fn met_words(figures: &Figures) -> &'static str {
@@ -47,26 +48,7 @@ pub fn difference_words(difference: &Difference, baseline: &str) -> String {
 
 /// What has to be known of a row before its figures are read.
 pub fn notes(measured: &Measured, against: Option<&AgainstBaseline>) -> Vec<String> {
-    let figures = &measured.figures;
-    let mut notes = Vec::new();
-    if measured.without_field > 0 {
-        notes.push(format!(
-            "{} of {} trials have a sensor where the room says nothing ({} outside the model's box, {} out of \
-             the tracker's volume)",
-            with_separators(measured.without_field),
-            with_separators(figures.trials),
-            with_separators(figures.outside),
-            with_separators(figures.out_of_volume)
-        ));
-    }
-    if let Some(free) = &figures.free_axis {
-        notes.push(format!(
-            "the {}'s sensors leave a rotation free: figures take the true one",
-            free.body
-        ));
-    } else if figures.poorly_determined {
-        notes.push("a rotation is so weakly determined that noise decides it".to_owned());
-    }
+    let mut notes = study_notes(&measured.figures, measured.without_field);
     let Some(against) = against else {
         return notes;
     };
@@ -80,6 +62,32 @@ pub fn notes(measured: &Measured, against: Option<&AgainstBaseline>) -> Vec<Stri
         notes.push("it is not in the baseline's room".to_owned());
     }
     notes
+}
+
+/// How large the worst error is, and where the tool then stands from its own pose.
+pub fn worst_words(measured: &Measured) -> String {
+    let worst = &measured.figures.worst;
+    let size = format!("worst {:.4} mm", worst.position_mm);
+    let offsets = &measured.worst_pose.offsets;
+    let of = |unit: &str, is_turn: bool| {
+        let axes = offsets
+            .iter()
+            .filter(|(a, _)| a.starts_with('r') == is_turn);
+        let axes: Vec<String> = axes.map(|(axis, v)| format!("{axis} {v:+}")).collect();
+        (!axes.is_empty()).then(|| format!("{}{unit}", axes.join(" ")))
+    };
+    let places: Vec<String> = [of(" mm", false), of("°", true)]
+        .into_iter()
+        .flatten()
+        .collect();
+    match places.is_empty() {
+        true => format!("{size} at its own pose"),
+        false => format!(
+            "{size} at {} (trial {})",
+            places.join(", "),
+            with_separators(worst.trial)
+        ),
+    }
 }
 
 /// With as many digits as tell something.

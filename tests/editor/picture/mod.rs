@@ -1,5 +1,6 @@
 //! Pictures made by `render`, read pixel by pixel.
 
+mod film;
 mod layers;
 mod panels;
 mod slice;

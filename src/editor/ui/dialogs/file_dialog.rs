@@ -56,6 +56,8 @@ pub enum FileKind {
     Table,
     Room,
     Mesh,
+    /// A report.
+    Page,
     /// A tool definition or a body file.
     Body,
 }
@@ -68,6 +70,7 @@ impl FileKind {
             Self::Table => &[".csv"],
             Self::Room => &[ENVIRONMENT_EXTENSION],
             Self::Mesh => &[".glb", ".gltf", ".stl", ".obj"],
+            Self::Page => &[".html"],
             Self::Body => &[".rom", ".tool", ".ini", ".json", ".body.ron"],
         }
     }
@@ -85,6 +88,7 @@ impl FileKind {
             Self::Table => "table",
             Self::Room => "room",
             Self::Mesh => "mesh",
+            Self::Page => "page",
             Self::Body => "tool definition",
         }
     }

@@ -7,12 +7,14 @@ mod questions;
 
 use crate::design::BodyRole;
 use crate::editor::body_files::BodyFileRequest;
+use crate::editor::decide::DecideRequest;
 use crate::editor::field::{FieldRequest, RoomToSave, TableRole};
 use crate::editor::live::LiveRequest;
 use crate::editor::meshes::MeshRequest;
 use crate::editor::palette;
 use crate::editor::state::FileRequest;
 use crate::geometry::mesh_report::UnitSuggestion;
+use crate::store::MeshOwner;
 use bevy::prelude::Resource;
 use bevy_egui::egui::{RichText, Ui};
 pub use file_dialog::{FileDialog, FileKind, SystemChoice, Wish};
@@ -35,9 +37,17 @@ impl Dialogs {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Dialog {
     Open(FileDialog),
+    /// Chooses a design to be held against.
+    PinDesign(FileDialog),
+    /// Chooses a recording of the built tool.
+    OpenRecorded(FileDialog),
+    /// Chooses a design for the table.
+    AddDesign(FileDialog),
     SaveAs(FileDialog),
     /// Chooses a table of poses.
     ReadInput(FileDialog),
+    /// Chooses where a report goes.
+    Report(FileDialog),
     /// Chooses where a log goes.
     WriteLog(FileDialog),
     /// Chooses where a recording goes.
@@ -90,18 +100,19 @@ pub enum Dialog {
     NotSaved {
         text: String,
     },
-    /// Chooses a mesh for a body.
+    /// Chooses a mesh for a body or the anatomy.
     Mesh {
         files: FileDialog,
-        body: BodyRole,
+        whose: MeshOwner,
     },
-    /// A mesh was dropped on a design of two bodies.
-    WhichBody {
+    /// A mesh was dropped with no body selected.
+    WhoseMesh {
         file: PathBuf,
+        has_crf: bool,
     },
     /// A mesh of a size that no instrument has.
     MeshUnit {
-        body: BodyRole,
+        whose: MeshOwner,
         file: PathBuf,
         sizes: UnitSuggestion,
     },
@@ -145,12 +156,25 @@ pub enum DialogAnswer {
     Mesh(MeshRequest),
     Live(LiveRequest),
     BodyFile(BodyFileRequest),
+    Decide(DecideRequest),
     Become(Dialog),
 }
 
 impl Dialog {
     pub fn open(folder: PathBuf) -> Self {
         Self::Open(FileDialog::new(FileKind::Design, folder, ""))
+    }
+
+    pub fn pin_design(folder: PathBuf) -> Self {
+        Self::PinDesign(FileDialog::new(FileKind::Design, folder, ""))
+    }
+
+    pub fn open_recorded(folder: PathBuf) -> Self {
+        Self::OpenRecorded(FileDialog::new(FileKind::Table, folder, ""))
+    }
+
+    pub fn add_design(folder: PathBuf) -> Self {
+        Self::AddDesign(FileDialog::new(FileKind::Design, folder, ""))
     }
 
     pub fn save_as(folder: PathBuf, name: &str) -> Self {
@@ -163,6 +187,10 @@ impl Dialog {
 
     pub fn write_log(folder: PathBuf, name: &str) -> Self {
         Self::WriteLog(FileDialog::new(FileKind::Table, folder, name))
+    }
+
+    pub fn write_report(folder: PathBuf, name: &str) -> Self {
+        Self::Report(FileDialog::new(FileKind::Page, folder, name))
     }
 
     pub fn record(folder: PathBuf, name: &str) -> Self {
@@ -183,10 +211,10 @@ impl Dialog {
         }
     }
 
-    pub fn load_mesh(folder: PathBuf, body: BodyRole) -> Self {
+    pub fn load_mesh(folder: PathBuf, whose: impl Into<MeshOwner>) -> Self {
         Self::Mesh {
             files: FileDialog::new(FileKind::Mesh, folder, ""),
-            body,
+            whose: whose.into(),
         }
     }
 
@@ -210,9 +238,13 @@ impl Dialog {
     pub fn wish(&mut self) -> Option<Wish<'_>> {
         let (files, title, is_saving) = match self {
             Self::Open(files) => (files, "Open design", false),
+            Self::PinDesign(files) => (files, "Pin a design", false),
+            Self::OpenRecorded(files) => (files, "Open recorded poses", false),
+            Self::AddDesign(files) => (files, "Add a design to the table", false),
             Self::SaveAs(files) => (files, "Save design as", true),
             Self::ReadInput(files) => (files, "Read input data", false),
             Self::WriteLog(files) => (files, "Write the log", true),
+            Self::Report(files) => (files, "Write the report", true),
             Self::Record(files) => (files, "Record in", true),
             Self::Table { files, .. } => (files, "Open measurements", false),
             Self::Mesh { files, .. } => (files, "Load a mesh", false),
@@ -238,6 +270,21 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
         Dialog::Open(files) => file_ui(ui, files, "Open design", "Open", |path, _| {
             DialogAnswer::Request(FileRequest::Open(path))
         }),
+        Dialog::PinDesign(files) => file_ui(ui, files, "Pin a design", "Pin", |path, _| {
+            DialogAnswer::Decide(DecideRequest::Pin(path))
+        }),
+        Dialog::OpenRecorded(files) => file_ui(
+            ui,
+            files,
+            "Open recorded poses of the built tool",
+            "Open",
+            |path, _| DialogAnswer::Decide(DecideRequest::Recorded(path)),
+        ),
+        Dialog::AddDesign(files) => {
+            file_ui(ui, files, "Add a design to the table", "Add", |path, _| {
+                DialogAnswer::Decide(DecideRequest::AddDesign(path))
+            })
+        }
         Dialog::SaveAs(files) => file_ui(ui, files, "Save design as", "Save", |path, exists| {
             write_to(path, exists, FileRequest::SaveAs)
         }),
@@ -246,6 +293,9 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
         }),
         Dialog::WriteLog(files) => file_ui(ui, files, "Write the log", "Write", |path, exists| {
             write_to(path, exists, FileRequest::WriteLog)
+        }),
+        Dialog::Report(files) => file_ui(ui, files, "Write the report", "Write", |path, exists| {
+            write_to(path, exists, FileRequest::WriteReport)
         }),
         Dialog::Record(files) => file_ui(ui, files, "Record in", "Record", |path, _| {
             DialogAnswer::Live(LiveRequest::Record(path))
@@ -260,11 +310,14 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
                 DialogAnswer::Field(FieldRequest::Open(role, path))
             })
         }
-        Dialog::Mesh { files, body } => {
-            let body = *body;
-            let title = format!("Load a mesh for the {body}");
+        Dialog::Mesh { files, whose } => {
+            let whose = *whose;
+            let title = match whose {
+                MeshOwner::Anatomy(None) => "Add a mesh as anatomy".to_owned(),
+                _ => format!("Load a mesh for the {whose}"),
+            };
             file_ui(ui, files, &title, "Load", |file, _| {
-                DialogAnswer::Mesh(MeshRequest::load(body, file))
+                DialogAnswer::Mesh(MeshRequest::load(whose, file))
             })
         }
         Dialog::OpenBody { files, body } => {

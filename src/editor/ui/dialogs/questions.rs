@@ -8,7 +8,7 @@ use crate::editor::state::{FileRequest, SharedChoice};
 use crate::editor::ui::widgets::{count, length, quiet_ui, with_unit};
 use crate::formats::recovery_file::RecoveryOrigin;
 use crate::geometry::mesh_report::UnitSuggestion;
-use crate::store::{ChangedFile, FileChange, Leftover, SharedBody, Starter, StoreError};
+use crate::store::{ChangedFile, FileChange, Leftover, MeshOwner, SharedBody, Starter, StoreError};
 use bevy_egui::egui::{self, Align, Layout, Ui, vec2};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -216,19 +216,33 @@ pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<DialogAnswer> 
             let alone = ("Tool alone", begin(Starter::Tool));
             buttons_ui(ui, &[on_crf, alone, cancel])
         }
-        Dialog::WhichBody { file } => {
+        Dialog::WhoseMesh { file, has_crf } => {
             title_ui(ui, "Whose mesh is this?");
             text_ui(ui, file.display().to_string());
-            let load = |body| DialogAnswer::Mesh(MeshRequest::load(body, file.clone()));
-            let tool = ("The tool's", load(BodyRole::Tool));
-            buttons_ui(ui, &[tool, ("The CRF's", load(BodyRole::Crf)), cancel])
+            ui.add_space(4.0);
+            quiet_ui(
+                ui,
+                "Anatomy is shown translucent beside them; no figure hangs on it",
+            );
+            let load = |whose| DialogAnswer::Mesh(MeshRequest::load(whose, file.clone()));
+            let tool = ("The tool's", load(BodyRole::Tool.into()));
+            let crf = ("The CRF's", load(BodyRole::Crf.into()));
+            let anatomy = ("Anatomy", load(MeshOwner::Anatomy(None)));
+            match has_crf {
+                true => buttons_ui(ui, &[tool, crf, anatomy, cancel]),
+                false => buttons_ui(ui, &[tool, anatomy, cancel]),
+            }
         }
-        Dialog::MeshUnit { body, file, sizes } => mesh_unit_ui(ui, *body, file, sizes),
+        Dialog::MeshUnit { whose, file, sizes } => mesh_unit_ui(ui, *whose, file, sizes),
         Dialog::Open(_)
         | Dialog::SaveAs(_)
         | Dialog::ReadInput(_)
         | Dialog::WriteLog(_)
         | Dialog::Record(_)
+        | Dialog::Report(_)
+        | Dialog::PinDesign(_)
+        | Dialog::AddDesign(_)
+        | Dialog::OpenRecorded(_)
         | Dialog::Table { .. }
         | Dialog::SaveRoom { .. }
         | Dialog::Mesh { .. }
@@ -243,7 +257,7 @@ pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<DialogAnswer> 
 /// The sizes that a mesh would have, one below the other, each a button.
 fn mesh_unit_ui(
     ui: &mut Ui,
-    body: BodyRole,
+    whose: MeshOwner,
     file: &Path,
     sizes: &UnitSuggestion,
 ) -> Option<DialogAnswer> {
@@ -252,7 +266,7 @@ fn mesh_unit_ui(
     text_ui(
         ui,
         format!(
-            "{} is {} long if it is in {}. How long should the {body} be?",
+            "{} is {} long if it is in {}. How long should the {whose} be?",
             name.to_string_lossy(),
             size_text(sizes.found_mm),
             sizes.read_in,
@@ -269,7 +283,7 @@ fn mesh_unit_ui(
         }
         if response.clicked() {
             answer = Some(DialogAnswer::Mesh(MeshRequest::Load {
-                body,
+                whose,
                 file: file.to_owned(),
                 unit: Some(unit),
             }));

@@ -9,8 +9,8 @@ use crate::editor::present::PresentRequest;
 use crate::editor::ui::widgets::{MET_SIGN, MISSED_SIGN};
 use crate::editor::ui::{PanelAction, theme};
 use bevy_egui::egui::{
-    Align2, Area, Color32, Context, FontId, Frame, Galley, Id, Margin, Order, Painter, Pos2, Rect,
-    TextEdit, Ui, pos2, vec2,
+    Align2, Area, Color32, Context, FontId, Frame, Galley, Id, Key, Margin, Order, Painter, Pos2,
+    Rect, TextEdit, Ui, pos2, vec2,
 };
 use std::sync::Arc;
 
@@ -178,7 +178,8 @@ struct Field {
     rows: usize,
 }
 
-/// What was written once it is left or Enter is pressed, and where the field is. The words belong
+/// What was written once it is left or Enter is pressed, not where Escape gave it up, and where the
+/// field is. The words belong
 /// to the field while it is written in, so that undo has one step for them.
 fn field_ui(ctx: &Context, field: Field, text: &str) -> (Option<String>, Rect) {
     let area = Area::new(field.id)
@@ -217,5 +218,6 @@ fn draft_ui(ui: &mut Ui, field: &Field, text: &str) -> Option<String> {
         return None;
     }
     ui.data_mut(|data| data.remove::<String>(draft_id));
-    (response.lost_focus() && draft != text).then_some(draft)
+    let is_given_up = ui.input(|input| input.key_pressed(Key::Escape));
+    (response.lost_focus() && !is_given_up && draft != text).then_some(draft)
 }

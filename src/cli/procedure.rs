@@ -1,0 +1,243 @@
+//! `procedure`: where a design stands in the paper's design procedure, and what is decided in it.
+
+mod report;
+
+use super::named_design::open_named_without_meshes;
+use super::numbers::zero_or_more;
+use super::output::{self, Format, Shown};
+use super::simulate::note_map;
+use crate::design::{Decision, Edit, Origin, ProcedureEdit};
+use crate::store::{self, ProcedureWish, World};
+use crate::study::agreement::{BuiltRecording, RecordedFrame};
+use crate::study::procedure::{Standing, Step};
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct ProcedureArgs {
+    /// Design (*.design.ron), or the name of a built-in one
+    design: PathBuf,
+
+    /// Further rooms (*.env.ron) to look at the design in, this once
+    #[arg(long, value_name = "ENV", num_args = 1.., conflicts_with = "decide")]
+    environment: Vec<PathBuf>,
+
+    /// Rooms that the design is judged in from now on, beside its own
+    #[arg(long, value_name = "ENV", num_args = 1..)]
+    add_room: Vec<PathBuf>,
+
+    /// Rooms that the design is judged in no more
+    #[arg(long, value_name = "ENV", num_args = 1..)]
+    remove_room: Vec<PathBuf>,
+
+    /// What was recorded of the built tool: a table with its true and its measured poses, as `verify`
+    /// takes it. Without it the recording that was decided on is looked at again
+    #[arg(long, value_name = "RECORDED.csv")]
+    built: Option<PathBuf>,
+
+    /// The same table of the CRF
+    #[arg(long, value_name = "CRF.csv", requires = "built")]
+    crf: Option<PathBuf>,
+
+    /// Frame of a table's poses
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        requires = "built",
+        conflicts_with = "crf"
+    )]
+    frame: FrameArg,
+
+    /// The true poses were registered to this very recording, as `characterize` does
+    #[arg(long, requires = "built")]
+    registered: bool,
+
+    /// The sensor of the table that is the whole tool: a part of its name
+    #[arg(long, value_name = "NAME", requires = "built")]
+    tool: Option<String>,
+
+    /// Readings that each recorded pose is the mean of
+    #[arg(long, value_name = "COUNT", default_value_t = 1, requires = "built",
+        value_parser = clap::value_parser!(u32).range(1..))]
+    averaged: u32,
+
+    /// Standard deviation of the true position of the tip, an axis
+    #[arg(long, value_name = "MM", default_value_t = 0.0, requires = "built", value_parser = zero_or_more)]
+    truth_mm: f64,
+
+    /// Decide that a step is good enough to go on, and keep what that was decided on in the design
+    #[arg(long, value_enum, value_name = "STEP")]
+    decide: Option<StepArg>,
+
+    /// Why; has to be said where the requirement is missed
+    #[arg(long, value_name = "TEXT", requires = "decide")]
+    note: Option<String>,
+
+    /// Take back what was decided
+    #[arg(long, value_enum, value_name = "STEP")]
+    withdraw: Option<StepArg>,
+
+    /// How to print where the design stands
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum FrameArg {
+    /// The tracker's
+    #[default]
+    Tracker,
+    /// The CRF's, which is at rest where the design has it
+    Crf,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum StepArg {
+    /// The CRF alone against the tracker
+    Crf,
+    /// The tool against that CRF
+    Tool,
+    /// The built tool against its prediction
+    Built,
+}
+
+impl From<StepArg> for Step {
+    fn from(arg: StepArg) -> Self {
+        match arg {
+            StepArg::Crf => Self::Crf,
+            StepArg::Tool => Self::Tool,
+            StepArg::Built => Self::Built,
+        }
+    }
+}
+
+/// Changes what is asked for, computes every step, decides, saves, and prints. Nothing is saved where
+/// anything of it fails.
+///
+/// # Errors
+/// Files that can't be used, a built-in design that is to be changed, a step that cannot be decided.
+pub fn run(args: &ProcedureArgs) -> anyhow::Result<()> {
+    let mut world = open_named_without_meshes(&args.design)?;
+    let is_changing = args.decide.is_some()
+        || args.withdraw.is_some()
+        || !args.add_room.is_empty()
+        || !args.remove_room.is_empty();
+    if is_changing && let Origin::BuiltIn(name) = world.document.origin() {
+        bail!("the built-in design {name} is read-only, expected a design of your own");
+    }
+    note_map(&world);
+    change_rooms(args, &mut world)?;
+    if let Some(step) = args.withdraw {
+        let edit = ProcedureEdit::Withdraw { step: step.into() };
+        apply(args, &mut world, edit)?;
+    }
+    let wish = ProcedureWish {
+        rooms_for_now: args.environment.clone(),
+        recording: recording(args, &world)?,
+    };
+    let shown = Shown::new("judging");
+    let found = store::procedure(&world, &wish, &shown.task, &|note| {
+        output::note(&format!("note: {note}"));
+    });
+    drop(shown);
+    let mut found = found?;
+    if let Some(step) = args.decide {
+        decide(args, &mut world, step.into(), &found)?;
+        found.decide(step.into());
+    }
+    if is_changing {
+        store::save(&mut world)?;
+    }
+    let procedure = &world.document.design().procedure;
+    match args.format {
+        Format::Json => {
+            let design = &world.document.design().name;
+            output::print_json(&report::as_json(design, procedure, &found))
+        }
+        Format::Text => output::print(&report::as_text(world.document.design(), &found)),
+    }
+}
+
+fn change_rooms(args: &ProcedureArgs, world: &mut World) -> anyhow::Result<()> {
+    for file in &args.remove_room {
+        let room = store::further_room(world, file)?.map(str::to_owned);
+        let Some(room) = room else {
+            let rooms = &world.document.design().procedure.further_rooms;
+            let expected = match rooms.is_empty() {
+                true => "it has no further rooms".to_owned(),
+                false => format!("expected one of {}", rooms.join(", ")),
+            };
+            bail!(
+                "--remove-room {}: the design is not judged in it; {expected}",
+                file.display()
+            );
+        };
+        apply(args, world, ProcedureEdit::RemoveRoom(room))?;
+    }
+    for file in &args.add_room {
+        // One that cannot be read is not added.
+        store::read_environment(file)?;
+        let is_own = store::own_room(world)? == store::RoomPlace::of_file(file);
+        if is_own || store::further_room(world, file)?.is_some() {
+            bail!(
+                "--add-room {}: the design is judged in it already",
+                file.display()
+            );
+        }
+        let reference = store::reference_to_file(world, file)?;
+        apply(args, world, ProcedureEdit::AddRoom(reference))?;
+    }
+    Ok(())
+}
+
+fn apply(args: &ProcedureArgs, world: &mut World, edit: ProcedureEdit) -> anyhow::Result<()> {
+    let applied = world.document.apply(Edit::Procedure(edit));
+    applied.with_context(|| args.design.display().to_string())?;
+    Ok(())
+}
+
+/// The tables as the design will refer to them.
+fn recording(args: &ProcedureArgs, world: &World) -> anyhow::Result<Option<BuiltRecording>> {
+    let Some(table) = &args.built else {
+        return Ok(None);
+    };
+    let reference = |file: &Path| store::reference_to_file(world, file);
+    Ok(Some(BuiltRecording {
+        crf_table: args.crf.as_deref().map(reference).transpose()?,
+        frame: match args.frame {
+            FrameArg::Tracker => RecordedFrame::Tracker,
+            FrameArg::Crf => RecordedFrame::Crf,
+        },
+        is_registered: args.registered,
+        averaged: args.averaged,
+        truth_std_mm: args.truth_mm,
+        whole: args.tool.clone(),
+        ..BuiltRecording::of(reference(table)?)
+    }))
+}
+
+fn decide(
+    args: &ProcedureArgs,
+    world: &mut World,
+    step: Step,
+    found: &Standing,
+) -> anyhow::Result<()> {
+    let named = || format!("--decide {}", step.key());
+    let grounds = found.grounds(step).with_context(named)?;
+    let note = args.note.clone().unwrap_or_default();
+    if found.misses(step) && note.trim().is_empty() {
+        bail!(
+            "{}: the requirement is missed, expected --note with why that is good enough",
+            named()
+        );
+    }
+    let decision = Decision {
+        date: store::today()?,
+        note,
+        grounds,
+    };
+    let decision = Box::new(decision);
+    apply(args, world, ProcedureEdit::Decide { step, decision })
+}

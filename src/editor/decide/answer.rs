@@ -1,0 +1,336 @@
+//! Does what the panels ask for, or starts the thread that does.
+
+use super::DecideRequest;
+use super::desk::{DecideDesk, Pinned};
+use super::judged::Judged;
+use super::table::{Compare, Failure, Wanted, compared};
+use crate::design::{BodyRole, Decision, Edit, Origin, ProcedureEdit};
+use crate::editor::background::{Ended, Job};
+use crate::editor::document::{Notice, WorldGeneration};
+use crate::editor::field::FieldRequest;
+use crate::editor::scene::bodies::shown_mesh;
+use crate::editor::state::{EditRequest, FileRequest, OpenWorld, Workspace};
+use crate::editor::study::StudyRequest;
+use crate::editor::ui::dialogs::{Dialog, Dialogs};
+use crate::editor::wake::Waker;
+use crate::store::{self, RoomPlace};
+use crate::study::agreement::BuiltRecording;
+use crate::study::procedure::Step;
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+pub(super) fn answer(mut requests: MessageReader<DecideRequest>, mut hand: Hand) {
+    for request in requests.read() {
+        hand.answer(request.clone());
+    }
+    hand.redraw.write(RequestRedraw);
+}
+
+/// What the requests work on.
+#[derive(SystemParam)]
+pub(super) struct Hand<'w> {
+    desk: ResMut<'w, DecideDesk>,
+    world: Option<Res<'w, OpenWorld>>,
+    generation: Res<'w, WorldGeneration>,
+    waker: Res<'w, Waker>,
+    dialogs: ResMut<'w, Dialogs>,
+    notice: ResMut<'w, Notice>,
+    workspace: ResMut<'w, Workspace>,
+    judged: Res<'w, Judged>,
+    edits: MessageWriter<'w, EditRequest>,
+    files: MessageWriter<'w, FileRequest>,
+    fields: MessageWriter<'w, FieldRequest>,
+    study: MessageWriter<'w, StudyRequest>,
+    redraw: MessageWriter<'w, RequestRedraw>,
+}
+
+impl Hand<'_> {
+    fn answer(&mut self, request: DecideRequest) {
+        match request {
+            DecideRequest::PinHere => self.pin_here(),
+            DecideRequest::ShowPin => {
+                let folder = self.folder();
+                self.dialogs.show(Dialog::pin_design(folder));
+            }
+            DecideRequest::Pin(file) => self.pin(file),
+            DecideRequest::Unpin => {
+                self.desk.pinned = None;
+                self.desk.pinning = None;
+            }
+            DecideRequest::ShowAddDesign => {
+                let folder = self.folder();
+                self.dialogs.show(Dialog::add_design(folder));
+            }
+            DecideRequest::AddDesign(file) => self.add_design(file),
+            DecideRequest::RemoveDesign(file) => self.desk.designs.retain(|other| *other != file),
+            DecideRequest::AddRoom(place) => self.add_room(place),
+            DecideRequest::RemoveRoom(file) => self.edit(ProcedureEdit::RemoveRoom(file)),
+            DecideRequest::ShowRecorded => {
+                let folder = self.folder();
+                self.dialogs.show(Dialog::open_recorded(folder));
+            }
+            DecideRequest::Recorded(file) => self.recorded(&file),
+            DecideRequest::SetRecorded(recorded) => self.desk.recorded = Some(recorded),
+            DecideRequest::CloseRecorded => self.desk.recorded = None,
+            DecideRequest::SetNote(step, note) => self.desk.notes[step.number() - 1] = note,
+            DecideRequest::Decide(step) => self.decide(step),
+            DecideRequest::Withdraw(step) => self.edit(ProcedureEdit::Withdraw { step }),
+            DecideRequest::Compare => self.compare(),
+            DecideRequest::CancelCompare => {
+                if let Some(job) = &self.desk.comparing {
+                    job.cancel();
+                }
+            }
+            DecideRequest::OpenRow(row) => self.open_row(row),
+            DecideRequest::ShowAllFigures(all) => self.desk.shows_all_figures = all,
+        }
+    }
+
+    fn pin_here(&mut self) {
+        let Some(world) = &self.world else { return };
+        self.desk.serial += 1;
+        self.desk.pinning = None;
+        self.desk.pinned = Some(Pinned {
+            design: Arc::new(world.0.document.design().clone()),
+            file: None,
+            tool_mesh: shown_mesh(&world.0, BodyRole::Tool),
+            serial: self.desk.serial,
+            is_gone: false,
+        });
+    }
+
+    /// The baseline that is there stays until the new one is.
+    fn pin(&mut self, file: PathBuf) {
+        self.desk.serial += 1;
+        let serial = self.desk.serial;
+        let job = Job::start("pin", &self.waker, move |_| {
+            let world = store::open_design(&file)?;
+            Ok(Pinned {
+                design: Arc::new(world.document.design().clone()),
+                tool_mesh: shown_mesh(&world, BodyRole::Tool),
+                file: Some(file),
+                serial,
+                is_gone: false,
+            })
+        });
+        match job {
+            Ok(job) => self.desk.pinning = Some(job),
+            Err(error) => self.no_thread(&error),
+        }
+    }
+
+    fn add_design(&mut self, file: PathBuf) {
+        let is_known = (self.desk.designs.iter()).any(|other| store::is_same_file(other, &file));
+        let is_open = (self.world.as_ref()).is_some_and(|world| {
+            matches!(world.0.document.origin(), Origin::File(open) if store::is_same_file(open, &file))
+        });
+        if is_known || is_open {
+            *self.notice = Notice::Refused(format!("{} is in the table already", file.display()));
+        } else {
+            self.desk.designs.push(file);
+        }
+    }
+
+    fn edit(&mut self, edit: ProcedureEdit) {
+        self.edits.write(EditRequest::Apply(Edit::Procedure(edit)));
+    }
+
+    /// A design on the disk cannot refer to a built-in room.
+    fn add_room(&mut self, place: RoomPlace) {
+        let Some(world) = &self.world else { return };
+        match store::reference_to_room(&world.0, &place) {
+            Ok(Some(reference)) => self.edit(ProcedureEdit::AddRoom(reference)),
+            Ok(None) => {
+                *self.notice = Notice::Refused(
+                    "a design on the disk is judged in rooms on the disk: save a copy of this room first, in the \
+                     Field workspace"
+                        .to_owned(),
+                );
+            }
+            Err(error) => self
+                .dialogs
+                .show(Dialog::error("The room cannot be used", &error)),
+        }
+    }
+
+    /// In the tracker's frame, its truth known beforehand, as `characterize` writes such a table.
+    fn recorded(&mut self, file: &Path) {
+        let Some(world) = &self.world else { return };
+        match store::reference_to_file(&world.0, file) {
+            Ok(reference) => self.desk.recorded = Some(BuiltRecording::of(reference)),
+            Err(error) => self
+                .dialogs
+                .show(Dialog::error("The recording cannot be used", &error)),
+        }
+    }
+
+    /// On what is shown, and only where that is of the design as it is.
+    fn decide(&mut self, step: Step) {
+        let Some((standing, true)) = self.judged.found() else {
+            *self.notice = Notice::Refused("its figures are still being computed".to_owned());
+            return;
+        };
+        let note = self.desk.note(step).trim().to_owned();
+        if standing.misses(step) && note.is_empty() {
+            *self.notice = Notice::Refused(format!(
+                "the requirement of the {step} is missed: say why it is decided all the same"
+            ));
+            return;
+        }
+        let decision = match (standing.grounds(step), store::today()) {
+            (Ok(grounds), Ok(date)) => Decision {
+                date,
+                note,
+                grounds,
+            },
+            (Err(why), _) => {
+                *self.notice = Notice::Refused(why.to_string());
+                return;
+            }
+            (_, Err(why)) => {
+                *self.notice = Notice::Refused(why.to_string());
+                return;
+            }
+        };
+        self.desk.notes[step.number() - 1].clear();
+        self.edit(ProcedureEdit::Decide {
+            step,
+            decision: Box::new(decision),
+        });
+    }
+
+    fn compare(&mut self) {
+        let Some(world) = &self.world else { return };
+        if let Some(pinned) = &mut self.desk.pinned {
+            pinned.is_gone = pinned.file.as_deref().is_some_and(|file| !file.exists());
+        }
+        let wanted = Wanted {
+            open: Arc::new(world.0.document.design().clone()),
+            pinned: (self.desk.pinned.as_ref()).map(|pinned| Arc::clone(&pinned.design)),
+            files: self.desk.designs.clone(),
+            environment: Arc::clone(&world.0.environment),
+            rooms: store::further_rooms(&world.0).unwrap_or_default(),
+            generation: self.generation.0,
+            revision: world.0.document.revision(),
+        };
+        let job = Job::start("compare", &self.waker, move |task| compared(wanted, task));
+        match job {
+            Ok(job) => {
+                self.desk.counts.tables += 1;
+                self.desk.comparing = Some(job);
+            }
+            Err(error) => self.no_thread(&error),
+        }
+    }
+
+    /// A row of the open design in its own room leads to its worst trial; in another room, puts it
+    /// there; any other opens its design.
+    fn open_row(&mut self, row: usize) {
+        let Some(compared) = &self.desk.compared else {
+            return;
+        };
+        let Some(row) = compared.comparison.rows.get(row) else {
+            return;
+        };
+        let room = compared.rooms.get(row.room).cloned().flatten();
+        let file = match compared.designs.get(row.design) {
+            Some(Compare::File(file)) => file.clone(),
+            Some(Compare::Pinned) => match self.desk.pinned.as_ref().and_then(|p| p.file.clone()) {
+                Some(file) => file,
+                None => {
+                    *self.notice = Notice::Refused(
+                        "the baseline is an earlier state of the open design: undo leads to it"
+                            .to_owned(),
+                    );
+                    return;
+                }
+            },
+            Some(Compare::Open) => {
+                match room {
+                    Some(place) => {
+                        self.fields.write(FieldRequest::Assign(place));
+                    }
+                    None => {
+                        *self.workspace = Workspace::Study;
+                        self.study.write(StudyRequest::ShowWorst);
+                    }
+                }
+                return;
+            }
+            None => return,
+        };
+        self.desk.then_assign = room.map(|room| (file.clone(), room));
+        self.files.write(FileRequest::Open(file));
+    }
+
+    /// Where the dialog for designs begins: beside the open one.
+    fn folder(&self) -> PathBuf {
+        let beside = self.world.as_ref().and_then(|world| {
+            let Origin::File(file) = world.0.document.origin() else {
+                return None;
+            };
+            let folder = file.parent().filter(|f| !f.as_os_str().is_empty());
+            folder.map(Path::to_path_buf)
+        });
+        beside.unwrap_or_else(|| PathBuf::from("."))
+    }
+
+    fn no_thread(&mut self, error: &std::io::Error) {
+        *self.notice = Notice::Refused(format!("cannot start a thread: {error}"));
+    }
+}
+
+/// The second half of opening a row: the design that was asked for is open now.
+pub(super) fn assign_after_opening(
+    mut desk: ResMut<DecideDesk>,
+    world: Res<OpenWorld>,
+    mut fields: MessageWriter<FieldRequest>,
+) {
+    let Some((file, room)) = desk.bypass_change_detection().then_assign.take() else {
+        return;
+    };
+    let is_it =
+        matches!(world.0.document.origin(), Origin::File(open) if store::is_same_file(open, &file));
+    if is_it && store::own_room(&world.0).ok().as_ref() != Some(&room) {
+        fields.write(FieldRequest::Assign(room));
+    }
+}
+
+/// Takes what the threads found.
+pub(super) fn hear(
+    mut desk: ResMut<DecideDesk>,
+    mut dialogs: ResMut<Dialogs>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) {
+    const LOST: &str = "the work ended without an answer";
+    let desk = desk.bypass_change_detection();
+    if let Some(ended) = desk.comparing.as_mut().and_then(Job::hear) {
+        desk.comparing = None;
+        redraw.write(RequestRedraw);
+        match ended {
+            Ended::Done(Ok(found)) => desk.compared = Some(found),
+            Ended::Done(Err(Failure::Cancelled(_))) => {}
+            Ended::Lost => dialogs.show(Dialog::Error {
+                title: "There is no comparison".to_owned(),
+                text: LOST.to_owned(),
+            }),
+        }
+    }
+    if let Some(ended) = desk.pinning.as_mut().and_then(Job::hear) {
+        desk.pinning = None;
+        redraw.write(RequestRedraw);
+        match ended {
+            Ended::Done(Ok(pinned)) => desk.pinned = Some(pinned),
+            Ended::Done(Err(error)) => {
+                dialogs.show(Dialog::error("The design cannot be pinned", &error));
+            }
+            Ended::Lost => dialogs.show(Dialog::Error {
+                title: "The design cannot be pinned".to_owned(),
+                text: LOST.to_owned(),
+            }),
+        }
+    }
+}

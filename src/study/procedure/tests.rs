@@ -1,0 +1,215 @@
+//! What a step comes to, and what is told of one that was decided.
+
+use super::changes::figure;
+use super::*;
+use crate::store;
+use crate::study::requirement::Requirement;
+use crate::task::Task;
+use proptest::prelude::*;
+
+/// A built-in design in its room, and in one that is not to be had.
+fn plan() -> Plan {
+    let world = store::open_builtin_without_meshes("pointer-on-head").unwrap();
+    let design = world.document.design();
+    let crf = store::resolve_crf(design, &world.environment);
+    let named = |file: &str| RoomName {
+        name: String::new(),
+        file: file.to_owned(),
+    };
+    Plan {
+        crf_targets: crf.iter().map(|judged| judged.target.clone()).collect(),
+        crf_requirement: design.crf.as_ref().and_then(|crf| crf.requirement),
+        requirement: design.requirement,
+        rooms: vec![
+            Room {
+                name: named("own.env.ron"),
+                is_for_now: false,
+                studies: Ok(RoomStudies {
+                    crf,
+                    tool: store::resolve(design, &world.environment),
+                }),
+            },
+            Room {
+                name: named("gone.env.ron"),
+                is_for_now: false,
+                studies: Err("gone".to_owned()),
+            },
+        ],
+        recording: None,
+        decided_crf: None,
+        decided_tool: None,
+        decided_built: None,
+    }
+}
+
+/// With this bound of the tool's RMS error.
+fn bounded(mut plan: Plan, position_rms_mm: Option<f64>) -> Plan {
+    plan.requirement = position_rms_mm.map(|limit| Requirement {
+        position_rms_mm: Some(limit),
+        ..Requirement::default()
+    });
+    let readable = plan
+        .rooms
+        .iter_mut()
+        .filter_map(|room| room.studies.as_mut().ok());
+    for studies in readable {
+        studies.tool.requirement = plan.requirement;
+    }
+    plan
+}
+
+fn judged(plan: Plan) -> Standing {
+    standing(plan, &Task::default()).unwrap()
+}
+
+fn studies(found: &Standing, step: Step) -> DecidedStudies {
+    match found.grounds(step).unwrap() {
+        Grounds::Studies(studies) => studies,
+        Grounds::Recording(_) => panic!("{step} has studies"),
+    }
+}
+
+#[test]
+fn a_requirement_is_met_or_missed_by_the_rooms_that_have_figures() {
+    let found = judged(bounded(plan(), None));
+    assert_eq!(found.tool.state, State::NoRequirement);
+    let Ok(own) = &found.tool.rows[0].studied else {
+        panic!("{:?}", found.tool.rows[0]);
+    };
+    let rms = own.figures.position_mm.rms;
+    for (limit, state) in [(rms, State::Met), (0.999 * rms, State::Missed)] {
+        let found = judged(bounded(plan(), Some(limit)));
+        assert_eq!(found.tool.state, state);
+        assert_eq!(
+            found.tool.counts(),
+            (1, usize::from(state == State::Missed))
+        );
+        let words = headline(&found, Step::Tool);
+        assert!(words.contains("of 1 room; one has no figures"), "{words}");
+    }
+    let mut nowhere = plan();
+    nowhere.rooms.remove(0);
+    let found = judged(nowhere);
+    assert_eq!(
+        (found.crf.state, found.tool.state),
+        (State::NoFigures, State::NoFigures)
+    );
+    // Every target of the CRF has its row there too.
+    assert_eq!(found.crf.rows.len(), plan().crf_targets.len());
+    let why = found.grounds(Step::Tool).unwrap_err().to_string();
+    assert!(why.contains("gone"), "{why}");
+}
+
+#[test]
+fn a_step_is_decided_as_long_as_everything_is_as_it_was() {
+    let first = judged(bounded(plan(), Some(10.0)));
+    let decided = || Plan {
+        decided_crf: Some(studies(&first, Step::Crf)),
+        decided_tool: Some(studies(&first, Step::Tool)),
+        ..bounded(plan(), Some(10.0))
+    };
+    let found = judged(decided());
+    assert_eq!(
+        (found.crf.state, found.tool.state),
+        (State::Decided, State::Decided)
+    );
+
+    let told = |plan: Plan, step: Step| {
+        let found = judged(plan);
+        assert_eq!(found.state(step), State::DecidedOnOtherFigures);
+        let changes = found.changes(step).iter();
+        changes.map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let stricter = bounded(decided(), Some(9.0));
+    assert_eq!(
+        told(stricter, Step::Tool),
+        ["required position_rms was 10, is 9"]
+    );
+    let mut fewer = decided();
+    fewer.rooms.pop();
+    assert_eq!(
+        told(fewer.clone(), Step::Tool),
+        ["gone.env.ron: not judged any more"]
+    );
+    assert_eq!(told(fewer, Step::Crf).len(), plan().crf_targets.len());
+    let mut more = decided();
+    let mut attic = more.rooms[1].clone();
+    attic.name.file = "attic.env.ron".to_owned();
+    more.rooms.push(attic);
+    assert_eq!(
+        told(more.clone(), Step::Tool),
+        ["attic.env.ron: not judged then"]
+    );
+    more.rooms[2].is_for_now = true;
+    assert_eq!(judged(more).tool.state, State::Decided);
+    let mut lost = decided();
+    lost.rooms[0].studies = Err("lost".to_owned());
+    assert_eq!(
+        told(lost, Step::Tool),
+        ["own.env.ron: no figures any more: lost"]
+    );
+    let mut found_again = decided();
+    found_again.rooms[1].studies = found_again.rooms[0].studies.clone();
+    assert_eq!(
+        told(found_again, Step::Tool),
+        ["gone.env.ron: has figures, had none"]
+    );
+    let mut moved = decided();
+    if let Ok(studies) = &mut moved.rooms[0].studies {
+        studies.tool.crf_from_tool.translation.vector.y += 15.0;
+    }
+    let told_of_moved = told(moved, Step::Tool);
+    assert!(
+        told_of_moved
+            .iter()
+            .any(|told| told.contains("tip error RMS was ")),
+        "{told_of_moved:?}"
+    );
+}
+
+#[test]
+fn another_recording_is_another_decision_and_one_that_is_gone_is_told() {
+    let decided = DecidedRecording {
+        room: RoomName::default(),
+        recording: crate::study::agreement::BuiltRecording::of("a.csv".to_owned()),
+        poses: 20,
+        used: 20,
+        measured_rms_mm: 1.0,
+        predicted_rms_mm: 1.0,
+        residual_rms_mm: 0.1,
+        explained: Some(0.99),
+        slope: Some(1.0),
+        statement: String::new(),
+    };
+    let with = |recording| Plan {
+        recording,
+        decided_built: Some(decided.clone()),
+        ..plan()
+    };
+    let found = judged(with(None));
+    assert_eq!(found.built.state, State::Decided);
+    let found = judged(with(Some(Err("a.csv: no such file".to_owned()))));
+    assert_eq!(found.built.state, State::DecidedOnOtherFigures);
+    let told = found.changes(Step::Built)[0].to_string();
+    assert_eq!(told, "no figures any more: a.csv: no such file");
+    assert!(matches!(
+        found.grounds(Step::Built),
+        Err(Undecidable::NoFigures { .. })
+    ));
+}
+
+proptest! {
+    #[test]
+    fn a_change_that_is_told_is_one_that_is_seen(
+        before in 0.0..10.0_f64,
+        by in -5e-4..5e-4_f64,
+        digits in 1..5_usize,
+    ) {
+        let now = before + by;
+        let printed = |value: f64| format!("{value:.digits$}");
+        match figure("tip error RMS", "mm", digits, [before, now]) {
+            Some(_) => prop_assert_ne!(printed(before), printed(now)),
+            None => prop_assert!(by.abs() <= 1.01 * 0.1_f64.powi(digits as i32)),
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Where a step stands in a line: the command line and the editor say the same.
+
+use super::grounds::Step;
+use super::standing::{Standing, State, StudiesStanding};
+
+/// The state of a step with what it is about: `missed in 1 of 3 rooms`.
+pub fn headline(found: &Standing, step: Step) -> String {
+    let state = found.state(step);
+    let studies = match step {
+        Step::Crf => &found.crf,
+        Step::Tool => &found.tool,
+        Step::Built => return built(state),
+    };
+    let said = match state {
+        State::DoesNotApply => return "does not apply, the design has no CRF".to_owned(),
+        State::NoFigures => return "no figures in any room".to_owned(),
+        State::NoRequirement => "there is no requirement to hold it against".to_owned(),
+        State::Met | State::Missed => met(studies),
+        _ => match studies.rows.iter().any(|row| row.met().is_some()) {
+            true => format!("{}; {}", state.words(), met(studies)),
+            false => state.words().to_owned(),
+        },
+    };
+    let without = studies.rows.len() - studies.counts().0;
+    let said = match without {
+        0 => said,
+        1 => format!("{said}; one has no figures"),
+        without => format!("{said}; {without} have no figures"),
+    };
+    match (step, found.crf.state) {
+        // Its figures are of this CRF, which the procedure would have designed anew.
+        (Step::Tool, State::Missed) => format!("{said}; the CRF alone does not satisfy yet"),
+        _ => said,
+    }
+}
+
+fn built(state: State) -> String {
+    match state {
+        State::NotRecorded => "nothing recorded yet".to_owned(),
+        State::Compared => {
+            "measured and predicted errors are compared, nothing is decided".to_owned()
+        }
+        State::NoFigures => "the recording gives no figures".to_owned(),
+        state => state.words().to_owned(),
+    }
+}
+
+/// Rows are rooms, or rooms and targets.
+fn met(studies: &StudiesStanding) -> String {
+    let (with_figures, missed) = studies.counts();
+    let rows = match studies.rows.iter().any(|row| row.target.is_some()) {
+        true => "targets and rooms",
+        false if with_figures == 1 => "room",
+        false => "rooms",
+    };
+    match missed {
+        0 => format!("met in {with_figures} of {with_figures} {rows}"),
+        missed => format!("missed in {missed} of {with_figures} {rows}"),
+    }
+}

@@ -1,0 +1,463 @@
+//! Where a design stands, and what is decided: equal to the single commands, kept in the design, and
+//! told when it no longer holds.
+
+use crate::support::data::{own, third_party};
+use crate::support::golden::{list, number};
+use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+const ROOM: [&str; 4] = ["--order", "2", "--directions", "14"];
+
+fn fit(scratch: &Scratch, to: &str, order: &str) {
+    let (data, room) = (text(&own("room-a/room-a-fit.csv")), scratch.arg(to));
+    let sizes = ["--order", order, "--directions", "14"];
+    succeed(&[&["fit", &data, "-o", &room], &sizes[..]].concat());
+}
+
+/// The worked design with a CRF that is judged at two targets, in a room, and another room beside it.
+fn world() -> (Scratch, String) {
+    let scratch = Scratch::new();
+    scratch.copy_own("golden/pointer-on-head", "d");
+    fit(&scratch, "d/room.env.ron", "2");
+    fs::create_dir(scratch.path("ward")).unwrap();
+    fit(&scratch, "ward/ward.env.ron", "1");
+    let file = scratch.path("d/pointer-on-head.design.ron");
+    let design = fs::read_to_string(&file).unwrap();
+    let targets = "targets: [(name: \"left\", position: (20, -40, -60)), (name: \"right\", position: (-20, -40, -60))], \
+        requirement: (position_rms: 5.0)))";
+    let design = design.replacen("))),\n    tool", &format!(")), {targets},\n    tool"), 1);
+    assert!(design.contains("left"), "{design}");
+    let design = design.replacen(
+        "orientation_weight",
+        "requirement: (position_rms: 0.01), orientation_weight",
+        1,
+    );
+    fs::write(&file, design).unwrap();
+    let file = text(&file);
+    (scratch, file)
+}
+
+fn step<'a>(found: &'a Value, key: &str) -> &'a Value {
+    let steps = list(found, "steps");
+    steps.iter().find(|step| step["step"] == key).unwrap()
+}
+
+fn states(found: &Value) -> Vec<&str> {
+    let steps = list(found, "steps").iter();
+    steps.map(|step| step["state"].as_str().unwrap()).collect()
+}
+
+/// On a given day.
+fn decide(args: &[&str]) -> Value {
+    let args = [args, &["--format", "json"]].concat();
+    let output = trackwright(&args)
+        .env("SOURCE_DATE_EPOCH", "951782400")
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{args:?}: {said}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// What the study predicts for the worked input, as a recording of the built tool would say it, in the
+/// CRF's frame.
+fn recording(scratch: &Scratch, design: &str, to: &str) -> String {
+    let input = fs::read_to_string(scratch.path("d/input.csv")).unwrap();
+    let tool_only = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        cells[cells.len() - 7..].join(",")
+    };
+    let lines: Vec<String> = input.lines().map(tool_only).collect();
+    fs::write(scratch.path("tool.csv"), lines.join("\n")).unwrap();
+    let (input, log) = (scratch.arg("tool.csv"), scratch.arg("log.csv"));
+    let base = ["simulate", design, "--mode", "input", "--input", &input];
+    succeed(&[&base[..], &["--log", &log]].concat());
+    let table = fs::read_to_string(&log).unwrap();
+    let (head, rows) = table.split_once('\n').unwrap();
+    let head = head.replace("true_", "ideal_").replace("sim_", "measured_");
+    // Only where the room says something: `outside` is its own column.
+    let column = head.split(',').position(|name| name == "outside").unwrap();
+    let inside = rows
+        .lines()
+        .filter(|row| row.split(',').nth(column) == Some("0"));
+    let table: Vec<&str> = std::iter::once(head.as_str()).chain(inside).collect();
+    assert!(table.len() > 12, "{}", table.len());
+    fs::write(scratch.path(to), table.join("\n")).unwrap();
+    scratch.arg(to)
+}
+
+#[test]
+fn the_figures_of_every_step_are_those_of_the_single_commands() {
+    let (scratch, design) = world();
+    let recorded = recording(&scratch, &design, "built.csv");
+    let ward = scratch.arg("ward/ward.env.ron");
+    let built = ["--built", &recorded, "--frame", "crf"];
+    let base = ["procedure", &design, "--environment", &ward];
+    let found = json(&[&base[..], &built[..]].concat());
+    assert_eq!(states(&found), ["met", "missed", "compared"]);
+    let same = |row: &Value, single: &Value| {
+        let keys = [
+            "trials",
+            "outside",
+            "out_of_volume",
+            "position_mm",
+            "angle_deg",
+            "worst",
+            "requirement",
+        ];
+        for key in keys {
+            assert_eq!(row[key], single[key], "{key}");
+        }
+    };
+    let crf = json(&["simulate", &design, "--mode", "single", "--body", "crf"]);
+    let rows = list(step(&found, "crf"), "rows");
+    assert_eq!(rows.len(), 4);
+    for (row, single) in rows.iter().zip(list(&crf, "targets")) {
+        assert_eq!(row["target"], single["target"]);
+        same(row, single);
+    }
+    let tool = json(&["simulate", &design, "--mode", "motion"]);
+    let rows = list(step(&found, "tool"), "rows");
+    same(&rows[0], &tool);
+    assert_eq!(
+        (&rows[0]["for_now"], &rows[1]["for_now"]),
+        (&false.into(), &true.into())
+    );
+    let verified = json(&["verify", &design, &recorded, "--frame", "crf"]);
+    let figures = &step(&found, "built")["figures"];
+    for key in [
+        "used",
+        "position_mm",
+        "angle_deg",
+        "effective",
+        "verdict",
+        "statement",
+    ] {
+        assert_eq!(figures[key], verified[key], "{key}");
+    }
+    // In the other room as a design of its own would have it.
+    fs::copy(&ward, scratch.path("d/room.env.ron")).unwrap();
+    same(&rows[1], &json(&["simulate", &design, "--mode", "motion"]));
+    let words = succeed(&base);
+    assert!(words.contains("2. The tool in the CRF"), "{words}");
+    assert!(
+        words.contains("missed in") && words.contains("(this once)"),
+        "{words}"
+    );
+    assert!(
+        words.contains("3. The built tool: nothing recorded yet"),
+        "{words}"
+    );
+}
+
+#[test]
+fn what_is_decided_stays_in_the_design_and_is_told_when_it_no_longer_holds() {
+    let (scratch, design) = world();
+    let ward = scratch.arg("ward/ward.env.ron");
+    let recorded = recording(&scratch, &design, "built.csv");
+    let found = json(&["procedure", &design, "--add-room", &ward]);
+    assert_eq!(list(step(&found, "tool"), "rows").len(), 2);
+    let again = fail(&["procedure", &design, "--add-room", &ward]);
+    assert!(again.contains("judged in it already"), "{again}");
+    let own_room = scratch.arg("d/room.env.ron");
+    let own_room = fail(&["procedure", &design, "--add-room", &own_room]);
+    assert!(own_room.contains("judged in it already"), "{own_room}");
+
+    let found = decide(&["procedure", &design, "--decide", "crf"]);
+    assert_eq!(states(&found), ["decided", "missed", "not_recorded"]);
+    let missed = fail(&["procedure", &design, "--decide", "tool"]);
+    assert!(
+        missed.contains("the requirement is missed, expected --note"),
+        "{missed}"
+    );
+    let early = fail(&["procedure", &design, "--decide", "built"]);
+    assert!(
+        early.contains("nothing recorded of the built tool"),
+        "{early}"
+    );
+    let note = "a first try, \"as it is\"";
+    decide(&["procedure", &design, "--decide", "tool", "--note", note]);
+    let built = ["--built", &recorded, "--frame", "crf"];
+    decide(&[&["procedure", &design, "--decide", "built"], &built[..]].concat());
+
+    // Everything is in the file: nothing is said of it here.
+    let found = json(&["procedure", &design]);
+    assert_eq!(states(&found), ["decided", "decided", "decided"]);
+    assert_eq!(step(&found, "tool")["decision"]["note"], note);
+    assert_eq!(step(&found, "built")["decision"]["date"], "2000-02-29");
+    let saved = fs::read_to_string(&design).unwrap();
+    assert!(
+        saved.contains("rooms: [\"../ward/ward.env.ron\"]"),
+        "{saved}"
+    );
+    assert!(saved.contains("table: \"../built.csv\""), "{saved}");
+
+    // A room that is looked at this once changes nothing of it.
+    let other = scratch.arg("other.env.ron");
+    fs::copy(&ward, &other).unwrap();
+    let found = json(&["procedure", &design, "--environment", &other]);
+    assert_eq!(states(&found), ["decided", "decided", "decided"]);
+
+    // A room that is measured anew does.
+    fit(&scratch, "ward/ward.env.ron", "2");
+    let found = json(&["procedure", &design]);
+    let [crf, tool, built] = states(&found)[..] else {
+        panic!("{found}");
+    };
+    let outdated = "decided_on_other_figures";
+    assert_eq!([crf, tool, built], [outdated, outdated, "decided"]);
+    let changes = list(step(&found, "tool"), "changes");
+    let rms = changes
+        .iter()
+        .find(|c| c["what"]["figure"] == "tip error RMS")
+        .unwrap();
+    assert_eq!(rms["environment_file"], "../ward/ward.env.ron");
+    let now = &list(step(&found, "tool"), "rows")[1]["position_mm"]["rms"];
+    assert_eq!(&rms["what"]["now"], now);
+    assert_ne!(rms["what"]["before"], *now);
+    let words = succeed(&["procedure", &design]);
+    assert!(
+        words.contains("since then: ") && words.contains("tip error RMS was "),
+        "{words}"
+    );
+
+    // So does another bound, and a recording that is gone.
+    fs::remove_file(&recorded).unwrap();
+    let loose = saved.replacen(
+        "requirement: (position_rms: 0.01)",
+        "requirement: (position_rms: 0.5)",
+        1,
+    );
+    fs::write(&design, loose).unwrap();
+    let words = succeed(&["procedure", &design]);
+    assert!(
+        words.contains("required position_rms was 0.01, is 0.5"),
+        "{words}"
+    );
+    assert!(words.contains("built.csv: found no such file"), "{words}");
+
+    let found = json(&[
+        "procedure",
+        &design,
+        "--withdraw",
+        "tool",
+        "--remove-room",
+        &ward,
+    ]);
+    assert_ne!(step(&found, "tool")["state"], outdated);
+    assert_eq!(list(step(&found, "tool"), "rows").len(), 1);
+    let twice = fail(&["procedure", &design, "--withdraw", "tool"]);
+    assert!(twice.contains("nothing is decided on the tool"), "{twice}");
+    let page = scratch.arg("page.html");
+    succeed(&["report", &design, "-o", &page]);
+    let page = fs::read_to_string(page).unwrap();
+    assert!(page.contains("id=\"decisions\"") && page.contains("2000-02-29"));
+}
+
+#[test]
+fn a_room_that_is_gone_or_elsewhere_is_a_row_that_says_so() {
+    let (scratch, design) = world();
+    let ward = scratch.arg("ward/ward.env.ron");
+    succeed(&["procedure", &design, "--add-room", &ward]);
+    fs::remove_file(&ward).unwrap();
+    // A room of which no trial is a part: the same field, metres away.
+    let data = fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
+    let mut lines = data.lines();
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let mut moved = vec![head.join(",")];
+    for line in lines {
+        let cells = line.split(',').zip(&head).map(|(cell, name)| match *name {
+            "ideal_x" | "measured_x" => (cell.parse::<f64>().unwrap() + 3000.0).to_string(),
+            _ => cell.to_owned(),
+        });
+        moved.push(cells.collect::<Vec<_>>().join(","));
+    }
+    fs::write(scratch.path("away.csv"), moved.join("\n")).unwrap();
+    let (away, room) = (scratch.arg("away.csv"), scratch.arg("away.env.ron"));
+    succeed(&[&["fit", &away, "-o", &room], &ROOM[..]].concat());
+    let alone = json(&["procedure", &design, "--remove-room", &ward]);
+    succeed(&["procedure", &design]);
+    let text = fs::read_to_string(&design).unwrap();
+    let rooms = "procedure: (rooms: [\"../ward/ward.env.ron\"]),\n    orientation_weight";
+    fs::write(&design, text.replacen("orientation_weight", rooms, 1)).unwrap();
+    let found = json(&["procedure", &design, "--environment", &room]);
+    // Neither is averaged in.
+    assert_eq!(states(&found), states(&alone));
+    let rows = list(step(&found, "tool"), "rows");
+    assert_eq!(rows[0], list(step(&alone, "tool"), "rows")[0]);
+    let why = |row: &Value| row["no_figures"].as_str().unwrap().to_owned();
+    assert!(
+        why(&rows[1]).contains("ward.env.ron: found no such file"),
+        "{}",
+        rows[1]
+    );
+    assert!(
+        why(&rows[2]).contains("the room does not reach"),
+        "{}",
+        rows[2]
+    );
+    let words = succeed(&["procedure", &design, "--environment", &room]);
+    assert!(words.contains("2 have no figures"), "{words}");
+    // Even what is not there can be left.
+    succeed(&["procedure", &design, "--remove-room", &ward]);
+    let gone = fail(&["procedure", &design, "--remove-room", &ward]);
+    assert!(gone.contains("it has no further rooms"), "{gone}");
+    let missing = fail(&["procedure", &design, "--add-room", &ward]);
+    assert!(missing.contains("no such file"), "{missing}");
+}
+
+#[test]
+fn what_cannot_be_decided_is_refused_and_nothing_is_written() {
+    let read_only = fail(&["procedure", "endoscope", "--decide", "tool"]);
+    assert!(read_only.contains("read-only"), "{read_only}");
+    let found = json(&["procedure", "endoscope"]);
+    assert_eq!(list(&found, "steps").len(), 3);
+
+    let scratch = Scratch::new();
+    scratch.copy_own("golden/pointer-no-crf", "d");
+    fit(&scratch, "d/room.env.ron", "2");
+    let design = scratch.arg("d/pointer-no-crf.design.ron");
+    let before = fs::read_to_string(&design).unwrap();
+    let found = json(&["procedure", &design]);
+    assert_eq!(
+        states(&found),
+        ["does_not_apply", "no_requirement", "not_recorded"]
+    );
+    for (args, part) in [
+        (&["--decide", "crf"][..], "the design has no CRF"),
+        (&["--withdraw", "tool"], "nothing is decided on the tool"),
+        (&["--note", "x"], "--decide"),
+        (&["--crf", "x.csv"], "--built"),
+        (
+            &["--decide", "built", "--built", "none.csv"],
+            "none.csv: found no such file",
+        ),
+        (
+            &["--decide", "tool", "--environment", "x"],
+            "cannot be used with",
+        ),
+    ] {
+        let said = fail(&[&["procedure", &design], args].concat());
+        assert!(said.contains(part), "{args:?}: {said}");
+    }
+    assert_eq!(fs::read_to_string(&design).unwrap(), before);
+    // Without a requirement there is nothing to miss.
+    let found = decide(&["procedure", &design, "--decide", "tool"]);
+    assert_eq!(step(&found, "tool")["state"], "decided");
+}
+
+/// A table with its true poses in a frame of their own: turned by 120° about the diagonal, and shifted.
+fn in_another_frame(table: &str) -> String {
+    let mut lines = table.lines();
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let column = |name: &str| head.iter().position(|found| *found == name).unwrap();
+    let at = ["ideal_x", "ideal_y", "ideal_z"].map(column);
+    let turn = ["ideal_qw", "ideal_qx", "ideal_qy", "ideal_qz"].map(column);
+    let mut out = vec![head.join(",")];
+    for line in lines {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let value = |cells: &[String], k: usize| cells[k].parse::<f64>().unwrap();
+        let [x, y, z] = at.map(|k| value(&cells, k));
+        // (x, y, z) to (z, x, y), by the quaternion (1, 1, 1, 1) / 2.
+        for (k, v) in at.into_iter().zip([z + 400.0, x - 100.0, y + 50.0]) {
+            cells[k] = v.to_string();
+        }
+        let [w, i, j, k] = turn.map(|k| value(&cells, k));
+        let product = [w - i - j - k, w + i + k - j, w + j + i - k, w + k + j - i];
+        for (k, v) in turn.into_iter().zip(product) {
+            cells[k] = (0.5 * v).to_string();
+        }
+        out.push(cells.join(","));
+    }
+    out.join("\n")
+}
+
+#[test]
+fn measured_poses_in_another_frame_are_no_disagreement_with_the_design() {
+    let scratch = Scratch::new();
+    scratch.copy_own("golden/pointer-no-crf", "d");
+    fit(&scratch, "d/room.env.ron", "2");
+    let design = scratch.arg("d/pointer-no-crf.design.ron");
+    let recorded = recording(&scratch, &design, "built.csv");
+    let table = fs::read_to_string(&recorded).unwrap();
+    let verified = json(&["verify", &design, &recorded]);
+    let turned = scratch.arg("turned.csv");
+    fs::write(&turned, in_another_frame(&table)).unwrap();
+    let said = fail(&["verify", &design, &turned]);
+    for part in [
+        "turned.csv: the measured tip is",
+        "after turning by 120.0°",
+        "different frames",
+        "--same-frame",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    // What a common frame leaves is what was measured, less what a registration takes up.
+    let (_, left) = said.split_once("they agree to ").unwrap();
+    let left: f64 = left.split(' ').next().unwrap().parse().unwrap();
+    assert!(
+        left <= number(&verified["position_mm"]["measured"]["rms"]) + 0.05,
+        "{left}"
+    );
+    let asked = [&turned, "--same-frame", "--outside", "clamp"];
+    let found = json(&[&["verify", &design], &asked[..]].concat());
+    assert!(number(&found["position_mm"]["measured"]["rms"]) > 100.0);
+    let found = json(&["procedure", &design, "--built", &turned]);
+    let built = step(&found, "built");
+    assert_eq!(built["state"], "no_figures");
+    assert!(
+        built["no_figures"]
+            .as_str()
+            .unwrap()
+            .contains("different frames")
+    );
+}
+
+#[test]
+fn real_recordings_agree_until_one_of_them_is_turned() {
+    let Some(folder) = third_party("aurora-polaris/static") else {
+        return;
+    };
+    let scratch = Scratch::new();
+    let files = |first: &str| -> Vec<String> {
+        let entries = fs::read_dir(&folder).unwrap();
+        let all = entries.map(|entry| text(&entry.unwrap().path()));
+        let mut all: Vec<String> = all
+            .filter(|file| file.contains(&format!("/{first}_")))
+            .collect();
+        all.sort();
+        all
+    };
+    let mut args = vec!["characterize".to_owned(), "--em".to_owned()];
+    args.extend(files("EM"));
+    args.push("--reference".to_owned());
+    args.extend(files("OT"));
+    args.extend(["-o".to_owned(), scratch.arg("all.csv")]);
+    succeed(&args.iter().map(String::as_str).collect::<Vec<_>>());
+    // A room in which nothing is expected, and a sensor by itself for a tool.
+    let data = scratch.arg("all.csv");
+    let room = scratch.arg("room.env.ron");
+    let model = ["--sensors", "6dof", "--order", "1", "--directions", "1"];
+    succeed(&[&["fit", &data, "-o", &room], &model[..]].concat());
+    let body = "(version: 1, name: \"b\", tip: (0, 0, 0), sensors: [(name: \"whole\", kind: SixDof, position: (0, 0, 0), \
+        rotation: (1, 0, 0, 0))])";
+    fs::write(scratch.path("b.body.ron"), body).unwrap();
+    let design = "(version: 1, name: \"b\", environment: \"room.env.ron\", tool: (body: \"b.body.ron\", pose: \
+        (position: (0, 0, -250), rotation: (1, 0, 0, 0))))";
+    fs::write(scratch.path("b.design.ron"), design).unwrap();
+    let design = scratch.arg("b.design.ron");
+    let port = ["--tool", "Port 11", "--registered"];
+    // 18 mm at the worst, and no matter of frames.
+    let found = json(&[&["verify", &design, &data], &port[..]].concat());
+    assert!(number(&found["position_mm"]["measured"]["max"]) > 5.0);
+    let turned = scratch.arg("turned.csv");
+    let table = fs::read_to_string(Path::new(&data)).unwrap();
+    fs::write(&turned, in_another_frame(&table)).unwrap();
+    let said = fail(&[&["verify", &design, &turned], &port[..]].concat());
+    assert!(
+        said.contains("after turning by 1") && said.contains("different frames"),
+        "{said}"
+    );
+}

@@ -1,0 +1,216 @@
+//! The design's anatomy: added by its file, listed, changed, and drawn where its frame has it.
+
+use super::meshes::{box_obj, finish, saved_app};
+use super::support::{create_scene_app, environment, named, request, settle};
+use bevy::prelude::*;
+use bevy_egui::egui;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use std::cell::RefCell;
+use std::fs;
+use std::rc::Rc;
+use trackwright::design::{Anatomy, AnatomyEdit, AnatomyFrame, Design, Edit, View};
+use trackwright::editor::commands::Command;
+use trackwright::editor::meshes::MeshRequest;
+use trackwright::editor::scene::anatomy::AnatomyRoot;
+use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, ViewRequest};
+use trackwright::editor::ui::PanelAction;
+use trackwright::editor::ui::anatomy_ui::anatomy_ui;
+use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
+use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
+use trackwright::geometry::mesh_reference::MeshReference;
+use trackwright::geometry::pose::Pose;
+use trackwright::store::MeshOwner;
+
+fn anatomy(name: &str, file: &str) -> Anatomy {
+    Anatomy {
+        name: name.to_owned(),
+        mesh: MeshReference::new(file),
+        on: AnatomyFrame::Crf,
+        frame_from_mesh: Pose::identity(),
+        color: None,
+    }
+}
+
+fn add(anatomy: Anatomy) -> EditRequest {
+    EditRequest::Apply(Edit::Anatomy(AnatomyEdit::Add(Box::new(anatomy))))
+}
+
+fn open_design(app: &App) -> &Design {
+    app.world().resource::<OpenWorld>().0.document.design()
+}
+
+#[test]
+fn a_file_becomes_anatomy_on_the_crf_selected_seen_and_named_apart() {
+    let (folder, mut app) = saved_app();
+    let file = folder.path().join("head.obj");
+    fs::write(&file, box_obj([160.0, 200.0, 230.0], "")).unwrap();
+    let mut view = View::default();
+    view.layers.anatomy = false;
+    app.world_mut().write_message(ViewRequest::Set(view));
+    app.update();
+    let new = MeshOwner::Anatomy(None);
+    for _ in 0..2 {
+        app.world_mut()
+            .write_message(MeshRequest::load(new, file.clone()));
+        finish(&mut app);
+        app.update();
+    }
+    let expected = [anatomy("head", "head.obj"), anatomy("head 2", "head.obj")];
+    assert_eq!(open_design(&app).anatomy, expected);
+    let world = &app.world().resource::<OpenWorld>().0;
+    assert!(world.document.view().layers.anatomy);
+    assert!(world.anatomy_mesh(&expected[0].mesh).is_some());
+    let selection = app.world().resource::<Selection>();
+    assert_eq!(selection.primary(), Some(Selected::Anatomy(1)));
+    // Taken back, nothing is selected that is not there.
+    request(&mut app, EditRequest::Undo);
+    app.update();
+    assert_eq!(open_design(&app).anatomy.len(), 1);
+    assert_eq!(app.world().resource::<Selection>().primary(), None);
+}
+
+#[test]
+fn a_dropped_mesh_may_be_anatomy_with_or_without_a_crf() {
+    for has_crf in [true, false] {
+        let answer = Rc::new(RefCell::new(None));
+        let sink = Rc::clone(&answer);
+        let mut dialog = Dialog::WhoseMesh {
+            file: "/x/head.stl".into(),
+            has_crf,
+        };
+        let mut harness = Harness::builder().build_ui(move |ui| {
+            if let Some(said) = dialog_ui(ui, &mut dialog) {
+                *sink.borrow_mut() = Some(said);
+            }
+        });
+        harness.run_steps(2);
+        assert_eq!(harness.query_by_label("The CRF's").is_some(), has_crf);
+        harness.get_by_label("Anatomy").click();
+        harness.run_steps(2);
+        let load = MeshRequest::load(MeshOwner::Anatomy(None), "/x/head.stl".into());
+        assert_eq!(*answer.borrow(), Some(DialogAnswer::Mesh(load)));
+    }
+}
+
+type Asked = Rc<RefCell<Vec<PanelAction>>>;
+
+fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harness<'a>, Asked) {
+    let asked = Asked::default();
+    let sink = Rc::clone(&asked);
+    let harness = Harness::builder()
+        .with_size(egui::vec2(300.0, 1100.0))
+        .build_ui(move |ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            sink.borrow_mut().extend(panel(ui));
+        });
+    (harness, asked)
+}
+
+#[test]
+fn the_outliner_lists_anatomy_with_its_frame_and_adds_more() {
+    let mut design = super::support::design();
+    let mut table = anatomy("table", "table.stl");
+    table.on = AnatomyFrame::Tracker;
+    design.anatomy = vec![anatomy("head", "head.stl"), table];
+    let (environment, view) = (environment(), View::default());
+    let selection = Selection::default();
+    let (mut harness, asked) = harness(|ui| {
+        let view = OutlinerView::new(&design, &environment, &view, &selection);
+        outliner_ui(ui, &view)
+    });
+    harness.get_by_label("table").click();
+    harness.run_steps(2);
+    harness.get_by_label("Add anatomy…").click();
+    harness.run_steps(2);
+    let select = PanelAction::Select(Some(Selected::Anatomy(1)));
+    for wanted in [select, PanelAction::Run(Command::AddAnatomy)] {
+        assert!(asked.borrow().contains(&wanted), "{:?}", asked.borrow());
+    }
+}
+
+#[test]
+fn what_is_typed_and_chosen_for_anatomy_are_edits_of_it() {
+    let mut design = super::support::design();
+    design.anatomy = vec![anatomy("head", "head.stl")];
+    let (mut harness, asked) = harness(|ui| {
+        let mut actions = Vec::new();
+        anatomy_ui(ui, &design, 0, &mut actions);
+        actions
+    });
+    harness.get_by_label("skin").click();
+    harness.run_steps(2);
+    harness.get_by_label("Remove anatomy").click();
+    harness.run_steps(2);
+    let asked = asked.borrow();
+    let [colored, removed] = &asked[..] else {
+        panic!("{asked:?}");
+    };
+    let PanelAction::Edit(EditRequest::Apply(Edit::Anatomy(AnatomyEdit::Set { index, anatomy }))) =
+        colored
+    else {
+        panic!("{colored:?}");
+    };
+    assert!(*index == 0 && anatomy.color.is_some());
+    assert_eq!(anatomy.frame_from_mesh, design.anatomy[0].frame_from_mesh);
+    let remove = Edit::Anatomy(AnatomyEdit::Remove { index: 0 });
+    assert_eq!(*removed, PanelAction::apply(remove));
+}
+
+#[test]
+fn anatomy_is_drawn_where_its_frame_is_and_not_while_its_layer_is_off() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("head.obj");
+    fs::write(&file, box_obj([160.0, 200.0, 230.0], "")).unwrap();
+    let file = file.to_str().unwrap();
+    let mut app = create_scene_app();
+    settle(&mut app);
+    let mut fixed = anatomy("table", file);
+    fixed.on = AnatomyFrame::Tracker;
+    request(&mut app, add(anatomy("head", file)));
+    request(&mut app, add(fixed));
+    settle(&mut app);
+    let places = |app: &mut App| -> Vec<Vec3> {
+        let world = app.world_mut();
+        let mut roots = world.query::<(&AnatomyRoot, &Transform)>();
+        let mut found: Vec<_> = (roots.iter(world))
+            .map(|(root, place)| (root.0, place.translation))
+            .collect();
+        found.sort_by_key(|(index, _)| *index);
+        found.into_iter().map(|(_, place)| place).collect()
+    };
+    let moved = Pose::translation(12.0, -7.0, -250.0);
+    request(&mut app, EditRequest::Apply(Edit::SetCrfPose(moved)));
+    settle(&mut app);
+    assert_eq!(
+        places(&mut app),
+        [Vec3::new(12.0, -7.0, -250.0), Vec3::ZERO]
+    );
+    let mut view = app
+        .world()
+        .resource::<OpenWorld>()
+        .0
+        .document
+        .view()
+        .clone();
+    view.layers.anatomy = false;
+    app.world_mut()
+        .write_message(ViewRequest::Set(view.clone()));
+    settle(&mut app);
+    assert!(places(&mut app).is_empty());
+    view.layers.anatomy = true;
+    app.world_mut().write_message(ViewRequest::Set(view));
+    settle(&mut app);
+    assert_eq!(places(&mut app).len(), 2);
+    let remove = Edit::Anatomy(AnatomyEdit::Remove { index: 0 });
+    request(&mut app, EditRequest::Apply(remove));
+    settle(&mut app);
+    assert_eq!(places(&mut app), [Vec3::ZERO]);
+    assert_eq!(
+        (
+            named(&mut app, "anatomy head"),
+            named(&mut app, "anatomy table")
+        ),
+        (0, 1)
+    );
+}

@@ -1,0 +1,321 @@
+//! The Decide workspace: a pinned baseline beside the design, designs and rooms in one table.
+
+use super::support::{create_app, create_scene_app_with, named, request, settle};
+use bevy::prelude::*;
+use bevy_egui::egui;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+use trackwright::design::{BodyRole, Edit};
+use trackwright::editor::decide::against::{Against, Found};
+use trackwright::editor::decide::baseline_ghost::BaselineGhostPlugin;
+use trackwright::editor::decide::desk::DecideDesk;
+use trackwright::editor::decide::judged::Judged;
+use trackwright::editor::decide::{DecidePlugin, DecideRequest};
+use trackwright::editor::document::WorldGeneration;
+use trackwright::editor::field::FieldRequest;
+use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, Results, Workspace};
+use trackwright::editor::ui::decide::{DecideView, baseline_ui, table_ui};
+use trackwright::store::{self, RoomPlace};
+use trackwright::study::comparison::{FIGURES, NoFigures, Verdict, mode_of, values};
+use trackwright::study::{CancelToken, Figures, run};
+
+pub(super) fn decide_app() -> App {
+    let mut app = create_app();
+    app.add_plugins(DecidePlugin);
+    app.insert_resource(OpenWorld(
+        store::open_builtin(store::DEFAULT_BUILTIN).unwrap(),
+    ));
+    app.insert_resource(Workspace::Decide);
+    settle(&mut app);
+    app
+}
+
+/// Updates until nothing is computed any more.
+pub(super) fn rest(app: &mut App) {
+    let start = Instant::now();
+    loop {
+        settle(app);
+        let is_idle = app.world().resource::<Against>().is_idle();
+        let is_judged = app.world().resource::<Judged>().is_idle();
+        if is_idle && is_judged && !app.world().resource::<DecideDesk>().is_busy() {
+            // What was found last may be there since.
+            settle(app);
+            return;
+        }
+        assert!(start.elapsed() < Duration::from_secs(60), "never idle");
+    }
+}
+
+pub(super) fn ask(app: &mut App, asked: DecideRequest) {
+    app.world_mut().write_message(asked);
+    rest(app);
+}
+
+pub(super) fn desk(app: &App) -> &DecideDesk {
+    app.world().resource::<DecideDesk>()
+}
+
+pub(super) fn found(app: &App) -> &Found {
+    let serial = desk(app).pinned.as_ref().unwrap().serial;
+    app.world().resource::<Against>().found(serial).unwrap()
+}
+
+/// The open design's figures, by a study of its own.
+fn studied(app: &App) -> Figures {
+    let world = &app.world().resource::<OpenWorld>().0;
+    let scenario = store::resolve(world.document.design(), &world.environment);
+    let mode = mode_of(&scenario);
+    run(&scenario, &mode, &CancelToken::default(), None)
+        .unwrap()
+        .figures
+}
+
+/// Moves the tool's first sensor along its shaft.
+pub(super) fn move_sensor(app: &mut App, by_mm: f64) {
+    let world = &app.world().resource::<OpenWorld>().0;
+    let mut sensors = world.document.design().tool.body.rigid.sensors.clone();
+    sensors[0].position_in_body.z += by_mm;
+    let edit = Edit::SetSensor {
+        body: BodyRole::Tool,
+        index: 0,
+        sensor: sensors.remove(0),
+    };
+    request(app, EditRequest::Apply(edit));
+    rest(app);
+}
+
+#[test]
+fn a_pinned_state_differs_by_nothing_until_the_design_does_and_then_by_what_the_studies_say() {
+    let mut app = decide_app();
+    ask(&mut app, DecideRequest::PinHere);
+    let against = found(&app).comparison.rows[1].against_baseline.clone();
+    for difference in against.unwrap().differences {
+        assert_eq!(difference.difference, 0.0);
+        assert_eq!(difference.verdict, Verdict::Negligible);
+    }
+    let before = studied(&app);
+    move_sensor(&mut app, 30.0);
+    let now = studied(&app);
+    let [a, b] = [&now, &before].map(|f| values(&f.position_mm, &f.angle_deg));
+    let against = found(&app).comparison.rows[1].against_baseline.clone();
+    let differences = against.unwrap().differences;
+    for (index, difference) in differences.iter().enumerate() {
+        assert_eq!(
+            difference.difference,
+            a[index] - b[index],
+            "{:?}",
+            FIGURES[index]
+        );
+    }
+    assert!(differences[0].difference != 0.0);
+    // Back to what was pinned.
+    request(&mut app, EditRequest::Undo);
+    rest(&mut app);
+    let against = found(&app).comparison.rows[1].against_baseline.clone();
+    assert!(
+        (against.unwrap().differences)
+            .iter()
+            .all(|d| d.difference == 0.0)
+    );
+}
+
+#[test]
+fn nothing_is_compared_outside_the_workspace_or_without_a_baseline() {
+    let mut app = decide_app();
+    move_sensor(&mut app, 1.0);
+    assert_eq!(desk(&app).counts.baselines, 0, "nothing is pinned");
+    ask(&mut app, DecideRequest::PinHere);
+    assert_eq!(desk(&app).counts.baselines, 1);
+    app.insert_resource(Workspace::Design);
+    move_sensor(&mut app, 1.0);
+    assert_eq!(desk(&app).counts.baselines, 1, "nobody looks");
+    app.insert_resource(Workspace::Decide);
+    rest(&mut app);
+    assert_eq!(desk(&app).counts.baselines, 2);
+    ask(&mut app, DecideRequest::Unpin);
+    move_sensor(&mut app, 1.0);
+    assert_eq!(desk(&app).counts.baselines, 2);
+}
+
+/// A built-in design in a folder of its own.
+fn saved(folder: &Path, name: &str) -> PathBuf {
+    let mut world = store::open_builtin(name).unwrap();
+    let file = folder.join(name).join(format!("{name}.design.ron"));
+    std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+    store::save_as(&mut world, &file).unwrap();
+    file
+}
+
+#[test]
+fn the_table_has_every_design_in_every_room_with_the_figures_of_their_own_studies() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = store::builtin_names().find(|n| *n != store::DEFAULT_BUILTIN);
+    let other = saved(folder.path(), other.unwrap());
+    let gone = folder.path().join("gone.design.ron");
+    let mut app = decide_app();
+    let room = RoomPlace::File(saved_room(folder.path()));
+    for asked in [
+        DecideRequest::AddDesign(other.clone()),
+        DecideRequest::AddDesign(gone.clone()),
+        // Once more is once.
+        DecideRequest::AddDesign(other.clone()),
+        DecideRequest::AddRoom(room.clone()),
+        DecideRequest::Compare,
+    ] {
+        ask(&mut app, asked);
+    }
+    let compared = desk(&app).compared.as_ref().unwrap();
+    assert_eq!(compared.comparison.rows.len(), 4);
+    assert!(
+        matches!(compared.missing.as_slice(), [why] if why.contains("gone.design.ron")),
+        "{:?}",
+        compared.missing
+    );
+    let expected = values(&studied(&app).position_mm, &studied(&app).angle_deg);
+    let row = &compared.comparison.rows[0];
+    let figures = &row.measured.as_ref().unwrap().figures;
+    assert_eq!(values(&figures.position_mm, &figures.angle_deg), expected);
+    // The other design in the other room.
+    let row = &compared.comparison.rows[3];
+    let world = store::open_design_without_meshes(&other).unwrap();
+    let environment = Arc::new(room.read().unwrap());
+    let scenario = store::resolve(world.document.design(), &environment);
+    let expected = run(
+        &scenario,
+        &mode_of(&scenario),
+        &CancelToken::default(),
+        None,
+    );
+    match (&row.measured, expected) {
+        (Ok(measured), Ok(expected)) => assert_eq!(measured.figures, expected.figures),
+        (Err(NoFigures::NoOverlap { .. }), _) => {}
+        (found, expected) => panic!("{found:?} {expected:?}"),
+    }
+}
+
+#[test]
+fn a_row_opens_its_design_and_then_puts_it_into_its_room() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = saved(folder.path(), store::DEFAULT_BUILTIN);
+    let mut app = decide_app();
+    let (opened, assigned) = (
+        hear::<FileRequest>(&mut app),
+        hear::<FieldRequest>(&mut app),
+    );
+    let room = RoomPlace::File(saved_room(folder.path()));
+    for asked in [
+        DecideRequest::AddDesign(other.clone()),
+        DecideRequest::AddRoom(room.clone()),
+        DecideRequest::Compare,
+        DecideRequest::OpenRow(3),
+    ] {
+        ask(&mut app, asked);
+    }
+    // A room was added, so it is asked first what becomes of that.
+    let open = Box::new(FileRequest::Open(other.clone()));
+    app.world_mut().write_message(FileRequest::Discard(open));
+    rest(&mut app);
+    assert_eq!(opened.lock().unwrap()[0], FileRequest::Open(other));
+    // The document's plugin has opened it; the room is the Field workspace's to assign.
+    assert_eq!(*assigned.lock().unwrap(), [FieldRequest::Assign(room)]);
+}
+
+fn saved_room(folder: &Path) -> PathBuf {
+    let file = folder.join("other.env.ron");
+    let room = store::builtin_rooms().next().unwrap().read().unwrap();
+    store::write_environment(&file, &room).unwrap();
+    file
+}
+
+/// What is asked of others from now on.
+fn hear<M: Message + Clone>(app: &mut App) -> Arc<Mutex<Vec<M>>> {
+    let heard = Arc::new(Mutex::new(Vec::new()));
+    let sink = Arc::clone(&heard);
+    app.add_message::<M>();
+    app.add_systems(Last, move |mut messages: MessageReader<M>| {
+        sink.lock().unwrap().extend(messages.read().cloned());
+    });
+    heard
+}
+
+/// Draws a panel of the desk and uses it.
+fn look(
+    app: &App,
+    panel: impl Fn(&mut egui::Ui, &DecideView) -> Vec<DecideRequest>,
+    use_it: impl FnOnce(&mut Harness),
+) -> Vec<DecideRequest> {
+    let world = &app.world().resource::<OpenWorld>().0;
+    let view = DecideView {
+        document: &world.document,
+        generation: app.world().resource::<WorldGeneration>().0,
+        results: app.world().resource::<Results>(),
+        desk: desk(app),
+        against: Some(app.world().resource::<Against>()),
+        judged: Some(app.world().resource::<Judged>()),
+        environment: &world.environment.name,
+        rooms: &[],
+        is_listing: false,
+    };
+    let asked = Rc::new(RefCell::new(Vec::new()));
+    let sink = Rc::clone(&asked);
+    let mut harness = Harness::builder()
+        .with_size(egui::vec2(1200.0, 700.0))
+        .build_ui(move |ui| {
+            trackwright::editor::ui::theme::apply(ui.ctx());
+            sink.borrow_mut().extend(panel(ui, &view));
+        });
+    use_it(&mut harness);
+    harness.run_steps(2);
+    drop(harness);
+    asked.borrow().clone()
+}
+
+#[test]
+fn a_baseline_whose_file_is_deleted_stays_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = saved(folder.path(), store::DEFAULT_BUILTIN);
+    let mut app = decide_app();
+    ask(&mut app, DecideRequest::Pin(file.clone()));
+    std::fs::remove_file(&file).unwrap();
+    ask(&mut app, DecideRequest::Compare);
+    look(&app, baseline_ui, |harness| {
+        harness.get_by_label_contains("has been deleted or moved");
+        harness.get_by_label_contains("no difference that matters");
+    });
+    let asked = look(&app, table_ui, |harness| {
+        assert!(harness.query_all_by_label_contains("met").count() >= 2);
+        harness.get_by_label("this design").click();
+    });
+    assert_eq!(asked, [DecideRequest::OpenRow(1)]);
+    // Without a file there is nothing to open.
+    ask(&mut app, DecideRequest::Pin(file));
+    assert!(desk(&app).pinned.is_some(), "the one that was there stays");
+}
+
+#[test]
+fn the_baseline_stands_in_the_scene_beside_the_designs_ghost_only_while_it_is_compared() {
+    let mut app = create_scene_app_with(|app| {
+        app.add_plugins((DecidePlugin, BaselineGhostPlugin));
+    });
+    settle(&mut app);
+    let drawn = |app: &mut App| (named(app, "baseline ghost"), named(app, "baseline sensors"));
+    app.insert_resource(Workspace::Decide);
+    rest(&mut app);
+    assert_eq!(drawn(&mut app), (0, 0));
+    ask(&mut app, DecideRequest::PinHere);
+    assert_eq!(drawn(&mut app), (1, 1));
+    move_sensor(&mut app, 20.0);
+    assert_eq!((drawn(&mut app), named(&mut app, "ghost")), ((1, 1), 1));
+    app.insert_resource(Workspace::Design);
+    rest(&mut app);
+    assert_eq!(drawn(&mut app), (0, 0));
+    app.insert_resource(Workspace::Decide);
+    rest(&mut app);
+    ask(&mut app, DecideRequest::Unpin);
+    assert_eq!(drawn(&mut app), (0, 0));
+}

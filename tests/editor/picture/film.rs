@@ -1,0 +1,149 @@
+//! Moving pictures: frames as pictures, and as bytes for an encoder.
+
+use super::render;
+use crate::editor::copied::Copied;
+use crate::editor::pixels::Picture;
+use crate::support::program::{Scratch, fail, text, trackwright};
+use std::fs;
+use std::path::Path;
+
+const SIZE: &str = "160x120";
+
+/// The frames of a folder, which are numbered from 1 without a gap.
+fn numbered(folder: &Path) -> Vec<Picture> {
+    let mut files: Vec<_> = (fs::read_dir(folder).unwrap())
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    files.sort();
+    for (index, file) in files.iter().enumerate() {
+        let name = format!("frame-{:05}.png", index + 1);
+        assert_eq!(file.file_name().unwrap().to_str(), Some(&*name));
+    }
+    files.iter().map(|file| Picture::read(file)).collect()
+}
+
+#[test]
+fn a_turn_begins_as_the_picture_is_and_every_frame_is_from_elsewhere() {
+    let copy = Copied::new("pointer-on-head");
+    let folder = text(&copy.path("turn")) + "/";
+    let design = text(&copy.design);
+    let turn = [
+        "--turntable",
+        "--seconds",
+        "1",
+        "--fps",
+        "4",
+        "--size",
+        SIZE,
+    ];
+    let output = trackwright(&[&["render", &design, "-o", &folder], &turn[..]].concat())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let frames = numbered(Path::new(&folder));
+    assert_eq!(frames.len(), 4);
+    let still = render(&copy, SIZE, &[]);
+    assert_eq!(frames[0].differences(&still), 0);
+    for (a, b) in [(0, 1), (1, 2), (2, 3), (3, 0), (0, 2)] {
+        let changed = frames[a].differences(&frames[b]);
+        assert!(changed > 1000, "{a} and {b}: {changed}");
+    }
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        said.starts_with("ffmpeg -framerate 4 -i ") && said.contains("-frames:v 4"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_motion_ends_with_the_tool_where_the_last_trial_has_it() {
+    let copy = Copied::new("pointer-on-head");
+    let folder = text(&copy.path("motion")) + "/";
+    let design = text(&copy.design);
+    let motion = ["--motion", "--seconds", "1", "--fps", "3", "--size", SIZE];
+    let output = trackwright(&[&["render", &design, "-o", &folder], &motion[..]].concat())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let frames = numbered(Path::new(&folder));
+    assert_eq!(frames.len(), 3);
+    for (a, b) in [(0, 1), (1, 2), (0, 2)] {
+        assert!(frames[a].differences(&frames[b]) > 20, "{a} and {b}");
+    }
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("poses; --seconds "), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_encoder_gets_every_byte_and_what_it_says_when_it_fails_is_told() {
+    use std::os::unix::fs::PermissionsExt;
+    let copy = Copied::new("pointer-on-head");
+    let scratch = Scratch::new();
+    let encoder = scratch.path("ffmpeg");
+    let run = |script: &str| {
+        fs::write(&encoder, format!("#!/bin/sh\n{script}\n")).unwrap();
+        fs::set_permissions(&encoder, fs::Permissions::from_mode(0o755)).unwrap();
+        let (design, video) = (text(&copy.design), scratch.arg("turn.mp4"));
+        let arguments = [
+            "render",
+            &design,
+            "-o",
+            &video,
+            "--turntable",
+            "--seconds",
+            "1",
+            "--fps",
+            "3",
+            "--size",
+            SIZE,
+        ];
+        let path = format!(
+            "{}:{}",
+            text(encoder.parent().unwrap()),
+            std::env::var("PATH").unwrap()
+        );
+        trackwright(&arguments).env("PATH", path).output().unwrap()
+    };
+    let output = run("for last; do :; done\ncat > \"$last\"");
+    assert!(output.status.success(), "{output:?}");
+    let bytes = fs::read(scratch.path("turn.mp4")).unwrap();
+    assert_eq!(bytes.len(), 3 * 160 * 120 * 4);
+    let [first, second, _] = [0, 1, 2].map(|k| &bytes[k * 76_800..(k + 1) * 76_800]);
+    assert_ne!(first, second);
+    let output = run("cat > /dev/null\necho 'no space left' >&2\nexit 1");
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.contains("ffmpeg failed") && said.contains("no space left"),
+        "{said}"
+    );
+    // The first video is as it was, and nothing lies beside it.
+    assert_eq!(fs::read(scratch.path("turn.mp4")).unwrap(), bytes);
+    assert_eq!(fs::read_dir(encoder.parent().unwrap()).unwrap().count(), 2);
+}
+
+#[test]
+fn what_cannot_be_a_video_is_said_before_anything_is_painted() {
+    let copy = Copied::new("endoscope");
+    let design = text(&copy.design);
+    for (more, why) in [
+        (
+            &["-o", "a.png", "--turntable"][..],
+            "expected a name that ends in .mp4",
+        ),
+        (
+            &["-o", "a.mp4", "--turntable", "--size", "161x120"],
+            "expected even numbers",
+        ),
+        (&["-o", "a.mp4"], "expected a name that ends in .png"),
+        (
+            &["-o", "a.mp4", "--turntable", "--motion"],
+            "cannot be used with",
+        ),
+        (&["-o", "a.png", "--seconds", "3"], "--turntable"),
+    ] {
+        let said = fail(&[&["render", &design], more].concat());
+        assert!(said.contains(why), "{more:?}: {said}");
+    }
+}
