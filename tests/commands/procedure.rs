@@ -27,7 +27,7 @@ fn world() -> (Scratch, String) {
     let design = fs::read_to_string(&file).unwrap();
     let targets = "targets: [(name: \"left\", position: (20, -40, -60)), (name: \"right\", position: (-20, -40, -60))], \
         requirement: (position_rms: 5.0)))";
-    let design = design.replacen("))),\n    tool", &format!(")), {targets},\n    tool"), 1);
+    let design = design.replacen("))),\n    tool", &format!("), {targets},\n    tool"), 1);
     assert!(design.contains("left"), "{design}");
     let design = design.replacen(
         "orientation_weight",
