@@ -62,7 +62,7 @@ pub(super) fn desk(app: &App) -> &DecideDesk {
 
 pub(super) fn found(app: &App) -> &Found {
     let serial = desk(app).pinned.as_ref().unwrap().serial;
-    app.world().resource::<Against>().found(serial).unwrap()
+    app.world().resource::<Against>().found(serial).unwrap().1
 }
 
 /// The open design's figures, by a study of its own.

@@ -3,23 +3,13 @@
 use crate::formats::comparison_table::Names;
 use crate::geometry::pose::pose_to_array;
 use crate::study::comparison::{
-    Comparison, Difference, ErrorOf, FIGURES, Row, Summary, WorstPose, difference_words, met_words,
-    notes, worst_words,
+    Comparison, Difference, ErrorOf, FIGURES, REQUIRED, Row, Summary, WorstPose, difference_words,
+    met_words, notes, worst_words,
 };
 use serde_json::{Map, Value, json};
 
 /// Longest name that a table shows whole.
 const MAX_NAME: usize = 36;
-
-/// Figures that are told in words, where a design differs from the baseline: those that a requirement
-/// can be about.
-const TOLD: [(ErrorOf, Summary); 5] = [
-    (ErrorOf::Position, Summary::Rms),
-    (ErrorOf::Position, Summary::P95),
-    (ErrorOf::Position, Summary::Max),
-    (ErrorOf::Angle, Summary::Rms),
-    (ErrorOf::Angle, Summary::Max),
-];
 
 pub(super) fn as_json(found: &Comparison, names: &Names) -> Value {
     let room = |number: usize| {
@@ -193,7 +183,7 @@ fn about(row: &Row, labels: &[String], baseline: usize) -> Vec<String> {
         Ok(measured) => {
             if let Some(against) = &row.against_baseline {
                 let told = FIGURES.iter().zip(&against.differences);
-                let told = told.filter(|(f, _)| TOLD.contains(&(f.of, f.summary)));
+                let told = told.filter(|(figure, _)| REQUIRED.contains(figure));
                 let label = told
                     .clone()
                     .map(|(f, _)| f.label().chars().count())

@@ -4,7 +4,7 @@
 use super::desk::DecideDesk;
 use super::is_shown;
 use crate::editor::document::WorldGeneration;
-use crate::editor::layers::latest::Latest;
+use crate::editor::layers::latest::Newest;
 use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld};
 use crate::editor::wake::Waker;
 use crate::field::OutsidePolicy;
@@ -19,11 +19,7 @@ pub struct AgainstPlugin;
 
 /// The newest comparison with the baseline.
 #[derive(Resource)]
-pub struct Against {
-    latest: Latest<Found>,
-    key: Option<Key>,
-    found: Option<Found>,
-}
+pub struct Against(Newest<Key, Found>);
 
 /// What a comparison hangs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +33,6 @@ pub struct Key {
 /// The baseline in the design's room, and the design against it.
 #[derive(Clone, Debug)]
 pub struct Found {
-    pub key: Key,
     /// Row 0 is the baseline, row 1 the design.
     pub comparison: Comparison,
     /// The baseline at its own pose.
@@ -46,24 +41,21 @@ pub struct Found {
 
 impl Against {
     /// What was found last for this baseline, perhaps of an older state of the design.
-    pub fn found(&self, serial: u64) -> Option<&Found> {
-        self.found.as_ref().filter(|f| f.key.serial == serial)
+    pub fn found(&self, serial: u64) -> Option<(Key, &Found)> {
+        let (key, found) = self.0.found()?;
+        (key.serial == serial).then_some((*key, found))
     }
 
     /// Whether nothing is computed or waits.
     pub fn is_idle(&self) -> bool {
-        self.latest.is_idle()
+        self.0.is_idle()
     }
 }
 
 impl FromWorld for Against {
     fn from_world(world: &mut World) -> Self {
         let waker = world.get_resource_or_init::<Waker>().clone();
-        Self {
-            latest: Latest::new("baseline", waker),
-            key: None,
-            found: None,
-        }
+        Self(Newest::new("baseline", waker))
     }
 }
 
@@ -84,7 +76,7 @@ impl Plugin for AgainstPlugin {
 }
 
 fn is_asked(against: Res<Against>) -> bool {
-    against.key.is_some()
+    against.0.asked().is_some()
 }
 
 fn ask(
@@ -95,10 +87,8 @@ fn ask(
     drag: Res<ActiveDrag>,
 ) {
     let Some(pinned) = &desk.pinned else {
-        if against.key.is_some() {
-            against.latest.give_up();
-            against.key = None;
-            against.found = None;
+        if against.0.asked().is_some() {
+            against.0.give_up();
         }
         return;
     };
@@ -107,16 +97,16 @@ fn ask(
         revision: world.0.document.revision(),
         serial: pinned.serial,
     };
-    if drag.0 || against.bypass_change_detection().key == Some(key) {
+    if drag.0 || against.0.asked() == Some(&key) {
         return;
     }
-    against.key = Some(key);
     let designs = [
         Arc::clone(&pinned.design),
         Arc::new(world.0.document.design().clone()),
     ];
     let environment = Arc::clone(&world.0.environment);
-    let work = move |task: &crate::task::Task, found: &mut dyn FnMut(Found)| {
+    desk.counts.baselines += 1;
+    against.0.ask(key, move |task| {
         let pose = look(&store::resolve(&designs[0], &environment));
         let plan = store::comparison_plan(
             &[&designs[0], &designs[1]],
@@ -125,24 +115,13 @@ fn ask(
             0,
             OutsidePolicy::default(),
         );
-        // Given up: the wish that took its place is answered.
-        if let Ok(comparison) = compare(&plan, &Settings::default(), task) {
-            found(Found {
-                key,
-                comparison,
-                pose,
-            });
-        }
-    };
-    desk.counts.baselines += 1;
-    if let Err(error) = against.latest.wish(Box::new(work)) {
-        warn!("no thread for the comparison with the baseline: {error}");
-    }
+        let comparison = compare(&plan, &Settings::default(), task).ok()?;
+        Some(Found { comparison, pose })
+    });
 }
 
 fn hear(mut against: ResMut<Against>) {
-    let answers = against.bypass_change_detection().latest.answers();
-    if let Some(found) = answers.into_iter().next_back() {
-        against.found = Some(found);
+    if against.bypass_change_detection().0.hear() {
+        against.set_changed();
     }
 }

@@ -75,7 +75,7 @@ fn show(
     let pinned = (*workspace == Workspace::Decide)
         .then_some(desk.pinned.as_ref())
         .flatten();
-    let found = pinned.and_then(|pinned| Some((pinned, against.found(pinned.serial)?)));
+    let found = pinned.and_then(|pinned| Some((pinned, against.found(pinned.serial)?.1)));
     let tool = found
         .and_then(|(pinned, found)| Some((pinned, ToolErrors::of(&pinned.design, &found.pose)?)));
     let Some((pinned, tool)) = tool else {

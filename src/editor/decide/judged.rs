@@ -3,13 +3,12 @@
 use super::desk::DecideDesk;
 use super::is_shown;
 use crate::editor::document::WorldGeneration;
-use crate::editor::layers::latest::Latest;
+use crate::editor::layers::latest::Newest;
 use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld};
 use crate::editor::wake::Waker;
 use crate::store::{self, ProcedureWish};
 use crate::study::agreement::BuiltRecording;
 use crate::study::procedure::Standing;
-use crate::task::Task;
 use bevy::prelude::*;
 
 /// Judges while the workspace is shown.
@@ -17,11 +16,7 @@ pub struct JudgedPlugin;
 
 /// The newest standing.
 #[derive(Resource)]
-pub struct Judged {
-    latest: Latest<(JudgedKey, Standing)>,
-    key: Option<JudgedKey>,
-    found: Option<(JudgedKey, Standing)>,
-}
+pub struct Judged(Newest<JudgedKey, Standing>);
 
 /// What a standing hangs on.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,24 +30,20 @@ pub struct JudgedKey {
 impl Judged {
     /// What was found last, and whether it is of the design as it is.
     pub fn found(&self) -> Option<(&Standing, bool)> {
-        let (key, standing) = self.found.as_ref()?;
-        Some((standing, self.key.as_ref() == Some(key)))
+        let (key, standing) = self.0.found()?;
+        Some((standing, self.0.asked() == Some(key)))
     }
 
     /// Whether nothing is computed or waits.
     pub fn is_idle(&self) -> bool {
-        self.latest.is_idle()
+        self.0.is_idle()
     }
 }
 
 impl FromWorld for Judged {
     fn from_world(world: &mut World) -> Self {
         let waker = world.get_resource_or_init::<Waker>().clone();
-        Self {
-            latest: Latest::new("procedure", waker),
-            key: None,
-            found: None,
-        }
+        Self(Newest::new("procedure", waker))
     }
 }
 
@@ -73,7 +64,7 @@ impl Plugin for JudgedPlugin {
 }
 
 fn is_asked(judged: Res<Judged>) -> bool {
-    judged.key.is_some()
+    judged.0.asked().is_some()
 }
 
 fn ask(
@@ -88,39 +79,27 @@ fn ask(
         revision: world.0.document.revision(),
         recorded: desk.recorded.clone(),
     };
-    if drag.0 || judged.bypass_change_detection().key.as_ref() == Some(&key) {
+    if drag.0 || judged.0.asked() == Some(&key) {
         return;
     }
-    let is_other = judged
-        .key
-        .as_ref()
-        .is_some_and(|old| old.generation != key.generation);
+    let is_other = (judged.0.asked()).is_some_and(|old| old.generation != key.generation);
     if is_other {
-        judged.found = None;
+        judged.0.forget();
     }
-    judged.key = Some(key.clone());
     let open = world.0.clone();
-    let work = move |task: &Task, found: &mut dyn FnMut((JudgedKey, Standing))| {
-        let wish = ProcedureWish {
-            recording: key.recorded.clone(),
-            ..ProcedureWish::default()
-        };
-        // What there is to know of tables beside their figures is the command's to print.
-        let standing = store::procedure(&open, &wish, task, &|_| ());
-        // Given up: the wish that took its place is answered.
-        if let Ok(standing) = standing {
-            found((key, standing));
-        }
+    let wish = ProcedureWish {
+        recording: key.recorded.clone(),
+        ..ProcedureWish::default()
     };
     desk.bypass_change_detection().counts.standings += 1;
-    if let Err(error) = judged.latest.wish(Box::new(work)) {
-        warn!("no thread for the procedure: {error}");
-    }
+    judged.0.ask(key, move |task| {
+        // What there is to know of tables beside their figures is the command's to print.
+        store::procedure(&open, &wish, task, &|_| ()).ok()
+    });
 }
 
 fn hear(mut judged: ResMut<Judged>) {
-    let answers = judged.bypass_change_detection().latest.answers();
-    if let Some(found) = answers.into_iter().next_back() {
-        judged.found = Some(found);
+    if judged.bypass_change_detection().0.hear() {
+        judged.set_changed();
     }
 }

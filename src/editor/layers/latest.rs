@@ -3,6 +3,7 @@
 
 use crate::editor::wake::Waker;
 use crate::task::{CancelToken, Task};
+use bevy::log::warn;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -122,6 +123,70 @@ impl<A> Drop for Latest<A> {
             // A panic of the thread has been reported by the panic hook.
             let _ = thread.join();
         }
+    }
+}
+
+/// The newest answer, and what it was found for: it stays while a newer one is on its way.
+pub struct Newest<K, A> {
+    latest: Latest<(K, A)>,
+    asked: Option<K>,
+    found: Option<(K, A)>,
+}
+
+impl<K: Clone + PartialEq + Send + 'static, A: Send + 'static> Newest<K, A> {
+    pub fn new(name: &'static str, waker: Waker) -> Self {
+        Self {
+            latest: Latest::new(name, waker),
+            asked: None,
+            found: None,
+        }
+    }
+
+    /// What was asked for last.
+    pub fn asked(&self) -> Option<&K> {
+        self.asked.as_ref()
+    }
+
+    /// Asks in the place of what was asked before; work without an answer was given up.
+    pub fn ask(&mut self, key: K, work: impl FnOnce(&Task) -> Option<A> + Send + 'static) {
+        self.asked = Some(key.clone());
+        let wish = self.latest.wish(Box::new(move |task, found| {
+            if let Some(answer) = work(task) {
+                found((key, answer));
+            }
+        }));
+        if let Err(error) = wish {
+            warn!("no thread for {}: {error}", self.latest.name);
+        }
+    }
+
+    /// Forgets what was asked and found.
+    pub fn give_up(&mut self) {
+        self.latest.give_up();
+        self.asked = None;
+        self.found = None;
+    }
+
+    /// Forgets what was found, of something else than what is asked for now.
+    pub fn forget(&mut self) {
+        self.found = None;
+    }
+
+    /// Takes what was found since the last call; whether there was anything.
+    pub fn hear(&mut self) -> bool {
+        let newest = self.latest.answers().into_iter().next_back();
+        let is_new = newest.is_some();
+        self.found = newest.or(self.found.take());
+        is_new
+    }
+
+    pub fn found(&self) -> Option<&(K, A)> {
+        self.found.as_ref()
+    }
+
+    /// Whether nothing waits and nothing runs.
+    pub fn is_idle(&self) -> bool {
+        self.latest.is_idle()
     }
 }
 

@@ -52,6 +52,19 @@ pub const FIGURES: [Figure; 14] = {
     ]
 };
 
+/// Those that a requirement can be about, which are told where there is no room for all.
+pub const REQUIRED: [Figure; 5] = {
+    use ErrorOf::{Angle, Position};
+    use Summary::{Max, P95, Rms};
+    [
+        Figure::new(Position, Rms),
+        Figure::new(Position, P95),
+        Figure::new(Position, Max),
+        Figure::new(Angle, Rms),
+        Figure::new(Angle, Max),
+    ]
+};
+
 /// A value of each of [`FIGURES`], mm and degrees.
 pub type FigureValues = [f64; FIGURES.len()];
 

@@ -10,7 +10,7 @@ mod words;
 
 pub use super::own_study::{NoFigures, mode_of};
 pub use difference::{COVERAGE, Difference, LEAST_DEG, LEAST_MM, Least, Verdict};
-pub use figure::{ErrorOf, FIGURES, Figure, FigureValues, Summary, values};
+pub use figure::{ErrorOf, FIGURES, Figure, FigureValues, REQUIRED, Summary, values};
 pub use words::{difference_words, met_words, notes, worst_words};
 
 use super::figures::Figures;

@@ -10,18 +10,9 @@ use crate::editor::ui::widgets::{
 };
 use crate::study::Figures;
 use crate::study::comparison::{
-    Difference, ErrorOf, FIGURES, Summary, Verdict, difference_words, notes, values,
+    Difference, FIGURES, REQUIRED, Verdict, difference_words, notes, values,
 };
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, Ui};
-
-/// Figures that a requirement can be about.
-const TOLD: [(ErrorOf, Summary); 5] = [
-    (ErrorOf::Position, Summary::Rms),
-    (ErrorOf::Position, Summary::P95),
-    (ErrorOf::Position, Summary::Max),
-    (ErrorOf::Angle, Summary::Rms),
-    (ErrorOf::Angle, Summary::Max),
-];
 
 /// Draws the baseline and the differences from it.
 pub fn baseline_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
@@ -173,7 +164,7 @@ fn table_ui(
             }
             ui.end_row();
             for (index, figure) in FIGURES.iter().enumerate() {
-                if !shows_all && !TOLD.contains(&(figure.of, figure.summary)) {
+                if !shows_all && !REQUIRED.contains(figure) {
                     continue;
                 }
                 // There is little room beside four columns.

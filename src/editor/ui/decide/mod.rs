@@ -41,9 +41,9 @@ impl<'a> DecideView<'a> {
 
     /// The newest comparison with the baseline, and whether it is of the design as it is now.
     fn found(&self, pinned: &Pinned) -> Option<(&'a Found, bool)> {
-        let found = self.against?.found(pinned.serial)?;
-        let is_current = found.key.generation == self.generation
-            && found.key.revision == self.document.revision();
+        let (key, found) = self.against?.found(pinned.serial)?;
+        let is_current =
+            key.generation == self.generation && key.revision == self.document.revision();
         Some((found, is_current))
     }
 }
