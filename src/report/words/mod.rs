@@ -2,11 +2,14 @@
 //! limit, how far off the worst is and how the tool is held there, and what to be careful about.
 //!
 //! Every sentence is made from figures alone, and is kept true where it is rounded: a figure has as
-//! many digits as it takes to lie on the same side of a limit as the value itself, and no part of
-//! the positions is rounded to all or to none of them.
+//! many digits as it takes to lie on the same side of a limit as the value itself, and a part of the
+//! positions is rounded down, but neither to all nor to none of them.
 
+mod plain;
 mod worst;
 
+use plain::Part;
+pub use plain::{PlainFigure, plain_figure};
 pub use worst::{WorstPose, worst_pose};
 
 use crate::field::OutsidePolicy;
@@ -106,19 +109,14 @@ fn headline(
     }
 }
 
-/// A part of the positions that is never rounded to all or none of them.
+/// A part of the positions, told as a slide tells it.
 fn part_of_positions(part: f64, trials: usize) -> String {
-    let percent = 100.0 * part;
-    if part >= 1.0 {
-        format!("All {} positions", with_separators(trials))
-    } else if part <= 0.0 {
-        format!("None of the {} positions", with_separators(trials))
-    } else if percent >= 99.5 {
-        format!("More than 99{THIN_SPACE}% of the positions")
-    } else if percent < 0.5 {
-        format!("Less than 1{THIN_SPACE}% of the positions")
-    } else {
-        format!("{percent:.0}{THIN_SPACE}% of the positions")
+    match Part::of(part) {
+        Part::All => format!("All {} positions", with_separators(trials)),
+        Part::MoreThan99 => format!("More than 99{THIN_SPACE}% of the positions"),
+        Part::Percent(percent) => format!("{percent}{THIN_SPACE}% of the positions"),
+        Part::LessThan1 => format!("Less than 1{THIN_SPACE}% of the positions"),
+        Part::None => format!("None of the {} positions", with_separators(trials)),
     }
 }
 

@@ -55,7 +55,7 @@ fn the_headline_has_the_part_within_the_limit_and_the_worst_of_the_figures() {
         ..Requirement::default()
     });
     let said = words(&scenario, &mode);
-    let part = 100.0 * profile.unwrap().part_within(limit_mm);
+    let part = (100.0 * profile.unwrap().part_within(limit_mm)).floor();
     assert!((49.0..=51.0).contains(&part));
     let expected =
         format!("{part:.0}\u{2009}% of the positions within {limit_mm}\u{2009}mm; worst ");
@@ -78,6 +78,10 @@ fn no_rounding_crosses_a_limit_or_makes_most_of_them_all() {
     assert_eq!(
         part_of_positions(0.999, 3375),
         "More than 99\u{2009}% of the positions"
+    );
+    assert_eq!(
+        part_of_positions(0.946, 3375),
+        "94\u{2009}% of the positions"
     );
     assert_eq!(part_of_positions(1.0, 3375), "All 3,375 positions");
     assert_eq!(

@@ -1,10 +1,8 @@
 //! What is written on slides, and the panel in which they are made.
 
-mod plain_figures;
 mod slides_ui;
 mod stage_ui;
 
-pub use plain_figures::{PlainFigure, plain_figure};
 pub use slides_ui::slides_ui;
 pub use stage_ui::stage_ui;
 

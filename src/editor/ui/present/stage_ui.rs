@@ -2,12 +2,12 @@
 //! made, the same words stand in fields at the same places.
 
 use super::StageView;
-use super::plain_figures::{PlainFigure, plain_figure};
 use crate::design::Slide;
 use crate::editor::palette;
 use crate::editor::present::PresentRequest;
 use crate::editor::ui::widgets::{MET_SIGN, MISSED_SIGN};
 use crate::editor::ui::{PanelAction, theme};
+use crate::report::words::{PlainFigure, plain_figure};
 use bevy_egui::egui::{
     Align2, Area, Color32, Context, FontId, Frame, Galley, Id, Key, Margin, Order, Painter, Pos2,
     Rect, TextEdit, Ui, pos2, vec2,

@@ -1,7 +1,7 @@
-//! Figures as people read them who do not design the tool.
+//! Large figures as people read them who do not design the tool.
 
+use super::THIN_SPACE;
 use crate::design::SlideFigure;
-use crate::editor::ui::widgets::{length, with_unit};
 use crate::study::Figures;
 
 /// A large figure and what it means.
@@ -43,24 +43,52 @@ pub fn plain_figure(figure: SlideFigure, figures: &Figures) -> Option<PlainFigur
             is_met: met("position_max"),
         },
         SlideFigure::TypicalAngleError => PlainFigure {
-            value: with_unit(&format!("{:.2}", figures.angle_deg.median), "°"),
+            value: format!("{:.2}°", figures.angle_deg.median),
             words: "typical error of the direction".to_owned(),
             is_met: None,
         },
     })
 }
 
-/// A part from 0 to 1 in per cent. It is 100 % only where it is all of them, and 0 % only where it
-/// is none.
+/// Two decimals, whatever it is: figures stand one above the other.
+fn length(value_mm: f64) -> String {
+    format!("{value_mm:.2}{THIN_SPACE}mm")
+}
+
+/// A part from 0 to 1 in per cent, rounded down. It is 100 % only where it is all of them, and 0 % only
+/// where it is none.
 fn percent(part: f64) -> String {
-    let percent = 100.0 * part;
-    let shown = match percent {
-        p if p >= 100.0 => 100.0,
-        p if p > 99.0 => return ">\u{2009}99\u{2009}%".to_owned(),
-        p if p > 0.0 && p < 1.0 => return "<\u{2009}1\u{2009}%".to_owned(),
-        p => p.floor(),
-    };
-    with_unit(&format!("{shown:.0}"), "%")
+    match Part::of(part) {
+        Part::All => format!("100{THIN_SPACE}%"),
+        Part::MoreThan99 => format!(">{THIN_SPACE}99{THIN_SPACE}%"),
+        Part::Percent(percent) => format!("{percent}{THIN_SPACE}%"),
+        Part::LessThan1 => format!("<{THIN_SPACE}1{THIN_SPACE}%"),
+        Part::None => format!("0{THIN_SPACE}%"),
+    }
+}
+
+/// A part as a slide and a sentence tell it: never more than is so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    All,
+    MoreThan99,
+    /// Whole ones, what is beyond left out.
+    Percent(u8),
+    LessThan1,
+    None,
+}
+
+impl Part {
+    /// Of a part from 0 to 1.
+    pub fn of(part: f64) -> Self {
+        match 100.0 * part {
+            p if p >= 100.0 => Self::All,
+            p if p > 99.0 => Self::MoreThan99,
+            p if p >= 1.0 => Self::Percent(p as u8),
+            p if p > 0.0 => Self::LessThan1,
+            _ => Self::None,
+        }
+    }
 }
 
 #[cfg(test)]
