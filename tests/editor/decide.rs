@@ -4,7 +4,7 @@ use super::support::{create_app, create_scene_app_with, named, request, settle};
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -19,10 +19,11 @@ use trackwright::editor::decide::{DecidePlugin, DecideRequest};
 use trackwright::editor::document::WorldGeneration;
 use trackwright::editor::field::FieldRequest;
 use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, Results, Workspace};
-use trackwright::editor::ui::decide::{DecideView, baseline_ui, table_ui};
+use trackwright::editor::ui::decide::{DecideView, baseline_ui, steps_ui, table_ui};
 use trackwright::store::{self, RoomPlace};
 use trackwright::study::comparison::{FIGURES, NoFigures, Verdict, mode_of, values};
-use trackwright::study::{CancelToken, Figures, run};
+use trackwright::study::procedure::Step;
+use trackwright::study::{CancelToken, Figures, Requirement, run};
 
 pub(super) fn decide_app() -> App {
     let mut app = create_app();
@@ -318,4 +319,63 @@ fn the_baseline_stands_in_the_scene_beside_the_designs_ghost_only_while_it_is_co
     rest(&mut app);
     ask(&mut app, DecideRequest::Unpin);
     assert_eq!(drawn(&mut app), (0, 0));
+}
+
+#[test]
+fn a_missed_step_is_decided_with_a_reason_only_and_what_changed_since_is_told() {
+    let mut app = decide_app();
+    let strict = Requirement {
+        position_max_mm: Some(0.01),
+        ..Requirement::default()
+    };
+    request(
+        &mut app,
+        EditRequest::Apply(Edit::SetCrfRequirement(Some(strict))),
+    );
+    rest(&mut app);
+    let asked = look(&app, steps_ui, |harness| {
+        harness.get_by_label_contains("missed in 3 of 3");
+        // The CRF's is first, the tool's second: it meets its requirement.
+        let decide: Vec<bool> = (harness.query_all_by_label("Decide"))
+            .map(|button| button.accesskit_node().is_disabled())
+            .collect();
+        assert_eq!(decide, [true, false]);
+        harness.query_all_by_label("Decide").nth(1).unwrap().click();
+    });
+    assert_eq!(asked, [DecideRequest::Decide(Step::Tool)]);
+    ask(&mut app, DecideRequest::Decide(Step::Crf));
+    let document = |app: &App| {
+        app.world()
+            .resource::<OpenWorld>()
+            .0
+            .document
+            .design()
+            .clone()
+    };
+    assert!(document(&app).procedure.crf.is_none(), "without a reason");
+    let note = "good enough for the first trial".to_owned();
+    ask(&mut app, DecideRequest::SetNote(Step::Crf, note.clone()));
+    ask(&mut app, DecideRequest::Decide(Step::Crf));
+    assert_eq!(document(&app).procedure.crf.as_ref().unwrap().note, note);
+    look(&app, steps_ui, |harness| {
+        harness.get_by_label_contains(&note);
+        harness.get_by_label("Decide anew");
+    });
+    // Another bound is another ground.
+    let less = Requirement {
+        position_max_mm: Some(5.0),
+        ..Requirement::default()
+    };
+    request(
+        &mut app,
+        EditRequest::Apply(Edit::SetCrfRequirement(Some(less))),
+    );
+    rest(&mut app);
+    let asked = look(&app, steps_ui, |harness| {
+        harness.get_by_label_contains("required position_max was 0.01, is 5");
+        harness.get_by_label("Withdraw").click();
+    });
+    assert_eq!(asked, [DecideRequest::Withdraw(Step::Crf)]);
+    ask(&mut app, DecideRequest::Withdraw(Step::Crf));
+    assert!(document(&app).procedure.is_empty());
 }
