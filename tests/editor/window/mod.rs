@@ -2,6 +2,7 @@
 
 mod at_rest;
 mod broken_file;
+mod decide;
 mod display;
 mod drag;
 mod harness;
