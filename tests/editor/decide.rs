@@ -379,3 +379,23 @@ fn a_missed_step_is_decided_with_a_reason_only_and_what_changed_since_is_told() 
     ask(&mut app, DecideRequest::Withdraw(Step::Crf));
     assert!(document(&app).procedure.is_empty());
 }
+
+#[test]
+fn a_recording_and_reasons_of_one_design_are_not_taken_to_the_next() {
+    let mut app = decide_app();
+    ask(
+        &mut app,
+        DecideRequest::SetNote(Step::Tool, "for this one".to_owned()),
+    );
+    ask(&mut app, DecideRequest::Recorded("poses.csv".into()));
+    assert!(desk(&app).recorded.is_some());
+    let other = store::builtin_names().find(|n| *n != store::DEFAULT_BUILTIN);
+    let open = FileRequest::OpenBuiltIn(other.unwrap().to_owned());
+    app.world_mut().write_message(open);
+    rest(&mut app);
+    assert!(desk(&app).recorded.is_none());
+    assert_eq!(desk(&app).note(Step::Tool), "");
+    // What is judged is the design that is open.
+    let (standing, is_current) = app.world().resource::<Judged>().found().unwrap();
+    assert!(is_current && standing.built.recording.is_none());
+}

@@ -283,13 +283,16 @@ impl Hand<'_> {
     }
 }
 
-/// The second half of opening a row: the design that was asked for is open now.
-pub(super) fn assign_after_opening(
+/// Another design is open: a recording and reasons of the last one are not its, and where a row was
+/// opened it goes into that row's room.
+pub(super) fn turn_to_opened(
     mut desk: ResMut<DecideDesk>,
     world: Res<OpenWorld>,
     mut fields: MessageWriter<FieldRequest>,
 ) {
-    let Some((file, room)) = desk.bypass_change_detection().then_assign.take() else {
+    desk.recorded = None;
+    desk.notes = Default::default();
+    let Some((file, room)) = desk.then_assign.take() else {
         return;
     };
     let is_it =

@@ -74,14 +74,20 @@ fn ask(
     generation: Res<WorldGeneration>,
     drag: Res<ActiveDrag>,
 ) {
+    // Looked at in every frame, so nothing is copied before something changed.
+    let is_asked = judged.0.asked().is_some_and(|key| {
+        key.generation == generation.0
+            && key.revision == world.0.document.revision()
+            && key.recorded == desk.recorded
+    });
+    if drag.0 || is_asked {
+        return;
+    }
     let key = JudgedKey {
         generation: generation.0,
         revision: world.0.document.revision(),
         recorded: desk.recorded.clone(),
     };
-    if drag.0 || judged.0.asked() == Some(&key) {
-        return;
-    }
     let is_other = (judged.0.asked()).is_some_and(|old| old.generation != key.generation);
     if is_other {
         judged.0.forget();

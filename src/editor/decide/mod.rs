@@ -106,7 +106,7 @@ impl Plugin for DecidePlugin {
                 (
                     (
                         answer::answer.run_if(on_message::<DecideRequest>),
-                        answer::assign_after_opening.run_if(
+                        answer::turn_to_opened.run_if(
                             resource_exists::<OpenWorld>
                                 .and_then(resource_changed::<WorldGeneration>),
                         ),
