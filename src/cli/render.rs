@@ -3,6 +3,7 @@
 use super::named_design::open_named;
 use super::output;
 use super::render_video::VideoArgs;
+use crate::design::MissingLayer;
 use crate::design::view::{Layers, View};
 use crate::editor::field::TableRole;
 use crate::editor::palette::Theme;
@@ -194,6 +195,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let mut view = world.document.view().clone();
     if let Some(LayerList(layers)) = args.layers {
         view.layers = layers;
+        view.unknown_layers.clear();
     }
     if let Some(name) = args.view {
         aim(&mut view, name, &world, size);
@@ -214,6 +216,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         None => 0,
         Some(number) => slide_numbered(&world, number)?,
     };
+    for missing in missing_layers(&world, args.workspace, slide, selected) {
+        output::note(&format!("note: drawn without the {missing}"));
+    }
     let desk = Desk {
         slide,
         has_panels: args.window || args.workspace.is_some(),
@@ -241,6 +246,23 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     store::write_atomic(&args.output, |file| file.write_all(&png))
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     Ok(())
+}
+
+/// Layers that the picture asks for and cannot show.
+fn missing_layers(
+    world: &World,
+    workspace: Option<WorkspaceName>,
+    slide: usize,
+    selected: Option<Selected>,
+) -> Vec<MissingLayer> {
+    let (design, is_slide) = (
+        world.document.design(),
+        workspace == Some(WorkspaceName::Present),
+    );
+    let slide = design.slides.get(slide).filter(|_| is_slide);
+    let view = slide.map_or(world.document.view(), |slide| &slide.view);
+    let is_sensor_selected = is_slide || matches!(selected, Some(Selected::Sensor(..)));
+    view.missing_layers(design, &world.environment, is_sensor_selected)
 }
 
 /// From 0. A design without slides is shown with one.

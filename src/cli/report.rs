@@ -57,6 +57,9 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<()> {
     for problem in world.mesh_problems() {
         output::note(&format!("note: {problem}; it is drawn without it"));
     }
+    for missing in world.document.missing_layers(&world.environment) {
+        output::note(&format!("note: {missing}"));
+    }
     let study = ReportedStudy::run(&world, mode, &CancelToken::default())
         .with_context(|| args.design.display().to_string())?;
     let extras = Extras {

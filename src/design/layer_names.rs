@@ -54,6 +54,12 @@ impl Layers {
         Ok(layers)
     }
 
+    /// Whether a design's file may name a layer so.
+    pub fn is_field(name: &str) -> bool {
+        let mut fields = NAMES.iter().map(|(own, _)| own.replace('-', "_"));
+        fields.any(|field| field == name)
+    }
+
     /// The names of those that are on.
     pub fn names(&self) -> Vec<&'static str> {
         let mut layers = *self;
@@ -76,5 +82,14 @@ mod tests {
         }
         assert_eq!(Layers::named("all,none,"), Ok(Layers::NONE));
         assert_eq!(Layers::named("sliec"), Err("no layer sliec".to_owned()));
+    }
+
+    #[test]
+    fn the_fields_of_a_file_are_known_and_no_others() {
+        let file = serde_json::to_value(Layers::every(true)).unwrap();
+        let fields = file.as_object().unwrap();
+        assert_eq!(fields.len(), NAMES.len());
+        assert!(fields.keys().all(|field| Layers::is_field(field)));
+        assert!(!Layers::is_field("sensor-errors") && !Layers::is_field("halo"));
     }
 }

@@ -18,6 +18,10 @@ pub struct View {
     pub camera: Option<CameraView>,
     #[serde(skip_serializing_if = "is_default")]
     pub layers: Layers,
+    /// What a file turns on by names that no layer has: those of another version, or mistyped. Said
+    /// where the view is shown, and never written.
+    #[serde(skip)]
+    pub unknown_layers: Vec<String>,
     /// Neither drawn nor picked. What is wrong with them is said all the same.
     #[serde(skip_serializing_if = "is_default")]
     pub hidden: Things,

@@ -61,7 +61,9 @@ pub fn edit(world: World, explain: Option<ExplainLine>) -> Result<(), EditorErro
     let left = recalled.as_ref().map(|recalled| &recalled.preferences);
     let size = left.and_then(|left| left.window).unwrap_or(WINDOW_SIZE);
     let is_maximised = left.is_some_and(|left| left.is_maximised);
+    let missing = document::what_is_missing(&world);
     run(window(world, size, |app| {
+        app.insert_resource(missing);
         if let Some(folder) = store::recovery_folder() {
             app.insert_resource(RecoveryFolder(folder));
         }

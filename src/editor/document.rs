@@ -288,11 +288,10 @@ impl Desk<'_> {
         match opened {
             Ok(opened) => {
                 let Some(world) = &mut self.world else { return };
+                *self.notice = what_is_missing(&opened);
                 world.0 = opened;
                 self.generation.0 += 1;
                 *self.selection = Selection::default();
-                *self.notice = Notice::Nothing;
-                self.tell_missing_meshes();
                 self.remember();
             }
             Err(error) => self
@@ -342,19 +341,6 @@ impl Desk<'_> {
     }
 
     /// A body without its mesh is drawn by its sensors, and that is said.
-    fn tell_missing_meshes(&mut self) {
-        let Some(world) = &self.world else { return };
-        let problems: Vec<String> = world
-            .0
-            .mesh_problems()
-            .iter()
-            .map(ToString::to_string)
-            .collect();
-        if !problems.is_empty() {
-            *self.notice = Notice::Refused(problems.join("; "));
-        }
-    }
-
     fn remember(&mut self) {
         if let Some(world) = &self.world
             && let Origin::File(path) = world.0.document.origin()
@@ -434,6 +420,19 @@ impl Desk<'_> {
             Some(world) => file_folder(&world.0),
             None => working_folder(),
         }
+    }
+}
+
+/// What a design that was opened is shown without: meshes that could not be read, layers of slides
+/// that are gone.
+pub(super) fn what_is_missing(world: &store::World) -> Notice {
+    let meshes = world.mesh_problems();
+    let meshes = meshes.iter().map(ToString::to_string);
+    let layers = world.document.missing_layers(&world.environment);
+    let missing: Vec<String> = meshes.chain(layers).collect();
+    match missing.is_empty() {
+        true => Notice::Nothing,
+        false => Notice::Refused(missing.join("; ")),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Designs, `*.design.ron`: which bodies stand where in which room, and what is asked of them.
 
+mod layer_fields;
 mod procedure;
 
 use super::body::BodyFile;
@@ -12,6 +13,7 @@ use crate::design::{
 use crate::geometry::pose::Pose;
 use crate::study::motion::Motion;
 use crate::study::requirement::Requirement;
+use layer_fields::UnknownLayers;
 use procedure::ProcedureEntry;
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
@@ -179,9 +181,14 @@ pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
     if let Some(weight) = entry.orientation_weight {
         check_not_negative("orientation_weight", weight)?;
     }
-    let view = entry.view.unwrap_or_default();
+    let mut view = entry.view.unwrap_or_default();
     view.check()?;
-    let slides = entry.slides.unwrap_or_default();
+    let mut slides = entry.slides.unwrap_or_default();
+    let (of_view, of_slides) = UnknownLayers::of(bytes).into_names();
+    view.unknown_layers = of_view;
+    for (slide, unknown) in slides.iter_mut().zip(of_slides) {
+        slide.view.unknown_layers = unknown;
+    }
     for (index, slide) in slides.iter().enumerate() {
         (slide.view.check()).map_err(|cause| FormatError::Slide { index, cause })?;
     }
@@ -430,16 +437,28 @@ mod tests {
     }
 
     #[test]
-    fn a_slide_that_cannot_be_drawn_is_named_and_layers_that_are_no_more_do_no_harm() {
+    fn a_slide_that_cannot_be_drawn_is_named_and_layers_that_are_no_more_are_told_and_do_no_harm() {
         let with = |slides: &str| {
             EXAMPLE.replace(
                 "    motion: (",
                 &format!("    slides: {slides},\n    motion: ("),
             )
         };
-        let gone = with(r#"[(title: "old", view: (layers: (ghost: false, halo: true)))]"#);
-        let design = parse(gone.as_bytes()).unwrap();
-        assert!(!design.slides[0].view.layers.ghost);
+        let gone = with(
+            r#"[(title: "new"), Slide(title: "old", view: View(layers: Layers(ghost: false, halo: true, rim: false)))]"#,
+        );
+        let mut design = parse(gone.as_bytes()).unwrap();
+        let [new, old] = &mut design.slides[..] else {
+            panic!("{:?}", design.slides);
+        };
+        assert!(!old.view.layers.ghost);
+        assert_eq!(std::mem::take(&mut old.view.unknown_layers), ["halo"]);
+        assert_eq!(
+            (&new.view, &design.view),
+            (&View::default(), &View::default())
+        );
+        // It is not written, so it is told once.
+        assert_eq!(parse(write(&design).as_bytes()).unwrap(), design);
         let broken = with(r#"[(title: "a"), (title: "b", view: (arrows: (range_mm: 0.0)))]"#);
         let error = parse(broken.as_bytes()).unwrap_err().to_string();
         assert!(

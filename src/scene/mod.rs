@@ -29,7 +29,7 @@ pub use palette::Ground;
 pub use sampled::{PaintedBody, Sampled};
 
 use crate::design::view::{Layers, View};
-use crate::design::{BodyRole, Design};
+use crate::design::{BodyRole, Design, MissingLayer};
 use crate::formats::gltf::GltfWriteError;
 use crate::geometry::coarse::coarser;
 use crate::geometry::gizmo::Eye;
@@ -128,7 +128,10 @@ impl<'a> Stage<'a> {
     pub fn new(world: &'a World, wish: &SceneWish) -> Self {
         let mut view = world.document.view().clone();
         view.layers = wish.layers.unwrap_or(view.layers);
-        let mut notes = Vec::new();
+        let unknown = wish.layers.is_none().then_some(&view.unknown_layers);
+        let mut notes: Vec<String> = (unknown.into_iter().flatten())
+            .map(|name| format!("{}: not drawn", MissingLayer::Unknown(name.clone())))
+            .collect();
         let mut drawn = |mesh: Arc<SurfaceMesh>, what: &str| {
             let before = triangles(&mesh);
             let mesh = light(mesh, wish.most_triangles);

@@ -212,6 +212,32 @@ fn a_missing_mesh_is_said_and_the_page_names_no_folder_of_this_machine() {
     );
 }
 
+#[test]
+fn a_slide_whose_layer_is_gone_is_told_and_the_page_is_written() {
+    let scratch = Scratch::new();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let design = std::fs::read_to_string(folder.join("designs/new-tool.design.ron")).unwrap();
+    let assets = format!("{}/assets/", folder.display());
+    let design = design.replace("../assets/", &assets);
+    let slides = r#"slides: [(title: "a"), (title: "b", view: (layers: (halo: true)))],"#;
+    let tool = "    tool: (";
+    assert!(design.contains(tool) && !design.contains("slides"));
+    let file = scratch.path("a.design.ron");
+    std::fs::write(
+        &file,
+        design.replace(tool, &format!("    {slides}\n{tool}")),
+    )
+    .unwrap();
+    let args = ["report", &text(&file), "-o", &scratch.arg("a.html")];
+    let output = trackwright(&args).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{said}");
+    let expected = "slide 2 is shown without the layer \"halo\", which this version";
+    assert!(said.contains(expected), "{said}");
+    assert!(!said.contains("slide 1"), "{said}");
+    assert!(scratch.path("a.html").exists());
+}
+
 /// Writes the page of a built-in design with a mesh for a scene; the figures that it should show.
 fn page_with_scene(name: &str, file: &Path) -> Vec<[String; 3]> {
     let world = store::open_builtin(name).unwrap();

@@ -161,6 +161,14 @@ fn a_body_is_painted_while_one_of_its_sensors_is_selected() {
     *app.world_mut().resource_mut::<Selection>() = Selection::default();
     rest(&mut app);
     assert_eq!(named(&mut app, "placement"), 0);
+    // On a slide, where nothing can be selected, the tool's first sensor stands for it.
+    app.insert_resource(Workspace::Present);
+    rest(&mut app);
+    let on_slide = app.world().resource::<ColorBars>().placement.clone();
+    assert_eq!(on_slide, Some(bar));
+    app.insert_resource(Workspace::Design);
+    rest(&mut app);
+    assert_eq!(named(&mut app, "placement"), 0);
 }
 
 #[test]

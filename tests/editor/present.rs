@@ -119,6 +119,7 @@ fn a_design_without_slides_is_presented_and_what_is_changed_becomes_its_first_sl
     let presenter = Presenter::default();
     let view = StageView {
         document: document(&app),
+        environment: &app.world().resource::<OpenWorld>().0.environment,
         presenter: &presenter,
         figures: None,
     };
@@ -168,6 +169,7 @@ fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Asked) {
             trackwright::editor::ui::theme::apply(ui.ctx());
             let view = StageView {
                 document: document(app),
+                environment: &app.world().resource::<OpenWorld>().0.environment,
                 presenter,
                 figures: figures.map(|study| &study.value.figures),
             };
@@ -229,4 +231,37 @@ fn words_are_written_on_the_slide_itself_and_are_one_step_once_the_field_is_left
         _ => None,
     });
     assert_eq!(set, Some(expected));
+}
+
+/// The slide of a file that turns on what this program does not have and what this design cannot show.
+#[test]
+fn a_slide_whose_layers_are_gone_is_shown_without_them_and_its_panel_says_so_until_it_is_kept() {
+    let mut gone = slide("one", 0.1);
+    gone.view.layers.region = true;
+    gone.view.layers.support = true;
+    gone.view.unknown_layers = vec!["halo".to_owned()];
+    let mut app = present_app(&[gone.clone()]);
+    request(&mut app, EditRequest::Apply(Edit::SetRequirement(None)));
+    settle(&mut app);
+    let asked_for = |app: &App| {
+        let environment = &app.world().resource::<OpenWorld>().0.environment;
+        document(app).missing_layers(environment)
+    };
+    assert_eq!(asked_for(&app).len(), 3);
+    go_to(&mut app, Workspace::Present);
+    ask(&mut app, PresentRequest::ToggleEditing);
+    let presenter = app.world().resource::<Presenter>().clone();
+    {
+        let (mut harness, _) = harness(&app, &presenter);
+        harness.run_steps(2);
+        for words in ["layer \"halo\"", "no requirement", "does not say where"] {
+            harness.get_by_label_contains(words);
+        }
+    }
+    ask(&mut app, PresentRequest::KeepView);
+    let kept = document(&app).design().slides[0].view.clone();
+    assert_eq!(kept.unknown_layers, [""; 0]);
+    assert_eq!(kept.layers, gone.view.layers);
+    assert_eq!(*document(&app).view(), kept, "shown as it is kept");
+    assert_eq!(asked_for(&app).len(), 2);
 }

@@ -10,7 +10,9 @@ use crate::editor::document::WorldGeneration;
 use crate::editor::materials::PaintMaterial;
 use crate::editor::scene::BodyRoot;
 use crate::editor::scene::bodies::{mesh_of, shown_mesh};
-use crate::editor::state::{ActiveDrag, ColorBar, EditorSystems, OpenWorld, Selected, Selection};
+use crate::editor::state::{
+    ActiveDrag, ColorBar, EditorSystems, OpenWorld, Selected, Selection, Workspace,
+};
 use crate::editor::wake::Waker;
 use crate::geometry::colormap::{ColorMap, NO_VALUE_SRGB};
 use crate::geometry::mesh::SurfaceMesh;
@@ -98,6 +100,7 @@ impl Plugin for PlacementPlugin {
             .init_resource::<Diagnostics>()
             .init_resource::<WorldGeneration>()
             .init_resource::<Selection>()
+            .init_resource::<Workspace>()
             .init_resource::<ActiveDrag>()
             .add_systems(
                 Update,
@@ -127,8 +130,23 @@ fn is_on(layer: Res<PlacementLayer>) -> bool {
     layer.key.is_some()
 }
 
-fn may_differ(world: Res<OpenWorld>, selection: Res<Selection>, drag: Res<ActiveDrag>) -> bool {
-    world.is_changed() || selection.is_changed() || drag.is_changed()
+fn may_differ(
+    world: Res<OpenWorld>,
+    selection: Res<Selection>,
+    workspace: Res<Workspace>,
+    drag: Res<ActiveDrag>,
+) -> bool {
+    world.is_changed() || selection.is_changed() || workspace.is_changed() || drag.is_changed()
+}
+
+/// The sensor that is imagined elsewhere: the selected one. On a slide nothing is selected; the
+/// tool's first stands for it.
+fn imagined(selection: &Selection, workspace: Workspace) -> Option<(BodyRole, usize)> {
+    match selection.primary() {
+        Some(Selected::Sensor(body, sensor)) => Some((body, sensor)),
+        _ if workspace == Workspace::Present => Some((BodyRole::Tool, 0)),
+        _ => None,
+    }
 }
 
 fn ask(
@@ -136,6 +154,7 @@ fn ask(
     world: Res<OpenWorld>,
     generation: Res<WorldGeneration>,
     selection: Res<Selection>,
+    workspace: Res<Workspace>,
     drag: Res<ActiveDrag>,
     mut bars: ResMut<ColorBars>,
 ) {
@@ -155,16 +174,14 @@ fn ask(
     if drag.0 && is_wanted {
         return;
     }
-    let key = match (is_wanted, selection.primary()) {
-        (true, Some(Selected::Sensor(body, sensor))) => Some(Key {
-            generation: generation.0,
-            revision: document.revision(),
-            body,
-            sensor,
-            rule: document.view().placement_rule,
-        }),
-        _ => None,
-    };
+    let sensor = imagined(&selection, *workspace).filter(|_| is_wanted);
+    let key = sensor.map(|(body, sensor)| Key {
+        generation: generation.0,
+        revision: document.revision(),
+        body,
+        sensor,
+        rule: document.view().placement_rule,
+    });
     if layer.bypass_change_detection().key == key {
         return;
     }

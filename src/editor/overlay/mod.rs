@@ -187,6 +187,11 @@ fn color_bars(
     of_slice.into_iter().chain(of_layers).collect()
 }
 
+/// Whether what a region comes to in words is that there is none.
+fn is_none(text: &str) -> bool {
+    text.starts_with("no ")
+}
+
 fn legend_keys(scene: &Scene, results: &Results, document: &Document) -> Vec<LegendKey> {
     let layers = document.view().layers;
     let mut keys = match scene.color_scale.as_deref().filter(|_| layers.slice) {
@@ -205,8 +210,10 @@ fn legend_keys(scene: &Scene, results: &Results, document: &Document) -> Vec<Leg
         (&bars.support, palette::SUPPORT),
         (&bars.region, palette::MET),
     ] {
-        keys.extend(text.iter().map(|text| LegendKey {
-            swatch: match text.starts_with("no ") {
+        // Why there is none is for whoever makes the slide: its panel says so.
+        let is_told = |text: &&String| *scene.workspace != Workspace::Present || !is_none(text);
+        keys.extend(text.iter().filter(is_told).map(|text| LegendKey {
+            swatch: match is_none(text) {
                 true => Swatch::Nothing,
                 false => Swatch::Surface(color),
             },

@@ -12,7 +12,7 @@ use super::commands::CommandsSystems;
 use super::document::WorldGeneration;
 use super::state::{EditRequest, EditorSystems, OpenWorld, Selection, Workspace};
 use super::study::{StudyDesk, StudyRequest};
-use crate::design::{Edit, Slide, SlideEdit};
+use crate::design::{Edit, Slide, SlideEdit, View};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 pub use stage::Stage;
@@ -160,7 +160,11 @@ fn answer(
             }
             PresentRequest::Set(slide) => set(Slide::clone(slide)),
             PresentRequest::KeepView => set(Slide {
-                view: document.view().clone(),
+                view: View {
+                    // Who keeps the view has seen it.
+                    unknown_layers: Vec::new(),
+                    ..document.view().clone()
+                },
                 ..current()
             }),
             PresentRequest::BackToView => stage.forget(),

@@ -357,6 +357,7 @@ impl Desk<'_> {
     fn stage(&self) -> StageView<'_> {
         StageView {
             document: &self.world.document,
+            environment: &self.world.environment,
             presenter: &self.shown.presenter,
             figures: (self.shown.results.study.as_ref()).map(|study| &study.value.figures),
         }

@@ -8,6 +8,7 @@ pub use stage_ui::stage_ui;
 
 use crate::design::{Document, Slide};
 use crate::editor::present::{Presenter, first};
+use crate::field::Environment;
 use crate::study::Figures;
 use bevy::prelude::Resource;
 use bevy_egui::egui::Rect;
@@ -20,6 +21,7 @@ pub struct StageCover(pub Vec<Rect>);
 /// What a slide is drawn from.
 pub struct StageView<'a> {
     pub document: &'a Document,
+    pub environment: &'a Environment,
     pub presenter: &'a Presenter,
     /// Of the design's study; `None` until they are known.
     pub figures: Option<&'a Figures>,

@@ -4,7 +4,7 @@ use super::StageView;
 use crate::design::{Slide, SlideFigure};
 use crate::editor::present::PresentRequest;
 use crate::editor::ui::PanelAction;
-use crate::editor::ui::widgets::{Row, main_button, quiet_ui, row_ui, section_ui};
+use crate::editor::ui::widgets::{Row, main_button, quiet_ui, row_ui, section_ui, warning_ui};
 use bevy_egui::egui::Ui;
 
 /// Draws the slides, and what the shown one has.
@@ -72,6 +72,12 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PanelAction> {
             }
         });
     });
+    for missing in &slide
+        .view
+        .missing_layers(view.document.design(), view.environment, true)
+    {
+        warning_ui(ui, &format!("Shown without the {missing}."));
+    }
     section_ui(ui, "Figures");
     for figure in SlideFigure::ALL {
         let mut is_on = slide.figures.contains(&figure);
