@@ -322,6 +322,15 @@ pub enum ViewError {
 }
 
 impl View {
+    /// Whether it says anything that a file without a view would not.
+    pub fn is_worth_writing(&self) -> bool {
+        let default = Self {
+            unknown_layers: self.unknown_layers.clone(),
+            ..Self::default()
+        };
+        *self != default
+    }
+
     /// # Errors
     /// The first number that is not finite, or not positive where it has to be.
     pub fn check(&self) -> Result<(), ViewError> {

@@ -306,7 +306,7 @@ pub fn write(design: &DesignFile) -> String {
     procedure::write(&mut out, &design.procedure);
     out.anatomy(1, &design.anatomy);
     out.slides(1, &design.slides);
-    if design.view != View::default() {
+    if design.view.is_worth_writing() {
         out.view(1, "view", &design.view);
     }
     out.line(0, ")");
@@ -445,20 +445,30 @@ mod tests {
             )
         };
         let gone = with(
-            r#"[(title: "new"), Slide(title: "old", view: View(layers: Layers(ghost: false, halo: true, rim: false)))]"#,
+            r#"[(title: "new"), Slide(title: "old", view: View(layers: Layers(ghost: false, halo: true, glow: (strength: 0.5, of: ["tip"]), rim: false)))]"#,
         );
         let mut design = parse(gone.as_bytes()).unwrap();
         let [new, old] = &mut design.slides[..] else {
             panic!("{:?}", design.slides);
         };
         assert!(!old.view.layers.ghost);
-        assert_eq!(std::mem::take(&mut old.view.unknown_layers), ["halo"]);
+        assert_eq!(
+            std::mem::take(&mut old.view.unknown_layers),
+            ["halo", "glow"]
+        );
         assert_eq!(
             (&new.view, &design.view),
             (&View::default(), &View::default())
         );
         // It is not written, so it is told once.
         assert_eq!(parse(write(&design).as_bytes()).unwrap(), design);
+        let mistyped = EXAMPLE.replace(
+            "    motion: (",
+            "    view: (layers: (gost: true)),\n    motion: (",
+        );
+        let design = parse(mistyped.as_bytes()).unwrap();
+        assert_eq!(design.view.unknown_layers, ["gost"]);
+        assert_eq!(write(&design), write(&example()));
         let broken = with(r#"[(title: "a"), (title: "b", view: (arrows: (range_mm: 0.0)))]"#);
         let error = parse(broken.as_bytes()).unwrap_err().to_string();
         assert!(
