@@ -6,9 +6,10 @@ use super::named_design::open_named_without_meshes;
 use super::numbers::zero_or_more;
 use super::output::{self, Format, Shown};
 use super::simulate::note_map;
+use super::verify::FrameArg;
 use crate::design::{Decision, Edit, Origin, ProcedureEdit};
 use crate::store::{self, ProcedureWish, World};
-use crate::study::agreement::{BuiltRecording, RecordedFrame};
+use crate::study::agreement::BuiltRecording;
 use crate::study::procedure::{Standing, Step};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
@@ -82,15 +83,6 @@ pub struct ProcedureArgs {
     /// How to print where the design stands
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum FrameArg {
-    /// The tracker's
-    #[default]
-    Tracker,
-    /// The CRF's, which is at rest where the design has it
-    Crf,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -206,10 +198,7 @@ fn recording(args: &ProcedureArgs, world: &World) -> anyhow::Result<Option<Built
     let reference = |file: &Path| store::reference_to_file(world, file);
     Ok(Some(BuiltRecording {
         crf_table: args.crf.as_deref().map(reference).transpose()?,
-        frame: match args.frame {
-            FrameArg::Tracker => RecordedFrame::Tracker,
-            FrameArg::Crf => RecordedFrame::Crf,
-        },
+        frame: args.frame.into(),
         is_registered: args.registered,
         averaged: args.averaged,
         truth_std_mm: args.truth_mm,

@@ -100,8 +100,9 @@ pub struct VerifyArgs {
     format: Format,
 }
 
+/// Frame of a table's poses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum FrameArg {
+pub(super) enum FrameArg {
     /// The tracker's
     #[default]
     Tracker,

@@ -131,7 +131,7 @@ fn dialog_line(dialog: Option<&Dialog>) -> String {
         Some(Dialog::Report(_)) => "write report",
         Some(Dialog::PinDesign(_)) => "pin a design",
         Some(Dialog::AddDesign(_)) => "add a design",
-        Some(Dialog::OpenRecorded(_)) => "open recorded poses",
+        Some(Dialog::OpenRecorded { .. }) => "open recorded poses",
         Some(Dialog::Record(_)) => "record",
         Some(Dialog::Unsaved { .. }) => "unsaved changes",
         Some(Dialog::SharedBodies { .. }) => "shared bodies",

@@ -11,6 +11,7 @@ use super::state::{OpenWorld, Results, Selected, Selection, Workspace};
 use super::study::StudyRequest;
 use super::ui::UiSystems;
 use super::wake::Waker;
+use crate::design::BodyRole;
 use crate::store::World;
 use bevy::app::PluginsState;
 use bevy::image::ImageFormat;
@@ -68,7 +69,7 @@ pub struct ComparedDesigns {
 impl ComparedDesigns {
     fn requests(self) -> impl Iterator<Item = DecideRequest> {
         let pin = self.baseline.map(DecideRequest::Pin);
-        let recorded = self.recorded.map(DecideRequest::Recorded);
+        let recorded = (self.recorded).map(|file| DecideRequest::Recorded(BodyRole::Tool, file));
         let designs = self.designs.into_iter().map(DecideRequest::AddDesign);
         pin.into_iter().chain(recorded).chain(designs)
     }

@@ -245,7 +245,7 @@ fn hear<M: Message + Clone>(app: &mut App) -> Arc<Mutex<Vec<M>>> {
 }
 
 /// Draws a panel of the desk and uses it.
-fn look(
+pub(super) fn look(
     app: &App,
     panel: impl Fn(&mut egui::Ui, &DecideView) -> Vec<DecideRequest>,
     use_it: impl FnOnce(&mut Harness),
@@ -387,7 +387,10 @@ fn a_recording_and_reasons_of_one_design_are_not_taken_to_the_next() {
         &mut app,
         DecideRequest::SetNote(Step::Tool, "for this one".to_owned()),
     );
-    ask(&mut app, DecideRequest::Recorded("poses.csv".into()));
+    ask(
+        &mut app,
+        DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()),
+    );
     assert!(desk(&app).recorded.is_some());
     let other = store::builtin_names().find(|n| *n != store::DEFAULT_BUILTIN);
     let open = FileRequest::OpenBuiltIn(other.unwrap().to_owned());
@@ -398,4 +401,13 @@ fn a_recording_and_reasons_of_one_design_are_not_taken_to_the_next() {
     // What is judged is the design that is open.
     let (standing, is_current) = app.world().resource::<Judged>().found().unwrap();
     assert!(is_current && standing.built.recording.is_none());
+    // What is asked for in the very frame in which a design opens is asked of that design.
+    app.world_mut()
+        .resource_mut::<WorldGeneration>()
+        .set_changed();
+    ask(
+        &mut app,
+        DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()),
+    );
+    assert!(desk(&app).recorded.is_some());
 }

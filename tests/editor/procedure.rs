@@ -1,19 +1,21 @@
 //! The paper's design procedure (section 4.1) in the editor, from an empty design to a decided tool: what
 //! `docs/tutorial.md` tells. With `UPDATE_TUTORIAL` set, its pictures are painted.
 
-use super::decide::{ask, decide_app, desk, move_sensor, rest};
+use super::decide::{ask, decide_app, desk, look, move_sensor, rest};
 use bevy::prelude::*;
+use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
-use trackwright::design::{Document, Edit, Target};
+use trackwright::design::{BodyRole, Document, Edit, Target};
 use trackwright::editor::decide::DecideRequest;
 use trackwright::editor::decide::judged::Judged;
 use trackwright::editor::picture::{self, ComparedDesigns, Desk};
 use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, SharedChoice, Workspace};
+use trackwright::editor::ui::decide::steps_ui;
 use trackwright::field::DistortionModel;
 use trackwright::geometry::pose::{Pose, pose_to_array};
 use trackwright::store::{self, RoomPlace, Starter};
 use trackwright::study::procedure::{Standing, State, Step};
-use trackwright::study::{AxisRange, CancelToken, Mode, Motion, Requirement, Trial, run};
+use trackwright::study::{AxisRange, CancelToken, Mode, Motion, Requirement, Scenario, Trial, run};
 
 fn edit(app: &mut App, edit: Edit) {
     app.world_mut().write_message(EditRequest::Apply(edit));
@@ -55,48 +57,71 @@ fn stronger_room(app: &App, folder: &Path) -> PathBuf {
     file
 }
 
-/// What the built tool would have recorded in its room: the poses of its motion in the tracker's frame,
-/// as they are and as the tracker tells them, a few hundredths off.
-fn recording(app: &App, folder: &Path) -> PathBuf {
-    let world = &app.world().resource::<OpenWorld>().0;
-    let mut scenario = store::resolve(world.document.design(), &world.environment);
-    let tracker_from_crf = scenario
-        .crf
-        .take()
-        .map_or(Pose::identity(), |c| c.tracker_from_crf);
-    scenario.crf_from_tool = tracker_from_crf * scenario.crf_from_tool;
+/// Every seventh pose of the motion is recorded: a tenth of them, spread over it.
+const EVERY: usize = 7;
+
+/// A table of recorded poses, true and measured, in the tracker's frame.
+fn write_recording(file: &Path, rows: &[[Pose; 2]]) {
     let mut text = String::from(
         "ideal_x,ideal_y,ideal_z,ideal_qw,ideal_qx,ideal_qy,ideal_qz,measured_x,measured_y,measured_z,\
          measured_qw,measured_qx,measured_qy,measured_qz\n",
     );
-    let mut number = 0;
+    for row in rows {
+        let cells = row.iter().flat_map(pose_to_array).map(|v| v.to_string());
+        text += &(cells.collect::<Vec<_>>().join(",") + "\n");
+    }
+    std::fs::write(file, text).unwrap();
+}
+
+/// Every so manyeth trial of a scenario.
+fn trials(scenario: &Scenario, mode: &Mode, every: usize) -> Vec<Trial> {
+    let (mut number, mut kept) = (0, Vec::new());
     let mut visit = |trial: &Trial| {
         number += 1;
-        // A tenth of them, spread over the motion.
-        if number % 7 != 0 {
-            return;
+        if number % every == 0 {
+            kept.push(*trial);
         }
-        let shaken = Pose::translation(
-            0.05 * f64::from(number).sin(),
-            0.05 * f64::from(2 * number).cos(),
-            0.05 * f64::from(3 * number).sin(),
-        );
-        let measured = shaken * trial.crf_from_tool_simulated;
-        let cells: Vec<String> = [&trial.crf_from_tool, &measured]
-            .into_iter()
-            .flat_map(|pose| pose_to_array(pose).map(|v| v.to_string()))
-            .collect();
-        text += &(cells.join(",") + "\n");
     };
-    run(
-        &scenario,
-        &Mode::Motion,
-        &CancelToken::default(),
-        Some(&mut visit),
-    )
-    .unwrap();
+    run(scenario, mode, &CancelToken::default(), Some(&mut visit)).unwrap();
+    kept
+}
+
+fn scenario(app: &App) -> Scenario {
+    let world = &app.world().resource::<OpenWorld>().0;
+    store::resolve(world.document.design(), &world.environment)
+}
+
+/// What the built tool would have recorded in its room: the poses of its motion as they are and as the
+/// tracker tells them, a few hundredths off.
+fn recording(app: &App, folder: &Path) -> PathBuf {
+    let mut scenario = scenario(app);
+    if let Some(crf) = scenario.crf.take() {
+        scenario.crf_from_tool = crf.tracker_from_crf * scenario.crf_from_tool;
+    }
+    let shaken = |(index, trial): (usize, Trial)| {
+        let phase = (EVERY * (index + 1)) as f64;
+        let shake = [phase.sin(), (2.0 * phase).cos(), (3.0 * phase).sin()].map(|v| 0.05 * v);
+        let measured =
+            Pose::translation(shake[0], shake[1], shake[2]) * trial.crf_from_tool_simulated;
+        [trial.crf_from_tool, measured]
+    };
+    let trials = trials(&scenario, &Mode::Motion, EVERY).into_iter();
+    let rows: Vec<_> = trials.enumerate().map(shaken).collect();
     let file = folder.join("needle-built.csv");
-    std::fs::write(&file, text).unwrap();
+    write_recording(&file, &rows);
+    file
+}
+
+/// What the tracker told of the CRF meanwhile, which lay still.
+fn recording_of_crf(app: &App, folder: &Path, rows: usize) -> PathBuf {
+    let mut scenario = scenario(app);
+    let crf = scenario.crf.take().unwrap();
+    scenario.crf_from_tool = crf.tracker_from_crf;
+    scenario.tool = crf.body;
+    let lain = trials(&scenario, &Mode::Single, 1).remove(0);
+    let file = folder.join("crf-built.csv");
+    let row = [lain.crf_from_tool, lain.crf_from_tool_simulated];
+    write_recording(&file, &vec![row; rows]);
     file
 }
 
@@ -241,8 +266,12 @@ fn from_an_empty_design_to_a_decided_tool() {
     assert!(desk(&app).note(Step::Tool).is_empty());
 
     // 5. The built tool, measured in its room.
-    let recorded = recording(&app, folder.path());
-    ask(&mut app, DecideRequest::Recorded(recorded.clone()));
+    let tool = recording(&app, folder.path());
+    ask(&mut app, DecideRequest::Recorded(BodyRole::Tool, tool));
+    assert_eq!(standing(&app).state(Step::Built), State::Compared);
+    let poses = trials(&scenario(&app), &Mode::Motion, EVERY).len();
+    let crf = recording_of_crf(&app, folder.path(), poses);
+    ask(&mut app, DecideRequest::Recorded(BodyRole::Crf, crf));
     assert_eq!(standing(&app).state(Step::Built), State::Compared);
     ask(&mut app, DecideRequest::Decide(Step::Built));
     assert_eq!(standing(&app).state(Step::Built), State::Decided);
@@ -270,4 +299,56 @@ fn from_an_empty_design_to_a_decided_tool() {
         State::DecidedOnOtherFigures
     );
     assert!(!standing(&app).changes(Step::Tool).is_empty());
+}
+
+/// Without the CRF's own poses the errors are those in the tracker's frame, and the panel says so.
+#[test]
+fn with_the_crfs_recording_beside_it_the_built_tool_is_judged_in_the_crf() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = decide_app();
+    file(&mut app, FileRequest::New(Starter::ToolOnCrf));
+    let tool = recording(&app, folder.path());
+    ask(&mut app, DecideRequest::Recorded(BodyRole::Tool, tool));
+    let notes = |app: &App| app.world().resource::<Judged>().notes().to_vec();
+    assert!(
+        notes(&app)[0].starts_with("no recording of the CRF"),
+        "{:?}",
+        notes(&app)
+    );
+    look(&app, steps_ui, |harness| {
+        harness.get_by_label_contains("no recording of the CRF");
+    });
+    let in_crf = trials(&scenario(&app), &Mode::Motion, EVERY);
+    let crf = recording_of_crf(&app, folder.path(), in_crf.len());
+    let asked = look(&app, steps_ui, |harness| {
+        harness.get_by_label("CRF's poses…").click();
+    });
+    assert_eq!(asked, [DecideRequest::ShowRecorded(BodyRole::Crf)]);
+    ask(&mut app, DecideRequest::Recorded(BodyRole::Crf, crf));
+    assert_eq!(notes(&app), [""; 0]);
+    let found = standing(&app)
+        .built
+        .recording
+        .clone()
+        .unwrap()
+        .unwrap()
+        .found;
+    let squares: f64 = in_crf.iter().map(|t| t.tip_error_mm * t.tip_error_mm).sum();
+    let rms_mm = (squares / in_crf.len() as f64).sqrt();
+    assert!(
+        (found.predicted_rms_mm - rms_mm).abs() < 1e-9 * rms_mm,
+        "{} mm predicted, {rms_mm} mm in the study",
+        found.predicted_rms_mm
+    );
+    // The poses were shaken by at most 0.05 mm along each axis.
+    assert!(found.residual_rms_mm < 0.05 * 3f64.sqrt());
+    // And back: the button that leaves the CRF's table out, and what the panel knows of the rest.
+    let asked = look(&app, steps_ui, |harness| {
+        harness.get_by_label_contains("crf-built.csv");
+        harness.get_by_label("registered to these poses").click();
+    });
+    let [DecideRequest::SetRecorded(changed)] = &asked[..] else {
+        panic!("{asked:?}");
+    };
+    assert!(changed.is_registered && changed.crf_table.is_some());
 }

@@ -14,7 +14,7 @@ use crate::editor::study::StudyRequest;
 use crate::editor::ui::dialogs::{Dialog, Dialogs};
 use crate::editor::wake::Waker;
 use crate::store::{self, RoomPlace};
-use crate::study::agreement::BuiltRecording;
+use crate::study::agreement::{BuiltRecording, RecordedFrame};
 use crate::study::procedure::Step;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -68,11 +68,11 @@ impl Hand<'_> {
             DecideRequest::RemoveDesign(file) => self.desk.designs.retain(|other| *other != file),
             DecideRequest::AddRoom(place) => self.add_room(place),
             DecideRequest::RemoveRoom(file) => self.edit(ProcedureEdit::RemoveRoom(file)),
-            DecideRequest::ShowRecorded => {
+            DecideRequest::ShowRecorded(body) => {
                 let folder = self.folder();
-                self.dialogs.show(Dialog::open_recorded(folder));
+                self.dialogs.show(Dialog::open_recorded(folder, body));
             }
-            DecideRequest::Recorded(file) => self.recorded(&file),
+            DecideRequest::Recorded(body, file) => self.recorded(body, &file),
             DecideRequest::SetRecorded(recorded) => self.desk.recorded = Some(recorded),
             DecideRequest::CloseRecorded => self.desk.recorded = None,
             DecideRequest::SetNote(step, note) => self.desk.notes[step.number() - 1] = note,
@@ -157,13 +157,25 @@ impl Hand<'_> {
     }
 
     /// In the tracker's frame, its truth known beforehand, as `characterize` writes such a table.
-    fn recorded(&mut self, file: &Path) {
+    /// The tool's table begins a recording, the CRF's joins it.
+    fn recorded(&mut self, body: BodyRole, file: &Path) {
         let Some(world) = &self.world else { return };
-        match store::reference_to_file(&world.0, file) {
-            Ok(reference) => self.desk.recorded = Some(BuiltRecording::of(reference)),
-            Err(error) => self
-                .dialogs
-                .show(Dialog::error("The recording cannot be used", &error)),
+        let reference = match store::reference_to_file(&world.0, file) {
+            Ok(reference) => reference,
+            Err(error) => {
+                self.dialogs
+                    .show(Dialog::error("The recording cannot be used", &error));
+                return;
+            }
+        };
+        match (body, &mut self.desk.recorded) {
+            (BodyRole::Tool, recorded) => *recorded = Some(BuiltRecording::of(reference)),
+            (BodyRole::Crf, Some(recorded)) => {
+                recorded.crf_table = Some(reference);
+                // Both tables are the tracker's.
+                recorded.frame = RecordedFrame::Tracker;
+            }
+            (BodyRole::Crf, None) => {}
         }
     }
 

@@ -6,17 +6,24 @@ use crate::editor::document::WorldGeneration;
 use crate::editor::layers::latest::Newest;
 use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld};
 use crate::editor::wake::Waker;
-use crate::store::{self, ProcedureWish};
+use crate::store::{self, BuiltToolNote, ProcedureWish};
 use crate::study::agreement::BuiltRecording;
 use crate::study::procedure::Standing;
 use bevy::prelude::*;
+use std::cell::RefCell;
 
 /// Judges while the workspace is shown.
 pub struct JudgedPlugin;
 
 /// The newest standing.
 #[derive(Resource)]
-pub struct Judged(Newest<JudgedKey, Standing>);
+pub struct Judged(Newest<JudgedKey, Found>);
+
+/// Where the design stands, and what there is to know of the built tool's tables beside their figures.
+struct Found {
+    standing: Standing,
+    notes: Vec<String>,
+}
 
 /// What a standing hangs on.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,8 +37,13 @@ pub struct JudgedKey {
 impl Judged {
     /// What was found last, and whether it is of the design as it is.
     pub fn found(&self) -> Option<(&Standing, bool)> {
-        let (key, standing) = self.0.found()?;
-        Some((standing, self.0.asked() == Some(key)))
+        let (key, found) = self.0.found()?;
+        Some((&found.standing, self.0.asked() == Some(key)))
+    }
+
+    /// What there is to know of the built tool's tables.
+    pub fn notes(&self) -> &[String] {
+        self.0.found().map_or(&[], |(_, found)| &found.notes)
     }
 
     /// Whether nothing is computed or waits.
@@ -99,8 +111,11 @@ fn ask(
     };
     desk.bypass_change_detection().counts.standings += 1;
     judged.0.ask(key, move |task| {
-        // What there is to know of tables beside their figures is the command's to print.
-        store::procedure(&open, &wish, task, &|_| ()).ok()
+        let notes = RefCell::new(Vec::new());
+        let note = |note: BuiltToolNote| notes.borrow_mut().push(note.to_string());
+        let standing = store::procedure(&open, &wish, task, &note).ok()?;
+        let notes = notes.into_inner();
+        Some(Found { standing, notes })
     });
 }
 

@@ -23,6 +23,7 @@ use super::state::{EditRequest, EditorSystems, FileRequest, OpenWorld, Workspace
 use super::study::StudyRequest;
 use super::ui::dialogs::Dialogs;
 use super::wake::Waker;
+use crate::design::BodyRole;
 use crate::store::RoomPlace;
 use crate::study::agreement::BuiltRecording;
 use crate::study::procedure::Step;
@@ -52,9 +53,9 @@ pub enum DecideRequest {
     AddRoom(RoomPlace),
     /// By how the design refers to it.
     RemoveRoom(String),
-    /// Shows the dialog that chooses a recording of the built tool.
-    ShowRecorded,
-    Recorded(PathBuf),
+    /// Shows the dialog that chooses a recording of the built tool, or of its CRF beside it.
+    ShowRecorded(BodyRole),
+    Recorded(BodyRole, PathBuf),
     /// How the recording is to be taken.
     SetRecorded(BuiltRecording),
     CloseRecorded,
@@ -105,11 +106,12 @@ impl Plugin for DecidePlugin {
                 Update,
                 (
                     (
-                        answer::answer.run_if(on_message::<DecideRequest>),
+                        // First, since what is asked for is asked of the design that is open.
                         answer::turn_to_opened.run_if(
                             resource_exists::<OpenWorld>
                                 .and_then(resource_changed::<WorldGeneration>),
                         ),
+                        answer::answer.run_if(on_message::<DecideRequest>),
                     )
                         .chain()
                         .after(CommandsSystems)

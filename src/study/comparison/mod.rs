@@ -11,7 +11,7 @@ mod words;
 pub use super::own_study::{NoFigures, mode_of};
 pub use difference::{COVERAGE, Difference, LEAST_DEG, LEAST_MM, Least, Verdict};
 pub use figure::{ErrorOf, FIGURES, Figure, FigureValues, REQUIRED, Summary, values};
-pub use words::{difference_words, met_words, notes, worst_words};
+pub use words::{difference_words, met_words, notes, worst_place_words, worst_words};
 
 use super::figures::Figures;
 use super::own_study::own_study;

@@ -64,16 +64,20 @@ pub fn notes(measured: &Measured, against: Option<&AgainstBaseline>) -> Vec<Stri
     notes
 }
 
-/// How large the worst error is, and where the tool then stands from its own pose.
+/// How large the worst error is, and where the tool then stands.
 pub fn worst_words(measured: &Measured) -> String {
-    let worst = &measured.figures.worst;
-    let size = format!("worst {:.4} mm", worst.position_mm);
+    let size_mm = measured.figures.worst.position_mm;
+    format!("worst {size_mm:.4} mm at {}", worst_place_words(measured))
+}
+
+/// Where the tool stands in the worst trial, from its own pose.
+pub fn worst_place_words(measured: &Measured) -> String {
     let offsets = &measured.worst_pose.offsets;
     let of = |unit: &str, is_turn: bool| {
         let axes = offsets
             .iter()
             .filter(|(a, _)| a.starts_with('r') == is_turn);
-        let axes: Vec<String> = axes.map(|(axis, v)| format!("{axis} {v:+}")).collect();
+        let axes: Vec<String> = axes.map(|(axis, v)| offset(axis, *v)).collect();
         (!axes.is_empty()).then(|| format!("{}{unit}", axes.join(" ")))
     };
     let places: Vec<String> = [of(" mm", false), of("°", true)]
@@ -81,12 +85,19 @@ pub fn worst_words(measured: &Measured) -> String {
         .flatten()
         .collect();
     match places.is_empty() {
-        true => format!("{size} at its own pose"),
-        false => format!(
-            "{size} at {} (trial {})",
-            places.join(", "),
-            with_separators(worst.trial)
-        ),
+        true => "its own pose".to_owned(),
+        false => {
+            let trial = with_separators(measured.figures.worst.trial);
+            format!("{} (trial {trial})", places.join(", "))
+        }
+    }
+}
+
+/// Nothing has no sign.
+fn offset(axis: &str, value: f64) -> String {
+    match value == 0.0 {
+        true => format!("{axis} 0"),
+        false => format!("{axis} {value:+}"),
     }
 }
 

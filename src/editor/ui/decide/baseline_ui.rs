@@ -6,7 +6,7 @@ use crate::editor::decide::against::Found;
 use crate::editor::palette;
 use crate::editor::ui::widgets::{
     MET_SIGN, MISSED_SIGN, decimal, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui,
-    with_unit,
+    with_minus_signs,
 };
 use crate::study::Figures;
 use crate::study::comparison::{
@@ -129,7 +129,7 @@ fn found_ui(
         }
     }
     if let Some(headline) = differences.and_then(<[Difference]>::first) {
-        let words = difference_words(headline, "the baseline");
+        let words = with_minus_signs(&difference_words(headline, "the baseline"));
         let words = format!("Tip error RMS: {words}.");
         ui.add_space(4.0);
         ui.add(Label::new(RichText::new(words).color(palette::TEXT.color32())).wrap());
@@ -167,13 +167,14 @@ fn table_ui(
                 if !shows_all && !REQUIRED.contains(figure) {
                     continue;
                 }
-                // There is little room beside four columns.
+                // There is little room beside four columns: the unit stands once.
                 let name = figure
                     .label()
                     .replace("95th percentile", "95 %")
                     .replace(" error", "");
+                let name = format!("{name}, {}", figure.unit());
                 ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
-                let text = |value: f64| with_unit(&decimal(value, 3), figure.unit());
+                let text = |value: f64| decimal(value, 3);
                 right_ui(ui, &text(before[index]), palette::BASELINE.color32());
                 right_ui(ui, &text(now[index]), palette::TEXT_STRONG.color32());
                 let change = signed(now[index] - before[index], 3);
@@ -184,7 +185,7 @@ fn table_ui(
                     }
                     Some(difference) => {
                         let (word, color) = verdict(difference.verdict);
-                        let about = difference_words(difference, "the baseline");
+                        let about = with_minus_signs(&difference_words(difference, "the baseline"));
                         right_ui(ui, &change, color);
                         ui.label(RichText::new(word).color(color))
                             .on_hover_text(about);

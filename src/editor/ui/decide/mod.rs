@@ -1,6 +1,7 @@
 //! The panels of the Decide workspace: pure functions from its desk to what the person asked for.
 
 pub mod baseline_ui;
+mod recorded_ui;
 pub mod steps_ui;
 pub mod table_ui;
 
@@ -37,6 +38,11 @@ impl<'a> DecideView<'a> {
     /// Where the design stands, as it was computed last.
     fn standing(&self) -> Option<&'a Standing> {
         self.judged?.found().map(|(standing, _)| standing)
+    }
+
+    /// What there is to know of the built tool's tables.
+    fn notes(&self) -> &'a [String] {
+        self.judged.map_or(&[], Judged::notes)
     }
 
     /// The newest comparison with the baseline, and whether it is of the design as it is now.

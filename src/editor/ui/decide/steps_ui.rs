@@ -3,16 +3,16 @@
 
 use super::DecideView;
 use super::baseline_ui::right_ui;
+use super::recorded_ui::recorded_ui;
 use crate::design::Decision;
 use crate::editor::decide::DecideRequest;
 use crate::editor::palette;
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{
-    MET_SIGN, MISSED_SIGN, decimal, fact_ui, main_button, quiet_ui, section_ui, warning_ui,
-    with_unit,
+    MET_SIGN, MISSED_SIGN, count, decimal, fact_ui, main_button, quiet_ui, section_ui, warning_ui,
+    with_minus_signs, with_unit,
 };
 use crate::store::RoomPlace;
-use crate::study::agreement::{BuiltRecording, RecordedFrame};
 use crate::study::procedure::{BuiltStanding, Standing, State, Step, StudiesStanding, headline};
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, TextEdit, Ui};
 
@@ -213,61 +213,17 @@ fn built_ui(
             ] {
                 fact_ui(ui, name, &with_unit(&decimal(value_mm, 3), "mm"));
             }
-            fact_ui(ui, "poses", &format!("{} of {}", found.used, found.poses));
-            let words = RichText::new(&found.statement).color(palette::TEXT.color32());
+            let poses = format!("{} of {}", count(found.used), count(found.poses));
+            fact_ui(ui, "poses", &poses);
+            let words = with_minus_signs(&found.statement);
+            let words = RichText::new(words).color(palette::TEXT.color32());
             ui.add(Label::new(words).wrap());
         }
     }
-    ui.horizontal(|ui| {
-        let open = ui.button("Recorded poses…").on_hover_text(
-            "A table of the built tool's true and measured poses, as `characterize` writes it",
-        );
-        if open.clicked() {
-            asked.push(DecideRequest::ShowRecorded);
-        }
-        if view.desk.recorded.is_some() && ui.button("Close").clicked() {
-            asked.push(DecideRequest::CloseRecorded);
-        }
-    });
-    if let Some(recorded) = &view.desk.recorded {
-        recorded_ui(ui, recorded, asked);
+    for note in view.notes() {
+        warning_ui(ui, note);
     }
-}
-
-/// What a table does not say of itself.
-fn recorded_ui(ui: &mut Ui, recorded: &BuiltRecording, asked: &mut Vec<DecideRequest>) {
-    quiet_ui(ui, short_path(&recorded.table)).on_hover_text(&recorded.table);
-    let mut changed = recorded.clone();
-    let mut is_in_crf = changed.frame == RecordedFrame::Crf;
-    let frame = ui
-        .checkbox(&mut is_in_crf, "in the CRF's frame")
-        .on_hover_text("Else in the tracker's");
-    let registered = ui
-        .checkbox(&mut changed.is_registered, "registered to these poses")
-        .on_hover_text(
-            "The true poses were registered to this very recording, which took up a part of the error: the same \
-             part is taken out of the prediction",
-        );
-    if frame.changed() || registered.changed() {
-        changed.frame = match is_in_crf {
-            true => RecordedFrame::Crf,
-            false => RecordedFrame::Tracker,
-        };
-        asked.push(DecideRequest::SetRecorded(changed));
-    }
-}
-
-/// The end of a path, which says more than its beginning.
-fn short_path(path: &str) -> String {
-    const MOST: usize = 34;
-    let count = path.chars().count();
-    match count > MOST {
-        false => path.to_owned(),
-        true => format!(
-            "…{}",
-            path.chars().skip(count + 1 - MOST).collect::<String>()
-        ),
-    }
+    recorded_ui(ui, view, asked);
 }
 
 /// What was decided, or what can be.

@@ -7,10 +7,11 @@ use crate::editor::decide::table::{Compare, Compared};
 use crate::editor::palette;
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{
-    MET_SIGN, MISSED_SIGN, decimal, main_button, quiet_ui, signed, warning_ui, with_unit,
+    MET_SIGN, MISSED_SIGN, decimal, main_button, quiet_ui, signed, warning_ui, with_minus_signs,
+    with_unit,
 };
 use crate::formats::comparison_table::Names;
-use crate::study::comparison::{Row, difference_words, notes, worst_words};
+use crate::study::comparison::{Row, difference_words, notes, worst_place_words, worst_words};
 use bevy_egui::egui::{Align, Button, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui, vec2};
 use std::path::Path;
 
@@ -97,7 +98,7 @@ const HEADS: [&str; 10] = [
     "angle max",
     "required",
     "tip RMS less the baseline's",
-    "worst",
+    "worst pose",
 ];
 
 fn rows_ui(ui: &mut Ui, compared: &Compared, asked: &mut Vec<DecideRequest>) {
@@ -201,14 +202,16 @@ fn row_ui(
             );
             let baseline = Names::of(&names.designs, compared.comparison.baseline);
             ui.label(RichText::new(text).color(color))
-                .on_hover_text(difference_words(difference, baseline));
+                .on_hover_text(with_minus_signs(&difference_words(difference, baseline)));
         }
     }
-    let worst = worst_words(measured);
+    // Its size is that of the largest tip error.
+    let place = with_minus_signs(&worst_place_words(measured));
+    let worst = with_minus_signs(&worst_words(measured));
     let notes = notes(measured, row.against_baseline.as_ref());
     let text = match notes.is_empty() {
-        true => worst.clone(),
-        false => format!("{worst}  ({} to note)", notes.len()),
+        true => place,
+        false => format!("{place}  ({} to note)", notes.len()),
     };
     ui.label(RichText::new(text).color(palette::TEXT_QUIET.color32()))
         .on_hover_text([&[worst], notes.as_slice()].concat().join("\n"));

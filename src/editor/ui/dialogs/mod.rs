@@ -39,8 +39,11 @@ pub enum Dialog {
     Open(FileDialog),
     /// Chooses a design to be held against.
     PinDesign(FileDialog),
-    /// Chooses a recording of the built tool.
-    OpenRecorded(FileDialog),
+    /// Chooses a recording of the built tool, or of its CRF.
+    OpenRecorded {
+        files: FileDialog,
+        body: BodyRole,
+    },
     /// Chooses a design for the table.
     AddDesign(FileDialog),
     SaveAs(FileDialog),
@@ -169,8 +172,11 @@ impl Dialog {
         Self::PinDesign(FileDialog::new(FileKind::Design, folder, ""))
     }
 
-    pub fn open_recorded(folder: PathBuf) -> Self {
-        Self::OpenRecorded(FileDialog::new(FileKind::Table, folder, ""))
+    pub fn open_recorded(folder: PathBuf, body: BodyRole) -> Self {
+        Self::OpenRecorded {
+            files: FileDialog::new(FileKind::Table, folder, ""),
+            body,
+        }
     }
 
     pub fn add_design(folder: PathBuf) -> Self {
@@ -239,7 +245,7 @@ impl Dialog {
         let (files, title, is_saving) = match self {
             Self::Open(files) => (files, "Open design", false),
             Self::PinDesign(files) => (files, "Pin a design", false),
-            Self::OpenRecorded(files) => (files, "Open recorded poses", false),
+            Self::OpenRecorded { files, .. } => (files, "Open recorded poses", false),
             Self::AddDesign(files) => (files, "Add a design to the table", false),
             Self::SaveAs(files) => (files, "Save design as", true),
             Self::ReadInput(files) => (files, "Read input data", false),
@@ -273,13 +279,15 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
         Dialog::PinDesign(files) => file_ui(ui, files, "Pin a design", "Pin", |path, _| {
             DialogAnswer::Decide(DecideRequest::Pin(path))
         }),
-        Dialog::OpenRecorded(files) => file_ui(
-            ui,
-            files,
-            "Open recorded poses of the built tool",
-            "Open",
-            |path, _| DialogAnswer::Decide(DecideRequest::Recorded(path)),
-        ),
+        Dialog::OpenRecorded { files, body } => {
+            let title = match body {
+                BodyRole::Tool => "Open recorded poses of the built tool",
+                BodyRole::Crf => "Open recorded poses of the CRF",
+            };
+            file_ui(ui, files, title, "Open", |path, _| {
+                DialogAnswer::Decide(DecideRequest::Recorded(*body, path))
+            })
+        }
         Dialog::AddDesign(files) => {
             file_ui(ui, files, "Add a design to the table", "Add", |path, _| {
                 DialogAnswer::Decide(DecideRequest::AddDesign(path))

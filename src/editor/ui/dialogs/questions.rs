@@ -242,7 +242,7 @@ pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<DialogAnswer> 
         | Dialog::Report(_)
         | Dialog::PinDesign(_)
         | Dialog::AddDesign(_)
-        | Dialog::OpenRecorded(_)
+        | Dialog::OpenRecorded { .. }
         | Dialog::Table { .. }
         | Dialog::SaveRoom { .. }
         | Dialog::Mesh { .. }
