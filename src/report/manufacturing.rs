@@ -291,7 +291,7 @@ fn tolerances(sheet: &ManufacturingSheet) -> Vec<String> {
     lines.extend(table(&rows));
     if !sheet.together_worst.is_empty() {
         lines.push(format!(
-            "  worst case of that: {}",
+            "  the case of that nearest to missing the requirement: {}",
             checks_words(&sheet.together_worst)
         ));
     }

@@ -111,6 +111,28 @@ pub fn figure_rows(figures: &Figures) -> Vec<FigureRow> {
     rows
 }
 
+/// How far something is from where it was, with its sign; nothing has none.
+pub fn signed_offset(value: f64) -> String {
+    match value == 0.0 {
+        true => "0".to_owned(),
+        false => format!("{value:+}"),
+    }
+}
+
+/// A sentence with minus signs before its numbers where it has hyphens, as windows and pages write
+/// them.
+pub fn with_minus_signs(text: &str) -> String {
+    let mut before = ' ';
+    let mut after = text.chars().skip(1);
+    let signs = text.chars().map(|c| {
+        let is_number = after.next().is_some_and(|next| next.is_ascii_digit());
+        let is_sign = c == '-' && is_number && !before.is_alphanumeric();
+        before = c;
+        if is_sign { '\u{2212}' } else { c }
+    });
+    signs.collect()
+}
+
 /// A count with a comma every three digits.
 pub fn with_separators(count: usize) -> String {
     let digits = count.to_string();
@@ -127,6 +149,16 @@ pub fn with_separators(count: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn signs_before_numbers_are_minus_signs_and_hyphens_of_names_stay() {
+        assert_eq!(
+            with_minus_signs("0.2 mm better than tool-2-b (95 %: -0.5 to 0.1), x -20 y +5"),
+            "0.2 mm better than tool-2-b (95 %: −0.5 to 0.1), x −20 y +5"
+        );
+        assert_eq!(with_minus_signs("-1"), "−1");
+        assert_eq!(with_minus_signs(""), "");
+    }
 
     #[test]
     fn counts_have_a_comma_every_three_digits() {

@@ -64,7 +64,7 @@ fn the_sheet_of_a_built_in_design_is_the_same_in_text_json_and_table() {
         "in the direction +z",
         "shaft – grip",
         "tool, every sensor",
-        "worst case of that: position RMS",
+        "nearest to missing the requirement: position RMS",
         "all 20 drawn tools meet the requirement",
     ] {
         assert!(text.contains(said), "{said}: {text}");

@@ -61,19 +61,6 @@ pub fn counted(value: usize, one: &str, many: &str) -> String {
     format!("{} {}", count(value), if value == 1 { one } else { many })
 }
 
-/// A sentence of the command line with its minus signs as the window writes them.
-pub fn with_minus_signs(text: &str) -> String {
-    let mut before = ' ';
-    let mut after = text.chars().skip(1);
-    let signs = text.chars().map(|c| {
-        let is_number = after.next().is_some_and(|next| next.is_ascii_digit());
-        let is_sign = c == '-' && is_number && !before.is_alphanumeric();
-        before = c;
-        if is_sign { MINUS } else { c }
-    });
-    signs.collect()
-}
-
 /// A change with its sign: `−0.08`, `+0.31`, `±0.00`.
 pub fn signed(value: f64, decimals: usize) -> String {
     let text = decimal(value, decimals);
@@ -450,16 +437,6 @@ mod tests {
         assert_eq!(signed(-0.08, 2), "−0.08");
         assert_eq!(signed(0.31, 2), "+0.31");
         assert_eq!(signed(0.001, 2), "±0.00");
-    }
-
-    #[test]
-    fn signs_before_numbers_are_minus_signs_and_hyphens_of_names_stay() {
-        assert_eq!(
-            with_minus_signs("0.2 mm better than tool-2-b (95 %: -0.5 to 0.1), x -20 y +5"),
-            "0.2 mm better than tool-2-b (95 %: −0.5 to 0.1), x −20 y +5"
-        );
-        assert_eq!(with_minus_signs("-1"), "−1");
-        assert_eq!(with_minus_signs(""), "");
     }
 
     #[test]

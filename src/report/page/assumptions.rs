@@ -196,14 +196,14 @@ fn motion(report: &Report) -> Markup {
         _ => return html! {},
     };
     let head = ["axis", "from", "to", "step"].map(str::to_owned);
-    html! { (table_of(&head, &axes(&motion), "data motion")) }
+    html! { (table_of(&head, &axes(&motion, report.reference()), "data motion")) }
 }
 
-fn axes(motion: &Motion) -> Vec<Vec<String>> {
+fn axes(motion: &Motion, reference: &str) -> Vec<Vec<String>> {
     let row = |axis: &str, range: AxisRange| {
         let (name, unit) = match axis.strip_prefix('r') {
-            None => (format!("along {axis} of the CRF"), "\u{2009}mm"),
-            Some(about) => (format!("about {about} of the CRF"), "°"),
+            None => (format!("along {axis} of the {reference}"), "\u{2009}mm"),
+            Some(about) => (format!("about {about} of the {reference}"), "°"),
         };
         let value = |value: f64| format!("{value}{unit}").replace('-', "−");
         vec![name, value(range.min), value(range.max), value(range.step)]

@@ -3,7 +3,7 @@
 use super::Report;
 use crate::report::error_charts::charts;
 use crate::report::words::length;
-use crate::study::figures::with_separators;
+use crate::study::figures::{signed_offset, with_separators};
 use crate::study::profile::MAX_PROFILED;
 use crate::study::{figure_rows, trial_offsets, trial_pose};
 use maud::{Markup, PreEscaped, html};
@@ -92,16 +92,13 @@ fn worst(report: &Report) -> Markup {
             } else {
                 "\u{2009}mm"
             };
-            format!("{axis} {value:+}{unit}").replace('-', "−")
+            format!("{axis} {}{unit}", signed_offset(*value)).replace('-', "−")
         })
         .collect::<Vec<_>>()
         .join(", ");
     let tip = trial_pose(&study.scenario, &study.mode, trial)
         .map(|pose| pose.crf_from_tool * study.scenario.tool.judged_tip_in_body());
-    let frame = match study.scenario.crf {
-        Some(_) => "CRF",
-        None => "tracker",
-    };
+    let frame = report.reference();
     html! {
         @if study.figures.trials > 1 {
             p {

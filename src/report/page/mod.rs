@@ -81,6 +81,14 @@ impl ReportedStudy {
 }
 
 impl Report<'_> {
+    /// What errors and motions are told against.
+    fn reference(&self) -> &'static str {
+        match self.study.scenario.crf {
+            Some(_) => "CRF",
+            None => "tracker",
+        }
+    }
+
     /// The page as HTML.
     pub fn to_html(&self) -> String {
         let design = self.world.document.design();

@@ -263,3 +263,23 @@ fn a_design_without_reference_requirement_motion_meshes_and_provenance_has_its_p
     assert!(all(&parsed, "#error svg").is_empty());
     assert!(!html.contains("NaN"));
 }
+
+#[test]
+fn motions_and_the_worst_place_are_told_against_the_reference_that_there_is() {
+    for (name, is, is_not) in [
+        ("pointer-on-head", "CRF", "tracker"),
+        ("endoscope", "tracker", "CRF"),
+    ] {
+        let page = page(&world(name), Mode::Motion, Extras::default());
+        let page = Html::parse_document(&page);
+        let axes = all(&page, "#assumptions table.motion td:first-child");
+        let axes: Vec<String> = axes.iter().map(words).collect();
+        assert_eq!(axes.len(), 6, "{axes:?}");
+        let ends_so = |axis: &&String| axis.ends_with(&format!("of the {is}"));
+        assert_eq!(axes.iter().filter(ends_so).count(), 6, "{axes:?}");
+        let worst = all(&page, "#figures p");
+        let worst = words(&worst[0]);
+        assert!(worst.ends_with(&format!("in the {is}'s frame.")), "{worst}");
+        assert!(!worst.contains(is_not) && !worst.contains("+0"), "{worst}");
+    }
+}

@@ -4,7 +4,8 @@ use super::TableSection;
 use crate::report::manufacturing::{
     check_words, frame_words, role_name, tolerance_value, tolerance_words,
 };
-use crate::study::tolerance::{ManufacturingSheet, SheetBody, SheetSensor, Tolerances};
+use crate::study::figures::with_minus_signs;
+use crate::study::tolerance::{ManufacturingSheet, SheetBody, SheetSensor, Tolerance, Tolerances};
 
 /// What a workshop builds by: a row a sensor, and what holds for all at once.
 pub fn workshop_section(sheet: &ManufacturingSheet) -> TableSection {
@@ -27,7 +28,8 @@ pub fn workshop_section(sheet: &ManufacturingSheet) -> TableSection {
             .to_owned(),
     ];
     for body in &sheet.bodies {
-        lead.push(format!("{}. {}", body.name, frame_words(body).join(" ")));
+        let frame = with_minus_signs(&frame_words(body).join(" "));
+        lead.push(format!("{}. {frame}", body.name));
     }
     TableSection {
         title: "Built by a workshop".to_owned(),
@@ -40,7 +42,7 @@ pub fn workshop_section(sheet: &ManufacturingSheet) -> TableSection {
 
 fn row(body: &SheetBody, sensor: &SheetSensor) -> Vec<String> {
     let place = |[x, y, z]: [f64; 3], decimals: usize| {
-        format!("{x:.decimals$}, {y:.decimals$}, {z:.decimals$}")
+        with_minus_signs(&format!("{x:.decimals$}, {y:.decimals$}, {z:.decimals$}"))
     };
     let dash = || "–".to_owned();
     let alone = |of: fn(&Tolerances) -> String| sensor.alone.as_ref().map_or_else(dash, of);
@@ -61,17 +63,32 @@ fn notes(sheet: &ManufacturingSheet) -> Vec<String> {
     if let Some(why) = &sheet.no_tolerances {
         notes.push(format!("No tolerances are stated: {why}."));
     }
-    for body in &sheet.bodies {
-        let Some(together) = &body.together else {
-            continue;
-        };
+    let together: Vec<String> = (sheet.bodies.iter())
+        .filter_map(|body| {
+            let together = body.together.as_ref()?;
+            let value = |tolerance: &Tolerance, unit: &str| match tolerance {
+                Tolerance::Within(_) => format!("{}{unit}", tolerance_value(tolerance)),
+                Tolerance::None { .. } => format!("– ({})", tolerance_words(tolerance)),
+            };
+            Some(format!(
+                "each of the {}'s {} from its place and {} from its direction",
+                role_name(body.role),
+                value(&together.position_mm, " mm"),
+                value(&together.angle_deg, "°"),
+            ))
+        })
+        .collect();
+    if !together.is_empty() {
         notes.push(format!(
-            "All sensors of all bodies off at once: those of the {} by {} mm and {}° ({}; {}).",
-            role_name(body.role),
-            tolerance_value(&together.position_mm),
-            tolerance_value(&together.angle_deg),
-            tolerance_words(&together.position_mm),
-            tolerance_words(&together.angle_deg),
+            "All sensors may be off at once: {}.",
+            together.join(", ")
+        ));
+    }
+    if !sheet.together_worst.is_empty() {
+        let checks: Vec<String> = sheet.together_worst.iter().map(check_words).collect();
+        notes.push(format!(
+            "The case of that nearest to missing the requirement: {}.",
+            checks.join(", ")
         ));
     }
     if !sheet.as_drawn.is_empty() {

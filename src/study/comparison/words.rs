@@ -2,7 +2,7 @@
 
 use super::difference::{Difference, Verdict};
 use super::{AgainstBaseline, Measured};
-use crate::study::figures::{Figures, with_separators};
+use crate::study::figures::{Figures, signed_offset, with_separators};
 use crate::study::own_study::study_notes;
 
 /// Whether the requirement is met.
@@ -77,7 +77,9 @@ pub fn worst_place_words(measured: &Measured) -> String {
         let axes = offsets
             .iter()
             .filter(|(a, _)| a.starts_with('r') == is_turn);
-        let axes: Vec<String> = axes.map(|(axis, v)| offset(axis, *v)).collect();
+        let axes: Vec<String> = axes
+            .map(|(axis, v)| format!("{axis} {}", signed_offset(*v)))
+            .collect();
         (!axes.is_empty()).then(|| format!("{}{unit}", axes.join(" ")))
     };
     let places: Vec<String> = [of(" mm", false), of("°", true)]
@@ -90,14 +92,6 @@ pub fn worst_place_words(measured: &Measured) -> String {
             let trial = with_separators(measured.figures.worst.trial);
             format!("{} (trial {trial})", places.join(", "))
         }
-    }
-}
-
-/// Nothing has no sign.
-fn offset(axis: &str, value: f64) -> String {
-    match value == 0.0 {
-        true => format!("{axis} 0"),
-        false => format!("{axis} {value:+}"),
     }
 }
 

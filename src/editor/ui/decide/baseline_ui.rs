@@ -6,12 +6,12 @@ use crate::editor::decide::against::Found;
 use crate::editor::palette;
 use crate::editor::ui::widgets::{
     MET_SIGN, MISSED_SIGN, decimal, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui,
-    with_minus_signs,
 };
 use crate::study::Figures;
 use crate::study::comparison::{
     Difference, FIGURES, REQUIRED, Verdict, difference_words, notes, values,
 };
+use crate::study::figures::with_minus_signs;
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, Ui};
 
 /// Draws the baseline and the differences from it.

@@ -10,9 +10,10 @@ use crate::editor::palette;
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{
     MET_SIGN, MISSED_SIGN, count, decimal, fact_ui, main_button, quiet_ui, section_ui, warning_ui,
-    with_minus_signs, with_unit,
+    with_unit,
 };
 use crate::store::RoomPlace;
+use crate::study::figures::with_minus_signs;
 use crate::study::procedure::{BuiltStanding, Standing, State, Step, StudiesStanding, headline};
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, TextEdit, Ui};
 

@@ -7,11 +7,11 @@ use crate::editor::decide::table::{Compare, Compared};
 use crate::editor::palette;
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{
-    MET_SIGN, MISSED_SIGN, decimal, main_button, quiet_ui, signed, warning_ui, with_minus_signs,
-    with_unit,
+    MET_SIGN, MISSED_SIGN, decimal, main_button, quiet_ui, signed, warning_ui, with_unit,
 };
 use crate::formats::comparison_table::Names;
 use crate::study::comparison::{Row, difference_words, notes, worst_place_words, worst_words};
+use crate::study::figures::with_minus_signs;
 use bevy_egui::egui::{Align, Button, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui, vec2};
 use std::path::Path;
 
