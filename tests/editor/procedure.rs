@@ -342,6 +342,17 @@ fn with_the_crfs_recording_beside_it_the_built_tool_is_judged_in_the_crf() {
     );
     // The poses were shaken by at most 0.05 mm along each axis.
     assert!(found.residual_rms_mm < 0.05 * 3f64.sqrt());
+    // Saved elsewhere, it is still that recording.
+    let elsewhere = tempfile::tempdir().unwrap();
+    let saved = |folder: &Path| FileRequest::SaveAs(folder.join("needle.design.ron"));
+    file(&mut app, saved(folder.path()));
+    let table = &desk(&app).recorded.as_ref().unwrap().table;
+    assert_eq!(table, "needle-built.csv", "beside the design");
+    file(&mut app, saved(elsewhere.path()));
+    let now = &standing(&app).built.recording.as_ref().unwrap();
+    let now = &now.as_ref().unwrap().found;
+    assert_eq!(now.predicted_rms_mm, found.predicted_rms_mm);
+    assert_ne!(now.recording.table, "needle-built.csv");
     // And back: the button that leaves the CRF's table out, and what the panel knows of the rest.
     let asked = look(&app, steps_ui, |harness| {
         harness.get_by_label_contains("crf-built.csv");

@@ -6,7 +6,7 @@ use super::judged::Judged;
 use super::table::{Compare, Failure, Wanted, compared};
 use crate::design::{BodyRole, Decision, Edit, Origin, ProcedureEdit};
 use crate::editor::background::{Ended, Job};
-use crate::editor::document::{Notice, WorldGeneration};
+use crate::editor::document::{Notice, WorldGeneration, file_folder};
 use crate::editor::field::FieldRequest;
 use crate::editor::scene::bodies::shown_mesh;
 use crate::editor::state::{EditRequest, FileRequest, OpenWorld, Workspace};
@@ -312,6 +312,30 @@ pub(super) fn turn_to_opened(
     if is_it && store::own_room(&world.0).ok().as_ref() != Some(&room) {
         fields.write(FieldRequest::Assign(room));
     }
+}
+
+/// The design was saved elsewhere: the recording stays the one that it was.
+pub(super) fn follow_to_folder(
+    mut desk: ResMut<DecideDesk>,
+    world: Res<OpenWorld>,
+    mut last: Local<PathBuf>,
+) {
+    let folder = file_folder(&world.0);
+    if folder == *last {
+        return;
+    }
+    let old = std::mem::replace(&mut *last, folder);
+    let Some(recorded) = &desk.recorded else {
+        return;
+    };
+    let mut moved = recorded.clone();
+    for reference in moved.references_mut() {
+        // An absolute one stays absolute.
+        if let Ok(now) = store::reference_to_file(&world.0, &old.join(&*reference)) {
+            *reference = now;
+        }
+    }
+    desk.recorded = Some(moved);
 }
 
 /// Takes what the threads found.

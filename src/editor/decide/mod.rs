@@ -111,6 +111,7 @@ impl Plugin for DecidePlugin {
                             resource_exists::<OpenWorld>
                                 .and_then(resource_changed::<WorldGeneration>),
                         ),
+                        answer::follow_to_folder.run_if(resource_exists_and_changed::<OpenWorld>),
                         answer::answer.run_if(on_message::<DecideRequest>),
                     )
                         .chain()

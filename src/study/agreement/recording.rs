@@ -46,6 +46,11 @@ impl BuiltRecording {
         }
     }
 
+    /// Its tables' files.
+    pub(crate) fn references_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        [&mut self.table].into_iter().chain(&mut self.crf_table)
+    }
+
     /// How its rows are judged; what is not kept is as `verify` has it where nothing is asked for.
     pub fn settings(&self) -> AgreementSettings {
         AgreementSettings {

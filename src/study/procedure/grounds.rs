@@ -147,9 +147,8 @@ impl Grounds {
         };
         let of_rows = rows.into_iter().flatten().map(|row| &mut row.room.file);
         let of_recording = recording.into_iter().flat_map(|decided| {
-            let tables = &mut decided.recording;
-            let files = [&mut decided.room.file, &mut tables.table];
-            files.into_iter().chain(&mut tables.crf_table)
+            let files = [&mut decided.room.file];
+            files.into_iter().chain(decided.recording.references_mut())
         });
         of_rows.chain(of_recording)
     }
