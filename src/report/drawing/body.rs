@@ -33,6 +33,10 @@ const MOST_DIMENSIONS: usize = 8;
 /// Places nearer to each other are one place on paper.
 const SAME_MM: f64 = 0.005;
 
+/// A letter of the datum's word, and from the datum to the word's end with its halo.
+const LETTER_PX: f64 = 9.5;
+const WORD_OFF_PX: f64 = 16.0;
+
 /// Room around what is drawn.
 const MARGIN_MM: f64 = 3.0;
 
@@ -74,10 +78,7 @@ fn drawing(
     shown: Shown,
 ) -> Markup {
     let sheet = Sheet::new(body, mesh, datum, shown);
-    let word = match body.tip_in_body {
-        Some(_) => "tip",
-        None => "origin",
-    };
+    let word = datum_word(body);
     let [front, top, side] = sheet.papers();
     let title = format!(
         "{} from three sides, with the places of its sensors",
@@ -112,6 +113,14 @@ fn drawing(
     }
 }
 
+/// What stands at the left of the datum.
+fn datum_word(body: &RigidBody) -> &'static str {
+    match body.tip_in_body {
+        Some(_) => "tip",
+        None => "origin",
+    }
+}
+
 /// The sensors with their numbers in the table, from 1.
 fn drawn_sensors(body: &RigidBody) -> impl Iterator<Item = (usize, &Sensor)> {
     let numbered = (1..).zip(&body.sensors);
@@ -128,6 +137,8 @@ struct Sheet {
     whole_mm: Option<[[f64; 2]; 3]>,
     datum: Point3<f64>,
     px_per_mm: f64,
+    /// How far the datum's word reaches out of the front view at its left.
+    word_px: f64,
     /// Dimension lines below and beside the front view, and below the side view.
     rows: [Vec<f64>; 3],
 }
@@ -175,12 +186,17 @@ impl Sheet {
         let px_per_mm = (width / (right + towards))
             .min(VIEWS_HEIGHT_PX / (up + towards))
             .min(MOST_PX_PER_MM);
+        let to_datum_px = (axes[0].dot(&datum.coords) - spans_mm[0][0]) * px_per_mm;
+        let letters = datum_word(body).len() as f64;
+        let word_px = (WORD_OFF_PX + LETTER_PX * letters - to_datum_px).max(0.0);
         Self {
             axes,
             spans_mm,
             whole_mm,
             datum,
-            px_per_mm,
+            // With the word beside it, which is small, there may be a little less room.
+            px_per_mm: px_per_mm.min((width - word_px) / (right + towards)),
+            word_px,
             rows,
         }
     }
@@ -206,7 +222,7 @@ impl Sheet {
         let columns = self.rows[1].len() + 1;
         // Views are in the middle of what is free.
         let used = self.length_px(0) + self.length_px(2) + GAP_PX;
-        let beside = EDGE_PX + STEP_PX * columns as f64 + GAP_PX / 2.0;
+        let beside = EDGE_PX + self.word_px + STEP_PX * columns as f64 + GAP_PX / 2.0;
         beside.max((WIDTH_PX - used) / 2.0)
     }
 
@@ -252,7 +268,8 @@ impl Sheet {
         let datum_side = side.at(&self.datum);
         let bottom = self.front_bottom_px();
         let row = |index: usize| bottom + STEP_PX * (index + 1) as f64;
-        let column = |index: usize| self.left_px() - STEP_PX * (index + 1) as f64;
+        let left = self.left_px() - self.word_px;
+        let column = |index: usize| left - STEP_PX * (index + 1) as f64;
         html! {
             @for (index, place) in self.rows[0].iter().enumerate() {
                 (across([datum[0], datum[0] + place * s], bottom, row(index), place.abs()))

@@ -7,7 +7,7 @@ use crate::store;
 use crate::tracking::{RigidBody, Sensor, SensorOrientation};
 use maud::PreEscaped;
 use nalgebra::{Point3, Vector3};
-use scraper::{Html, Selector};
+use scraper::{ElementRef, Html, Selector};
 
 fn texts(html: &str, what: &str) -> Vec<String> {
     let page = Html::parse_fragment(html);
@@ -73,6 +73,37 @@ fn each_sensor_of_the_pointer_has_its_distance_from_the_tip_along_the_shaft() {
     );
     // Views are drawn to one scale that the bar tells.
     assert!(measures.iter().any(|m| m.ends_with("mm")));
+}
+
+/// The word is printed above what is below it.
+#[test]
+fn the_datums_word_covers_no_dimension_beside_the_view() {
+    for name in store::builtin_names() {
+        let world = store::open_builtin(name).unwrap();
+        for (role, body) in world.document.design().bodies() {
+            let drawing = drawn(&body.rigid, world.mesh(role).map(|mesh| &**mesh));
+            let page = Html::parse_fragment(&drawing);
+            let x = |what: &ElementRef| what.attr("x").unwrap().parse::<f64>().unwrap();
+            let [drawings, words, upright] =
+                ["svg.drawing", "text.word", "text.measure[transform]"]
+                    .map(|what| Selector::parse(what).unwrap());
+            for drawing in page.select(&drawings) {
+                let begin = drawing.select(&words).map(|word| {
+                    let letters = word.text().map(str::len).sum::<usize>();
+                    // They end at their x, and are 9 wide: measured in a browser.
+                    x(&word) - 9.0 * letters as f64
+                });
+                let leftmost = begin.fold(f64::INFINITY, f64::min);
+                for number in drawing.select(&upright) {
+                    let at = x(&number);
+                    assert!(
+                        (0.0..leftmost).contains(&at),
+                        "{name}: {at} under {leftmost}"
+                    );
+                }
+            }
+        }
+    }
 }
 
 #[test]
