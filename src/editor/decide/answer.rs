@@ -330,7 +330,7 @@ pub(super) fn follow_to_folder(
     };
     let mut moved = recorded.clone();
     for reference in moved.references_mut() {
-        // An absolute one stays absolute.
+        // Joined to the old folder, an absolute one is itself.
         if let Ok(now) = store::reference_to_file(&world.0, &old.join(&*reference)) {
             *reference = now;
         }
