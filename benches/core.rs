@@ -136,6 +136,7 @@ fn scenario(order: usize) -> Scenario {
         jitter: None,
         provenance: None,
         support: None,
+        process: None,
     };
     store::resolve(world.document.design(), &Arc::new(room))
 }

@@ -1,14 +1,17 @@
 //! A room from measurements: the model, where it may be believed, and what it is worth on
 //! measurements that it has not seen.
 
+use super::room_process::room_process;
 use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
 use crate::field::fit::{Fit, FitError, FitSettings, factor, residuals};
+use crate::field::gaussian::{GaussianError, GaussianField};
 use crate::field::model::OutsidePolicy;
 use crate::field::samples::SampleSet;
 use crate::field::support::SupportError;
 use crate::field::{DistortionModel, Environment, Support};
 use crate::geometry::volume::Volume;
 use crate::task::Task;
+use std::sync::Arc;
 
 /// Part of a fit's time that reducing its samples takes, for telling progress only.
 const FACTORING_PART: f64 = 0.8;
@@ -49,6 +52,8 @@ pub struct FittedRoom {
 pub enum RoomStage {
     Fitting,
     Support,
+    /// What the measurements leave open of the field.
+    Process,
 }
 
 /// Why there is no room.
@@ -104,12 +109,22 @@ pub fn fit_room(
         ))?,
         false => (None, None),
     };
+    let process = match order.with_support {
+        true => kept_process(room_process(
+            samples,
+            &fit,
+            settings,
+            &task_of(RoomStage::Process),
+        ))?,
+        false => None,
+    };
     let environment = Environment {
         name: order.name.to_owned(),
         model: fit.model.clone(),
         volume: order.volume,
         jitter: order.jitter,
         support,
+        process: process.map(Arc::new),
         provenance: Some(Provenance {
             data: order.table.name.to_owned(),
             samples: fit.samples,
@@ -140,6 +155,17 @@ fn kept(
         Err(error @ (SupportError::Cancelled(_) | SupportError::Fit(_))) => {
             Err(RoomError::Support(error))
         }
+    }
+}
+
+/// Measurements that are too few, or all the same, have no process.
+fn kept_process(
+    process: Result<GaussianField, GaussianError>,
+) -> Result<Option<GaussianField>, RoomError> {
+    match process {
+        Ok(process) => Ok(Some(process)),
+        Err(GaussianError::Cancelled(cancelled)) => Err(FitError::Cancelled(cancelled).into()),
+        Err(_) => Ok(None),
     }
 }
 

@@ -227,6 +227,7 @@ pub(super) fn fit_and_write(
         let bar = Shown::new(match stage {
             RoomStage::Fitting => "fitting",
             RoomStage::Support => "support",
+            RoomStage::Process => "what the measurements leave open",
         });
         let task = bar.task.clone();
         shown = Some(bar);

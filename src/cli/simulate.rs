@@ -1,15 +1,18 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
 mod crf;
+mod expected;
 
 use super::output::{self, Format, OutsideArg};
 use super::uncertainty::UncertaintyArgs;
 use crate::field::samples::MapKind;
 use crate::geometry::pose::pose_to_array;
 use crate::store::{self, World};
+use crate::study::requirement::Check;
 use crate::study::support::{SupportSurvey, support_rows};
 use crate::study::{
-    self, CancelToken, FigureRow, Figures, Mode, Outcome, Scenario, Trial, figure_rows,
+    self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Requirement, Scenario, Trial,
+    figure_rows,
 };
 use crate::task::Task;
 use anyhow::Context;
@@ -113,10 +116,18 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
             output::note(&line.to_string());
         }
     }
+    let expected =
+        expected::of(&scenario, &mode).with_context(|| args.design.display().to_string())?;
+    if args.explain {
+        output::note(&expected::explained(expected.as_ref()).to_string());
+    }
     let single = last.filter(|_| args.mode == ModeArg::Single);
     match args.format {
         Format::Json => {
             let mut value = as_json(&outcome.figures, single.as_ref());
+            if let Some(expected) = &expected {
+                expected::add_json(&mut value, expected, scenario.requirement.as_ref());
+            }
             if let Some(report) = &uncertainty {
                 value["uncertainty"] = report.as_json(&outcome.figures);
             }
@@ -126,7 +137,9 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
             output::print_json(&value)
         }
         Format::Text => {
-            let mut text = as_text(&title(&world), &outcome.figures, single.as_ref());
+            let title = title(&world);
+            let (single, expected) = (single.as_ref(), expected.as_ref());
+            let mut text = study_text(&title, &outcome, single, expected, &scenario);
             if let Some(report) = &uncertainty {
                 text.push('\n');
                 text.push_str(&report.as_text(&outcome.figures));
@@ -173,7 +186,16 @@ pub fn main_job(design: Option<&Path>) -> anyhow::Result<()> {
     };
     let (outcome, last) = simulate(&scenario, &mode, None)?;
     let single = last.filter(|_| matches!(mode, Mode::Single));
-    output::print(&as_text(&title(&world), &outcome.figures, single.as_ref()))
+    let expected = expected::of(&scenario, &mode)?;
+    let title = title(&world);
+    let text = study_text(
+        &title,
+        &outcome,
+        single.as_ref(),
+        expected.as_ref(),
+        &scenario,
+    );
+    output::print(&text)
 }
 
 /// Simulating with a model of the measured pose is the paper's shortcut: worth knowing.
@@ -264,7 +286,31 @@ fn title(world: &World) -> String {
     format!("{} in {}", design.name, world.environment.name)
 }
 
-fn as_text(title: &str, figures: &Figures, single: Option<&Trial>) -> String {
+/// A study's figures, and those that are to be expected.
+fn study_text(
+    title: &str,
+    outcome: &Outcome,
+    single: Option<&Trial>,
+    expected: Option<&Expected>,
+    scenario: &Scenario,
+) -> String {
+    let against = expected.zip(scenario.requirement.as_ref());
+    let mut text = as_text(title, &outcome.figures, single, against);
+    if let Some(expected) = expected {
+        text.push('\n');
+        text.push_str(&expected::as_text(expected));
+    }
+    text
+}
+
+/// With `expected` each bound of its requirement is held against the interval, else against the
+/// figure of the room's own field.
+fn as_text(
+    title: &str,
+    figures: &Figures,
+    single: Option<&Trial>,
+    expected: Option<(&Expected, &Requirement)>,
+) -> String {
     let mut rows = rows(figure_rows(figures));
     if let Some(trial) = single {
         let e = trial.tip_error_in_crf_mm;
@@ -289,22 +335,12 @@ fn as_text(title: &str, figures: &Figures, single: Option<&Trial>) -> String {
             "{name:<15} ({x:.4}, {y:.4}, {z:.4}) mm, ({qw:.6}, {qx:.6}, {qy:.6}, {qz:.6})"
         ));
     }
-    lines.extend(figures.checks.iter().map(|c| {
-        let (verdict, relation) = if c.met {
-            ("met", "≤")
-        } else {
-            ("missed", ">")
-        };
-        let unit = if c.name.starts_with("angle") {
-            "°"
-        } else {
-            "mm"
-        };
-        format!(
-            "requirement {}: {verdict}, {:.4} {unit} {relation} {} {unit}",
-            c.name, c.value, c.limit
-        )
-    }));
+    match expected {
+        Some((expected, requirement)) => {
+            lines.extend(expected::requirement_lines(expected, requirement));
+        }
+        None => lines.extend(figures.checks.iter().map(check_line)),
+    }
     if let Some(free) = &figures.free_axis {
         lines.push(match free.axis_in_body {
             Some([x, y, z]) => format!(
@@ -318,4 +354,22 @@ fn as_text(title: &str, figures: &Figures, single: Option<&Trial>) -> String {
         lines.push("a rotation is poorly determined: noise in the readings decides it".to_owned());
     }
     lines.join("\n")
+}
+
+/// A bound against the figure of the room's own field.
+fn check_line(c: &Check) -> String {
+    let (verdict, relation) = if c.met {
+        ("met", "≤")
+    } else {
+        ("missed", ">")
+    };
+    let unit = if c.name.starts_with("angle") {
+        "°"
+    } else {
+        "mm"
+    };
+    format!(
+        "requirement {}: {verdict}, {:.4} {unit} {relation} {} {unit}",
+        c.name, c.value, c.limit
+    )
 }

@@ -1,11 +1,13 @@
 //! A characterised room: its distortion model, where it may be used, and where it came from.
 
 use super::fit::{FitMethod, Residuals};
+use super::gaussian::GaussianField;
 use super::model::DistortionModel;
 use super::support::Support;
 use crate::geometry::volume::Volume;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A room that designs are simulated in.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,8 +20,10 @@ pub struct Environment {
     pub jitter: Option<Jitter>,
     /// `None` for an ideal room that was never measured.
     pub provenance: Option<Provenance>,
-    /// Where the model may be believed, if its fit kept that.
+    /// Standard error and leverage of the model, if its fit kept that.
     pub support: Option<Support>,
+    /// What the measurements say of the field and what they leave open, if the fit kept that.
+    pub process: Option<Arc<GaussianField>>,
 }
 
 /// Standard deviations of a still sensor's readings: position per axis, orientation per component
@@ -263,6 +267,7 @@ mod tests {
             jitter: None,
             provenance: None,
             support: None,
+            process: None,
         };
         let weight = |room: &Environment, design| {
             let weight = room.orientation_weight(design);

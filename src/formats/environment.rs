@@ -1,6 +1,7 @@
 //! Environments, `*.env.ron`: a room's distortion model, its volume, and where it came from.
 
 use super::error::FormatError;
+use super::process::{self, ProcessEntry};
 use super::ron_text;
 use super::support::{self, SupportEntry};
 use crate::field::bernstein::coefficient_count;
@@ -22,6 +23,7 @@ struct EnvironmentEntry {
     provenance: Option<Provenance>,
     model: DistortionModel,
     support: Option<SupportEntry>,
+    process: Option<ProcessEntry>,
 }
 
 impl ron_text::Versioned for EnvironmentEntry {
@@ -56,6 +58,7 @@ pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
         jitter: entry.jitter,
         provenance: entry.provenance,
         support,
+        process: entry.process.map(ProcessEntry::check).transpose()?,
     })
 }
 
@@ -77,6 +80,9 @@ pub fn write(environment: &Environment) -> String {
     out.push_str("    ),\n");
     if let Some(support) = &environment.support {
         support::push(&mut out, support.parts());
+    }
+    if let Some(process) = &environment.process {
+        process::push(&mut out, process);
     }
     out.push_str(")\n");
     out
@@ -161,6 +167,7 @@ mod tests {
                 ..Jitter::uniform(0.1, 0.001)
             }),
             support: None,
+            process: None,
             provenance: Some(Provenance {
                 data: "data.csv".to_owned(),
                 samples: 12,

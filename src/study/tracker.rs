@@ -4,7 +4,9 @@ use super::scenario::Scenario;
 use super::trial::SensorDetail;
 use super::work::Work;
 use crate::field::axis_model::AxisModel;
+use crate::field::gaussian::FieldPoint;
 use crate::field::model::Evaluation;
+use crate::field::samples::PoseError;
 use crate::field::{Batch, Environment, OutsidePolicy};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::geometry::rotation::exp_vector;
@@ -161,6 +163,49 @@ impl<'a> BodyTracker<'a> {
                 (self.reading(buffers, pose, sensor, index), is_inside)
             }));
         }
+    }
+
+    /// Where each sensor is at each pose, and the model's error there: sensor by sensor, the poses
+    /// of each in order. `None` of a body with markers, whose errors have no axis.
+    pub fn field_points(
+        &self,
+        buffers: &mut TrackBuffers,
+        tracker_from_body: &[Pose],
+    ) -> Option<Vec<(FieldPoint, PoseError)>> {
+        if self.for_markers.is_some() {
+            return None;
+        }
+        self.evaluate(buffers, tracker_from_body, 1);
+        let points = buffers.positions_mm.iter().zip(&buffers.axes);
+        let each = points.zip(&buffers.evaluations);
+        let each = each.map(|((position_mm, axis), evaluation)| {
+            let point = FieldPoint {
+                position_mm: *position_mm,
+                axis: *axis,
+            };
+            (point, evaluation.error)
+        });
+        Some(each.collect())
+    }
+
+    /// The frames of poses whose sensors err like this, in the order of [`Self::field_points`].
+    pub fn fit_with_errors(&self, tracker_from_body: &[Pose], errors: &[PoseError]) -> Vec<Pose> {
+        let count = tracker_from_body.len();
+        let mut readings = Vec::with_capacity(self.sensors.len());
+        let each = tracker_from_body.iter().enumerate().map(|(place, pose)| {
+            readings.clear();
+            readings.extend(self.sensors.iter().enumerate().map(|(sensor, of)| {
+                let error = &errors[sensor * count + place];
+                let tracker_from_sensor = pose * of.body_from_sensor;
+                Reading {
+                    position_mm: (tracker_from_sensor.translation.vector + error.position_mm)
+                        .into(),
+                    rotation: exp_vector(&error.rotation_rad) * tracker_from_sensor.rotation,
+                }
+            }));
+            self.fitter.fit(&readings, pose).tracker_from_body
+        });
+        each.collect()
     }
 
     /// The error of every sensor at every pose.

@@ -298,7 +298,18 @@ impl<'a> Simulator<'a> {
             .collect()
     }
 
-    fn tracker_from_crf(&self) -> Pose {
+    /// The tool's tracker and the CRF's.
+    pub fn trackers(&self) -> (&BodyTracker<'a>, Option<&BodyTracker<'a>>) {
+        (&self.tool, self.crf.as_ref().map(|crf| &crf.tracker))
+    }
+
+    /// The point whose error is judged.
+    pub fn tip_in_tool(&self) -> &Point3<f64> {
+        &self.tip_in_tool
+    }
+
+    /// Where the CRF stands; the tracker's own frame without one.
+    pub fn tracker_from_crf(&self) -> Pose {
         self.crf
             .as_ref()
             .map_or_else(Pose::identity, |c| c.tracker_from_crf)

@@ -65,6 +65,7 @@ pub fn environment() -> Environment {
         jitter: None,
         provenance: None,
         support: None,
+        process: None,
     }
 }
 

@@ -81,6 +81,7 @@ fn room(model: DistortionModel) -> Environment {
         jitter: None,
         provenance: None,
         support: None,
+        process: None,
     }
 }
 

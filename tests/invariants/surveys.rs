@@ -115,6 +115,7 @@ fn a_room_that_does_not_tell_gives_no_survey_and_a_cancelled_one_none_either() {
     assert_eq!(cancelled, Err(SurveyError::Study(StudyError::Cancelled)));
     scenario.environment = Arc::new(Environment {
         support: None,
+        process: None,
         ..(*scenario.environment).clone()
     });
     let error = study::survey(&scenario, &Mode::Single, &Task::default()).unwrap_err();
@@ -164,6 +165,7 @@ fn a_slice_shows_the_quantity_that_it_is_asked_for() {
     let without = Scenario {
         environment: Arc::new(Environment {
             support: None,
+            process: None,
             ..(**environment).clone()
         }),
         ..scenario.clone()

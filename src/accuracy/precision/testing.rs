@@ -77,6 +77,7 @@ pub fn scenario(model: DistortionModel) -> Scenario {
             jitter: None,
             provenance: None,
             support: None,
+            process: None,
         }),
         ..built_in()
     }

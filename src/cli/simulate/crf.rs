@@ -1,6 +1,6 @@
 //! `simulate --body crf`: step 2 of the paper's design procedure, the CRF alone against the tracker.
 
-use super::{ModeArg, SimulateArgs, as_json, as_text, note_map, simulate};
+use super::{ModeArg, SimulateArgs, as_json, note_map, simulate, study_text};
 use crate::cli::output::{self, Format};
 use crate::store;
 use crate::study::Mode;
@@ -48,8 +48,18 @@ pub(super) fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         };
         let name = &crf.body.rigid.name;
         let title = format!("{name}{at}, alone in {}", world.environment.name);
-        texts.push(as_text(&title, &outcome.figures, single.as_ref()));
+        let expected = super::expected::of(&scenario, &mode)?;
+        texts.push(study_text(
+            &title,
+            &outcome,
+            single.as_ref(),
+            expected.as_ref(),
+            &scenario,
+        ));
         let mut value = as_json(&outcome.figures, single.as_ref());
+        if let Some(expected) = &expected {
+            super::expected::add_json(&mut value, expected, scenario.requirement.as_ref());
+        }
         value["target"] = json!(judged.target);
         values.push(value);
     }

@@ -18,8 +18,10 @@ use std::sync::Arc;
 
 /// Part of the time that choosing takes, for the bar only: it tries hundreds of models.
 pub const CHOOSING_PART: f64 = 0.85;
-/// Part of the rest that the fit itself takes; where it may be believed takes what is left.
-const FITTING_PART: f64 = 0.7;
+/// Parts of the rest at which the fit itself and its standard errors end; what the measurements
+/// leave open takes what is left.
+const FITTING_PART: f64 = 0.4;
+const SUPPORT_PART: f64 = 0.5;
 
 /// How work ended without what was asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -127,7 +129,8 @@ fn fit_model(
     };
     let stage = |stage| match stage {
         RoomStage::Fitting => task.stretch(0.0, FITTING_PART),
-        RoomStage::Support => task.stretch(FITTING_PART, 1.0),
+        RoomStage::Support => task.stretch(FITTING_PART, SUPPORT_PART),
+        RoomStage::Process => task.stretch(SUPPORT_PART, 1.0),
     };
     fit_room(&order, stage).map_err(|error| match error {
         error if error.is_cancelled() => Failure::Cancelled,

@@ -115,6 +115,7 @@ fn shifted_room() -> LiveRoom {
             jitter: None,
             provenance: None,
             support: None,
+            process: None,
         }),
         outside: OutsidePolicy::Reject,
         method: Method::Inverse,

@@ -29,6 +29,7 @@ fn scenario(seed: u64) -> Scenario {
             model,
             jitter: None,
             support: None,
+            process: None,
             ..(*world.environment).clone()
         }),
         crf: None,

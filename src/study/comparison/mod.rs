@@ -322,6 +322,7 @@ impl InRoom<'_> {
                         jitter: environment.jitter,
                         provenance: None,
                         support: None,
+                        process: None,
                     })
                 });
                 Ok(Ok(rooms.collect()))

@@ -52,6 +52,7 @@ fn room() -> Scenario {
         jitter: None,
         provenance: None,
         support: None,
+        process: None,
     })
 }
 

@@ -67,6 +67,7 @@ fn ideal(sensors: Vec<Sensor>, requirement: Requirement) -> Scenario {
             jitter: None,
             provenance: None,
             support: None,
+            process: None,
         }),
         tool: RigidBody {
             name: "tool".into(),

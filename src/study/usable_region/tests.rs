@@ -44,6 +44,7 @@ fn scenario(order: usize, shift_x_mm: Vec<f64>, limit_mm: f64) -> Scenario {
             jitter: None,
             provenance: None,
             support: None,
+            process: None,
         }),
         tool: RigidBody {
             name: "probe".into(),

@@ -100,6 +100,7 @@ fn alone(tool: RigidBody, weight_mm: f64, jitter: Jitter) -> Scenario {
             jitter: Some(jitter),
             provenance: None,
             support: None,
+            process: None,
         }),
         tool,
         crf: None,

@@ -1,0 +1,100 @@
+//! The process of a room's field: around the model where held-out rows say that this is better, else
+//! by itself.
+
+use crate::field::DistortionModel;
+use crate::field::batch::Batch;
+use crate::field::fit::{Fit, FitError, FitSettings, fit_with};
+use crate::field::gaussian::{GaussianError, GaussianField};
+use crate::field::model::OutsidePolicy;
+use crate::field::samples::{PoseError, SampleSet};
+use crate::field::selection::folds::Folds;
+use crate::field::selection::{DEFAULT_FOLDS, DEFAULT_SEED};
+use crate::task::Task;
+
+/// A model is the trend where what the process leaves around it is less than this part of what it
+/// leaves without: a choice within the noise of both is the simpler one.
+const BETTER: f64 = 0.95;
+
+/// Rows an unknown below which a model's residuals say nothing.
+const ROWS_AN_UNKNOWN: usize = 3;
+
+/// Fits the process of a room's field to the samples that its model was fitted to.
+///
+/// The model's residuals at its own samples are smaller than elsewhere, so that kernel and variance
+/// are found from residuals of folds that a model has not seen.
+///
+/// # Errors
+/// See [`GaussianError`].
+pub fn room_process(
+    samples: &SampleSet,
+    fit: &Fit,
+    settings: &FitSettings,
+    task: &Task,
+) -> Result<GaussianField, GaussianError> {
+    let alone = GaussianField::fit(samples, None, &task.stretch(0.0, 0.5))?;
+    let is_determined = fit.systems.iter().all(|system| {
+        system.samples >= ROWS_AN_UNKNOWN * system.unknowns && system.rank == system.unknowns
+    });
+    if settings.order == 0 || !is_determined {
+        return Ok(alone);
+    }
+    let Some(held_out) = held_out(samples, settings, &fit.model, task)? else {
+        return Ok(alone);
+    };
+    let around = GaussianField::fit(samples, Some(&held_out), &task.stretch(0.5, 1.0))?;
+    if around.left_out_rms_mm < BETTER * alone.left_out_rms_mm {
+        Ok(around.with_trend(samples, &trend(&fit.model, samples)))
+    } else {
+        Ok(alone)
+    }
+}
+
+/// What a model gives at the samples' poses.
+fn trend(model: &DistortionModel, samples: &SampleSet) -> Vec<PoseError> {
+    let positions_mm: Vec<_> = samples.samples.iter().map(|s| s.position_mm).collect();
+    let axes: Vec<_> = samples.samples.iter().map(|s| s.axis).collect();
+    let mut evaluations = Vec::new();
+    Batch::default().evaluate(
+        model,
+        &positions_mm,
+        &axes,
+        OutsidePolicy::Clamp,
+        &mut evaluations,
+    );
+    evaluations.iter().map(|e| e.error).collect()
+}
+
+/// What models of the other folds give at each sample; `None` where a fold cannot be fitted.
+fn held_out(
+    samples: &SampleSet,
+    settings: &FitSettings,
+    model: &DistortionModel,
+    task: &Task,
+) -> Result<Option<Vec<PoseError>>, GaussianError> {
+    let rows = samples.samples.len();
+    if rows < DEFAULT_FOLDS {
+        return Ok(None);
+    }
+    let folds = Folds::of_rows(rows, DEFAULT_FOLDS, DEFAULT_SEED);
+    let mut given = vec![PoseError::default(); rows];
+    for out in &folds.rows {
+        let part = |indices: &[usize]| SampleSet {
+            samples: indices.iter().map(|&i| samples.samples[i]).collect(),
+            has_rotations: samples.has_rotations,
+            ambiguous: 0,
+        };
+        let rest: Vec<usize> = (0..rows)
+            .filter(|i| out.binary_search(i).is_err())
+            .collect();
+        let quiet = Task::cancelled_by(task.cancel.clone());
+        let fitted = match fit_with(&part(&rest), settings, Some(*model.bounds()), &quiet) {
+            Ok(fitted) => fitted,
+            Err(FitError::Cancelled(cancelled)) => return Err(cancelled.into()),
+            Err(_) => return Ok(None),
+        };
+        for (&i, error) in out.iter().zip(trend(&fitted.model, &part(out))) {
+            given[i] = error;
+        }
+    }
+    Ok(Some(given))
+}

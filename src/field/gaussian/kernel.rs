@@ -1,0 +1,93 @@
+//! Covariance of the field between two sensor poses.
+
+use super::Row;
+use faer::Mat;
+use nalgebra::{Point3, Unit, Vector3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Where a 5-DOF sensor is: all that its error depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldPoint {
+    /// Tracker frame, mm.
+    pub position_mm: Point3<f64>,
+    /// Tracker frame.
+    pub axis: Unit<Vector3<f64>>,
+}
+
+/// One length scale of a field.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KernelScale {
+    /// Length of the Matérn 5/2 kernel in position, mm.
+    pub length_mm: f64,
+    /// Sine of the angle between axes at which the covariance falls to `exp(-1/2)`; infinite where
+    /// the axis does not matter.
+    pub axis_sine: f64,
+    /// Part of the variance.
+    pub variance: f64,
+}
+
+/// `k` of the process of unit amplitude, and the noise of a row beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Kernel {
+    pub scales: [KernelScale; 2],
+    /// Variance of a row's noise, and of what changes from row to row.
+    pub nugget: f64,
+}
+
+impl Kernel {
+    /// Covariance of the process between two sensor poses, without noise.
+    pub fn covariance(&self, a: &FieldPoint, b: &FieldPoint) -> f64 {
+        let distance_mm = (a.position_mm - b.position_mm).norm();
+        let cosine = a.axis.dot(&b.axis);
+        let sine_squared = (1.0 - cosine * cosine).max(0.0);
+        let scale = |scale: &KernelScale| {
+            let t = 5.0_f64.sqrt() * distance_mm / scale.length_mm;
+            let turn = 0.5 * sine_squared / (scale.axis_sine * scale.axis_sine);
+            scale.variance * (1.0 + t + t * t / 3.0) * (-t - turn).exp()
+        };
+        self.scales.iter().map(scale).sum()
+    }
+
+    /// Variance of the process at any pose.
+    pub fn variance(&self) -> f64 {
+        self.scales.iter().map(|scale| scale.variance).sum()
+    }
+
+    /// Covariances between each of `a` (rows) and each of `b` (columns).
+    pub fn matrix(&self, a: &[FieldPoint], b: &[FieldPoint]) -> Mat<f64> {
+        let columns: Vec<Vec<f64>> = b
+            .par_iter()
+            .map(|b| a.iter().map(|a| self.covariance(a, b)).collect())
+            .collect();
+        Mat::from_fn(a.len(), b.len(), |i, j| columns[j][i])
+    }
+
+    /// Covariances among points: the lower triangle is computed, the upper one is its mirror.
+    pub fn symmetric(&self, points: &[FieldPoint]) -> Mat<f64> {
+        let columns: Vec<Vec<f64>> = (0..points.len())
+            .into_par_iter()
+            .map(|j| {
+                let below = &points[j..];
+                below
+                    .iter()
+                    .map(|p| self.covariance(p, &points[j]))
+                    .collect()
+            })
+            .collect();
+        Mat::from_fn(points.len(), points.len(), |i, j| {
+            let (low, high) = (i.min(j), i.max(j));
+            columns[low][high - low]
+        })
+    }
+
+    /// Covariances among rows with their noise.
+    pub(super) fn of_rows(&self, rows: &[Row]) -> Mat<f64> {
+        let points: Vec<_> = rows.iter().map(|row| row.point).collect();
+        let mut matrix = self.symmetric(&points);
+        for (i, row) in rows.iter().enumerate() {
+            matrix[(i, i)] += self.nugget * row.noise_factor;
+        }
+        matrix
+    }
+}

@@ -1,0 +1,204 @@
+//! The field at some sensor poses given the measurements: its mean, and draws around it.
+
+use super::fit::{GaussianError, factored, scaled};
+use super::hyper_parameters::errors_of;
+use super::kernel::FieldPoint;
+use super::{ErrorValues, GaussianField, Row};
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+use nalgebra::Matrix6;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Rows that a query is conditioned on: those with the largest covariance to any of its poses. In
+/// rooms of 2,000 rows the others change a mean by less than a hundredth of its standard deviation.
+const NEAREST_ROWS: usize = 700;
+
+/// Poses of the query by which rows are chosen.
+const JUDGING_POINTS: usize = 48;
+
+/// Standard deviations of the logarithm of a draw's amplitude: what varies from place to place over
+/// `AMPLITUDE_LENGTH_MM` whatever the axis, and what varies with the axis as well. By the kurtosis of
+/// leave-one-out residuals and the dependence of their squares over distance, in rooms of an
+/// independent tracker.
+const PLACE_LOG_STD: f64 = 0.2;
+const AXIS_LOG_STD: f64 = 0.39;
+const AMPLITUDE_LENGTH_MM: f64 = 80.0;
+const AMPLITUDE_SINE: f64 = 0.4;
+
+/// A variance from n values is uncertain by a part of sqrt(2 / n), its root by half of that.
+const VARIANCE_LOG_STD: f64 = 0.707;
+
+/// Added to a unit covariance's diagonal before it is factored.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Errors at each point of one drawn field.
+pub type DrawnErrors = Vec<ErrorValues>;
+
+/// The field at some sensor poses, less the trend.
+#[derive(Clone, Debug)]
+pub struct Posterior {
+    /// mm and rad.
+    pub mean: Vec<ErrorValues>,
+    /// Variance of the process of unit amplitude at each point, from 0 (measured there) to the
+    /// kernel's variance (nothing measured near).
+    pub unit_variance: Vec<f64>,
+    /// Rows that it is conditioned on.
+    pub rows: usize,
+    /// Lower Cholesky factor of the unit covariance among the points.
+    factor: Mat<f64>,
+    amplitude: Vec<f64>,
+    /// Lower Cholesky factor of the components' covariance.
+    components: Matrix6<f64>,
+    /// Lower Cholesky factor of the covariance of the logarithm of a draw's amplitude.
+    log_amplitude: Mat<f64>,
+    /// Standard deviation of the logarithm of the amplitude of all points at once.
+    common_log_std: f64,
+}
+
+impl GaussianField {
+    /// The field at some poses, given the rows nearest to them.
+    ///
+    /// # Errors
+    /// [`GaussianError::NotPositiveDefinite`].
+    pub fn posterior(&self, at: &[FieldPoint]) -> Result<Posterior, GaussianError> {
+        let rows = scaled(&self.nearest(at), &self.amplitude);
+        let points: Vec<_> = rows.iter().map(|row| row.point).collect();
+        let mut kernel = self.kernel;
+        let factor = factored(&mut kernel, &rows)?;
+        let across = kernel.matrix(&points, at);
+        let weights = factor.solve(&errors_of(&rows));
+        let amplitude: Vec<f64> = at
+            .iter()
+            .map(|p| self.amplitude.at(&p.position_mm))
+            .collect();
+        let mean = across.transpose() * &weights;
+        // V = L⁻¹ K(rows, at), so that V' V is what the rows explain.
+        let mut explained = across;
+        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+            factor.L(),
+            explained.as_mut(),
+            faer::get_global_parallelism(),
+        );
+        let mut unit = kernel.symmetric(at);
+        unit -= explained.transpose() * &explained;
+        let unit_variance = (0..at.len()).map(|i| unit[(i, i)].max(0.0)).collect();
+        Ok(Posterior {
+            mean: (0..at.len())
+                .map(|i| std::array::from_fn(|c| mean[(i, c)] * amplitude[i]))
+                .collect(),
+            unit_variance,
+            rows: rows.len(),
+            factor: lower(unit, kernel.variance())?,
+            amplitude,
+            components: self.components(),
+            log_amplitude: lower(
+                log_amplitude_covariance(at, self.has_rotations),
+                PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2),
+            )?,
+            common_log_std: VARIANCE_LOG_STD / (self.rows.len() as f64).sqrt(),
+        })
+    }
+
+    /// The rows that say most of some poses, in the table's order.
+    fn nearest(&self, at: &[FieldPoint]) -> Vec<Row> {
+        if self.rows.len() <= NEAREST_ROWS || at.is_empty() {
+            return self.rows.clone();
+        }
+        let step = at.len().div_ceil(JUDGING_POINTS);
+        let judges: Vec<_> = at.iter().step_by(step).copied().collect();
+        let points: Vec<_> = self.rows.iter().map(|row| row.point).collect();
+        let across = self.kernel.matrix(&judges, &points);
+        let score = |i: usize| {
+            (0..judges.len())
+                .map(|j| across[(j, i)])
+                .fold(0.0, f64::max)
+        };
+        let scores: Vec<f64> = (0..points.len()).map(score).collect();
+        let mut order: Vec<usize> = (0..points.len()).collect();
+        order.select_nth_unstable_by(NEAREST_ROWS, |a, b| {
+            scores[*b].total_cmp(&scores[*a]).then(a.cmp(b))
+        });
+        order.truncate(NEAREST_ROWS);
+        order.sort_unstable();
+        order.into_iter().map(|i| self.rows[i]).collect()
+    }
+
+    /// Lower Cholesky factor of the components' covariance, zero for what was not measured.
+    fn components(&self) -> Matrix6<f64> {
+        let covariance = Matrix6::from_fn(|a, b| self.component_covariance[a][b]);
+        let scale = covariance.diagonal().map(|v| v.max(0.0).sqrt());
+        // In units of each component: radians are a thousandth of millimetres.
+        let unit = Matrix6::from_fn(|a, b| {
+            let by = scale[a] * scale[b];
+            match (a == b, by > 0.0) {
+                (true, _) => 1.0 + ROUND_OFF,
+                (false, true) => covariance[(a, b)] / by,
+                (false, false) => 0.0,
+            }
+        });
+        let factor = unit
+            .cholesky()
+            .map_or_else(Matrix6::identity, |factor| factor.l());
+        Matrix6::from_diagonal(&scale) * factor
+    }
+}
+
+impl Posterior {
+    /// Drawn fields at the points, the trend not added. The same seed gives the same draws.
+    pub fn draws(&self, count: usize, seed: u64) -> Vec<DrawnErrors> {
+        let points = self.mean.len();
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let common: Vec<f64> = (0..count).map(|_| normal()).collect();
+        let logs = Mat::from_fn(points, count, |_, _| normal());
+        let units = Mat::from_fn(points, 6 * count, |_, _| normal());
+        let logs = &self.log_amplitude * &logs;
+        let units = &self.factor * &units;
+        // E(exp(2 l)) = 1: a draw's variance is right on the average.
+        let less = PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) + self.common_log_std.powi(2);
+        let draw = |d: usize| -> DrawnErrors {
+            let each = self.mean.iter().enumerate().map(|(i, mean)| {
+                let log = logs[(i, d)] + self.common_log_std * common[d] - less;
+                let by = self.amplitude[i] * log.exp();
+                let unit = nalgebra::Vector6::from_fn(|c, _| units[(i, 6 * d + c)]);
+                let deviation = self.components * unit * by;
+                std::array::from_fn(|c| mean[c] + deviation[c])
+            });
+            each.collect()
+        };
+        (0..count).map(draw).collect()
+    }
+}
+
+/// Covariance of the logarithm of a draw's amplitude among points.
+fn log_amplitude_covariance(at: &[FieldPoint], has_axes: bool) -> Mat<f64> {
+    Mat::from_fn(at.len(), at.len(), |i, j| {
+        let (a, b) = (&at[i], &at[j]);
+        let ratio = (a.position_mm - b.position_mm).norm() / AMPLITUDE_LENGTH_MM;
+        let near = (-0.5 * ratio * ratio).exp();
+        let cosine = a.axis.dot(&b.axis);
+        let turn = match has_axes {
+            true => (1.0 - cosine * cosine).max(0.0) / (AMPLITUDE_SINE * AMPLITUDE_SINE),
+            false => 0.0,
+        };
+        near * (PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) * (-0.5 * turn).exp())
+    })
+}
+
+/// Lower Cholesky factor of a covariance that round-off may have made indefinite.
+fn lower(mut covariance: Mat<f64>, scale: f64) -> Result<Mat<f64>, GaussianError> {
+    let n = covariance.nrows();
+    let mut added = ROUND_OFF * scale;
+    for _ in 0..6 {
+        for i in 0..n {
+            covariance[(i, i)] += added;
+        }
+        if let Ok(factor) = covariance.llt(faer::Side::Lower) {
+            return Ok(factor.L().to_owned());
+        }
+        added *= 10.0;
+    }
+    Err(GaussianError::NotPositiveDefinite { rows: n })
+}

@@ -1,0 +1,1 @@
+//! The process against closed forms and drawn fields.

@@ -1,0 +1,297 @@
+//! Field generators, `*.generator.ron`: the coils of a tracker.
+
+use super::error::FormatError;
+use super::ron_text;
+use crate::field::generator::{Coil, Generator, GeneratorError};
+use serde::Deserialize;
+use std::fmt::Write;
+
+#[derive(Deserialize)]
+#[serde(rename = "Generator")]
+struct GeneratorFile {
+    version: u64,
+    name: String,
+    coils: Vec<CoilEntry>,
+}
+
+impl ron_text::Versioned for GeneratorFile {
+    fn version(&self) -> u64 {
+        self.version
+    }
+}
+
+/// A generator in a file of another kind, which has a version of its own.
+#[derive(Deserialize)]
+#[serde(rename = "Generator")]
+pub(super) struct GeneratorEntry {
+    name: String,
+    coils: Vec<CoilEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename = "Coil")]
+enum CoilEntry {
+    Dipole {
+        position: [f64; 3],
+        moment: [f64; 3],
+    },
+    SquareLoop {
+        center: [f64; 3],
+        normal: [f64; 3],
+        side: f64,
+    },
+}
+
+/// Reads a generator. Normals are normalised, moments kept: they are relative strengths.
+///
+/// # Errors
+/// Anything that leaves a doubt about what the coils are; see [`FormatError`].
+pub fn parse(bytes: &[u8]) -> Result<Generator, FormatError> {
+    let GeneratorFile { name, coils, .. } = ron_text::parse(bytes)?;
+    GeneratorEntry { name, coils }.check()
+}
+
+impl GeneratorEntry {
+    pub(super) fn check(self) -> Result<Generator, FormatError> {
+        let coils = self.coils.into_iter().enumerate();
+        let coils = coils.map(|(index, coil)| coil.check(index));
+        let generator = Generator {
+            name: self.name,
+            coils: coils.collect::<Result<_, _>>()?,
+        };
+        match generator.problem() {
+            None => Ok(generator),
+            Some(GeneratorError::Coils(count)) => {
+                Err(FormatError::field("coils", count, "5 to 32 coils"))
+            }
+            Some(GeneratorError::Coil {
+                coil,
+                field,
+                found,
+                expected,
+            }) => {
+                let field = format!("coils[{coil}]: {field}");
+                Err(FormatError::field(field, found, expected))
+            }
+        }
+    }
+}
+
+impl CoilEntry {
+    fn check(self, index: usize) -> Result<Coil, FormatError> {
+        Ok(match self {
+            Self::Dipole { position, moment } => Coil::Dipole {
+                at_mm: position.into(),
+                moment: moment.into(),
+            },
+            Self::SquareLoop {
+                center,
+                normal,
+                side,
+            } => Coil::SquareLoop {
+                center_mm: center.into(),
+                normal: ron_text::axis(&format!("coils[{index}]: normal"), normal)?,
+                side_mm: side,
+            },
+        })
+    }
+}
+
+/// Writes a generator, one coil a line.
+pub fn write(generator: &Generator) -> String {
+    let mut out = String::from("(\n    version: 1,\n");
+    push_parts(&mut out, 1, generator);
+    out.push_str(")\n");
+    out
+}
+
+/// Name and coils as fields of a file.
+pub(super) fn push_parts(out: &mut String, depth: usize, generator: &Generator) {
+    let indent = 4 * depth;
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        out,
+        "{:indent$}name: {},",
+        "",
+        ron_text::string(&generator.name)
+    );
+    let _ = writeln!(out, "{:indent$}coils: [", "");
+    for coil in &generator.coils {
+        let text = match coil {
+            Coil::Dipole { at_mm, moment } => format!(
+                "Dipole(position: {}, moment: {})",
+                ron_text::tuple(at_mm.coords.as_slice()),
+                ron_text::tuple(moment.as_slice())
+            ),
+            Coil::SquareLoop {
+                center_mm,
+                normal,
+                side_mm,
+            } => format!(
+                "SquareLoop(center: {}, normal: {}, side: {side_mm:?})",
+                ron_text::tuple(center_mm.coords.as_slice()),
+                ron_text::tuple(normal.as_slice())
+            ),
+        };
+        let _ = writeln!(out, "{:indent$}    {text},", "");
+    }
+    let _ = writeln!(out, "{:indent$}],", "");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::generator::MAX_COILS;
+
+    const EXAMPLE: &str = r#"(
+    version: 1,
+    name: "Planar",
+    coils: [
+        Dipole(position: (-120.0, -120.0, 0.0), moment: (0.64, 0.53, 0.57)),
+        Dipole(position: (-120, 0, 0), moment: (0, 0, 2)),
+        Dipole(position: (120.0, -120.0, 0.0), moment: (1.0, 0.0, 0.0)),
+        Dipole(position: (120.0, 120.0, 0.0), moment: (0.0, 1.0, 0.0)),
+        SquareLoop(center: (0.0, 68.55, 0.0), normal: (0.0, 0.0, 3.0), side: 70.0), // Anser's
+    ],
+)
+"#;
+
+    fn error(text: &str) -> String {
+        parse(text.as_bytes()).unwrap_err().to_string()
+    }
+
+    fn example_with(from: &str, to: &str) -> String {
+        assert!(EXAMPLE.contains(from), "{from}");
+        EXAMPLE.replacen(from, to, 1)
+    }
+
+    #[test]
+    fn the_example_of_the_contract_is_read() {
+        let generator = parse(EXAMPLE.as_bytes()).unwrap();
+        assert_eq!(generator.name, "Planar");
+        assert_eq!(generator.coils.len(), 5);
+        let Coil::Dipole { moment, .. } = generator.coils[1] else {
+            panic!("{:?}", generator.coils[1])
+        };
+        assert_eq!(moment.z, 2.0);
+        let Coil::SquareLoop {
+            normal, side_mm, ..
+        } = generator.coils[4]
+        else {
+            panic!("{:?}", generator.coils[4])
+        };
+        assert_eq!((normal.z, side_mm), (1.0, 70.0));
+    }
+
+    #[test]
+    fn what_is_written_reads_back_to_the_bit() {
+        let mut generators = vec![
+            Generator::planar_nine(),
+            Generator::anser(),
+            parse(EXAMPLE.as_bytes()).unwrap(),
+        ];
+        generators[0].name = "a \"name\" \\ \n\u{1}".to_owned();
+        if let Coil::Dipole { at_mm, moment } = &mut generators[0].coils[2] {
+            *at_mm = [1.0 / 3.0, 1e-300, -1e300].into();
+            *moment = [0.1 + 0.2, -0.0, 1e9].into();
+        }
+        for generator in generators {
+            let text = write(&generator);
+            let back = parse(text.as_bytes()).unwrap();
+            assert_eq!(back, generator);
+            assert_eq!(write(&back), text);
+        }
+    }
+
+    #[test]
+    fn every_wrong_field_is_named_with_what_was_found_and_expected() {
+        for (from, to, message) in [
+            ("version: 1", "version: 2", "version is 2, expected 1"),
+            (
+                "(-120, 0, 0)",
+                "(NaN, 0, 0)",
+                "coils[1]: position is (NaN, 0, 0), expected finite numbers",
+            ),
+            (
+                "(-120, 0, 0)",
+                "(1e999, 0, 0)",
+                "coils[1]: position is (inf, 0, 0), expected finite numbers",
+            ),
+            (
+                "(0, 0, 2)",
+                "(0, 0, 0)",
+                "coils[1]: moment is (0, 0, 0), expected a finite vector above zero",
+            ),
+            (
+                "(0, 0, 2)",
+                "(0, inf, 2)",
+                "coils[1]: moment is (0, inf, 2), expected a finite vector above zero",
+            ),
+            (
+                "(0.0, 0.0, 3.0)",
+                "(0, 0, 0)",
+                "coils[4]: normal is (0, 0, 0), expected a direction",
+            ),
+            (
+                "side: 70.0",
+                "side: -70",
+                "coils[4]: side is -70, expected a length above zero",
+            ),
+            (
+                "side: 70.0",
+                "side: NaN",
+                "coils[4]: side is NaN, expected a length above zero",
+            ),
+            (
+                "center: (0.0, 68.55, 0.0)",
+                "center: (0.0, -inf, 0.0)",
+                "coils[4]: center is (0, -inf, 0), expected finite numbers",
+            ),
+            (
+                "        Dipole(position: (-120, 0, 0), moment: (0, 0, 2)),\n",
+                "",
+                "coils is 4, expected 5 to 32 coils",
+            ),
+        ] {
+            assert_eq!(error(&example_with(from, to)), message);
+        }
+        assert_eq!(
+            error("(version: 1, name: \"\", coils: [])"),
+            "coils is 0, expected 5 to 32 coils"
+        );
+        let one = "Dipole(position: (0, 0, 0), moment: (0, 0, 1)),";
+        let many = format!("coils: [{}", one.repeat(MAX_COILS));
+        assert_eq!(
+            error(&example_with("coils: [", &many)),
+            "coils is 37, expected 5 to 32 coils"
+        );
+    }
+
+    #[test]
+    fn broken_syntax_is_found_at_its_line() {
+        for (from, to, line, part) in [
+            ("Dipole(", "Triangle(", 5, "`Triangle`"),
+            ("side: 70.0", "side: \"70\"", 9, "expected"),
+            (", side: 70.0", "", 9, "found no field `side`"),
+            ("moment: (0, 0, 2)", "moment: (0, 2)", 6, "expected"),
+            ("name: \"Planar\",", "name: \"Planar\"", 4, "expected"),
+            ("    name: \"Planar\",\n", "", 10, "found no field `name`"),
+        ] {
+            let message = error(&example_with(from, to));
+            assert!(message.starts_with(&format!("line {line}, ")), "{message}");
+            assert!(message.contains(part), "{message}");
+        }
+        for end in [1, 10, EXAMPLE.len() / 2, EXAMPLE.len() - 3] {
+            assert!(parse(&EXAMPLE.as_bytes()[..end]).is_err());
+        }
+        assert!(error("").contains("end of the file"));
+        let message = parse(b"(\n  \xff").unwrap_err().to_string();
+        assert!(message.starts_with("line 2, column 3"), "{message}");
+    }
+
+    #[test]
+    fn fields_of_later_versions_are_skipped() {
+        let text = example_with("version: 1,", "version: 1, maker: Some((year: 2026)),");
+        assert_eq!(parse(text.as_bytes()).unwrap().coils.len(), 5);
+    }
+}

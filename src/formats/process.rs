@@ -1,0 +1,171 @@
+//! The part of an environment that says what its measurements leave open of the field.
+
+use super::error::FormatError;
+use super::number::shortest;
+use super::ron_text;
+use crate::field::gaussian::{
+    Amplitude, ErrorValues, FieldPoint, GaussianField, Kernel, Row, Trend,
+};
+use nalgebra::{Point3, Unit, Vector3};
+use serde::Deserialize;
+use std::fmt::Write;
+use std::sync::Arc;
+
+/// Squared length of an axis whose components are rounded to 1e-9 may be off 1 by this.
+const AXIS_TOLERANCE: f64 = 1e-6;
+
+#[derive(Deserialize)]
+#[serde(rename = "Process")]
+pub(super) struct ProcessEntry {
+    trend: Trend,
+    kernel: Kernel,
+    amplitude: Amplitude,
+    covariance: [ErrorValues; 6],
+    has_rotations: bool,
+    measured_rows: usize,
+    left_out_rms_mm: f64,
+    rows: Vec<RowEntry>,
+}
+
+/// Position, axis, error, and the noise of an outlier (1 of others).
+#[derive(Deserialize)]
+struct RowEntry(
+    [f64; 3],
+    [f64; 3],
+    ErrorValues,
+    #[serde(default = "usual_noise")] f64,
+);
+
+fn usual_noise() -> f64 {
+    1.0
+}
+
+impl ProcessEntry {
+    pub(super) fn check(self) -> Result<Arc<GaussianField>, FormatError> {
+        let positive = |name, value: f64| match value.is_finite() && value > 0.0 {
+            true => Ok(()),
+            false => Err(FormatError::field(name, value, "above zero")),
+        };
+        positive("process.kernel.nugget", self.kernel.nugget)?;
+        for scale in &self.kernel.scales {
+            positive("process.kernel.scales.length_mm", scale.length_mm)?;
+            positive("process.kernel.scales.variance", scale.variance)?;
+            // Infinite where axes were not measured.
+            if scale.axis_sine.is_nan() || scale.axis_sine <= 0.0 {
+                let found = scale.axis_sine;
+                let name = "process.kernel.scales.axis_sine";
+                return Err(FormatError::field(name, found, "above zero"));
+            }
+        }
+        if let Some((name, found)) = self.amplitude.problem() {
+            let name = format!("process.{name}");
+            return Err(FormatError::field(name, found, "a finite number"));
+        }
+        let is_variance = |c: usize| self.covariance[c][c] >= 0.0;
+        let is_finite = self.covariance.as_flattened().iter().all(|v| v.is_finite());
+        if !(is_finite && (0..6).all(is_variance)) {
+            let found = "no covariance";
+            let expected = "finite numbers, variances zero or more";
+            return Err(FormatError::field("process.covariance", found, expected));
+        }
+        let rows: Result<Vec<Row>, FormatError> = self
+            .rows
+            .into_iter()
+            .enumerate()
+            .map(|(index, row)| row.check(index))
+            .collect();
+        let rows = rows?;
+        if rows.is_empty() {
+            return Err(FormatError::field("process.rows", "none", "at least one"));
+        }
+        Ok(Arc::new(GaussianField {
+            trend: self.trend,
+            kernel: self.kernel,
+            amplitude: self.amplitude,
+            component_covariance: self.covariance,
+            rows,
+            has_rotations: self.has_rotations,
+            measured_rows: self.measured_rows,
+            left_out_rms_mm: self.left_out_rms_mm,
+        }))
+    }
+}
+
+impl RowEntry {
+    fn check(self, index: usize) -> Result<Row, FormatError> {
+        let Self(position, axis, error, noise_factor) = self;
+        let name = || format!("process.rows[{index}]");
+        let axis = Vector3::from(axis);
+        let numbers = position.iter().chain(&error).chain([&noise_factor]);
+        let is_finite = numbers.into_iter().all(|v| v.is_finite());
+        if !is_finite || noise_factor <= 0.0 {
+            let expected = "finite numbers, noise above zero";
+            return Err(FormatError::field(name(), "not that", expected));
+        }
+        if !((axis.norm_squared() - 1.0).abs() <= AXIS_TOLERANCE) {
+            let found = format!("an axis of length {}", axis.norm());
+            return Err(FormatError::field(name(), found, "length 1"));
+        }
+        Ok(Row {
+            point: FieldPoint {
+                position_mm: Point3::from(position),
+                axis: Unit::new_unchecked(axis),
+            },
+            error,
+            noise_factor,
+        })
+    }
+}
+
+// Writing to a string cannot fail.
+
+/// Writes a process as the last field of an environment, a row a line.
+pub(super) fn push(out: &mut String, process: &GaussianField) {
+    let scale = |i: usize| {
+        let scale = &process.kernel.scales[i];
+        let sine = match scale.axis_sine.is_finite() {
+            true => shortest(scale.axis_sine),
+            false => "inf".to_owned(),
+        };
+        format!(
+            "(length_mm: {}, axis_sine: {sine}, variance: {})",
+            shortest(scale.length_mm),
+            shortest(scale.variance)
+        )
+    };
+    let trend = match process.trend {
+        Trend::None => "None",
+        Trend::Model => "Model",
+    };
+    let amplitude = &process.amplitude;
+    let _ = write!(
+        out,
+        "    process: (\n        trend: {trend},\n        kernel: (scales: ({}, {}), nugget: {}),\n        \
+         amplitude: (center_mm: {}, half_mm: {}, log_variance: {}),\n        covariance: (\n",
+        scale(0),
+        scale(1),
+        shortest(process.kernel.nugget),
+        ron_text::tuple(&amplitude.center_mm),
+        ron_text::tuple(&amplitude.half_mm),
+        ron_text::tuple(&amplitude.log_variance),
+    );
+    for line in &process.component_covariance {
+        let _ = writeln!(out, "            {},", ron_text::tuple(line));
+    }
+    let _ = writeln!(
+        out,
+        "        ),\n        has_rotations: {},\n        measured_rows: {},\n        left_out_rms_mm: {},\n        \
+         // Position in mm, axis, error in mm and rad, noise of an outlier.\n        rows: [",
+        process.has_rotations,
+        process.measured_rows,
+        shortest(process.left_out_rms_mm),
+    );
+    for row in &process.rows {
+        let position = ron_text::tuple(row.point.position_mm.coords.as_slice());
+        let axis = ron_text::tuple(row.point.axis.as_slice());
+        let error = ron_text::tuple(&row.error);
+        let noise = shortest(row.noise_factor);
+        let _ = writeln!(out, "            ({position}, {axis}, {error}, {noise}),");
+    }
+    out.push_str("        ],\n    ),\n");
+}

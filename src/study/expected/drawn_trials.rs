@@ -1,0 +1,105 @@
+//! Trials of a study in fields that differ at its sensors alone.
+
+use crate::field::gaussian::{ErrorValues, FieldPoint};
+use crate::field::samples::PoseError;
+use crate::geometry::pose::Pose;
+use crate::study::scenario::InputTrial;
+use crate::study::tracker::TrackBuffers;
+use crate::study::trial::Simulator;
+use crate::tracking::tool_in_crf::relative_error;
+use nalgebra::Vector3;
+
+/// Trials made ready to be tried in many fields.
+pub(super) struct DrawnTrials<'a> {
+    simulator: &'a Simulator<'a>,
+    trials: Vec<InputTrial>,
+    tracker_from_tool: Vec<Pose>,
+    /// Each place of the CRF once; none without a CRF.
+    tracker_from_crf: Vec<Pose>,
+    /// Of each trial, which of them is its own.
+    crf_of_trial: Vec<usize>,
+    /// The tool's sensors, then the CRF's.
+    points: Vec<FieldPoint>,
+    model_errors: Vec<PoseError>,
+    /// Points that are the tool's.
+    tool_points: usize,
+}
+
+impl<'a> DrawnTrials<'a> {
+    /// `None` where a body has markers: what is drawn is a field of readings with an axis.
+    pub fn new(simulator: &'a Simulator<'a>, trials: Vec<InputTrial>) -> Option<Self> {
+        let (tool, crf) = simulator.trackers();
+        let mut tracker_from_crf: Vec<Pose> = Vec::new();
+        let mut crf_of_trial = Vec::with_capacity(trials.len());
+        let mut tracker_from_tool = Vec::with_capacity(trials.len());
+        for trial in &trials {
+            let own = trial.tracker_from_crf.filter(|_| crf.is_some());
+            let pose = own.unwrap_or_else(|| simulator.tracker_from_crf());
+            tracker_from_tool.push(pose * trial.crf_from_tool);
+            if tracker_from_crf.last() != Some(&pose) {
+                tracker_from_crf.push(pose);
+            }
+            crf_of_trial.push(tracker_from_crf.len() - 1);
+        }
+        let mut buffers = TrackBuffers::default();
+        let mut all = tool.field_points(&mut buffers, &tracker_from_tool)?;
+        let tool_points = all.len();
+        match crf {
+            Some(crf) => all.extend(crf.field_points(&mut buffers, &tracker_from_crf)?),
+            None => tracker_from_crf.clear(),
+        }
+        let (points, model_errors) = all.into_iter().unzip();
+        Some(Self {
+            simulator,
+            trials,
+            tracker_from_tool,
+            tracker_from_crf,
+            crf_of_trial,
+            points,
+            model_errors,
+            tool_points,
+        })
+    }
+
+    /// Where the sensors are.
+    pub fn points(&self) -> &[FieldPoint] {
+        &self.points
+    }
+
+    /// The model's errors at the points.
+    pub fn model_errors(&self) -> &[PoseError] {
+        &self.model_errors
+    }
+
+    /// Tip error in mm and angle error in degrees of each trial, where the sensors err like this.
+    pub fn errors(&self, at_points: &[PoseError]) -> Vec<[f64; 2]> {
+        let (tool_errors, crf_errors) = at_points.split_at(self.tool_points);
+        let (tool, crf) = self.simulator.trackers();
+        let tool_fits = tool.fit_with_errors(&self.tracker_from_tool, tool_errors);
+        let crf_fits = crf.map(|crf| crf.fit_with_errors(&self.tracker_from_crf, crf_errors));
+        let tip = self.simulator.tip_in_tool();
+        let each = self.trials.iter().zip(&tool_fits).zip(&self.crf_of_trial);
+        each.map(|((trial, tracker_from_tool), &place)| {
+            let tracker_from_crf = match &crf_fits {
+                Some(fits) => fits[place],
+                None => Pose::identity(),
+            };
+            let simulated = tracker_from_crf.inverse() * tracker_from_tool;
+            let error = relative_error(&trial.crf_from_tool, &simulated, tip);
+            [
+                error.tip_error_in_crf_mm.norm(),
+                error.angle_rad.to_degrees(),
+            ]
+        })
+        .collect()
+    }
+}
+
+/// An error as the field has it, from six values.
+pub(super) fn pose_error(values: &ErrorValues) -> PoseError {
+    let [x, y, z, rx, ry, rz] = *values;
+    PoseError {
+        position_mm: Vector3::new(x, y, z),
+        rotation_rad: Vector3::new(rx, ry, rz),
+    }
+}
