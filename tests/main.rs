@@ -7,4 +7,5 @@ mod editor;
 mod invariants;
 mod live;
 mod oracle;
+mod rooms;
 mod support;

@@ -137,10 +137,15 @@ mod tests {
     use crate::field::Support;
     use crate::field::environment::{HoldoutProvenance, JitterGrowth};
     use crate::field::fit::{FitMethod, Residuals};
+    use crate::field::gaussian::{
+        Amplitude, FieldPoint, GaussianField, Kernel, KernelScale, Row, Trend,
+    };
     use crate::field::samples::MapKind;
     use crate::field::support::{Cell, Cells, SupportParts};
     use crate::geometry::bounds::Bounds;
     use crate::geometry::directions::{DirectionSet, Weighting};
+    use nalgebra::{Unit, Vector3};
+    use std::sync::Arc;
 
     fn room() -> Environment {
         let coefficients = (0..6 * 8)
@@ -240,6 +245,78 @@ mod tests {
         parts.undetermined.clear();
         room.support = Some(Support::from_parts(parts, &room.model).unwrap());
         assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+    }
+
+    /// Rows as they are kept, an outlier, a kernel without axes.
+    fn process(has_rotations: bool) -> GaussianField {
+        let row = |i: i32| Row {
+            point: FieldPoint {
+                position_mm: [f64::from(i) / 8.0, -1e-6, -300.123_456].into(),
+                axis: Unit::new_unchecked(Vector3::new(0.6, 0.0, -0.8)),
+            },
+            error: std::array::from_fn(|k| f64::from(i + k as i32) * 1e-9),
+            noise_factor: if i == 1 { 1e6 } else { 1.0 },
+        };
+        let scale = |length_mm| KernelScale {
+            length_mm,
+            axis_sine: if has_rotations {
+                1.0 / 3.0
+            } else {
+                f64::INFINITY
+            },
+            variance: 0.1,
+        };
+        GaussianField {
+            trend: if has_rotations {
+                Trend::Model
+            } else {
+                Trend::None
+            },
+            kernel: Kernel {
+                scales: [scale(100.0 / 3.0), scale(11.0)],
+                nugget: 1e-6,
+            },
+            amplitude: Amplitude {
+                log_variance: [0.1; 10],
+                ..Amplitude::flat(&Bounds::from(([0.0; 3], [1.0 / 3.0; 3])))
+            },
+            component_covariance: std::array::from_fn(|a| {
+                std::array::from_fn(|b| if a == b { 1.0 / 7.0 } else { -1e-300 })
+            }),
+            rows: (0..3).map(row).collect(),
+            has_rotations,
+            measured_rows: 5_000,
+            left_out_rms_mm: 2.0 / 3.0,
+        }
+    }
+
+    #[test]
+    fn a_process_reads_back_to_the_bit() {
+        for has_rotations in [true, false] {
+            let mut room = room();
+            room.process = Some(Arc::new(process(has_rotations)));
+            assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        }
+    }
+
+    #[test]
+    fn processes_that_cannot_be_are_refused() {
+        let mut room = room();
+        room.process = Some(Arc::new(process(true)));
+        let text = write(&room);
+        for (from, to, part) in [
+            ("nugget: 1e-6", "nugget: 0", "process.kernel.nugget is 0"),
+            ("length_mm: 11", "length_mm: -11", "length_mm is -11"),
+            ("(0.6, 0.0, -0.8)", "(0.6, 0.0, 0.9)", "process.rows[0]"),
+            ("1000000)", "NaN)", "process.rows[1]"),
+            ("trend: Model", "trend: Mean", "`None` or `Model`"),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let message = parse(text.replacen(from, to, 1).as_bytes())
+                .unwrap_err()
+                .to_string();
+            assert!(message.contains(part), "{message}");
+        }
     }
 
     #[test]
