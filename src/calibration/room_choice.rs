@@ -3,8 +3,10 @@
 
 use crate::field::fit::{FitMethod, FitSettings};
 use crate::field::samples::{MapKind, SampleSet};
+use crate::field::selection::places::{self, Places};
 use crate::field::selection::{
-    Candidate, SelectError, SelectSettings, Selection, clusters, folds, select,
+    Candidate, HoldOutBy, HoldOuts, SelectError, SelectSettings, Selection, clusters, folds,
+    select_by,
 };
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::task::Task;
@@ -31,16 +33,28 @@ pub enum WantedModel {
 }
 
 /// Which rows are held out together, and who says so.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Grouping {
-    /// "column cluster", "clusters of positions".
+    /// "column cluster", "clusters of positions", "places found from the data".
     pub by: String,
     /// One number a row.
     pub groups: Vec<usize>,
+    /// What the places were found by, where it is they.
+    pub places: Option<Places>,
+}
+
+/// What is known of which rows belong together, and what is to decide.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RowLabels {
+    pub grouping: Option<Grouping>,
+    /// The sensor of each row.
+    pub sensors: Option<Vec<usize>>,
+    /// `None`: groups where there are any, else rows.
+    pub deciding: Option<HoldOutBy>,
 }
 
 /// How a table's rows are held out.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum RowGroups {
     OneByOne,
     /// The positions lie in so many clusters, too few to be held out whole: one by one.
@@ -64,6 +78,8 @@ pub struct Chosen {
     pub tried: SelectSettings,
     /// Who said which rows belong together, if anyone did.
     pub by: Option<String>,
+    /// What places were found by, where rows were grouped by them.
+    pub places: Option<Places>,
 }
 
 impl AskedModel {
@@ -98,7 +114,8 @@ impl AskedModel {
 }
 
 /// The groups of a table's rows: by a column of labels where there is one (its name first), else
-/// by the clusters that the positions themselves show.
+/// by the clusters that the positions themselves show, else by places whose readings depend on each
+/// other.
 ///
 /// # Errors
 /// A column with more or fewer rows than the samples.
@@ -107,50 +124,96 @@ pub fn row_groups(
     column: Option<(&str, &[String])>,
     folds: usize,
 ) -> Result<RowGroups, GroupRowsError> {
+    let rows = samples.samples.len();
     if let Some((name, labels)) = column {
-        if labels.len() != samples.samples.len() {
-            return Err(GroupRowsError {
-                name: name.to_owned(),
-                found: labels.len(),
-                expected: samples.samples.len(),
-            });
-        }
         return Ok(RowGroups::Together(Grouping {
             by: format!("column {name}"),
-            groups: folds::numbered(labels).0,
+            groups: numbered_labels(name, labels, rows)?,
+            places: None,
         }));
     }
     let positions: Vec<_> = samples.samples.iter().map(|s| s.position_mm).collect();
-    let Some(groups) = clusters::find(&positions) else {
-        return Ok(RowGroups::OneByOne);
+    let (by, groups, places) = match clusters::find(&positions) {
+        Some(groups) => ("clusters of positions", groups, None),
+        None => match places::find(samples) {
+            Some(places) => (
+                "places found from the data",
+                places.groups.clone(),
+                Some(places),
+            ),
+            None => return Ok(RowGroups::OneByOne),
+        },
     };
     let count = groups.iter().max().map_or(0, |last| last + 1);
     Ok(if count < folds {
         RowGroups::TooFewClusters(count)
     } else {
         RowGroups::Together(Grouping {
-            by: "clusters of positions".to_owned(),
+            by: by.to_owned(),
             groups,
+            places,
         })
     })
+}
+
+/// A column of labels as numbers, one a row.
+///
+/// # Errors
+/// A column with more or fewer rows than the samples.
+pub fn numbered_labels(
+    name: &str,
+    labels: &[String],
+    rows: usize,
+) -> Result<Vec<usize>, GroupRowsError> {
+    match labels.len() == rows {
+        true => Ok(folds::numbered(labels).0),
+        false => Err(GroupRowsError {
+            name: name.to_owned(),
+            found: labels.len(),
+            expected: rows,
+        }),
+    }
 }
 
 /// Tries the models on rows held out by their groups, and chooses.
 ///
 /// # Errors
-/// Those of [`select`].
+/// Those of [`select_by`].
 pub fn choose(
     samples: &SampleSet,
     grouping: Option<Grouping>,
     tried: SelectSettings,
     task: &Task,
 ) -> Result<Chosen, SelectError> {
-    let groups = grouping.as_ref().map(|g| g.groups.as_slice());
-    let selection = select(samples, groups, &tried, task)?;
+    let labels = RowLabels {
+        grouping,
+        ..RowLabels::default()
+    };
+    choose_by(samples, labels, tried, task)
+}
+
+/// Tries the models in every hold-out that is known, and chooses by the one that decides.
+///
+/// # Errors
+/// Those of [`select_by`].
+pub fn choose_by(
+    samples: &SampleSet,
+    labels: RowLabels,
+    tried: SelectSettings,
+    task: &Task,
+) -> Result<Chosen, SelectError> {
+    let hold_outs = HoldOuts {
+        groups: labels.grouping.as_ref().map(|g| g.groups.as_slice()),
+        sensors: labels.sensors.as_deref(),
+        deciding: labels.deciding,
+    };
+    let selection = select_by(samples, &hold_outs, &tried, task)?;
+    let (by, places) = labels.grouping.map(|g| (g.by, g.places)).unzip();
     Ok(Chosen {
         selection,
         tried,
-        by: grouping.map(|g| g.by),
+        by,
+        places: places.flatten(),
     })
 }
 

@@ -132,7 +132,9 @@ fn fit_model(
     fit_room(&order, stage).map_err(|error| match error {
         error if error.is_cancelled() => Failure::Cancelled,
         RoomError::Fit(error) => in_table(training, &error),
-        RoomError::Support(error) => Failure::Because(error.to_string()),
+        error @ (RoomError::Support(_) | RoomError::SharedRows { .. }) => {
+            Failure::Because(error.to_string())
+        }
     })
 }
 
