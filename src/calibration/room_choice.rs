@@ -39,6 +39,8 @@ pub struct Grouping {
     pub by: String,
     /// One number a row.
     pub groups: Vec<usize>,
+    /// Whether nobody said so: fewer groups than folds are then held out in fewer folds.
+    pub is_found: bool,
     /// What the places were found by, where it is they.
     pub places: Option<Places>,
 }
@@ -51,15 +53,6 @@ pub struct RowLabels {
     pub sensors: Option<Vec<usize>>,
     /// `None`: groups where there are any, else rows.
     pub deciding: Option<HoldOutBy>,
-}
-
-/// How a table's rows are held out.
-#[derive(Clone, Debug, PartialEq)]
-pub enum RowGroups {
-    OneByOne,
-    /// The positions lie in so many clusters, too few to be held out whole: one by one.
-    TooFewClusters(usize),
-    Together(Grouping),
 }
 
 /// A column of groups that does not belong to the rows.
@@ -113,47 +106,44 @@ impl AskedModel {
     }
 }
 
-/// The groups of a table's rows: by a column of labels where there is one (its name first), else
-/// by the clusters that the positions themselves show, else by places whose readings depend on each
-/// other.
+/// The groups of a table's rows, if there are any: by a column of labels where there is one (its name first), else
+/// by places whose readings depend on each other or the clusters that the positions themselves show,
+/// whichever are fewer.
 ///
 /// # Errors
 /// A column with more or fewer rows than the samples.
 pub fn row_groups(
     samples: &SampleSet,
     column: Option<(&str, &[String])>,
-    folds: usize,
-) -> Result<RowGroups, GroupRowsError> {
+) -> Result<Option<Grouping>, GroupRowsError> {
     let rows = samples.samples.len();
     if let Some((name, labels)) = column {
-        return Ok(RowGroups::Together(Grouping {
+        return Ok(Some(Grouping {
             by: format!("column {name}"),
             groups: numbered_labels(name, labels, rows)?,
+            is_found: false,
             places: None,
         }));
     }
     let positions: Vec<_> = samples.samples.iter().map(|s| s.position_mm).collect();
-    let (by, groups, places) = match clusters::find(&positions) {
-        Some(groups) => ("clusters of positions", groups, None),
-        None => match places::find(samples) {
-            Some(places) => (
-                "places found from the data",
-                places.groups.clone(),
-                Some(places),
-            ),
-            None => return Ok(RowGroups::OneByOne),
-        },
+    let count = |groups: &[usize]| groups.iter().max().map_or(0, |last| last + 1);
+    let clusters = clusters::find(&positions);
+    // Clusters that are more than the places have taken some places to pieces.
+    let is_better = |places: &Places| clusters.as_ref().is_none_or(|c| places.count < count(c));
+    let found = match places::find(samples).filter(is_better) {
+        Some(places) => Some((
+            "places found from the data",
+            places.groups.clone(),
+            Some(places),
+        )),
+        None => clusters.map(|clusters| ("clusters of positions", clusters, None)),
     };
-    let count = groups.iter().max().map_or(0, |last| last + 1);
-    Ok(if count < folds {
-        RowGroups::TooFewClusters(count)
-    } else {
-        RowGroups::Together(Grouping {
-            by: by.to_owned(),
-            groups,
-            places,
-        })
-    })
+    Ok(found.map(|(by, groups, places)| Grouping {
+        by: by.to_owned(),
+        groups,
+        is_found: true,
+        places,
+    }))
 }
 
 /// A column of labels as numbers, one a row.
@@ -205,6 +195,8 @@ pub fn choose_by(
     let hold_outs = HoldOuts {
         groups: labels.grouping.as_ref().map(|g| g.groups.as_slice()),
         sensors: labels.sensors.as_deref(),
+        has_few_groups: labels.deciding == Some(HoldOutBy::Groups)
+            || labels.grouping.as_ref().is_some_and(|g| g.is_found),
         deciding: labels.deciding,
     };
     let selection = select_by(samples, &hold_outs, &tried, task)?;

@@ -2,8 +2,7 @@
 
 use super::output::{self, Shown};
 use crate::calibration::room_choice::{
-    self, AskedModel, Chosen, Grouping, RowGroups, RowLabels, WantedModel, numbered_labels,
-    row_groups,
+    self, AskedModel, Chosen, Grouping, RowLabels, WantedModel, numbered_labels, row_groups,
 };
 use crate::field::fit::FitSettings;
 use crate::field::samples::SampleSet;
@@ -69,7 +68,7 @@ pub(super) fn settings(
         },
         (WantedModel::Open(tried), _) => tried,
     };
-    let labels = row_labels(file, samples, None, hold_out, tried.folds)?;
+    let labels = row_labels(file, samples, None, hold_out)?;
     let chosen = cross_validate(file, samples, labels, tried)?;
     Ok((chosen.settings(), Some(chosen)))
 }
@@ -83,7 +82,6 @@ pub(super) fn row_labels(
     samples: &SampleSet,
     group: Option<&str>,
     hold_out: Option<&HoldOutArg>,
-    folds: usize,
 ) -> anyhow::Result<RowLabels> {
     let column = match (group, hold_out) {
         (Some(group), Some(HoldOutArg::Column(column))) if group != column => {
@@ -97,7 +95,7 @@ pub(super) fn row_labels(
         HoldOutArg::Groups | HoldOutArg::Column(_) => HoldOutBy::Groups,
         HoldOutArg::Sensors => HoldOutBy::Sensors,
     });
-    let grouping = grouping(file, samples, column, folds)?;
+    let grouping = grouping(file, samples, column)?;
     if deciding == Some(HoldOutBy::Groups) && grouping.is_none() {
         bail!(
             "{}: found no groups of rows to hold out, expected a column cluster, frame or pose, places that were measured several times, or --hold-out COLUMN",
@@ -134,24 +132,12 @@ fn grouping(
     file: &Path,
     samples: &SampleSet,
     column: Option<&str>,
-    folds: usize,
 ) -> anyhow::Result<Option<Grouping>> {
     let column = store::read_groups(file, column)?;
     let column = column
         .as_ref()
         .map(|c| (c.name.as_str(), c.labels.as_slice()));
-    let groups = row_groups(samples, column, folds).with_context(|| file.display().to_string())?;
-    Ok(match groups {
-        RowGroups::OneByOne => None,
-        RowGroups::TooFewClusters(count) => {
-            output::note(&format!(
-                "{}: the positions lie in {count} clusters, too few for {folds} folds, so rows are held out one by one",
-                file.display()
-            ));
-            None
-        }
-        RowGroups::Together(grouping) => Some(grouping),
-    })
+    row_groups(samples, column).with_context(|| file.display().to_string())
 }
 
 /// [`room_choice::choose_by`], with a progress bar.

@@ -115,7 +115,6 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
         &samples,
         args.group.as_deref(),
         args.hold_out.as_ref(),
-        args.folds,
     )?;
     let chosen = choose::cross_validate(&args.data, &samples, labels, settings)?;
     let mut value = as_json(&chosen, samples.samples.len());

@@ -65,13 +65,6 @@ pub fn find(positions_mm: &[Point3<f64>]) -> Option<Vec<usize>> {
     Tree::of(positions_mm)?.clusters()
 }
 
-/// The place of each row as far as positions show it: clusters, else scattered repeats.
-pub(super) fn of_rows(positions_mm: &[Point3<f64>]) -> Option<Vec<usize>> {
-    let tree = Tree::of(positions_mm)?;
-    tree.clusters()
-        .or_else(|| tree.repeats().map(|repeats| repeats.groups))
-}
-
 impl<'a> Tree<'a> {
     /// `None` for fewer than two positions, and for more than 20,000.
     pub fn of(positions_mm: &'a [Point3<f64>]) -> Option<Self> {

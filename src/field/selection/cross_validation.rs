@@ -68,7 +68,7 @@ impl<'a> Problem<'a> {
     pub fn new(set: &'a SampleSet, bounds: Bounds) -> Self {
         let positions: Vec<_> = set.samples.iter().map(|s| s.position_mm).collect();
         Self {
-            places: clusters::of_rows(&positions),
+            places: clusters::find(&positions),
             ..Self::without_places(set, bounds)
         }
     }

@@ -21,6 +21,9 @@ pub struct HoldOuts<'a> {
     pub groups: Option<&'a [usize]>,
     /// Names the sensor of each row by any number.
     pub sensors: Option<&'a [usize]>,
+    /// Whether fewer groups than folds are held out in as many folds as groups, at least two; else
+    /// they are an error.
+    pub has_few_groups: bool,
     /// `None`: groups where there are any, else rows.
     pub deciding: Option<HoldOutBy>,
 }
@@ -43,8 +46,7 @@ pub(super) struct AllFolds {
 }
 
 impl AllFolds {
-    /// Fewer groups than folds are an error where groups were not asked for by name, since then
-    /// nobody chose to judge by so few; else, and for sensors, there are as many folds as groups.
+    /// Sensors are few: there are at most as many folds of them.
     pub fn new(
         hold_outs: &HoldOuts,
         rows: usize,
@@ -54,7 +56,7 @@ impl AllFolds {
             Some(_) => HoldOutBy::Groups,
             None => HoldOutBy::Rows,
         });
-        let labelled = |labels: &[usize], is_asked_for: bool| {
+        let labelled = |labels: &[usize], are_few_fine: bool| {
             if labels.len() != rows {
                 return Err(SelectError::GroupCount {
                     found: labels.len(),
@@ -62,7 +64,7 @@ impl AllFolds {
                 });
             }
             let (groups, count) = numbered(labels);
-            let folds = match is_asked_for {
+            let folds = match are_few_fine {
                 true => settings.folds.min(count.max(2)),
                 false => settings.folds,
             };
@@ -77,10 +79,9 @@ impl AllFolds {
                 count,
             ))
         };
-        let are_groups_asked_for = hold_outs.deciding == Some(HoldOutBy::Groups);
         let groups = hold_outs
             .groups
-            .map(|labels| labelled(labels, are_groups_asked_for))
+            .map(|labels| labelled(labels, hold_outs.has_few_groups))
             .transpose()?;
         let sensors = match hold_outs.sensors.map(|labels| labelled(labels, true)) {
             // One sensor cannot be held out; that matters only to whoever wants it to be.

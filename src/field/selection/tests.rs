@@ -306,6 +306,7 @@ fn poses_and_sensors_are_both_held_out() {
             groups: Some(&poses),
             sensors: Some(&sensors),
             deciding,
+            ..HoldOuts::default()
         };
         select_by(&set, &hold_outs, &tried, &Task::default()).unwrap()
     };
@@ -392,6 +393,7 @@ fn sensors_that_cannot_be_held_out_matter_only_when_wanted() {
             groups,
             sensors,
             deciding,
+            has_few_groups: true,
         };
         select_by(&set, &hold_outs, &tried, &Task::default())
     };
