@@ -19,6 +19,7 @@ pub mod room_choice;
 pub mod room_fit;
 pub mod room_process;
 pub mod room_worth;
+pub mod shared_rows;
 pub mod spin;
 pub mod still_pose;
 #[cfg(test)]

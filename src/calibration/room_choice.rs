@@ -3,8 +3,10 @@
 
 use crate::field::fit::{FitMethod, FitSettings};
 use crate::field::samples::{MapKind, SampleSet};
+use crate::field::selection::places::{self, Places};
 use crate::field::selection::{
-    Candidate, SelectError, SelectSettings, Selection, clusters, folds, select,
+    Candidate, HoldOutBy, HoldOuts, SelectError, SelectSettings, Selection, clusters, folds,
+    select_by,
 };
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::task::Task;
@@ -31,21 +33,26 @@ pub enum WantedModel {
 }
 
 /// Which rows are held out together, and who says so.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Grouping {
-    /// "column cluster", "clusters of positions".
+    /// "column cluster", "clusters of positions", "places found from the data".
     pub by: String,
     /// One number a row.
     pub groups: Vec<usize>,
+    /// Whether nobody said so: fewer groups than folds are then held out in fewer folds.
+    pub is_found: bool,
+    /// What the places were found by, where it is they.
+    pub places: Option<Places>,
 }
 
-/// How a table's rows are held out.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum RowGroups {
-    OneByOne,
-    /// The positions lie in so many clusters, too few to be held out whole: one by one.
-    TooFewClusters(usize),
-    Together(Grouping),
+/// What is known of which rows belong together, and what is to decide.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RowLabels {
+    pub grouping: Option<Grouping>,
+    /// The sensor of each row.
+    pub sensors: Option<Vec<usize>>,
+    /// `None`: groups where there are any, else rows.
+    pub deciding: Option<HoldOutBy>,
 }
 
 /// A column of groups that does not belong to the rows.
@@ -64,6 +71,8 @@ pub struct Chosen {
     pub tried: SelectSettings,
     /// Who said which rows belong together, if anyone did.
     pub by: Option<String>,
+    /// What places were found by, where rows were grouped by them.
+    pub places: Option<Places>,
 }
 
 impl AskedModel {
@@ -97,60 +106,106 @@ impl AskedModel {
     }
 }
 
-/// The groups of a table's rows: by a column of labels where there is one (its name first), else
-/// by the clusters that the positions themselves show.
+/// The groups of a table's rows, if there are any: by a column of labels where there is one (its name first), else
+/// by places whose readings depend on each other or the clusters that the positions themselves show,
+/// whichever are fewer.
 ///
 /// # Errors
 /// A column with more or fewer rows than the samples.
 pub fn row_groups(
     samples: &SampleSet,
     column: Option<(&str, &[String])>,
-    folds: usize,
-) -> Result<RowGroups, GroupRowsError> {
+) -> Result<Option<Grouping>, GroupRowsError> {
+    let rows = samples.samples.len();
     if let Some((name, labels)) = column {
-        if labels.len() != samples.samples.len() {
-            return Err(GroupRowsError {
-                name: name.to_owned(),
-                found: labels.len(),
-                expected: samples.samples.len(),
-            });
-        }
-        return Ok(RowGroups::Together(Grouping {
+        return Ok(Some(Grouping {
             by: format!("column {name}"),
-            groups: folds::numbered(labels).0,
+            groups: numbered_labels(name, labels, rows)?,
+            is_found: false,
+            places: None,
         }));
     }
     let positions: Vec<_> = samples.samples.iter().map(|s| s.position_mm).collect();
-    let Some(groups) = clusters::find(&positions) else {
-        return Ok(RowGroups::OneByOne);
+    let count = |groups: &[usize]| groups.iter().max().map_or(0, |last| last + 1);
+    let clusters = clusters::find(&positions);
+    // Clusters that are more than the places have taken some places to pieces.
+    let is_better = |places: &Places| clusters.as_ref().is_none_or(|c| places.count < count(c));
+    let found = match places::find(samples).filter(is_better) {
+        Some(places) => Some((
+            "places found from the data",
+            places.groups.clone(),
+            Some(places),
+        )),
+        None => clusters.map(|clusters| ("clusters of positions", clusters, None)),
     };
-    let count = groups.iter().max().map_or(0, |last| last + 1);
-    Ok(if count < folds {
-        RowGroups::TooFewClusters(count)
-    } else {
-        RowGroups::Together(Grouping {
-            by: "clusters of positions".to_owned(),
-            groups,
-        })
-    })
+    Ok(found.map(|(by, groups, places)| Grouping {
+        by: by.to_owned(),
+        groups,
+        is_found: true,
+        places,
+    }))
+}
+
+/// A column of labels as numbers, one a row.
+///
+/// # Errors
+/// A column with more or fewer rows than the samples.
+pub fn numbered_labels(
+    name: &str,
+    labels: &[String],
+    rows: usize,
+) -> Result<Vec<usize>, GroupRowsError> {
+    match labels.len() == rows {
+        true => Ok(folds::numbered(labels).0),
+        false => Err(GroupRowsError {
+            name: name.to_owned(),
+            found: labels.len(),
+            expected: rows,
+        }),
+    }
 }
 
 /// Tries the models on rows held out by their groups, and chooses.
 ///
 /// # Errors
-/// Those of [`select`].
+/// Those of [`select_by`].
 pub fn choose(
     samples: &SampleSet,
     grouping: Option<Grouping>,
     tried: SelectSettings,
     task: &Task,
 ) -> Result<Chosen, SelectError> {
-    let groups = grouping.as_ref().map(|g| g.groups.as_slice());
-    let selection = select(samples, groups, &tried, task)?;
+    let labels = RowLabels {
+        grouping,
+        ..RowLabels::default()
+    };
+    choose_by(samples, labels, tried, task)
+}
+
+/// Tries the models in every hold-out that is known, and chooses by the one that decides.
+///
+/// # Errors
+/// Those of [`select_by`].
+pub fn choose_by(
+    samples: &SampleSet,
+    labels: RowLabels,
+    tried: SelectSettings,
+    task: &Task,
+) -> Result<Chosen, SelectError> {
+    let hold_outs = HoldOuts {
+        groups: labels.grouping.as_ref().map(|g| g.groups.as_slice()),
+        sensors: labels.sensors.as_deref(),
+        has_few_groups: labels.deciding == Some(HoldOutBy::Groups)
+            || labels.grouping.as_ref().is_some_and(|g| g.is_found),
+        deciding: labels.deciding,
+    };
+    let selection = select_by(samples, &hold_outs, &tried, task)?;
+    let (by, places) = labels.grouping.map(|g| (g.by, g.places)).unzip();
     Ok(Chosen {
         selection,
         tried,
-        by: grouping.map(|g| g.by),
+        by,
+        places: places.flatten(),
     })
 }
 

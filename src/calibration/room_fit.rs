@@ -2,6 +2,7 @@
 //! measurements that it has not seen.
 
 use super::room_process::room_process;
+use super::shared_rows::shared_rows;
 use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
 use crate::field::fit::{Fit, FitError, FitSettings, factor, residuals};
 use crate::field::gaussian::{GaussianError, GaussianField};
@@ -63,6 +64,15 @@ pub enum RoomError {
     Fit(#[from] FitError),
     #[error(transparent)]
     Support(SupportError),
+    #[error(
+        "{held_out} shares {shared} of its {rows} rows with {table}, which the model is fitted to; expected other measurements (select holds out rows of one table)"
+    )]
+    SharedRows {
+        held_out: String,
+        table: String,
+        shared: usize,
+        rows: usize,
+    },
 }
 
 impl RoomError {
@@ -81,12 +91,23 @@ impl RoomError {
 /// Fits a room and judges it; `task_of` gives each stage the task that it is told to.
 ///
 /// # Errors
-/// Samples or settings that make no fit; a cancelled task.
+/// Samples or settings that make no fit; held-out rows that are fitted as well; a cancelled task.
 pub fn fit_room(
     order: &RoomOrder,
     mut task_of: impl FnMut(RoomStage) -> Task,
 ) -> Result<FittedRoom, RoomError> {
     let (samples, settings) = (order.table.samples, &order.settings);
+    if let Some(held_out) = &order.held_out {
+        let shared = shared_rows(samples, held_out.samples);
+        if shared > 0 {
+            return Err(RoomError::SharedRows {
+                held_out: held_out.name.to_owned(),
+                table: order.table.name.to_owned(),
+                shared,
+                rows: held_out.samples.samples.len(),
+            });
+        }
+    }
     let fitting = task_of(RoomStage::Fitting);
     let factored = factor(
         samples,

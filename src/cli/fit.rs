@@ -1,6 +1,6 @@
 //! `fit`: measurements to an environment, and what the fit leaves.
 
-use super::choose;
+use super::choose::{self, HoldOutArg};
 use super::jitter::JitterArgs;
 use super::output::{self, Format, Shown};
 use crate::calibration::room_choice::AskedModel;
@@ -66,6 +66,12 @@ pub struct FitArgs {
     /// Measurements that are not fitted, to judge the model on
     #[arg(long, value_name = "DATA2.csv")]
     holdout: Option<PathBuf>,
+
+    /// What is held out of the table itself to choose a model by, as `select` does: rows, groups,
+    /// sensors, or a column whose rows with equal text belong together. A model with nothing left
+    /// open is judged by it as well
+    #[arg(long, value_name = "rows|groups|sensors|COLUMN")]
+    hold_out: Option<HoldOutArg>,
 
     /// The tracker's measurement volume, where it is known
     #[arg(long, value_enum, default_value_t)]
@@ -150,7 +156,7 @@ impl From<VolumeArg> for Option<Volume> {
 /// Fits, writes the environment, and prints the residuals.
 ///
 /// # Errors
-/// Files that can't be used, settings that make no fit.
+/// Files that can't be used, a hold-out that is fitted as well, settings that make no fit.
 pub fn run(args: &FitArgs) -> anyhow::Result<()> {
     let asked = asked(args)?;
     let map = asked.map;
@@ -160,7 +166,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         .as_ref()
         .map(|f| read(f, args.sensors, map))
         .transpose()?;
-    let (settings, chosen) = choose::settings(&args.data, &set, &asked)?;
+    let (settings, chosen) = choose::settings(&args.data, &set, &asked, args.hold_out.as_ref())?;
     let target = Target {
         data: &args.data,
         output: &args.output,
@@ -171,7 +177,9 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
     let room = fit_and_write(&target, &settings, &set, holdout)?;
     if let Some(chosen) = &chosen {
-        output::note(&choose::reason_of(chosen));
+        for line in choose::lines(chosen) {
+            output::note(&line);
+        }
     }
     match args.format {
         Format::Json => {

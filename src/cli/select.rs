@@ -1,6 +1,6 @@
 //! `select`: cross-validates model sizes and regularisation, names the best, and fits it.
 
-use super::choose;
+use super::choose::{self, HoldOutArg};
 use super::fit::{MapArg, MethodArg, SensorsArg, Target, VolumeArg, WeightsArg};
 use super::fit::{as_json as fit_json, file_name, fit_and_write, read};
 use super::jitter::JitterArgs;
@@ -46,9 +46,15 @@ pub struct SelectArgs {
     folds: usize,
 
     /// Column that says which rows belong together; cluster, frame or pose where the table has one,
-    /// else the clusters that the positions show, if any
+    /// else the clusters or places that the data show, if any
     #[arg(long, value_name = "COLUMN")]
     group: Option<String>,
+
+    /// What is held out to choose by: rows, groups (as --group says), sensors (by the column
+    /// sensor), or a column whose rows with equal text belong together; groups where there are any,
+    /// else rows, where left out. The others are reported
+    #[arg(long, value_name = "rows|groups|sensors|COLUMN")]
+    hold_out: Option<HoldOutArg>,
 
     /// Seed of the random folds
     #[arg(long, value_name = "N", default_value_t = DEFAULT_SEED)]
@@ -104,8 +110,13 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
     if args.directions.is_none() && !samples.has_rotations {
         settings.direction_sets = vec![DirectionSet::One];
     }
-    let grouping = choose::grouping(&args.data, &samples, args.group.as_deref(), args.folds)?;
-    let chosen = choose::cross_validate(&args.data, &samples, grouping, settings)?;
+    let labels = choose::row_labels(
+        &args.data,
+        &samples,
+        args.group.as_deref(),
+        args.hold_out.as_ref(),
+    )?;
+    let chosen = choose::cross_validate(&args.data, &samples, labels, settings)?;
     let mut value = as_json(&chosen, samples.samples.len());
     let mut text = as_text(args, &chosen, samples.samples.len());
     if let Some(output) = &args.output {
@@ -215,17 +226,19 @@ fn as_json(chosen: &Chosen, samples: usize) -> Value {
             value["cv"] = scores_json(row.deciding());
             value["cv_by_row"] = scores_json(&row.by_row);
             value["cv_by_group"] = json!(row.by_group.as_ref().map(scores_json));
+            value["cv_by_sensor"] = json!(row.by_sensor.as_ref().map(scores_json));
+            value["under_sampled_directions"] = json!(row.under_sampled);
+            value["is_admissible"] = json!(row.is_admissible());
             value
         })
         .collect();
-    json!({
+    let mut value = json!({
         "best": model(selection.best()),
         "least": model(selection.least()),
         "reason": choose::reason_of(chosen),
         "samples": samples,
         "folds": settings.folds,
         "seed": settings.seed,
-        "groups": chosen.by.as_ref().map(|by| json!({"by": by, "count": selection.groups})),
         "method": method_name(settings.method),
         "map": map_name(settings.map),
         "left_out": selection
@@ -234,21 +247,20 @@ fn as_json(chosen: &Chosen, samples: usize) -> Value {
             .map(|(order, directions)| json!({"order": order, "directions": directions.len()}))
             .collect::<Vec<_>>(),
         "table": table,
-    })
+    });
+    choose::add_hold_outs(&mut value, chosen);
+    value
 }
 
 /// One line a system, with the ridge that serves it best; the choice is marked.
 fn as_text(args: &SelectArgs, chosen: &Chosen, samples: usize) -> String {
     let (settings, found) = (&chosen.tried, &chosen.selection);
-    let held_out = match chosen.by.as_ref().zip(found.groups) {
-        Some((by, count)) => format!("folds over {} groups by {by}", with_separators(count)),
-        None => "folds row by row".to_owned(),
-    };
+    let by = chosen.by.as_deref();
+    let held_out = selection::hold_out_text(found, found.decided_by, by).unwrap_or_default();
     let mut lines = vec![format!(
-        "{}: {} samples, {} {held_out}, {}, {} map",
+        "{}: {} samples, {held_out}, {}, {} map",
         file_name(&args.data),
         with_separators(samples),
-        settings.folds,
         method_name(settings.method),
         map_name(settings.map),
     )];
@@ -261,7 +273,7 @@ fn as_text(args: &SelectArgs, chosen: &Chosen, samples: usize) -> String {
     );
     lines.push(right_aligned(&rows));
     lines.extend(selection::notes(found));
-    lines.push(choose::reason_of(chosen));
+    lines.extend(choose::lines(chosen));
     lines.join("\n")
 }
 

@@ -7,6 +7,9 @@ use std::io::{self, Write};
 /// Columns that mean so by their name, the narrower grouping first.
 pub const GROUP_COLUMNS: [&str; 3] = ["cluster", "frame", "pose"];
 
+/// Column that says which sensor a row is of.
+pub const SENSOR_COLUMN: &str = "sensor";
+
 /// Rows with equal text in one column belong together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroupColumn {
@@ -20,6 +23,26 @@ pub struct GroupColumn {
 /// # Errors
 /// A named column that is missing, a column that is there twice, empty cells.
 pub fn parse(bytes: &[u8], name: Option<&str>) -> Result<Option<GroupColumn>, FormatError> {
+    match name {
+        Some(name) => column(bytes, Some(name), &[]),
+        None => column(bytes, None, &GROUP_COLUMNS),
+    }
+}
+
+/// Reads the column of sensors, where there is one.
+///
+/// # Errors
+/// A column that is there twice, empty cells.
+pub fn parse_sensors(bytes: &[u8]) -> Result<Option<GroupColumn>, FormatError> {
+    column(bytes, None, &[SENSOR_COLUMN])
+}
+
+/// A column that has to be there, or else the first that is.
+fn column(
+    bytes: &[u8],
+    name: Option<&str>,
+    known: &[&'static str],
+) -> Result<Option<GroupColumn>, FormatError> {
     let mut reader = csv::ReaderBuilder::new()
         .flexible(true)
         .trim(csv::Trim::All)
@@ -27,8 +50,9 @@ pub fn parse(bytes: &[u8], name: Option<&str>) -> Result<Option<GroupColumn>, Fo
     let header = reader.headers().map_err(|e| csv_error(&e))?.clone();
     let found = match name {
         Some(name) => Some(name),
-        None => GROUP_COLUMNS
-            .into_iter()
+        None => known
+            .iter()
+            .copied()
             .find(|&known| header.iter().any(|column| column == known)),
     };
     let Some(name) = found else {
@@ -136,6 +160,15 @@ mod tests {
     #[test]
     fn a_table_without_such_a_column_has_no_groups() {
         assert_eq!(labels("x,y\n1,2\n", None), None);
+    }
+
+    #[test]
+    fn the_sensor_column_is_read_where_there_is_one() {
+        let found = parse_sensors(b"pose,sensor\n1,a\n1,b\n").unwrap().unwrap();
+        assert_eq!(found.labels, ["a", "b"]);
+        assert_eq!(parse_sensors(b"pose\n1\n").unwrap(), None);
+        let empty = parse_sensors(b"sensor,x\n,1\n").unwrap_err().to_string();
+        assert!(empty.contains("line 2: sensor is empty"), "{empty}");
     }
 
     #[test]

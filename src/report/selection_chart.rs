@@ -1,8 +1,8 @@
 //! The paper's Fig. 3: what is left of held-out measurements against order and angular resolution.
 
 use super::plot::{Axis, Chart, Scale, Series, SeriesStyle};
-use super::selection::candidate_text;
-use crate::field::selection::{Scored, Selection};
+use super::selection::{candidate_text, hold_out_name};
+use crate::field::selection::{HoldOutBy, Scored, Selection};
 use crate::geometry::directions::DirectionSet;
 
 /// Highest RMS that is drawn, in multiples of that without correction: a model that doubles the
@@ -61,7 +61,13 @@ pub fn chart(data: &str, selection: &Selection) -> Chart {
         SeriesStyle::Marked,
     );
     Chart {
-        title: format!("{data}: residual on held-out measurements"),
+        title: format!(
+            "{data}: residual on held-out {}",
+            match selection.decided_by {
+                HoldOutBy::Rows => "measurements",
+                by => hold_out_name(by),
+            }
+        ),
         x: Axis {
             label: "order of the polynomials; 0 is no correction".to_owned(),
             scale: Scale::Linear,

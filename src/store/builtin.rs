@@ -115,8 +115,10 @@ pub(super) fn design_file(name: &str) -> Result<(&'static str, PathBuf), StoreEr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibration::room_process::room_process;
     use crate::field::environment::{HoldoutProvenance, Provenance};
     use crate::field::fit::{FitSettings, factor, residuals};
+    use crate::field::gaussian::GaussianField;
     use crate::field::samples::MapKind;
     use crate::field::{Environment, OutsidePolicy, Support};
     use crate::formats::{body, design_file, environment};
@@ -125,6 +127,7 @@ mod tests {
     use crate::store::{open_builtin, read_measurements, resolve, write_environment};
     use crate::study::{CancelToken, Mode, run};
     use crate::task::Task;
+    use std::sync::Arc;
 
     const ENVIRONMENT: &str = "assets/environments/operating-table.env.ron";
 
@@ -164,6 +167,9 @@ mod tests {
                     after: residuals(&fit.model, &holdout, OutsidePolicy::Clamp),
                 }),
             }),
+            process: Some(Arc::new(
+                room_process(&samples, &fit, &settings, &task).unwrap(),
+            )),
             model: fit.model,
             support: Some(support),
         }
@@ -188,6 +194,10 @@ mod tests {
                 assert!((s - f).abs() <= 1e-9 * f.abs().max(1.0), "{s} {f}");
             }
         }
+        let (kept, found) = (stored.process.unwrap(), fitted.process.unwrap());
+        assert_eq!(kept.rows, found.rows);
+        let length_mm = |process: &GaussianField| process.kernel.scales[0].length_mm;
+        assert!((length_mm(&kept) / length_mm(&found) - 1.0).abs() < 1e-6);
         let holdout = stored.provenance.unwrap().holdout.unwrap();
         assert!(
             (holdout.before.position_rms_mm - 2.48).abs() < 0.01,

@@ -55,7 +55,7 @@ pub use procedure::{ProcedureWish, further_room, procedure, reference_to_file};
 pub use read::{
     read_calbody, read_calreadings, read_environment, read_groups, read_input, read_measurements,
     read_mesh, read_pivot_recording, read_points, read_poses, read_poses_of, read_recorded_tool,
-    read_recording,
+    read_recording, read_sensors,
 };
 pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
 pub use recorder::Recorder;

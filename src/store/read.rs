@@ -43,6 +43,16 @@ pub fn read_groups(file: &Path, column: Option<&str>) -> Result<Option<GroupColu
     })
 }
 
+/// The column of a measurement table that says which sensor each row is of, where there is one.
+pub fn read_sensors(file: &Path) -> Result<Option<GroupColumn>, StoreError> {
+    read(
+        Place::Disk,
+        file,
+        "a measurement table",
+        groups::parse_sensors,
+    )
+}
+
 pub fn read_poses(file: &Path) -> Result<Vec<Pose>, StoreError> {
     read(Place::Disk, file, "a poses table", poses::parse)
 }

@@ -1,7 +1,7 @@
 //! What the workspace's threads do: calls of the core in order, each told to one task.
 
 use super::desk::{Comparison, FieldSettings, Fitted, Table};
-use crate::calibration::room_choice::{Chosen, RowGroups, WantedModel, choose, row_groups};
+use crate::calibration::room_choice::{Chosen, WantedModel, choose, row_groups};
 use crate::calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
@@ -83,19 +83,9 @@ fn choose_model(
         Err(error) => return Err(Failure::Because(error.to_string())),
     };
     let column = column.map(|c| (c.name.as_str(), c.labels.as_slice()));
-    let folds = tried.folds;
-    let grouping = match row_groups(&training.samples, column, folds) {
-        Err(error) => return Err(in_table(training, &error)),
-        Ok(RowGroups::OneByOne) => None,
-        Ok(RowGroups::TooFewClusters(count)) => {
-            notes.push(format!(
-                "The positions lie in {count} clusters, too few for {folds} folds, so rows are \
-                 held out one by one"
-            ));
-            None
-        }
-        Ok(RowGroups::Together(grouping)) => Some(grouping),
-    };
+    let grouping = row_groups(&training.samples, column).map_err(|e| in_table(training, &e))?;
+    let places = grouping.as_ref().and_then(|g| g.places.as_ref());
+    notes.extend(places.map(grouped_line));
     choose(&training.samples, grouping, tried, task).map_err(|error| match error {
         SelectError::Cancelled(_) => Failure::Cancelled,
         error => in_table(training, &error),
@@ -135,7 +125,9 @@ fn fit_model(
     fit_room(&order, stage).map_err(|error| match error {
         error if error.is_cancelled() => Failure::Cancelled,
         RoomError::Fit(error) => in_table(training, &error),
-        RoomError::Support(error) => Failure::Because(error.to_string()),
+        error @ (RoomError::Support(_) | RoomError::SharedRows { .. }) => {
+            Failure::Because(error.to_string())
+        }
     })
 }
 

@@ -2,11 +2,12 @@
 //! triangles, all ridges from one decomposition.
 
 use super::folds::Folds;
-use super::{Scores, SelectError, SelectSettings, clusters};
+use super::scoring::{FoldSums, HeldOutScores, Residual};
+use super::{Candidate, SelectError, SelectSettings, clusters};
 use crate::field::bernstein::{coefficient_count, push_products};
 use crate::field::fit::{FitMethod, FitSettings, factor};
-use crate::field::least_squares::{Decomposition, Triangle};
-use crate::field::samples::SampleSet;
+use crate::field::least_squares::{Decomposition, Triangle, VALUES};
+use crate::field::samples::{Sample, SampleSet};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, DirectionWeights};
 use crate::task::Task;
@@ -14,9 +15,6 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// Values of an error: X, Y, Z, Rx, Ry, Rz.
-const VALUES: usize = 6;
 
 /// Held-out rows that one thread judges at a time. Sums are taken by such blocks, in order, so
 /// that they do not depend on the threads.
@@ -47,7 +45,7 @@ pub(super) struct System {
 /// A system on all its folds.
 pub(super) struct Outcome {
     /// One a ridge.
-    pub scores: Vec<Scores>,
+    pub scores: Vec<HeldOutScores>,
     /// Whether most held-out rows are judged by more places than unknowns.
     pub is_determined: bool,
 }
@@ -66,23 +64,52 @@ struct Fitted {
     is_determined: bool,
 }
 
-/// Sums over held-out rows for one ridge.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    position_squares: f64,
-    position_max_square: f64,
-    rotation_squares: f64,
-}
-
 impl<'a> Problem<'a> {
     pub fn new(set: &'a SampleSet, bounds: Bounds) -> Self {
         let positions: Vec<_> = set.samples.iter().map(|s| s.position_mm).collect();
         Self {
+            places: clusters::find(&positions),
+            ..Self::without_places(set, bounds)
+        }
+    }
+
+    /// For residuals only: nobody asks what is determined.
+    pub fn without_places(set: &'a SampleSet, bounds: Bounds) -> Self {
+        let unit = |s: &Sample| bounds.to_unit(&s.position_mm);
+        Self {
             set,
             bounds,
-            unit_positions: positions.iter().map(|p| bounds.to_unit(p)).collect(),
-            places: clusters::find(&positions),
+            unit_positions: set.samples.iter().map(unit).collect(),
+            places: None,
         }
+    }
+
+    /// How many of a set's orientations have fewer places than coefficients. All rows count: it is
+    /// they that the chosen model is fitted to.
+    pub fn under_sampled(&self, system: &System, settings: &SelectSettings) -> usize {
+        if system.order == 0 {
+            return 0;
+        }
+        let mut rows_of = vec![Vec::new(); system.directions.len()];
+        for (row, sample) in self.set.samples.iter().enumerate() {
+            let DirectionWeights {
+                directions,
+                weights,
+            } = system.directions.weights(&sample.axis, settings.weighting);
+            for (direction, weight) in directions.into_iter().zip(weights) {
+                if weight > 0.0 {
+                    rows_of[direction].push(row);
+                }
+            }
+        }
+        let unknowns = coefficient_count(system.order);
+        let is_short = |rows: &&Vec<usize>| self.places(rows.iter().copied()) < unknowns;
+        rows_of.iter().filter(is_short).count()
+    }
+
+    fn weights(&self, system: &System, settings: &SelectSettings) -> Vec<DirectionWeights> {
+        let of_axis = |axis| system.directions.weights(axis, settings.weighting);
+        self.set.samples.iter().map(|s| of_axis(&s.axis)).collect()
     }
 
     /// How many places the rows are at, counting clusters once.
@@ -144,17 +171,8 @@ pub(super) fn scores(
     settings: &SelectSettings,
     progress: &Progress,
 ) -> Result<Outcome, SelectError> {
-    let weights: Vec<_> = problem
-        .set
-        .samples
-        .iter()
-        .map(|s| system.directions.weights(&s.axis, settings.weighting))
-        .collect();
-    let fitted = if system.order == 0 {
-        Vec::new()
-    } else {
-        fit_complements(problem, &weights, system, split, settings, progress)?
-    };
+    let weights = problem.weights(system, settings);
+    let fitted = fit_complements(problem, &weights, system, split, settings, progress)?;
     let judge = Judge {
         problem,
         weights: &weights,
@@ -162,37 +180,62 @@ pub(super) fn scores(
         method: settings.method,
         fitted: &fitted,
     };
-    let mut sums = vec![Sums::default(); system.ridges.len()];
+    // By ridge, then fold.
+    let mut sums = vec![Vec::with_capacity(split.folds.rows.len()); system.ridges.len()];
     let mut determined = 0;
     for (fold, rows) in split.folds.rows.iter().enumerate() {
         let blocks: Vec<_> = rows
             .par_chunks(BLOCK_ROWS)
             .map(|rows| judge.sums(fold, rows))
             .collect();
-        for block in blocks {
-            for (sum, part) in sums.iter_mut().zip(block) {
-                sum.add(&part);
+        for (ridge, of_folds) in sums.iter_mut().enumerate() {
+            let mut sum = FoldSums::default();
+            for block in &blocks {
+                sum.add(&block[ridge]);
             }
+            of_folds.push(sum);
         }
         let is_determined = |row: &&usize| judge.is_determined(fold, **row);
         determined += rows.iter().filter(is_determined).count();
     }
-    let n = problem.set.samples.len() as f64;
-    let scores = sums
-        .iter()
-        .map(|sum| Scores {
-            position_rms_mm: (sum.position_squares / n).sqrt(),
-            position_max_mm: sum.position_max_square.sqrt(),
-            angle_rms_rad: problem
-                .set
-                .has_rotations
-                .then(|| (sum.rotation_squares / n).sqrt()),
-        })
-        .collect();
+    let has_rotations = problem.set.has_rotations;
     Ok(Outcome {
-        scores,
+        scores: sums
+            .into_iter()
+            .map(|by_fold| HeldOutScores::of_sums(by_fold, has_rotations))
+            .collect(),
         is_determined: 2 * determined > problem.set.samples.len(),
     })
+}
+
+/// What a candidate leaves of each row when its fold is held out, in the order of the rows.
+pub(super) fn residuals(
+    problem: &Problem,
+    candidate: &Candidate,
+    split: &Split,
+    settings: &SelectSettings,
+    task: &Task,
+) -> Result<Vec<Residual>, SelectError> {
+    let system = System {
+        order: candidate.order,
+        directions: candidate.directions,
+        ridges: vec![candidate.ridge],
+    };
+    let progress = Progress::new(task, std::slice::from_ref(&system), 1);
+    let weights = problem.weights(&system, settings);
+    let fitted = fit_complements(problem, &weights, &system, split, settings, &progress)?;
+    let judge = Judge {
+        problem,
+        weights: &weights,
+        system: &system,
+        method: settings.method,
+        fitted: &fitted,
+    };
+    let mut residuals = vec![[0.0; VALUES]; problem.set.samples.len()];
+    for (fold, rows) in split.folds.rows.iter().enumerate() {
+        judge.each(fold, rows, |row, _, residual| residuals[row] = residual);
+    }
+    Ok(residuals)
 }
 
 /// Fits to all rows but one fold's: by orientation (one for all where they are fitted jointly),
@@ -205,6 +248,9 @@ fn fit_complements(
     settings: &SelectSettings,
     progress: &Progress,
 ) -> Result<Vec<Vec<Fitted>>, SelectError> {
+    if system.order == 0 {
+        return Ok(Vec::new());
+    }
     let fit_settings = FitSettings {
         order: system.order,
         directions: system.directions,
@@ -298,14 +344,6 @@ fn solve_all(decomposition: &Decomposition, rcond: f64, ridges: &[f64]) -> (Vec<
     (coefficients, unknowns)
 }
 
-impl Sums {
-    fn add(&mut self, other: &Self) {
-        self.position_squares += other.position_squares;
-        self.position_max_square = self.position_max_square.max(other.position_max_square);
-        self.rotation_squares += other.rotation_squares;
-    }
-}
-
 /// A fitted system, to be judged on the rows it has not seen.
 struct Judge<'a> {
     problem: &'a Problem<'a>,
@@ -317,31 +355,31 @@ struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// What is left of held-out rows by equation (8), for each ridge.
-    fn sums(&self, fold: usize, rows: &[usize]) -> Vec<Sums> {
-        let ridges = self.system.ridges.len();
-        let mut sums = vec![Sums::default(); ridges];
+    /// Sums over held-out rows for each ridge.
+    fn sums(&self, fold: usize, rows: &[usize]) -> Vec<FoldSums> {
+        let mut sums = vec![FoldSums::default(); self.system.ridges.len()];
+        self.each(fold, rows, |_, ridge, residual| {
+            sums[ridge].add(&FoldSums::of(&residual));
+        });
+        sums
+    }
+
+    /// Calls `visit` with the row, the ridge's place and what is left of the row by equation (8).
+    fn each(&self, fold: usize, rows: &[usize], mut visit: impl FnMut(usize, usize, Residual)) {
         let mut products = Vec::with_capacity(coefficient_count(self.system.order));
-        let mut predicted = vec![0.0; ridges * VALUES];
+        let mut predicted = vec![0.0; self.system.ridges.len() * VALUES];
         for &row in rows {
             predicted.fill(0.0);
             if self.system.order > 0 {
                 self.predict(fold, row, &mut products, &mut predicted);
             }
             let error = &self.problem.set.samples[row].error;
-            for (sum, p) in sums.iter_mut().zip(predicted.chunks_exact(VALUES)) {
-                let left = |e: &Vector3<f64>, p: &[f64]| {
-                    (e - Vector3::from_column_slice(p)).norm_squared()
-                };
-                let position = left(&error.position_mm, &p[..3]);
-                sum.add(&Sums {
-                    position_squares: position,
-                    position_max_square: position,
-                    rotation_squares: left(&error.rotation_rad, &p[3..]),
-                });
+            let (e, r) = (&error.position_mm, &error.rotation_rad);
+            for (ridge, p) in predicted.chunks_exact(VALUES).enumerate() {
+                let measured = [e.x, e.y, e.z, r.x, r.y, r.z];
+                visit(row, ridge, std::array::from_fn(|i| measured[i] - p[i]));
             }
         }
-        sums
     }
 
     /// Six values for each ridge, added to `predicted`.

@@ -1,12 +1,17 @@
 //! Chooses a model's order, orientations and ridge by what they leave of samples they have not
-//! seen: k-fold cross-validation, row by row and by groups of rows that belong together.
+//! seen: k-fold cross-validation by row, by groups of rows that belong together, and by sensor.
 //!
-//! Where groups are known they decide: neighbours of a held-out row would tell its error.
+//! Where groups are known they decide unless sensors are asked for: neighbours of a held-out row
+//! would tell its error.
 
 mod choice;
 pub mod clusters;
 mod cross_validation;
 pub mod folds;
+mod hold_outs;
+pub mod places;
+pub mod scoring;
+pub mod sensors;
 #[cfg(test)]
 mod tests;
 
@@ -17,10 +22,15 @@ use super::samples::{MapKind, SampleSet};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::task::{Cancelled, Task};
-use cross_validation::{Problem, Split, System};
-use folds::Folds;
+use cross_validation::{Outcome, Problem, Split, System};
+use folds::{Folds, numbered};
+use hold_outs::AllFolds;
+use scoring::{HeldOutScores, Residual};
+use sensors::{SensorSpread, sensor_spread};
 
-pub use choice::TOLERANCE;
+pub use choice::{Choice, Contender, TOLERANCE, choose};
+pub use hold_outs::{HoldOut, HoldOutBy, HoldOuts};
+pub use scoring::Scores;
 
 /// Parts that the rows are split into unless told otherwise.
 pub const DEFAULT_FOLDS: usize = 5;
@@ -114,32 +124,58 @@ impl Candidate {
     }
 }
 
-/// What a candidate leaves of rows that it has not seen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scores {
-    pub position_rms_mm: f64,
-    pub position_max_mm: f64,
-    /// `None` where orientations were not measured.
-    pub angle_rms_rad: Option<f64>,
-}
-
 /// A candidate and how it did.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Scored {
     pub candidate: Candidate,
     /// Rows held out one by one.
     pub by_row: Scores,
     /// Rows held out with all of their group.
     pub by_group: Option<Scores>,
+    /// Rows held out with all of their sensor.
+    pub by_sensor: Option<Scores>,
+    /// The scores that decide, with those of each fold.
+    pub deciding: HeldOutScores,
     /// Whether the model has fewer coefficients an orientation than the places it was fitted to
     /// (clusters of positions count once). Else only the ridge says what is between them.
     pub is_determined: bool,
+    /// Orientations with fewer places than coefficients, of all rows.
+    pub under_sampled: usize,
 }
 
 impl Scored {
-    /// The scores that decide: by group where groups are known.
+    /// The scores that decide: by group where groups are known and nothing else was asked for.
     pub fn deciding(&self) -> &Scores {
-        self.by_group.as_ref().unwrap_or(&self.by_row)
+        &self.deciding.overall
+    }
+
+    /// The scores of a hold-out, where rows were held out so.
+    pub fn held_out_by(&self, by: HoldOutBy) -> Option<&Scores> {
+        match by {
+            HoldOutBy::Rows => Some(&self.by_row),
+            HoldOutBy::Groups => self.by_group.as_ref(),
+            HoldOutBy::Sensors => self.by_sensor.as_ref(),
+        }
+    }
+
+    /// Whether most of the orientations have fewer places than coefficients.
+    pub fn is_under_sampled(&self) -> bool {
+        2 * self.under_sampled > self.candidate.directions.len()
+    }
+
+    /// Whether the samples determine the model, all of it: else it is chosen only where nothing
+    /// else is tried.
+    pub fn is_admissible(&self) -> bool {
+        self.is_determined && !self.is_under_sampled()
+    }
+
+    fn contender(&self) -> Contender<'_> {
+        Contender {
+            size: self.candidate.coefficients(),
+            is_regularised: self.candidate.ridge > 0.0,
+            is_admissible: self.is_admissible(),
+            scores: &self.deciding,
+        }
     }
 }
 
@@ -152,8 +188,17 @@ pub struct Selection {
     pub best: usize,
     /// The place of the one with the least RMS of all that may be chosen; it may be larger.
     pub least: usize,
+    /// The place of the one that would have been chosen by position alone, where another one is
+    /// as good within the noise of the folds and better in angle.
+    pub instead_of: Option<usize>,
     /// Number of groups, where rows were grouped.
     pub groups: Option<usize>,
+    /// Every way in which rows were held out, rows first.
+    pub hold_outs: Vec<HoldOut>,
+    /// Which of them decides.
+    pub decided_by: HoldOutBy,
+    /// What sensors differ by among themselves, where they were held out.
+    pub sensors: Option<SensorSpread>,
     /// Joint systems that were not tried, since no fold could determine them: order, orientations.
     pub left_out: Vec<(usize, DirectionSet)>,
 }
@@ -175,9 +220,8 @@ impl Selection {
         let mut start = 0;
         for same in self.table.chunk_by(|a, b| system(a) == system(b)) {
             let end = start + same.len();
-            places.extend(
-                choice::choose(&self.table, (start..end).collect()).map(|choice| choice.best),
-            );
+            let contenders: Vec<_> = same.iter().map(Scored::contender).collect();
+            places.extend(choose(&contenders).map(|choice| start + choice.best));
             start = end;
         }
         places
@@ -199,6 +243,12 @@ pub enum SelectError {
     FewerGroupsThanFolds { groups: usize, folds: usize },
     #[error("found groups for {found} rows, expected them for {expected}")]
     GroupCount { found: usize, expected: usize },
+    #[error("found {0} sensor, expected at least 2 to hold one out")]
+    FewSensors(usize),
+    #[error("found folds that do not hold each of {rows} rows once")]
+    NoPartition { rows: usize },
+    #[error("found no {0} to hold out")]
+    NothingToHoldOut(&'static str),
     #[error("found no {0} to try, expected at least one")]
     NothingToTry(&'static str),
     #[error("order is {0}, expected 0 to {MAX_ORDER}")]
@@ -231,11 +281,7 @@ impl From<FitError> for SelectError {
     }
 }
 
-/// Cross-validates every candidate and chooses the smallest within [`TOLERANCE`] of the least RMS.
-///
-/// `groups` names the group of each row by any number; groups are held out whole then, and decide.
-/// The box is that of all samples, as it is for whoever fits the chosen model to them. The result
-/// does not depend on the number of threads.
+/// [`select_by`] with groups that decide where there are any.
 ///
 /// # Errors
 /// See [`SelectError`].
@@ -245,25 +291,55 @@ pub fn select(
     settings: &SelectSettings,
     task: &Task,
 ) -> Result<Selection, SelectError> {
+    let hold_outs = HoldOuts {
+        groups,
+        ..HoldOuts::default()
+    };
+    select_by(set, &hold_outs, settings, task)
+}
+
+/// Cross-validates every candidate in every hold-out and chooses by the one that decides: see
+/// [`choose`].
+///
+/// The box is that of all samples, as it is for whoever fits the chosen model to them. The result
+/// does not depend on the number of threads.
+///
+/// # Errors
+/// See [`SelectError`].
+pub fn select_by(
+    set: &SampleSet,
+    hold_outs: &HoldOuts,
+    settings: &SelectSettings,
+    task: &Task,
+) -> Result<Selection, SelectError> {
     check(set, settings)?;
     let rows = set.samples.len();
-    let by_row = Split::new(set, Folds::of_rows(rows, settings.folds, settings.seed));
-    let by_group = groups
-        .map(|groups| group_folds(groups, rows, settings))
-        .transpose()?
-        .map(|(folds, count)| (Split::new(set, folds), count));
+    let folds = AllFolds::new(hold_outs, rows, settings)?;
+    let listed = folds.list();
+    let decided_by = folds.deciding;
+    let sensor_folds = folds.sensors.as_ref().map(|(folds, _)| folds.clone());
+    let by_row = Split::new(set, folds.rows);
+    let by_group = folds.groups.map(|(folds, _)| Split::new(set, folds));
+    let by_sensor = folds.sensors.map(|(folds, _)| Split::new(set, folds));
     let bounds =
         Bounds::around(set.samples.iter().map(|s| s.position_mm)).ok_or(SelectError::NoSamples)?;
     let problem = Problem::new(set, bounds);
     let (systems, left_out) = affordable(systems(settings), settings.method, rows);
-    let splits = 1 + usize::from(by_group.is_some());
-    let progress = cross_validation::Progress::new(task, &systems, splits);
+    let progress = cross_validation::Progress::new(task, &systems, listed.len());
     let mut table = Vec::new();
     for system in &systems {
         let of = |split| cross_validation::scores(&problem, system, split, settings, &progress);
-        let by_row_outcome = of(&by_row)?;
-        let by_group_outcome = by_group.as_ref().map(|(split, _)| of(split)).transpose()?;
-        let deciding = by_group_outcome.as_ref().unwrap_or(&by_row_outcome);
+        let by_row = of(&by_row)?;
+        let by_group = by_group.as_ref().map(of).transpose()?;
+        let by_sensor = by_sensor.as_ref().map(of).transpose()?;
+        let deciding = match decided_by {
+            HoldOutBy::Rows => Some(&by_row),
+            HoldOutBy::Groups => by_group.as_ref(),
+            HoldOutBy::Sensors => by_sensor.as_ref(),
+        };
+        let deciding = deciding.unwrap_or(&by_row);
+        let under_sampled = problem.under_sampled(system, settings);
+        let overall = |outcome: &Outcome, i: usize| outcome.scores[i].overall;
         for (i, &ridge) in system.ridges.iter().enumerate() {
             table.push(Scored {
                 candidate: Candidate {
@@ -271,24 +347,78 @@ pub fn select(
                     directions: system.directions,
                     ridge,
                 },
-                by_row: by_row_outcome.scores[i],
-                by_group: by_group_outcome.as_ref().map(|outcome| outcome.scores[i]),
+                by_row: overall(&by_row, i),
+                by_group: by_group.as_ref().map(|outcome| overall(outcome, i)),
+                by_sensor: by_sensor.as_ref().map(|outcome| overall(outcome, i)),
+                deciding: deciding.scores[i].clone(),
                 is_determined: deciding.is_determined,
+                under_sampled,
             });
         }
     }
-    let choice = choice::choose(&table, choice::eligible(&table))
-        .ok_or(SelectError::NothingToTry("models"))?;
+    let contenders: Vec<_> = table.iter().map(Scored::contender).collect();
+    let choice = choose(&contenders).ok_or(SelectError::NothingToTry("models"))?;
+    let sensors = match (&sensor_folds, &by_sensor, hold_outs.sensors) {
+        (Some(folds), Some(split), Some(labels)) => {
+            let candidate = &table[choice.best].candidate;
+            let quiet = Task::cancelled_by(task.cancel.clone());
+            let left = cross_validation::residuals(&problem, candidate, split, settings, &quiet)?;
+            let poses = hold_outs.groups.map(|groups| numbered(groups).0);
+            let sensors = numbered(labels).0;
+            sensor_spread(&left, &sensors, poses.as_deref(), folds, set.has_rotations).ok()
+        }
+        _ => None,
+    };
     Ok(Selection {
-        table,
         best: choice.best,
         least: choice.least,
-        groups: by_group.map(|(_, count)| count),
+        instead_of: choice.instead_of,
+        table,
+        groups: by_group.and(
+            listed
+                .iter()
+                .find(|h| h.by == HoldOutBy::Groups)
+                .map(|h| h.count),
+        ),
+        hold_outs: listed,
+        decided_by,
+        sensors,
         left_out: left_out
             .iter()
             .map(|system| (system.order, system.directions))
             .collect(),
     })
+}
+
+/// What a candidate leaves of each row when its fold is held out, in the order of the rows.
+///
+/// # Errors
+/// See [`SelectError`]; folds that are no partition of the rows.
+pub fn held_out_residuals(
+    set: &SampleSet,
+    folds: &Folds,
+    candidate: &Candidate,
+    settings: &SelectSettings,
+    task: &Task,
+) -> Result<Vec<Residual>, SelectError> {
+    let tried = SelectSettings {
+        orders: vec![candidate.order],
+        direction_sets: vec![candidate.directions],
+        ridges: vec![candidate.ridge],
+        ..settings.clone()
+    };
+    check(set, &tried)?;
+    let rows = set.samples.len();
+    let mut held_out = folds.rows.concat();
+    held_out.sort_unstable();
+    if !held_out.iter().copied().eq(0..rows) {
+        return Err(SelectError::NoPartition { rows });
+    }
+    let bounds =
+        Bounds::around(set.samples.iter().map(|s| s.position_mm)).ok_or(SelectError::NoSamples)?;
+    let problem = Problem::without_places(set, bounds);
+    let split = Split::new(set, folds.clone());
+    cross_validation::residuals(&problem, candidate, &split, &tried, task)
 }
 
 /// Parts joint systems with at least as many unknowns as rows from the others. They could not be
@@ -309,28 +439,6 @@ fn affordable(systems: Vec<System>, method: FitMethod, rows: usize) -> (Vec<Syst
         return (systems, Vec::new());
     }
     systems.into_iter().partition(|system| !is_hopeless(system))
-}
-
-fn group_folds(
-    groups: &[usize],
-    rows: usize,
-    settings: &SelectSettings,
-) -> Result<(Folds, usize), SelectError> {
-    if groups.len() != rows {
-        return Err(SelectError::GroupCount {
-            found: groups.len(),
-            expected: rows,
-        });
-    }
-    let (groups, count) = folds::numbered(groups);
-    if count < settings.folds {
-        return Err(SelectError::FewerGroupsThanFolds {
-            groups: count,
-            folds: settings.folds,
-        });
-    }
-    let folds = Folds::of_groups(&groups, count, settings.folds, settings.seed);
-    Ok((folds, count))
 }
 
 /// Every order with every set of orientations, order 0 once.
