@@ -8,6 +8,7 @@ mod convert;
 mod distort;
 #[cfg(feature = "editor")]
 mod edit;
+mod expected;
 mod export;
 mod fit;
 mod import;

@@ -1,8 +1,8 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
 mod crf;
-mod expected;
 
+use super::expected;
 use super::output::{self, Format, OutsideArg};
 use super::uncertainty::UncertaintyArgs;
 use crate::field::samples::MapKind;

@@ -1,5 +1,6 @@
 //! What `compare` prints.
 
+use crate::cli::expected;
 use crate::formats::comparison_table::Names;
 use crate::geometry::pose::pose_to_array;
 use crate::study::comparison::{
@@ -60,6 +61,9 @@ fn row_as_json(row: &Row, names: &Names) -> Value {
             .requirement_met()
             .map(|met| json!({"met": met, "checks": figures.checks}))
     );
+    if let Some(expected) = &measured.expected {
+        expected::add_json(&mut value, expected, measured.requirement.as_ref());
+    }
     value["poorly_determined"] = json!(figures.poorly_determined);
     if let Some(free) = &figures.free_axis {
         value["free_axis"] = json!(free);
@@ -133,7 +137,7 @@ fn table(rows: &[&Row], labels: &[String], baseline: usize) -> String {
             Ok(measured) => {
                 let (p, a) = (&measured.figures.position_mm, &measured.figures.angle_deg);
                 cells.extend([p.rms, p.p95, p.max, a.rms, a.max].map(|v| format!("{v:.4}")));
-                cells.push(met_words(&measured.figures).to_owned());
+                cells.push(met_words(measured).to_owned());
                 cells.extend(changes(row, baseline));
             }
         }
@@ -194,6 +198,10 @@ fn about(row: &Row, labels: &[String], baseline: usize) -> Vec<String> {
                     format!("    {:<label$}  {words}", figure.label())
                 }));
             }
+            let expected = measured.expected.iter().flat_map(expected::rows);
+            lines.extend(
+                expected.map(|(label, value, unit)| format!("    {label}  {value} {unit}")),
+            );
             lines.push(format!("    {}", worst_words(measured)));
             let notes = notes(measured, row.against_baseline.as_ref());
             lines.extend(notes.into_iter().map(|note| format!("    note: {note}")));

@@ -48,7 +48,7 @@ pub(super) fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         };
         let name = &crf.body.rigid.name;
         let title = format!("{name}{at}, alone in {}", world.environment.name);
-        let expected = super::expected::of(&scenario, &mode)?;
+        let expected = crate::cli::expected::of(&scenario, &mode)?;
         texts.push(study_text(
             &title,
             &outcome,
@@ -58,7 +58,7 @@ pub(super) fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         ));
         let mut value = as_json(&outcome.figures, single.as_ref());
         if let Some(expected) = &expected {
-            super::expected::add_json(&mut value, expected, scenario.requirement.as_ref());
+            crate::cli::expected::add_json(&mut value, expected, scenario.requirement.as_ref());
         }
         value["target"] = json!(judged.target);
         values.push(value);

@@ -27,9 +27,8 @@ const ROUNDS: usize = 4;
 const FIRST_PASSES: usize = 12;
 const LATER_PASSES: usize = 6;
 
-/// A row whose mean squared leave-one-out residual is more than this many times the median is an
-/// outlier. Ratios of a field with varying amplitude reach 15 without any (rooms of an independent
-/// tracker, without outliers).
+/// A row whose squared leave-one-out residuals are more than this many times the median is an outlier.
+/// Beside metal they reach half of that without any (rooms of an independent tracker).
 const OUTLIER_RATIO: f64 = 60.0;
 
 /// Noise of an outlier over that of others: it counts for nothing.
@@ -224,10 +223,11 @@ impl Fitting {
             task,
         )?;
         self.kernel = hyper_parameters::kernel(&self.hyper_parameters, self.has_rotations);
-        let ratios = self.ratios(&scaled)?;
-        let most = OUTLIER_RATIO * median(&ratios);
-        for (row, ratio) in self.rows.iter_mut().zip(&ratios) {
-            if *ratio > most && most > 0.0 {
+        let left_out = left_out(&mut self.kernel, &scaled)?;
+        let covariance = covariance(&scaled, &left_out.solved, self.has_rotations);
+        let ratios = ratios(&left_out, &covariance, self.has_rotations, self.dof());
+        for (row, is_outlier) in self.rows.iter_mut().zip(outliers(&left_out)) {
+            if is_outlier {
                 row.noise_factor = OUTLIER_NOISE;
             }
         }
@@ -247,18 +247,6 @@ impl Fitting {
     /// Components of a row that carry information.
     fn dof(&self) -> f64 {
         if self.has_rotations { 5.0 } else { 3.0 }
-    }
-
-    /// Mean squared leave-one-out residual of each row over its expectation.
-    fn ratios(&mut self, scaled: &[Row]) -> Result<Vec<f64>, GaussianError> {
-        let left_out = left_out(&mut self.kernel, scaled)?;
-        let covariance = covariance(scaled, &left_out.solved, self.has_rotations);
-        Ok(ratios(
-            &left_out,
-            &covariance,
-            self.has_rotations,
-            self.dof(),
-        ))
     }
 
     /// The covariance of the components of unit amplitude, made right by the residuals of rows that
@@ -308,10 +296,9 @@ impl Fitting {
             }
             let own: Vec<usize> = (part..rows.len()).step_by(parts).collect();
             let some: Vec<Row> = own.iter().map(|&i| rows[i]).collect();
-            let ratios = self.ratios(&scaled(&some, &self.amplitude))?;
-            let most = OUTLIER_RATIO * median(&ratios);
-            for (&i, ratio) in own.iter().zip(&ratios) {
-                if *ratio > most && most > 0.0 {
+            let left_out = left_out(&mut self.kernel, &scaled(&some, &self.amplitude))?;
+            for (&i, is_outlier) in own.iter().zip(outliers(&left_out)) {
+                if is_outlier {
                     rows[i].noise_factor = OUTLIER_NOISE;
                 }
             }
@@ -387,6 +374,27 @@ fn squared_ratio(left_out: &LeftOut, covariance: &Matrix6<f64>, row: usize, c: u
     }
 }
 
+/// Rows whose residuals are far beyond those of most. Each component is held against the median of
+/// its own squares, which outliers do not move.
+fn outliers(left_out: &LeftOut) -> Vec<bool> {
+    let rows = left_out.variance.len();
+    let square = |row: usize, c: usize| {
+        let residual = left_out.solved[(row, c)];
+        residual * residual * left_out.variance[row]
+    };
+    let scales: Vec<f64> = (0..6)
+        .map(|c| median(&(0..rows).map(|row| square(row, c)).collect::<Vec<_>>()))
+        .collect();
+    let ratio = |row: usize| -> f64 {
+        let told = (0..6).filter(|c| scales[*c] > 0.0);
+        told.map(|c| square(row, c) / scales[c]).sum()
+    };
+    let ratios: Vec<f64> = (0..rows).map(ratio).collect();
+    let most = OUTLIER_RATIO * median(&ratios);
+    ratios.into_iter().map(|r| r > most && most > 0.0).collect()
+}
+
+/// Mean squared leave-one-out residual of each row over its expectation.
 fn ratios(
     left_out: &LeftOut,
     covariance: &Matrix6<f64>,

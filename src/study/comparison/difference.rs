@@ -5,7 +5,8 @@
 //! derives what is done here.
 
 use super::figure::{ErrorOf, FIGURES, Figure, FigureValues};
-use super::sampled::{Drawn, Sampled};
+use super::sampled::{Drawn, DrawnFrom, Sampled};
+use crate::study::expected::STRETCH;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -123,7 +124,7 @@ fn difference(
     let mut half_width = sampling.as_ref().map_or(0.0, |s| s.half_width);
     if let Some(model) = &model {
         half_width = half_width.hypot(model.half_width);
-        hull.shift(-model.bias);
+        hull.shift(model.shift);
     }
     let (low, high) = (hull.low - half_width, hull.high + half_width);
     let least = match figure.of {
@@ -204,8 +205,8 @@ struct Spread {
     std: f64,
     /// Of the interval, from its middle.
     half_width: f64,
-    /// How far it is off on average.
-    bias: f64,
+    /// From the difference as it is found to the one that is expected.
+    shift: f64,
 }
 
 impl Spread {
@@ -213,7 +214,7 @@ impl Spread {
         Self {
             std: 0.0,
             half_width: 0.0,
-            bias: 0.0,
+            shift: 0.0,
         }
     }
 
@@ -235,20 +236,24 @@ impl Spread {
         Self {
             std,
             half_width: quantile(count) * std,
-            bias: 0.0,
+            shift: 0.0,
         }
     }
 
-    /// Over fields that the room's fit might as well have given, the same for both designs where they
-    /// are in one room.
+    /// Over drawn fields, the same for both designs where they are in one room.
     fn of_draws(a: &Drawn, b: &Drawn, index: usize) -> Self {
         let nominal = a.nominal[index] - b.nominal[index];
         let each = a.draws.iter().zip(&b.draws);
         let (mean, std) = mean_and_std(each.map(|(a, b)| a[index] - b[index]));
+        let bias = mean - nominal;
+        let (shift, stretch) = match a.from {
+            DrawnFrom::Refits => (-bias, 1.0),
+            DrawnFrom::Measurements => (bias, STRETCH),
+        };
         Self {
             std,
-            half_width: quantile(a.draws.len().min(b.draws.len())) * std,
-            bias: mean - nominal,
+            half_width: stretch * quantile(a.draws.len().min(b.draws.len())) * std,
+            shift,
         }
     }
 }
@@ -284,6 +289,7 @@ mod tests {
         Drawn {
             nominal: [nominal; FIGURES.len()],
             draws: draws.iter().map(|v| [*v; FIGURES.len()]).collect(),
+            from: DrawnFrom::Refits,
         }
     }
 

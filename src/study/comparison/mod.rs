@@ -5,6 +5,7 @@
 
 mod difference;
 mod figure;
+mod measured_fields;
 mod sampled;
 mod words;
 
@@ -13,18 +14,24 @@ pub use difference::{COVERAGE, Difference, LEAST_DEG, LEAST_MM, Least, Verdict};
 pub use figure::{ErrorOf, FIGURES, Figure, FigureValues, REQUIRED, Summary, values};
 pub use words::{difference_words, met_words, notes, worst_place_words, worst_words};
 
+use super::expected::{
+    BoundVerdict, Expected, ExpectedError, expected, requirement_verdict, verdict_of,
+};
 use super::figures::Figures;
 use super::own_study::own_study;
 use super::profile::{trial_offsets, trial_pose};
+use super::requirement::Requirement;
 use super::run::StudyError;
 use super::scenario::{InputTrial, Scenario};
 use crate::field::Environment;
+use crate::field::gaussian::GaussianField;
 use crate::field::support::DrawError;
 use crate::geometry::pose::Pose;
 use crate::task::{Cancelled, Task};
 use difference::{Side, differences};
+use measured_fields::MeasuredFields;
 use rayon::prelude::*;
-use sampled::{Drawn, DrawnAt, Sampled, range_trials};
+use sampled::{Drawn, DrawnAt, DrawnFrom, Sampled, range_trials};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -104,7 +111,15 @@ pub struct Measured {
     /// tracker's volume.
     pub without_field: usize,
     sampled: Option<Sampled>,
+    /// What the figures are to be expected to be, where the room says it.
+    pub expected: Option<Expected>,
+    pub requirement: Option<Requirement>,
+    /// What the intervals say of it.
+    pub verdict: Option<BoundVerdict>,
     drawn: Option<Drawn>,
+    /// In the very fields that the design's are from, where the baseline is in the same room and
+    /// fields are drawn for a pair of designs.
+    drawn_baseline: Option<Drawn>,
 }
 
 /// Where the tool is in its worst trial.
@@ -211,9 +226,13 @@ fn against_baseline(
     };
     let [a, b] = [design, baseline].map(|m| values(&m.figures.position_mm, &m.figures.angle_deg));
     let theirs = &plan.pairs[row];
+    let mut baseline_side = baseline.side(&b);
+    if own.room == theirs.room && design.drawn_baseline.is_some() {
+        baseline_side.drawn = design.drawn_baseline.as_ref();
+    }
     Some(AgainstBaseline {
         row,
-        differences: differences(design.side(&a), baseline.side(&b), least),
+        differences: differences(design.side(&a), baseline_side, least),
         motion_differs: own.scenario.motion != theirs.scenario.motion,
         requirement_differs: own.scenario.requirement != theirs.scenario.requirement,
         room_differs: own.room != theirs.room,
@@ -271,7 +290,10 @@ impl InRoom<'_> {
             .any(|p| p.design != self.plan.baseline);
         let has_any = studied.iter().any(Result::is_ok);
         let mut unknown = None;
-        if is_asked && has_any {
+        if let Some(process) = &environment.process {
+            let task = task.stretch(STUDIES_PART, 1.0);
+            unknown = self.draw_from(process, is_asked, &mut studied, &task)?;
+        } else if is_asked && has_any {
             match self.drawn_rooms(environment, task)? {
                 Ok(rooms) => {
                     let task = task.stretch(STUDIES_PART, 1.0);
@@ -330,6 +352,65 @@ impl InRoom<'_> {
         }
     }
 
+    /// Expected figures of each design, and figures of each beside the baseline's in fields drawn for
+    /// the two.
+    fn draw_from(
+        &self,
+        process: &GaussianField,
+        is_asked: bool,
+        studied: &mut [Studied],
+        task: &Task,
+    ) -> Result<Option<RoomUnknown>, Cancelled> {
+        let seed = self.settings.seed.wrapping_add(1 + self.room as u64);
+        let draws = self.settings.draws;
+        let pair = |place: usize| &self.plan.pairs[self.pairs[place]];
+        let is_baseline = |place: usize| pair(place).design == self.plan.baseline;
+        let baseline = (0..studied.len()).find(|place| is_baseline(*place));
+        let baseline_at = baseline.and_then(|place| {
+            let (_, at) = studied[place].as_ref().ok()?;
+            Some((&pair(place).scenario, at))
+        });
+        let mut found = Vec::with_capacity(studied.len());
+        for (place, studied) in studied.iter().enumerate() {
+            task.step(place, self.pairs.len())?;
+            let Ok((_, at)) = studied else {
+                found.push(None);
+                continue;
+            };
+            let scenario = &pair(place).scenario;
+            let expected = match expected(scenario, &mode_of(scenario), &task.cancel) {
+                Err(ExpectedError::Study(StudyError::Cancelled)) => return Err(Cancelled),
+                other => other.ok(),
+            };
+            let beside = baseline_at.filter(|_| !is_baseline(place));
+            let fields = is_asked
+                .then(|| MeasuredFields::draw(process, (scenario, at), beside, draws, seed))
+                .flatten();
+            let verdict = expected.as_ref().and_then(|expected| {
+                let requirement = scenario.requirement.as_ref()?;
+                verdict_of(&requirement_verdict(requirement, expected))
+            });
+            found.push(Some((expected, verdict, fields)));
+        }
+        let mut unknown = None;
+        for (studied, found) in studied.iter_mut().zip(found) {
+            let (Ok((measured, _)), Some((expected, verdict, fields))) = (studied, found) else {
+                continue;
+            };
+            measured.expected = expected;
+            measured.verdict = verdict;
+            match fields {
+                Some(fields) => {
+                    measured.drawn = Some(fields.own);
+                    measured.drawn_baseline = fields.baseline;
+                }
+                None if is_asked => unknown = Some(RoomUnknown::NoPoses),
+                None => {}
+            }
+        }
+        Ok(unknown)
+    }
+
     /// Tries every design in every drawn field.
     fn try_in(
         &self,
@@ -366,6 +447,7 @@ impl InRoom<'_> {
                 Some(Drawn {
                     nominal: *nominal,
                     draws: draws.to_vec(),
+                    from: DrawnFrom::Refits,
                 })
             });
             if measured.drawn.is_none() {
@@ -405,7 +487,11 @@ fn studied(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Stud
         worst_pose,
         without_field: own.without_field,
         sampled,
+        expected: None,
+        requirement: scenario.requirement,
+        verdict: None,
         drawn: None,
+        drawn_baseline: None,
     };
     Ok(Ok((measured, drawn_at)))
 }

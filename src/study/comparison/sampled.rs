@@ -27,6 +27,17 @@ pub(super) struct Sampled {
 pub(super) struct Drawn {
     pub nominal: FigureValues,
     pub draws: Vec<FigureValues>,
+    pub from: DrawnFrom,
+}
+
+/// Where drawn fields are from, which decides on which side of the room's own figure the truth is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DrawnFrom {
+    /// The fit's, with other noise: a noisy field lengthens errors, so that the room's own figures
+    /// are too large by about as much as those of drawn fields are above them.
+    Refits,
+    /// What the measurements leave possible: the room is one of them.
+    Measurements,
 }
 
 /// Tip error in mm and angle in degrees of a pose; `None` where it is left out.
@@ -158,6 +169,34 @@ impl DrawnAt {
         }
     }
 
+    /// The poses.
+    pub fn trials(&self) -> &Arc<[InputTrial]> {
+        &self.trials
+    }
+
+    /// Every so manieth of the poses, so that at most `most` are left.
+    pub fn thinned(&self, most: usize) -> Self {
+        let step = self.trials.len().div_ceil(most.max(1));
+        let spread = self.trials[..self.spread].iter().step_by(step);
+        let extremes = self.trials[self.spread..].iter().step_by(step);
+        Self {
+            spread: spread.len(),
+            trials: spread.chain(extremes).copied().collect(),
+        }
+    }
+
+    /// The figures of the errors at the poses, those of extremes from all of them.
+    pub fn figures_of(&self, errors: &[Errors]) -> Option<FigureValues> {
+        let (spread, _) = errors.split_at(self.spread.min(errors.len()));
+        let (of_spread, of_all) = (figures_of(spread.iter())?, figures_of(errors.iter())?);
+        Some(std::array::from_fn(|index| {
+            match super::FIGURES[index].is_extreme() {
+                true => of_all[index],
+                false => of_spread[index],
+            }
+        }))
+    }
+
     /// The figures in a room with this field.
     pub fn figures(
         &self,
@@ -170,14 +209,7 @@ impl DrawnAt {
             ..scenario.clone()
         };
         let errors = errors_at(&in_room, &self.trials, cancel)?;
-        let (spread, _) = errors.split_at(self.spread.min(errors.len()));
-        let (of_spread, of_all) = (figures_of(spread.iter()), figures_of(errors.iter()));
-        Ok(of_spread.zip(of_all).map(|(of_spread, of_all)| {
-            std::array::from_fn(|index| match super::FIGURES[index].is_extreme() {
-                true => of_all[index],
-                false => of_spread[index],
-            })
-        }))
+        Ok(self.figures_of(&errors))
     }
 }
 

@@ -2,15 +2,18 @@
 
 use super::difference::{Difference, Verdict};
 use super::{AgainstBaseline, Measured};
-use crate::study::figures::{Figures, signed_offset, with_separators};
+use crate::study::expected::BoundVerdict;
+use crate::study::figures::{signed_offset, with_separators};
 use crate::study::own_study::study_notes;
 
-/// Whether the requirement is met.
-pub fn met_words(figures: &Figures) -> &'static str {
-    match figures.requirement_met() {
-        None => "–",
-        Some(true) => "met",
-        Some(false) => "missed",
+/// Whether the requirement is met: by the intervals where the room says them, else by the figures of
+/// its own field.
+pub fn met_words(measured: &Measured) -> &'static str {
+    match (measured.verdict, measured.figures.requirement_met()) {
+        (_, None) => "–",
+        (Some(BoundVerdict::Met), _) | (None, Some(true)) => "met",
+        (Some(BoundVerdict::Missed), _) | (None, Some(false)) => "missed",
+        (Some(BoundVerdict::CannotTell), _) => "cannot tell",
     }
 }
 

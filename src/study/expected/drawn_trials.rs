@@ -1,6 +1,6 @@
 //! Trials of a study in fields that differ at its sensors alone.
 
-use crate::field::gaussian::{ErrorValues, FieldPoint};
+use crate::field::gaussian::{ErrorValues, FieldPoint, Trend};
 use crate::field::samples::PoseError;
 use crate::geometry::pose::Pose;
 use crate::study::scenario::InputTrial;
@@ -10,7 +10,7 @@ use crate::tracking::tool_in_crf::relative_error;
 use nalgebra::Vector3;
 
 /// Trials made ready to be tried in many fields.
-pub(super) struct DrawnTrials<'a> {
+pub(in crate::study) struct DrawnTrials<'a> {
     simulator: &'a Simulator<'a>,
     trials: Vec<InputTrial>,
     tracker_from_tool: Vec<Pose>,
@@ -61,14 +61,30 @@ impl<'a> DrawnTrials<'a> {
         })
     }
 
+    /// The errors at the points of a drawn field, the trend added.
+    pub fn field_errors(&self, drawn: &[ErrorValues], trend: Trend) -> Vec<PoseError> {
+        let each = drawn.iter().zip(&self.model_errors);
+        each.map(|(values, model)| {
+            let error = pose_error(values);
+            match trend {
+                Trend::None => error,
+                Trend::Model => PoseError {
+                    position_mm: error.position_mm + model.position_mm,
+                    rotation_rad: error.rotation_rad + model.rotation_rad,
+                },
+            }
+        })
+        .collect()
+    }
+
+    /// Tip error and angle error of each trial in the room's own field.
+    pub fn model_trial_errors(&self) -> Vec<[f64; 2]> {
+        self.errors(&self.model_errors)
+    }
+
     /// Where the sensors are.
     pub fn points(&self) -> &[FieldPoint] {
         &self.points
-    }
-
-    /// The model's errors at the points.
-    pub fn model_errors(&self) -> &[PoseError] {
-        &self.model_errors
     }
 
     /// Tip error in mm and angle error in degrees of each trial, where the sensors err like this.
@@ -96,7 +112,7 @@ impl<'a> DrawnTrials<'a> {
 }
 
 /// An error as the field has it, from six values.
-pub(super) fn pose_error(values: &ErrorValues) -> PoseError {
+fn pose_error(values: &ErrorValues) -> PoseError {
     let [x, y, z, rx, ry, rz] = *values;
     PoseError {
         position_mm: Vector3::new(x, y, z),

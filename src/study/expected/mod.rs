@@ -15,10 +15,9 @@ use super::run::{StudyError, check, is_rejected};
 use super::scenario::{InputTrial, Mode, Scenario};
 use super::statistics::{Statistics, percentile};
 use super::trial::Simulator;
-use crate::field::gaussian::{GaussianError, Trend};
-use crate::field::samples::PoseError;
+use crate::field::gaussian::GaussianError;
 use crate::task::{CancelToken, Cancelled};
-use drawn_trials::{DrawnTrials, pose_error};
+pub(super) use drawn_trials::DrawnTrials;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -36,7 +35,7 @@ const EXTREME_PART: f64 = 0.25;
 /// kernel and one covariance of components for the whole room; what it is wrong by from region to
 /// region and from axis to axis is in no draw. Found in 24 rooms of an independent tracker (96 tools):
 /// without it 70 to 80 % of the intervals hold, with it 92 to 98 %.
-const STRETCH: f64 = 2.0;
+pub(super) const STRETCH: f64 = 2.0;
 
 /// Part of the drawn figures on each side of an interval.
 const TAIL: f64 = 0.025;
@@ -147,26 +146,9 @@ pub fn expected(
             false => of_spread[k],
         }))
     };
-    let model = drawn.model_errors();
     let figures: Option<Vec<FigureValues>> = fields
         .par_iter()
-        .map(|field| {
-            let errors: Vec<PoseError> = field
-                .iter()
-                .zip(model)
-                .map(|(values, model)| {
-                    let error = pose_error(values);
-                    match process.trend {
-                        Trend::None => error,
-                        Trend::Model => PoseError {
-                            position_mm: error.position_mm + model.position_mm,
-                            rotation_rad: error.rotation_rad + model.rotation_rad,
-                        },
-                    }
-                })
-                .collect();
-            figures_of(&drawn.errors(&errors))
-        })
+        .map(|field| figures_of(&drawn.errors(&drawn.field_errors(field, process.trend))))
         .collect();
     let some = own.at(&tried);
     let (figures, of_some, of_all) = figures

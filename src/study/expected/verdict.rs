@@ -49,14 +49,17 @@ pub fn requirement_verdict(
     each.collect()
 }
 
-/// The requirement as a whole: missed where any bound is, met where all are.
-pub fn verdict_of(bounds: &[(&'static str, BoundVerdict)]) -> BoundVerdict {
+/// The requirement as a whole: missed where any bound is, met where all are; `None` without bounds.
+pub fn verdict_of(bounds: &[(&'static str, BoundVerdict)]) -> Option<BoundVerdict> {
+    if bounds.is_empty() {
+        return None;
+    }
     let any = |verdict| bounds.iter().any(|(_, other)| *other == verdict);
-    if any(BoundVerdict::Missed) {
+    Some(if any(BoundVerdict::Missed) {
         BoundVerdict::Missed
     } else if any(BoundVerdict::CannotTell) {
         BoundVerdict::CannotTell
     } else {
         BoundVerdict::Met
-    }
+    })
 }

@@ -1,6 +1,6 @@
 //! Expected figures and their intervals beside those of the room's own field.
 
-use crate::cli::output;
+use super::output;
 use crate::study::comparison::{ErrorOf, FIGURES, REQUIRED};
 use crate::study::expected::{requirement_verdict, verdict_of};
 use crate::study::figures::with_separators;
@@ -69,8 +69,8 @@ pub(super) fn add_json(value: &mut Value, expected: &Expected, requirement: Opti
             .iter()
             .map(|(name, verdict)| ((*name).to_owned(), json!(verdict)))
             .collect();
-        if !bounds.is_empty() {
-            value["requirement"]["verdict"] = json!(verdict_of(&bounds));
+        if let Some(verdict) = verdict_of(&bounds) {
+            value["requirement"]["verdict"] = json!(verdict);
             value["requirement"]["verdicts"] = Value::Object(named);
         }
     }
@@ -78,7 +78,12 @@ pub(super) fn add_json(value: &mut Value, expected: &Expected, requirement: Opti
 
 /// The figures that a requirement can be about.
 pub(super) fn as_text(expected: &Expected) -> String {
-    let rows: Vec<_> = REQUIRED
+    output::aligned(&rows(expected))
+}
+
+/// Label, expected value, unit and interval.
+pub(super) fn rows(expected: &Expected) -> Vec<(String, String, String)> {
+    REQUIRED
         .iter()
         .filter_map(|figure| {
             let (value, [low, high]) = expected.of(*figure)?;
@@ -88,8 +93,7 @@ pub(super) fn as_text(expected: &Expected) -> String {
                 format!("{} (95 %: {low:.4} to {high:.4})", figure.unit()),
             ))
         })
-        .collect();
-    output::aligned(&rows)
+        .collect()
 }
 
 /// Each bound against the interval of its figure.
