@@ -19,6 +19,19 @@ impl Noise {
         Vector3::from_fn(|_, _| StandardNormal.sample(&mut self.0))
     }
 
+    /// Vectors of standard normal numbers of which neighbours have a correlation: a stationary AR(1).
+    pub fn autocorrelated(&mut self, count: usize, correlation: f64) -> Vec<Vector3<f64>> {
+        let fresh = (1.0 - correlation * correlation).sqrt();
+        let mut state = self.normal();
+        (0..count)
+            .map(|_| {
+                let here = state;
+                state = state * correlation + self.normal() * fresh;
+                here
+            })
+            .collect()
+    }
+
     /// A pose with normal errors of these standard deviations a component, in the target's axes.
     pub fn around(&mut self, pose: &Pose, position_mm: f64, angle_rad: f64) -> Pose {
         let at = pose.translation.vector + self.normal() * position_mm;

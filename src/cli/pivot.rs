@@ -12,7 +12,7 @@ use crate::store;
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 use spin::{Shaft, SpinArgs};
 use std::path::PathBuf;
@@ -95,6 +95,9 @@ pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
             Some(pivot(&poses, &limits).context("no tip")?)
         }
     };
+    if let Some(found) = &pivoted {
+        note_limits(found);
+    }
     let tip = match &pivoted {
         Some(found) => Some((found.tip_in_tool, found.tip_std_error_mm)),
         None => args.spin.tip().map(|tip| (tip, 0.0)),
@@ -146,21 +149,80 @@ fn as_json(found: &Pivot) -> Value {
         "rms_mm": found.rms_mm,
         "rms_component_mm": found.rms_component_mm(),
         "orientation_range_deg": found.orientation_range_rad.to_degrees(),
+        "tip_std_error_mm": found.tip_std_error_mm,
+        "pivot_std_error_mm": found.pivot_std_error_mm(),
+        "intervals": intervals(found),
+        "covariance_mm2": (0..6)
+            .map(|i| (0..6).map(|j| found.covariance_mm2[(i, j)]).collect::<Vec<_>>())
+            .collect::<Vec<_>>(),
+        "effective": found.worth.effective,
+        "degrees_of_freedom": found.worth.freedom,
+        "quarters": found.quarters.map(|quarters| json!({
+            "apart_mm": quarters.apart_mm,
+            "expected_mm": quarters.expected_mm,
+            "drift": quarters.has_drift,
+        })),
     })
+}
+
+/// Of 95 %, component by component; null where the recording is too short to tell.
+fn intervals(found: &Pivot) -> Value {
+    let around = |at: &Point3<f64>, half: Vector3<f64>| {
+        json!([0, 1, 2].map(|k| [at[k] - half[k], at[k] + half[k]]))
+    };
+    match found.half_widths_mm() {
+        Some([tip, pivot]) => json!({
+            "tip": around(&found.tip_in_tool, tip),
+            "pivot": around(&found.pivot_in_tracker, pivot),
+        }),
+        None => Value::Null,
+    }
+}
+
+/// What the standard errors do not hold for.
+fn note_limits(found: &Pivot) {
+    match (found.worth.freedom, &found.quarters) {
+        (None, _) => output::note(
+            "the recording is too short to tell how far readings depend on their neighbours: standard errors are lower \
+             bounds, and there are no intervals",
+        ),
+        (Some(_), None) => output::note(
+            "a quarter of the recording by itself does not determine the tip: slow drift cannot be told from the tool's \
+             motion, and is not in the standard errors",
+        ),
+        (Some(_), Some(quarters)) if quarters.has_drift => output::note(&format!(
+            "the tips of two quarters of the recording differ by {:.3} mm, with a standard error of {:.3} mm by what \
+             happens within them: the tip or a sensor moved, or the field differs; the standard errors of the whole \
+             include it",
+            quarters.apart_mm, quarters.expected_mm
+        )),
+        _ => {}
+    }
 }
 
 fn text_rows(found: &Pivot) -> Vec<(String, String, String)> {
     let row = |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
     let point = |at: &Point3<f64>| format!("{:.3} {:.3} {:.3}", at.x, at.y, at.z);
     let mm = |value: f64| format!("{value:.3}");
-    vec![
+    let halves = found.half_widths_mm();
+    let around = |which: usize| match halves {
+        Some(halves) => point(&halves[which].into()),
+        None => "–".to_owned(),
+    };
+    let mut rows = vec![
         row("poses", with_separators(found.poses), ""),
+        row(
+            "  worth independent poses",
+            format!("{:.1}", found.worth.effective),
+            "",
+        ),
         row(
             "largest angle between two",
             format!("{:.1}", found.orientation_range_rad.to_degrees()),
             "deg",
         ),
         row("tip in the tool's frame", point(&found.tip_in_tool), "mm"),
+        row("  95 % interval, ±", around(0), "mm"),
         row(
             "  standard error, worst direction",
             mm(found.tip_std_error_mm),
@@ -171,8 +233,27 @@ fn text_rows(found: &Pivot) -> Vec<(String, String, String)> {
             point(&found.pivot_in_tracker),
             "mm",
         ),
+        row("  95 % interval, ±", around(1), "mm"),
+        row(
+            "  standard error, worst direction",
+            mm(found.pivot_std_error_mm()),
+            "mm",
+        ),
         row("distance of the tip from it, RMS", mm(found.rms_mm), "mm"),
         row("  of a component", mm(found.rms_component_mm()), "mm"),
         row("  largest", mm(found.worst_mm), "mm"),
-    ]
+    ];
+    if let Some(quarters) = &found.quarters {
+        rows.push(row(
+            "tips of two quarters differ by up to",
+            mm(quarters.apart_mm),
+            "mm",
+        ));
+        rows.push(row(
+            "  standard error of that, worst direction",
+            mm(quarters.expected_mm),
+            "mm",
+        ));
+    }
+    rows
 }

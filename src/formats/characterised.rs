@@ -60,6 +60,7 @@ fn io_error(error: csv::Error) -> io::Error {
 mod tests {
     use super::*;
     use crate::calibration::hand_eye::{HandEye, Motion};
+    use crate::calibration::long_run::Worth;
     use crate::calibration::still_pose::Spread;
     use crate::field::samples::Measurement;
     use crate::formats::{groups, measurements};
@@ -86,6 +87,11 @@ mod tests {
                 tracker_from_reference: measurement.tracker_from_ideal,
                 body_from_sensor: Vec::new(),
                 covariance: DMatrix::zeros(0, 0),
+                poses: 0,
+                worth: Worth {
+                    effective: 0.0,
+                    freedom: None,
+                },
                 scales: Vec::new(),
                 motion: Motion {
                     largest_rad: 0.0,
@@ -99,6 +105,7 @@ mod tests {
             held_out: vec![reading(1, 2, 1)],
             pairs: Vec::new(),
             distances: Vec::new(),
+            recordings: None,
         };
         let mut table = Vec::new();
         write(&mut table, &found).unwrap();

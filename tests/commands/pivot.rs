@@ -23,7 +23,22 @@ fn the_published_recording_gives_the_published_tip_pivot_and_residual() {
     let [all, one] = ["rms_mm", "rms_component_mm"].map(|key| found[key].as_f64().unwrap());
     assert!((one - 1.761).abs() < 0.5e-3, "{one}");
     assert!((all - 3.0_f64.sqrt() * one).abs() < 1e-12 && (all - 3.050).abs() < 0.5e-3);
+    // Neighbouring readings depend on each other: 95 % intervals are wider than those of 57.
+    let effective = found["effective"].as_f64().unwrap();
+    assert!((12.0..=57.0).contains(&effective), "{effective}");
+    for (key, at, error) in [
+        ("tip", &tip, "tip_std_error_mm"),
+        ("pivot", &pivot, "pivot_std_error_mm"),
+    ] {
+        let worst = found[error].as_f64().unwrap();
+        assert!((1.0..20.0).contains(&worst), "{worst}");
+        for (k, at) in at.iter().enumerate() {
+            let [low, high] = numbers::<2>(&found["intervals"][key][k]);
+            assert!(low < *at && *at < high && high - low < 2.0 * 3.0 * worst);
+        }
+    }
     let words = succeed(&["pivot", &text(&file)]);
+    assert!(words.contains("95 % interval"), "{words}");
     assert!(words.contains("-804.742 -85.474 -2112.131 mm"), "{words}");
 }
 

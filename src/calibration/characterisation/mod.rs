@@ -7,11 +7,13 @@
 
 mod path;
 mod prepare;
+mod recordings;
 #[cfg(test)]
 mod tests;
 
 pub use path::PathReport;
 pub use prepare::{PairProblem, StillReport};
+pub use recordings::RecordingErrors;
 
 use super::hand_eye::{HandEye, HandEyeError, HandEyeSettings, PairedReading, hand_eye};
 use super::rigid_check::{RigidCheck, rigid_check};
@@ -21,6 +23,7 @@ use crate::field::samples::Measurement;
 use crate::geometry::pose::Pose;
 use crate::task::{Cancelled, Task};
 use crate::tracking::recording::{Recording, ToolChoiceError, Unusable};
+use nalgebra::{Point3, Vector3};
 use path::PathPair;
 use prepare::Prepared;
 use std::collections::BTreeMap;
@@ -148,6 +151,46 @@ pub struct Characterisation {
     /// One a pair.
     pub pairs: Vec<PairReport>,
     pub distances: Vec<SensorDistance>,
+    /// What recordings of paths differ by; `None` where there are fewer than three, or still poses.
+    pub recordings: Option<RecordingErrors>,
+}
+
+impl Characterisation {
+    /// Standard errors of where the reference tracker is, along the worst direction, taken in the
+    /// middle of all readings: the larger of what seconds or poses, and what recordings differ by.
+    pub fn reference_error(&self) -> Spread {
+        let middle = middle(
+            self.readings
+                .iter()
+                .map(|r| &r.measurement.tracker_from_measured),
+        );
+        let at = self.hand_eye.tracker_from_reference.inverse() * middle;
+        let of_poses = self.hand_eye.reference_error(&at.coords);
+        larger(of_poses, self.recordings.as_ref().map(|r| r.reference))
+    }
+
+    /// The same of a sensor's place on the body.
+    pub fn sensor_error(&self, sensor: usize) -> Spread {
+        let of_recordings = self.recordings.as_ref().map(|r| r.sensors[sensor]);
+        larger(self.hand_eye.sensor_error(sensor), of_recordings)
+    }
+}
+
+fn larger(a: Spread, b: Option<Spread>) -> Spread {
+    let b = b.unwrap_or_default();
+    Spread {
+        position_mm: a.position_mm.max(b.position_mm),
+        angle_rad: a.angle_rad.max(b.angle_rad),
+    }
+}
+
+fn middle<'a>(poses: impl Iterator<Item = &'a Pose>) -> Point3<f64> {
+    let (mut sum, mut count) = (Vector3::zeros(), 0);
+    for pose in poses {
+        sum += pose.translation.vector;
+        count += 1;
+    }
+    Point3::from(sum / f64::from(count.max(1)))
 }
 
 /// The rigid check of two sensors.
@@ -272,6 +315,21 @@ pub fn characterise(
     let Some((hand_eye, all)) = found else {
         return Err(HandEyeError::NoAnswer.into());
     };
+    let is_path = |pair: usize| matches!(prepared[pair].content, Ok(Prepared::Path(_)));
+    let used: Vec<(usize, PairedReading)> = all
+        .iter()
+        .zip(&kept)
+        .filter(|((pair, _), kept)| **kept && !is_held_out(*pair))
+        .map(|(reading, _)| *reading)
+        .collect();
+    let recordings = match used.iter().all(|(pair, _)| is_path(*pair)) {
+        true => {
+            let read = used.iter().map(|(_, reading)| &reading.tracker_from_sensor);
+            let middle = hand_eye.tracker_from_reference.inverse() * middle(read);
+            recordings::errors(&used, &hand_eye, &middle, &settings.hand_eye, task)?
+        }
+        false => None,
+    };
     let (held_out, readings) = characterised(&hand_eye, &all, &kept)
         .into_iter()
         .partition(|reading| is_held_out(reading.pair));
@@ -280,6 +338,7 @@ pub fn characterise(
         held_out,
         pairs: reports(prepared, &hand_eye, &all, &kept, settings),
         distances: distances(pairs, &sensors, settings),
+        recordings,
         sensors,
         hand_eye,
     })

@@ -3,10 +3,12 @@
 
 use super::CharacterisationSettings;
 use crate::calibration::hand_eye::{HandEye, PairedReading, ReadingNoise};
+use crate::calibration::long_run::{Worth, long_run};
 use crate::calibration::pose_stream::{Clock, ClockFaults, PoseStream};
 use crate::calibration::robust::Loss;
 use crate::calibration::still_pose::Spread;
 use crate::calibration::time_alignment::TimeAlignment;
+use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 
 /// How much of a path counts as one pose: readings within it share their errors.
@@ -36,8 +38,10 @@ pub struct PathReport {
     /// By the poses: the reference's time is the EM tracker's plus this, each counted from its first
     /// good sample.
     pub offset_s: f64,
-    /// Standard error, for errors that are independent from second to second.
+    /// Standard error, the frames held.
     pub offset_std_error_s: f64,
+    /// What the path's seconds are worth for it, neighbours not being independent.
+    pub offset_worth: Worth,
     /// RMS errors if both recordings had begun in the same moment, and at the offset.
     pub before: Spread,
     pub after: Spread,
@@ -125,19 +129,21 @@ impl PathPair {
                 angle_rad: (rad2 / count).sqrt(),
             }
         };
+        let (offset_std_error_s, offset_worth) = self.offset_error(found, settings.hand_eye.loss);
         PathReport {
             clocks: self.clocks,
             faults: self.faults,
             alignment: self.alignment,
             offset_s: self.offset_s,
-            offset_std_error_s: self.std_error_s(found, settings.hand_eye.loss),
+            offset_std_error_s,
+            offset_worth,
             before: rms(0.0),
             after: rms(self.offset_s),
         }
     }
 
     /// The sandwich of `hand_eye/covariance.rs` for one unknown, the frames held.
-    fn std_error_s(&self, found: &HandEye, loss: Loss) -> f64 {
+    fn offset_error(&self, found: &HandEye, loss: Loss) -> (f64, Worth) {
         let [before, at, after] =
             [-SLOPE_STEP_S, 0.0, SLOPE_STEP_S].map(|step_s| self.matched(self.offset_s + step_s));
         let (mut curvature, mut gradients) = (0.0, BTreeMap::<usize, f64>::new());
@@ -151,7 +157,10 @@ impl PathPair {
             curvature += weight * slope.norm_squared();
             *gradients.entry(reading.pose).or_default() += weight * slope.dot(&r);
         }
-        gradients.values().map(|g| g * g).sum::<f64>().sqrt() / curvature
+        let scores = DMatrix::from_row_iterator(1, gradients.len(), gradients.into_values());
+        let independent = &scores * scores.transpose();
+        let of_sum = long_run(&scores, &independent);
+        (of_sum.covariance[(0, 0)].sqrt() / curvature, of_sum.worth)
     }
 }
 

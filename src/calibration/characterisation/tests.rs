@@ -6,7 +6,7 @@ use crate::calibration::testing::Noise;
 use crate::geometry::pose::pose_from_parts;
 use crate::geometry::rotation::exp_vector;
 use crate::tracking::recording::{ToolTrack, TrackSample};
-use nalgebra::Vector3;
+use nalgebra::UnitQuaternion;
 
 const JITTER: Spread = Spread {
     position_mm: 0.1,
@@ -77,7 +77,18 @@ impl Room {
     }
 
     fn path(&mut self, later_s: f64) -> RecordedPair {
+        self.path_from(later_s, 0.0, UnitQuaternion::identity())
+    }
+
+    /// A part of the same motion that begins later, by a body that is held otherwise.
+    fn path_from(
+        &mut self,
+        later_s: f64,
+        start_s: f64,
+        turned: UnitQuaternion<f64>,
+    ) -> RecordedPair {
         self.record(20.0, later_s, |time_s| {
+            let time_s = start_s + time_s;
             let wave = |hz: f64, phase: f64| (std::f64::consts::TAU * hz * time_s + phase).sin();
             let at = Vector3::new(
                 60.0 * wave(0.21, 0.0),
@@ -89,7 +100,7 @@ impl Room {
                 0.4 * wave(0.31, 0.3),
                 0.3 * wave(0.19, 2.0),
             );
-            pose_from_parts(at, exp_vector(&turn))
+            pose_from_parts(at, exp_vector(&turn) * turned)
         })
     }
 }
@@ -161,6 +172,42 @@ fn paths_are_laid_over_each_other_and_lie_as_still_poses_do() {
     // A second of a path counts as one pose.
     let last = found.readings.iter().map(|r| r.pose).max();
     assert_eq!(last, Some(39));
+}
+
+#[test]
+fn what_paths_differ_by_is_in_the_standard_errors() {
+    const RUNS: u64 = 6;
+    let (mut off_mm2, mut stated_mm2) = (0.0, 0.0);
+    for seed in 0..RUNS {
+        let mut room = Room::new(60 + seed, 1);
+        // The field of each place shifts a whole path alike.
+        let pairs: Vec<RecordedPair> = (0..6)
+            .map(|k| {
+                let (shift, turned) = (
+                    room.noise.normal(),
+                    exp_vector(&(room.noise.normal() * 0.5)),
+                );
+                let mut pair = room.path_from(0.3, 40.0 * f64::from(k), turned);
+                for sample in &mut pair.tracker.tools[0].samples {
+                    if let Ok(pose) = &mut sample.pose {
+                        pose.translation.vector += shift;
+                    }
+                }
+                pair
+            })
+            .collect();
+        let found = found(&pairs).unwrap();
+        assert_eq!(found.recordings.as_ref().unwrap().groups, 6);
+        let (mm, _) = distances(&found.hand_eye.body_from_sensor[0], &room.x[0]);
+        let stated = found.sensor_error(0);
+        assert!(stated.position_mm >= found.hand_eye.sensor_error(0).position_mm);
+        off_mm2 += mm * mm;
+        stated_mm2 += stated.position_mm.powi(2);
+    }
+    // Three components of at most the worst one's variance each, and at least one: of six runs a
+    // variance is known to √(2/6), of five degrees of freedom each to less.
+    let ratio = off_mm2 / stated_mm2;
+    assert!((0.3..4.5).contains(&ratio), "{ratio}");
 }
 
 #[test]

@@ -2,13 +2,15 @@
 //!
 //! A distorted field shifts all sensors of a pose together, and residuals are not normal, so the
 //! curvature alone would promise too much. With `g` the gradient of a pose's part of the cost and
-//! `H` the curvature of the whole, the covariance is `H⁻¹ (Σ g gᵀ) H⁻¹` (Huber 1967; summed over
-//! clusters: Liang & Zeger 1986), with the usual factor for few clusters. It holds for errors that
-//! are independent from pose to pose. What the room does alike everywhere is in the answer itself,
-//! and no residual shows it.
+//! `H` the curvature of the whole, the covariance is `H⁻¹ Ω H⁻¹` with `Ω` that of `Σ g` (Huber 1967;
+//! over clusters: Liang & Zeger 1986), with the usual factor for few clusters. Poses in the order in
+//! which they were recorded are near each other, and the field distorts them alike: `Ω` is that of
+//! neighbours which are not independent (`calibration/long_run.rs`). What the room does alike
+//! everywhere is in the answer itself, and no residual shows it.
 
 use super::PairedReading;
 use super::solve::{Solved, scatter_matrix, scatter_vector, whitened_slopes};
+use crate::calibration::long_run::{LongRun, long_run_along};
 use crate::calibration::robust::Loss;
 use nalgebra::{DMatrix, DVector, SMatrix};
 use std::collections::BTreeMap;
@@ -18,7 +20,7 @@ pub(super) fn covariance(
     readings: &[PairedReading],
     solved: &Solved,
     loss: Loss,
-) -> Option<DMatrix<f64>> {
+) -> Option<LongRun> {
     let unknowns = solved.frames.unknowns();
     let mut curvature = DMatrix::zeros(unknowns, unknowns);
     let mut of_weights = DMatrix::zeros(unknowns, unknowns);
@@ -45,15 +47,17 @@ pub(super) fn covariance(
             .or_insert_with(|| DVector::zeros(unknowns));
         scatter_vector(gradient, reading.sensor, &(slopes.transpose() * r * weight));
     }
-    let mut between = DMatrix::zeros(unknowns, unknowns);
-    for gradient in gradients.values() {
-        between.ger(1.0, gradient, gradient, 1.0);
-    }
+    // By number of the pose, which is the order of recording.
+    let scores = DMatrix::from_columns(&gradients.into_values().collect::<Vec<_>>());
+    let found = long_run_along(&scores, &(&scores * scores.transpose()), &of_weights);
     // A loss that is not convex can bend the wrong way where many readings are far.
     let inverse = inverse(&curvature).or_else(|| inverse(&of_weights))?;
-    let (clusters, values) = (gradients.len() as f64, 6.0 * readings.len() as f64);
+    let (clusters, values) = (scores.ncols() as f64, 6.0 * readings.len() as f64);
     let factor = clusters / (clusters - 1.0) * (values - 1.0) / (values - unknowns as f64).max(1.0);
-    Some(&inverse * between * &inverse * factor)
+    Some(LongRun {
+        covariance: &inverse * found.covariance * &inverse * factor,
+        ..found
+    })
 }
 
 /// Of a positive definite matrix, its rows and columns divided by the root of the diagonal first.

@@ -17,6 +17,7 @@ mod tests;
 
 pub use motion::Motion;
 
+use super::long_run::{LongRun, Worth};
 use super::robust::Loss;
 use super::still_pose::Spread;
 use crate::geometry::pose::Pose;
@@ -82,6 +83,9 @@ pub struct HandEye {
     /// Of small changes: for `tracker_from_reference`, then for each `body_from_sensor`, a rotation
     /// vector in the target's axes (radians), by which the rotation is turned, and a translation (mm).
     pub covariance: DMatrix<f64>,
+    pub poses: usize,
+    /// What they are worth, neighbours not being independent.
+    pub worth: Worth,
     /// What each sensor's readings scatter by beside the known noise: the scale that residuals were
     /// weighed with.
     pub scales: Vec<Spread>,
@@ -169,12 +173,14 @@ pub fn hand_eye(
     motion.check(settings.min_turn_rad)?;
     let start = start::start(readings, sensors).ok_or(HandEyeError::NoAnswer)?;
     let solved = solve::solve(readings, start, settings).ok_or(HandEyeError::NoAnswer)?;
-    let covariance =
+    let LongRun { covariance, worth } =
         covariance::covariance(readings, &solved, settings.loss).ok_or(HandEyeError::NoAnswer)?;
     Ok(HandEye {
         tracker_from_reference: solved.frames.y,
         body_from_sensor: solved.frames.x,
         covariance,
+        poses: found,
+        worth,
         scales: solved.scales,
         motion,
     })

@@ -214,6 +214,46 @@ fn errors_that_the_sensors_of_a_pose_share_are_in_the_covariance() {
 }
 
 #[test]
+fn intervals_hold_for_errors_that_neighbours_share() {
+    for correlation in [0.0, 0.6, 0.9] {
+        let (mut within, mut all) = (0_u32, 0_u32);
+        for seed in 0..60 {
+            let mut noise = Noise::new(900 + seed);
+            let truth = Truth::new(&mut noise, 2);
+            // A hand's path, a pose a second: two minutes of it.
+            let bodies: Vec<Pose> = (0..120)
+                .map(|second| {
+                    let wave = |period: f64, phase: f64| {
+                        (std::f64::consts::TAU * f64::from(second) / period + phase).sin()
+                    };
+                    let at = Vector3::new(wave(9.1, 0.0), wave(7.3, 2.0), wave(12.7, 0.5)) * 80.0;
+                    let turn = Vector3::new(wave(11.3, 1.0), wave(6.1, 0.3), wave(8.3, 2.0)) * 0.5;
+                    pose_from_parts(at - Vector3::z() * 1000.0, exp_vector(&turn))
+                })
+                .collect();
+            let mut readings = truth.read(&bodies, |pose| pose);
+            let shifts = noise.autocorrelated(120, correlation);
+            let turns = noise.autocorrelated(120, correlation);
+            for reading in &mut readings {
+                let read = &mut reading.tracker_from_sensor;
+                read.translation.vector += shifts[reading.pose];
+                read.rotation = exp_vector(&(turns[reading.pose] * 0.01)) * read.rotation;
+                *read = noise.around(read, 0.1, 0.002);
+            }
+            let found = hand_eye(&readings, 2, &HandEyeSettings::default()).unwrap();
+            let student = found.worth.student_975().unwrap();
+            for square in squares(&found, &truth) {
+                all += 1;
+                within += u32::from(square < student * student);
+            }
+        }
+        // Of 18 numbers of a run some six are independent: four standard deviations of a part of 360.
+        let part = f64::from(within) / f64::from(all);
+        assert!(part > 0.95 - 0.046, "{correlation}: {part}");
+    }
+}
+
+#[test]
 fn known_noise_weighs_a_poor_half_of_the_readings_down() {
     let (mut weighed, mut plain) = (0.0, 0.0);
     for seed in 0..20 {

@@ -9,7 +9,7 @@ use crate::calibration::still_pose::Spread;
 use crate::geometry::pose::{Pose, pose_to_array};
 use crate::study::figures::with_separators;
 use crate::study::statistics::Statistics;
-use nalgebra::{Dim, Matrix, RawStorage, Vector3};
+use nalgebra::{Dim, Matrix, RawStorage};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -83,20 +83,6 @@ fn errors(found: &Characterisation, sensor: usize) -> Option<[Statistics; 2]> {
     Some([of(|e| e.position_mm)?, of(|e| e.angle_rad.to_degrees())?])
 }
 
-/// Standard errors of where the reference tracker is, taken in the middle of all readings.
-fn reference_error(found: &Characterisation) -> Spread {
-    let at = |pose: &Pose| pose.translation.vector;
-    let readings = found.readings.iter();
-    let sum: Vector3<f64> = readings
-        .map(|r| at(&r.measurement.tracker_from_measured))
-        .sum();
-    let middle = nalgebra::Point3::from(sum / found.readings.len().max(1) as f64);
-    let y = &found.hand_eye.tracker_from_reference;
-    found
-        .hand_eye
-        .reference_error(&(y.inverse() * middle).coords)
-}
-
 /// What rows and columns of the covariances are of, for each frame: a small rotation vector in the
 /// axes of the frame that is led to, by which the rotation is turned, and a shift.
 const PARAMETERS: [&str; 6] = [
@@ -146,7 +132,7 @@ pub fn as_json(found: &Characterisation) -> Value {
                 "position_mm": mm,
                 "angle_deg": deg,
                 "body_from_sensor": pose_to_array(&found.hand_eye.body_from_sensor[sensor]),
-                "std_error": spread(&found.hand_eye.sensor_error(sensor)),
+                "std_error": spread(&found.sensor_error(sensor)),
                 "covariance": rows(&found.hand_eye.sensor_covariance(sensor)),
                 "scale": spread(&found.hand_eye.scales[sensor]),
             })
@@ -174,10 +160,18 @@ pub fn as_json(found: &Characterisation) -> Value {
         "sensors": sensors,
         "tracker_from_reference": {
             "pose": pose_to_array(&found.hand_eye.tracker_from_reference),
-            "std_error": spread(&reference_error(found)),
+            "std_error": spread(&found.reference_error()),
             "covariance": rows(&found.hand_eye.reference_covariance()),
         },
         "covariance": covariance(found),
+        "poses": found.hand_eye.poses,
+        "effective": found.hand_eye.worth.effective,
+        "degrees_of_freedom": found.hand_eye.worth.freedom,
+        "recordings": found.recordings.as_ref().map(|errors| json!({
+            "groups": errors.groups,
+            "tracker_from_reference": spread(&errors.reference),
+            "sensors": errors.sensors.iter().map(spread).collect::<Vec<_>>(),
+        })),
         "turn_deg": {
             "largest": found.hand_eye.motion.largest_rad.to_degrees(),
             "least": found.hand_eye.motion.least_turn_rad.to_degrees(),
@@ -188,6 +182,8 @@ pub fn as_json(found: &Characterisation) -> Value {
                 "pair": pair,
                 "offset_s": path.offset_s,
                 "std_error_s": path.offset_std_error_s,
+                "effective": path.offset_worth.effective,
+                "degrees_of_freedom": path.offset_worth.freedom,
                 "offset_by_speeds_s": path.alignment.offset_s,
                 "correlation": path.alignment.correlation,
                 "drift_s": path.alignment.drift_s,
@@ -304,22 +300,34 @@ fn place_table(found: &Characterisation, names: &[String]) -> Vec<String> {
         row(
             "tracker from reference".to_owned(),
             &hand_eye.tracker_from_reference,
-            reference_error(found),
+            found.reference_error(),
         ),
     ];
     for (sensor, name) in names.iter().enumerate() {
         rows.push(row(
             format!("body from {name}"),
             &hand_eye.body_from_sensor[sensor],
-            hand_eye.sensor_error(sensor),
+            found.sensor_error(sensor),
         ));
     }
     let mut lines = columns(&rows);
-    lines.push(
-        "±: standard error along the worst direction, of the reference in the middle of the readings; \
-         for errors that are independent from pose to pose"
-            .to_owned(),
-    );
+    let worth = &hand_eye.worth;
+    lines.push(format!(
+        "±: standard error along the worst direction, of the reference in the middle of the readings; {} poses are \
+         worth {:.1} independent ones",
+        with_separators(hand_eye.poses),
+        worth.effective
+    ));
+    lines.push(match (worth.student_975(), &found.recordings) {
+        (_, Some(errors)) => format!(
+            "and, where that is larger, by what {} recordings differ by, each left out in turn",
+            errors.groups
+        ),
+        (Some(student), None) => format!(
+            "95 % intervals are ± {student:.2} standard errors; distortion that all poses have in common is in no figure"
+        ),
+        (None, None) => "too few are independent to tell more: ± is a lower bound".to_owned(),
+    });
     lines
 }
 
@@ -371,7 +379,11 @@ fn path_table(found: &Characterisation) -> Vec<String> {
         rows.push(vec![
             format!("pair {pair}"),
             format!("{:.4}", path.offset_s),
-            format!("{:.4}", path.offset_std_error_s),
+            match path.offset_worth.freedom {
+                Some(_) => format!("{:.4}", path.offset_std_error_s),
+                // Too short to tell how far its seconds depend on each other.
+                None => format!("≥ {:.4}", path.offset_std_error_s),
+            },
             drift.map_or_else(|| "–".to_owned(), |s| format!("{s:.3}")),
             format!("{:.3}", path.alignment.correlation),
             format!("{:.2}", path.before.position_mm),

@@ -87,6 +87,12 @@ impl SpinArgs {
         };
         let poses = reader.read_all(self.spin.iter().map(PathBuf::as_path))?;
         let found = spin(&poses, &limits).context("no shaft")?;
+        if found.worth.freedom.is_none() {
+            output::note(
+                "the recording of turns is too short to tell how far readings depend on their neighbours: the shaft's \
+                 standard error is a lower bound",
+            );
+        }
         let towards = tip.and_then(|(tip, std_error_mm)| found.towards(&tip, std_error_mm));
         if towards.is_none() {
             if let Some(file) = &self.tip_frame {
@@ -189,7 +195,16 @@ impl Shaft {
             "std_error_deg": self.spin.std_error_rad.to_degrees(),
             "covariance": rows,
             "orientation_range_deg": self.spin.orientation_range_rad.to_degrees(),
+            "effective": self.spin.worth.effective,
+            "degrees_of_freedom": self.spin.worth.freedom,
+            "half_width_95_deg": self.half_width_rad().map(f64::to_degrees),
         })
+    }
+
+    /// Half the 95 % interval along the direction in which the shaft is known least.
+    fn half_width_rad(&self) -> Option<f64> {
+        let student = self.spin.worth.student_975()?;
+        Some(student * self.spin.std_error_rad)
     }
 
     pub(super) fn text_rows(&self) -> Vec<(String, String, String)> {
@@ -201,6 +216,11 @@ impl Shaft {
         let range = format!("{:.1}", spin.orientation_range_rad.to_degrees());
         vec![
             row("turned poses", with_separators(spin.poses), ""),
+            row(
+                "  worth independent poses",
+                format!("{:.1}", spin.worth.effective),
+                "",
+            ),
             row("largest angle between two", range, "deg"),
             row(
                 match self.is_towards_tip {
@@ -213,6 +233,12 @@ impl Shaft {
             row(
                 "  standard error, worst direction",
                 degrees(spin.std_error_rad),
+                "deg",
+            ),
+            row(
+                "  95 % interval, ±, likewise",
+                self.half_width_rad()
+                    .map_or_else(|| "–".to_owned(), degrees),
                 "deg",
             ),
             row(

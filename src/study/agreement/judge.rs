@@ -1,6 +1,5 @@
 //! Figures of agreement from rows of measured and predicted errors.
 
-use super::dependence::Dependence;
 use super::noise::Noise;
 use super::resampling::{Sums, interval, resampled};
 use super::rows::{AgreementRow, is_finite, tip_in_crf};
@@ -10,6 +9,7 @@ use super::{
     Agreement, AgreementError, AgreementSettings, Bias, Compared, Interval, LimitsOfAgreement,
     MIN_EFFECTIVE, MIN_POSES, MIN_SPREAD_DEG, MIN_SPREAD_MM, NoiseCheck, Summary, Unknowns,
 };
+use crate::calibration::dependence::Dependence;
 use crate::field::OutsidePolicy;
 use crate::geometry::rotation::rotation_angle_rad;
 use crate::study::scenario::Scenario;

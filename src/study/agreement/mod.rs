@@ -18,13 +18,12 @@
 //!   with Applications to Tracking and Navigation*, 2001, 5.4).
 //!
 //! Poses next to each other are not independent: a hand moves slowly through a smooth field. What
-//! that leaves of their number is estimated (`dependence.rs`), and intervals come from resampling
-//! blocks of neighbours (`resampling.rs`).
+//! that leaves of their number is estimated (`calibration/dependence.rs`), and intervals come from
+//! resampling blocks of neighbours (`resampling.rs`).
 //!
 //! Where the recording itself decided a registration or a tip, it took up a part of the error.
 //! `unknowns.rs` takes the same part out of the prediction.
 
-mod dependence;
 mod frames;
 mod judge;
 mod noise;
@@ -37,6 +36,7 @@ mod tests;
 mod unknowns;
 mod verdict;
 
+pub use crate::calibration::dependence::MIN_EFFECTIVE;
 pub use frames::{APART_MM, CommonFrame, FrameMismatch, frame_mismatch};
 pub use judge::agreement;
 pub use pivoted::{PivotedError, PivotedTool, pivoted_tool};
@@ -52,10 +52,6 @@ use serde::Serialize;
 
 /// Fewest poses that anything is said of: with fewer, an interval is wider than what it is about.
 pub const MIN_POSES: usize = 10;
-
-/// Fewest independent poses for intervals. Hotelling's test needs five; with eight, Student's
-/// quantile is within a fifth of the normal one.
-pub const MIN_EFFECTIVE: f64 = 8.0;
 
 /// Poses that all lie closer together than this (RMS, with the turns below) are one pose: a still
 /// sensor scatters by some tenths.

@@ -1,9 +1,9 @@
 //! Intervals of figures that are ratios of sums, by resampling blocks of neighbours: the stationary
 //! bootstrap (Politis & Romano, *JASA* 89, 1994).
 //!
-//! Blocks begin anywhere and end by chance, with the mean length that `dependence.rs` tells; the
-//! series is a ring. What is resampled are the sums that all figures are made of, so that one pass
-//! serves them all.
+//! Blocks begin anywhere and end by chance, with the mean length that `calibration/dependence.rs`
+//! finds; the series is a ring. What is resampled are the sums that all figures are made of, so that
+//! one pass serves them all.
 
 use crate::task::{Cancelled, Task};
 use nalgebra::Vector3;
