@@ -419,7 +419,6 @@ fn readings_of_a_place_are_held_out_together() {
         let fit = json(&[&fit[..], &size].concat());
         let truth = number(&fit["holdout"]["after"]["position_rms_mm"]);
         let stated = cv(1);
-        println!("{name}: by row {}, by place {stated}, fresh {truth}", cv(0));
         assert!(
             (0.6..1.7).contains(&(stated / truth)),
             "{name}: {stated} {truth}"

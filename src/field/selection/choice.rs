@@ -96,13 +96,19 @@ pub fn choose(contenders: &[Contender]) -> Option<Choice> {
 }
 
 /// Places of the contenders that may be chosen: those that the samples determine, no correction
-/// among them; all of them where no correction is determined.
+/// among them. Where they determine no correction that is tried, all of them if only one size is
+/// tried, or if there is nothing else.
 ///
 /// Held-out places are places of the same survey, often of the same lattice. How a model that has
 /// a coefficient for each place swings between them does not show there, and nothing but its ridge
 /// holds it.
 fn eligible(contenders: &[Contender]) -> Vec<usize> {
-    let is_any_admissible = contenders.iter().any(|c| c.is_admissible && c.size > 0);
+    let mut sizes = contenders.iter().map(|c| c.size).filter(|&size| size > 0);
+    let first = sizes.next();
+    let is_one_size = sizes.all(|size| Some(size) == first);
+    let is_any_admissible = contenders
+        .iter()
+        .any(|c| c.is_admissible && (c.size > 0 || !is_one_size));
     (0..contenders.len())
         .filter(|&i| contenders[i].is_admissible || !is_any_admissible)
         .collect()
@@ -212,6 +218,13 @@ mod tests {
         };
         assert_eq!(chosen(&[row(0, 9.0), row(8, 2.0), undetermined()]).best, 1);
         assert_eq!(chosen(&[row(0, 9.0), undetermined()]).best, 1);
+        // Of several that are not, none: no correction is better than any that looks good.
+        let larger = || Model {
+            size: 729,
+            ..undetermined()
+        };
+        assert_eq!(chosen(&[row(0, 9.0), undetermined(), larger()]).best, 0);
+        assert_eq!(chosen(&[larger(), undetermined()]).best, 1);
     }
 
     #[test]
