@@ -70,8 +70,8 @@ pub(super) fn add_json(value: &mut Value, expected: &Expected, requirement: Opti
             .map(|(name, verdict)| ((*name).to_owned(), json!(verdict)))
             .collect();
         if let Some(verdict) = verdict_of(&bounds) {
-            value["requirement"]["verdict"] = json!(verdict);
-            value["requirement"]["verdicts"] = Value::Object(named);
+            value["verdict"] = json!(verdict);
+            value["verdicts"] = Value::Object(named);
         }
     }
 }

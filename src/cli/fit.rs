@@ -77,7 +77,8 @@ pub struct FitArgs {
     #[arg(long, value_enum, default_value_t)]
     volume: VolumeArg,
 
-    /// Leave out what the environment says of where its model may be believed
+    /// Leave out what the environment keeps of how far its field may be off: the model's standard
+    /// error and the measurements
     #[arg(long)]
     no_support: bool,
 

@@ -195,9 +195,13 @@ mod tests {
             }
         }
         let (kept, found) = (stored.process.unwrap(), fitted.process.unwrap());
-        assert_eq!(kept.rows, found.rows);
+        let rows = |process: &GaussianField| -> Vec<_> {
+            process.rows.iter().map(|r| (r.point, r.error)).collect()
+        };
+        assert_eq!(rows(&kept), rows(&found));
+        // A search that ends where steps are 3 %: other instructions may take another way there.
         let length_mm = |process: &GaussianField| process.kernel.scales[0].length_mm;
-        assert!((length_mm(&kept) / length_mm(&found) - 1.0).abs() < 1e-6);
+        assert!((length_mm(&kept) / length_mm(&found) - 1.0).abs() < 0.05);
         let holdout = stored.provenance.unwrap().holdout.unwrap();
         assert!(
             (holdout.before.position_rms_mm - 2.48).abs() < 0.01,

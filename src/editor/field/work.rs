@@ -11,6 +11,7 @@ use crate::editor::state::OpenWorld;
 use crate::field::fit::FitSettings;
 use crate::field::selection::{SelectError, SelectSettings};
 use crate::report::room::support_note;
+use crate::report::selection::grouped_line;
 use crate::store::{self, room_name};
 use crate::study::{Figures, Mode, Scenario, StudyError, run};
 use crate::task::Task;
