@@ -102,7 +102,8 @@ impl RowEntry {
             let expected = "finite numbers, noise above zero";
             return Err(FormatError::field(name(), "not that", expected));
         }
-        if !((axis.norm_squared() - 1.0).abs() <= AXIS_TOLERANCE) {
+        let off = (axis.norm_squared() - 1.0).abs();
+        if off.is_nan() || off > AXIS_TOLERANCE {
             let found = format!("an axis of length {}", axis.norm());
             return Err(FormatError::field(name(), found, "length 1"));
         }

@@ -319,6 +319,7 @@ fn intervals_hold_in_rooms_no_model_can_represent() {
 /// --nocapture rooms_of_the_method_page`.
 #[test]
 #[ignore = "prints the figures of the method page, minutes of work"]
+#[expect(clippy::print_stdout, reason = "its figures are what it is run for")]
 fn rooms_of_the_method_page() {
     let cases = cases(1..25, 200);
     for figure in REQUIRED {

@@ -187,7 +187,11 @@ fn coil(index: usize, wide: bool, random: &mut Random) -> Vec<(V, V)> {
     let center = V::new(place(index % 3, random), place(index / 3, random), 0.0);
     let (turn, tilt) = (
         2.4 * index as f64,
-        if index % 2 == 0 { 0.6_f64 } else { 1.2 },
+        if index.is_multiple_of(2) {
+            0.6_f64
+        } else {
+            1.2
+        },
     );
     let moment = V::new(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos());
     if !wide {
