@@ -14,7 +14,7 @@ use crate::field::samples::{Measurement, MeasurementSet};
 use crate::task::Task;
 use nalgebra::{Point3, Unit, Vector3};
 
-/// Fewest measurements: with fewer, one fold in [`FOLDS`] says nothing.
+/// Fewest measurements: with fewer, one fold in `FOLDS` says nothing.
 pub const MIN_ROWS: usize = 40;
 
 /// Every so many-th measurement is held out to choose the start.
@@ -70,8 +70,8 @@ impl Default for LearnSettings {
     }
 }
 
-/// The highest degree up to [`HIGHEST_DEGREE`] whose coefficients of twelve coils are
-/// [`ROWS_A_COEFFICIENT`] times fewer than the rows of so many measurements.
+/// The highest degree up to `HIGHEST_DEGREE` whose coefficients of twelve coils are
+/// `ROWS_A_COEFFICIENT` times fewer than the rows of so many measurements.
 pub fn degree_for(measurements: usize) -> usize {
     let has_enough = |degree: &usize| {
         let coefficients = CIRCLE_COILS * terms(*degree);

@@ -76,7 +76,7 @@ impl PairedDifference {
 /// than the noise of the folds, clearly better in angle; of several such the smallest within
 /// [`TOLERANCE`] of the least geometric mean of position and angle RMS.
 ///
-/// Only [`eligible`] ones are chosen. `None` for no contenders.
+/// Only `eligible` ones are chosen. `None` for no contenders.
 pub fn choose(contenders: &[Contender]) -> Option<Choice> {
     let eligible = eligible(contenders);
     let (by_position, least) = smallest(contenders, &eligible, Contender::position)?;
