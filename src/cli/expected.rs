@@ -1,11 +1,12 @@
 //! Expected figures and their intervals beside those of the room's own field.
 
 use super::output;
-use crate::study::comparison::{ErrorOf, FIGURES, REQUIRED};
-use crate::study::expected::{requirement_verdict, verdict_of};
+use crate::study::comparison::{ErrorOf, FIGURES};
+use crate::study::expected::{expected_rows, judged, verdict_of};
 use crate::study::figures::with_separators;
+use crate::study::requirement::Check;
 use crate::study::{
-    CancelToken, Deed, Expected, ExpectedError, Explained, Mode, Requirement, Scenario, expected,
+    CancelToken, Deed, Expected, ExpectedError, Explained, Mode, Scenario, expected,
 };
 use serde_json::{Map, Value, json};
 
@@ -49,7 +50,7 @@ pub(super) fn explained(expected: Option<&Expected>) -> Explained {
 }
 
 /// `expected` and `intervals`, and what they say of the requirement.
-pub(super) fn add_json(value: &mut Value, expected: &Expected, requirement: Option<&Requirement>) {
+pub(super) fn add_json(value: &mut Value, expected: &Expected, checks: &[Check]) {
     let of = |of: ErrorOf, each: &dyn Fn(usize) -> Value| -> Value {
         let own = FIGURES.iter().enumerate().filter(|(_, f)| f.of == of);
         let entries = own.map(|(k, figure)| (figure.name().to_owned(), each(k)));
@@ -63,16 +64,13 @@ pub(super) fn add_json(value: &mut Value, expected: &Expected, requirement: Opti
     };
     value["expected"] = both(&|k| json!(expected.figures[k]));
     value["intervals"] = both(&|k| json!(expected.intervals[k]));
-    if let Some(requirement) = requirement {
-        let bounds = requirement_verdict(requirement, expected);
-        let named: Map<_, _> = bounds
+    let bounds = judged(checks, Some(expected));
+    if let Some(verdict) = verdict_of(&bounds) {
+        let named = bounds
             .iter()
-            .map(|(name, verdict)| ((*name).to_owned(), json!(verdict)))
-            .collect();
-        if let Some(verdict) = verdict_of(&bounds) {
-            value["verdict"] = json!(verdict);
-            value["verdicts"] = Value::Object(named);
-        }
+            .map(|bound| (bound.name.to_owned(), json!(bound.verdict)));
+        value["verdict"] = json!(verdict);
+        value["verdicts"] = Value::Object(named.collect());
     }
 }
 
@@ -83,33 +81,31 @@ pub(super) fn as_text(expected: &Expected) -> String {
 
 /// Label, expected value, unit and interval.
 pub(super) fn rows(expected: &Expected) -> Vec<(String, String, String)> {
-    REQUIRED
-        .iter()
-        .filter_map(|figure| {
-            let (value, [low, high]) = expected.of(*figure)?;
-            Some((
-                format!("expected {}", figure.label()),
-                format!("{value:.4}"),
-                format!("{} (95 %: {low:.4} to {high:.4})", figure.unit()),
-            ))
-        })
-        .collect()
+    let each = expected_rows(expected).into_iter();
+    each.map(|row| {
+        (
+            row.label(),
+            row.value.clone(),
+            format!("{} {}", row.figure.unit(), row.interval_words()),
+        )
+    })
+    .collect()
 }
 
 /// Each bound against the interval of its figure.
-pub(super) fn requirement_lines(expected: &Expected, requirement: &Requirement) -> Vec<String> {
-    let limits = requirement.bounds();
-    let verdicts = requirement_verdict(requirement, expected);
-    let each = verdicts.into_iter().filter_map(|(name, verdict)| {
-        let place = limits.iter().position(|(other, _)| *other == name)?;
-        let (limit, figure) = (limits[place].1?, REQUIRED[place]);
-        let (value, [low, high]) = expected.of(figure)?;
-        let unit = figure.unit();
-        Some(format!(
-            "requirement {name}: {}, at most {limit} {unit}, expected {value:.4} {unit} (95 %: {low:.4} to \
-             {high:.4})",
-            verdict.label()
-        ))
-    });
-    each.collect()
+pub(super) fn requirement_lines(expected: &Expected, checks: &[Check]) -> Vec<String> {
+    let bounds = judged(checks, Some(expected)).into_iter();
+    bounds
+        .map(|bound| {
+            let unit = bound.figure.unit();
+            let [low, high] = bound.interval.unwrap_or([bound.value; 2]);
+            format!(
+                "requirement {}: {}, at most {} {unit}, expected {:.4} {unit} (95 %: {low:.4} to {high:.4})",
+                bound.name,
+                bound.verdict.label(),
+                bound.limit,
+                bound.value
+            )
+        })
+        .collect()
 }

@@ -216,9 +216,9 @@ fn decide(
     let named = || format!("--decide {}", step.key());
     let grounds = found.grounds(step).with_context(named)?;
     let note = args.note.clone().unwrap_or_default();
-    if found.misses(step) && note.trim().is_empty() {
+    if let (Some(objection), "") = (found.objection(step), note.trim()) {
         bail!(
-            "{}: the requirement is missed, expected --note with why that is good enough",
+            "{}: {objection}, expected --note with why that is good enough",
             named()
         );
     }

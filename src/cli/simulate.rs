@@ -11,8 +11,7 @@ use crate::store::{self, World};
 use crate::study::requirement::Check;
 use crate::study::support::{SupportSurvey, support_rows};
 use crate::study::{
-    self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Requirement, Scenario, Trial,
-    figure_rows,
+    self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial, figure_rows,
 };
 use crate::task::Task;
 use anyhow::Context;
@@ -126,7 +125,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         Format::Json => {
             let mut value = as_json(&outcome.figures, single.as_ref());
             if let Some(expected) = &expected {
-                expected::add_json(&mut value, expected, scenario.requirement.as_ref());
+                expected::add_json(&mut value, expected, &outcome.figures.checks);
             }
             if let Some(report) = &uncertainty {
                 value["uncertainty"] = report.as_json(&outcome.figures);
@@ -139,7 +138,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         Format::Text => {
             let title = title(&world);
             let (single, expected) = (single.as_ref(), expected.as_ref());
-            let mut text = study_text(&title, &outcome, single, expected, &scenario);
+            let mut text = study_text(&title, &outcome, single, expected);
             if let Some(report) = &uncertainty {
                 text.push('\n');
                 text.push_str(&report.as_text(&outcome.figures));
@@ -188,13 +187,7 @@ pub fn main_job(design: Option<&Path>) -> anyhow::Result<()> {
     let single = last.filter(|_| matches!(mode, Mode::Single));
     let expected = expected::of(&scenario, &mode)?;
     let title = title(&world);
-    let text = study_text(
-        &title,
-        &outcome,
-        single.as_ref(),
-        expected.as_ref(),
-        &scenario,
-    );
+    let text = study_text(&title, &outcome, single.as_ref(), expected.as_ref());
     output::print(&text)
 }
 
@@ -286,16 +279,15 @@ fn title(world: &World) -> String {
     format!("{} in {}", design.name, world.environment.name)
 }
 
-/// A study's figures, and those that are to be expected.
+/// A study's figures, and those that are to be expected. Each bound is held against the interval
+/// where there is one, else against the figure of the room's own field.
 fn study_text(
     title: &str,
     outcome: &Outcome,
     single: Option<&Trial>,
     expected: Option<&Expected>,
-    scenario: &Scenario,
 ) -> String {
-    let against = expected.zip(scenario.requirement.as_ref());
-    let mut text = as_text(title, &outcome.figures, single, against);
+    let mut text = as_text(title, &outcome.figures, single, expected);
     if let Some(expected) = expected {
         text.push('\n');
         text.push_str(&expected::as_text(expected));
@@ -303,13 +295,11 @@ fn study_text(
     text
 }
 
-/// With `expected` each bound of its requirement is held against the interval, else against the
-/// figure of the room's own field.
 fn as_text(
     title: &str,
     figures: &Figures,
     single: Option<&Trial>,
-    expected: Option<(&Expected, &Requirement)>,
+    expected: Option<&Expected>,
 ) -> String {
     let mut rows = rows(figure_rows(figures));
     if let Some(trial) = single {
@@ -336,9 +326,7 @@ fn as_text(
         ));
     }
     match expected {
-        Some((expected, requirement)) => {
-            lines.extend(expected::requirement_lines(expected, requirement));
-        }
+        Some(expected) => lines.extend(expected::requirement_lines(expected, &figures.checks)),
         None => lines.extend(figures.checks.iter().map(check_line)),
     }
     if let Some(free) = &figures.free_axis {

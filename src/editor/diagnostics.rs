@@ -3,7 +3,7 @@
 use super::state::OpenWorld;
 use super::ui::dialogs::{Dialog, Dialogs};
 use crate::design::Document;
-use crate::study::{FigureRow, Work};
+use crate::study::{ExpectedRow, FigureRow, Work};
 use bevy::prelude::*;
 
 /// What was done since the start.
@@ -15,6 +15,8 @@ pub struct Diagnostics {
     pub poses: u64,
     pub studies: u64,
     pub studies_cancelled: u64,
+    /// Studies whose expected figures were computed.
+    pub expected: u64,
     /// Studies that were kept trial by trial.
     pub profiles: u64,
     pub slices: u64,
@@ -48,13 +50,14 @@ impl Explain {
             ..
         } = diagnostics.work;
         self.line(&format!(
-            "counters frames={} uploads={} studies={} studies_cancelled={} poses={} slices={} \
+            "counters frames={} uploads={} studies={} studies_cancelled={} expected={} poses={} slices={} \
              study_evaluations={study_evaluations} pose_evaluations={pose_evaluations} \
              slice_evaluations={slice_evaluations} frame_fits={frame_fits}",
             diagnostics.frames,
             diagnostics.uploads,
             diagnostics.studies,
             diagnostics.studies_cancelled,
+            diagnostics.expected,
             diagnostics.poses,
             diagnostics.slices,
         ));
@@ -66,6 +69,19 @@ impl Explain {
             self.line(&format!(
                 "result revision={revision} {}={}{}",
                 row.label, row.value, row.unit
+            ));
+        }
+    }
+
+    /// Those that are to be expected, likewise.
+    pub fn expected(&mut self, revision: u64, rows: &[ExpectedRow]) {
+        for row in rows {
+            self.line(&format!(
+                "result revision={revision} {}={}{} {}",
+                row.label(),
+                row.value,
+                row.figure.unit(),
+                row.interval_words()
             ));
         }
     }

@@ -9,6 +9,7 @@ use super::state::{
 use super::ui::dialogs::{Dialog, Dialogs};
 use crate::design::{AnatomyEdit, Design, Edit, Origin};
 use crate::store::{self, SaveReport, Starter, StoreError};
+use crate::study::comparison::REQUIRED;
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowCloseRequested, WindowFocused};
 use std::path::{Path, PathBuf};
@@ -520,8 +521,13 @@ pub fn title(document: &crate::design::Document, results: &Results) -> String {
         title.push_str(" *");
     }
     if let Some(study) = &results.study {
-        let rms_mm = study.value.figures.position_mm.rms;
-        title.push_str(&format!(" — {rms_mm:.2} mm RMS"));
+        let rms = REQUIRED[0];
+        let expected = results.expected_of_study().and_then(|e| e.of(rms));
+        let (rms_mm, kind) = match expected {
+            Some((expected_mm, _)) => (expected_mm, " expected"),
+            None => (study.value.figures.position_mm.rms, ""),
+        };
+        title.push_str(&format!(" — {rms_mm:.2} mm RMS{kind}"));
     }
     title + " — trackwright"
 }

@@ -14,7 +14,7 @@ use crate::field::Environment;
 pub use crate::scene::slice::slice_plan;
 use crate::store;
 use crate::study::preview::preview;
-use crate::study::{Quantity, SlicePlan, StudyError, figure_rows};
+use crate::study::{Quantity, SlicePlan, StudyError, expected_rows, figure_rows};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use std::sync::Arc;
@@ -29,6 +29,8 @@ pub struct SolverPlugin;
 pub struct SolverHandle {
     pub solver: Solver,
     submitted: Option<Submitted>,
+    /// The study whose expected figures were asked for last, by its stamp and serial.
+    expected: Option<(Stamp, u64)>,
     slice: Option<SliceKey>,
     newest: Newest,
 }
@@ -87,6 +89,7 @@ impl Plugin for SolverPlugin {
                 app.insert_resource(SolverHandle {
                     solver,
                     submitted: None,
+                    expected: None,
                     slice: None,
                     newest: Newest::default(),
                 })
@@ -117,6 +120,7 @@ fn submit(
     drag: Res<ActiveDrag>,
     looked_at: LookedAt,
     mut results: ResMut<Results>,
+    mut explain: Option<ResMut<Explain>>,
 ) {
     let Some(world) = world else { return };
     let LookedAt {
@@ -147,7 +151,13 @@ fn submit(
     let is_preview_old = !drag.0 && last.is_some_and(|s| matches!(s.extent, Extent::PreviewOf(_)));
     let key = slice_key(stamp, &world.0.environment, document.view());
     let is_slice_new = handle.slice != key;
-    if !(is_new || is_wish_new || is_study_new || is_preview_old || is_slice_new) {
+    // The hand gets the figures of the room's own field at once, and those that are to be expected
+    // when it rests. In a room without measurements there are none.
+    let of_study = (stamp, desk.serial());
+    let has_process = world.0.environment.process.is_some();
+    let is_run = is_new || is_study_new || is_preview_old;
+    let is_expected_new = has_process && !drag.0 && (is_run || handle.expected != Some(of_study));
+    if !(is_run || is_wish_new || is_slice_new || is_expected_new) {
         if let Some(submitted) = &mut handle.submitted {
             submitted.profile = profile;
         }
@@ -168,7 +178,7 @@ fn submit(
         handle.solver.submit(stamp, Job::Pose(posed, wish));
     }
     let mut extent = last.map_or(Extent::Whole, |s| s.extent);
-    if is_new || is_study_new || is_preview_old {
+    if is_run {
         let kind = desk.kind(scenario.motion.is_some());
         let is_previewed = drag.0 && kind == ModeKind::Motion;
         let part = is_previewed.then(|| preview(&scenario)).flatten();
@@ -186,6 +196,20 @@ fn submit(
         handle
             .solver
             .submit(stamp, Job::Study(Arc::clone(&scenario), wish));
+    }
+    if is_run {
+        handle.expected = None;
+        if last.is_none_or(|s| s.wish.serial != wish.serial) || !has_process {
+            results.expected = None;
+        }
+    }
+    if is_expected_new {
+        let job = Job::Expected(Arc::clone(&scenario), desk.mode(&scenario));
+        handle.solver.submit(stamp, job);
+        handle.expected = Some(of_study);
+        if let Some(explain) = explain.as_deref_mut() {
+            explain.line(&format!("expected revision={} computing", stamp.revision));
+        }
     }
     handle.submitted = Some(Submitted {
         stamp,
@@ -236,6 +260,7 @@ fn show(
             profile: handle.submitted.is_some_and(|s| s.profile),
         };
         let is_study = matches!(answer.result, Solved::Study(Ok(_), _));
+        let is_expected = matches!(answer.result, Solved::Expected(_));
         count(&answer, &mut diagnostics);
         let is_shown = stamp.generation == generation.0
             && accept(answer, wanted, &mut handle.newest, &mut results);
@@ -248,6 +273,13 @@ fn show(
                 && let Some(study) = &results.study
             {
                 explain.figures(stamp.revision, &figure_rows(&study.value.figures));
+            }
+            if is_expected {
+                let shown = results.expected.as_ref().filter(|_| is_shown);
+                if let Some(expected) = shown.and_then(|shown| shown.value.as_deref()) {
+                    explain.expected(stamp.revision, &expected_rows(expected));
+                }
+                explain.line(&format!("expected revision={} answered", stamp.revision));
             }
             explain.counters(&diagnostics);
         }
@@ -269,7 +301,8 @@ fn count(answer: &Answer, diagnostics: &mut Diagnostics) {
             diagnostics.work += value.work;
         }
         Solved::Study(Err(StudyError::Cancelled), _) => diagnostics.studies_cancelled += 1,
-        Solved::Study(Err(_), _) | Solved::Slice(Err(_) | Ok(None), _) => {}
+        Solved::Expected(Ok(Some(_))) => diagnostics.expected += 1,
+        Solved::Expected(_) | Solved::Study(Err(_), _) | Solved::Slice(Err(_) | Ok(None), _) => {}
         Solved::Slice(Ok(Some(value)), _) => {
             diagnostics.slices += 1;
             diagnostics.work += value.work;
@@ -307,7 +340,18 @@ fn accept(answer: Answer, wanted: Wanted, newest: &mut Newest, results: &mut Res
             }
             is_new
         }
-        Solved::Study(Err(StudyError::Cancelled), _) | Solved::Slice(Err(_), _) => false,
+        Solved::Study(Err(StudyError::Cancelled), _)
+        | Solved::Expected(Err(_))
+        | Solved::Slice(Err(_), _) => false,
+        Solved::Expected(Ok(value)) => {
+            // One for an older study has been dropped, with the newer one's submission.
+            results.expected = Some(Stamped {
+                revision,
+                value,
+                took,
+            });
+            true
+        }
         Solved::Study(result, of) => {
             let is_new = stamped_is_new(&mut newest.study);
             if is_new {

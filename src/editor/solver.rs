@@ -2,15 +2,18 @@
 //!
 //! There is one slot a kind of work. A new job replaces the one that waits in its slot and
 //! cancels the one of its kind that runs, so the thread is never more than one job behind. It
-//! takes the pose first (cheap, and the hand feels it), then the study, then the slice. Results
+//! takes the pose first (cheap, and the hand feels it), then the study, the figures that are to be
+//! expected of it, then the slice. Results
 //! carry the revision and the generation they were computed for.
 
 use super::study::ModeKind;
+use crate::study::expected::expected_where_measured;
 use crate::study::uncertainty::{TipUncertainty, UncertaintyError, first_order};
 use crate::study::{
-    CancelToken, ChartedProfile, Mode, Outcome, PoseDetail, Quantity, Scenario, SliceOutcome,
-    SlicePlan, StudyError, look, run, run_profiled, sample_slice, slice_support,
+    CancelToken, ChartedProfile, Expected, Mode, Outcome, PoseDetail, Quantity, Scenario,
+    SliceOutcome, SlicePlan, StudyError, look, run, run_profiled, sample_slice, slice_support,
 };
+use crate::task::Cancelled;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
@@ -31,6 +34,8 @@ pub struct Stamp {
 pub enum Job {
     Pose(Arc<Scenario>, PoseWish),
     Study(Arc<Scenario>, StudyWish),
+    /// The figures that are to be expected of a study.
+    Expected(Arc<Scenario>, Mode),
     Slice(Arc<Scenario>, SliceWish),
 }
 
@@ -96,6 +101,8 @@ pub enum Solved {
         Result<(Outcome, Option<Box<ChartedProfile>>), StudyError>,
         StudyOf,
     ),
+    /// `None` where the room keeps no measurements to draw fields from.
+    Expected(Result<Option<Box<Expected>>, Cancelled>),
     /// `None` where the room does not say where its model may be believed.
     Slice(Result<Option<SliceOutcome>, StudyError>, Quantity),
 }
@@ -120,6 +127,7 @@ struct Shared {
 struct Slots {
     pose: Option<Waiting>,
     study: Option<Waiting>,
+    expected: Option<Waiting>,
     slice: Option<Waiting>,
     running: Option<Running>,
     is_stopped: bool,
@@ -141,6 +149,7 @@ struct Running {
 enum Kind {
     Pose,
     Study,
+    Expected,
     Slice,
 }
 
@@ -149,6 +158,7 @@ impl Job {
         match self {
             Self::Pose(..) => Kind::Pose,
             Self::Study(..) => Kind::Study,
+            Self::Expected(..) => Kind::Expected,
             Self::Slice(..) => Kind::Slice,
         }
     }
@@ -191,6 +201,10 @@ impl Solver {
     pub fn submit(&self, stamp: Stamp, job: Job) {
         let mut slots = self.shared.slots();
         let kind = job.kind();
+        if kind == Kind::Study {
+            // Another study has other expected figures.
+            slots.forget(Kind::Expected);
+        }
         if let Some(running) = &slots.running
             && running.kind == kind
             && (running.generation != stamp.generation
@@ -206,13 +220,7 @@ impl Solver {
 
     /// Forgets the slice that waits and cancels the one that runs.
     pub fn drop_slice(&self) {
-        let mut slots = self.shared.slots();
-        slots.slice = None;
-        if let Some(running) = &slots.running
-            && running.kind == Kind::Slice
-        {
-            running.cancel.cancel();
-        }
+        self.shared.slots().forget(Kind::Slice);
     }
 
     /// Answers since the last call, in the order in which they were found.
@@ -226,6 +234,7 @@ impl Solver {
         let slots = self.shared.slots();
         slots.pose.is_none()
             && slots.study.is_none()
+            && slots.expected.is_none()
             && slots.slice.is_none()
             && slots.running.is_none()
     }
@@ -259,7 +268,18 @@ impl Slots {
         match kind {
             Kind::Pose => &mut self.pose,
             Kind::Study => &mut self.study,
+            Kind::Expected => &mut self.expected,
             Kind::Slice => &mut self.slice,
+        }
+    }
+
+    /// Forgets the job of a kind that waits and cancels the one that runs.
+    fn forget(&mut self, kind: Kind) {
+        *self.slot(kind) = None;
+        if let Some(running) = &self.running
+            && running.kind == kind
+        {
+            running.cancel.cancel();
         }
     }
 
@@ -267,6 +287,7 @@ impl Slots {
         self.pose
             .take()
             .or_else(|| self.study.take())
+            .or_else(|| self.expected.take())
             .or_else(|| self.slice.take())
     }
 }
@@ -331,6 +352,10 @@ fn work(shared: &Shared, sender: &Sender<Answer>) {
                 wish,
             ),
             Job::Study(scenario, wish) => Solved::Study(study(&scenario, &wish, &cancel), wish.of),
+            Job::Expected(scenario, mode) => {
+                let expected = expected_where_measured(&scenario, &mode, &cancel);
+                Solved::Expected(expected.map(|expected| expected.map(Box::new)))
+            }
             Job::Slice(scenario, wish) => {
                 Solved::Slice(slice(&scenario, &wish, &cancel), wish.quantity)
             }

@@ -10,7 +10,7 @@ use crate::design::view::{ColorMap, View};
 use crate::design::{BodyRole, Edit};
 pub use crate::geometry::orbit::Axis;
 use crate::store::{Starter, World as StoreWorld};
-use crate::study::{ChartedProfile, Outcome, PoseDetail, SliceOutcome};
+use crate::study::{ChartedProfile, Expected, Outcome, PoseDetail, SliceOutcome};
 use bevy::prelude::*;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -134,6 +134,9 @@ pub enum SharedChoice {
 #[derive(Resource, Default)]
 pub struct Results {
     pub study: Option<Stamped<Outcome>>,
+    /// What is to be expected of the study, of its revision or an older one; its value is `None` where
+    /// the room keeps no measurements to draw fields from.
+    pub expected: Option<Stamped<Option<Box<Expected>>>>,
     /// What the study's figures are of.
     pub extent: Option<Extent>,
     /// The mode that the study's figures are of.
@@ -158,6 +161,13 @@ impl Results {
     /// Whether the study's figures are of all its trials.
     pub fn is_whole(&self) -> bool {
         self.extent == Some(Extent::Whole)
+    }
+
+    /// What is to be expected of the study that is shown, once that is known.
+    pub fn expected_of_study(&self) -> Option<&Expected> {
+        let (study, expected) = self.study.as_ref().zip(self.expected.as_ref())?;
+        let is_of_it = self.is_whole() && study.revision == expected.revision;
+        expected.value.as_deref().filter(|_| is_of_it)
     }
 }
 

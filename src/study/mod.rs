@@ -39,7 +39,9 @@ pub mod work;
 pub use crate::task::CancelToken;
 pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use charted::{ChartedProfile, Within};
-pub use expected::{BoundVerdict, Expected, ExpectedError, expected};
+pub use expected::{
+    BoundVerdict, Expected, ExpectedError, ExpectedRow, Headline, expected, expected_rows, headline,
+};
 pub use explain::{Deed, Explained, explain};
 pub use figures::{FigureRow, Figures, figure_rows};
 pub use motion::{AxisRange, Motion};

@@ -1,5 +1,6 @@
 //! A design's own study in one room: its figures, and whether the room says anything where it is used.
 
+use super::expected::{BoundVerdict, Expected, expected_where_measured, study_verdict};
 use super::figures::{Figures, with_separators};
 use super::run::{StudyError, is_rejected, run};
 use super::scenario::{Mode, Scenario};
@@ -19,11 +20,20 @@ pub fn mode_of(scenario: &Scenario) -> Mode {
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnStudy {
     pub figures: Figures,
+    /// Expected figures with their intervals, where the room has measurements to draw fields from.
+    pub expected: Option<Expected>,
     /// Trials with a sensor where the room says nothing: outside the model's box or out of the
     /// tracker's volume.
     pub without_field: usize,
     /// The trials with the largest errors of tip and of angle, each once, in their order.
     pub extremes: Vec<usize>,
+}
+
+impl OwnStudy {
+    /// Whether the requirement is met, as far as the room can tell; `None` without one.
+    pub fn verdict(&self) -> Option<BoundVerdict> {
+        study_verdict(&self.figures, self.expected.as_ref())
+    }
 }
 
 /// Why there are no figures of a design in a room.
@@ -71,6 +81,7 @@ pub fn own_study(
     };
     Ok(Ok(OwnStudy {
         figures: outcome.figures,
+        expected: expected_where_measured(scenario, mode, cancel)?,
         without_field: seen.without_field,
         extremes: seen.extremes(),
     }))

@@ -276,7 +276,7 @@ fn a_room_is_assigned_as_one_step_and_undo_brings_the_figures_back_to_the_bit() 
 
         ask(&mut app, FieldRequest::Try);
         let comparison = desk(&app).comparison.clone().unwrap();
-        assert_eq!(figure_rows(&comparison.present), before.1);
+        assert_eq!(figure_rows(&comparison.present.figures), before.1);
         assert_eq!(figure_bits(&app), before.0, "trying changes nothing");
         let document = &app.world().resource::<OpenWorld>().0.document;
         assert_eq!(document.revision(), revision);
@@ -288,7 +288,7 @@ fn a_room_is_assigned_as_one_step_and_undo_brings_the_figures_back_to_the_bit() 
         );
         assert_eq!(
             figures(&app),
-            figure_rows(&comparison.tried),
+            figure_rows(&comparison.tried.figures),
             "what was tried is what came"
         );
         let world = &app.world().resource::<OpenWorld>().0;

@@ -24,7 +24,9 @@ use trackwright::editor::ui::slice_ui::{SlicePanelView, slice_settings_ui};
 use trackwright::editor::ui::top_bar::{TopBarView, top_bar_ui};
 use trackwright::editor::ui::widgets::signed;
 use trackwright::field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
-use trackwright::study::{CancelToken, Mode, figure_rows, look, run};
+use trackwright::store;
+use trackwright::study::comparison::REQUIRED;
+use trackwright::study::{CancelToken, Mode, Requirement, expected, figure_rows, look, run};
 
 type Asked = Rc<RefCell<Vec<PanelAction>>>;
 
@@ -163,6 +165,7 @@ fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
         let view = ResultView {
             results: &results,
             before: Some(9.0),
+            has_expected: false,
             is_computing: false,
             is_short: false,
         };
@@ -185,6 +188,75 @@ fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
 }
 
 #[test]
+fn an_interval_around_the_bound_is_shown_as_what_the_room_cannot_tell() {
+    let world = store::open_builtin_without_meshes(store::DEFAULT_BUILTIN).unwrap();
+    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    let cancel = CancelToken::default();
+    let figures = expected(&scenario, &Mode::Motion, &cancel).unwrap();
+    let (value, [low, high]) = figures.of(REQUIRED[0]).unwrap();
+    scenario.requirement = Some(Requirement {
+        position_rms_mm: Some(value),
+        ..Requirement::default()
+    });
+    let outcome = run(&scenario, &Mode::Motion, &cancel, None).unwrap();
+    let results = |extent| Results {
+        study: Some(Stamped {
+            revision: 3,
+            value: outcome.clone(),
+            took: Duration::from_millis(4),
+        }),
+        expected: Some(Stamped {
+            revision: 3,
+            value: Some(Box::new(figures.clone())),
+            took: Duration::from_millis(90),
+        }),
+        extent: Some(extent),
+        ..Results::default()
+    };
+    let (whole, preview) = (results(Extent::Whole), results(Extent::PreviewOf(3_375)));
+    let panel = |results: &Results, wanted: &[&str], unwanted: &[&str]| {
+        let (harness, _) = harness(|ui| {
+            let view = ResultView {
+                results,
+                before: None,
+                has_expected: true,
+                is_computing: false,
+                is_short: false,
+            };
+            result_ui(ui, &view);
+            Vec::new()
+        });
+        for text in wanted {
+            assert!(
+                harness.query_all_by_label_contains(text).count() >= 1,
+                "{text}"
+            );
+        }
+        for text in unwanted {
+            assert_eq!(
+                harness.query_all_by_label_contains(text).count(),
+                0,
+                "{text}"
+            );
+        }
+    };
+    let interval = format!("{low:.2}–{high:.2}");
+    let verdict = "? cannot tell in this room: at most";
+    panel(
+        &whole,
+        &["expected tip error RMS", &interval, verdict],
+        &["✔"],
+    );
+    // A drag shows the room's own field, marked as such, and no verdict.
+    let own = "in the room's own field";
+    panel(
+        &preview,
+        &[own, "tip error RMS"],
+        &["expected", &interval, verdict, "✔"],
+    );
+}
+
+#[test]
 fn a_preview_says_of_how_many_trials_it_is_a_part() {
     let world = world();
     let scenario = trackwright::store::resolve(world.document.design(), &world.environment);
@@ -203,6 +275,7 @@ fn a_preview_says_of_how_many_trials_it_is_a_part() {
             let view = ResultView {
                 results,
                 before: None,
+                has_expected: false,
                 is_computing: false,
                 is_short: false,
             };

@@ -122,6 +122,7 @@ fn a_design_without_slides_is_presented_and_what_is_changed_becomes_its_first_sl
         environment: &app.world().resource::<OpenWorld>().0.environment,
         presenter: &presenter,
         figures: None,
+        expected: None,
     };
     let (shown, ..) = view.slide();
     assert_eq!(shown.title, "Test design");
@@ -172,6 +173,7 @@ fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Asked) {
                 environment: &app.world().resource::<OpenWorld>().0.environment,
                 presenter,
                 figures: figures.map(|study| &study.value.figures),
+                expected: app.world().resource::<Results>().expected_of_study(),
             };
             let mut covered = Vec::new();
             let stage = ui.max_rect();

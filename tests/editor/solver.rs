@@ -7,9 +7,10 @@ use trackwright::design::{BodyRole, Edit};
 use trackwright::editor::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
 use trackwright::editor::document::Notice;
 use trackwright::editor::solve::slice_plan;
-use trackwright::editor::state::{EditRequest, OpenWorld, Results, ViewRequest};
+use trackwright::editor::state::{ActiveDrag, EditRequest, OpenWorld, Results, ViewRequest};
 use trackwright::geometry::pose::Pose;
-use trackwright::study::{AxisRange, CancelToken, Mode, Motion, figure_rows, run};
+use trackwright::store;
+use trackwright::study::{AxisRange, CancelToken, Mode, Motion, expected, figure_rows, run};
 
 fn set_slice(app: &mut bevy::prelude::App, is_on: bool) {
     let mut view: View = app
@@ -43,6 +44,56 @@ fn figures_are_those_that_the_study_itself_gives() {
     );
     assert_eq!(study.value.figures.trials, 15);
     assert!(results.pose.is_some());
+}
+
+/// An App in the built-in room, which keeps its measurements.
+fn measured_app() -> bevy::prelude::App {
+    let mut app = create_app();
+    let world = store::open_builtin_without_meshes(store::DEFAULT_BUILTIN).unwrap();
+    app.insert_resource(OpenWorld(world));
+    app
+}
+
+#[test]
+fn expected_figures_come_when_the_hand_rests_and_only_then() {
+    let mut app = measured_app();
+    settle(&mut app);
+    let world = &app.world().resource::<OpenWorld>().0;
+    let scenario = store::resolve(world.document.design(), &world.environment);
+    let wanted = expected(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
+    let results = app.world().resource::<Results>();
+    assert_eq!(results.expected_of_study(), Some(&wanted));
+    let computed = |app: &bevy::prelude::App| app.world().resource::<Diagnostics>().expected;
+    assert_eq!(computed(&app), 1);
+
+    app.world_mut().resource_mut::<ActiveDrag>().0 = true;
+    request(&mut app, EditRequest::Begin("drag".to_owned()));
+    let moved = Edit::SetToolPose(Pose::translation(0.0, 5.0, 30.0));
+    request(&mut app, EditRequest::Apply(moved));
+    settle(&mut app);
+    let results = app.world().resource::<Results>();
+    assert_eq!(results.expected_of_study(), None);
+    assert_eq!(computed(&app), 1);
+
+    app.world_mut().resource_mut::<ActiveDrag>().0 = false;
+    request(&mut app, EditRequest::Commit);
+    settle(&mut app);
+    let results = app.world().resource::<Results>();
+    assert!(
+        results
+            .expected_of_study()
+            .is_some_and(|now| *now != wanted)
+    );
+    assert_eq!(computed(&app), 2);
+}
+
+#[test]
+fn a_room_without_measurements_computes_no_expected_figures() {
+    let mut app = create_app();
+    settle(&mut app);
+    let results = app.world().resource::<Results>();
+    assert!(results.study.is_some() && results.expected.is_none());
+    assert_eq!(app.world().resource::<Diagnostics>().expected, 0);
 }
 
 #[test]

@@ -62,7 +62,7 @@ fn row_as_json(row: &Row, names: &Names) -> Value {
             .map(|met| json!({"met": met, "checks": figures.checks}))
     );
     if let Some(expected) = &measured.expected {
-        expected::add_json(&mut value, expected, measured.requirement.as_ref());
+        expected::add_json(&mut value, expected, &figures.checks);
     }
     value["poorly_determined"] = json!(figures.poorly_determined);
     if let Some(free) = &figures.free_axis {

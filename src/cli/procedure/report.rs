@@ -1,7 +1,9 @@
 //! What `procedure` prints.
 
-use super::super::output::columns;
+use crate::cli::expected;
+use crate::cli::output::columns;
 use crate::design::{BodyRole, Decision, Design, Procedure};
+use crate::study::BoundVerdict;
 use crate::study::own_study::study_notes;
 use crate::study::procedure::{
     BuiltStanding, Change, Grounds, Row, Standing, State, Step, StudiesStanding, headline,
@@ -53,9 +55,13 @@ fn row_as_json(row: &Row) -> Value {
     value["angle_deg"] = json!(figures.angle_deg);
     value["worst"] = json!(figures.worst);
     value["requirement"] = json!(
-        row.met()
+        figures
+            .requirement_met()
             .map(|met| json!({"met": met, "checks": figures.checks}))
     );
+    if let Some(expected) = &studied.expected {
+        expected::add_json(&mut value, expected, &figures.checks);
+    }
     value
 }
 
@@ -142,11 +148,8 @@ fn studies(found: &StudiesStanding, has_targets: bool) -> Vec<String> {
                 let (p, a) = (&studied.figures.position_mm, &studied.figures.angle_deg);
                 let values = [p.rms, p.mean, p.p95, p.max, a.rms, a.p95, a.max];
                 cells.extend(values.map(|value| format!("{value:.4}")));
-                cells.push(match row.met() {
-                    None => "–".to_owned(),
-                    Some(true) => "met".to_owned(),
-                    Some(false) => "missed".to_owned(),
-                });
+                let verdict = row.verdict().map_or("–", BoundVerdict::short_label);
+                cells.push(verdict.to_owned());
             }
         }
         table.push(cells);
@@ -158,7 +161,13 @@ fn studies(found: &StudiesStanding, has_targets: bool) -> Vec<String> {
     for row in &found.rows {
         let notes = match &row.studied {
             Err(why) => vec![format!("no figures: {why}")],
-            Ok(studied) => study_notes(&studied.figures, studied.without_field),
+            Ok(studied) => {
+                let expected = studied.expected.iter().flat_map(expected::rows);
+                let expected =
+                    expected.map(|(label, value, unit)| format!("{label} {value} {unit}"));
+                let notes = study_notes(&studied.figures, studied.without_field);
+                expected.chain(notes).collect()
+            }
         };
         let at = row
             .target

@@ -54,11 +54,10 @@ pub(super) fn run(args: &SimulateArgs) -> anyhow::Result<()> {
             &outcome,
             single.as_ref(),
             expected.as_ref(),
-            &scenario,
         ));
         let mut value = as_json(&outcome.figures, single.as_ref());
         if let Some(expected) = &expected {
-            crate::cli::expected::add_json(&mut value, expected, scenario.requirement.as_ref());
+            crate::cli::expected::add_json(&mut value, expected, &outcome.figures.checks);
         }
         value["target"] = json!(judged.target);
         values.push(value);

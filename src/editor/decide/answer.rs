@@ -186,9 +186,9 @@ impl Hand<'_> {
             return;
         };
         let note = self.desk.note(step).trim().to_owned();
-        if standing.misses(step) && note.is_empty() {
+        if let (Some(objection), "") = (standing.objection(step), note.as_str()) {
             *self.notice = Notice::Refused(format!(
-                "the requirement of the {step} is missed: say why it is decided all the same"
+                "{step}: {objection}, so the decision needs a reason"
             ));
             return;
         }

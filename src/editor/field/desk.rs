@@ -11,7 +11,7 @@ use crate::field::samples::MapKind;
 use crate::geometry::directions::Weighting;
 use crate::geometry::volume::Volume;
 use crate::store::{MeasurementTable, RoomListing, RoomPlace, SampleReading, StoreError};
-use crate::study::Figures;
+use crate::study::own_study::OwnStudy;
 use crate::task::Cancelled;
 use bevy::prelude::Resource;
 use std::path::PathBuf;
@@ -114,8 +114,8 @@ pub struct Fitted {
 /// The open design in the present room and in a fitted one.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    pub present: Figures,
-    pub tried: Figures,
+    pub present: OwnStudy,
+    pub tried: OwnStudy,
     pub room: Arc<Fitted>,
     pub generation: u64,
     pub revision: u64,

@@ -13,8 +13,9 @@ use crate::field::selection::{SelectError, SelectSettings};
 use crate::report::room::support_note;
 use crate::report::selection::grouped_line;
 use crate::store::{self, room_name};
-use crate::study::{Figures, Mode, Scenario, StudyError, run};
-use crate::task::Task;
+use crate::study::Scenario;
+use crate::study::own_study::{OwnStudy, mode_of, own_study};
+use crate::task::{Cancelled, Task};
 use std::sync::Arc;
 
 /// Part of the time that choosing takes, for the bar only: it tries hundreds of models.
@@ -164,26 +165,17 @@ impl Compared {
 /// # Errors
 /// See [`Failure`].
 pub fn compare(compared: Compared, task: &Task) -> Result<Comparison, Failure> {
-    let figures = |scenario: &Scenario| -> Result<Figures, Failure> {
-        match run(scenario, &mode(scenario), &task.cancel, None) {
-            Ok(outcome) => Ok(outcome.figures),
-            Err(StudyError::Cancelled) => Err(Failure::Cancelled),
-            Err(error) => Err(Failure::Because(error.to_string())),
+    let study = |scenario: &Scenario| -> Result<OwnStudy, Failure> {
+        match own_study(scenario, &mode_of(scenario), &task.cancel) {
+            Ok(studied) => studied.map_err(|why| Failure::Because(why.to_string())),
+            Err(Cancelled) => Err(Failure::Cancelled),
         }
     };
     Ok(Comparison {
-        present: figures(&compared.present)?,
-        tried: figures(&compared.tried)?,
+        present: study(&compared.present)?,
+        tried: study(&compared.tried)?,
         room: compared.room,
         generation: compared.generation,
         revision: compared.revision,
     })
-}
-
-/// The study that a room is judged by: the range of motion where the design has one.
-fn mode(scenario: &Scenario) -> Mode {
-    match scenario.motion {
-        Some(_) => Mode::Motion,
-        None => Mode::Single,
-    }
 }

@@ -32,7 +32,7 @@ use crate::design::{BodyRole, Design, Document};
 use crate::field::Environment;
 use crate::geometry::gizmo::{Eye, Gizmo};
 use crate::geometry::orbit::OrbitCamera;
-use crate::study::{Figures, PoseDetail, Requirement};
+use crate::study::{Expected, Figures, PoseDetail, Requirement};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, LayerId, Painter, pos2, vec2};
@@ -68,6 +68,8 @@ pub struct OverlayView<'a> {
     pub hidden: &'a Things,
     pub pose: Option<&'a PoseDetail>,
     pub figures: Option<&'a Figures>,
+    /// What is to be expected of them, once that is known.
+    pub expected: Option<&'a Expected>,
     pub selected: Option<Selected>,
     pub hovered: Option<Selected>,
     pub magnification: Option<ShownMagnification>,
@@ -249,6 +251,7 @@ fn draw(
         hidden: &document.view().hidden,
         pose: results.pose.as_ref().map(|p| &p.value),
         figures: results.study.as_ref().map(|s| &s.value.figures),
+        expected: results.expected_of_study(),
         selected: scene.selection.primary(),
         hovered: scene.hovered.0,
         magnification: scene.magnification.as_deref().copied(),

@@ -3,9 +3,11 @@
 use super::OverlayView;
 use super::legend::PLATE_ALPHA;
 use crate::editor::palette;
-use crate::editor::ui::result::headline;
 use crate::editor::ui::theme;
-use crate::editor::ui::widgets::{MET_SIGN, MISSED_SIGN, counted, length, with_unit};
+use crate::editor::ui::verdict::{bound_text, figure_color};
+use crate::editor::ui::widgets::{THIN_SPACE, counted, length, with_unit};
+use crate::study::comparison::REQUIRED;
+use crate::study::headline;
 use bevy_egui::egui::{Align2, Painter, Rect, Shape, pos2, vec2};
 
 /// Paints name and result into the upper left corner; what they cover.
@@ -25,29 +27,30 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
         palette::TEXT_STRONG.color32(),
     );
     if let Some(figures) = view.figures {
-        let headline = headline(figures);
-        let is_met = headline.limit.map(|(_, is_met)| is_met);
+        let headline = headline(figures, view.expected);
+        let (name, unit) = (headline.figure.label(), headline.figure.unit());
         line(
-            &with_unit(&format!("{:.2}", headline.value), headline.unit),
+            &with_unit(&format!("{:.2}", headline.value), unit),
             theme::figure_font(),
-            theme::verdict_color(is_met),
+            figure_color(headline.bound.map(|(_, verdict)| verdict)),
         );
-        let verdict = match headline.limit {
-            None => headline.name.to_owned(),
-            Some((limit, is_met)) => {
-                let limit = with_unit(&format!("{limit:.2}"), headline.unit);
-                let (sign, word) = if is_met {
-                    (MET_SIGN, "met")
-                } else {
-                    (MISSED_SIGN, "missed")
-                };
-                format!("{}, {sign} {word}: at most {limit}", headline.name)
+        let name = match headline.interval {
+            None => name.to_owned(),
+            Some([low, high]) => {
+                let high = with_unit(&format!("{high:.2}"), unit);
+                format!("expected {name}, 95{THIN_SPACE}%: {low:.2} to {high}")
             }
         };
-        line(&verdict, theme::label_font(), palette::TEXT.color32());
+        line(&name, theme::label_font(), palette::TEXT.color32());
+        if let Some((limit, verdict)) = headline.bound {
+            let verdict = bound_text(limit, unit, verdict);
+            line(&verdict, theme::label_font(), palette::TEXT.color32());
+        }
+        let max = REQUIRED.into_iter().find(|figure| figure.is_max());
+        let expected_max = view.expected.zip(max).and_then(|(e, max)| e.of(max));
         let rest = format!(
             "max {}, {}",
-            length(figures.position_mm.max),
+            length(expected_max.map_or(figures.position_mm.max, |(value, _)| value)),
             counted(figures.trials, "trial", "trials")
         );
         line(&rest, theme::label_font(), palette::TEXT_QUIET.color32());

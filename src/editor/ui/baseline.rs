@@ -1,14 +1,26 @@
 //! The large figure as it was before the last change, so that the change can be shown.
 
-use super::result::headline;
 use crate::editor::document::WorldGeneration;
 use crate::editor::state::{EditRequest, OpenWorld, Results};
 use crate::editor::study::StudyDesk;
+use crate::study::{Headline, headline};
 use bevy::prelude::*;
 
-/// Name and value of the large figure before the last edit or drag began.
+/// The large figure before the last edit or drag began, of the room's own field and as it was to be
+/// expected: while something is dragged the one is shown, and then the other.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
-pub struct Baseline(pub Option<(&'static str, f64)>);
+pub struct Baseline(pub Option<[Headline; 2]>);
+
+impl Baseline {
+    /// The value that a large figure is a change from, if there is one of its kind.
+    pub fn before(&self, now: &Headline) -> Option<f64> {
+        let is_of_kind = |then: &&Headline| {
+            then.figure == now.figure && then.interval.is_some() == now.interval.is_some()
+        };
+        let then = self.0.as_ref()?.iter().find(is_of_kind)?;
+        Some(then.value)
+    }
+}
 
 /// Notes the figure at the first edit of a step; runs before the edits are applied.
 pub(super) fn note_baseline(
@@ -45,8 +57,8 @@ pub(super) fn note_baseline(
         };
         if begins {
             let now = results.study.as_ref().map(|study| {
-                let headline = headline(&study.value.figures);
-                (headline.name, headline.value)
+                let of = |expected| headline(&study.value.figures, expected);
+                [of(None), of(results.expected_of_study())]
             });
             baseline.set_if_neq(Baseline(now));
         }

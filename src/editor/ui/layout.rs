@@ -13,7 +13,7 @@ use super::layers_ui::{LayersView, Listed, layers_ui};
 use super::mesh_ui::{MeshView, mesh_ui};
 use super::outliner::{OutlinerView, outliner_ui};
 use super::present::{StageCover, StageView, slides_ui, stage_ui};
-use super::result::{ResultView, headline, result_ui};
+use super::result::{ResultView, result_ui};
 use super::row_page::RowPage;
 use super::scene_menu::SceneMenu;
 use super::sensor_ui::IsAvailable;
@@ -360,6 +360,7 @@ impl Desk<'_> {
             environment: &self.world.environment,
             presenter: &self.shown.presenter,
             figures: (self.shown.results.study.as_ref()).map(|study| &study.value.figures),
+            expected: self.shown.results.expected_of_study(),
         }
     }
 
@@ -470,13 +471,13 @@ impl Desk<'_> {
         let results = &self.shown.results;
         let study = results.study.as_ref();
         let before = study.and_then(|study| {
-            let now = headline(&study.value.figures);
-            let (name, value) = self.shown.baseline.0?;
-            (name == now.name).then_some(value)
+            let now = crate::study::headline(&study.value.figures, results.expected_of_study());
+            self.shown.baseline.before(&now)
         });
         ResultView {
             results,
             before,
+            has_expected: self.environment().process.is_some(),
             is_computing: study.is_some() && self.study().are_figures_old(),
             is_short: self.are_trials_shown(),
         }

@@ -38,6 +38,7 @@ pub mod theme;
 pub mod timeline_ui;
 pub mod top_bar;
 pub mod trial_ui;
+pub(super) mod verdict;
 pub mod widgets;
 mod windows;
 mod workspaces;

@@ -1,66 +1,28 @@
 //! What the study comes to: one large figure, and the others below it.
 
 use super::theme;
-use super::widgets::{
-    MET_SIGN, MISSED_SIGN, THIN_SPACE, counted, quiet_ui, signed, warning_ui, with_unit,
-};
+use super::verdict::{bound_text, figure_color};
+use super::widgets::{THIN_SPACE, counted, quiet_ui, signed, warning_ui, with_unit};
 use crate::editor::palette;
 use crate::editor::solver::Extent;
 use crate::editor::state::Results;
 use crate::editor::study::ModeKind;
+use crate::study::comparison::REQUIRED;
 use crate::study::figures::with_separators;
-use crate::study::{FigureRow, Figures, figure_rows};
+use crate::study::{Expected, FigureRow, Figures, Headline, figure_rows, headline};
 use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
 
 /// What the panel shows.
 pub struct ResultView<'a> {
     pub results: &'a Results,
-    /// The large figure as it was before the last change.
+    /// The large figure as it was before the last change, of the same kind.
     pub before: Option<f64>,
+    /// The room keeps measurements, so that its figures have expected ones.
+    pub has_expected: bool,
     /// The design changed and its figures are on their way.
     pub is_computing: bool,
     /// Where there is little room: the large figure, and one line of the others.
     pub is_short: bool,
-}
-
-/// The one figure that counts: the first bound that is missed, else the first bound, else the
-/// RMS of the tip error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Headline {
-    pub name: &'static str,
-    pub value: f64,
-    pub unit: &'static str,
-    /// The bound, and whether the value keeps it.
-    pub limit: Option<(f64, bool)>,
-}
-
-/// The one figure that counts.
-pub fn headline(figures: &Figures) -> Headline {
-    let missed = figures.checks.iter().find(|check| !check.met);
-    match missed.or_else(|| figures.checks.first()) {
-        None => Headline {
-            name: "tip error RMS",
-            value: figures.position_mm.rms,
-            unit: "mm",
-            limit: None,
-        },
-        Some(check) => {
-            let (name, unit) = match check.name {
-                "position_rms" => ("tip error RMS", "mm"),
-                "position_p95" => ("tip error 95th percentile", "mm"),
-                "position_max" => ("tip error max", "mm"),
-                "angle_rms" => ("angle error RMS", "°"),
-                "angle_max" => ("angle error max", "°"),
-                other => (other, ""),
-            };
-            Headline {
-                name,
-                value: check.value,
-                unit,
-                limit: Some((check.limit, check.met)),
-            }
-        }
-    }
 }
 
 /// The rows of `figure_rows` that the panel shows; the command line prints all.
@@ -90,7 +52,7 @@ const BRIEF: [&str; 4] = [
 
 /// Draws the result.
 pub fn result_ui(ui: &mut Ui, result: &ResultView) {
-    rows_ui(ui, result, &[&SHOWN[..], &DETERMINED].concat());
+    rows_ui(ui, result, &SHOWN);
 }
 
 /// Draws the large figure and the few that decide.
@@ -110,15 +72,25 @@ fn rows_ui(ui: &mut Ui, result: &ResultView, shown: &[&str]) {
         return;
     };
     let figures = &study.value.figures;
-    headline_ui(ui, &headline(figures), result);
+    let expected = result.results.expected_of_study();
+    headline_ui(ui, &headline(figures, expected), result);
     if result.is_short {
-        quiet_ui(ui, in_short(figures));
+        quiet_ui(ui, in_short(figures, expected));
         counts_ui(ui, figures, result.results);
         return;
     }
     ui.add_space(6.0);
+    if let Some(expected) = expected {
+        expected_ui(ui, expected);
+        ui.add_space(4.0);
+        quiet_ui(ui, OWN_FIELD);
+    }
+    let shown = match expected {
+        Some(_) => &BRIEF,
+        None => shown,
+    };
     for row in figure_rows(figures) {
-        if shown.contains(&row.label) {
+        if shown.contains(&row.label) || DETERMINED.contains(&row.label) {
             figure_ui(ui, &row);
         }
     }
@@ -136,30 +108,77 @@ fn rows_ui(ui: &mut Ui, result: &ResultView, shown: &[&str]) {
     counts_ui(ui, figures, result.results);
 }
 
+/// Above the figures of the field that was fitted: what its measurements leave open is not in them.
+const OWN_FIELD: &str = "in the room's own field";
+
 /// The tip error in one line.
-fn in_short(figures: &Figures) -> String {
+fn in_short(figures: &Figures, expected: Option<&Expected>) -> String {
     let error = &figures.position_mm;
-    let [rms, p95, max] = [error.rms, error.p95, error.max].map(|mm| format!("{mm:.2}"));
+    let own = [error.rms, error.p95, error.max];
+    let [rms, p95, max, ..] = REQUIRED;
+    let of = |(figure, own)| {
+        let found = expected.and_then(|expected| expected.of(figure));
+        format!("{:.2}", found.map_or(own, |(value, _)| value))
+    };
+    let [rms, p95, max] = [(rms, own[0]), (p95, own[1]), (max, own[2])].map(of);
     let max = with_unit(&max, "mm");
-    format!("tip error: RMS {rms}, 95th percentile {p95}, max {max}")
+    let kind = expected.map_or("", |_| "expected ");
+    format!("{kind}tip error: RMS {rms}, 95th percentile {p95}, max {max}")
 }
 
+/// `0.46–0.85`: without its unit, which stands beside it.
+fn interval_text([low, high]: [f64; 2]) -> String {
+    format!("{low:.2}–{high:.2}")
+}
+
+/// The expected figures with their intervals.
+fn expected_ui(ui: &mut Ui, expected: &Expected) {
+    for figure in REQUIRED {
+        let Some((value, interval)) = expected.of(figure) else {
+            continue;
+        };
+        ui.horizontal(|ui| {
+            quiet_ui(ui, figure.label());
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                quiet_ui(ui, interval_text(interval)).on_hover_text(INTERVAL);
+                ui.label(with_unit(&format!("{value:.2}"), figure.unit()));
+            });
+        });
+    }
+}
+
+/// What an interval is.
+const INTERVAL: &str =
+    "95 % interval: how far the figure may be off, from what the room's measurements leave open";
+
 fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
+    let is_pending = result.has_expected && headline.interval.is_none();
     ui.horizontal(|ui| {
-        quiet_ui(ui, headline.name);
+        let name = headline.figure.label();
+        match headline.interval {
+            Some(_) => quiet_ui(ui, format!("expected {name}")),
+            None => quiet_ui(ui, name),
+        };
         if result.is_computing {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 quiet_ui(ui, "computing…");
             });
         }
     });
+    let unit = headline.figure.unit();
+    // What is not known for certain yet has no verdict.
+    let bound = headline.bound.filter(|_| !is_pending);
     ui.horizontal(|ui| {
-        let color = theme::verdict_color(headline.limit.map(|(_, is_met)| is_met));
-        let value = with_unit(&format!("{:.2}", headline.value), headline.unit);
+        let color = figure_color(bound.map(|(_, verdict)| verdict));
+        let value = with_unit(&format!("{:.2}", headline.value), unit);
         ui.label(RichText::new(value).font(theme::figure_font()).color(color));
+        if let Some(interval) = headline.interval {
+            let text = RichText::new(interval_text(interval)).color(palette::TEXT.color32());
+            ui.label(text).on_hover_text(INTERVAL);
+        }
         if let Some(before) = result.before {
             let change = headline.value - before;
-            let text = with_unit(&signed(change, 2), headline.unit);
+            let text = with_unit(&signed(change, 2), unit);
             let color = if text.starts_with('±') {
                 palette::TEXT_QUIET
             } else if change < 0.0 {
@@ -171,14 +190,12 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
                 .on_hover_text("Change since the last edit began");
         }
     });
-    if let Some((limit, is_met)) = headline.limit {
-        let limit = with_unit(&format!("{limit:.2}"), headline.unit);
-        let text = if is_met {
-            format!("{MET_SIGN} met: at most {limit}")
-        } else {
-            format!("{MISSED_SIGN} missed: at most {limit}")
-        };
-        ui.label(RichText::new(text).color(theme::verdict_color(Some(is_met))));
+    if is_pending {
+        quiet_ui(ui, OWN_FIELD);
+    }
+    if let Some((limit, verdict)) = bound {
+        let text = bound_text(limit, unit, verdict);
+        ui.label(RichText::new(text).color(figure_color(Some(verdict))));
     }
 }
 

@@ -5,7 +5,7 @@ use crate::report::error_charts::charts;
 use crate::report::words::length;
 use crate::study::figures::{signed_offset, with_separators};
 use crate::study::profile::MAX_PROFILED;
-use crate::study::{figure_rows, trial_offsets, trial_pose};
+use crate::study::{expected_rows, figure_rows, trial_offsets, trial_pose};
 use maud::{Markup, PreEscaped, html};
 
 /// Pixels of a chart: two stand side by side.
@@ -53,12 +53,48 @@ fn what_charts_show(report: &Report) -> &'static str {
     }
 }
 
+/// What is to be expected, above the figures of the room's own field.
+fn expected(report: &Report) -> Markup {
+    let study = report.study;
+    let Some(expected) = &study.expected else {
+        return html! {
+            @if study.scenario.environment.provenance.is_some() {
+                p class="note" {
+                    "The room keeps no measurements to draw fields from: how far these figures may be off is not known. Fit it again to know."
+                }
+            }
+        };
+    };
+    html! {
+        table class="data figures" {
+            thead { tr { th {} th { "expected" } th {} th { "95\u{2009}%" } } }
+            tbody {
+                @for row in expected_rows(expected) {
+                    tr {
+                        th scope="row" { (row.figure.label()) }
+                        td class="number" { (row.value) }
+                        td class="unit" { (row.figure.unit()) }
+                        td class="number" { (row.low) " to " (row.high) }
+                    }
+                }
+            }
+        }
+        p class="note" {
+            (format!(
+                "Expected: the mean over {} fields that the {} measurements of the room leave possible, at {} of the positions; 95\u{2009}%: the interval in which the figure lies. The figures below are those of the room's own field, which is smoother than the room itself.",
+                expected.draws, with_separators(expected.rows), with_separators(expected.trials)
+            ))
+        }
+    }
+}
+
 /// All figures: labels, digits and units are those that `simulate` prints.
 pub fn table(report: &Report) -> Markup {
     let rows = figure_rows(&report.study.figures);
     html! {
         section id="figures" {
             h2 { "Figures" }
+            (expected(report))
             table class="data figures" {
                 tbody {
                     @for row in &rows {

@@ -19,7 +19,10 @@ use super::words::{PlainWords, plain_words};
 use crate::design::BodyRole;
 use crate::geometry::mesh::SurfaceMesh;
 use crate::store::{self, World};
-use crate::study::{CancelToken, Figures, Mode, Profile, Scenario, StudyError, run_profiled};
+use crate::study::expected::expected_where_measured;
+use crate::study::{
+    CancelToken, Expected, Figures, Mode, Profile, Scenario, StudyError, run_profiled,
+};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 pub use extras::{Slide, SlideError, TableSection};
@@ -38,6 +41,8 @@ pub struct ReportedStudy {
     pub scenario: Scenario,
     pub mode: Mode,
     pub figures: Figures,
+    /// What is to be expected of them, where the room keeps measurements.
+    pub expected: Option<Expected>,
     /// `None` of a study of more trials than are kept one by one.
     pub profile: Option<Profile>,
     pub words: PlainWords,
@@ -69,11 +74,19 @@ impl ReportedStudy {
         let scenario = store::resolve(world.document.design(), &world.environment);
         let (outcome, profile) = run_profiled(&scenario, &mode, cancel)?;
         let figures = outcome.figures;
-        let words = plain_words(&scenario, &mode, &figures, profile.as_ref());
+        let expected =
+            expected_where_measured(&scenario, &mode, cancel).map_err(|_| StudyError::Cancelled)?;
+        let words = plain_words(
+            &scenario,
+            &mode,
+            (&figures, expected.as_ref()),
+            profile.as_ref(),
+        );
         Ok(Self {
             scenario,
             mode,
             figures,
+            expected,
             profile,
             words,
         })

@@ -8,14 +8,17 @@
 mod plain;
 mod worst;
 
-use plain::Part;
+use plain::{Part, percent};
 pub use plain::{PlainFigure, plain_figure};
 pub use worst::{WorstPose, worst_pose};
 
 use crate::field::OutsidePolicy;
+use crate::study::comparison::{ErrorOf, Figure, REQUIRED};
+use crate::study::expected::{JudgedBound, judged, verdict_of};
 use crate::study::figures::with_separators;
-use crate::study::requirement::Check;
-use crate::study::{Figures, Mode, Profile, Requirement, Scenario, trial_pose};
+use crate::study::{
+    BoundVerdict, Expected, Figures, Mode, Profile, Requirement, Scenario, trial_pose,
+};
 
 /// Between a number and its unit.
 const THIN_SPACE: char = '\u{2009}';
@@ -37,12 +40,12 @@ pub struct PlainWords {
     pub cautions: Vec<String>,
 }
 
-/// A study in words. `profile` is that of the same study; without it no part of the positions is
-/// told.
+/// A study in words. What is to be expected stands for the figures where it is known. `profile` is that
+/// of the same study; without it no part of the positions is told.
 pub fn plain_words(
     scenario: &Scenario,
     mode: &Mode,
-    figures: &Figures,
+    (figures, expected): (&Figures, Option<&Expected>),
     profile: Option<&Profile>,
 ) -> PlainWords {
     let limit_mm = scenario
@@ -54,12 +57,18 @@ pub fn plain_words(
         .filter(|_| figures.trials > 1)
         .map(|trial| worst_pose(scenario, mode, &trial));
     PlainWords {
-        headline: headline(figures, profile, limit_mm, pose.as_ref()),
-        verdict: verdict(&figures.checks),
+        headline: match expected {
+            Some(expected) => expected_headline(figures, expected, limit_mm),
+            None => headline(figures, profile, limit_mm, pose.as_ref()),
+        },
+        verdict: verdict(&judged(&figures.checks, expected)),
         worst: pose.map(|pose| {
             let worst_mm = length(figures.worst.position_mm, limit_mm);
             let held = pose.in_full();
-            format!("The worst, {worst_mm}, is {held}, compared with the design's own pose.")
+            let in_field = expected.map_or("", |_| " in the room's own field");
+            format!(
+                "The worst, {worst_mm}{in_field}, is {held}, compared with the design's own pose."
+            )
         }),
         cautions: cautions(scenario, figures),
     }
@@ -156,39 +165,72 @@ fn as_set(limit: f64, unit: &str) -> String {
     format!("{limit}{THIN_SPACE}{unit}")
 }
 
-/// What a bound of a requirement is called within a sentence.
-pub fn bound_name(name: &str) -> &'static str {
-    match name {
-        "position_rms" => "tip error RMS",
-        "position_p95" => "tip error 95th percentile",
-        "position_max" => "tip error max",
-        "angle_rms" => "angle error RMS",
-        "angle_max" => "angle error max",
-        _ => "figure",
+/// What is to be expected, with 95 % intervals: the room's own field says less than is known.
+fn expected_headline(figures: &Figures, expected: &Expected, limit_mm: Option<f64>) -> String {
+    let [_, p95, max, ..] = REQUIRED;
+    let of = |figure: Figure| {
+        let (value_mm, interval) = expected.of(figure).unwrap_or_default();
+        let [low, high] = interval.map(|end_mm| length(end_mm, limit_mm));
+        let value = length(value_mm, limit_mm);
+        format!("{value} (95{THIN_SPACE}%: {low} to {high})")
+    };
+    if figures.trials == 1 {
+        let asked = limit_mm.map_or_else(String::new, |limit_mm| {
+            format!("; {} is asked for", as_set(limit_mm, "mm"))
+        });
+        return format!(
+            "Expected: the tip is {} from where it is shown{asked}",
+            of(max)
+        );
+    }
+    let part = match expected.within {
+        Some(within) => {
+            let [low, high] = within.interval.map(percent);
+            let limit = as_set(within.limit_mm, "mm");
+            let part = part_of_positions(within.part, figures.trials);
+            format!("{part} within {limit} (95{THIN_SPACE}%: {low} to {high})")
+        }
+        None => format!("95{THIN_SPACE}% of the positions within {}", of(p95)),
+    };
+    let lower = part.chars().take(1).flat_map(char::to_lowercase);
+    let part: String = lower.chain(part.chars().skip(1)).collect();
+    format!("Expected: {part}; worst {}", of(max))
+}
+
+fn verdict(bounds: &[JudgedBound]) -> String {
+    let told = |wanted: BoundVerdict| -> Vec<String> {
+        let of = bounds.iter().filter(|bound| bound.verdict == wanted);
+        of.map(bound_words).collect()
+    };
+    let (missed, open) = (told(BoundVerdict::Missed), told(BoundVerdict::CannotTell));
+    match verdict_of(bounds) {
+        None => "No requirement is set.".to_owned(),
+        Some(BoundVerdict::Met) => "The requirement is met.".to_owned(),
+        Some(BoundVerdict::Missed) => {
+            format!("The requirement is missed: {}.", missed.join("; "))
+        }
+        Some(BoundVerdict::CannotTell) => format!(
+            "The measurements of this room cannot tell whether the requirement is met: {}.",
+            open.join("; ")
+        ),
     }
 }
 
-fn verdict(checks: &[Check]) -> String {
-    let missed: Vec<String> = checks
-        .iter()
-        .filter(|check| !check.met)
-        .map(|check| {
-            let limit = Some(check.limit);
-            let (value, unit) = match check.name.starts_with("angle") {
-                true => (angle(check.value, limit), "°"),
-                false => (length(check.value, limit), "mm"),
-            };
-            let name = bound_name(check.name);
-            format!(
-                "{name} is {value}, and {} is asked for",
-                as_set(check.limit, unit)
-            )
-        })
-        .collect();
-    match (checks.len(), missed.as_slice()) {
-        (0, _) => "No requirement is set.".to_owned(),
-        (_, []) => "The requirement is met.".to_owned(),
-        _ => format!("The requirement is missed: {}.", missed.join("; ")),
+fn bound_words(bound: &JudgedBound) -> String {
+    let limit = Some(bound.limit);
+    let digits = |value: f64| match bound.figure.of {
+        ErrorOf::Position => length(value, limit),
+        ErrorOf::Angle => angle(value, limit),
+    };
+    let asked = as_set(bound.limit, bound.figure.unit());
+    let (name, value) = (bound.figure.label(), digits(bound.value));
+    match bound.interval {
+        None => format!("{name} is {value}, and {asked} is asked for"),
+        Some([low, high]) => format!(
+            "{name} is expected to be {value}, between {} and {}, and {asked} is asked for",
+            digits(low),
+            digits(high)
+        ),
     }
 }
 

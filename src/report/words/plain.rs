@@ -2,7 +2,9 @@
 
 use super::THIN_SPACE;
 use crate::design::SlideFigure;
-use crate::study::Figures;
+use crate::study::comparison::{ErrorOf, Figure, Summary};
+use crate::study::expected::{judged, study_verdict};
+use crate::study::{BoundVerdict, Expected, Figures};
 
 /// A large figure and what it means.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,43 +12,78 @@ pub struct PlainFigure {
     pub value: String,
     pub words: String,
     /// Against the requirement, where it says something of this figure.
-    pub is_met: Option<bool>,
+    pub verdict: Option<BoundVerdict>,
 }
 
-/// A figure of a slide; `None` where the study does not have it.
-pub fn plain_figure(figure: SlideFigure, figures: &Figures) -> Option<PlainFigure> {
-    let met = |name: &str| {
-        figures
-            .checks
-            .iter()
-            .find(|c| c.name == name)
-            .map(|c| c.met)
+/// A figure of a slide, to be expected where the room can say it; `None` where the study does not have
+/// it.
+pub fn plain_figure(
+    figure: SlideFigure,
+    figures: &Figures,
+    expected: Option<&Expected>,
+) -> Option<PlainFigure> {
+    let of = |of: ErrorOf, summary: Summary, own: f64, name: &str| {
+        let digits = |value: f64| match of {
+            ErrorOf::Position => length(value),
+            ErrorOf::Angle => format!("{value:.2}°"),
+        };
+        let figure = Figure { of, summary };
+        let found = expected.and_then(|expected| expected.of(figure));
+        let bounds = judged(&figures.checks, expected);
+        PlainFigure {
+            value: digits(found.map_or(own, |(value, _)| value)),
+            words: match found {
+                None => name.to_owned(),
+                Some((_, [low, high])) => {
+                    let high = digits(high);
+                    format!("{name}, 95{THIN_SPACE}%: {low:.2} to {high}")
+                }
+            },
+            verdict: (bounds.iter().find(|bound| bound.figure == figure))
+                .map(|bound| bound.verdict),
+        }
     };
+    let (p, a) = (&figures.position_mm, &figures.angle_deg);
     Some(match figure {
         SlideFigure::WithinLimit => {
             let within = figures.within?;
+            let found = expected.and_then(|expected| expected.within);
+            let part = found.map_or(within.part, |found| found.part);
+            let limit = length(within.limit_mm);
+            let verdict = study_verdict(figures, expected);
             PlainFigure {
-                value: percent(within.part),
-                words: format!("of the positions are within {}", length(within.limit_mm)),
+                value: percent(part),
+                words: match found {
+                    None => format!("of the positions are within {limit}"),
+                    Some(found) => {
+                        let [low, high] = found.interval.map(percent);
+                        format!(
+                            "of the positions are within {limit}, 95{THIN_SPACE}%: {low} to {high}"
+                        )
+                    }
+                },
                 // Good news only where it is all of them, whatever the bound is on.
-                is_met: (figures.requirement_met()).filter(|is_met| !is_met || within.part == 1.0),
+                verdict: verdict.filter(|v| *v != BoundVerdict::Met || part == 1.0),
             }
         }
-        SlideFigure::TypicalTipError => PlainFigure {
-            value: length(figures.position_mm.median),
-            words: "typical error at the tip".to_owned(),
-            is_met: None,
-        },
-        SlideFigure::LargestTipError => PlainFigure {
-            value: length(figures.position_mm.max),
-            words: "largest error at the tip".to_owned(),
-            is_met: met("position_max"),
-        },
-        SlideFigure::TypicalAngleError => PlainFigure {
-            value: format!("{:.2}°", figures.angle_deg.median),
-            words: "typical error of the direction".to_owned(),
-            is_met: None,
-        },
+        SlideFigure::TypicalTipError => of(
+            ErrorOf::Position,
+            Summary::Median,
+            p.median,
+            "typical error at the tip",
+        ),
+        SlideFigure::LargestTipError => of(
+            ErrorOf::Position,
+            Summary::Max,
+            p.max,
+            "largest error at the tip",
+        ),
+        SlideFigure::TypicalAngleError => of(
+            ErrorOf::Angle,
+            Summary::Median,
+            a.median,
+            "typical error of the direction",
+        ),
     })
 }
 
@@ -57,7 +94,7 @@ fn length(value_mm: f64) -> String {
 
 /// A part from 0 to 1 in per cent, rounded down. It is 100 % only where it is all of them, and 0 % only
 /// where it is none.
-fn percent(part: f64) -> String {
+pub(super) fn percent(part: f64) -> String {
     match Part::of(part) {
         Part::All => format!("100{THIN_SPACE}%"),
         Part::MoreThan99 => format!(">{THIN_SPACE}99{THIN_SPACE}%"),

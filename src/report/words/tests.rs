@@ -15,7 +15,7 @@ fn scenario() -> Scenario {
 
 fn words(scenario: &Scenario, mode: &Mode) -> PlainWords {
     let (outcome, profile) = run_profiled(scenario, mode, &CancelToken::default()).unwrap();
-    plain_words(scenario, mode, &outcome.figures, profile.as_ref())
+    plain_words(scenario, mode, (&outcome.figures, None), profile.as_ref())
 }
 
 /// The built-in pointer, whose shaft is z of its frame, turned so from the design's pose.

@@ -122,7 +122,8 @@ impl Figure {
         self.summary == Summary::Max
     }
 
-    fn value(self, position_mm: &Statistics, angle_deg: &Statistics) -> f64 {
+    /// Its value in a study, mm or degrees.
+    pub fn of_study(self, position_mm: &Statistics, angle_deg: &Statistics) -> f64 {
         let of = match self.of {
             ErrorOf::Position => position_mm,
             ErrorOf::Angle => angle_deg,
@@ -141,5 +142,5 @@ impl Figure {
 
 /// All figures of one study.
 pub fn values(position_mm: &Statistics, angle_deg: &Statistics) -> FigureValues {
-    FIGURES.map(|figure| figure.value(position_mm, angle_deg))
+    FIGURES.map(|figure| figure.of_study(position_mm, angle_deg))
 }

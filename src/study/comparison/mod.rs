@@ -14,13 +14,10 @@ pub use difference::{COVERAGE, Difference, LEAST_DEG, LEAST_MM, Least, Verdict};
 pub use figure::{ErrorOf, FIGURES, Figure, FigureValues, REQUIRED, Summary, values};
 pub use words::{difference_words, met_words, notes, worst_place_words, worst_words};
 
-use super::expected::{
-    BoundVerdict, Expected, ExpectedError, expected, requirement_verdict, verdict_of,
-};
+use super::expected::{BoundVerdict, Expected, study_verdict};
 use super::figures::Figures;
 use super::own_study::own_study;
 use super::profile::{trial_offsets, trial_pose};
-use super::requirement::Requirement;
 use super::run::StudyError;
 use super::scenario::{InputTrial, Scenario};
 use crate::field::Environment;
@@ -113,9 +110,6 @@ pub struct Measured {
     sampled: Option<Sampled>,
     /// What the figures are to be expected to be, where the room says it.
     pub expected: Option<Expected>,
-    pub requirement: Option<Requirement>,
-    /// What the intervals say of it.
-    pub verdict: Option<BoundVerdict>,
     drawn: Option<Drawn>,
     /// In the very fields that the design's are from, where the baseline is in the same room and
     /// fields are drawn for a pair of designs.
@@ -240,6 +234,11 @@ fn against_baseline(
 }
 
 impl Measured {
+    /// Whether the requirement is met, as far as the room can tell; `None` without one.
+    pub fn verdict(&self) -> Option<BoundVerdict> {
+        study_verdict(&self.figures, self.expected.as_ref())
+    }
+
     fn side<'a>(&'a self, grid: &'a FigureValues) -> Side<'a> {
         Side {
             grid,
@@ -290,17 +289,15 @@ impl InRoom<'_> {
             .any(|p| p.design != self.plan.baseline);
         let has_any = studied.iter().any(Result::is_ok);
         let mut unknown = None;
-        if let Some(process) = &environment.process {
-            let task = task.stretch(STUDIES_PART, 1.0);
-            unknown = self.draw_from(process, is_asked, &mut studied, &task)?;
-        } else if is_asked && has_any {
-            match self.drawn_rooms(environment, task)? {
-                Ok(rooms) => {
-                    let task = task.stretch(STUDIES_PART, 1.0);
-                    unknown = self.try_in(&rooms, environment, &mut studied, &task)?;
-                }
-                Err(why) => unknown = Some(why),
-            }
+        if is_asked && has_any {
+            let drawing = task.stretch(STUDIES_PART, 1.0);
+            unknown = match &environment.process {
+                Some(process) => self.draw_from(process, &mut studied, &drawing)?,
+                None => match self.drawn_rooms(environment, task)? {
+                    Ok(rooms) => self.try_in(&rooms, environment, &mut studied, &drawing)?,
+                    Err(why) => Some(why),
+                },
+            };
         }
         let rows = studied.into_iter().map(|s| s.map(|(measured, _)| measured));
         Ok(RoomRows {
@@ -352,12 +349,10 @@ impl InRoom<'_> {
         }
     }
 
-    /// Expected figures of each design, and figures of each beside the baseline's in fields drawn for
-    /// the two.
+    /// Figures of each design beside the baseline's in fields drawn for the two.
     fn draw_from(
         &self,
         process: &GaussianField,
-        is_asked: bool,
         studied: &mut [Studied],
         task: &Task,
     ) -> Result<Option<RoomUnknown>, Cancelled> {
@@ -378,34 +373,24 @@ impl InRoom<'_> {
                 continue;
             };
             let scenario = &pair(place).scenario;
-            let expected = match expected(scenario, &mode_of(scenario), &task.cancel) {
-                Err(ExpectedError::Study(StudyError::Cancelled)) => return Err(Cancelled),
-                other => other.ok(),
-            };
             let beside = baseline_at.filter(|_| !is_baseline(place));
-            let fields = is_asked
-                .then(|| MeasuredFields::draw(process, (scenario, at), beside, draws, seed))
-                .flatten();
-            let verdict = expected.as_ref().and_then(|expected| {
-                let requirement = scenario.requirement.as_ref()?;
-                verdict_of(&requirement_verdict(requirement, expected))
-            });
-            found.push(Some((expected, verdict, fields)));
+            found.push(MeasuredFields::draw(
+                process,
+                (scenario, at),
+                beside,
+                draws,
+                seed,
+            ));
         }
         let mut unknown = None;
         for (studied, found) in studied.iter_mut().zip(found) {
-            let (Ok((measured, _)), Some((expected, verdict, fields))) = (studied, found) else {
-                continue;
-            };
-            measured.expected = expected;
-            measured.verdict = verdict;
-            match fields {
+            let Ok((measured, _)) = studied else { continue };
+            match found {
                 Some(fields) => {
                     measured.drawn = Some(fields.own);
                     measured.drawn_baseline = fields.baseline;
                 }
-                None if is_asked => unknown = Some(RoomUnknown::NoPoses),
-                None => {}
+                None => unknown = Some(RoomUnknown::NoPoses),
             }
         }
         Ok(unknown)
@@ -487,9 +472,7 @@ fn studied(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Stud
         worst_pose,
         without_field: own.without_field,
         sampled,
-        expected: None,
-        requirement: scenario.requirement,
-        verdict: None,
+        expected: own.expected,
         drawn: None,
         drawn_baseline: None,
     };

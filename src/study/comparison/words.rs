@@ -6,15 +6,9 @@ use crate::study::expected::BoundVerdict;
 use crate::study::figures::{signed_offset, with_separators};
 use crate::study::own_study::study_notes;
 
-/// Whether the requirement is met: by the intervals where the room says them, else by the figures of
-/// its own field.
+/// Whether the requirement is met, as far as the room can tell.
 pub fn met_words(measured: &Measured) -> &'static str {
-    match (measured.verdict, measured.figures.requirement_met()) {
-        (_, None) => "–",
-        (Some(BoundVerdict::Met), _) | (None, Some(true)) => "met",
-        (Some(BoundVerdict::Missed), _) | (None, Some(false)) => "missed",
-        (Some(BoundVerdict::CannotTell), _) => "cannot tell",
-    }
+    measured.verdict().map_or("–", BoundVerdict::short_label)
 }
 
 /// What may be said of a difference from the baseline of this name.

@@ -5,9 +5,14 @@
 //! errors have squares, so that a mean over drawn fields is larger (`E|e|² = |E e|² + tr cov e`).
 
 mod drawn_trials;
+mod rows;
 mod verdict;
 
-pub use verdict::{BoundVerdict, requirement_verdict, verdict_of};
+pub use rows::{ExpectedRow, expected_rows};
+pub use verdict::{
+    BoundVerdict, Headline, JudgedBound, headline, judged, study_verdict, verdict_of,
+    verdict_of_all,
+};
 
 use super::comparison::{FIGURES, Figure, FigureValues, values};
 use super::plan::{Plan, each_trial};
@@ -49,6 +54,8 @@ pub struct Expected {
     pub figures: FigureValues,
     /// 95 % intervals, likewise.
     pub intervals: [[f64; 2]; FIGURES.len()],
+    /// Part of the trials within the requirement's bound of a single tip error, where it has one.
+    pub within: Option<ExpectedWithin>,
     /// Fields that were drawn.
     pub draws: usize,
     /// Trials that were tried in each.
@@ -57,6 +64,16 @@ pub struct Expected {
     pub points: usize,
     /// Measurements that they are conditioned on.
     pub rows: usize,
+}
+
+/// How much of a study is to be expected within a bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExpectedWithin {
+    pub limit_mm: f64,
+    /// Mean over drawn fields, from 0 to 1.
+    pub part: f64,
+    /// 95 % interval, likewise.
+    pub interval: [f64; 2],
 }
 
 /// Why there are no expected figures.
@@ -86,6 +103,24 @@ impl Expected {
     pub fn of(&self, figure: Figure) -> Option<(f64, [f64; 2])> {
         let index = FIGURES.iter().position(|other| *other == figure)?;
         Some((self.figures[index], self.intervals[index]))
+    }
+}
+
+/// The expected figures where the room has measurements to draw fields from; `None` elsewhere.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn expected_where_measured(
+    scenario: &Scenario,
+    mode: &Mode,
+    cancel: &CancelToken,
+) -> Result<Option<Expected>, Cancelled> {
+    if scenario.environment.process.is_none() {
+        return Ok(None);
+    }
+    match expected(scenario, mode, cancel) {
+        Err(ExpectedError::Study(StudyError::Cancelled)) => Err(Cancelled),
+        other => Ok(other.ok()),
     }
 }
 
@@ -129,6 +164,15 @@ pub fn expected(
     }
     let fields = posterior.draws(DRAWS, SEED);
     let spread: Vec<bool> = tried.iter().map(|i| own.is_spread(*i, most)).collect();
+    let bound = scenario.requirement.as_ref();
+    let limit_mm = bound.and_then(|bound| Some(bound.single_position_mm()?.1));
+    let part_within = |errors: &[[f64; 2]], limit_mm: f64| -> f64 {
+        let kept = errors.iter().zip(&spread).filter(|(_, spread)| **spread);
+        let (within, all) = kept.fold((0, 0), |(within, all), ([tip_mm, _], _)| {
+            (within + u32::from(*tip_mm <= limit_mm), all + 1)
+        });
+        f64::from(within) / f64::from(all.max(1))
+    };
     let figures_of = |errors: &[[f64; 2]]| -> Option<FigureValues> {
         let pick = |only_spread: bool| {
             let kept = errors.iter().zip(&spread);
@@ -146,15 +190,19 @@ pub fn expected(
             false => of_spread[k],
         }))
     };
-    let figures: Option<Vec<FigureValues>> = fields
+    let found: Option<Vec<(FigureValues, f64)>> = fields
         .par_iter()
-        .map(|field| figures_of(&drawn.errors(&drawn.field_errors(field, process.trend))))
+        .map(|field| {
+            let errors = drawn.errors(&drawn.field_errors(field, process.trend));
+            let part = limit_mm.map_or(0.0, |limit_mm| part_within(&errors, limit_mm));
+            Some((figures_of(&errors)?, part))
+        })
         .collect();
+    let (figures, mut parts): (Vec<FigureValues>, Vec<f64>) =
+        found.ok_or(StudyError::NoTrials)?.into_iter().unzip();
     let some = own.at(&tried);
-    let (figures, of_some, of_all) = figures
-        .zip(figures_of(&some))
+    let (of_some, of_all) = figures_of(&some)
         .zip(own.figures())
-        .map(|((figures, of_some), of_all)| (figures, of_some, of_all))
         .ok_or(StudyError::NoTrials)?;
     // What the trials that were tried say in the room's own field against what all of them say.
     let whole: FigureValues = std::array::from_fn(|k| match of_some[k] > 0.0 {
@@ -164,6 +212,7 @@ pub fn expected(
     let mut out = Expected {
         figures: [0.0; FIGURES.len()],
         intervals: [[0.0; 2]; FIGURES.len()],
+        within: limit_mm.map(|limit_mm| stretched_part(&mut parts, limit_mm)),
         draws: figures.len(),
         trials: count,
         points: drawn.points().len(),
@@ -188,6 +237,20 @@ fn stretched(drawn: &mut [f64]) -> (f64, [f64; 2]) {
     let end = |quantile: f64| mean * (quantile / mean).max(0.0).powf(STRETCH);
     let (low, high) = (percentile(drawn, TAIL), percentile(drawn, 1.0 - TAIL));
     (mean, [end(low).min(mean), end(high).max(mean)])
+}
+
+/// The mean and the stretched interval of a drawn part of the trials.
+fn stretched_part(drawn: &mut [f64], limit_mm: f64) -> ExpectedWithin {
+    let part = drawn.iter().sum::<f64>() / drawn.len().max(1) as f64;
+    let end = |quantile: f64| (part + STRETCH * (quantile - part)).clamp(0.0, 1.0);
+    ExpectedWithin {
+        limit_mm,
+        part,
+        interval: [
+            end(percentile(drawn, TAIL)),
+            end(percentile(drawn, 1.0 - TAIL)),
+        ],
+    }
 }
 
 /// The errors of every trial in the room's own field; trials that are left out are not among them.

@@ -1,11 +1,12 @@
 //! Whether a requirement is met, as far as a room can tell.
 
 use super::Expected;
-use crate::study::comparison::REQUIRED;
-use crate::study::requirement::Requirement;
+use crate::study::comparison::{Figure, REQUIRED};
+use crate::study::figures::Figures;
+use crate::study::requirement::{Check, Requirement};
 use serde::Serialize;
 
-/// What a 95 % interval says of a bound.
+/// What the measurements of a room settle of a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BoundVerdict {
@@ -26,40 +27,126 @@ impl BoundVerdict {
             Self::CannotTell => "cannot tell in this room",
         }
     }
+
+    /// Where there is no room for more than a word or two.
+    pub fn short_label(self) -> &'static str {
+        match self {
+            Self::CannotTell => "cannot tell",
+            other => other.label(),
+        }
+    }
+
+    /// `None` where the room cannot tell.
+    pub fn is_met(self) -> Option<bool> {
+        match self {
+            Self::Met => Some(true),
+            Self::Missed => Some(false),
+            Self::CannotTell => None,
+        }
+    }
 }
 
-/// Each bound of a requirement by its name in a design file, in their order.
-pub fn requirement_verdict(
-    requirement: &Requirement,
-    expected: &Expected,
-) -> Vec<(&'static str, BoundVerdict)> {
-    let bounds = requirement.bounds().into_iter().zip(REQUIRED);
-    let each = bounds.filter_map(|((name, limit), figure)| {
-        let (_, [low, high]) = expected.of(figure)?;
-        let limit = limit?;
-        let verdict = if high <= limit {
-            BoundVerdict::Met
-        } else if low > limit {
-            BoundVerdict::Missed
-        } else {
-            BoundVerdict::CannotTell
+/// A bound of a requirement against what is known of its figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JudgedBound {
+    /// The bound's name in a design file.
+    pub name: &'static str,
+    pub figure: Figure,
+    /// mm or degrees, as the figure is.
+    pub limit: f64,
+    /// The expected value; that of the room's own field where nothing more is known.
+    pub value: f64,
+    /// 95 % interval, where the room has one.
+    pub interval: Option<[f64; 2]>,
+    pub verdict: BoundVerdict,
+}
+
+/// The figure that a bound of this name is about.
+fn figure_of(bound: &str) -> Option<Figure> {
+    let names = Requirement::default().bounds();
+    let place = names.iter().position(|(name, _)| *name == bound)?;
+    Some(REQUIRED[place])
+}
+
+/// Each bound, in the order of its checks: against the interval of its figure where there is one, else
+/// against the figure of the room's own field.
+pub fn judged(checks: &[Check], expected: Option<&Expected>) -> Vec<JudgedBound> {
+    let each = checks.iter().filter_map(|check| {
+        let figure = figure_of(check.name)?;
+        let found = expected.and_then(|expected| expected.of(figure));
+        let verdict = match found {
+            Some((_, [_, high])) if high <= check.limit => BoundVerdict::Met,
+            Some((_, [low, _])) if low > check.limit => BoundVerdict::Missed,
+            Some(_) => BoundVerdict::CannotTell,
+            None if check.met => BoundVerdict::Met,
+            None => BoundVerdict::Missed,
         };
-        Some((name, verdict))
+        Some(JudgedBound {
+            name: check.name,
+            figure,
+            limit: check.limit,
+            value: found.map_or(check.value, |(value, _)| value),
+            interval: found.map(|(_, interval)| interval),
+            verdict,
+        })
     });
     each.collect()
 }
 
-/// The requirement as a whole: missed where any bound is, met where all are; `None` without bounds.
-pub fn verdict_of(bounds: &[(&'static str, BoundVerdict)]) -> Option<BoundVerdict> {
-    if bounds.is_empty() {
-        return None;
+/// Several as a whole: missed where any is, met where all are; `None` without any.
+pub fn verdict_of_all(verdicts: impl Iterator<Item = BoundVerdict>) -> Option<BoundVerdict> {
+    let weight = |verdict: &BoundVerdict| match verdict {
+        BoundVerdict::Met => 0,
+        BoundVerdict::CannotTell => 1,
+        BoundVerdict::Missed => 2,
+    };
+    verdicts.max_by_key(weight)
+}
+
+/// A requirement as a whole; `None` without bounds.
+pub fn verdict_of(bounds: &[JudgedBound]) -> Option<BoundVerdict> {
+    verdict_of_all(bounds.iter().map(|bound| bound.verdict))
+}
+
+/// The same of a study.
+pub fn study_verdict(figures: &Figures, expected: Option<&Expected>) -> Option<BoundVerdict> {
+    verdict_of(&judged(&figures.checks, expected))
+}
+
+/// The one figure that counts: the first bound that is missed, else the first that cannot be told,
+/// else the first, else the RMS of the tip error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Headline {
+    pub figure: Figure,
+    /// Expected where the room has it, else of its own field; mm or degrees.
+    pub value: f64,
+    /// 95 % interval, where the room has one.
+    pub interval: Option<[f64; 2]>,
+    /// The bound on it.
+    pub bound: Option<(f64, BoundVerdict)>,
+}
+
+/// The one figure that counts.
+pub fn headline(figures: &Figures, expected: Option<&Expected>) -> Headline {
+    let bounds = judged(&figures.checks, expected);
+    let of = |verdict| bounds.iter().find(|bound| bound.verdict == verdict);
+    let first = of(BoundVerdict::Missed)
+        .or_else(|| of(BoundVerdict::CannotTell))
+        .or_else(|| bounds.first());
+    if let Some(bound) = first {
+        return Headline {
+            figure: bound.figure,
+            value: bound.value,
+            interval: bound.interval,
+            bound: Some((bound.limit, bound.verdict)),
+        };
     }
-    let any = |verdict| bounds.iter().any(|(_, other)| *other == verdict);
-    Some(if any(BoundVerdict::Missed) {
-        BoundVerdict::Missed
-    } else if any(BoundVerdict::CannotTell) {
-        BoundVerdict::CannotTell
-    } else {
-        BoundVerdict::Met
-    })
+    let [figure, ..] = REQUIRED;
+    let found = expected.and_then(|expected| expected.of(figure));
+    Headline {
+        figure,
+        value: found.map_or(figures.position_mm.rms, |(value, _)| value),
+        interval: found.map(|(_, interval)| interval),
+        bound: None,
+    }
 }

@@ -15,5 +15,7 @@ pub use grounds::{
     PositionFigures, RoomName, Step,
 };
 pub use plan::{Plan, Recording, Room, RoomStudies};
-pub use standing::{BuiltStanding, Row, Standing, State, StudiesStanding, Undecidable, standing};
+pub use standing::{
+    BuiltStanding, Row, RowCounts, Standing, State, StudiesStanding, Undecidable, standing,
+};
 pub use words::headline;

@@ -3,6 +3,7 @@
 use super::changes::{Change, recording_changes, study_changes};
 use super::grounds::{DecidedFigures, DecidedRow, DecidedStudies, Grounds, RoomName, Step};
 use super::plan::{Plan, Recording, Room};
+use crate::study::expected::{BoundVerdict, verdict_of_all};
 use crate::study::own_study::{NoFigures, OwnStudy, mode_of, own_study};
 use crate::study::requirement::Requirement;
 use crate::study::scenario::Scenario;
@@ -31,6 +32,8 @@ pub enum State {
     NoRequirement,
     /// In one row at least.
     Missed,
+    /// In no row, and in one at least the measurements of the room do not settle it.
+    CannotTell,
     /// In every row that has figures.
     Met,
     /// Measured and predicted errors of the built tool are beside each other; that is for people
@@ -52,6 +55,16 @@ pub struct StudiesStanding {
     pub rows: Vec<Row>,
     /// Since it was decided.
     pub changes: Vec<Change>,
+}
+
+/// Rows by what is known of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RowCounts {
+    pub with_figures: usize,
+    /// Those that miss the requirement.
+    pub missed: usize,
+    /// Those whose room does not settle it.
+    pub cannot_tell: usize,
 }
 
 /// A study in one room.
@@ -168,14 +181,15 @@ fn studies_standing(
     let changes = decided.map_or_else(Vec::new, |decided| {
         study_changes(decided, requirement.as_ref(), lasting)
     });
-    let mut met = rows.iter().filter_map(Row::met);
+    let verdict = verdict_of_all(rows.iter().filter_map(Row::verdict));
     let state = match decided {
         Some(_) => State::of_decided(&changes),
         None if rows.iter().all(|row| row.studied.is_err()) => State::NoFigures,
-        None => match met.next() {
+        None => match verdict {
             None => State::NoRequirement,
-            Some(first) if first && met.all(|met| met) => State::Met,
-            Some(_) => State::Missed,
+            Some(BoundVerdict::Met) => State::Met,
+            Some(BoundVerdict::Missed) => State::Missed,
+            Some(BoundVerdict::CannotTell) => State::CannotTell,
         },
     };
     StudiesStanding {
@@ -226,6 +240,7 @@ impl State {
             Self::NoFigures => "no figures",
             Self::NoRequirement => "has no requirement",
             Self::Missed => "missed",
+            Self::CannotTell => "cannot tell",
             Self::Met => "met",
             Self::Compared => "compared",
             Self::Decided => "decided",
@@ -235,19 +250,27 @@ impl State {
 }
 
 impl Row {
-    /// Whether the requirement is met; `None` without one, or without figures.
-    pub fn met(&self) -> Option<bool> {
-        self.studied.as_ref().ok()?.figures.requirement_met()
+    /// Whether the requirement is met, as far as the room can tell; `None` without one, or without
+    /// figures.
+    pub fn verdict(&self) -> Option<BoundVerdict> {
+        self.studied.as_ref().ok()?.verdict()
     }
 }
 
 impl StudiesStanding {
-    /// Rows that have figures, and those of them that miss the requirement.
-    pub fn counts(&self) -> (usize, usize) {
+    /// How many rows have figures, and what is known of them.
+    pub fn counts(&self) -> RowCounts {
         let rows = &self.rows;
-        let with_figures = rows.iter().filter(|row| row.studied.is_ok()).count();
-        let missed = rows.iter().filter(|row| row.met() == Some(false)).count();
-        (with_figures, missed)
+        let of = |verdict| {
+            rows.iter()
+                .filter(|row| row.verdict() == Some(verdict))
+                .count()
+        };
+        RowCounts {
+            with_figures: rows.iter().filter(|row| row.studied.is_ok()).count(),
+            missed: of(BoundVerdict::Missed),
+            cannot_tell: of(BoundVerdict::CannotTell),
+        }
     }
 
     /// What a decision would be on. Rooms that are looked at this once are no part of it.
@@ -337,12 +360,18 @@ impl Standing {
         changes.clear();
     }
 
-    /// Whether a requirement of the step is missed by what is there, decided or not.
-    pub fn misses(&self, step: Step) -> bool {
-        match step {
-            Step::Crf => self.crf.counts().1 > 0,
-            Step::Tool => self.tool.counts().1 > 0,
-            Step::Built => false,
+    /// What a decision has to give a reason for, decided or not: a requirement of the step that is
+    /// missed, or that a room does not settle; `None` where it is met or there is none.
+    pub fn objection(&self, step: Step) -> Option<&'static str> {
+        let counts = match step {
+            Step::Crf => self.crf.counts(),
+            Step::Tool => self.tool.counts(),
+            Step::Built => return None,
+        };
+        match (counts.missed, counts.cannot_tell) {
+            (0, 0) => None,
+            (0, _) => Some("the room cannot tell whether the requirement is met"),
+            _ => Some("the requirement is missed"),
         }
     }
 }

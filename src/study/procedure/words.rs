@@ -15,13 +15,13 @@ pub fn headline(found: &Standing, step: Step) -> String {
         State::DoesNotApply => return "does not apply, the design has no CRF".to_owned(),
         State::NoFigures => return "no figures in any room".to_owned(),
         State::NoRequirement => "there is no requirement to hold it against".to_owned(),
-        State::Met | State::Missed => met(studies),
-        _ => match studies.rows.iter().any(|row| row.met().is_some()) {
-            true => format!("{}; {}", state.words(), met(studies)),
+        State::Met | State::Missed | State::CannotTell => verdicts(studies),
+        _ => match studies.rows.iter().any(|row| row.verdict().is_some()) {
+            true => format!("{}; {}", state.words(), verdicts(studies)),
             false => state.words().to_owned(),
         },
     };
-    let without = studies.rows.len() - studies.counts().0;
+    let without = studies.rows.len() - studies.counts().with_figures;
     let said = match without {
         0 => said,
         1 => format!("{said}; one has no figures"),
@@ -46,15 +46,18 @@ fn built(state: State) -> String {
 }
 
 /// Rows are rooms, or rooms and targets.
-fn met(studies: &StudiesStanding) -> String {
-    let (with_figures, missed) = studies.counts();
+fn verdicts(studies: &StudiesStanding) -> String {
+    let counts = studies.counts();
+    let all = counts.with_figures;
     let rows = match studies.rows.iter().any(|row| row.target.is_some()) {
         true => "targets and rooms",
-        false if with_figures == 1 => "room",
+        false if all == 1 => "room",
         false => "rooms",
     };
-    match missed {
-        0 => format!("met in {with_figures} of {with_figures} {rows}"),
-        missed => format!("missed in {missed} of {with_figures} {rows}"),
+    match (counts.missed, counts.cannot_tell) {
+        (0, 0) => format!("met in {all} of {all} {rows}"),
+        (0, open) => format!("cannot tell in {open} of {all} {rows}"),
+        (missed, 0) => format!("missed in {missed} of {all} {rows}"),
+        (missed, open) => format!("missed in {missed} of {all} {rows}, cannot tell in {open}"),
     }
 }

@@ -255,7 +255,7 @@ impl Window {
             .iter()
             .filter_map(|line| line.strip_prefix(&newest))
             .filter_map(|row| row.rsplit_once('='))
-            .map(|(label, value)| (label.to_owned(), value.to_owned()))
+            .map(|(label, value)| (label.to_owned(), value.replace(' ', "")))
             .collect();
         // Another document that was opened counts its revisions anew.
         let first = rows.first().map(|(label, _)| label.clone());
@@ -373,7 +373,16 @@ fn field_of<'a>(line: &'a str, field: &str) -> &'a str {
 /// Whether the newest figures are those of the newest document.
 fn is_solved(told: &[String]) -> bool {
     let figures = revision_of(told, "result");
-    figures.is_some() && figures == revision_of(told, "document")
+    let is_shown = figures.is_some() && figures == revision_of(told, "document");
+    is_shown && figures.is_none_or(|revision| is_expected_answered(told, revision))
+}
+
+/// Whether nothing that is to be expected of a revision is still being computed.
+fn is_expected_answered(told: &[String], revision: &str) -> bool {
+    let of_it = format!("expected revision={revision} ");
+    let mut lines = told.iter().rev();
+    let newest = lines.find_map(|line| line.strip_prefix(&of_it));
+    newest != Some("computing")
 }
 
 fn revision_of<'a>(told: &'a [String], word: &str) -> Option<&'a str> {

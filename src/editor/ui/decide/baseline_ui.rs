@@ -4,15 +4,17 @@ use super::DecideView;
 use crate::editor::decide::DecideRequest;
 use crate::editor::decide::against::Found;
 use crate::editor::palette;
+use crate::editor::ui::verdict::verdict_text;
 use crate::editor::ui::widgets::{
-    MET_SIGN, MISSED_SIGN, decimal, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui,
+    decimal, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui, with_unit,
 };
-use crate::study::Figures;
 use crate::study::comparison::{
     Difference, FIGURES, REQUIRED, Verdict, difference_words, notes, values,
 };
+use crate::study::expected::study_verdict;
 use crate::study::figures::with_minus_signs;
-use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, Ui};
+use crate::study::{Figures, expected_rows};
+use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, Response, RichText, Ui};
 
 /// Draws the baseline and the differences from it.
 pub fn baseline_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
@@ -84,7 +86,7 @@ fn found_ui(
     let rows = &found.comparison.rows;
     let measured = |row: usize| rows.get(row).map(|row| row.measured.as_ref());
     let before = match measured(0) {
-        Some(Ok(before)) => &before.figures,
+        Some(Ok(before)) => before,
         Some(Err(why)) => {
             warning_ui(ui, &format!("the baseline has no figures here: {why}"));
             return;
@@ -97,10 +99,13 @@ fn found_ui(
     }
     // While a hand moves something the figures follow it, and what of a difference is one does not.
     let study = (view.results.study.as_ref()).filter(|_| view.results.is_whole());
-    let (now, against) = match (is_current, measured(1)) {
-        (true, Some(Ok(now))) => (&now.figures, rows[1].against_baseline.as_ref()),
+    let (now, expected, against) = match (is_current, measured(1)) {
+        (true, Some(Ok(now))) => {
+            let against = rows[1].against_baseline.as_ref();
+            (&now.figures, now.expected.as_ref(), against)
+        }
         _ => match study {
-            Some(study) => (&study.value.figures, None),
+            Some(study) => (&study.value.figures, view.results.expected_of_study(), None),
             None => {
                 quiet_ui(ui, "computing…");
                 return;
@@ -108,24 +113,32 @@ fn found_ui(
         },
     };
     let differences = against.map(|against| against.differences.as_slice());
-    table_ui(ui, view.desk.shows_all_figures, [before, now], differences);
+    table_ui(
+        ui,
+        view.desk.shows_all_figures,
+        [&before.figures, now],
+        differences,
+    );
     ui.add_space(4.0);
     let mut all = view.desk.shows_all_figures;
     if ui.checkbox(&mut all, "All figures").changed() {
         asked.push(DecideRequest::ShowAllFigures(all));
     }
     ui.add_space(4.0);
-    for (name, figures) in [("baseline", before), ("this design", now)] {
-        if let Some(is_met) = figures.requirement_met() {
-            let (sign, word) = match is_met {
-                true => (MET_SIGN, "met"),
-                false => (MISSED_SIGN, "missed"),
-            };
+    for (name, figures, expected) in [
+        ("baseline", &before.figures, before.expected.as_ref()),
+        ("this design", now, expected),
+    ] {
+        for row in expected.map(expected_rows).iter().flatten().take(1) {
+            let value = with_unit(&row.value, row.figure.unit());
             fact_ui(
                 ui,
-                &format!("requirement, {name}"),
-                &format!("{sign} {word}"),
+                &format!("{}, {name}", row.label()),
+                &format!("{value} {}", row.interval_words()),
             );
+        }
+        if let Some(verdict) = study_verdict(figures, expected) {
+            fact_ui(ui, &format!("requirement, {name}"), &verdict_text(verdict));
         }
     }
     if let Some(headline) = differences.and_then(<[Difference]>::first) {
@@ -207,8 +220,9 @@ pub fn verdict(verdict: Verdict) -> (&'static str, Color32) {
     }
 }
 
-pub(super) fn right_ui(ui: &mut Ui, text: &str, color: Color32) {
+pub(super) fn right_ui(ui: &mut Ui, text: &str, color: Color32) -> Response {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-        ui.label(RichText::new(text).color(color));
-    });
+        ui.label(RichText::new(text).color(color))
+    })
+    .inner
 }

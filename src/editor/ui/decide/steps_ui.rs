@@ -8,11 +8,14 @@ use crate::design::Decision;
 use crate::editor::decide::DecideRequest;
 use crate::editor::palette;
 use crate::editor::ui::theme;
+use crate::editor::ui::verdict::verdict_mark;
 use crate::editor::ui::widgets::{
     MET_SIGN, MISSED_SIGN, count, decimal, fact_ui, main_button, quiet_ui, section_ui, warning_ui,
     with_unit,
 };
 use crate::store::RoomPlace;
+use crate::study::comparison::REQUIRED;
+use crate::study::expected_rows;
 use crate::study::figures::with_minus_signs;
 use crate::study::procedure::{BuiltStanding, Standing, State, Step, StudiesStanding, headline};
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, TextEdit, Ui};
@@ -169,22 +172,32 @@ fn studies_ui(ui: &mut Ui, id: &str, standing: &StudiesStanding) {
                     Ok(studied) => {
                         let figures = &studied.figures;
                         let angle = with_unit(&decimal(figures.angle_deg.rms, 3), "°");
-                        ui.add(label)
-                            .on_hover_text(format!("{about}\nangle error RMS {angle}"));
-                        for value in [figures.position_mm.rms, figures.position_mm.max] {
+                        let expected = studied.expected.iter().flat_map(expected_rows);
+                        let expected = expected.map(|row| {
+                            let (label, unit) = (row.label(), row.figure.unit());
+                            format!("\n{label} {} {unit} {}", row.value, row.interval_words())
+                        });
+                        ui.add(label).on_hover_text(format!(
+                            "{about}\nangle error RMS {angle}{}",
+                            expected.collect::<String>()
+                        ));
+                        let (p, [rms, _, max, ..]) = (&figures.position_mm, REQUIRED);
+                        for (figure, own) in [(rms, p.rms), (max, p.max)] {
+                            let found = studied.expected.as_ref().and_then(|e| e.of(figure));
+                            let value = found.map_or(own, |(value, _)| value);
                             let text = with_unit(&decimal(value, 2), "mm");
                             right_ui(ui, &text, palette::TEXT_STRONG.color32());
                         }
                     }
                 }
-                match row.met() {
+                match row.verdict() {
                     None => {
                         quiet_ui(ui, "");
                     }
-                    Some(is_met) => {
-                        let sign = if is_met { MET_SIGN } else { MISSED_SIGN };
-                        let color = theme::verdict_color(Some(is_met));
-                        ui.label(RichText::new(sign).color(color));
+                    Some(verdict) => {
+                        let (sign, color) = verdict_mark(verdict);
+                        ui.label(RichText::new(sign).color(color))
+                            .on_hover_text(verdict.label());
                     }
                 }
                 ui.end_row();
@@ -260,9 +273,9 @@ fn decision_ui(
         let name = if is_decided { "Decide anew" } else { "Decide" };
         let button = ui.add_enabled(hindrance.is_none(), main_button(name));
         let button = match &hindrance {
-            Some(Hindrance::Note) => button.on_disabled_hover_text(
-                "The requirement is missed: say why it is decided all the same",
-            ),
+            Some(Hindrance::Note(objection)) => {
+                button.on_disabled_hover_text(format!("A reason is needed: {objection}"))
+            }
             _ => button
                 .on_hover_text("Keeps these figures, their rooms and today's date in the design"),
         };
@@ -289,17 +302,17 @@ fn decided_ui(ui: &mut Ui, decision: &Decision) {
 enum Hindrance {
     /// There is nothing to decide on.
     Nothing,
-    /// What is missed is decided with a reason only.
-    Note,
+    /// What is not met for certain is decided with a reason only.
+    Note(&'static str),
 }
 
 fn hindrance(view: &DecideView, step: Step, standing: &Standing) -> Option<Hindrance> {
     match standing.grounds(step) {
         Err(_) => Some(Hindrance::Nothing),
-        Ok(_) if standing.misses(step) && view.desk.note(step).trim().is_empty() => {
-            Some(Hindrance::Note)
-        }
-        Ok(_) => None,
+        Ok(_) => match view.desk.note(step).trim() {
+            "" => standing.objection(step).map(Hindrance::Note),
+            _ => None,
+        },
     }
 }
 

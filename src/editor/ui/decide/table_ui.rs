@@ -5,12 +5,11 @@ use super::baseline_ui::{right_ui, verdict};
 use crate::editor::decide::DecideRequest;
 use crate::editor::decide::table::{Compare, Compared};
 use crate::editor::palette;
-use crate::editor::ui::theme;
-use crate::editor::ui::widgets::{
-    MET_SIGN, MISSED_SIGN, decimal, main_button, quiet_ui, signed, warning_ui, with_unit,
-};
+use crate::editor::ui::verdict::{verdict_mark, verdict_text};
+use crate::editor::ui::widgets::{decimal, main_button, quiet_ui, signed, warning_ui, with_unit};
 use crate::formats::comparison_table::Names;
 use crate::study::comparison::{Row, difference_words, notes, worst_place_words, worst_words};
+use crate::study::expected_rows;
 use crate::study::figures::with_minus_signs;
 use bevy_egui::egui::{Align, Button, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui, vec2};
 use std::path::Path;
@@ -109,11 +108,9 @@ fn rows_ui(ui: &mut Ui, compared: &Compared, asked: &mut Vec<DecideRequest>) {
         .show(ui, |ui| {
             for (column, head) in HEADS.iter().enumerate() {
                 match column {
-                    0 | 1 | 8 | 9 => {
-                        quiet_ui(ui, *head);
-                    }
+                    0 | 1 | 8 | 9 => quiet_ui(ui, *head),
                     _ => right_ui(ui, head, palette::TEXT_QUIET.color32()),
-                }
+                };
             }
             ui.end_row();
             for (number, row) in compared.comparison.rows.iter().enumerate() {
@@ -173,15 +170,21 @@ fn row_ui(
         let text = with_unit(&decimal(value, 3), unit);
         right_ui(ui, &text, palette::TEXT.color32());
     }
-    let (word, color) = match figures.requirement_met() {
+    let (word, color) = match measured.verdict() {
         None => ("none".to_owned(), palette::TEXT_QUIET.color32()),
-        Some(true) => (format!("{MET_SIGN} met"), theme::verdict_color(Some(true))),
-        Some(false) => (
-            format!("{MISSED_SIGN} missed"),
-            theme::verdict_color(Some(false)),
-        ),
+        Some(verdict) => (verdict_text(verdict), verdict_mark(verdict).1),
     };
-    right_ui(ui, &word, color);
+    let expected = measured.expected.iter().flat_map(expected_rows);
+    let expected: Vec<String> = expected
+        .map(|row| {
+            let value = with_unit(&row.value, row.figure.unit());
+            format!("{} {value} {}", row.label(), row.interval_words())
+        })
+        .collect();
+    let required = right_ui(ui, &word, color);
+    if !expected.is_empty() {
+        required.on_hover_text(expected.join("\n"));
+    }
     let rms = (row.against_baseline.as_ref()).and_then(|against| against.differences.first());
     match rms {
         None => {

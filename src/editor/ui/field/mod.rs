@@ -42,10 +42,11 @@ fn head_ui(ui: &mut Ui, text: &str) {
 }
 
 /// A cell of a table of numbers, at the column's right end.
-fn cell_ui(ui: &mut Ui, text: impl Into<String>, color: Color32) {
+fn cell_ui(ui: &mut Ui, text: impl Into<String>, color: Color32) -> egui::Response {
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-        ui.label(RichText::new(text).color(color));
-    });
+        ui.label(RichText::new(text).color(color))
+    })
+    .inner
 }
 
 /// The colour of a change: less error is better. A sign stands beside it.

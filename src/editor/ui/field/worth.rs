@@ -6,13 +6,15 @@ use crate::editor::field::desk::{Comparison, Fitted};
 use crate::editor::field::{FieldDesk, FieldRequest, RoomToSave};
 use crate::editor::palette;
 use crate::editor::ui::theme;
+use crate::editor::ui::verdict::{verdict_mark, verdict_text};
 use crate::editor::ui::widgets::{
-    MET_SIGN, MISSED_SIGN, count, fact_ui, main_button, quiet_ui, section_ui, warning_ui, with_unit,
+    count, fact_ui, main_button, quiet_ui, section_ui, warning_ui, with_unit,
 };
 use crate::field::selection::Candidate;
 use crate::report::room::{fit_warnings, method_name};
 use crate::report::selection::{candidate_text, reason};
-use crate::study::{Figures, figure_rows};
+use crate::study::comparison::{Figure, REQUIRED};
+use crate::study::own_study::OwnStudy;
 use bevy_egui::egui::{Grid, Label, RichText, Ui};
 
 /// Draws what the newest fit is worth, and what can be done with it.
@@ -185,15 +187,6 @@ fn systems_ui(ui: &mut Ui, fitted: &Fitted) {
     fact_ui(ui, "condition", &text);
 }
 
-/// The figures of the comparison.
-const COMPARED: [&str; 5] = [
-    "tip error RMS",
-    "tip error 95th percentile",
-    "tip error max",
-    "angle error RMS",
-    "angle error max",
-];
-
 /// Draws the design's figures in the present room beside those in the fitted one.
 pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
     section_ui(ui, "The design in this room");
@@ -209,46 +202,53 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
                 head_ui(ui, head);
             }
             ui.end_row();
-            for name in COMPARED {
-                let (Some((present, unit)), Some((tried, _))) = (
-                    figure(&comparison.present, name),
-                    figure(&comparison.tried, name),
-                ) else {
-                    continue;
-                };
-                let name = name.replace("95th percentile", "95 %");
+            let rooms = [&comparison.present, &comparison.tried];
+            for figure in REQUIRED {
+                let [present, tried] = rooms.map(|study| known(study, figure));
+                let name = figure.label().replace("95th percentile", "95 %");
                 ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
-                let text = |value: f64| with_unit(&format!("{value:.2}"), unit);
-                cell_ui(ui, text(present), palette::TEXT_QUIET.color32());
-                cell_ui(ui, text(tried), palette::TEXT_STRONG.color32());
-                change_ui(ui, tried - present, 2);
+                let text = |value: f64| with_unit(&format!("{value:.2}"), figure.unit());
+                for ((value, interval), color) in [
+                    (present, palette::TEXT_QUIET),
+                    (tried, palette::TEXT_STRONG),
+                ] {
+                    let cell = cell_ui(ui, text(value), color.color32());
+                    if let Some([low, high]) = interval {
+                        cell.on_hover_text(format!(
+                            "expected; 95 %: {} to {}",
+                            text(low),
+                            text(high)
+                        ));
+                    }
+                }
+                // An expected value and one of a room's own field are no change of each other.
+                if present.1.is_some() == tried.1.is_some() {
+                    change_ui(ui, tried.0 - present.0, 2);
+                }
                 ui.end_row();
             }
-            let verdicts = [&comparison.present, &comparison.tried].map(verdict);
-            if let [Some(present), Some(tried)] = verdicts {
+            if let [Some(present), Some(tried)] = rooms.map(OwnStudy::verdict) {
                 ui.label(RichText::new("requirement").color(palette::TEXT_QUIET.color32()));
-                for (text, is_met) in [present, tried] {
-                    cell_ui(ui, text, theme::verdict_color(Some(is_met)));
+                for verdict in [present, tried] {
+                    cell_ui(ui, verdict_text(verdict), verdict_mark(verdict).1);
                 }
                 ui.end_row();
             }
         });
 }
 
-/// Whether the design's requirement is met, in words with their sign.
-fn verdict(figures: &Figures) -> Option<(String, bool)> {
-    let is_met = figures.requirement_met()?;
-    let text = match is_met {
-        true => format!("{MET_SIGN} met"),
-        false => format!("{MISSED_SIGN} missed"),
-    };
-    Some((text, is_met))
-}
-
-/// The value that the row of this name has, and its unit.
-fn figure(figures: &Figures, name: &str) -> Option<(f64, &'static str)> {
-    let row = figure_rows(figures)
-        .into_iter()
-        .find(|row| row.label == name)?;
-    Some((row.value.parse().ok()?, row.unit))
+/// A figure that is to be expected with its interval, where the room can say it, else that of the room's
+/// own field.
+fn known(study: &OwnStudy, figure: Figure) -> (f64, Option<[f64; 2]>) {
+    let expected = study.expected.as_ref().and_then(|e| e.of(figure));
+    match expected {
+        Some((value, interval)) => (value, Some(interval)),
+        None => {
+            let figures = &study.figures;
+            (
+                figure.of_study(&figures.position_mm, &figures.angle_deg),
+                None,
+            )
+        }
+    }
 }

@@ -9,7 +9,7 @@ pub use stage_ui::stage_ui;
 use crate::design::{Document, Slide};
 use crate::editor::present::{Presenter, first};
 use crate::field::Environment;
-use crate::study::Figures;
+use crate::study::{Expected, Figures};
 use bevy::prelude::Resource;
 use bevy_egui::egui::Rect;
 use std::borrow::Cow;
@@ -25,6 +25,8 @@ pub struct StageView<'a> {
     pub presenter: &'a Presenter,
     /// Of the design's study; `None` until they are known.
     pub figures: Option<&'a Figures>,
+    /// What is to be expected of them, once that is known.
+    pub expected: Option<&'a Expected>,
 }
 
 impl StageView<'_> {

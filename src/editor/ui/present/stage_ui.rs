@@ -5,8 +5,8 @@ use super::StageView;
 use crate::design::Slide;
 use crate::editor::palette;
 use crate::editor::present::PresentRequest;
-use crate::editor::ui::widgets::{MET_SIGN, MISSED_SIGN};
-use crate::editor::ui::{PanelAction, theme};
+use crate::editor::ui::PanelAction;
+use crate::editor::ui::verdict::{figure_color, verdict_mark};
 use crate::report::words::{PlainFigure, plain_figure};
 use bevy_egui::egui::{
     Align2, Area, Color32, Context, FontId, Frame, Galley, Id, Key, Margin, Order, Painter, Pos2,
@@ -69,7 +69,7 @@ pub fn stage_ui(
         let shown = slide
             .figures
             .iter()
-            .filter_map(|f| plain_figure(*f, figures));
+            .filter_map(|f| plain_figure(*f, figures, view.expected));
         shown.collect::<Vec<_>>()
     });
     figures(
@@ -142,12 +142,11 @@ fn plated(
 fn figures(painter: &Painter, at: Pos2, shown: &[PlainFigure], covered: &mut Vec<Rect>) {
     let mut top = at;
     for figure in shown {
-        let color = theme::verdict_color(figure.is_met);
+        let color = figure_color(figure.verdict);
         let value = laid(painter, &figure.value, VALUE_SIZE, color, f32::INFINITY);
         // Never by colour alone.
-        let words = match figure.is_met {
-            Some(true) => format!("{MET_SIGN} {}", figure.words),
-            Some(false) => format!("{MISSED_SIGN} {}", figure.words),
+        let words = match figure.verdict {
+            Some(verdict) => format!("{} {}", verdict_mark(verdict).0, figure.words),
             None => figure.words.clone(),
         };
         let quiet = palette::TEXT.color32();

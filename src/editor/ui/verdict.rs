@@ -1,0 +1,42 @@
+//! How a verdict is written and coloured: never by colour alone.
+
+use super::theme;
+use super::widgets::{MET_SIGN, MISSED_SIGN, with_unit};
+use crate::editor::palette;
+use crate::study::BoundVerdict;
+use bevy_egui::egui::Color32;
+
+/// Where a room cannot tell.
+const OPEN_SIGN: char = '?';
+
+/// The sign and the colour of a verdict.
+pub fn verdict_mark(verdict: BoundVerdict) -> (char, Color32) {
+    match verdict {
+        BoundVerdict::Met => (MET_SIGN, theme::verdict_color(Some(true))),
+        BoundVerdict::Missed => (MISSED_SIGN, theme::verdict_color(Some(false))),
+        BoundVerdict::CannotTell => (OPEN_SIGN, palette::ACCENT.color32()),
+    }
+}
+
+/// `? cannot tell`.
+pub fn verdict_text(verdict: BoundVerdict) -> String {
+    format!("{} {}", verdict_mark(verdict).0, verdict.short_label())
+}
+
+/// `✔ met: at most 1.00 mm`.
+pub fn bound_text(limit: f64, unit: &str, verdict: BoundVerdict) -> String {
+    let limit = with_unit(&format!("{limit:.2}"), unit);
+    format!(
+        "{} {}: at most {limit}",
+        verdict_mark(verdict).0,
+        verdict.label()
+    )
+}
+
+/// The colour of a figure that may be held against a bound.
+pub fn figure_color(verdict: Option<BoundVerdict>) -> Color32 {
+    verdict.map_or_else(
+        || theme::verdict_color(None),
+        |verdict| verdict_mark(verdict).1,
+    )
+}
