@@ -148,7 +148,10 @@ fn submit(
         results.profile = None;
     }
     // The preview of a drag that has ended gives way to the whole.
-    let is_preview_old = !drag.0 && last.is_some_and(|s| matches!(s.extent, Extent::PreviewOf(_)));
+    // After Escape the button may still be down, and nothing moves any more.
+    let is_moving = drag.0 && document.is_in_step();
+    let is_preview_old =
+        !is_moving && last.is_some_and(|s| matches!(s.extent, Extent::PreviewOf(_)));
     let key = slice_key(stamp, &world.0.environment, document.view());
     let is_slice_new = handle.slice != key;
     // The hand gets the figures of the room's own field at once, and those that are to be expected
@@ -156,7 +159,8 @@ fn submit(
     let of_study = (stamp, desk.serial());
     let has_process = world.0.environment.process.is_some();
     let is_run = is_new || is_study_new || is_preview_old;
-    let is_expected_new = has_process && !drag.0 && (is_run || handle.expected != Some(of_study));
+    let is_expected_new =
+        has_process && !is_moving && (is_run || handle.expected != Some(of_study));
     if !(is_run || is_wish_new || is_slice_new || is_expected_new) {
         if let Some(submitted) = &mut handle.submitted {
             submitted.profile = profile;
@@ -180,7 +184,7 @@ fn submit(
     let mut extent = last.map_or(Extent::Whole, |s| s.extent);
     if is_run {
         let kind = desk.kind(scenario.motion.is_some());
-        let is_previewed = drag.0 && kind == ModeKind::Motion;
+        let is_previewed = is_moving && kind == ModeKind::Motion;
         let part = is_previewed.then(|| preview(&scenario)).flatten();
         let (mode, whole) = match part {
             Some(part) => (part.mode, Extent::PreviewOf(part.whole_trials)),

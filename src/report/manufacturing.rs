@@ -1,5 +1,7 @@
 //! A manufacturing sheet in words and tables: what a workshop reads, the same everywhere.
 
+use crate::study::BoundVerdict;
+use crate::study::expected::verdict_of;
 use crate::study::figures::with_separators;
 use crate::study::requirement::Check;
 use crate::study::tolerance::{
@@ -71,16 +73,21 @@ fn length([x, y, z]: [f64; 3]) -> f64 {
     x.hypot(y).hypot(z)
 }
 
-/// A figure against its bound: "position RMS 0.980 of 1 mm".
-pub fn check_words(check: &Check) -> String {
-    let name = match check.name {
+/// What a bound is called in a sheet.
+fn bound_label(name: &'static str) -> &'static str {
+    match name {
         "position_rms" => "position RMS",
         "position_p95" => "position 95th percentile",
         "position_max" => "position max",
         "angle_rms" => "angle RMS",
         "angle_max" => "angle max",
         other => other,
-    };
+    }
+}
+
+/// A figure against its bound: "position RMS 0.980 of 1 mm".
+pub fn check_words(check: &Check) -> String {
+    let name = bound_label(check.name);
     let unit = if check.name.starts_with("angle") {
         "°"
     } else {
@@ -140,6 +147,44 @@ pub fn built_check_words(check: &BuiltCheck) -> Vec<String> {
     ]
 }
 
+/// The requirement as drawn as far as the room can tell it, a sentence each; tolerances are found in the
+/// room's own field, which leaves that out.
+pub fn expected_words(sheet: &ManufacturingSheet) -> Vec<String> {
+    let bounds = &sheet.expected_as_drawn;
+    let Some(verdict) = verdict_of(bounds) else {
+        return Vec::new();
+    };
+    let each = bounds.iter().map(|bound| {
+        let [low, high] = bound.interval.unwrap_or([bound.value; 2]);
+        let unit = match bound.figure.unit() {
+            "°" => "°",
+            _ => " mm",
+        };
+        format!(
+            "{} {:.4} (95 %: {low:.4} to {high:.4}) of {}{unit}, {}",
+            bound_label(bound.name),
+            bound.value,
+            bound.limit,
+            bound.verdict.label()
+        )
+    });
+    let mut words = vec![format!(
+        "expected as drawn: {}",
+        each.collect::<Vec<_>>().join("; ")
+    )];
+    let what = match verdict {
+        BoundVerdict::Met => return words,
+        BoundVerdict::CannotTell => {
+            "the measurements of this room cannot tell whether the requirement is met as drawn"
+        }
+        BoundVerdict::Missed => "the requirement is expected to be missed as drawn",
+    };
+    words.push(format!(
+        "{what}: the tolerances hold in the room's own field, and only as far as that does"
+    ));
+    words
+}
+
 /// The sheet as text.
 pub fn sheet_text(sheet: &ManufacturingSheet) -> String {
     let mut lines = Vec::new();
@@ -150,6 +195,7 @@ pub fn sheet_text(sheet: &ManufacturingSheet) -> String {
             poses(sheet)
         ));
     }
+    lines.extend(expected_words(sheet));
     for body in &sheet.bodies {
         lines.push(String::new());
         lines.extend(geometry(body));

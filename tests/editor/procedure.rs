@@ -51,6 +51,8 @@ fn stronger_room(app: &App, folder: &Path) -> PathBuf {
         stronger.collect(),
     )
     .unwrap();
+    // Nothing was measured in it.
+    room.process = None;
     room.name = "Operating table, C-arm in".to_owned();
     let file = folder.join("c-arm-in.env.ron");
     store::write_environment(&file, &room).unwrap();
@@ -182,6 +184,8 @@ fn from_an_empty_design_to_a_decided_tool() {
     edit(&mut app, Edit::SetCrfRequirement(Some(asked)));
     assert_eq!(standing(&app).crf.rows.len(), 4, "two targets in two rooms");
     assert_eq!(standing(&app).state(Step::Crf), State::Missed);
+    let counts = standing(&app).crf.counts();
+    assert_eq!((counts.missed, counts.cannot_tell), (2, 2));
     // What is missed is not decided without a reason.
     ask(&mut app, DecideRequest::Decide(Step::Crf));
     assert!(document(&app).design().procedure.crf.is_none());
@@ -218,8 +222,8 @@ fn from_an_empty_design_to_a_decided_tool() {
         })),
     );
     let asked = Requirement {
-        position_rms_mm: Some(0.3),
-        position_max_mm: Some(0.6),
+        position_rms_mm: Some(0.4),
+        position_max_mm: Some(0.7),
         ..Requirement::default()
     };
     edit(&mut app, Edit::SetRequirement(Some(asked)));

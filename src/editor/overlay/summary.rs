@@ -34,17 +34,17 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
             theme::figure_font(),
             figure_color(headline.bound.map(|(_, verdict)| verdict)),
         );
-        let name = match headline.interval {
-            None => name.to_owned(),
+        let mut text = |text: &str| line(text, theme::label_font(), palette::TEXT.color32());
+        match headline.interval {
+            None => text(name),
             Some([low, high]) => {
                 let high = with_unit(&format!("{high:.2}"), unit);
-                format!("expected {name}, 95{THIN_SPACE}%: {low:.2} to {high}")
+                text(&format!("expected {name}"));
+                text(&format!("95{THIN_SPACE}%: {low:.2} to {high}"));
             }
-        };
-        line(&name, theme::label_font(), palette::TEXT.color32());
+        }
         if let Some((limit, verdict)) = headline.bound {
-            let verdict = bound_text(limit, unit, verdict);
-            line(&verdict, theme::label_font(), palette::TEXT.color32());
+            text(&bound_text(limit, unit, verdict));
         }
         let max = REQUIRED.into_iter().find(|figure| figure.is_max());
         let expected_max = view.expected.zip(max).and_then(|(e, max)| e.of(max));

@@ -66,7 +66,7 @@ fn expected(report: &Report) -> Markup {
         };
     };
     html! {
-        table class="data figures" {
+        table class="data expected" {
             thead { tr { th {} th { "expected" } th {} th { "95\u{2009}%" } } }
             tbody {
                 @for row in expected_rows(expected) {

@@ -2,7 +2,7 @@
 
 use super::TableSection;
 use crate::report::manufacturing::{
-    check_words, frame_words, role_name, tolerance_value, tolerance_words,
+    check_words, expected_words, frame_words, role_name, tolerance_value, tolerance_words,
 };
 use crate::study::figures::with_minus_signs;
 use crate::study::tolerance::{ManufacturingSheet, SheetBody, SheetSensor, Tolerance, Tolerances};
@@ -94,6 +94,13 @@ fn notes(sheet: &ManufacturingSheet) -> Vec<String> {
     if !sheet.as_drawn.is_empty() {
         let checks: Vec<String> = sheet.as_drawn.iter().map(check_words).collect();
         notes.push(format!("As drawn: {}.", checks.join(", ")));
+    }
+    for words in expected_words(sheet) {
+        let upper = words.chars().take(1).flat_map(char::to_uppercase);
+        notes.push(format!(
+            "{}.",
+            upper.chain(words.chars().skip(1)).collect::<String>()
+        ));
     }
     notes
 }

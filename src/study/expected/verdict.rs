@@ -47,10 +47,11 @@ impl BoundVerdict {
 }
 
 /// A bound of a requirement against what is known of its figure.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct JudgedBound {
     /// The bound's name in a design file.
     pub name: &'static str,
+    #[serde(skip)]
     pub figure: Figure,
     /// mm or degrees, as the figure is.
     pub limit: f64,

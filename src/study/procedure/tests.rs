@@ -3,6 +3,7 @@
 use super::changes::figure;
 use super::*;
 use crate::store;
+use crate::study::comparison::REQUIRED;
 use crate::study::requirement::Requirement;
 use crate::task::Task;
 use proptest::prelude::*;
@@ -76,16 +77,23 @@ fn a_requirement_is_met_or_missed_by_the_rooms_that_have_figures() {
     let Ok(own) = &found.tool.rows[0].studied else {
         panic!("{:?}", found.tool.rows[0]);
     };
-    let rms = own.figures.position_mm.rms;
-    for (limit, state) in [(rms, State::Met), (0.999 * rms, State::Missed)] {
+    let expected = own.expected.as_ref().expect("the room was measured");
+    let (value, [low, high]) = expected.of(REQUIRED[0]).unwrap();
+    for (limit, state) in [
+        (high, State::Met),
+        (value, State::CannotTell),
+        (0.999 * low, State::Missed),
+    ] {
         let found = judged(bounded(plan(), Some(limit)));
         assert_eq!(found.tool.state, state);
         let counts = RowCounts {
             with_figures: 1,
             missed: usize::from(state == State::Missed),
-            cannot_tell: 0,
+            cannot_tell: usize::from(state == State::CannotTell),
         };
         assert_eq!(found.tool.counts(), counts);
+        let objection = found.objection(Step::Tool);
+        assert_eq!(objection.is_none(), state == State::Met, "{objection:?}");
         let words = headline(&found, Step::Tool);
         assert!(words.contains("of 1 room; one has no figures"), "{words}");
     }

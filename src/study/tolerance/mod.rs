@@ -22,9 +22,11 @@ pub use sheet::{
     Tolerance, Tolerances, Within, rounded_down, stated_decimals,
 };
 
+use super::expected::{expected_where_measured, judged};
+use super::own_study::mode_of;
 use super::requirement::Check;
 use super::run::{StudyError, run};
-use super::scenario::{Mode, Scenario};
+use super::scenario::Scenario;
 use super::work::Work;
 use crate::task::{Cancelled, Task};
 use as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
@@ -94,6 +96,7 @@ pub fn manufacturing_sheet(
         poses: 0,
         study_poses: 0,
         as_drawn: Vec::new(),
+        expected_as_drawn: Vec::new(),
         no_tolerances: None,
         free_axis: None,
         poorly_determined: false,
@@ -112,20 +115,16 @@ pub fn manufacturing_sheet(
     }
 }
 
-/// The study that a sheet is of.
-fn mode(scenario: &Scenario) -> Mode {
-    match scenario.motion {
-        Some(_) => Mode::Motion,
-        None => Mode::Single,
-    }
-}
-
 fn find(
     scenario: &Scenario,
     sheet: &mut ManufacturingSheet,
     task: &Task,
 ) -> Result<(), NoTolerances> {
-    let outcome = run(scenario, &mode(scenario), &task.cancel, None)?;
+    let mode = mode_of(scenario);
+    let outcome = run(scenario, &mode, &task.cancel, None)?;
+    if let Some(expected) = expected_where_measured(scenario, &mode, &task.cancel)? {
+        sheet.expected_as_drawn = judged(&outcome.figures.checks, Some(&expected));
+    }
     sheet.study_poses = outcome.figures.trials;
     sheet.free_axis = outcome.figures.free_axis;
     sheet.poorly_determined = outcome.figures.poorly_determined;

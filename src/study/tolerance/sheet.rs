@@ -1,5 +1,6 @@
 //! What a workshop is given: where each sensor sits, and how far off it may be.
 
+use crate::study::expected::JudgedBound;
 use crate::study::figures::FreeAxis;
 use crate::study::requirement::Check;
 use crate::study::work::Work;
@@ -16,6 +17,9 @@ pub struct ManufacturingSheet {
     pub study_poses: usize,
     /// The requirement with every sensor where it is drawn; empty where there is none, or no study.
     pub as_drawn: Vec<Check>,
+    /// The same as far as the room can tell it; empty where it keeps no measurements. Tolerances are
+    /// found in its own field.
+    pub expected_as_drawn: Vec<JudgedBound>,
     /// Why there are no tolerances.
     pub no_tolerances: Option<String>,
     /// A rotation that a body's sensors leave free: figures and tolerances take the true one.

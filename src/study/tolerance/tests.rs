@@ -10,6 +10,7 @@ use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::geometry::rotation::{exp_vector, log_quaternion, perpendicular};
 use crate::geometry::volume::Volume;
 use crate::store;
+use crate::study::scenario::Mode;
 use crate::study::statistics::Statistics;
 use crate::study::{AxisRange, Motion, Requirement, ScenarioCrf};
 use crate::tracking::frame_fit::{FrameFitter, Reading};
