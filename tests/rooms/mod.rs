@@ -1,7 +1,7 @@
 //! Whether expected figures and their intervals hold in rooms that no model of the program can
 //! represent: made by an independent physical tracker, coverage counted.
 
-mod tracker;
+pub mod tracker;
 
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
