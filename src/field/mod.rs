@@ -4,6 +4,7 @@ pub mod axis_model;
 pub mod batch;
 pub mod bernstein;
 pub mod compensation;
+pub mod compiled;
 mod elevate;
 pub mod environment;
 mod factored;

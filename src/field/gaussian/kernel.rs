@@ -42,9 +42,8 @@ impl Kernel {
         let cosine = a.axis.dot(&b.axis);
         let sine_squared = (1.0 - cosine * cosine).max(0.0);
         let scale = |scale: &KernelScale| {
-            let t = 5.0_f64.sqrt() * distance_mm / scale.length_mm;
             let turn = 0.5 * sine_squared / (scale.axis_sine * scale.axis_sine);
-            scale.variance * (1.0 + t + t * t / 3.0) * (-t - turn).exp()
+            scale.variance * matern(distance_mm / scale.length_mm, turn)
         };
         self.scales.iter().map(scale).sum()
     }
@@ -90,4 +89,10 @@ impl Kernel {
         }
         matrix
     }
+}
+
+/// Matérn 5/2 correlation at a distance over the length, times `exp(-turn)`.
+pub(super) fn matern(distance: f64, turn: f64) -> f64 {
+    let t = 5.0_f64.sqrt() * distance;
+    (1.0 + t + t * t / 3.0) * (-t - turn).exp()
 }

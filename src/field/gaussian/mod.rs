@@ -16,6 +16,7 @@ mod amplitude;
 mod fit;
 mod hyper_parameters;
 mod kernel;
+mod kriging;
 mod posterior;
 #[cfg(test)]
 mod tests;
@@ -23,6 +24,7 @@ mod tests;
 pub use amplitude::Amplitude;
 pub use fit::{GaussianError, MAX_ROWS, TUNING_ROWS};
 pub use kernel::{FieldPoint, Kernel, KernelScale};
+pub use kriging::Kriging;
 pub use posterior::{DrawnErrors, Posterior};
 
 use serde::{Deserialize, Serialize};

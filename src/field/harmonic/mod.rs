@@ -9,7 +9,7 @@ pub mod fit;
 pub mod learn;
 mod normal;
 mod rows;
-pub mod solid_harmonics;
+pub(in crate::field) mod solid_harmonics;
 mod variable_projection;
 
 use super::fit::Residuals;
