@@ -19,6 +19,7 @@ pub mod rigid_check;
 pub mod robust;
 pub mod room_choice;
 pub mod room_fit;
+pub mod room_model;
 pub mod room_process;
 pub mod room_worth;
 pub mod shared_rows;

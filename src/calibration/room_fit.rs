@@ -1,7 +1,10 @@
 //! A room from measurements: the model, where it may be believed, and what it is worth on
 //! measurements that it has not seen.
 
-use super::room_process::room_process;
+use super::room_model::{
+    HarmonicOrder, HarmonicReport, RoomModel, RoomModelError, fit_harmonic, fit_kriging,
+};
+use super::room_process::{Refit, room_process};
 use super::shared_rows::shared_rows;
 use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
 use crate::field::fit::{Fit, FitError, FitSettings, factor, residuals};
@@ -25,6 +28,8 @@ pub struct RoomOrder<'a> {
     pub table: RoomTable<'a>,
     /// Measurements that are not fitted, to judge the model on.
     pub held_out: Option<RoomTable<'a>>,
+    pub model: &'a RoomModel,
+    /// Of polynomials; of any model, the map.
     pub settings: FitSettings,
     pub volume: Option<Volume>,
     pub jitter: Option<Jitter>,
@@ -46,6 +51,7 @@ pub struct FittedRoom {
     pub fit: Fit,
     /// Why the room does not say where its model may be believed, where that is too large to keep.
     pub support_left_out: Option<SupportError>,
+    pub harmonic: Option<HarmonicReport>,
 }
 
 /// The stretches of work on a room, each told from 0 to 1.
@@ -64,6 +70,8 @@ pub enum RoomError {
     Fit(#[from] FitError),
     #[error(transparent)]
     Support(SupportError),
+    #[error(transparent)]
+    Model(#[from] RoomModelError),
     #[error(
         "{held_out} shares {shared} of its {rows} rows with {table}, which the model is fitted to; expected other measurements (select holds out rows of one table)"
     )]
@@ -78,13 +86,14 @@ pub enum RoomError {
 impl RoomError {
     /// Whether the work was stopped by whoever asked for it.
     pub fn is_cancelled(&self) -> bool {
-        matches!(
-            self,
+        match self {
             Self::Fit(FitError::Cancelled(_))
-                | Self::Support(
-                    SupportError::Cancelled(_) | SupportError::Fit(FitError::Cancelled(_))
-                )
-        )
+            | Self::Support(
+                SupportError::Cancelled(_) | SupportError::Fit(FitError::Cancelled(_)),
+            ) => true,
+            Self::Model(error) => error.is_cancelled(),
+            _ => false,
+        }
     }
 }
 
@@ -108,6 +117,55 @@ pub fn fit_room(
             });
         }
     }
+    let made = match order.model {
+        RoomModel::Bernstein { is_symmetric } => polynomials(order, *is_symmetric, &mut task_of)?,
+        RoomModel::Kriging => kriging(order, &mut task_of)?,
+        RoomModel::Harmonic(harmonic) => harmonics(order, harmonic, &mut task_of)?,
+    };
+    let fit = made.fit;
+    let environment = Environment {
+        name: order.name.to_owned(),
+        model: fit.model.clone(),
+        volume: order.volume,
+        jitter: order.jitter,
+        support: made.support,
+        process: made.process,
+        provenance: Some(Provenance {
+            data: order.table.name.to_owned(),
+            samples: samples.samples.len(),
+            method: settings.method,
+            ridge: settings.ridge,
+            train_before: fit.before,
+            train_after: fit.after,
+            holdout: order.held_out.map(|table| judge(&fit.model, table)),
+        }),
+    };
+    Ok(FittedRoom {
+        environment,
+        fit,
+        support_left_out: made.support_left_out,
+        harmonic: made.harmonic,
+    })
+}
+
+/// What the kinds of model give.
+struct Made {
+    fit: Fit,
+    support: Option<Support>,
+    support_left_out: Option<SupportError>,
+    process: Option<Arc<GaussianField>>,
+    harmonic: Option<HarmonicReport>,
+}
+
+fn polynomials(
+    order: &RoomOrder,
+    is_symmetric: bool,
+    task_of: &mut impl FnMut(RoomStage) -> Task,
+) -> Result<Made, RoomError> {
+    let settings = &order.settings;
+    let measured = order.table.samples;
+    let turned = is_symmetric.then(|| measured.with_turned_axes());
+    let samples = turned.as_ref().unwrap_or(measured);
     let fitting = task_of(RoomStage::Fitting);
     let factored = factor(
         samples,
@@ -131,35 +189,66 @@ pub fn fit_room(
         false => (None, None),
     };
     let process = match order.with_support {
-        true => kept_process(room_process(
-            samples,
-            &fit,
-            settings,
-            &task_of(RoomStage::Process),
-        ))?,
+        true => {
+            let refit = Refit::Polynomials {
+                settings,
+                is_symmetric,
+            };
+            let task = task_of(RoomStage::Process);
+            kept_process(room_process(measured, &fit, &refit, &task))?
+        }
         false => None,
     };
-    let environment = Environment {
-        name: order.name.to_owned(),
-        model: fit.model.clone(),
-        volume: order.volume,
-        jitter: order.jitter,
-        support,
-        process: process.map(Arc::new),
-        provenance: Some(Provenance {
-            data: order.table.name.to_owned(),
-            samples: fit.samples,
-            method: settings.method,
-            ridge: settings.ridge,
-            train_before: fit.before,
-            train_after: fit.after,
-            holdout: order.held_out.map(|table| judge(&fit.model, table)),
-        }),
-    };
-    Ok(FittedRoom {
-        environment,
+    Ok(Made {
         fit,
+        support,
         support_left_out,
+        process: process.map(Arc::new),
+        harmonic: None,
+    })
+}
+
+fn kriging(
+    order: &RoomOrder,
+    task_of: &mut impl FnMut(RoomStage) -> Task,
+) -> Result<Made, RoomError> {
+    let task = task_of(RoomStage::Process);
+    let (fit, process) = fit_kriging(order.table.samples, order.settings.map, &task)?;
+    Ok(Made {
+        fit,
+        support: None,
+        support_left_out: None,
+        process: Some(process),
+        harmonic: None,
+    })
+}
+
+fn harmonics(
+    order: &RoomOrder,
+    harmonic: &HarmonicOrder,
+    task_of: &mut impl FnMut(RoomStage) -> Task,
+) -> Result<Made, RoomError> {
+    let samples = order.table.samples;
+    let fitting = task_of(RoomStage::Fitting);
+    let (fit, report, table) = fit_harmonic(samples, harmonic, order.settings.map, &fitting)?;
+    let process = match order.with_support {
+        true => {
+            let refit = Refit::Harmonic {
+                table: &table,
+                degree: report.degree,
+                loss: harmonic.loss,
+            };
+            let task = task_of(RoomStage::Process);
+            kept_process(room_process(samples, &fit, &refit, &task))?
+        }
+        false => None,
+    };
+    Ok(Made {
+        fit,
+        support: None,
+        support_left_out: None,
+        process: process.map(Arc::new),
+        harmonic: Some(report),
     })
 }
 

@@ -1,10 +1,12 @@
 //! The process of a room's field: around the model where held-out rows say that this is better, else
 //! by itself.
 
+use super::room_model::{HarmonicTable, predicted};
 use crate::field::DistortionModel;
 use crate::field::batch::Batch;
 use crate::field::fit::{Fit, FitError, FitSettings, fit_with};
 use crate::field::gaussian::{GaussianError, GaussianField};
+use crate::field::harmonic::{HarmonicFitError, Loss};
 use crate::field::model::OutsidePolicy;
 use crate::field::samples::{PoseError, SampleSet};
 use crate::field::selection::folds::Folds;
@@ -18,6 +20,19 @@ const BETTER: f64 = 0.95;
 /// Rows an unknown below which a model's residuals say nothing.
 const ROWS_AN_UNKNOWN: usize = 3;
 
+/// How a room's model is fitted again to some of its rows.
+pub enum Refit<'a> {
+    Polynomials {
+        settings: &'a FitSettings,
+        is_symmetric: bool,
+    },
+    Harmonic {
+        table: &'a HarmonicTable,
+        degree: usize,
+        loss: Loss,
+    },
+}
+
 /// Fits the process of a room's field to the samples that its model was fitted to.
 ///
 /// The model's residuals at its own samples are smaller than elsewhere, so that kernel and variance
@@ -28,17 +43,17 @@ const ROWS_AN_UNKNOWN: usize = 3;
 pub fn room_process(
     samples: &SampleSet,
     fit: &Fit,
-    settings: &FitSettings,
+    refit: &Refit,
     task: &Task,
 ) -> Result<GaussianField, GaussianError> {
     let alone = GaussianField::fit(samples, None, &task.stretch(0.0, 0.5))?;
     let is_determined = fit.systems.iter().all(|system| {
         system.samples >= ROWS_AN_UNKNOWN * system.unknowns && system.rank == system.unknowns
     });
-    if settings.order == 0 || !is_determined {
+    if fit.model.is_zero() || !is_determined {
         return Ok(alone);
     }
-    let Some(held_out) = held_out(samples, settings, &fit.model, task)? else {
+    let Some(held_out) = held_out(samples, refit, &fit.model, task)? else {
         return Ok(alone);
     };
     let around = GaussianField::fit(samples, Some(&held_out), &task.stretch(0.5, 1.0))?;
@@ -67,7 +82,7 @@ fn trend(model: &DistortionModel, samples: &SampleSet) -> Vec<PoseError> {
 /// What models of the other folds give at each sample; `None` where a fold cannot be fitted.
 fn held_out(
     samples: &SampleSet,
-    settings: &FitSettings,
+    refit: &Refit,
     model: &DistortionModel,
     task: &Task,
 ) -> Result<Option<Vec<PoseError>>, GaussianError> {
@@ -78,23 +93,62 @@ fn held_out(
     let folds = Folds::of_rows(rows, DEFAULT_FOLDS, DEFAULT_SEED);
     let mut given = vec![PoseError::default(); rows];
     for out in &folds.rows {
-        let part = |indices: &[usize]| SampleSet {
-            samples: indices.iter().map(|&i| samples.samples[i]).collect(),
-            has_rotations: samples.has_rotations,
-            ambiguous: 0,
-        };
         let rest: Vec<usize> = (0..rows)
             .filter(|i| out.binary_search(i).is_err())
             .collect();
-        let quiet = Task::cancelled_by(task.cancel.clone());
-        let fitted = match fit_with(&part(&rest), settings, Some(*model.bounds()), &quiet) {
-            Ok(fitted) => fitted,
-            Err(FitError::Cancelled(cancelled)) => return Err(cancelled.into()),
-            Err(_) => return Ok(None),
+        let Some(errors) = refit.at(samples, out, &rest, model, task)? else {
+            return Ok(None);
         };
-        for (&i, error) in out.iter().zip(trend(&fitted.model, &part(out))) {
+        for (&i, error) in out.iter().zip(errors) {
             given[i] = error;
         }
     }
     Ok(Some(given))
+}
+
+impl Refit<'_> {
+    /// What a model of some rows gives at others; `None` where it cannot be fitted.
+    fn at(
+        &self,
+        samples: &SampleSet,
+        out: &[usize],
+        rest: &[usize],
+        model: &DistortionModel,
+        task: &Task,
+    ) -> Result<Option<Vec<PoseError>>, GaussianError> {
+        let quiet = Task::cancelled_by(task.cancel.clone());
+        match *self {
+            Self::Polynomials {
+                settings,
+                is_symmetric,
+            } => {
+                let part = |indices: &[usize]| SampleSet {
+                    samples: indices.iter().map(|&i| samples.samples[i]).collect(),
+                    has_rotations: samples.has_rotations,
+                    ambiguous: 0,
+                };
+                let mut known = part(rest);
+                if is_symmetric {
+                    known = known.with_turned_axes();
+                }
+                match fit_with(&known, settings, Some(*model.bounds()), &quiet) {
+                    Ok(fitted) => Ok(Some(trend(&fitted.model, &part(out)))),
+                    Err(FitError::Cancelled(cancelled)) => Err(cancelled.into()),
+                    Err(_) => Ok(None),
+                }
+            }
+            Self::Harmonic {
+                table,
+                degree,
+                loss,
+            } => match table.fit(Some(rest), degree, loss, &quiet) {
+                Ok(fitted) => {
+                    let each = out.iter().map(|&i| &samples.samples[i]);
+                    Ok(Some(each.map(|s| predicted(&fitted.model, s)).collect()))
+                }
+                Err(HarmonicFitError::Cancelled(cancelled)) => Err(cancelled.into()),
+                Err(_) => Ok(None),
+            },
+        }
+    }
 }

@@ -1,12 +1,16 @@
 //! `fit`: measurements to an environment, and what the fit leaves.
 
 use super::choose::{self, HoldOutArg};
+use super::generator;
 use super::jitter::JitterArgs;
+use super::model_kind::ModelArgs;
 use super::output::{self, Format, Shown};
 use crate::calibration::room_choice::AskedModel;
 use crate::calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
+use crate::calibration::room_model::{HarmonicReport, RoomModel};
+use crate::field::computed::ModelKind;
 use crate::field::environment::{HoldoutProvenance, Jitter};
 use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals};
 use crate::field::samples::{MapKind, SampleSet};
@@ -15,7 +19,7 @@ use crate::geometry::volume::Volume;
 use crate::report::room::{fit_warnings, map_name, method_name, support_note};
 use crate::store::{self, SampleReading};
 use crate::study::figures::with_separators;
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -28,6 +32,9 @@ pub struct FitArgs {
     /// Environment to write (*.env.ron)
     #[arg(short, long, value_name = "ENV")]
     output: PathBuf,
+
+    #[command(flatten)]
+    model: ModelArgs,
 
     /// Order of the Bernstein polynomials; 0 is no correction. Chosen as `select` does where left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -161,13 +168,24 @@ impl From<VolumeArg> for Option<Volume> {
 pub fn run(args: &FitArgs) -> anyhow::Result<()> {
     let asked = asked(args)?;
     let map = asked.map;
+    let model = args.model.model()?;
+    refuse_what_others_have(args, model.kind())?;
     let set = read(&args.data, args.sensors, map)?;
     let holdout_set = args
         .holdout
         .as_ref()
         .map(|f| read(f, args.sensors, map))
         .transpose()?;
-    let (settings, chosen) = choose::settings(&args.data, &set, &asked, args.hold_out.as_ref())?;
+    let (settings, chosen) = match model.kind() {
+        ModelKind::Bernstein => choose::settings(&args.data, &set, &asked, args.hold_out.as_ref())?,
+        ModelKind::Kriging | ModelKind::Harmonic => (
+            FitSettings {
+                map,
+                ..FitSettings::new(0, DirectionSet::One)
+            },
+            None,
+        ),
+    };
     let target = Target {
         data: &args.data,
         output: &args.output,
@@ -176,7 +194,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         with_support: !args.no_support,
     };
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
-    let room = fit_and_write(&target, &settings, &set, holdout)?;
+    let room = fit_and_write(&target, &model, &settings, &set, holdout)?;
     if let Some(chosen) = &chosen {
         for line in choose::lines(chosen) {
             output::note(&line);
@@ -207,6 +225,7 @@ pub(super) struct Target<'a> {
 /// Fits, judges on a second table where there is one, writes the environment, and warns.
 pub(super) fn fit_and_write(
     target: &Target,
+    model: &RoomModel,
     settings: &FitSettings,
     samples: &SampleSet,
     holdout: Option<(&Path, &SampleSet)>,
@@ -224,6 +243,7 @@ pub(super) fn fit_and_write(
         held_out: held_out
             .as_ref()
             .map(|(name, samples)| RoomTable { name, samples }),
+        model,
         settings: *settings,
         volume: target.volume.into(),
         jitter: target.jitter,
@@ -247,6 +267,9 @@ pub(super) fn fit_and_write(
         Err(RoomError::Fit(error)) => {
             return Err(error).with_context(|| target.data.display().to_string());
         }
+        Err(RoomError::Model(error)) => {
+            return Err(error).with_context(|| target.data.display().to_string());
+        }
         other => other?,
     };
     if let Some(why) = &room.support_left_out {
@@ -257,6 +280,32 @@ pub(super) fn fit_and_write(
         output::note(&format!("warning: {warning}"));
     }
     Ok(room)
+}
+
+/// Options of polynomials beside another kind of model.
+fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()> {
+    let said = [
+        ("--order", args.order.is_some()),
+        ("--directions", args.directions.is_some()),
+        ("--ridge", args.ridge.is_some()),
+        ("--hold-out", args.hold_out.is_some()),
+        (
+            "--no-support",
+            args.no_support && kind == ModelKind::Kriging,
+        ),
+    ];
+    match said.into_iter().find(|(_, is_said)| *is_said) {
+        Some((name, _)) if kind != ModelKind::Bernstein => bail!(
+            "{name} does not go with --model {}{}",
+            kind.name(),
+            match name {
+                "--hold-out" => "; select --models tries kinds of models on rows held out",
+                "--no-support" => ", which is made of the measurements",
+                _ => "",
+            }
+        ),
+        _ => Ok(()),
+    }
 }
 
 /// What the command line says about the model, and what it leaves open.
@@ -351,7 +400,43 @@ pub(super) fn as_json(settings: &FitSettings, room: &FittedRoom) -> Value {
     });
     value["system_samples"] = one_or_all(fitted.systems.iter().map(|s| json!(s.samples)).collect());
     value["ambiguous"] = json!(fitted.ambiguous);
+    let kind = fitted.model.kind();
+    value["model"] = json!(kind.name());
+    if kind != ModelKind::Bernstein {
+        for key in [
+            "order",
+            "directions",
+            "method",
+            "rank",
+            "condition",
+            "system_samples",
+        ] {
+            value[key] = Value::Null;
+        }
+    }
+    if let Some(harmonic) = &room.harmonic {
+        value["harmonic"] = json!({
+            "generator": harmonic.generator.name,
+            "coils": harmonic.generator.coils.len(),
+            "degree": harmonic.degree,
+            "noise_mm": harmonic.noise_mm,
+            "down_weighted": harmonic.down_weighted,
+            "learned": harmonic.learned.as_ref().map(generator::as_json),
+        });
+    }
     value
+}
+
+fn harmonic_text(harmonic: &HarmonicReport) -> String {
+    let mut text = format!(
+        "harmonic, generator {}, degree {}",
+        harmonic.generator.name, harmonic.degree
+    );
+    if harmonic.down_weighted > 0 {
+        let count = with_separators(harmonic.down_weighted);
+        text.push_str(&format!(", {count} samples weighed down"));
+    }
+    text
 }
 
 /// The model's figures on measurements that it was not fitted to.
@@ -361,18 +446,25 @@ fn holdout_of(room: &FittedRoom) -> Option<&HoldoutProvenance> {
 
 fn as_text(target: &Target, settings: &FitSettings, room: &FittedRoom) -> String {
     let (fitted, holdout): (&Fit, _) = (&room.fit, holdout_of(room));
+    let what = match (fitted.model.kind(), &room.harmonic) {
+        (ModelKind::Kriging, _) => "kriging".to_owned(),
+        (_, Some(harmonic)) => harmonic_text(harmonic),
+        _ => format!(
+            "order {}, {} orientation{}, {}",
+            settings.order,
+            settings.directions.len(),
+            if settings.directions.len() == 1 {
+                ""
+            } else {
+                "s"
+            },
+            method_name(settings.method),
+        ),
+    };
     let mut lines = vec![format!(
-        "{}: {} samples, order {}, {} orientation{}, {}, {} map",
+        "{}: {} samples, {what}, {} map",
         file_name(target.data),
         with_separators(fitted.samples),
-        settings.order,
-        settings.directions.len(),
-        if settings.directions.len() == 1 {
-            ""
-        } else {
-            "s"
-        },
-        method_name(settings.method),
         map_name(settings.map),
     )];
     lines.push(format!("{:<22}{:>12}  {:>12}", "", "before", "after"));

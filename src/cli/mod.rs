@@ -11,9 +11,11 @@ mod edit;
 mod expected;
 mod export;
 mod fit;
+mod generator;
 mod import;
 mod jitter;
 mod live;
+mod model_kind;
 mod named_design;
 mod numbers;
 mod output;
@@ -65,6 +67,9 @@ pub struct Cli {
 enum Command {
     /// Fit a distortion model to measurements and write it as an environment
     Fit(fit::FitArgs),
+    /// Learn the field generator of a tracker from its measurements
+    #[command(subcommand)]
+    Generator(generator::GeneratorCommand),
     /// Cross-validate model sizes and regularisation on measurements, and name the best
     Select(select::SelectArgs),
     /// Distort poses as the tracker of an environment would measure them
@@ -130,6 +135,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
         Some(Command::Stability(args)) => return stability::run(args),
         Some(Command::Tolerances(args)) => return tolerances::run(args),
         Some(Command::Fit(args)) => fit::run(args),
+        Some(Command::Generator(command)) => generator::run(command),
         Some(Command::Select(args)) => select::run(args),
         Some(Command::Distort(args)) => distort::run(args),
         Some(Command::Compensate(args)) => compensate::run(args),

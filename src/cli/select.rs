@@ -6,6 +6,7 @@ use super::fit::{as_json as fit_json, file_name, fit_and_write, read};
 use super::jitter::JitterArgs;
 use super::output::{self, Format};
 use crate::calibration::room_choice::Chosen;
+use crate::calibration::room_model::RoomModel;
 use crate::field::selection::{
     DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings,
 };
@@ -128,7 +129,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
             with_support: true,
         };
         let fit_settings = chosen.settings();
-        let room = fit_and_write(&target, &fit_settings, &samples, None)?;
+        let room = fit_and_write(&target, &RoomModel::PAPER, &fit_settings, &samples, None)?;
         value["fit"] = fit_json(&fit_settings, &room);
         text.push_str(&format!("\nwritten to {}", output.display()));
     }

@@ -1,6 +1,8 @@
 //! A distortion model for one axis: the orientations blended once, many positions after that.
 
 use super::batch::Batch;
+use super::compiled::CompiledField;
+use super::computed::FieldSource;
 use super::jacobian::Linearization;
 use super::model::{Coefficient, DistortionModel, Evaluation, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
@@ -19,6 +21,9 @@ impl DistortionModel {
     /// The mean of the model over its basis orientations, of a model of one orientation that one:
     /// what is taken for the field at a place where nothing has an axis, as at a marker.
     pub fn mean_over_axes(&self) -> AxisModel {
+        if let Some(computed) = self.computed() {
+            return self.of_one_axis(computed.compiled().at_axis(None));
+        }
         let count = self.directions().len();
         let mut mean = vec![[0.0; 6]; self.of_direction(0).len()];
         for direction in 0..count {
@@ -37,6 +42,9 @@ impl DistortionModel {
 
     /// The model for one axis.
     pub fn at_axis(&self, axis: &Unit<Vector3<f64>>) -> AxisModel {
+        if let Some(computed) = self.computed() {
+            return self.of_one_axis(computed.compiled().at_axis(Some(axis)));
+        }
         let weights = self.directions().weights(axis, self.weighting());
         let [a, b, c] = weights
             .directions
@@ -50,6 +58,12 @@ impl DistortionModel {
             }
         });
         self.of_blended(blended)
+    }
+
+    fn of_one_axis(&self, field: CompiledField) -> AxisModel {
+        AxisModel {
+            model: Self::of_source(FieldSource::Compiled(field), self.map(), *self.bounds()),
+        }
     }
 
     fn of_blended(&self, coefficients: Vec<Coefficient>) -> AxisModel {
@@ -67,6 +81,11 @@ impl DistortionModel {
 }
 
 impl AxisModel {
+    /// The model, with the one orientation that is left.
+    pub(super) fn model(&self) -> &DistortionModel {
+        &self.model
+    }
+
     pub fn order(&self) -> usize {
         self.model.order()
     }

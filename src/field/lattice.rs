@@ -9,7 +9,7 @@ use super::axis_model::AxisModel;
 use super::batch::Instructions;
 use super::bernstein;
 use super::kernel::{Basis, MAX_TERMS, basis};
-use super::model::{Coefficient, Evaluation, OutsidePolicy};
+use super::model::{Coefficient, Evaluation, OutsidePolicy, error_of};
 use super::samples::PoseError;
 use crate::geometry::bounds::Bounds;
 use nalgebra::Vector3;
@@ -57,6 +57,23 @@ impl AxisModel {
         });
         // In the order of summation.
         axes.sort_by_key(|axis| axis.coordinates.len());
+        if let Some(computed) = self.model().computed() {
+            let field = computed.compiled();
+            visit_rows(&axes, |start, row_is_inside, [i, j]| {
+                for (k, at) in axes[2].coordinates.iter().enumerate() {
+                    let mut unit = Vector3::zeros();
+                    for (axis, place) in axes.iter().zip([i, j, k]) {
+                        // Beyond the box it is the field of the faces.
+                        unit[axis.index] = axis.coordinates[place].unit.clamp(0.0, 1.0);
+                    }
+                    out[start + k * axes[2].stride] = Evaluation {
+                        error: error_of(field.evaluate(&unit, &Vector3::z_axis())),
+                        is_inside: row_is_inside && at.is_inside,
+                    };
+                }
+            });
+            return;
+        }
         if self.order() == 0 {
             visit_rows(&axes, |start, row_is_inside, _| {
                 for (i, at) in axes[2].coordinates.iter().enumerate() {

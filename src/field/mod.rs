@@ -5,6 +5,7 @@ pub mod batch;
 pub mod bernstein;
 pub mod compensation;
 pub mod compiled;
+pub mod computed;
 mod elevate;
 pub mod environment;
 mod factored;

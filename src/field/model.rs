@@ -1,20 +1,22 @@
 //! The distortion model: Bernstein polynomials per basis orientation, and its evaluation (8).
 
 use super::bernstein::{MAX_ORDER, basis, coefficient_count};
+use super::computed::{ComputedField, FieldSource, ModelKind};
 use super::samples::{MapKind, PoseError};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::geometry::rotation::exp_vector;
 use nalgebra::{Point3, Unit, Vector3};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use std::sync::Arc;
 
 /// The six values of one coefficient, X, Y, Z in mm and Rx, Ry, Rz in radians.
 pub type Coefficient = [f64; 6];
 
 /// Error of a sensor's reading as a function of its position and axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "ModelParts", into = "ModelParts")]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "ModelParts")]
 pub struct DistortionModel {
     order: usize,
     directions: DirectionSet,
@@ -23,6 +25,8 @@ pub struct DistortionModel {
     bounds: Bounds,
     /// Orientation slowest, then i, j, k; none at order 0, which is no correction.
     coefficients: Vec<Coefficient>,
+    /// In the place of polynomials, with order 0 and one orientation.
+    computed: Option<Arc<ComputedField>>,
 }
 
 /// What happens to a position outside the model's box.
@@ -118,7 +122,17 @@ impl DistortionModel {
             map,
             bounds,
             coefficients,
+            computed: None,
         })
+    }
+
+    /// A model that is no polynomial, over a box. Beyond the box it is that of the nearest point,
+    /// whatever the policy.
+    pub fn of_source(source: FieldSource, map: MapKind, bounds: Bounds) -> Self {
+        Self {
+            computed: Some(Arc::new(ComputedField::new(source, bounds))),
+            ..Self::zero(bounds, map)
+        }
     }
 
     /// A model from parts of another, which were checked for that one.
@@ -137,6 +151,7 @@ impl DistortionModel {
             map,
             bounds,
             coefficients,
+            computed: None,
         }
     }
 
@@ -149,6 +164,25 @@ impl DistortionModel {
             map,
             bounds,
             coefficients: Vec::new(),
+            computed: None,
+        }
+    }
+
+    /// Whether it is the field of a room without distortion.
+    pub fn is_zero(&self) -> bool {
+        self.order == 0 && self.computed.is_none()
+    }
+
+    /// What computes the field, where that is no polynomial.
+    pub fn computed(&self) -> Option<&Arc<ComputedField>> {
+        self.computed.as_ref()
+    }
+
+    pub fn kind(&self) -> ModelKind {
+        match self.computed.as_ref().map(|c| c.source()) {
+            Some(FieldSource::Kriging(_)) => ModelKind::Kriging,
+            Some(FieldSource::Harmonic(_)) => ModelKind::Harmonic,
+            Some(FieldSource::Compiled(_)) | None => ModelKind::Bernstein,
         }
     }
 
@@ -198,6 +232,13 @@ impl DistortionModel {
         outside: OutsidePolicy,
     ) -> Evaluation {
         let is_inside = self.bounds.contains(position_mm);
+        if let Some(computed) = &self.computed {
+            let unit = self.bounds.to_unit(&self.bounds.clamp(position_mm));
+            return Evaluation {
+                error: error_of(computed.compiled().evaluate(&unit, axis)),
+                is_inside,
+            };
+        }
         if self.order == 0 {
             return Evaluation {
                 error: PoseError::default(),
@@ -275,16 +316,20 @@ impl DistortionModel {
                 }
             }
         }
-        let [x, y, z, rx, ry, rz] = total;
-        PoseError {
-            position_mm: Vector3::new(x, y, z),
-            rotation_rad: Vector3::new(rx, ry, rz),
-        }
+        error_of(total)
+    }
+}
+
+/// The error of six values.
+pub(super) fn error_of([x, y, z, rx, ry, rz]: Coefficient) -> PoseError {
+    PoseError {
+        position_mm: Vector3::new(x, y, z),
+        rotation_rad: Vector3::new(rx, ry, rz),
     }
 }
 
 /// A model as it stands in a file.
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(rename = "DistortionModel")]
 struct ModelParts {
     order: usize,
@@ -308,19 +353,6 @@ impl TryFrom<ModelParts> for DistortionModel {
             p.bounds,
             p.coefficients,
         )
-    }
-}
-
-impl From<DistortionModel> for ModelParts {
-    fn from(m: DistortionModel) -> Self {
-        Self {
-            order: m.order,
-            directions: m.directions,
-            weighting: m.weighting,
-            map: m.map,
-            bounds: m.bounds,
-            coefficients: m.coefficients,
-        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Measurement error (1): what a tracker read against what it should have read.
 
-use crate::geometry::pose::Pose;
-use crate::geometry::rotation::{axis_rotation, log_quaternion};
+use crate::geometry::pose::{Pose, pose_from_parts};
+use crate::geometry::rotation::{axis_rotation, exp_vector, log_quaternion};
 use nalgebra::{Point3, Unit, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -105,6 +105,45 @@ impl SampleSet {
                 rotation_rad,
             },
         });
+    }
+}
+
+impl SampleSet {
+    /// The samples and, of each, one whose axis is turned round: a 5-DOF coil reads the same there.
+    #[must_use]
+    pub fn with_turned_axes(&self) -> Self {
+        let turned = self.samples.iter().map(|sample| Sample {
+            axis: -sample.axis,
+            ..*sample
+        });
+        Self {
+            samples: self.samples.iter().copied().chain(turned).collect(),
+            has_rotations: self.has_rotations,
+            ambiguous: 2 * self.ambiguous,
+        }
+    }
+
+    /// Samples of the distortion map as measurements of a sensor with one axis; its roll is any.
+    pub fn measurements(&self) -> MeasurementSet {
+        let measurement = |sample: &Sample| {
+            let turn = axis_rotation(&Vector3::z_axis(), &sample.axis).vector_rad;
+            let rotation = exp_vector(&turn);
+            let position_mm = sample.position_mm.coords;
+            Measurement {
+                tracker_from_ideal: pose_from_parts(position_mm, rotation),
+                tracker_from_measured: pose_from_parts(
+                    position_mm + sample.error.position_mm,
+                    exp_vector(&sample.error.rotation_rad) * rotation,
+                ),
+            }
+        };
+        MeasurementSet {
+            measurements: self.samples.iter().map(measurement).collect(),
+            content: match self.has_rotations {
+                true => MeasurementContent::FiveDof,
+                false => MeasurementContent::PositionOnly,
+            },
+        }
     }
 }
 

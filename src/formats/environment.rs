@@ -1,5 +1,6 @@
 //! Environments, `*.env.ron`: a room's distortion model, its volume, and where it came from.
 
+use super::computed_model::{self, HarmonicEntry, KrigingEntry};
 use super::error::FormatError;
 use super::process::{self, ProcessEntry};
 use super::ron_text;
@@ -24,6 +25,8 @@ struct EnvironmentEntry {
     model: DistortionModel,
     support: Option<SupportEntry>,
     process: Option<ProcessEntry>,
+    kriging: Option<KrigingEntry>,
+    harmonic: Option<HarmonicEntry>,
 }
 
 impl ron_text::Versioned for EnvironmentEntry {
@@ -51,14 +54,17 @@ pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
         return Err(FormatError::field(name, found, expected));
     }
     let support = entry.support.map(|s| s.check(&entry.model)).transpose()?;
+    let process = entry.process.map(ProcessEntry::check).transpose()?;
+    let model =
+        computed_model::check(entry.model, entry.kriging, entry.harmonic, process.as_ref())?;
     Ok(Environment {
         name: entry.name,
-        model: entry.model,
+        model,
         volume: entry.volume,
         jitter: entry.jitter,
         provenance: entry.provenance,
         support,
-        process: entry.process.map(ProcessEntry::check).transpose()?,
+        process,
     })
 }
 
@@ -84,6 +90,7 @@ pub fn write(environment: &Environment) -> String {
     if let Some(process) = &environment.process {
         process::push(&mut out, process);
     }
+    computed_model::push(&mut out, &environment.model);
     out.push_str(")\n");
     out
 }

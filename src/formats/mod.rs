@@ -4,6 +4,7 @@ pub mod agreement_log;
 pub mod body;
 pub mod characterised;
 pub mod comparison_table;
+mod computed_model;
 mod design_anatomy;
 pub mod design_file;
 pub mod environment;

@@ -53,9 +53,9 @@ pub use open::{
 pub use preferences::{read_preferences, write_preferences};
 pub use procedure::{ProcedureWish, further_room, procedure, reference_to_file};
 pub use read::{
-    read_calbody, read_calreadings, read_environment, read_groups, read_input, read_measurements,
-    read_mesh, read_pivot_recording, read_points, read_poses, read_poses_of, read_recorded_tool,
-    read_recording, read_sensors,
+    read_calbody, read_calreadings, read_environment, read_generator, read_groups, read_input,
+    read_measurements, read_mesh, read_pivot_recording, read_points, read_poses, read_poses_of,
+    read_recorded_tool, read_recording, read_sensors,
 };
 pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
 pub use recorder::Recorder;
@@ -76,4 +76,4 @@ pub use today::{NoToday, today};
 pub use tool::{ReadTool, body_format_of, is_same_file, read_tool, write_body, write_definition};
 pub use video::{ENCODER, FrameFolder, VideoError, VideoFile, VideoShape};
 pub use watch::{ChangedFile, FileChange, WatchedPart, accept_changes, changes};
-pub use write::{write_atomic, write_environment};
+pub use write::{write_atomic, write_environment, write_generator};

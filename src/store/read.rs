@@ -5,13 +5,14 @@ use super::place::Place;
 use crate::calibration::built_tool::RecordedTable;
 use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use crate::field::Environment;
+use crate::field::generator::Generator;
 use crate::field::samples::MeasurementSet;
 use crate::formats::groups::{self, GroupColumn};
 use crate::formats::pivot_recording::{self, PivotRecording};
 use crate::formats::poses::WhosePoses;
 use crate::formats::{
-    FormatError, environment, input, jhu_cis, measurements, mesh, points, poses, recorded_tool,
-    recording,
+    FormatError, environment, generator, input, jhu_cis, measurements, mesh, points, poses,
+    recorded_tool, recording,
 };
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::mesh_reference::MeshUnit;
@@ -25,6 +26,10 @@ use std::path::Path;
 /// See [`StoreError`], here and below.
 pub fn read_environment(file: &Path) -> Result<Environment, StoreError> {
     read(Place::Disk, file, "an environment", environment::parse)
+}
+
+pub fn read_generator(file: &Path) -> Result<Generator, StoreError> {
+    read(Place::Disk, file, "a field generator", generator::parse)
 }
 
 pub fn read_measurements(file: &Path) -> Result<MeasurementSet, StoreError> {

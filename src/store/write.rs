@@ -2,7 +2,8 @@
 
 use super::error::StoreError;
 use crate::field::Environment;
-use crate::formats::environment;
+use crate::field::generator::Generator;
+use crate::formats::{environment, generator};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -28,6 +29,14 @@ pub fn write_atomic(
 /// [`StoreError::Write`].
 pub fn write_environment(file: &Path, environment: &Environment) -> Result<(), StoreError> {
     write_bytes(file, environment::write(environment).as_bytes())
+}
+
+/// Writes a field generator.
+///
+/// # Errors
+/// [`StoreError::Write`].
+pub fn write_generator(file: &Path, generator: &Generator) -> Result<(), StoreError> {
+    write_bytes(file, generator::write(generator).as_bytes())
 }
 
 pub(super) fn write_bytes(file: &Path, bytes: &[u8]) -> Result<(), StoreError> {

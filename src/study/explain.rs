@@ -95,7 +95,7 @@ pub fn explain(scenario: &Scenario, outcome: &Outcome) -> Vec<Explained> {
             "the CRF: the design has none, errors are in the tracker frame".into(),
         );
     }
-    if scenario.environment.model.order() == 0 {
+    if scenario.environment.model.is_zero() {
         tell(
             Deed::LeftOut,
             "the polynomials: the room is without distortion".into(),

@@ -57,7 +57,7 @@ pub fn measure(
         charted: SCATTERED.to_owned(),
         left_out: None,
     };
-    if model.order() == 0 {
+    if model.is_zero() {
         family.left_out = Some("the design's room is ideal: there is no field to evaluate".into());
         return Ok(family);
     }

@@ -32,7 +32,7 @@ pub fn measure(
         charted: problem.to_owned(),
         left_out: None,
     };
-    if model.order() == 0 {
+    if model.is_zero() {
         family.left_out = Some("the design's room is ideal: a slice shows nothing".to_owned());
         return Ok(family);
     }

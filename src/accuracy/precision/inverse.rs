@@ -39,7 +39,7 @@ pub fn measure(
         charted: PROBLEM.to_owned(),
         left_out: None,
     };
-    if model.order() == 0 {
+    if model.is_zero() {
         family.left_out = Some("the design's room is ideal: readings are poses".to_owned());
         return Ok(family);
     }

@@ -236,7 +236,7 @@ impl<'a> Sampling<'a> {
     /// Why there is nothing to sample.
     fn new(scenario: &'a Scenario) -> Result<Self, String> {
         let motion = scenario.motion.ok_or("the design has no range of motion")?;
-        if scenario.environment.model.order() == 0 {
+        if scenario.environment.model.is_zero() {
             return Err("the design's room is ideal: every tip error is zero".to_owned());
         }
         let grid = motion

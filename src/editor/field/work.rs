@@ -5,6 +5,7 @@ use crate::calibration::room_choice::{Chosen, WantedModel, choose, row_groups};
 use crate::calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
+use crate::calibration::room_model::RoomModel;
 use crate::calibration::room_worth::worth;
 use crate::editor::document::WorldGeneration;
 use crate::editor::state::OpenWorld;
@@ -57,6 +58,7 @@ pub fn fit(
         environment,
         fit,
         support_left_out,
+        harmonic: _,
     } = fit_model(training, held_out, &settings, model, &fitting)?;
     notes.extend(support_left_out.as_ref().map(support_note));
     Ok(Fitted {
@@ -114,6 +116,7 @@ fn fit_model(
                 name,
                 samples: &table.samples,
             }),
+        model: &RoomModel::PAPER,
         settings: model,
         volume: settings.volume,
         jitter: settings.jitter,
@@ -127,7 +130,7 @@ fn fit_model(
     fit_room(&order, stage).map_err(|error| match error {
         error if error.is_cancelled() => Failure::Cancelled,
         RoomError::Fit(error) => in_table(training, &error),
-        error @ (RoomError::Support(_) | RoomError::SharedRows { .. }) => {
+        error @ (RoomError::Support(_) | RoomError::Model(_) | RoomError::SharedRows { .. }) => {
             Failure::Because(error.to_string())
         }
     })

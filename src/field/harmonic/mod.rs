@@ -4,12 +4,13 @@
 //! function, a sum of solid harmonics in a ball around the volume. What a sensor there measures
 //! follows from the generator alone, for every axis.
 
+mod compiled;
 pub mod covariance;
 pub mod fit;
 pub mod learn;
 mod normal;
 mod rows;
-pub(in crate::field) mod solid_harmonics;
+pub mod solid_harmonics;
 mod variable_projection;
 
 use super::fit::Residuals;
@@ -25,7 +26,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use solid_harmonics::{MAX_DEGREE, MAX_TERMS, gradients, terms};
 
 pub use covariance::CoefficientCovariance;
-pub use fit::{HarmonicFit, HarmonicFitError, HarmonicFitSettings, Loss};
+pub use fit::{HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicRows, Loss};
 pub use learn::{LearnError, LearnSettings, LearnedGenerator, learn};
 
 /// `δB_i(p) = Σ a_{i,l,k} ∇Y_{l,k}((p − center) / scale)` of each coil of a generator.

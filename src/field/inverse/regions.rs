@@ -75,7 +75,7 @@ impl Regions {
             errors: Errors::of(&[]),
             cells: None,
         };
-        if model.order() == 0 {
+        if model.is_zero() {
             return regions;
         }
         let (whole, bounds) = if outside == OutsidePolicy::Extrapolate {
@@ -87,14 +87,14 @@ impl Regions {
             ([0.0, 1.0], *model.bounds())
         };
         let triangles = Triangles::of(model);
-        let nets = Nets::of(model, [whole; 3]);
-        regions.errors = nets.errors();
-        regions.everywhere = nets
-            .all_slopes(&triangles, &bounds.size_mm())
+        let over = Part::of(model, &triangles, [whole; 3], &bounds.size_mm());
+        regions.errors = over.errors;
+        regions.everywhere = over
+            .slopes
             .into_iter()
             .reduce(Slopes::max)
             .unwrap_or_default();
-        regions.jump = triangles.jump(&nets);
+        regions.jump = over.jump;
         if regions.everywhere.contraction() >= CERTAIN {
             let is_clamped = outside != OutsidePolicy::Extrapolate;
             regions.cells = Some(Cells::of(model, &triangles, whole, &bounds, is_clamped));
@@ -150,6 +150,47 @@ struct Cell {
     slopes: Vec<Slopes>,
 }
 
+/// What is known of a model over a part of its box.
+struct Part {
+    errors: Errors,
+    jump: [f64; 2],
+    /// Of each triangle.
+    slopes: Vec<Slopes>,
+}
+
+impl Part {
+    fn of(
+        model: &DistortionModel,
+        triangles: &Triangles,
+        intervals: [[f64; 2]; 3],
+        size_mm: &Vector3<f64>,
+    ) -> Self {
+        if let Some(computed) = model.computed() {
+            let over = computed.compiled().bounds_over(intervals);
+            return Self {
+                errors: Errors {
+                    least_mm: over.least_mm,
+                    largest_mm: over.largest_mm,
+                    largest_rad: over.largest_rad,
+                },
+                jump: [0.0; 2],
+                slopes: vec![Slopes {
+                    pp: over.by_position[0],
+                    pn: over.by_axis[0],
+                    np: over.by_position[1],
+                    nn: over.by_axis[1],
+                }],
+            };
+        }
+        let nets = Nets::of(model, intervals);
+        Self {
+            errors: nets.errors(),
+            jump: triangles.jump(&nets),
+            slopes: nets.all_slopes(triangles, size_mm),
+        }
+    }
+}
+
 impl Cells {
     fn of(
         model: &DistortionModel,
@@ -164,8 +205,9 @@ impl Cells {
             .into_par_iter()
             .map(|cell| {
                 let place = coordinates(cell);
-                let nets = Nets::of(model, place.map(|k| [part(k), part(k + 1)]));
-                let errors = nets.errors();
+                let intervals = place.map(|k| [part(k), part(k + 1)]);
+                let over = Part::of(model, triangles, intervals, &cell_size_mm);
+                let errors = over.errors;
                 // Positions outside are clamped to the cells at the sides.
                 let side = |k: usize, at_end: bool, value: f64| match (is_clamped, at_end) {
                     (true, true) => value * f64::INFINITY,
@@ -185,8 +227,8 @@ impl Cells {
                         max_mm: max_mm + errors.largest_mm + Vector3::repeat(hair),
                     },
                     largest_rad: errors.largest_rad,
-                    jump: triangles.jump(&nets),
-                    slopes: nets.all_slopes(triangles, &cell_size_mm),
+                    jump: over.jump,
+                    slopes: over.slopes,
                 }
             })
             .collect();

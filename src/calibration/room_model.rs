@@ -1,0 +1,235 @@
+//! Models of a room that are no polynomials, fitted to its measurements: kriging, and the fields of a
+//! generator's coils.
+
+use crate::field::DistortionModel;
+use crate::field::computed::{FieldSource, ModelKind};
+use crate::field::fit::{Fit, residuals};
+use crate::field::gaussian::{GaussianError, GaussianField, Kriging};
+use crate::field::generator::Generator;
+use crate::field::harmonic::{
+    HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicModel, HarmonicRows, LearnError,
+    LearnSettings, LearnedGenerator, Loss, learn, learn::degree_for,
+};
+use crate::field::model::OutsidePolicy;
+use crate::field::samples::{MapKind, PoseError, Sample, SampleSet};
+use crate::geometry::bounds::Bounds;
+use crate::task::Task;
+use std::sync::Arc;
+
+/// What kind of model a room gets.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RoomModel {
+    /// Bernstein polynomials, of the settings beside it.
+    Bernstein {
+        /// Whether an axis turned round has the same error, as that of a 5-DOF coil has.
+        is_symmetric: bool,
+    },
+    Kriging,
+    Harmonic(HarmonicOrder),
+}
+
+impl RoomModel {
+    /// The paper's.
+    pub const PAPER: Self = Self::Bernstein {
+        is_symmetric: false,
+    };
+
+    pub fn kind(&self) -> ModelKind {
+        match self {
+            Self::Bernstein { .. } => ModelKind::Bernstein,
+            Self::Kriging => ModelKind::Kriging,
+            Self::Harmonic(_) => ModelKind::Harmonic,
+        }
+    }
+}
+
+/// A harmonic model to fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HarmonicOrder {
+    pub generator: GeneratorChoice,
+    /// From the number of measurements where there is none.
+    pub degree: Option<usize>,
+    pub loss: Loss,
+}
+
+/// Whose fields are disturbed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GeneratorChoice {
+    Known(Generator),
+    /// Learned from the measurements themselves.
+    Learned,
+}
+
+/// Why there is no such model.
+#[derive(Debug, thiserror::Error)]
+pub enum RoomModelError {
+    #[error("a harmonic model is a function of the true pose, expected the distortion map")]
+    CorrectionMap,
+    #[error(transparent)]
+    Process(GaussianError),
+    #[error(transparent)]
+    Harmonic(HarmonicFitError),
+    #[error(transparent)]
+    Learn(LearnError),
+}
+
+impl RoomModelError {
+    pub fn is_cancelled(&self) -> bool {
+        matches!(
+            self,
+            Self::Process(GaussianError::Cancelled(_))
+                | Self::Harmonic(HarmonicFitError::Cancelled(_))
+                | Self::Learn(LearnError::Fit(HarmonicFitError::Cancelled(_)))
+        )
+    }
+}
+
+impl From<GaussianError> for RoomModelError {
+    fn from(error: GaussianError) -> Self {
+        Self::Process(error)
+    }
+}
+
+impl From<HarmonicFitError> for RoomModelError {
+    fn from(error: HarmonicFitError) -> Self {
+        Self::Harmonic(error)
+    }
+}
+
+/// What a harmonic fit found beside the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HarmonicReport {
+    pub generator: Generator,
+    pub degree: usize,
+    /// Standard deviation of a row in mm, misfit of the degree included.
+    pub noise_mm: Option<f64>,
+    /// Measurements that count for less than the others.
+    pub down_weighted: usize,
+    pub learned: Option<LearnedGenerator>,
+}
+
+/// Name of a generator that is learned with a room.
+const LEARNED: &str = "learned";
+
+/// Part of the time that learning takes, for telling progress only.
+const LEARNING_PART: f64 = 0.9;
+
+/// Samples of the distortion map made ready for harmonic models of several degrees.
+pub struct HarmonicTable {
+    pub generator: Generator,
+    pub learned: Option<LearnedGenerator>,
+    rows: HarmonicRows,
+}
+
+impl HarmonicTable {
+    /// # Errors
+    /// Samples that no generator can read, or learn from.
+    pub fn new(
+        samples: &SampleSet,
+        choice: &GeneratorChoice,
+        max_degree: usize,
+        task: &Task,
+    ) -> Result<Self, RoomModelError> {
+        let set = samples.measurements();
+        let (generator, learned) = match choice {
+            GeneratorChoice::Known(generator) => (generator.clone(), None),
+            GeneratorChoice::Learned => {
+                let task = task.stretch(0.0, LEARNING_PART);
+                let learned = learn(&task, LEARNED, &set, &LearnSettings::default())
+                    .map_err(RoomModelError::Learn)?;
+                (learned.generator.clone(), Some(learned))
+            }
+        };
+        let task = task.stretch(LEARNING_PART, 1.0);
+        Ok(Self {
+            rows: HarmonicRows::new(&task, &generator, &set, max_degree)?,
+            generator,
+            learned,
+        })
+    }
+
+    /// Fits all samples, or those whose indices are `used`.
+    ///
+    /// # Errors
+    /// [`HarmonicFitError`].
+    pub fn fit(
+        &self,
+        used: Option<&[usize]>,
+        degree: usize,
+        loss: Loss,
+        task: &Task,
+    ) -> Result<HarmonicFit, HarmonicFitError> {
+        let settings = HarmonicFitSettings {
+            loss,
+            ..HarmonicFitSettings::new(degree)
+        };
+        self.rows.fit(task, used, &settings)
+    }
+}
+
+/// What a harmonic model gives at a sample's pose; nothing where the tracker would read none.
+pub fn predicted(model: &HarmonicModel, sample: &Sample) -> PoseError {
+    model
+        .axis_error_at(&sample.position_mm, &sample.axis)
+        .unwrap_or_default()
+}
+
+/// Fits a harmonic model.
+///
+/// # Errors
+/// See [`RoomModelError`].
+pub fn fit_harmonic(
+    samples: &SampleSet,
+    order: &HarmonicOrder,
+    map: MapKind,
+    task: &Task,
+) -> Result<(Fit, HarmonicReport, HarmonicTable), RoomModelError> {
+    if map != MapKind::Distortion {
+        return Err(RoomModelError::CorrectionMap);
+    }
+    let degree = order
+        .degree
+        .unwrap_or_else(|| degree_for(samples.samples.len()));
+    let table = HarmonicTable::new(samples, &order.generator, degree, &task.stretch(0.0, 0.7))?;
+    let found = table.fit(None, degree, order.loss, &task.stretch(0.7, 1.0))?;
+    let report = HarmonicReport {
+        generator: table.generator.clone(),
+        degree,
+        noise_mm: found.noise_mm,
+        down_weighted: found.down_weighted(),
+        learned: table.learned.clone(),
+    };
+    let fit = fit_of(samples, FieldSource::Harmonic(found.model), map)?;
+    Ok((fit, report, table))
+}
+
+/// Fits a process to the errors themselves, and its mean as the model.
+///
+/// # Errors
+/// [`RoomModelError::Process`].
+pub fn fit_kriging(
+    samples: &SampleSet,
+    map: MapKind,
+    task: &Task,
+) -> Result<(Fit, Arc<GaussianField>), RoomModelError> {
+    let process = Arc::new(GaussianField::fit(samples, None, &task.stretch(0.0, 0.6))?);
+    let kriging = Kriging::new(process.clone(), &task.stretch(0.6, 1.0))?;
+    let fit = fit_of(samples, FieldSource::Kriging(kriging), map)?;
+    Ok((fit, process))
+}
+
+/// A fit whose model is no polynomial: there are no systems to tell of.
+fn fit_of(samples: &SampleSet, source: FieldSource, map: MapKind) -> Result<Fit, RoomModelError> {
+    let bounds = Bounds::around(samples.samples.iter().map(|s| s.position_mm))
+        .ok_or(GaussianError::TooFewRows(0))?;
+    let model = DistortionModel::of_source(source, map, bounds);
+    let zero = DistortionModel::zero(bounds, map);
+    Ok(Fit {
+        samples: samples.samples.len(),
+        before: residuals(&zero, samples, OutsidePolicy::Clamp),
+        after: residuals(&model, samples, OutsidePolicy::Clamp),
+        model,
+        systems: Vec::new(),
+        ambiguous: samples.ambiguous,
+    })
+}

@@ -1,0 +1,155 @@
+//! `generator learn`: the coils that explain a tracker's measurements.
+
+use super::fit::{SensorsArg, file_name, read};
+use super::model_kind::checked_degree;
+use super::output::{self, Format, Shown};
+use crate::field::harmonic::learn::{Start, StartReport};
+use crate::field::harmonic::{LearnSettings, LearnedGenerator, learn};
+use crate::field::samples::{MapKind, MeasurementSet};
+use crate::store;
+use crate::study::figures::with_separators;
+use anyhow::{Context, bail};
+use clap::{Args, Subcommand};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+#[derive(Debug, Subcommand)]
+pub enum GeneratorCommand {
+    /// Learn the effective field generator from measurements of one room or several
+    Learn(LearnArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct LearnArgs {
+    /// Measurement tables (CSV) of the same generator: ideal_x … ideal_qz, measured_x … measured_qz;
+    /// mm, unit quaternions
+    #[arg(required = true, value_name = "DATA")]
+    data: Vec<PathBuf>,
+
+    /// Generator to write (*.generator.ron)
+    #[arg(short, long, value_name = "GENERATOR")]
+    output: PathBuf,
+
+    /// Degree of the room's harmonics while learning; from the number of measurements where left out
+    #[arg(long, value_name = "L")]
+    degree: Option<usize>,
+
+    /// Measurements to learn from at most; more are thinned evenly
+    #[arg(long, value_name = "N", default_value_t = LearnSettings::default().max_rows)]
+    rows: usize,
+
+    /// How to print the figures
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Learns a generator and writes it.
+///
+/// # Errors
+/// Files that can't be used, too few measurements, tables without orientations.
+pub fn run(command: &GeneratorCommand) -> anyhow::Result<()> {
+    let GeneratorCommand::Learn(args) = command;
+    let degree = checked_degree(args.degree)?;
+    let mut all: Option<MeasurementSet> = None;
+    for file in &args.data {
+        let set = read(file, SensorsArg::FiveDof, MapKind::Distortion)?.measurements();
+        match &mut all {
+            None => all = Some(set),
+            Some(all) if all.content != set.content => {
+                bail!(
+                    "{}: found no orientations, expected them as in the others",
+                    file.display()
+                )
+            }
+            Some(all) => all.measurements.extend(set.measurements),
+        }
+    }
+    let set = all.context("found no table")?;
+    let settings = LearnSettings {
+        degree,
+        max_rows: args.rows,
+        ..LearnSettings::default()
+    };
+    let shown = Shown::new("learning");
+    let name = store::room_name(&args.output.with_extension(""));
+    let files: Vec<_> = args.data.iter().map(|file| file_name(file)).collect();
+    let learned = learn(&shown.task, &name, &set, &settings).with_context(|| files.join(", "))?;
+    drop(shown);
+    store::write_generator(&args.output, &learned.generator)?;
+    if !learned.has_converged {
+        output::note(&format!(
+            "note: learning ended after {} steps, before a step brought no more",
+            learned.last_steps
+        ));
+    }
+    match args.format {
+        Format::Json => output::print_json(&as_json(&learned)),
+        Format::Text => output::print(&as_text(args, &files, &learned)),
+    }
+}
+
+fn start_name(start: Start) -> &'static str {
+    match start {
+        Start::Triads => "three triads of dipoles",
+        Start::Circle => "twelve dipoles on a circle",
+    }
+}
+
+pub(super) fn as_json(learned: &LearnedGenerator) -> Value {
+    let start = |report: &StartReport| {
+        json!({
+            "start": start_name(report.start),
+            "coils": report.coils,
+            "steps": report.steps,
+            "has_converged": report.has_converged,
+            "held_out": {
+                "position_rms_mm": report.held_out.position_rms_mm,
+                "angle_rms_deg": report.held_out.angle_rms_rad.map(f64::to_degrees),
+            },
+        })
+    };
+    json!({
+        "name": learned.generator.name,
+        "coils": learned.generator.coils.len(),
+        "start": start_name(learned.start),
+        "degree": learned.degree,
+        "samples": learned.measurements,
+        "used": learned.used,
+        "held_out_samples": learned.held_out,
+        "has_converged": learned.has_converged,
+        "starts": learned.starts.iter().map(start).collect::<Vec<_>>(),
+    })
+}
+
+fn as_text(args: &LearnArgs, files: &[String], learned: &LearnedGenerator) -> String {
+    let mut lines = vec![format!(
+        "{}: {} samples, {} learned from, degree {}",
+        files.join(", "),
+        with_separators(learned.measurements),
+        with_separators(learned.used),
+        learned.degree,
+    )];
+    for report in &learned.starts {
+        let angle = report
+            .held_out
+            .angle_rms_rad
+            .map_or_else(String::new, |a| format!(", {:.4}°", a.to_degrees()));
+        let mark = if report.start == learned.start {
+            '*'
+        } else {
+            ' '
+        };
+        lines.push(format!(
+            "{mark} {:<28}{:.4} mm{angle} held out of {} samples",
+            start_name(report.start),
+            report.held_out.position_rms_mm,
+            with_separators(learned.held_out),
+        ));
+    }
+    lines.push(format!(
+        "{} coils, learned again from all; written to {}",
+        learned.generator.coils.len(),
+        args.output.display()
+    ));
+    lines.join("\n")
+}

@@ -1,0 +1,128 @@
+//! What kind of model a room gets, as the command line says it.
+
+use crate::calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
+use crate::field::generator::Generator;
+use crate::field::harmonic::Loss;
+use crate::field::harmonic::solid_harmonics::MAX_DEGREE;
+use crate::store;
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use std::path::Path;
+
+/// A model's kind, and what only that kind has.
+#[derive(Debug, Args)]
+pub(super) struct ModelArgs {
+    /// Kind of model. harmonic needs --generator
+    #[arg(long, value_enum, default_value_t, value_name = "KIND")]
+    model: KindArg,
+
+    /// Field generator of a harmonic model: planar-nine, anser, a file (*.generator.ron), or learn
+    #[arg(long, value_name = "NAME|FILE|learn")]
+    generator: Option<String>,
+
+    /// Degree of a harmonic model, 1 to 10; from the number of measurements where left out
+    #[arg(long, value_name = "L")]
+    degree: Option<usize>,
+
+    /// How the measurements of a harmonic model count: huber weighs down those that contradict the
+    /// others, squares is plain least squares
+    #[arg(long, value_enum, default_value_t)]
+    loss: LossArg,
+
+    /// Whether an axis turned round has the same error, as that of a 5-DOF coil has; of Bernstein
+    /// polynomials, the other kinds always have it
+    #[arg(long, value_enum, default_value_t, value_name = "yes|no")]
+    symmetric: YesNo,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum KindArg {
+    /// Bernstein polynomials per basis orientation, the paper's
+    #[default]
+    Bernstein,
+    /// The mean of a Gaussian process, of any shape the measurements show
+    Kriging,
+    /// The fields of a generator's coils, disturbed by harmonic functions
+    Harmonic,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum LossArg {
+    #[default]
+    Huber,
+    Squares,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum YesNo {
+    Yes,
+    #[default]
+    No,
+}
+
+impl From<LossArg> for Loss {
+    fn from(loss: LossArg) -> Self {
+        match loss {
+            LossArg::Huber => Self::Huber,
+            LossArg::Squares => Self::Squares,
+        }
+    }
+}
+
+impl ModelArgs {
+    /// The kind, with its generator read.
+    ///
+    /// # Errors
+    /// Options of another kind, a degree beyond 1 to 10, a generator that can't be read.
+    pub fn model(&self) -> anyhow::Result<RoomModel> {
+        let kind = self.model;
+        if kind != KindArg::Harmonic && (self.generator.is_some() || self.degree.is_some()) {
+            bail!("--generator and --degree belong to --model harmonic");
+        }
+        if kind != KindArg::Bernstein && self.symmetric == YesNo::Yes {
+            bail!("--symmetric belongs to --model bernstein; the other kinds always are");
+        }
+        Ok(match kind {
+            KindArg::Bernstein => RoomModel::Bernstein {
+                is_symmetric: self.symmetric == YesNo::Yes,
+            },
+            KindArg::Kriging => RoomModel::Kriging,
+            KindArg::Harmonic => {
+                let Some(generator) = &self.generator else {
+                    bail!(
+                        "--model harmonic: found no --generator, expected planar-nine, anser, a file (*.generator.ron), or learn"
+                    );
+                };
+                RoomModel::Harmonic(HarmonicOrder {
+                    generator: generator_choice(generator)?,
+                    degree: checked_degree(self.degree)?,
+                    loss: self.loss.into(),
+                })
+            }
+        })
+    }
+}
+
+/// A degree that harmonics have.
+pub(super) fn checked_degree(degree: Option<usize>) -> anyhow::Result<Option<usize>> {
+    match degree {
+        Some(degree) if !(1..=MAX_DEGREE).contains(&degree) => {
+            bail!("--degree: found {degree}, expected 1 to {MAX_DEGREE}")
+        }
+        degree => Ok(degree),
+    }
+}
+
+/// `learn`, a generator by its name, or one from a file.
+///
+/// # Errors
+/// A file that can't be read as a generator.
+pub(super) fn generator_choice(text: &str) -> anyhow::Result<GeneratorChoice> {
+    if text == "learn" {
+        return Ok(GeneratorChoice::Learned);
+    }
+    Ok(GeneratorChoice::Known(match Generator::built_in(text) {
+        Some(generator) => generator,
+        None => store::read_generator(Path::new(text))?,
+    }))
+}
