@@ -199,7 +199,7 @@ pub fn fit_harmonic(
         down_weighted: found.down_weighted(),
         learned: table.learned.clone(),
     };
-    let fit = fit_of(samples, FieldSource::Harmonic(found.model), map)?;
+    let fit = fit_of(samples, FieldSource::Harmonic(Arc::new(found.model)), map)?;
     Ok((fit, report, table))
 }
 

@@ -71,9 +71,10 @@ pub fn run(command: &GeneratorCommand) -> anyhow::Result<()> {
         ..LearnSettings::default()
     };
     let shown = Shown::new("learning");
-    let name = store::room_name(&args.output.with_extension(""));
+    let name = file_name(&args.output);
+    let name = name.split('.').next().unwrap_or(&name);
     let files: Vec<_> = args.data.iter().map(|file| file_name(file)).collect();
-    let learned = learn(&shown.task, &name, &set, &settings).with_context(|| files.join(", "))?;
+    let learned = learn(&shown.task, name, &set, &settings).with_context(|| files.join(", "))?;
     drop(shown);
     store::write_generator(&args.output, &learned.generator)?;
     if !learned.has_converged {

@@ -1,8 +1,7 @@
 //! A distortion model for one axis: the orientations blended once, many positions after that.
 
 use super::batch::Batch;
-use super::compiled::CompiledField;
-use super::computed::FieldSource;
+use super::computed::ComputedField;
 use super::jacobian::Linearization;
 use super::model::{Coefficient, DistortionModel, Evaluation, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
@@ -22,7 +21,7 @@ impl DistortionModel {
     /// what is taken for the field at a place where nothing has an axis, as at a marker.
     pub fn mean_over_axes(&self) -> AxisModel {
         if let Some(computed) = self.computed() {
-            return self.of_one_axis(computed.compiled().at_axis(None));
+            return self.of_one_axis(computed.at_axis(None));
         }
         let count = self.directions().len();
         let mut mean = vec![[0.0; 6]; self.of_direction(0).len()];
@@ -43,7 +42,7 @@ impl DistortionModel {
     /// The model for one axis.
     pub fn at_axis(&self, axis: &Unit<Vector3<f64>>) -> AxisModel {
         if let Some(computed) = self.computed() {
-            return self.of_one_axis(computed.compiled().at_axis(Some(axis)));
+            return self.of_one_axis(computed.at_axis(Some(axis)));
         }
         let weights = self.directions().weights(axis, self.weighting());
         let [a, b, c] = weights
@@ -60,9 +59,9 @@ impl DistortionModel {
         self.of_blended(blended)
     }
 
-    fn of_one_axis(&self, field: CompiledField) -> AxisModel {
+    fn of_one_axis(&self, field: ComputedField) -> AxisModel {
         AxisModel {
-            model: Self::of_source(FieldSource::Compiled(field), self.map(), *self.bounds()),
+            model: Self::of_computed(field, self.map(), *self.bounds()),
         }
     }
 

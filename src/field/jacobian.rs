@@ -1,12 +1,11 @@
 //! Derivatives of the error (8) by position and axis, analytic, for inverting the map.
 
 use super::bernstein::basis_with_slopes;
-use super::compiled::CompiledField;
 use super::jacobian_kernel::Contraction;
-use super::model::{DistortionModel, Evaluation, OutsidePolicy, error_of};
+use super::model::{DistortionModel, Evaluation, OutsidePolicy};
 use super::samples::PoseError;
 use crate::geometry::directions::{DirectionSet, Weighting};
-use nalgebra::{Matrix3, Point3, SMatrix, Unit, Vector3};
+use nalgebra::{Point3, SMatrix, Unit, Vector3};
 
 /// Six rows, X, Y, Z in mm and Rx, Ry, Rz in radians; three columns.
 pub type Matrix6x3 = SMatrix<f64, 6, 3>;
@@ -34,7 +33,7 @@ impl DistortionModel {
     ) -> Linearization {
         let is_inside = self.bounds().contains(position_mm);
         if let Some(computed) = self.computed() {
-            return self.compiled_with_jacobian(computed.compiled(), position_mm, axis);
+            return computed.linearized(position_mm, axis);
         }
         if self.order() == 0 {
             return Linearization {
@@ -90,24 +89,6 @@ impl DistortionModel {
             },
             by_position,
             by_axis,
-        }
-    }
-
-    fn compiled_with_jacobian(
-        &self,
-        field: &CompiledField,
-        position_mm: &Point3<f64>,
-        axis: &Unit<Vector3<f64>>,
-    ) -> Linearization {
-        let (unit, unit_per_mm) = self.unit_position(position_mm, OutsidePolicy::Clamp);
-        let there = field.evaluate_with_slopes(&unit, axis);
-        Linearization {
-            at: Evaluation {
-                error: error_of(there.value),
-                is_inside: self.bounds().contains(position_mm),
-            },
-            by_position: there.by_unit * Matrix3::from_diagonal(&unit_per_mm),
-            by_axis: there.by_axis,
         }
     }
 

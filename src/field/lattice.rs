@@ -8,11 +8,12 @@
 use super::axis_model::AxisModel;
 use super::batch::Instructions;
 use super::bernstein;
+use super::computed::ComputedBatch;
 use super::kernel::{Basis, MAX_TERMS, basis};
-use super::model::{Coefficient, Evaluation, OutsidePolicy, error_of};
+use super::model::{Coefficient, Evaluation, OutsidePolicy};
 use super::samples::PoseError;
 use crate::geometry::bounds::Bounds;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use pulp::bytemuck::cast_slice;
 use pulp::{Simd, WithSimd};
 
@@ -58,20 +59,15 @@ impl AxisModel {
         // In the order of summation.
         axes.sort_by_key(|axis| axis.coordinates.len());
         if let Some(computed) = self.model().computed() {
-            let field = computed.compiled();
-            visit_rows(&axes, |start, row_is_inside, [i, j]| {
-                for (k, at) in axes[2].coordinates.iter().enumerate() {
-                    let mut unit = Vector3::zeros();
-                    for (axis, place) in axes.iter().zip([i, j, k]) {
-                        // Beyond the box it is the field of the faces.
-                        unit[axis.index] = axis.coordinates[place].unit.clamp(0.0, 1.0);
-                    }
-                    out[start + k * axes[2].stride] = Evaluation {
-                        error: error_of(field.evaluate(&unit, &Vector3::z_axis())),
-                        is_inside: row_is_inside && at.is_inside,
-                    };
-                }
-            });
+            let (mut batch, mut places) = (ComputedBatch::default(), Vec::new());
+            let no_axes = vec![Vector3::z_axis(); nz];
+            let [along_x, along_y, along_z] = coordinates_mm;
+            for (row, out) in out.chunks_mut(nz.max(1)).enumerate() {
+                let (x, y) = (along_x[row / ny], along_y[row % ny]);
+                places.clear();
+                places.extend(along_z.iter().map(|&z| Point3::new(x, y, z)));
+                computed.evaluate_all(&mut batch, &places, &no_axes, out);
+            }
             return;
         }
         if self.order() == 0 {

@@ -129,8 +129,12 @@ impl DistortionModel {
     /// A model that is no polynomial, over a box. Beyond the box it is that of the nearest point,
     /// whatever the policy.
     pub fn of_source(source: FieldSource, map: MapKind, bounds: Bounds) -> Self {
+        Self::of_computed(ComputedField::new(source, bounds), map, bounds)
+    }
+
+    pub(super) fn of_computed(field: ComputedField, map: MapKind, bounds: Bounds) -> Self {
         Self {
-            computed: Some(Arc::new(ComputedField::new(source, bounds))),
+            computed: Some(Arc::new(field)),
             ..Self::zero(bounds, map)
         }
     }
@@ -182,7 +186,7 @@ impl DistortionModel {
         match self.computed.as_ref().map(|c| c.source()) {
             Some(FieldSource::Kriging(_)) => ModelKind::Kriging,
             Some(FieldSource::Harmonic(_)) => ModelKind::Harmonic,
-            Some(FieldSource::Compiled(_)) | None => ModelKind::Bernstein,
+            Some(FieldSource::Of(_)) | None => ModelKind::Bernstein,
         }
     }
 
@@ -233,11 +237,7 @@ impl DistortionModel {
     ) -> Evaluation {
         let is_inside = self.bounds.contains(position_mm);
         if let Some(computed) = &self.computed {
-            let unit = self.bounds.to_unit(&self.bounds.clamp(position_mm));
-            return Evaluation {
-                error: error_of(computed.compiled().evaluate(&unit, axis)),
-                is_inside,
-            };
+            return computed.evaluate(position_mm, axis);
         }
         if self.order == 0 {
             return Evaluation {
@@ -318,6 +318,12 @@ impl DistortionModel {
         }
         error_of(total)
     }
+}
+
+/// The six values of an error.
+pub(super) fn values_of(error: &PoseError) -> Coefficient {
+    let (p, r) = (&error.position_mm, &error.rotation_rad);
+    [p.x, p.y, p.z, r.x, r.y, r.z]
 }
 
 /// The error of six values.

@@ -45,7 +45,7 @@ pub(super) fn check(
             return Err(FormatError::field("harmonic", found, "one of them"));
         }
         (Some(entry), None) => FieldSource::Kriging(entry.check(process)?),
-        (None, Some(entry)) => FieldSource::Harmonic(entry.check(&model)?),
+        (None, Some(entry)) => FieldSource::Harmonic(Arc::new(entry.check(&model)?)),
     };
     if model.order() != 0 {
         let found = format!("order {} beside another model", model.order());
@@ -111,7 +111,7 @@ pub(super) fn push(out: &mut String, model: &DistortionModel) {
             out.push_str("        ],\n    ),\n");
         }
         Some(FieldSource::Harmonic(model)) => push_harmonic(out, model),
-        Some(FieldSource::Compiled(_)) | None => {}
+        Some(FieldSource::Of(_)) | None => {}
     }
 }
 

@@ -7,13 +7,12 @@
 #[cfg(test)]
 mod tests;
 
-use super::compiled::CompiledField;
+use super::computed::{ComputedBatch, ComputedField};
 use super::kernel::{
     Basis, Block, LaneBounds, MAX_TERMS, Values, basis, contract, weighted, weights,
 };
-use super::model::{Coefficient, DistortionModel, Evaluation, OutsidePolicy, error_of};
+use super::model::{Coefficient, DistortionModel, Evaluation, OutsidePolicy};
 use super::samples::PoseError;
-use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, Sphere, TriangleShape, Weighting};
 use nalgebra::{Point3, Unit, Vector3};
 use pulp::bytemuck::{Pod, cast_slice};
@@ -72,9 +71,7 @@ pub struct Batch {
     pose_of: Vec<u32>,
     /// Position and axis of each slot's pose, component by component.
     components: [Vec<f64>; 6],
-    /// Of a compiled field: places in the unit cube and what they get.
-    units: Vec<Vector3<f64>>,
-    values: Vec<Coefficient>,
+    computed: ComputedBatch,
 }
 
 impl Batch {
@@ -129,7 +126,7 @@ impl Batch {
         };
         out.resize(positions_mm.len(), nothing);
         if let Some(computed) = model.computed() {
-            self.run_compiled(computed.compiled(), model.bounds(), positions_mm, axes, out);
+            self.run_computed(computed, positions_mm, axes, out);
             return;
         }
         if model.order() == 0 {
@@ -152,36 +149,22 @@ impl Batch {
         });
     }
 
-    /// Evaluates a compiled field; where there are no axes it has none.
-    fn run_compiled(
+    /// Evaluates a field that is no polynomial; where there are no axes it does not depend on them.
+    fn run_computed(
         &mut self,
-        field: &CompiledField,
-        bounds: &Bounds,
+        field: &ComputedField,
         positions_mm: &[Point3<f64>],
         axes: Option<&[Unit<Vector3<f64>>]>,
         out: &mut [Evaluation],
     ) {
-        let chunks = positions_mm.chunks(CHUNK).zip(out.chunks_mut(CHUNK));
         let no_axes = vec![Vector3::z_axis(); if axes.is_some() { 0 } else { CHUNK }];
+        let chunks = positions_mm.chunks(CHUNK).zip(out.chunks_mut(CHUNK));
         for (chunk, (positions_mm, out)) in chunks.enumerate() {
-            let count = positions_mm.len();
             let axes = match axes {
-                Some(axes) => &axes[chunk * CHUNK..][..count],
-                None => &no_axes[..count],
+                Some(axes) => &axes[chunk * CHUNK..][..positions_mm.len()],
+                None => &no_axes[..positions_mm.len()],
             };
-            self.units.clear();
-            let units = positions_mm
-                .iter()
-                .map(|p| bounds.to_unit(&bounds.clamp(p)));
-            self.units.extend(units);
-            self.values.resize(count, [0.0; 6]);
-            field.evaluate_all(&self.units, axes, &mut self.values);
-            for ((out, p), value) in out.iter_mut().zip(positions_mm).zip(&self.values) {
-                *out = Evaluation {
-                    error: error_of(*value),
-                    is_inside: bounds.contains(p),
-                };
-            }
+            field.evaluate_all(&mut self.computed, positions_mm, axes, out);
         }
     }
 

@@ -7,6 +7,8 @@
 
 use super::CompiledField;
 use super::spline::SplineAxis;
+use crate::field::jacobian::Matrix6x3;
+use crate::field::samples::PoseError;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
@@ -22,6 +24,43 @@ pub struct FieldBounds {
     pub by_axis: [f64; 2],
 }
 
+impl FieldBounds {
+    /// Before anything is seen.
+    pub const NOTHING: Self = Self {
+        least_mm: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
+        largest_mm: Vector3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
+        largest_rad: 0.0,
+        by_position: [0.0; 2],
+        by_axis: [0.0; 2],
+    };
+
+    /// Takes in an error and its derivatives.
+    pub fn see(&mut self, error: &PoseError, by_position: &Matrix6x3, by_axis: &Matrix6x3) {
+        self.least_mm = self.least_mm.inf(&error.position_mm);
+        self.largest_mm = self.largest_mm.sup(&error.position_mm);
+        self.largest_rad = self.largest_rad.max(error.rotation_rad.norm());
+        for half in 0..2 {
+            let norm = |m: &Matrix6x3| m.fixed_rows::<3>(3 * half).norm();
+            self.by_position[half] = self.by_position[half].max(norm(by_position));
+            self.by_axis[half] = self.by_axis[half].max(norm(by_axis));
+        }
+    }
+
+    /// With errors and slopes so many times as large.
+    #[must_use]
+    pub fn widened(self, by: f64) -> Self {
+        let middle = (self.least_mm + self.largest_mm) / 2.0;
+        let half = (self.largest_mm - self.least_mm) / 2.0 * by;
+        Self {
+            least_mm: middle - half,
+            largest_mm: middle + half,
+            largest_rad: by * self.largest_rad,
+            by_position: self.by_position.map(|slope| by * slope),
+            by_axis: self.by_axis.map(|slope| by * slope),
+        }
+    }
+}
+
 impl CompiledField {
     /// Bounds over a part of the unit cube, an interval a coordinate. Intervals that reach beyond the
     /// cube are cut: there the field is that of its faces.
@@ -31,13 +70,7 @@ impl CompiledField {
             let [low, high] = intervals[k].map(|t| t.clamp(0.0, 1.0));
             self.axes[k].functions_between(low, high)
         });
-        let mut found = FieldBounds {
-            least_mm: Vector3::repeat(f64::INFINITY),
-            largest_mm: Vector3::repeat(f64::NEG_INFINITY),
-            largest_rad: 0.0,
-            by_position: [0.0; 2],
-            by_axis: [0.0; 2],
-        };
+        let mut found = FieldBounds::NOTHING;
         let mut steepest = [[0.0_f64; 2]; 3];
         let counts = self.axes.map(SplineAxis::functions);
         for x in ranges[0][0]..ranges[0][1] {

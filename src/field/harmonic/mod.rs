@@ -4,7 +4,7 @@
 //! function, a sum of solid harmonics in a ball around the volume. What a sensor there measures
 //! follows from the generator alone, for every axis.
 
-mod compiled;
+mod batch;
 pub mod covariance;
 pub mod fit;
 pub mod learn;

@@ -166,7 +166,7 @@ impl Part {
         size_mm: &Vector3<f64>,
     ) -> Self {
         if let Some(computed) = model.computed() {
-            let over = computed.compiled().bounds_over(intervals);
+            let over = computed.bounds_over(intervals);
             return Self {
                 errors: Errors {
                     least_mm: over.least_mm,
