@@ -8,6 +8,7 @@ pub mod characterisation;
 pub mod coverage;
 pub mod dependence;
 pub mod hand_eye;
+pub mod kind_choice;
 pub mod long_run;
 pub mod marker_body;
 mod orientation_range;

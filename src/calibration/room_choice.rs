@@ -55,6 +55,24 @@ pub struct RowLabels {
     pub deciding: Option<HoldOutBy>,
 }
 
+impl RowLabels {
+    /// The group of each row, where there are any.
+    pub fn groups(&self) -> Option<&[usize]> {
+        self.grouping.as_ref().map(|g| g.groups.as_slice())
+    }
+
+    /// What is held out.
+    pub fn hold_outs(&self) -> HoldOuts<'_> {
+        HoldOuts {
+            groups: self.groups(),
+            sensors: self.sensors.as_deref(),
+            has_few_groups: self.deciding == Some(HoldOutBy::Groups)
+                || self.grouping.as_ref().is_some_and(|g| g.is_found),
+            deciding: self.deciding,
+        }
+    }
+}
+
 /// A column of groups that does not belong to the rows.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("column {name} has {found} rows, expected {expected}")]
@@ -192,13 +210,7 @@ pub fn choose_by(
     tried: SelectSettings,
     task: &Task,
 ) -> Result<Chosen, SelectError> {
-    let hold_outs = HoldOuts {
-        groups: labels.grouping.as_ref().map(|g| g.groups.as_slice()),
-        sensors: labels.sensors.as_deref(),
-        has_few_groups: labels.deciding == Some(HoldOutBy::Groups)
-            || labels.grouping.as_ref().is_some_and(|g| g.is_found),
-        deciding: labels.deciding,
-    };
+    let hold_outs = labels.hold_outs();
     let selection = select_by(samples, &hold_outs, &tried, task)?;
     let (by, places) = labels.grouping.map(|g| (g.by, g.places)).unzip();
     Ok(Chosen {

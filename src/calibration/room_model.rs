@@ -148,6 +148,26 @@ impl HarmonicTable {
         })
     }
 
+    /// With a generator that is learned from some of the samples.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn learned(
+        samples: &SampleSet,
+        from: &[usize],
+        max_degree: usize,
+        task: &Task,
+    ) -> Result<Self, RoomModelError> {
+        let part = SampleSet {
+            samples: from.iter().map(|&row| samples.samples[row]).collect(),
+            has_rotations: samples.has_rotations,
+            ambiguous: 0,
+        };
+        let learned = Self::new(&part, &GeneratorChoice::Learned, max_degree, task)?;
+        let known = GeneratorChoice::Known(learned.generator);
+        Self::new(samples, &known, max_degree, task)
+    }
+
     /// Fits all samples, or those whose indices are `used`.
     ///
     /// # Errors

@@ -11,6 +11,7 @@ use crate::field::model::OutsidePolicy;
 use crate::field::samples::{PoseError, SampleSet};
 use crate::field::selection::folds::Folds;
 use crate::field::selection::{DEFAULT_FOLDS, DEFAULT_SEED};
+use crate::geometry::bounds::Bounds;
 use crate::task::Task;
 
 /// A model is the trend where what the process leaves around it is less than this part of what it
@@ -96,7 +97,7 @@ fn held_out(
         let rest: Vec<usize> = (0..rows)
             .filter(|i| out.binary_search(i).is_err())
             .collect();
-        let Some(errors) = refit.at(samples, out, &rest, model, task)? else {
+        let Some(errors) = refit.at(samples, out, &rest, model.bounds(), task)? else {
             return Ok(None);
         };
         for (&i, error) in out.iter().zip(errors) {
@@ -108,12 +109,12 @@ fn held_out(
 
 impl Refit<'_> {
     /// What a model of some rows gives at others; `None` where it cannot be fitted.
-    fn at(
+    pub(super) fn at(
         &self,
         samples: &SampleSet,
         out: &[usize],
         rest: &[usize],
-        model: &DistortionModel,
+        bounds: &Bounds,
         task: &Task,
     ) -> Result<Option<Vec<PoseError>>, GaussianError> {
         let quiet = Task::cancelled_by(task.cancel.clone());
@@ -131,7 +132,7 @@ impl Refit<'_> {
                 if is_symmetric {
                     known = known.with_turned_axes();
                 }
-                match fit_with(&known, settings, Some(*model.bounds()), &quiet) {
+                match fit_with(&known, settings, Some(*bounds), &quiet) {
                     Ok(fitted) => Ok(Some(trend(&fitted.model, &part(out)))),
                     Err(FitError::Cancelled(cancelled)) => Err(cancelled.into()),
                     Err(_) => Ok(None),

@@ -14,6 +14,7 @@ mod fit;
 mod generator;
 mod import;
 mod jitter;
+mod kinds;
 mod live;
 mod model_kind;
 mod named_design;

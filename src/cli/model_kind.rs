@@ -1,5 +1,6 @@
 //! What kind of model a room gets, as the command line says it.
 
+use crate::calibration::kind_choice::TriedKind;
 use crate::calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
 use crate::field::generator::Generator;
 use crate::field::harmonic::Loss;
@@ -125,4 +126,47 @@ pub(super) fn generator_choice(text: &str) -> anyhow::Result<GeneratorChoice> {
         Some(generator) => generator,
         None => store::read_generator(Path::new(text))?,
     }))
+}
+
+/// Degrees that are tried where none is named.
+const TRIED_DEGREES: std::ops::RangeInclusive<usize> = 2..=8;
+
+/// The kinds of a list as in `bernstein,symmetric,kriging,harmonic`.
+///
+/// # Errors
+/// A kind that is not one, a harmonic model without a generator.
+pub(super) fn tried_kinds(
+    list: &str,
+    generator: Option<&str>,
+    degree: Option<usize>,
+    loss: LossArg,
+) -> anyhow::Result<Vec<TriedKind>> {
+    let mut kinds: Vec<TriedKind> = Vec::new();
+    for name in list.split(',').map(str::trim) {
+        let kind = match (name, generator) {
+            ("bernstein", _) => TriedKind::Bernstein,
+            ("symmetric", _) => TriedKind::Symmetric,
+            ("kriging", _) => TriedKind::Kriging,
+            ("harmonic", Some(generator)) => TriedKind::Harmonic {
+                generator: generator_choice(generator)?,
+                degrees: checked_degree(degree)?
+                    .map_or_else(|| TRIED_DEGREES.collect(), |d| vec![d]),
+                loss: loss.into(),
+            },
+            ("harmonic", None) => bail!(
+                "--models harmonic: found no --generator, expected planar-nine, anser, a file (*.generator.ron), or learn"
+            ),
+            _ => bail!(
+                "--models: found {name:?}, expected bernstein, symmetric, kriging or harmonic"
+            ),
+        };
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+    }
+    let has_harmonic = kinds.iter().any(|kind| kind.name() == "harmonic");
+    if !has_harmonic && (generator.is_some() || degree.is_some()) {
+        bail!("--generator and --degree belong to harmonic models, which --models does not name");
+    }
+    Ok(kinds)
 }

@@ -4,7 +4,10 @@ use super::choose::{self, HoldOutArg};
 use super::fit::{MapArg, MethodArg, SensorsArg, Target, VolumeArg, WeightsArg};
 use super::fit::{as_json as fit_json, file_name, fit_and_write, read};
 use super::jitter::JitterArgs;
-use super::output::{self, Format};
+use super::kinds;
+use super::model_kind::{LossArg, tried_kinds};
+use super::output::{self, Format, Shown};
+use crate::calibration::kind_choice::{TriedKind, choose_kind};
 use crate::calibration::room_choice::Chosen;
 use crate::calibration::room_model::RoomModel;
 use crate::field::selection::{
@@ -27,6 +30,23 @@ const CHART_SIZE: (u32, u32) = (960, 640);
 pub struct SelectArgs {
     /// Measurement table (CSV): ideal_x … ideal_qz, measured_x … measured_qz; mm, unit quaternions
     data: PathBuf,
+
+    /// Kinds of models to try on the same rows held out, of bernstein, symmetric (Bernstein with an
+    /// axis turned round having the same error), kriging and harmonic
+    #[arg(long, value_name = "LIST", default_value = "bernstein")]
+    models: String,
+
+    /// Field generator of harmonic models: planar-nine, anser, a file (*.generator.ron), or learn
+    #[arg(long, value_name = "NAME|FILE|learn")]
+    generator: Option<String>,
+
+    /// Degree of harmonic models, 1 to 10; 2 to 8 are tried where left out
+    #[arg(long, value_name = "L")]
+    degree: Option<usize>,
+
+    /// How the measurements of harmonic models count
+    #[arg(long, value_enum, default_value_t)]
+    loss: LossArg,
 
     /// Orders to try, as 1-6 or 1,2,4; 0, no correction, is tried always
     #[arg(long, value_name = "LIST", default_value = "1-6")]
@@ -117,9 +137,28 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
         args.group.as_deref(),
         args.hold_out.as_ref(),
     )?;
-    let chosen = choose::cross_validate(&args.data, &samples, labels, settings)?;
+    let kinds = tried_kinds(
+        &args.models,
+        args.generator.as_deref(),
+        args.degree,
+        args.loss,
+    )?;
+    let (chosen, choice) = if kinds == [TriedKind::Bernstein] {
+        let chosen = choose::cross_validate(&args.data, &samples, labels, settings)?;
+        (chosen, None)
+    } else {
+        let shown = Shown::new("cross-validating");
+        let (chosen, choice) = choose_kind(&samples, labels, &settings, &kinds, &shown.task)
+            .with_context(|| args.data.display().to_string())?;
+        (chosen, Some(choice))
+    };
     let mut value = as_json(&chosen, samples.samples.len());
     let mut text = as_text(args, &chosen, samples.samples.len());
+    if let Some(choice) = &choice {
+        value["models"] = kinds::as_json(choice);
+        text.push('\n');
+        text.push_str(&kinds::lines(choice, chosen.by.as_deref()).join("\n"));
+    }
     if let Some(output) = &args.output {
         let target = Target {
             data: &args.data,
@@ -128,8 +167,13 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
             jitter: args.jitter.jitter(),
             with_support: true,
         };
-        let fit_settings = chosen.settings();
-        let room = fit_and_write(&target, &RoomModel::PAPER, &fit_settings, &samples, None)?;
+        let best = choice.as_ref().map(|choice| &choice.kinds[choice.best]);
+        let fit_settings = match best {
+            Some(kind) => kind.settings(&chosen.tried),
+            None => chosen.settings(),
+        };
+        let model = best.map_or(RoomModel::PAPER, |kind| kind.model.clone());
+        let room = fit_and_write(&target, &model, &fit_settings, &samples, None)?;
         value["fit"] = fit_json(&fit_settings, &room);
         text.push_str(&format!("\nwritten to {}", output.display()));
     }

@@ -120,6 +120,11 @@ impl GaussianField {
     }
 }
 
+/// Which of so many measurements are kept, in order.
+pub fn kept_rows(measurements: usize) -> Vec<usize> {
+    chosen(measurements, MAX_ROWS)
+}
+
 /// The rows that are kept, rounded to what a table can mean, so that a file of them is small.
 fn rows(set: &SampleSet, trend: Option<&[PoseError]>) -> Vec<Row> {
     let rounded = |value: f64, parts: f64| (value * parts).round() / parts;
@@ -143,8 +148,7 @@ fn rows(set: &SampleSet, trend: Option<&[PoseError]>) -> Vec<Row> {
             noise_factor: 1.0,
         }
     };
-    let kept = chosen(set.samples.len(), MAX_ROWS);
-    kept.into_iter().map(row).collect()
+    kept_rows(set.samples.len()).into_iter().map(row).collect()
 }
 
 /// The six values of an error.

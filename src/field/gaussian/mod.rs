@@ -22,7 +22,7 @@ mod posterior;
 mod tests;
 
 pub use amplitude::Amplitude;
-pub use fit::{GaussianError, MAX_ROWS, TUNING_ROWS};
+pub use fit::{GaussianError, MAX_ROWS, TUNING_ROWS, kept_rows};
 pub use kernel::{FieldPoint, Kernel, KernelScale};
 pub use kriging::Kriging;
 pub use posterior::{DrawnErrors, Posterior};

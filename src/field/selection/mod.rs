@@ -9,6 +9,7 @@ pub mod clusters;
 mod cross_validation;
 pub mod folds;
 mod hold_outs;
+pub mod other;
 pub mod places;
 pub mod scoring;
 pub mod sensors;
