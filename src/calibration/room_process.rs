@@ -47,6 +47,13 @@ pub fn room_process(
     refit: &Refit,
     task: &Task,
 ) -> Result<GaussianField, GaussianError> {
+    if let Refit::Harmonic { .. } = refit {
+        // What a generator's fields leave is small beside the errors, so that it is their trend always.
+        if let Some(held_out) = held_out(samples, refit, &fit.model, task)? {
+            let around = GaussianField::fit(samples, Some(&held_out), task)?;
+            return Ok(around.with_trend(samples, &trend(&fit.model, samples)));
+        }
+    }
     let alone = GaussianField::fit(samples, None, &task.stretch(0.0, 0.5))?;
     let is_determined = fit.systems.iter().all(|system| {
         system.samples >= ROWS_AN_UNKNOWN * system.unknowns && system.rank == system.unknowns

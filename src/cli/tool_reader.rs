@@ -4,6 +4,7 @@ use super::output;
 use crate::calibration::marker_body::{MarkerBody, in_base};
 use crate::field::OutsidePolicy;
 use crate::field::compensation::{Method, compensate};
+use crate::field::computed::ModelKind;
 use crate::field::environment::Environment;
 use crate::formats::pivot_recording::PivotRecording;
 use crate::geometry::directions::DirectionSet;
@@ -127,8 +128,12 @@ impl ToolReader {
         let Some((room, outside)) = &self.room else {
             return Ok(frames);
         };
-        let found = room.model.directions().len();
-        if room.model.directions() != DirectionSet::One {
+        let model = &room.model;
+        if model.directions() != DirectionSet::One || model.computed().is_some() {
+            let found = match model.kind() {
+                ModelKind::Bernstein => format!("{}", model.directions().len()),
+                kind => format!("a {} model", kind.name()),
+            };
             bail!(
                 "{}: found markers, which have no axes, expected a room of 1 orientation for them, not {found}",
                 file.display()

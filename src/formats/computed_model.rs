@@ -133,3 +133,114 @@ fn push_harmonic(out: &mut String, model: &HarmonicModel) {
     }
     out.push_str("        ],\n    ),\n");
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::field::computed::FieldSource;
+    use crate::field::gaussian::{GaussianField, Kriging};
+    use crate::field::generator::Generator;
+    use crate::field::harmonic::HarmonicModel;
+    use crate::field::random_models::{Seeded, room};
+    use crate::field::samples::{MapKind, PoseError, Sample, SampleSet};
+    use crate::field::{DistortionModel, Environment};
+    use crate::formats::environment::{parse, write};
+    use crate::task::Task;
+    use nalgebra::{Point3, Vector3};
+    use std::sync::Arc;
+
+    fn environments() -> [Environment; 2] {
+        let mut seeded = Seeded::new(3);
+        let samples = (0..12).map(|_| {
+            let pose = seeded.pose(&room(), 0.0);
+            Sample {
+                position_mm: pose.translation.vector.into(),
+                axis: pose.rotation * Vector3::z_axis(),
+                error: PoseError {
+                    position_mm: Vector3::from_fn(|_, _| seeded.normal()),
+                    rotation_rad: Vector3::zeros(),
+                },
+            }
+        });
+        let samples = SampleSet {
+            samples: samples.collect(),
+            has_rotations: true,
+            ambiguous: 0,
+        };
+        let process = GaussianField::fit(&samples, None, &Task::default()).unwrap();
+        let process = Arc::new(process);
+        let kriging = Kriging::new(process.clone(), &Task::default()).unwrap();
+        let center_mm = Point3::new(0.0, 0.0, -300.0);
+        let numbers = (0..9 * 3).map(|i| f64::from(i) / 7e12).collect();
+        let harmonic = HarmonicModel::new(Generator::planar_nine(), center_mm, 433.0, 1, numbers);
+        let environment = |source, process| Environment {
+            name: "room".to_owned(),
+            model: DistortionModel::of_source(source, MapKind::Distortion, room()),
+            volume: None,
+            jitter: None,
+            provenance: None,
+            support: None,
+            process,
+        };
+        [
+            environment(FieldSource::Kriging(kriging), Some(process)),
+            environment(FieldSource::Harmonic(Arc::new(harmonic.unwrap())), None),
+        ]
+    }
+
+    #[test]
+    fn models_that_are_no_polynomials_are_read_back_exactly() {
+        for environment in environments() {
+            let text = write(&environment);
+            assert_eq!(parse(text.as_bytes()).unwrap(), environment, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_model_is_refused_with_its_field_and_what_was_expected() {
+        let [kriging, harmonic] = environments().map(|e| write(&e));
+        for (text, from, to, part) in [
+            (
+                &harmonic,
+                "degree: 1,",
+                "degree: 2,",
+                "27 coefficients, expected 72",
+            ),
+            (
+                &harmonic,
+                "degree: 1,",
+                "degree: 99,",
+                "degree is 99, expected 1 to 10",
+            ),
+            (&harmonic, "scale_mm: 433", "scale_mm: 0", "scale is 0 mm"),
+            (
+                &harmonic,
+                "map: Distortion",
+                "map: Correction",
+                "model.map is Correction",
+            ),
+            (
+                &kriging,
+                "trend: None",
+                "trend: Model",
+                "no process without a trend",
+            ),
+            (
+                &kriging,
+                "weights: [",
+                "weights: [(0, 0, 0, 0, 0, 0), ",
+                "kriging.weights is 13",
+            ),
+            (
+                &kriging,
+                "weights: [",
+                "weights: [(NaN, 0, 0, 0, 0, 0), ",
+                "kriging.weights[0]",
+            ),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let found = parse(text.replacen(from, to, 1).as_bytes());
+            let message = found.unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}

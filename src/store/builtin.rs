@@ -115,7 +115,7 @@ pub(super) fn design_file(name: &str) -> Result<(&'static str, PathBuf), StoreEr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::room_process::room_process;
+    use crate::calibration::room_process::{Refit, room_process};
     use crate::field::environment::{HoldoutProvenance, Provenance};
     use crate::field::fit::{FitSettings, factor, residuals};
     use crate::field::gaussian::GaussianField;
@@ -167,9 +167,13 @@ mod tests {
                     after: residuals(&fit.model, &holdout, OutsidePolicy::Clamp),
                 }),
             }),
-            process: Some(Arc::new(
-                room_process(&samples, &fit, &settings, &task).unwrap(),
-            )),
+            process: Some(Arc::new({
+                let refit = Refit::Polynomials {
+                    settings: &settings,
+                    is_symmetric: false,
+                };
+                room_process(&samples, &fit, &refit, &task).unwrap()
+            })),
             model: fit.model,
             support: Some(support),
         }

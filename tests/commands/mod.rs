@@ -16,6 +16,7 @@ mod jhu_chain;
 mod jhu_cis;
 mod live;
 mod main_job;
+mod model_kinds;
 mod pivot;
 mod precision;
 mod procedure;

@@ -6,7 +6,7 @@ pub mod tracker;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use tracker::{Random, Room, SensorPose};
-use trackwright::calibration::room_process::room_process;
+use trackwright::calibration::room_process::{Refit, room_process};
 use trackwright::field::fit::{FitSettings, fit};
 use trackwright::field::gaussian::FieldPoint;
 use trackwright::field::samples::{
@@ -120,7 +120,11 @@ fn measured(room: &Room, rows: usize, seed: u64) -> SampleSet {
 fn environment(samples: &SampleSet) -> Arc<Environment> {
     let settings = FitSettings::new(2, DirectionSet::Fourteen);
     let fitted = fit(samples, &settings, None).unwrap();
-    let process = room_process(samples, &fitted, &settings, &Task::default()).unwrap();
+    let refit = Refit::Polynomials {
+        settings: &settings,
+        is_symmetric: false,
+    };
+    let process = room_process(samples, &fitted, &refit, &Task::default()).unwrap();
     Arc::new(Environment {
         name: "room".into(),
         model: fitted.model,

@@ -5,8 +5,9 @@ use super::double_double::DoubleDouble;
 use super::interpolated::ValueLattice;
 use super::sampling::poses;
 use super::single::{SingleModel, single_pose};
-use super::{Family, Row, Settings, Steps, What, exact};
+use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What, exact};
 use crate::field::batch::Batch;
+use crate::field::computed::ModelKind;
 use crate::field::fit::{FitSettings, fit};
 use crate::field::model::{Coefficient, Evaluation};
 use crate::field::samples::{PoseError, Sample, SampleSet};
@@ -57,6 +58,10 @@ pub fn measure(
         charted: SCATTERED.to_owned(),
         left_out: None,
     };
+    if model.kind() != ModelKind::Bernstein {
+        family.left_out = Some(NOT_POLYNOMIALS.into());
+        return Ok(family);
+    }
     if model.is_zero() {
         family.left_out = Some("the design's room is ideal: there is no field to evaluate".into());
         return Ok(family);

@@ -1,6 +1,7 @@
 //! The slice's resolution: a coarse slice, filled in between its points, against a fine one.
 
-use super::{Family, Row, Settings, Steps, What};
+use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What};
+use crate::field::computed::ModelKind;
 use crate::study::{
     Quantity, Scenario, SliceOutcome, SlicePlan, SlicePlane, StudyError, sample_slice,
 };
@@ -32,6 +33,10 @@ pub fn measure(
         charted: problem.to_owned(),
         left_out: None,
     };
+    if model.kind() != ModelKind::Bernstein {
+        family.left_out = Some(NOT_POLYNOMIALS.into());
+        return Ok(family);
+    }
     if model.is_zero() {
         family.left_out = Some("the design's room is ideal: a slice shows nothing".to_owned());
         return Ok(family);

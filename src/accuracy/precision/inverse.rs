@@ -2,9 +2,10 @@
 //! the paper's shortcut, against the pose that was distorted.
 
 use super::sampling::poses;
-use super::{Family, Row, Settings, Steps, What};
+use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What};
 use crate::field::batch::Batch;
 use crate::field::compensation::{Method, compensate};
+use crate::field::computed::ModelKind;
 use crate::field::inverse::{InverseState, undistort};
 use crate::field::samples::MapKind;
 use crate::field::{DistortionModel, OutsidePolicy};
@@ -39,6 +40,10 @@ pub fn measure(
         charted: PROBLEM.to_owned(),
         left_out: None,
     };
+    if model.kind() != ModelKind::Bernstein {
+        family.left_out = Some(NOT_POLYNOMIALS.into());
+        return Ok(family);
+    }
     if model.is_zero() {
         family.left_out = Some("the design's room is ideal: readings are poses".to_owned());
         return Ok(family);

@@ -30,6 +30,9 @@ use crate::study::Scenario;
 use crate::task::{Cancelled, Task};
 use serde::Serialize;
 
+/// Why a family is left out in a room of another kind.
+const NOT_POLYNOMIALS: &str = "the design's room is not of Bernstein polynomials, the only field that is known to higher precision";
+
 /// What is computed in several ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]

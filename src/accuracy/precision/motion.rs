@@ -1,6 +1,7 @@
 //! The study: how few poses still tell the tip error RMS of a range of motion.
 
-use super::{Family, Row, Settings, Steps, What};
+use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What};
+use crate::field::computed::ModelKind;
 use crate::study::figures::with_separators;
 use crate::study::motion::moved;
 use crate::study::{self, AxisRange, InputTrial, Mode, Motion, Scenario, StudyError};
@@ -236,6 +237,9 @@ impl<'a> Sampling<'a> {
     /// Why there is nothing to sample.
     fn new(scenario: &'a Scenario) -> Result<Self, String> {
         let motion = scenario.motion.ok_or("the design has no range of motion")?;
+        if scenario.environment.model.kind() != ModelKind::Bernstein {
+            return Err(NOT_POLYNOMIALS.to_owned());
+        }
         if scenario.environment.model.is_zero() {
             return Err("the design's room is ideal: every tip error is zero".to_owned());
         }

@@ -6,6 +6,7 @@ use crate::field::samples::{PoseError, Sample, SampleSet};
 use crate::geometry::bounds::Bounds;
 use crate::task::Task;
 use nalgebra::{Point3, Unit, Vector3};
+use std::sync::Arc;
 
 fn axis(seeded: &mut Seeded) -> Unit<Vector3<f64>> {
     Unit::new_normalize(Vector3::from_fn(|_, _| seeded.normal()))
@@ -290,4 +291,77 @@ fn amplitude_follows_where_errors_are_large() {
     let ratio = at(0.9) / at(-0.9);
     let known = (2.0 * 0.8 * 0.9_f64).exp();
     assert!((0.6..1.6).contains(&(ratio / known)), "{ratio} of {known}");
+}
+
+/// The field of measurements, its kernel and amplitude given.
+fn conditioned(set: &SampleSet) -> GaussianField {
+    let fitted = GaussianField::fit(set, None, &Task::default()).unwrap();
+    GaussianField {
+        kernel: known_kernel(),
+        ..fitted
+    }
+}
+
+#[test]
+fn rows_that_are_left_out_get_what_a_process_without_them_gives() {
+    let process = conditioned(&drawn_samples(160, 3));
+    let folds: Vec<Vec<usize>> = (0..4).map(|f| (f..160).step_by(4).collect()).collect();
+    let found = Kriging::left_out(&process, &folds, &Task::default()).unwrap();
+    for (fold, found) in folds.iter().zip(&found) {
+        let rest = (0..160).filter(|row| !fold.contains(row));
+        let without = GaussianField {
+            rows: rest.map(|row| process.rows[row]).collect(),
+            ..process.clone()
+        };
+        let without = Kriging::new(Arc::new(without), &Task::default()).unwrap();
+        for (&row, found) in fold.iter().zip(found) {
+            let expected = without.evaluate(&process.rows[row].point);
+            for c in 0..6 {
+                // Conditions of 1e4 and errors of some millimetres.
+                assert!(
+                    (found[c] - expected[c]).abs() < 1e-9,
+                    "{found:?} {expected:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_compiled_form_is_the_mean_within_two_hundredths_of_a_millimetre() {
+    let process = conditioned(&drawn_samples(400, 4));
+    let kriging = Kriging::new(Arc::new(process), &Task::default()).unwrap();
+    let compiled = kriging.compiled(&room());
+    let at = points(300, &room(), 5);
+    for p in &at {
+        let unit = room().to_unit(&p.position_mm);
+        let found = compiled.evaluate(&unit, &p.axis);
+        let expected = kriging.evaluate(p);
+        let off_mm = (0..3)
+            .map(|c| (found[c] - expected[c]).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        assert!(off_mm < 0.02, "{off_mm}");
+    }
+}
+
+#[test]
+fn the_mean_is_the_same_for_an_axis_turned_round_and_nears_what_was_measured() {
+    let process = conditioned(&drawn_samples(300, 6));
+    let kriging = Kriging::new(Arc::new(process.clone()), &Task::default()).unwrap();
+    let (mut left, mut measured) = (0.0, 0.0);
+    for row in &process.rows {
+        let given = kriging.evaluate(&row.point);
+        let turned = kriging.evaluate(&FieldPoint {
+            axis: -row.point.axis,
+            ..row.point
+        });
+        for c in 0..3 {
+            assert!((given[c] - turned[c]).abs() < 1e-12);
+            left += (row.error[c] - given[c]).powi(2);
+            measured += row.error[c].powi(2);
+        }
+    }
+    // What is cut off in the axis stays: a sixth of the variance of this kernel's second scale.
+    assert!(left < 0.1 * measured, "{left} of {measured}");
 }

@@ -2,13 +2,19 @@
 
 use super::*;
 use crate::field::bernstein::coefficient_count;
+use crate::field::computed::FieldSource;
+use crate::field::gaussian::{GaussianField, Kriging};
+use crate::field::generator::Generator;
+use crate::field::harmonic::HarmonicModel;
+use crate::field::harmonic::solid_harmonics::terms;
 use crate::field::random_models::{Seeded, random_model, room};
-use crate::field::samples::MapKind;
+use crate::field::samples::{MapKind, PoseError, Sample, SampleSet};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::Weighting;
 use crate::geometry::rotation::rotation_angle_rad;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
+use std::sync::Arc;
 
 const SETS: [(DirectionSet, Weighting); 8] = [
     (DirectionSet::One, Weighting::Area),
@@ -71,6 +77,82 @@ fn distorting_then_compensating_gives_the_pose_back() {
                 converged >= least,
                 "{set:?} {weighting:?} {order}: {converged}"
             );
+        }
+    }
+}
+
+/// Models that are no polynomials: a process of drawn samples, and coils with weak harmonics.
+fn computed_models() -> [DistortionModel; 2] {
+    let mut seeded = Seeded::new(8);
+    let samples = (0..200).map(|_| {
+        let pose = seeded.pose(&room(), 0.0);
+        let p: Point3<f64> = pose.translation.vector.into();
+        let wave = |k: f64| (p.x / 170.0 + k).sin() * (p.z / 210.0 - k).cos();
+        Sample {
+            position_mm: p,
+            axis: pose.rotation * Vector3::z_axis(),
+            error: PoseError {
+                position_mm: Vector3::new(wave(0.0), wave(1.0), wave(2.0)) * 2.0,
+                rotation_rad: Vector3::new(wave(3.0), wave(4.0), wave(5.0)) * 0.01,
+            },
+        }
+    });
+    let samples = SampleSet {
+        samples: samples.collect(),
+        has_rotations: true,
+        ambiguous: 0,
+    };
+    let process = GaussianField::fit(&samples, None, &Task::default()).unwrap();
+    let kriging = Kriging::new(Arc::new(process), &Task::default()).unwrap();
+    let generator = Generator::planar_nine();
+    let count = generator.coils.len() * terms(3);
+    let coefficients = (0..count).map(|i| 1e-12 * (1.7 * i as f64).sin());
+    let center_mm = Point3::new(0.0, 0.0, -300.0);
+    let harmonic =
+        HarmonicModel::new(generator, center_mm, 433.0, 3, coefficients.collect()).unwrap();
+    [
+        FieldSource::Kriging(kriging),
+        FieldSource::Harmonic(Arc::new(harmonic)),
+    ]
+    .map(|source| DistortionModel::of_source(source, MapKind::Distortion, room()))
+}
+
+#[test]
+fn models_that_are_no_polynomials_give_the_pose_back() {
+    for model in computed_models() {
+        let poses = poses(40, 0.0, 5);
+        let moved: f64 = poses
+            .iter()
+            .map(|pose| difference(pose, &model.distort(pose, OutsidePolicy::Clamp).0).0)
+            .fold(0.0, f64::max);
+        assert!(moved > 0.1, "{:?}: {moved}", model.kind());
+        let found = undone(&model, &poses, OutsidePolicy::Clamp);
+        let converged = count_right(&poses, &found);
+        assert_eq!(converged, 40, "{:?}: {found:?}", model.kind());
+    }
+}
+
+#[test]
+fn derivatives_of_models_that_are_no_polynomials_are_those_of_finite_differences() {
+    for model in computed_models() {
+        for pose in poses(10, 0.0, 9) {
+            let p: Point3<f64> = pose.translation.vector.into();
+            let n = pose.rotation * Vector3::z_axis();
+            let there = model.evaluate_with_jacobian(&p, &n, OutsidePolicy::Clamp);
+            let at = |p: &Point3<f64>| model.evaluate(p, &n, OutsidePolicy::Clamp).error;
+            let h = 0.01;
+            for k in 0..3 {
+                let step = Vector3::ith(k, h);
+                let change =
+                    (at(&(p + step)).position_mm - at(&(p - step)).position_mm) / (2.0 * h);
+                let found = there.by_position.fixed_view::<3, 1>(0, k);
+                assert!(
+                    (change - found).norm() < 1e-6,
+                    "{:?}: {change} {found}",
+                    model.kind()
+                );
+            }
+            assert!((there.by_axis * n.as_ref()).norm() < 1e-9);
         }
     }
 }

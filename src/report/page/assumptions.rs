@@ -1,9 +1,10 @@
 //! Everything that the figures rest on: the room and its model, how the study was run, versions.
 
 use super::{Report, file_name, table_of};
-use crate::field::OutsidePolicy;
+use crate::field::computed::{FieldSource, ModelKind};
 use crate::field::environment::{Environment, HoldoutProvenance, Provenance};
 use crate::field::fit::Residuals;
+use crate::field::{DistortionModel, OutsidePolicy};
 use crate::geometry::directions::Weighting;
 use crate::report::room::{map_name, method_name};
 use crate::study::figures::with_separators;
@@ -49,21 +50,9 @@ fn of_room(report: &Report, room: &Environment) -> Vec<Fact> {
     let model = &room.model;
     let [low, high] = [model.bounds().min_mm, model.bounds().max_mm];
     let span = |k: usize| format!("{:.0} to {:.0}", low[k], high[k]).replace('-', "−");
-    let order = match model.order() {
-        0 => "0, a field without distortion".to_owned(),
-        order => format!("{order}, Bernstein polynomials"),
-    };
-    let mut facts = vec![
-        fact("room", room.name.as_str()),
-        fact("order of the model", order),
-        fact("basis orientations", model.directions().len().to_string()),
-        fact(
-            "weights between orientations",
-            match model.weighting() {
-                Weighting::Area => "areas on the sphere",
-                Weighting::Gnomonic => "gnomonic",
-            },
-        ),
+    let mut facts = vec![fact("room", room.name.as_str())];
+    facts.extend(of_model(model));
+    facts.extend([
         fact("map", map_name(model.map())),
         fact(
             "box of the model, tracker frame",
@@ -73,13 +62,13 @@ fn of_room(report: &Report, room: &Environment) -> Vec<Fact> {
             "volume of the tracker",
             room.volume.map_or("not stated", |volume| volume.name()),
         ),
-    ];
+    ]);
     match &room.provenance {
         None => facts.push(fact(
             "measurements",
             "none stated: an ideal room, or one whose file does not say where it comes from",
         )),
-        Some(from) => facts.extend(of_measurements(from)),
+        Some(from) => facts.extend(of_measurements(from, model.kind())),
     }
     facts.push(fact(
         "scatter of the tracker's readings",
@@ -108,15 +97,48 @@ fn of_room(report: &Report, room: &Environment) -> Vec<Fact> {
     facts
 }
 
-fn of_measurements(from: &Provenance) -> Vec<Fact> {
+/// What kind of model a room has, and what only that kind has.
+fn of_model(model: &DistortionModel) -> Vec<Fact> {
+    match model.computed().map(|computed| computed.source()) {
+        Some(FieldSource::Kriging(kriging)) => {
+            let rows = with_separators(kriging.weights().len());
+            vec![fact("model", format!("kriging, of {rows} measurements"))]
+        }
+        Some(FieldSource::Harmonic(harmonic)) => vec![
+            fact("model", "harmonic, the fields of a generator's coils"),
+            fact("field generator", harmonic.generator().name.as_str()),
+            fact("degree of the model", harmonic.degree().to_string()),
+        ],
+        Some(FieldSource::Of(_)) | None => vec![
+            fact(
+                "order of the model",
+                match model.order() {
+                    0 => "0, a field without distortion".to_owned(),
+                    order => format!("{order}, Bernstein polynomials"),
+                },
+            ),
+            fact("basis orientations", model.directions().len().to_string()),
+            fact(
+                "weights between orientations",
+                match model.weighting() {
+                    Weighting::Area => "areas on the sphere",
+                    Weighting::Gnomonic => "gnomonic",
+                },
+            ),
+        ],
+    }
+}
+
+fn of_measurements(from: &Provenance, kind: ModelKind) -> Vec<Fact> {
+    let fit = match kind {
+        ModelKind::Bernstein => format!("{}, ridge {}", method_name(from.method), from.ridge),
+        ModelKind::Kriging | ModelKind::Harmonic => kind.name().to_owned(),
+    };
     let mut facts = vec![
         fact("measurements", from.data.as_str()),
         fact("samples", with_separators(from.samples)),
         fact("date of the measurements", "not stated by the room's file"),
-        fact(
-            "fit",
-            format!("{}, ridge {}", method_name(from.method), from.ridge),
-        ),
+        fact("fit", fit),
         fact(
             "error of the samples themselves",
             before_and_after(&from.train_before, &from.train_after),
