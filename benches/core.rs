@@ -6,6 +6,7 @@ mod comparison;
 mod compensation;
 mod evaluation;
 mod fitting;
+mod kinds;
 mod picking;
 mod selection;
 mod support;

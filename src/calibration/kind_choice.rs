@@ -42,6 +42,14 @@ pub struct KindScored {
 }
 
 impl KindScored {
+    /// As the command line names the kind.
+    pub fn name(&self) -> &'static str {
+        match &self.model {
+            RoomModel::Bernstein { is_symmetric: true } => "symmetric",
+            other => other.kind().name(),
+        }
+    }
+
     /// The scores that decide.
     pub fn deciding(&self) -> &HeldOutScores {
         // Every hold-out that can decide was made.

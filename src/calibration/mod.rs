@@ -9,6 +9,7 @@ pub mod coverage;
 pub mod dependence;
 pub mod hand_eye;
 pub mod kind_choice;
+pub mod learning_curve;
 pub mod long_run;
 pub mod marker_body;
 mod orientation_range;

@@ -1,13 +1,14 @@
 //! `distort`: poses as the tracker of an environment would measure them.
 
 use super::output::OutsideArg;
-use crate::field::{Environment, OutsidePolicy, Support};
+use crate::field::OutsidePolicy;
+use crate::field::gaussian::FieldPoint;
 use crate::formats::poses;
 use crate::store;
 use anyhow::Context;
 use clap::Args;
 use nalgebra::{Point3, Vector3};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub struct DistortArgs {
@@ -25,9 +26,12 @@ pub struct DistortArgs {
     #[arg(long, value_enum, default_value_t)]
     outside: OutsideArg,
 
-    /// Add where the model may be believed: the predicted standard error of the field (std_error_mm,
-    /// std_error_deg; empty where it is not determined), the pose's leverage on the fit, whether the
-    /// samples support it (0 or 1), and the distance to the nearest of them (distance_mm)
+    /// Add how far the model may be believed: how far off the reading is to be expected (RMS:
+    /// std_error_mm, std_error_deg) and what 95 % of readings are within (within95_mm,
+    /// within95_deg), misfit included where the environment keeps its measurements; else the
+    /// standard error of the fit alone. Of polynomials also the pose's leverage on the fit, whether
+    /// the samples support it (0 or 1), and the distance to the nearest of them (distance_mm).
+    /// Cells are empty where nothing is known
     #[arg(long)]
     support: bool,
 }
@@ -38,46 +42,37 @@ pub struct DistortArgs {
 /// Files that can't be used.
 pub fn run(args: &DistortArgs) -> anyhow::Result<()> {
     let environment = store::read_environment(&args.environment)?;
-    let support = match args.support {
-        false => None,
-        true => Some(support_of(&environment, &args.environment)?),
-    };
+    if args.support && !environment.tells_validity() {
+        anyhow::bail!(
+            "{}: found no `support` and no `process`, expected one of them with --support; `fit` \
+             writes both unless told --no-support",
+            args.environment.display()
+        );
+    }
     let ideal = store::read_poses(&args.poses)?;
     let outside = OutsidePolicy::from(args.outside);
+    let validity = match args.support {
+        false => None,
+        true => {
+            let each = ideal.iter().map(|pose| FieldPoint {
+                position_mm: Point3::from(pose.translation.vector),
+                axis: pose.rotation * Vector3::z_axis(),
+            });
+            let points: Vec<_> = each.collect();
+            let told = environment.validity(&points, outside);
+            told.with_context(|| args.environment.display().to_string())?
+        }
+    };
     store::write_atomic(&args.output, |out| {
         let rows = ideal.iter().map(|pose| {
             let (measured, is_inside) = environment.model.distort(pose, outside);
             let is_kept = is_inside || outside != OutsidePolicy::Reject;
             (is_kept.then_some(measured), !is_inside)
         });
-        match support {
+        match validity {
             None => poses::write_with_outside(out, rows),
-            Some(support) => {
-                let believed = ideal.iter().map(|pose| {
-                    let axis = pose.rotation * Vector3::z_axis();
-                    let position = Point3::from(pose.translation.vector);
-                    support.at(&position, &axis, outside)
-                });
-                poses::write_with_support(out, rows.zip(believed))
-            }
+            Some(validity) => poses::write_with_validity(out, rows.zip(validity)),
         }
     })?;
     Ok(())
-}
-
-/// What an environment says of where its model may be believed.
-///
-/// # Errors
-/// It says nothing.
-pub(super) fn support_of<'a>(
-    environment: &'a Environment,
-    file: &Path,
-) -> anyhow::Result<&'a Support> {
-    environment.support.as_ref().with_context(|| {
-        format!(
-            "{}: found no `support`, expected it with --support; `fit` writes it unless told \
-             --no-support, but not at order 0",
-            file.display()
-        )
-    })
 }

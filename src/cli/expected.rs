@@ -2,7 +2,9 @@
 
 use super::output;
 use crate::study::comparison::{ErrorOf, FIGURES};
-use crate::study::expected::{expected_rows, judged, verdict_of};
+use crate::study::expected::{
+    MoreMeasuring, expected_rows, judged, more_measuring, most_times, verdict_of,
+};
 use crate::study::figures::with_separators;
 use crate::study::requirement::Check;
 use crate::study::{
@@ -108,4 +110,50 @@ pub(super) fn requirement_lines(expected: &Expected, checks: &[Check]) -> Vec<St
             )
         })
         .collect()
+}
+
+/// How much more measuring would tell the bounds that cannot be told.
+///
+/// # Errors
+/// A study that cannot run.
+pub(super) fn to_tell(
+    scenario: &Scenario,
+    mode: &Mode,
+    expected: Option<&Expected>,
+    checks: &[Check],
+) -> anyhow::Result<Vec<MoreMeasuring>> {
+    let bounds = judged(checks, expected);
+    Ok(more_measuring(
+        scenario,
+        mode,
+        &bounds,
+        &CancelToken::default(),
+    )?)
+}
+
+/// `measurements_to_tell`, a number a bound, null where there is none.
+pub(super) fn add_to_tell(value: &mut Value, to_tell: &[MoreMeasuring]) {
+    if !to_tell.is_empty() {
+        let named = to_tell
+            .iter()
+            .map(|more| (more.name.to_owned(), json!(more.measurements)));
+        value["measurements_to_tell"] = Value::Object(named.collect());
+    }
+}
+
+/// A sentence a bound.
+pub(super) fn to_tell_lines(to_tell: &[MoreMeasuring]) -> Vec<String> {
+    let each = to_tell.iter().map(|more| match more.measurements {
+        Some(measurements) => format!(
+            "to tell {}: some {} measurements, spread as widely, if the figure is as expected",
+            more.name,
+            with_separators(measurements)
+        ),
+        None => format!(
+            "to tell {}: not even {} times as many measurements would do, if the figure is as expected",
+            more.name,
+            most_times()
+        ),
+    });
+    each.collect()
 }

@@ -2,18 +2,13 @@
 
 use super::select::scores_json;
 use crate::calibration::kind_choice::{KindChoice, KindScored};
+use crate::calibration::learning_curve::LearningPoint;
 use crate::calibration::room_model::{GeneratorChoice, RoomModel};
 use crate::field::selection::HoldOutBy;
 use crate::field::selection::scoring::HeldOutScores;
 use crate::report::selection::{candidate_text, hold_out_name};
+use crate::study::figures::with_separators;
 use serde_json::{Value, json};
-
-fn name(kind: &KindScored) -> &'static str {
-    match &kind.model {
-        RoomModel::Bernstein { is_symmetric: true } => "symmetric",
-        other => other.kind().name(),
-    }
-}
 
 fn generator_name(generator: &GeneratorChoice) -> &str {
     match generator {
@@ -30,8 +25,8 @@ pub(super) fn text(kind: &KindScored) -> String {
             generator_name(&order.generator),
             order.degree.unwrap_or_default()
         ),
-        (_, Some(candidate)) => format!("{}, {}", name(kind), candidate_text(candidate)),
-        (_, None) => name(kind).to_owned(),
+        (_, Some(candidate)) => format!("{}, {}", kind.name(), candidate_text(candidate)),
+        (_, None) => kind.name().to_owned(),
     }
 }
 
@@ -67,6 +62,45 @@ pub(super) fn lines(choice: &KindChoice, groups: Option<&str>) -> Vec<String> {
     lines
 }
 
+/// A line a number of measurements, a column a kind.
+pub(super) fn curve_lines(points: &[LearningPoint]) -> Vec<String> {
+    let mut names: Vec<&str> = Vec::new();
+    for kind in points.iter().flat_map(|point| &point.choice.kinds) {
+        if !names.contains(&kind.name()) {
+            names.push(kind.name());
+        }
+    }
+    names.sort_unstable();
+    let cells = |first: &str, each: &dyn Fn(&str) -> String| {
+        let rest: String = names.iter().map(|name| format!("  {:>10}", each(name))).collect();
+        format!("{first:>12}{rest}")
+    };
+    let mut lines = vec![
+        "position RMS of rows held out, mm, by number of measurements:".to_owned(),
+        cells("measurements", &|name| name.to_owned()),
+    ];
+    for point in points {
+        let rms = |name: &str| {
+            let kind = point.choice.kinds.iter().find(|kind| kind.name() == name);
+            kind.map_or_else(
+                || "–".to_owned(),
+                |kind| format!("{:.4}", kind.deciding().overall.position_rms_mm),
+            )
+        };
+        lines.push(cells(&with_separators(point.rows), &rms));
+    }
+    lines
+}
+
+pub(super) fn curve_json(points: &[LearningPoint]) -> Value {
+    let each = points.iter().map(|point| {
+        let mut value = as_json(&point.choice);
+        value["rows"] = json!(point.rows);
+        value
+    });
+    Value::Array(each.collect())
+}
+
 fn figures(scores: &HeldOutScores) -> String {
     let angle = scores
         .overall
@@ -82,7 +116,7 @@ pub(super) fn as_json(choice: &KindChoice) -> Value {
         .enumerate()
         .map(|(place, kind)| {
             let mut value = json!({
-                "model": name(kind),
+                "model": kind.name(),
                 "is_chosen": place == choice.best,
                 "cv": scores_json(&kind.deciding().overall),
             });

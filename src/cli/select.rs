@@ -8,14 +8,16 @@ use super::kinds;
 use super::model_kind::{LossArg, tried_kinds};
 use super::output::{self, Format, Shown};
 use crate::calibration::kind_choice::{TriedKind, choose_kind};
-use crate::calibration::room_choice::Chosen;
+use crate::calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
+use crate::calibration::room_choice::{Chosen, RowLabels};
 use crate::calibration::room_model::RoomModel;
 use crate::field::selection::{
     DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings,
 };
+use crate::field::samples::SampleSet;
 use crate::geometry::directions::DirectionSet;
 use crate::report::room::{map_name, method_name};
-use crate::report::{selection, selection_chart};
+use crate::report::{learning_chart, selection, selection_chart};
 use crate::store;
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
@@ -89,6 +91,16 @@ pub struct SelectArgs {
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
 
+    /// Chart to write: what each kind of model leaves of held-out rows against how many there are. The
+    /// kinds are tried once for each number, on rows taken by chance
+    #[arg(long, value_name = "FILE.svg")]
+    learning_curve: Option<PathBuf>,
+
+    /// Numbers of rows of the learning curve, as 250,500,1000; all, a half, a quarter and so on where
+    /// left out
+    #[arg(long, value_name = "LIST", requires = "learning_curve")]
+    rows: Option<String>,
+
     /// How the orientations share the samples
     #[arg(long, value_enum, default_value_t)]
     method: MethodArg,
@@ -143,6 +155,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
         args.degree,
         args.loss,
     )?;
+    let curve = learning_points(args, &samples, &labels, &settings, &kinds)?;
     let (chosen, choice) = if kinds == [TriedKind::Bernstein] {
         let chosen = choose::cross_validate(&args.data, &samples, labels, settings)?;
         (chosen, None)
@@ -183,10 +196,48 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
         store::write_atomic(plot, |out| out.write_all(svg.as_bytes()))?;
         text.push_str(&format!("\ndrawn to {}", plot.display()));
     }
+    if let (Some(file), Some(points)) = (&args.learning_curve, &curve) {
+        value["learning_curve"] = kinds::curve_json(points);
+        let chart = learning_chart::chart(&file_name(&args.data), points);
+        let svg = chart.to_svg(CHART_SIZE);
+        store::write_atomic(file, |out| out.write_all(svg.as_bytes()))?;
+        text.push('\n');
+        text.push_str(&kinds::curve_lines(points).join("\n"));
+        text.push_str(&format!("\ndrawn to {}", file.display()));
+    }
     match args.format {
         Format::Json => output::print_json(&value),
         Format::Text => output::print(&text),
     }
+}
+
+/// The kinds on some of the rows, where a learning curve is asked for.
+fn learning_points(
+    args: &SelectArgs,
+    samples: &SampleSet,
+    labels: &RowLabels,
+    settings: &SelectSettings,
+    kinds: &[TriedKind],
+) -> anyhow::Result<Option<Vec<LearningPoint>>> {
+    if args.learning_curve.is_none() {
+        return Ok(None);
+    }
+    let all = samples.samples.len();
+    let expected = "numbers of rows, 50 and more, no more than the table has";
+    let sizes = match &args.rows {
+        None => doubled(all),
+        Some(list) => numbers::<usize>("--rows", list, expected)?,
+    };
+    if let Some(size) = sizes.iter().find(|s| !(LEAST_ROWS..=all).contains(s)) {
+        bail!("--rows: found {size}, expected {expected} ({all})");
+    }
+    if sizes.is_empty() {
+        bail!("--learning-curve: found {all} rows, expected {LEAST_ROWS} at least");
+    }
+    let shown = Shown::new("cross-validating some of the rows");
+    let points = learning_curve(samples, labels, settings, kinds, &sizes, &shown.task)
+        .with_context(|| args.data.display().to_string())?;
+    Ok(Some(points))
 }
 
 fn settings(args: &SelectArgs) -> anyhow::Result<SelectSettings> {

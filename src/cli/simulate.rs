@@ -120,13 +120,17 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     if args.explain {
         output::note(&expected::explained(expected.as_ref()).to_string());
     }
+    let checks = &outcome.figures.checks;
+    let to_tell = expected::to_tell(&scenario, &mode, expected.as_ref(), checks)
+        .with_context(|| args.design.display().to_string())?;
     let single = last.filter(|_| args.mode == ModeArg::Single);
     match args.format {
         Format::Json => {
             let mut value = as_json(&outcome.figures, single.as_ref());
             if let Some(expected) = &expected {
-                expected::add_json(&mut value, expected, &outcome.figures.checks);
+                expected::add_json(&mut value, expected, checks);
             }
+            expected::add_to_tell(&mut value, &to_tell);
             if let Some(report) = &uncertainty {
                 value["uncertainty"] = report.as_json(&outcome.figures);
             }
@@ -139,6 +143,10 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
             let title = title(&world);
             let (single, expected) = (single.as_ref(), expected.as_ref());
             let mut text = study_text(&title, &outcome, single, expected);
+            for line in expected::to_tell_lines(&to_tell) {
+                text.push('\n');
+                text.push_str(&line);
+            }
             if let Some(report) = &uncertainty {
                 text.push('\n');
                 text.push_str(&report.as_text(&outcome.figures));

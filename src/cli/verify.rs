@@ -141,10 +141,10 @@ pub fn run(args: &VerifyArgs) -> anyhow::Result<()> {
         store::write_atomic(file, |out| out.write_all(svg.as_bytes()))?;
     }
     match args.format {
-        Format::Json => output::print_json(&report::as_json(&recorded, &found.summary)),
+        Format::Json => output::print_json(&report::as_json(&recorded, &found)),
         Format::Text => {
             let head = format!("{} in {}", design.name, world.environment.name);
-            let text = report::as_text(&recorded, &found.summary);
+            let text = report::as_text(&recorded, &found);
             output::print(&format!("{head}\n{text}"))
         }
     }

@@ -232,7 +232,7 @@ impl ComputedField {
 
     /// What the field can be over a part of the box, an interval a coordinate of the unit cube. From
     /// the coefficients of a compiled form; of a harmonic model from its slopes at places and axes,
-    /// [`BETWEEN_SAMPLES`] times as large.
+    /// `BETWEEN_SAMPLES` times as large.
     pub fn bounds_over(&self, intervals: [[f64; 2]; 3]) -> FieldBounds {
         if let Some(field) = self.compiled() {
             return field.bounds_over(intervals);

@@ -29,9 +29,11 @@ pub mod samples;
 pub mod selection;
 mod singular;
 pub mod support;
+mod validity;
 
 pub use axis_model::AxisModel;
 pub use batch::Batch;
 pub use environment::Environment;
 pub use model::{DistortionModel, OutsidePolicy};
 pub use support::Support;
+pub use validity::Validity;

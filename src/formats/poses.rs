@@ -3,7 +3,7 @@
 use super::error::FormatError;
 use super::number::shortest;
 use super::table::{PoseColumns, Table};
-use crate::field::support::SupportAt;
+use crate::field::Validity;
 use crate::geometry::pose::{Pose, pose_to_array};
 use std::io::{self, Write};
 
@@ -117,34 +117,38 @@ pub fn write_with_outside(
     Ok(())
 }
 
-/// As [`write_with_outside`], and where the model may be believed; what is not finite is an empty
-/// cell.
+/// As [`write_with_outside`], and how far the model may be believed; what is not known, or not finite,
+/// is an empty cell.
 ///
 /// # Errors
 /// Those of the writer.
-pub fn write_with_support(
+pub fn write_with_validity(
     out: &mut dyn Write,
-    rows: impl IntoIterator<Item = ((Option<Pose>, bool), SupportAt)>,
+    rows: impl IntoIterator<Item = ((Option<Pose>, bool), Validity)>,
 ) -> io::Result<()> {
     writeln!(
         out,
-        "{WITH_OUTSIDE},std_error_mm,std_error_deg,leverage,supported,distance_mm"
+        "{WITH_OUTSIDE},std_error_mm,std_error_deg,leverage,supported,distance_mm,within95_mm,within95_deg"
     )?;
-    let cell = |value: f64| match value.is_finite() {
-        true => shortest(value),
-        false => String::new(),
+    let cell = |value: Option<f64>| match value {
+        Some(value) if value.is_finite() => shortest(value),
+        _ => String::new(),
     };
+    let degrees = |angle_rad: Option<f64>| cell(angle_rad.map(f64::to_degrees));
     for ((pose, is_outside), at) in rows {
         write_row(out, pose, is_outside)?;
-        let angle_deg = at.angle_std_error_rad.map(f64::to_degrees);
+        let support = at.support.as_ref();
+        let supported = support.map(|s| u8::from(s.is_supported).to_string());
         writeln!(
             out,
-            ",{},{},{},{},{}",
-            cell(at.position_std_error_mm),
-            angle_deg.map_or_else(String::new, cell),
-            cell(at.leverage),
-            u8::from(at.is_supported),
-            cell(at.distance_mm)
+            ",{},{},{},{},{},{},{}",
+            cell(Some(at.position_error_mm)),
+            degrees(at.angle_error_rad),
+            cell(support.map(|s| s.leverage)),
+            supported.unwrap_or_default(),
+            cell(support.map(|s| s.distance_mm)),
+            cell(at.position_95_mm),
+            degrees(at.angle_95_rad),
         )?;
     }
     Ok(())

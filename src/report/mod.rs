@@ -3,6 +3,7 @@
 pub mod agreement_chart;
 pub mod drawing;
 pub mod error_charts;
+pub mod learning_chart;
 pub mod manufacturing;
 pub mod page;
 pub(crate) mod palette;

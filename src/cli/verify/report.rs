@@ -1,10 +1,10 @@
 //! What `verify` prints.
 
-use super::super::output;
+use super::super::{expected, output};
 use crate::calibration::built_tool::BodySource;
 use crate::calibration::pivot::Pivot;
 use crate::field::environment::OrientationWeight;
-use crate::study::agreement::{Compared, Interval, Summary};
+use crate::study::agreement::{Agreement, Compared, Interval, Summary};
 use crate::study::figures::with_separators;
 use crate::study::statistics::Statistics;
 use nalgebra::Point3;
@@ -23,8 +23,11 @@ pub(super) struct Recorded {
     pub pivot: Option<(Pivot, Point3<f64>)>,
 }
 
-pub(super) fn as_json(recorded: &Recorded, summary: &Summary) -> Value {
-    let mut value = json!(summary);
+pub(super) fn as_json(recorded: &Recorded, found: &Agreement) -> Value {
+    let mut value = json!(found.summary);
+    if let Some(expected) = &found.expected {
+        expected::add_json(&mut value, expected, &[]);
+    }
     value["frame"] = json!(if recorded.has_crf { "crf" } else { "tracker" });
     value["rows_left_out"] = json!(recorded.rows_left_out);
     value["without_crf"] = json!(recorded.without_crf);
@@ -47,7 +50,8 @@ pub(super) fn as_json(recorded: &Recorded, summary: &Summary) -> Value {
     value
 }
 
-pub(super) fn as_text(recorded: &Recorded, summary: &Summary) -> String {
+pub(super) fn as_text(recorded: &Recorded, found: &Agreement) -> String {
+    let summary = &found.summary;
     let mut rows = vec![row("recorded poses", with_separators(summary.poses), "")];
     rows.push(row("  compared", with_separators(summary.used), ""));
     rows.push(row(
@@ -93,7 +97,9 @@ pub(super) fn as_text(recorded: &Recorded, summary: &Summary) -> String {
         text.push_str(&side_by_side("angle error, °", angle));
     }
     text.push_str("\n\n");
-    text.push_str(&output::aligned(&figures(summary)));
+    let mut rows = figures(summary);
+    rows.extend(found.expected.iter().flat_map(expected::rows));
+    text.push_str(&output::aligned(&rows));
     text.push_str("\n\n");
     text.push_str(&summary.statement);
     for assumption in assumptions(recorded) {

@@ -122,7 +122,7 @@ impl GaussianField {
 
 /// Which of so many measurements are kept, in order.
 pub fn kept_rows(measurements: usize) -> Vec<usize> {
-    chosen(measurements, MAX_ROWS)
+    chosen_rows(measurements, MAX_ROWS)
 }
 
 /// The rows that are kept, rounded to what a table can mean, so that a file of them is small.
@@ -158,7 +158,7 @@ pub(super) fn values(error: &PoseError) -> ErrorValues {
 }
 
 /// At most `most` of `count` indices, in order: all, or some by chance.
-fn chosen(count: usize, most: usize) -> Vec<usize> {
+pub fn chosen_rows(count: usize, most: usize) -> Vec<usize> {
     let mut indices: Vec<usize> = (0..count).collect();
     if count > most {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
@@ -193,7 +193,7 @@ struct LeftOut {
 impl Fitting {
     fn new(rows: &[Row], bounds: &Bounds, has_rotations: bool) -> Self {
         // The rows are in the table's order, which may be that of a sweep through the volume.
-        let mut order = chosen(rows.len(), CALIBRATION_ROWS);
+        let mut order = chosen_rows(rows.len(), CALIBRATION_ROWS);
         let mut random = ChaCha8Rng::seed_from_u64(SEED + 1);
         for i in (1..order.len()).rev() {
             order.swap(i, (random.next_u64() % (i as u64 + 1)) as usize);

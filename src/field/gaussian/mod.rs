@@ -18,14 +18,16 @@ mod hyper_parameters;
 mod kernel;
 mod kriging;
 mod posterior;
+mod readings;
 #[cfg(test)]
 mod tests;
 
 pub use amplitude::Amplitude;
-pub use fit::{GaussianError, MAX_ROWS, TUNING_ROWS, kept_rows};
+pub use fit::{GaussianError, MAX_ROWS, TUNING_ROWS, chosen_rows, kept_rows};
 pub use kernel::{FieldPoint, Kernel, KernelScale};
 pub use kriging::Kriging;
 pub use posterior::{DrawnErrors, Posterior};
+pub use readings::{ReadingDistance, ReadingError};
 
 use serde::{Deserialize, Serialize};
 

@@ -97,7 +97,7 @@ impl GaussianField {
                 log_amplitude_covariance(at, self.has_rotations),
                 PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2),
             )?,
-            common_log_std: VARIANCE_LOG_STD / (self.rows.len() as f64).sqrt(),
+            common_log_std: common_log_std(self.rows.len()),
         })
     }
 
@@ -126,7 +126,7 @@ impl GaussianField {
     }
 
     /// Lower Cholesky factor of the components' covariance, zero for what was not measured.
-    fn components(&self) -> Matrix6<f64> {
+    pub(super) fn components(&self) -> Matrix6<f64> {
         let covariance = Matrix6::from_fn(|a, b| self.component_covariance[a][b]);
         let scale = covariance.diagonal().map(|v| v.max(0.0).sqrt());
         // In units of each component: radians are a thousandth of millimetres.
@@ -170,6 +170,17 @@ impl Posterior {
         };
         (0..count).map(draw).collect()
     }
+}
+
+/// Standard deviation of the logarithm of the amplitude of all points at once.
+fn common_log_std(rows: usize) -> f64 {
+    VARIANCE_LOG_STD / (rows as f64).sqrt()
+}
+
+/// Standard deviation of the logarithm of a draw's amplitude at one point.
+pub(super) fn log_amplitude_std(rows: usize) -> f64 {
+    let common = common_log_std(rows);
+    (PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) + common.powi(2)).sqrt()
 }
 
 /// Covariance of the logarithm of a draw's amplitude among points.

@@ -1,6 +1,7 @@
 //! The field generator of a tracker: coils whose fields in the empty room are known.
 
 pub mod dipole;
+pub mod lanes;
 pub mod reading;
 mod square_loop;
 

@@ -14,19 +14,19 @@ use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 pub const LEVER_MM: f64 = 100.0;
 
 /// A longer Gauss–Newton step is shortened to this.
-const MAX_STEP_MM: f64 = 30.0;
+pub(super) const MAX_STEP_MM: f64 = 30.0;
 
 /// A step this short is the last one. Steps shrink at least tenfold where the pose is well
 /// determined, so that what is left is far below the 1e-6 mm of the worked cases; round-off is
 /// 1e-11 mm at 500 mm from the generator.
-const CONVERGED_MM: f64 = 1e-8;
+pub(super) const CONVERGED_MM: f64 = 1e-8;
 
 /// Full steps converge in 4 to 8; a start that is 300 mm off needs 10 more.
 const MAX_STEPS: usize = 50;
 
 /// Square of the part of a column of the Jacobian that has to be independent of the columns before
 /// it. Round-off of the normal matrix is 1e-15; a part of 1e-6 of a signal is below any noise.
-const MIN_INDEPENDENT_SQUARE: f64 = 1e-12;
+pub(super) const MIN_INDEPENDENT_SQUARE: f64 = 1e-12;
 
 /// Why signals determine no pose.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

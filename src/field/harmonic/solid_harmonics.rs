@@ -9,7 +9,7 @@
 //! `∂z F_l^m = (l + m) F_{l−1}^m`, `(∂x + i ∂y) F_l^m = −(2m + 1) F_{l−1}^{m+1}`,
 //! `(∂x − i ∂y) F_l^m = (l + m)(l + m − 1) / (2m − 1) F_{l−1}^{m−1}`.
 
-use nalgebra::Vector3;
+use nalgebra::{SimdRealField, Vector3};
 
 /// Highest degree. Gradients of a point are kept on the stack.
 pub const MAX_DEGREE: usize = 10;
@@ -39,37 +39,43 @@ pub const fn terms(degree: usize) -> usize {
     (degree + 1) * (degree + 1) - 1
 }
 
-/// Gradients at `x` of all harmonics of degrees 1 to `degree`, into the first [`terms`] of `out`.
+/// Gradients at `x` of all harmonics of degrees 1 to `degree`, into the first [`terms`] of `out`; of one
+/// point, or of one in each lane.
 ///
 /// # Panics
 /// If the degree is above [`MAX_DEGREE`] or `out` is too short.
-#[inline]
-pub fn gradients(degree: usize, x: &Vector3<f64>, out: &mut [Vector3<f64>]) {
+#[inline(always)]
+pub fn gradients<T>(degree: usize, x: &Vector3<T>, out: &mut [Vector3<T>])
+where
+    T: SimdRealField<Element = f64> + Copy,
+{
     assert!(degree <= MAX_DEGREE, "degree {degree}");
     let out = &mut out[..terms(degree)];
+    let number = |value: f64| T::splat(value);
     // F of one degree less; above m = l they are zero.
-    let mut before = [(0.0, 0.0); SIZE];
-    let mut two_before = [(0.0, 0.0); SIZE];
-    before[0].0 = 1.0;
-    let r2 = x.norm_squared();
+    let mut before = [(number(0.0), number(0.0)); SIZE];
+    let mut two_before = before;
+    before[0].0 = number(1.0);
+    let r2 = x.dot(x);
     let mut at = 0;
     for l in 1..=degree {
         let lf = l as f64;
-        out[at] = Vector3::new(-before[1].0, -before[1].1, lf * before[0].0);
+        out[at] = Vector3::new(-before[1].0, -before[1].1, number(lf) * before[0].0);
         at += 1;
         for m in 1..=l {
             let mf = m as f64;
-            let (raised, q) = (-0.5 * (2.0 * mf + 1.0), LOWERED[l][m]);
+            let (raised, q) = (number(-0.5 * (2.0 * mf + 1.0)), number(LOWERED[l][m]));
+            let along = number(lf + mf);
             let (up, same, down) = (before[m + 1], before[m], before[m - 1]);
             out[at] = Vector3::new(
                 raised * up.0 + q * down.0,
                 raised * up.1 - q * down.1,
-                (lf + mf) * same.0,
+                along * same.0,
             );
             out[at + 1] = Vector3::new(
                 raised * up.1 + q * down.1,
                 q * down.0 - raised * up.0,
-                (lf + mf) * same.1,
+                along * same.1,
             );
             at += 2;
         }
@@ -80,10 +86,8 @@ pub fn gradients(degree: usize, x: &Vector3<f64>, out: &mut [Vector3<f64>]) {
         for m in 0..l {
             let mf = m as f64;
             let inverse = 1.0 / (lf - mf);
-            let (a, b) = (
-                (2.0 * lf - 1.0) * x.z * inverse,
-                (lf + mf - 1.0) * r2 * inverse,
-            );
+            let a = number((2.0 * lf - 1.0) * inverse) * x.z;
+            let b = number((lf + mf - 1.0) * inverse) * r2;
             let (one, two) = (before[m], two_before[m]);
             two_before[m] = (a * one.0 - b * two.0, a * one.1 - b * two.1);
         }

@@ -12,7 +12,8 @@ use super::{
 use crate::calibration::dependence::Dependence;
 use crate::field::OutsidePolicy;
 use crate::geometry::rotation::rotation_angle_rad;
-use crate::study::scenario::Scenario;
+use crate::study::expected::{Expected, expected_where_measured};
+use crate::study::scenario::{InputTrial, Mode, Scenario};
 use crate::study::statistics::Statistics;
 use crate::task::Task;
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -111,7 +112,32 @@ pub fn agreement(
         verdict,
         statement,
     };
-    Ok(Agreement { rows, summary })
+    let expected = match settings.unknowns {
+        Unknowns::None => expected_of(scenario, &rows, task)?,
+        Unknowns::Registration | Unknowns::Pivot => None,
+    };
+    Ok(Agreement {
+        rows,
+        summary,
+        expected,
+    })
+}
+
+/// What the errors at the poses that count are to be expected to be.
+fn expected_of(
+    scenario: &Scenario,
+    rows: &[AgreementRow],
+    task: &Task,
+) -> Result<Option<Expected>, AgreementError> {
+    let used = rows.iter().filter(|row| row.is_used);
+    let trials: Vec<InputTrial> = used
+        .map(|row| InputTrial {
+            tracker_from_crf: row.tracker_from_crf,
+            crf_from_tool: row.crf_from_tool,
+        })
+        .collect();
+    let mode = Mode::Input(trials.into());
+    Ok(expected_where_measured(scenario, &mode, &task.cancel)?)
 }
 
 fn check(settings: &AgreementSettings) -> Result<(), AgreementError> {

@@ -44,6 +44,7 @@ pub use recording::{BuiltRecording, RecordedFrame};
 pub use rows::{AgreementRow, RecordedPose, paired_rows, pivot_rows};
 pub use verdict::Verdict;
 
+use super::expected::Expected;
 use super::run::StudyError;
 use super::statistics::Statistics;
 use crate::field::OutsidePolicy;
@@ -114,6 +115,10 @@ pub struct Agreement {
     /// recording's own registration takes up.
     pub rows: Vec<AgreementRow>,
     pub summary: Summary,
+    /// Of the predicted errors of the poses that count, over fields that the room's measurements leave
+    /// possible; `None` where the room keeps none, and where the recording itself decided a
+    /// registration or a tip, which would take a part out of each field.
+    pub expected: Option<Expected>,
 }
 
 /// The whole.

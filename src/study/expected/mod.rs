@@ -5,9 +5,11 @@
 //! errors have squares, so that a mean over drawn fields is larger (`E|e|² = |E e|² + tr cov e`).
 
 mod drawn_trials;
+mod more_rows;
 mod rows;
 mod verdict;
 
+pub use more_rows::{MoreMeasuring, more_measuring, most_times, shrinking};
 pub use rows::{ExpectedRow, expected_rows};
 pub use verdict::{
     BoundVerdict, Headline, JudgedBound, headline, judged, study_verdict, verdict_of,

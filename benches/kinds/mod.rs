@@ -1,0 +1,110 @@
+//! Kinds of models in the built-in room: their fits, a study in each, and its expected figures.
+
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use std::path::Path;
+use std::sync::Arc;
+use trackwright::calibration::room_fit::{RoomOrder, RoomTable, fit_room};
+use trackwright::calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
+use trackwright::field::Environment;
+use trackwright::field::fit::FitSettings;
+use trackwright::field::generator::Generator;
+use trackwright::field::harmonic::Loss;
+use trackwright::field::samples::{MapKind, SampleSet};
+use trackwright::geometry::directions::DirectionSet;
+use trackwright::store;
+use trackwright::study::expected::expected;
+use trackwright::study::{CancelToken, Mode, Scenario, run};
+use trackwright::task::Task;
+
+const KINDS: [&str; 5] = [
+    "bernstein",
+    "symmetric",
+    "kriging",
+    "harmonic",
+    "harmonic, learned",
+];
+
+fn measured() -> SampleSet {
+    let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data/cube-fit.csv");
+    let set = store::read_measurements(&table).expect("the built-in data");
+    set.samples(MapKind::Distortion)
+}
+
+fn model(kind: &str) -> RoomModel {
+    let harmonic = |generator| {
+        RoomModel::Harmonic(HarmonicOrder {
+            generator,
+            degree: Some(6),
+            loss: Loss::Huber,
+        })
+    };
+    match kind {
+        "bernstein" => RoomModel::PAPER,
+        "symmetric" => RoomModel::Bernstein { is_symmetric: true },
+        "kriging" => RoomModel::Kriging,
+        "harmonic" => harmonic(GeneratorChoice::Known(Generator::planar_nine())),
+        _ => harmonic(GeneratorChoice::Learned),
+    }
+}
+
+fn fitted(kind: &str, samples: &SampleSet, with_support: bool) -> Environment {
+    let order = RoomOrder {
+        name: "bench",
+        table: RoomTable {
+            name: "cube",
+            samples,
+        },
+        held_out: None,
+        model: &model(kind),
+        settings: FitSettings {
+            ridge: 0.1,
+            ..FitSettings::new(3, DirectionSet::TwentySix)
+        },
+        volume: None,
+        jitter: None,
+        with_support,
+    };
+    fit_room(&order, |_| Task::default())
+        .expect("the built-in data fit")
+        .environment
+}
+
+fn scenario(environment: Environment) -> Scenario {
+    let world = store::open_builtin(store::DEFAULT_BUILTIN).expect("the built-in design");
+    store::resolve(world.document.design(), &Arc::new(environment))
+}
+
+/// 4,000 rows, with what they leave open of the field.
+#[divan::bench(args = KINDS, sample_count = 3, sample_size = 1)]
+fn fit_of_4000_rows(bencher: Bencher, kind: &str) {
+    let samples = measured();
+    bencher.bench_local(|| fitted(kind, black_box(&samples), true));
+}
+
+/// The same, the model alone; kriging has no other.
+#[divan::bench(args = ["bernstein", "symmetric", "harmonic"], sample_count = 3, sample_size = 1)]
+fn fit_of_4000_rows_model_alone(bencher: Bencher, kind: &str) {
+    let samples = measured();
+    bencher.bench_local(|| fitted(kind, black_box(&samples), false));
+}
+
+/// All cores; the compiled form is made before.
+#[divan::bench(args = KINDS, sample_count = 20, sample_size = 1)]
+fn study_of_3375_poses(bencher: Bencher, kind: &str) {
+    let scenario = scenario(fitted(kind, &measured(), false));
+    let study = || run(&scenario, &Mode::Motion, &CancelToken::default(), None);
+    black_box(study()).expect("the built-in design");
+    bencher
+        .counter(ItemsCount::new(3_375_usize))
+        .bench_local(study);
+}
+
+/// All cores: 64 drawn fields.
+#[divan::bench(args = KINDS, sample_count = 10, sample_size = 1)]
+fn expected_figures_of_3375_poses(bencher: Bencher, kind: &str) {
+    let scenario = scenario(fitted(kind, &measured(), true));
+    let figures = || expected(&scenario, &Mode::Motion, &CancelToken::default());
+    black_box(figures()).expect("the built-in room keeps its measurements");
+    bencher.bench_local(figures);
+}

@@ -1,0 +1,104 @@
+//! How much of a room's error each kind of model leaves, against how much was measured.
+
+use super::kind_choice::{KindChoice, KindError, TriedKind, choose_kind};
+use super::room_choice::{Grouping, RowLabels};
+use crate::field::gaussian::chosen_rows;
+use crate::field::samples::SampleSet;
+use crate::field::selection::SelectSettings;
+use crate::task::Task;
+
+/// Fewest rows that a curve begins with: below, five folds tell little.
+pub const LEAST_ROWS: usize = 50;
+
+/// The kinds of models on so many of the rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearningPoint {
+    /// That were taken by chance and cross-validated.
+    pub rows: usize,
+    pub choice: KindChoice,
+}
+
+/// Numbers of rows, each twice as many as the one before, up to all of them.
+pub fn doubled(all: usize) -> Vec<usize> {
+    let halves = std::iter::successors(Some(all), |rows| Some(rows / 2));
+    let mut rows: Vec<usize> = halves.take_while(|rows| *rows >= LEAST_ROWS).collect();
+    rows.reverse();
+    rows
+}
+
+/// Cross-validates the kinds on some of the rows, for each number of them. Smaller sets lie in larger
+/// ones as far as chance has it; the same numbers give the same sets.
+///
+/// # Errors
+/// As [`choose_kind`].
+pub fn learning_curve(
+    samples: &SampleSet,
+    labels: &RowLabels,
+    tried: &SelectSettings,
+    kinds: &[TriedKind],
+    sizes: &[usize],
+    task: &Task,
+) -> Result<Vec<LearningPoint>, KindError> {
+    let all: usize = sizes.iter().sum();
+    let mut before = 0;
+    let mut points = Vec::with_capacity(sizes.len());
+    for &size in sizes {
+        let part = |rows: usize| rows as f64 / all.max(1) as f64;
+        let rows = chosen_rows(samples.samples.len(), size);
+        let some = SampleSet {
+            samples: rows.iter().map(|&row| samples.samples[row]).collect(),
+            has_rotations: samples.has_rotations,
+            ambiguous: 0,
+        };
+        let task = task.stretch(part(before), part(before + size));
+        let (_, choice) = choose_kind(&some, of_rows(labels, &rows), tried, kinds, &task)?;
+        points.push(LearningPoint {
+            rows: rows.len(),
+            choice,
+        });
+        before += size;
+    }
+    Ok(points)
+}
+
+/// What is known of some of the rows.
+fn of_rows(labels: &RowLabels, rows: &[usize]) -> RowLabels {
+    let of = |all: &[usize]| -> Vec<usize> { rows.iter().map(|&row| all[row]).collect() };
+    RowLabels {
+        grouping: labels.grouping.as_ref().map(|grouping| Grouping {
+            groups: of(&grouping.groups),
+            ..grouping.clone()
+        }),
+        sensors: labels.sensors.as_deref().map(of),
+        deciding: labels.deciding,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_rows_double_up_to_all_of_them() {
+        assert_eq!(doubled(4_000), [62, 125, 250, 500, 1_000, 2_000, 4_000]);
+        assert_eq!(doubled(60), [60]);
+        assert!(doubled(30).is_empty());
+    }
+
+    #[test]
+    fn labels_stay_with_their_rows() {
+        let labels = RowLabels {
+            grouping: Some(Grouping {
+                by: "column pose".to_owned(),
+                groups: vec![7, 8, 9, 7],
+                is_found: false,
+                places: None,
+            }),
+            sensors: Some(vec![0, 1, 0, 1]),
+            deciding: None,
+        };
+        let some = of_rows(&labels, &[1, 3]);
+        assert_eq!(some.groups(), Some(&[8, 7][..]));
+        assert_eq!(some.sensors, Some(vec![1, 1]));
+    }
+}

@@ -1,0 +1,80 @@
+//! How far a room's model may be believed at poses of a sensor.
+
+use super::environment::Environment;
+use super::gaussian::{FieldPoint, GaussianError};
+use super::samples::PoseError;
+use super::support::SupportAt;
+use super::{OutsidePolicy, Support};
+use rayon::prelude::*;
+
+/// How far off a reading may be, and what the model's answer hangs on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Validity {
+    /// RMS distance of what the tracker would read from what the model says, mm; misfit included where
+    /// the room keeps its measurements, else the standard error of the fit.
+    pub position_error_mm: f64,
+    /// Likewise of the orientation, rad; `None` where orientations were not measured.
+    pub angle_error_rad: Option<f64>,
+    /// 95 % of readings are within so much of what the model says, mm and rad; `None` where the room
+    /// does not keep its measurements.
+    pub position_95_mm: Option<f64>,
+    pub angle_95_rad: Option<f64>,
+    /// What the fit says of the pose; `None` for models that are no polynomials, and where the fit
+    /// kept nothing.
+    pub support: Option<SupportAt>,
+}
+
+impl Environment {
+    /// Whether [`Environment::validity`] has anything to say.
+    pub fn tells_validity(&self) -> bool {
+        self.process.is_some() || self.support.is_some()
+    }
+
+    /// How far the model may be believed at each point; `None` where the room keeps neither its
+    /// measurements nor the standard error of its fit.
+    ///
+    /// # Errors
+    /// Measurements from which no process can be factored.
+    pub fn validity(
+        &self,
+        points: &[FieldPoint],
+        outside: OutsidePolicy,
+    ) -> Result<Option<Vec<Validity>>, GaussianError> {
+        let support = self.support.as_ref();
+        let support_at = |support: &Support, point: &FieldPoint| {
+            support.at(&point.position_mm, &point.axis, outside)
+        };
+        let Some(process) = &self.process else {
+            let of_fit = support.map(|support| {
+                let each = points.par_iter().map(|point| {
+                    let at = support_at(support, point);
+                    Validity {
+                        position_error_mm: at.position_std_error_mm,
+                        angle_error_rad: at.angle_std_error_rad,
+                        position_95_mm: None,
+                        angle_95_rad: None,
+                        support: Some(at),
+                    }
+                });
+                each.collect()
+            });
+            return Ok(of_fit);
+        };
+        let model_errors: Vec<PoseError> = points
+            .par_iter()
+            .map(|point| {
+                let at = self.model.evaluate(&point.position_mm, &point.axis, outside);
+                at.error
+            })
+            .collect();
+        let errors = process.reading_errors(points, &model_errors)?;
+        let each = points.par_iter().zip(errors).map(|(point, error)| Validity {
+            position_error_mm: error.position_mm.rms,
+            angle_error_rad: error.angle_rad.map(|angle| angle.rms),
+            position_95_mm: Some(error.position_mm.within_95),
+            angle_95_rad: error.angle_rad.map(|angle| angle.within_95),
+            support: support.map(|support| support_at(support, point)),
+        });
+        Ok(Some(each.collect()))
+    }
+}
