@@ -72,7 +72,10 @@ pub(super) fn curve_lines(points: &[LearningPoint]) -> Vec<String> {
     }
     names.sort_unstable();
     let cells = |first: &str, each: &dyn Fn(&str) -> String| {
-        let rest: String = names.iter().map(|name| format!("  {:>10}", each(name))).collect();
+        let rest: String = names
+            .iter()
+            .map(|name| format!("  {:>10}", each(name)))
+            .collect();
         format!("{first:>12}{rest}")
     };
     let mut lines = vec![

@@ -11,10 +11,10 @@ use crate::calibration::kind_choice::{TriedKind, choose_kind};
 use crate::calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
 use crate::calibration::room_choice::{Chosen, RowLabels};
 use crate::calibration::room_model::RoomModel;
+use crate::field::samples::SampleSet;
 use crate::field::selection::{
     DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings,
 };
-use crate::field::samples::SampleSet;
 use crate::geometry::directions::DirectionSet;
 use crate::report::room::{map_name, method_name};
 use crate::report::{learning_chart, selection, selection_chart};

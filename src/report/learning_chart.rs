@@ -8,10 +8,7 @@ pub fn chart(data: &str, points: &[LearningPoint]) -> Chart {
     let mut series: Vec<Series> = Vec::new();
     for point in points {
         for kind in &point.choice.kinds {
-            let at = (
-                point.rows as f64,
-                kind.deciding().overall.position_rms_mm,
-            );
+            let at = (point.rows as f64, kind.deciding().overall.position_rms_mm);
             match series.iter_mut().find(|s| s.name == kind.name()) {
                 Some(line) => line.points.push(at),
                 None => series.push(Series {

@@ -303,3 +303,70 @@ fn what_does_not_go_together_is_refused_in_one_line() {
         message.contains("found \"splines\", expected bernstein, symmetric, kriging or harmonic")
     );
 }
+
+#[test]
+fn a_learning_curve_has_a_line_a_kind_over_numbers_of_rows() {
+    let scratch = Scratch::new();
+    let [table, _] = room_a();
+    let chart = scratch.arg("curve.svg");
+    let models = "bernstein,kriging,harmonic";
+    let base = [
+        "select",
+        &table,
+        "--models",
+        models,
+        "--generator",
+        "planar-nine",
+    ];
+    let quick = ["--degree", "4", "--orders", "1,2", "--directions", "14"];
+    let curve = ["--learning-curve", &chart, "--rows", "100,400"];
+    let found = json(&[&base[..], &quick, &curve].concat());
+    let points = found["learning_curve"].as_array().unwrap();
+    let rms = |point: &Value, name: &str| {
+        let kinds = point["kinds"].as_array().unwrap();
+        let kind = kinds.iter().find(|kind| kind["model"] == name).unwrap();
+        number(&kind["cv"]["position_rms_mm"])
+    };
+    for name in models.split(',') {
+        let [few, many] = [0, 1].map(|i| rms(&points[i], name));
+        assert!(many < few, "{name}: {few} of 100 rows, {many} of 400");
+    }
+    assert!(rms(&points[1], "harmonic") < 0.5 * rms(&points[1], "bernstein"));
+    assert_eq!(points[1]["rows"], 400);
+    let svg = fs::read_to_string(&chart).unwrap();
+    for name in models.split(',') {
+        assert!(svg.contains(name), "{name}");
+    }
+    let wrong = ["--learning-curve", &chart, "--rows", "10"];
+    let message = fail(&[&base[..], &quick, &wrong].concat());
+    assert!(message.contains("--rows: found 10, expected numbers of rows, 50 and more"));
+    let message = fail(&["select", &table, "--rows", "100"]);
+    assert!(message.contains("--learning-curve"), "{message}");
+}
+
+#[test]
+fn two_hundred_rows_of_a_known_generator_leave_half_a_millimetre() {
+    let scratch = Scratch::new();
+    let cube = |name: &str| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/environments/data/");
+        format!("{folder}{name}.csv")
+    };
+    let all = fs::read_to_string(cube("cube-fit")).unwrap();
+    let some: Vec<&str> = all.lines().take(201).collect();
+    let table = scratch.arg("some.csv");
+    fs::write(&table, some.join("\n")).unwrap();
+    let (env, held_out) = (scratch.arg("cube.env.ron"), cube("cube-holdout"));
+    let fitted = json(&[
+        "fit",
+        &table,
+        "-o",
+        &env,
+        "--model",
+        "harmonic",
+        "--generator",
+        "planar-nine",
+        "--holdout",
+        &held_out,
+    ]);
+    assert!(held_out_mm(&fitted) < 0.5, "{fitted}");
+}

@@ -56,9 +56,9 @@ fn distort_adds_where_the_model_may_be_believed() {
     let number = |row: usize, column: usize| rows[row][column].parse::<f64>().unwrap();
     for row in 0..2 {
         assert_eq!((&*rows[row][0], &*rows[row][4]), ("0", "1"), "{rows:?}");
-        // Held out, the room leaves 1.6 mm and 0.5° of what it says, less near a sample.
-        assert!((0.3..3.0).contains(&number(row, 1)), "{rows:?}");
-        assert!((0.1..1.0).contains(&number(row, 2)), "{rows:?}");
+        // Held out, the room leaves 1.6 mm and 0.5° of what it says, less at a sample.
+        assert!((0.05..3.0).contains(&number(row, 1)), "{rows:?}");
+        assert!((0.03..1.0).contains(&number(row, 2)), "{rows:?}");
         // 95 % of a length in three dimensions are 1.6 of its RMS, of one with a bias less.
         for (rms, within) in [(1, 6), (2, 7)] {
             let ratio = number(row, within) / number(row, rms);

@@ -53,6 +53,12 @@ fn a_recording_that_is_what_the_design_predicts_is_explained_whole() {
     assert!(number(&position["residual"]["max"]) < 1e-9, "{position}");
     assert!((number(&position["explained"]["value"]) - 1.0).abs() < 1e-9);
     assert!(number(&found["angle_deg"]["residual"]["max"]) < 1e-9);
+    // Of the same poses in fields that the room's measurements leave possible.
+    let expected = number(&found["expected"]["position_mm"]["rms"]);
+    let [low, high] = [0, 1].map(|k| number(&found["intervals"]["position_mm"]["rms"][k]));
+    assert!(low < expected && expected < high, "{found}");
+    let words = succeed(&["verify", &design, &recorded, "--outside", "clamp"]);
+    assert!(words.contains("expected tip error RMS"), "{words}");
     // As `simulate` has it.
     let input = scratch.arg("d/input.csv");
     let study = json(&["simulate", &design, "--mode", "input", "--input", &input]);

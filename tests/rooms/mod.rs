@@ -20,8 +20,10 @@ use trackwright::study::comparison::{
     Difference, FIGURES, Figure, FigureValues, Pair, Plan, REQUIRED, Settings, Verdict, compare,
     values,
 };
+use trackwright::study::expected::{expected, shrinking};
 use trackwright::study::{
-    AxisRange, Expected, Mode, Motion, Scenario, ScenarioCrf, Statistics, trial_count, trial_pose,
+    AxisRange, CancelToken, Expected, Mode, Motion, Scenario, ScenarioCrf, Statistics, trial_count,
+    trial_pose,
 };
 use trackwright::task::Task;
 use trackwright::tracking::frame_fit::{FrameFitter, Reading};
@@ -463,7 +465,9 @@ fn readings(room: &Room, environment: &Environment, poses: usize) -> Readings {
     let stated = environment.validity(&points, OutsidePolicy::Clamp).unwrap();
     let (mut within, mut pairs) = ([0_u32; 2], [vec![], vec![]]);
     for ((at, sensor), (p, n)) in stated.unwrap().iter().zip(&sensors).zip(&read) {
-        let (predicted, _) = environment.model.distort(&pose(sensor), OutsidePolicy::Clamp);
+        let (predicted, _) = environment
+            .model
+            .distort(&pose(sensor), OutsidePolicy::Clamp);
         let position_mm = (p - predicted.translation.vector).norm();
         let axis = predicted.rotation * Vector3::z_axis();
         let angle_rad = axis.angle(n);
@@ -507,15 +511,44 @@ fn readings_lie_within_what_is_stated_of_them() {
         println!(
             "room {seed}, {rows} rows: within 95 % {:.3} of positions, {:.3} of orientations; rank \
              correlation {:.2}, {:.2}",
-            found.within[0],
-            found.within[1],
-            found.rank_correlation[0],
-            found.rank_correlation[1]
+            found.within[0], found.within[1], found.rank_correlation[0], found.rank_correlation[1]
         );
         for within in found.within {
             // Of 400 readings one standard deviation is 1.1 %, and neighbours are not independent.
             assert!((0.90..=0.985).contains(&within), "room {seed}: {within}");
         }
         assert!(found.rank_correlation[0] > 0.1, "room {seed}");
+    }
+}
+
+#[test]
+fn more_measurements_narrow_intervals_as_is_foretold() {
+    for seed in [7, 8] {
+        let room = Room::new(seed, false);
+        let [few, many] = [600, 2_400].map(|rows| environment(&measured(&room, rows, 5)));
+        let place = (
+            (room.max_mm + room.min_mm) / 2.0,
+            UnitQuaternion::identity(),
+        );
+        let [few, many] = [few, many].map(|environment| {
+            let [_, three, ..] = pointers();
+            scenario(&room, &environment, three, false, place).unwrap()
+        });
+        // Logarithm of the interval's ends' ratio.
+        let width = |scenario: &Scenario| {
+            let found = expected(scenario, &Mode::Motion, &CancelToken::default()).unwrap();
+            let (_, [low, high]) = found.of(REQUIRED[0]).unwrap();
+            (high / low).ln()
+        };
+        let found = width(&many) / width(&few);
+        let foretold = shrinking(&few, &Mode::Motion, &CancelToken::default()).unwrap();
+        let (measurements, foretold) = foretold[1];
+        assert_eq!(measurements, 2_400);
+        println!("room {seed}: {foretold:.2} foretold, {found:.2} found");
+        let ratio = found / foretold;
+        assert!(
+            (0.5..2.0).contains(&ratio),
+            "room {seed}: {foretold} {found}"
+        );
     }
 }

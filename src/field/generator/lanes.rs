@@ -79,7 +79,9 @@ pub fn read_axes(
         }
         let (unknowns, is_regular) = normal.solve();
         let squares = unknowns.iter().map(|v| *v * *v);
-        let length = squares.fold(Lanes::splat(0.0), |sum, v| sum + v).simd_sqrt();
+        let length = squares
+            .fold(Lanes::splat(0.0), |sum, v| sum + v)
+            .simd_sqrt();
         let limit = Lanes::splat(MAX_STEP_MM);
         let part = (limit / length).select(length.simd_gt(limit), Lanes::splat(1.0));
         let [x, y, z, a, b] = unknowns.map(|v| v * part);

@@ -161,7 +161,10 @@ mod tests {
             let mut found = vec![None; 203];
             model.axis_errors(&positions, &axes, &mut found);
             for ((p, n), found) in positions.iter().zip(&axes).zip(found) {
-                let plain = model.axis_error_at(p, n).ok().map(|error| values_of(&error));
+                let plain = model
+                    .axis_error_at(p, n)
+                    .ok()
+                    .map(|error| values_of(&error));
                 match (found, plain) {
                     (Some(found), Some(plain)) => {
                         for c in 0..6 {
