@@ -508,11 +508,6 @@ fn readings_lie_within_what_is_stated_of_them() {
         let room = Room::new(seed, wide);
         let environment = environment(&measured(&room, rows, 5));
         let found = readings(&room, &environment, 400);
-        println!(
-            "room {seed}, {rows} rows: within 95 % {:.3} of positions, {:.3} of orientations; rank \
-             correlation {:.2}, {:.2}",
-            found.within[0], found.within[1], found.rank_correlation[0], found.rank_correlation[1]
-        );
         for within in found.within {
             // Of 400 readings one standard deviation is 1.1 %, and neighbours are not independent.
             assert!((0.90..=0.985).contains(&within), "room {seed}: {within}");
@@ -544,7 +539,6 @@ fn more_measurements_narrow_intervals_as_is_foretold() {
         let foretold = shrinking(&few, &Mode::Motion, &CancelToken::default()).unwrap();
         let (measurements, foretold) = foretold[1];
         assert_eq!(measurements, 2_400);
-        println!("room {seed}: {foretold:.2} foretold, {found:.2} found");
         let ratio = found / foretold;
         assert!(
             (0.5..2.0).contains(&ratio),
