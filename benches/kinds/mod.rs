@@ -64,6 +64,7 @@ fn fitted(kind: &str, samples: &SampleSet, with_support: bool) -> Environment {
         volume: None,
         jitter: None,
         with_support,
+        sensors: None,
     };
     fit_room(&order, |_| Task::default())
         .expect("the built-in data fit")

@@ -11,6 +11,7 @@ use crate::field::fit::{Fit, FitError, FitSettings, factor, residuals};
 use crate::field::gaussian::{GaussianError, GaussianField};
 use crate::field::model::OutsidePolicy;
 use crate::field::samples::SampleSet;
+use crate::field::selection::sensors::SensorSpread;
 use crate::field::support::SupportError;
 use crate::field::{DistortionModel, Environment, Support};
 use crate::geometry::volume::Volume;
@@ -35,6 +36,8 @@ pub struct RoomOrder<'a> {
     pub jitter: Option<Jitter>,
     /// Whether the room shall say where its model may be believed.
     pub with_support: bool,
+    /// What sensors differ by among themselves, where several were measured with.
+    pub sensors: Option<SensorSpread>,
 }
 
 /// A measurement table by the name that provenance keeps, without its folder.
@@ -123,13 +126,20 @@ pub fn fit_room(
         RoomModel::Harmonic(harmonic) => harmonics(order, harmonic, &mut task_of)?,
     };
     let fit = made.fit;
+    let process = made.process.map(|process| match &order.sensors {
+        None => process,
+        Some(spread) => Arc::new(GaussianField {
+            sensor_variance: Some(spread.of_another()),
+            ..GaussianField::clone(&process)
+        }),
+    });
     let environment = Environment {
         name: order.name.to_owned(),
         model: fit.model.clone(),
         volume: order.volume,
         jitter: order.jitter,
         support: made.support,
-        process: made.process,
+        process,
         provenance: Some(Provenance {
             data: order.table.name.to_owned(),
             samples: samples.samples.len(),

@@ -14,6 +14,7 @@ use crate::field::computed::ModelKind;
 use crate::field::environment::{HoldoutProvenance, Jitter};
 use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals};
 use crate::field::samples::{MapKind, SampleSet};
+use crate::field::selection::sensors::SensorSpread;
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
 use crate::report::room::{fit_warnings, map_name, method_name, support_note};
@@ -192,6 +193,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         volume: args.volume,
         jitter: args.jitter.jitter(),
         with_support: !args.no_support,
+        sensors: chosen.as_ref().and_then(|chosen| chosen.selection.sensors),
     };
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
     let room = fit_and_write(&target, &model, &settings, &set, holdout)?;
@@ -220,6 +222,8 @@ pub(super) struct Target<'a> {
     pub jitter: Option<Jitter>,
     /// Whether the environment says where its model may be believed.
     pub with_support: bool,
+    /// What sensors differ by among themselves, where they were held out.
+    pub sensors: Option<SensorSpread>,
 }
 
 /// Fits, judges on a second table where there is one, writes the environment, and warns.
@@ -248,6 +252,7 @@ pub(super) fn fit_and_write(
         volume: target.volume.into(),
         jitter: target.jitter,
         with_support: target.with_support,
+        sensors: target.sensors,
     };
     let mut shown = None;
     let room = fit_room(&order, |stage| {

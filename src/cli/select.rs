@@ -179,6 +179,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
             volume: args.volume,
             jitter: args.jitter.jitter(),
             with_support: true,
+            sensors: chosen.selection.sensors,
         };
         let best = choice.as_ref().map(|choice| &choice.kinds[choice.best]);
         let fit_settings = match best {

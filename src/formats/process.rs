@@ -24,6 +24,8 @@ pub(super) struct ProcessEntry {
     has_rotations: bool,
     measured_rows: usize,
     left_out_rms_mm: f64,
+    #[serde(default)]
+    sensor_variance: Option<ErrorValues>,
     rows: Vec<RowEntry>,
 }
 
@@ -68,6 +70,11 @@ impl ProcessEntry {
             let expected = "finite numbers, variances zero or more";
             return Err(FormatError::field("process.covariance", found, expected));
         }
+        let is_variance = |v: &f64| v.is_finite() && *v >= 0.0;
+        if !self.sensor_variance.iter().flatten().all(is_variance) {
+            let (name, expected) = ("process.sensor_variance", "finite numbers of zero or more");
+            return Err(FormatError::field(name, "not that", expected));
+        }
         let rows: Result<Vec<Row>, FormatError> = self
             .rows
             .into_iter()
@@ -87,6 +94,7 @@ impl ProcessEntry {
             has_rotations: self.has_rotations,
             measured_rows: self.measured_rows,
             left_out_rms_mm: self.left_out_rms_mm,
+            sensor_variance: self.sensor_variance,
         }))
     }
 }
@@ -153,9 +161,17 @@ pub(super) fn push(out: &mut String, process: &GaussianField) {
     for line in &process.component_covariance {
         let _ = writeln!(out, "            {},", ron_text::tuple(line));
     }
+    let sensors = process
+        .sensor_variance
+        .map_or_else(String::new, |variance| {
+            format!(
+                "        sensor_variance: Some({}),\n",
+                ron_text::tuple(&variance)
+            )
+        });
     let _ = writeln!(
         out,
-        "        ),\n        has_rotations: {},\n        measured_rows: {},\n        left_out_rms_mm: {},\n        \
+        "        ),\n        has_rotations: {},\n        measured_rows: {},\n        left_out_rms_mm: {},\n{sensors}        \
          // Position in mm, axis, error in mm and rad, noise of an outlier.\n        rows: [",
         process.has_rotations,
         process.measured_rows,

@@ -303,6 +303,34 @@ fn a_fit_says_which_hold_out_its_choice_is_of() {
 }
 
 #[test]
+fn what_sensors_differ_by_is_part_of_what_a_reading_of_another_may_be_off_by() {
+    let scratch = Scratch::new();
+    let data = sensor_table(&scratch, "sensors.csv");
+    let [env, poses, out] = ["s.env.ron", "poses.csv", "out.csv"].map(|name| scratch.arg(name));
+    succeed(&["select", &data, "--orders", "1-2", "-o", &env]);
+    fs::write(&poses, "x,y,z,qw,qx,qy,qz\n0,0,0,1,0,0,0\n").unwrap();
+    let rms_mm = || -> f64 {
+        succeed(&["distort", &env, &poses, "-o", &out, "--support"]);
+        let table = fs::read_to_string(&out).unwrap();
+        let cell = table.lines().nth(1).unwrap().split(',').nth(8).unwrap();
+        cell.parse().unwrap()
+    };
+    let with = rms_mm();
+    let kept = fs::read_to_string(&env).unwrap();
+    let is_spread = |line: &&str| line.contains("sensor_variance");
+    assert_eq!(kept.lines().filter(is_spread).count(), 1);
+    let without: Vec<_> = kept.lines().filter(|line| !is_spread(line)).collect();
+    fs::write(&env, without.join("\n")).unwrap();
+    let without = rms_mm();
+    // Offsets of 1 mm along x, and a third of that variance for the mean of three.
+    let own = (with * with - without * without).sqrt();
+    assert!(
+        (own - (4.0_f64 / 3.0).sqrt()).abs() < 0.15,
+        "{with} {without}"
+    );
+}
+
+#[test]
 fn hold_outs_that_cannot_be_made_say_why() {
     let scratch = Scratch::new();
     quadratic_table(&scratch.path("q.csv"), 60);

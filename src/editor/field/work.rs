@@ -121,6 +121,8 @@ fn fit_model(
         volume: settings.volume,
         jitter: settings.jitter,
         with_support: true,
+        // The window's tables have no column of sensors.
+        sensors: None,
     };
     let stage = |stage| match stage {
         RoomStage::Fitting => task.stretch(0.0, FITTING_PART),

@@ -107,6 +107,7 @@ impl GaussianField {
             has_rotations: set.has_rotations,
             measured_rows: samples.len(),
             left_out_rms_mm,
+            sensor_variance: None,
         })
     }
 

@@ -4,7 +4,7 @@ use super::fit::{GaussianError, factored, scaled, values};
 use super::hyper_parameters::errors_of;
 use super::kernel::FieldPoint;
 use super::posterior::log_amplitude_std;
-use super::{ErrorValues, GaussianField, Trend};
+use super::{DrawnErrors, ErrorValues, GaussianField, Trend};
 use crate::field::samples::PoseError;
 use faer::linalg::solvers::Solve;
 use nalgebra::{Matrix6, Vector3, Vector6};
@@ -79,8 +79,8 @@ impl GaussianField {
         Ok(found)
     }
 
-    /// Deviations for a unit standard deviation of the process.
-    fn reading_draws(&self, components: &Matrix6<f64>) -> Vec<Vector6<f64>> {
+    /// Deviations for a unit standard deviation of the process, and what a sensor is off by itself.
+    fn reading_draws(&self, components: &Matrix6<f64>) -> Vec<(Vector6<f64>, Vector6<f64>)> {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let std = log_amplitude_std(self.rows.len());
@@ -88,9 +88,42 @@ impl GaussianField {
             // E(exp(2 l)) = 1, as in the draws of a posterior.
             let by = (std * normal() - std * std).exp();
             let unit = Vector6::from_fn(|_, _| normal());
-            components * unit * by
+            let own = Vector6::from_fn(|_, _| normal());
+            (
+                components * unit * by,
+                own.component_mul(&self.sensor_std()),
+            )
         });
         each.collect()
+    }
+
+    /// Standard deviation of what another sensor is off by itself.
+    fn sensor_std(&self) -> Vector6<f64> {
+        Vector6::from(self.sensor_variance.unwrap_or_default()).map(f64::sqrt)
+    }
+
+    /// What the sensors of a body are off by themselves, in each draw: the same for sensors of the same
+    /// place in two bodies of one `body`; nothing where the room does not say what sensors differ by.
+    pub fn sensor_errors(
+        &self,
+        sensors: usize,
+        body: u64,
+        draws: usize,
+        seed: u64,
+    ) -> Vec<DrawnErrors> {
+        if self.sensor_variance.is_none() {
+            return vec![vec![[0.0; 6]; sensors]; draws];
+        }
+        let std = self.sensor_std();
+        let draw = |draw: usize| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            random.set_stream(2 * draw as u64 + body);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+            (0..sensors)
+                .map(|_| std::array::from_fn(|c| std[c] * normal()))
+                .collect()
+        };
+        (0..draws).map(draw).collect()
     }
 
     fn reading_error(
@@ -98,19 +131,20 @@ impl GaussianField {
         bias: &Vector6<f64>,
         std: f64,
         components: &Matrix6<f64>,
-        draws: &[Vector6<f64>],
+        draws: &[(Vector6<f64>, Vector6<f64>)],
     ) -> ReadingError {
         let distance = |from: usize| {
             let part = |v: &Vector6<f64>| Vector3::from(v.fixed_rows::<3>(from));
-            let variance = components.fixed_rows::<3>(from).norm_squared();
+            let variance = components.fixed_rows::<3>(from).norm_squared() * std * std
+                + part(&self.sensor_std()).norm_squared();
             let mut distances: Vec<f64> = draws
                 .iter()
-                .map(|draw| (part(bias) + part(draw) * std).norm())
+                .map(|(draw, own)| (part(bias) + part(draw) * std + part(own)).norm())
                 .collect();
             let place = (0.95 * draws.len() as f64) as usize;
             let (_, within_95, _) = distances.select_nth_unstable_by(place, f64::total_cmp);
             ReadingDistance {
-                rms: (part(bias).norm_squared() + variance * std * std).sqrt(),
+                rms: (part(bias).norm_squared() + variance).sqrt(),
                 within_95: *within_95,
             }
         };

@@ -55,6 +55,7 @@ fn prior_field(bounds: &Bounds) -> GaussianField {
         has_rotations: true,
         measured_rows: 1,
         left_out_rms_mm: 0.0,
+        sensor_variance: None,
     }
 }
 
@@ -364,4 +365,35 @@ fn the_mean_is_the_same_for_an_axis_turned_round_and_nears_what_was_measured() {
     }
     // What is cut off in the axis stays: a sixth of the variance of this kernel's second scale.
     assert!(left < 0.1 * measured, "{left} of {measured}");
+}
+
+#[test]
+fn where_nothing_is_measured_a_reading_is_off_by_the_field_and_by_what_sensors_differ_by() {
+    let bounds = Bounds::from(([-100.0; 3], [100.0; 3]));
+    let mut field = prior_field(&bounds);
+    let at = points(3, &bounds, 4);
+    let none = vec![PoseError::default(); 3];
+    let errors = |field: &GaussianField| field.reading_errors(&at, &none).unwrap();
+    for error in errors(&field) {
+        // Three components of 2 mm, and of 0.01 rad.
+        assert!((error.position_mm.rms - 12.0_f64.sqrt()).abs() < 1e-6);
+        assert!((error.angle_rad.unwrap().rms - 3e-4_f64.sqrt()).abs() < 1e-8);
+        // Of a normal vector it would be 1.61; the amplitude varies.
+        let ratio = error.position_mm.within_95 / error.position_mm.rms;
+        assert!((1.55..1.95).contains(&ratio), "{ratio}");
+    }
+    field.sensor_variance = Some([1.0, 2.0, 3.0, 1e-4, 0.0, 0.0]);
+    for error in errors(&field) {
+        assert!((error.position_mm.rms - 18.0_f64.sqrt()).abs() < 1e-6);
+        assert!((error.angle_rad.unwrap().rms - 4e-4_f64.sqrt()).abs() < 1e-8);
+    }
+    let own = field.sensor_errors(2, 0, 4_000, 1);
+    for sensor in 0..2 {
+        let square = own.iter().map(|draw| draw[sensor][2].powi(2)).sum::<f64>() / 4_000.0;
+        // One standard deviation of it is 2.2 %.
+        assert!((square / 3.0 - 1.0).abs() < 0.1, "{square}");
+    }
+    // The same sensors in another design, others in another body.
+    assert_eq!(field.sensor_errors(3, 0, 5, 1)[4][..2], own[4][..]);
+    assert_ne!(field.sensor_errors(2, 1, 5, 1)[4], own[4]);
 }

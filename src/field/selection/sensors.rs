@@ -118,6 +118,15 @@ impl SensorSpread {
         ))
     }
 
+    /// Variance of what a sensor that was not measured is off by from the mean of those that were, a
+    /// component, mm² and rad².
+    pub fn of_another(&self) -> [f64; VALUES] {
+        let mean = 1.0 + 1.0 / self.sensors as f64;
+        let [x, y, z] = self.position_variance_mm2();
+        let [a, b, c] = self.rotation_variance_rad2().unwrap_or_default();
+        [x, y, z, a, b, c].map(|variance| variance * mean)
+    }
+
     /// Standard deviation of a sensor's offset along X, Y, Z.
     pub fn position_std_dev_mm(&self) -> [f64; 3] {
         self.position_variance_mm2().map(f64::sqrt)

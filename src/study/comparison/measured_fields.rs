@@ -4,7 +4,7 @@
 use super::figure::FigureValues;
 use super::sampled::{Drawn, DrawnAt, DrawnFrom, Errors};
 use crate::field::gaussian::{ErrorValues, GaussianField};
-use crate::study::expected::DrawnTrials;
+use crate::study::expected::{DrawnTrials, SENSOR_SEED, SensorErrors};
 use crate::study::scenario::Scenario;
 use crate::study::trial::Simulator;
 use rayon::prelude::*;
@@ -44,14 +44,15 @@ impl MeasuredFields {
         let fields = process.posterior(&points).ok()?.draws(draws, seed);
         let split = own_trials.points().len();
         let drawn = |at: &DrawnAt, trials: &DrawnTrials, part: std::ops::Range<usize>| {
-            let figures = |field: &[ErrorValues]| -> Option<FigureValues> {
-                let errors = trials.errors(&trials.field_errors(field, process.trend));
+            let figures = |field: &[ErrorValues], sensors: &SensorErrors| -> Option<FigureValues> {
+                let errors = trials.errors(&trials.field_errors(field, process.trend, sensors));
                 let errors: Vec<Errors> = errors.into_iter().map(Some).collect();
                 at.figures_of(&errors)
             };
             let draws: Option<Vec<_>> = fields
                 .par_iter()
-                .map(|field| figures(&field[part.clone()]))
+                .zip(trials.sensor_errors(process, draws, SENSOR_SEED))
+                .map(|(field, sensors)| figures(&field[part.clone()], &sensors))
                 .collect();
             let own_field: Vec<Errors> =
                 trials.model_trial_errors().into_iter().map(Some).collect();

@@ -1,6 +1,6 @@
 //! Trials of a study in fields that differ at its sensors alone.
 
-use crate::field::gaussian::{ErrorValues, FieldPoint, Trend};
+use crate::field::gaussian::{DrawnErrors, ErrorValues, FieldPoint, GaussianField, Trend};
 use crate::field::samples::PoseError;
 use crate::geometry::pose::Pose;
 use crate::study::scenario::InputTrial;
@@ -8,6 +8,12 @@ use crate::study::tracker::TrackBuffers;
 use crate::study::trial::Simulator;
 use crate::tracking::tool_in_crf::relative_error;
 use nalgebra::Vector3;
+
+/// What each sensor of tool and CRF is off by itself in one drawn field.
+pub(in crate::study) struct SensorErrors {
+    tool: DrawnErrors,
+    crf: DrawnErrors,
+}
 
 /// Trials made ready to be tried in many fields.
 pub(in crate::study) struct DrawnTrials<'a> {
@@ -61,11 +67,20 @@ impl<'a> DrawnTrials<'a> {
         })
     }
 
-    /// The errors at the points of a drawn field, the trend added.
-    pub fn field_errors(&self, drawn: &[ErrorValues], trend: Trend) -> Vec<PoseError> {
-        let each = drawn.iter().zip(&self.model_errors);
-        each.map(|(values, model)| {
-            let error = pose_error(values);
+    /// The errors at the points of a drawn field, the trend and what each sensor is off by itself added.
+    pub fn field_errors(
+        &self,
+        drawn: &[ErrorValues],
+        trend: Trend,
+        own: &SensorErrors,
+    ) -> Vec<PoseError> {
+        let each = drawn.iter().zip(&self.model_errors).enumerate();
+        each.map(|(point, (values, model))| {
+            let own = match point.checked_sub(self.tool_points) {
+                None => own.tool[point / self.tracker_from_tool.len()],
+                Some(point) => own.crf[point / self.tracker_from_crf.len()],
+            };
+            let error = pose_error(&std::array::from_fn(|c| values[c] + own[c]));
             match trend {
                 Trend::None => error,
                 Trend::Model => PoseError {
@@ -75,6 +90,22 @@ impl<'a> DrawnTrials<'a> {
             }
         })
         .collect()
+    }
+
+    /// What the sensors are off by themselves in each of some fields; sensors of the same place in two
+    /// designs are the same.
+    pub fn sensor_errors(
+        &self,
+        process: &GaussianField,
+        draws: usize,
+        seed: u64,
+    ) -> Vec<SensorErrors> {
+        let tool = self.tool_points / self.tracker_from_tool.len().max(1);
+        let crf_points = self.points.len() - self.tool_points;
+        let crf = crf_points / self.tracker_from_crf.len().max(1);
+        let of = |sensors, body| process.sensor_errors(sensors, body, draws, seed);
+        let each = of(tool, 0).into_iter().zip(of(crf, 1));
+        each.map(|(tool, crf)| SensorErrors { tool, crf }).collect()
     }
 
     /// Tip error and angle error of each trial in the room's own field.

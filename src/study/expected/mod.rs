@@ -24,7 +24,7 @@ use super::statistics::{Statistics, percentile};
 use super::trial::Simulator;
 use crate::field::gaussian::GaussianError;
 use crate::task::{CancelToken, Cancelled};
-pub(super) use drawn_trials::DrawnTrials;
+pub(super) use drawn_trials::{DrawnTrials, SensorErrors};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -48,6 +48,9 @@ pub(super) const STRETCH: f64 = 2.0;
 const TAIL: f64 = 0.025;
 
 const SEED: u64 = 20;
+
+/// Of what sensors are off by themselves.
+pub(super) const SENSOR_SEED: u64 = 23;
 
 /// Expected figures of a study, and 95 % intervals.
 #[derive(Clone, Debug, PartialEq)]
@@ -192,10 +195,12 @@ pub fn expected(
             false => of_spread[k],
         }))
     };
+    let sensors = drawn.sensor_errors(process, DRAWS, SENSOR_SEED);
     let found: Option<Vec<(FigureValues, f64)>> = fields
         .par_iter()
-        .map(|field| {
-            let errors = drawn.errors(&drawn.field_errors(field, process.trend));
+        .zip(&sensors)
+        .map(|(field, own)| {
+            let errors = drawn.errors(&drawn.field_errors(field, process.trend, own));
             let part = limit_mm.map_or(0.0, |limit_mm| part_within(&errors, limit_mm));
             Some((figures_of(&errors)?, part))
         })
