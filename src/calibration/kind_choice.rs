@@ -50,6 +50,14 @@ impl KindScored {
         }
     }
 
+    /// The same, with the generator where there may be several.
+    pub fn label(&self) -> String {
+        match &self.model {
+            RoomModel::Harmonic(order) => format!("harmonic, {}", order.generator.name()),
+            _ => self.name().to_owned(),
+        }
+    }
+
     /// The scores that decide.
     pub fn deciding(&self) -> &HeldOutScores {
         // Every hold-out that can decide was made.

@@ -60,6 +60,16 @@ pub enum GeneratorChoice {
     Learned,
 }
 
+impl GeneratorChoice {
+    /// The generator's, or that it is learned.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Known(generator) => &generator.name,
+            Self::Learned => LEARNED,
+        }
+    }
+}
+
 /// Why there is no such model.
 #[derive(Debug, thiserror::Error)]
 pub enum RoomModelError {

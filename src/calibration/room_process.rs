@@ -6,6 +6,7 @@ use crate::field::DistortionModel;
 use crate::field::batch::Batch;
 use crate::field::fit::{Fit, FitError, FitSettings, fit_with};
 use crate::field::gaussian::{GaussianError, GaussianField};
+use crate::field::harmonic::solid_harmonics::terms;
 use crate::field::harmonic::{HarmonicFitError, Loss};
 use crate::field::model::OutsidePolicy;
 use crate::field::samples::{PoseError, SampleSet};
@@ -17,6 +18,10 @@ use crate::task::Task;
 /// A model is the trend where what the process leaves around it is less than this part of what it
 /// leaves without: a choice within the noise of both is the simpler one.
 const BETTER: f64 = 0.95;
+
+/// Numbers measured an unknown from which a harmonic model's own residuals are held-out ones: they are
+/// then smaller by 2.5 %.
+const MANY_ROWS_AN_UNKNOWN: usize = 20;
 
 /// Rows an unknown below which a model's residuals say nothing.
 const ROWS_AN_UNKNOWN: usize = 3;
@@ -49,9 +54,13 @@ pub fn room_process(
 ) -> Result<GaussianField, GaussianError> {
     if let Refit::Harmonic { .. } = refit {
         // What a generator's fields leave is small beside the errors, so that it is their trend always.
+        let own = trend(&fit.model, samples);
+        if refit.leaves_as_much_of_its_rows(samples) {
+            return GaussianField::fit(samples, Some(&own), task);
+        }
         if let Some(held_out) = held_out(samples, refit, &fit.model, task)? {
             let around = GaussianField::fit(samples, Some(&held_out), task)?;
-            return Ok(around.with_trend(samples, &trend(&fit.model, samples)));
+            return Ok(around.with_trend(samples, &own));
         }
     }
     let alone = GaussianField::fit(samples, None, &task.stretch(0.0, 0.5))?;
@@ -115,6 +124,17 @@ fn held_out(
 }
 
 impl Refit<'_> {
+    /// Whether there are so many rows that a harmonic model leaves as much of its own as of others:
+    /// residuals are smaller by a part of half the unknowns over the numbers measured.
+    fn leaves_as_much_of_its_rows(&self, samples: &SampleSet) -> bool {
+        let Self::Harmonic { table, degree, .. } = self else {
+            return false;
+        };
+        let unknowns = table.generator.coils.len() * terms(*degree);
+        let dof = if samples.has_rotations { 5 } else { 3 };
+        dof * samples.samples.len() >= MANY_ROWS_AN_UNKNOWN * unknowns
+    }
+
     /// What a model of some rows gives at others; `None` where it cannot be fitted.
     pub(super) fn at(
         &self,

@@ -3,26 +3,19 @@
 use super::select::scores_json;
 use crate::calibration::kind_choice::{KindChoice, KindScored};
 use crate::calibration::learning_curve::LearningPoint;
-use crate::calibration::room_model::{GeneratorChoice, RoomModel};
+use crate::calibration::room_model::RoomModel;
 use crate::field::selection::HoldOutBy;
 use crate::field::selection::scoring::HeldOutScores;
 use crate::report::selection::{candidate_text, hold_out_name};
 use crate::study::figures::with_separators;
 use serde_json::{Value, json};
 
-fn generator_name(generator: &GeneratorChoice) -> &str {
-    match generator {
-        GeneratorChoice::Known(generator) => &generator.name,
-        GeneratorChoice::Learned => "learned",
-    }
-}
-
 /// A kind and the best model of it.
 pub(super) fn text(kind: &KindScored) -> String {
     match (&kind.model, &kind.candidate) {
         (RoomModel::Harmonic(order), _) => format!(
             "harmonic, generator {}, degree {}",
-            generator_name(&order.generator),
+            order.generator.name(),
             order.degree.unwrap_or_default()
         ),
         (_, Some(candidate)) => format!("{}, {}", kind.name(), candidate_text(candidate)),
@@ -64,10 +57,10 @@ pub(super) fn lines(choice: &KindChoice, groups: Option<&str>) -> Vec<String> {
 
 /// A line a number of measurements, a column a kind.
 pub(super) fn curve_lines(points: &[LearningPoint]) -> Vec<String> {
-    let mut names: Vec<&str> = Vec::new();
+    let mut names: Vec<String> = Vec::new();
     for kind in points.iter().flat_map(|point| &point.choice.kinds) {
-        if !names.contains(&kind.name()) {
-            names.push(kind.name());
+        if !names.contains(&kind.label()) {
+            names.push(kind.label());
         }
     }
     names.sort_unstable();
@@ -84,7 +77,7 @@ pub(super) fn curve_lines(points: &[LearningPoint]) -> Vec<String> {
     ];
     for point in points {
         let rms = |name: &str| {
-            let kind = point.choice.kinds.iter().find(|kind| kind.name() == name);
+            let kind = point.choice.kinds.iter().find(|kind| kind.label() == name);
             kind.map_or_else(
                 || "–".to_owned(),
                 |kind| format!("{:.4}", kind.deciding().overall.position_rms_mm),
@@ -137,7 +130,7 @@ pub(super) fn as_json(choice: &KindChoice) -> Value {
                 value["ridge"] = json!(candidate.ridge);
             }
             if let RoomModel::Harmonic(order) = &kind.model {
-                value["generator"] = json!(generator_name(&order.generator));
+                value["generator"] = json!(order.generator.name());
                 value["degree"] = json!(order.degree);
             }
             value

@@ -147,12 +147,21 @@ pub(super) fn tried_kinds(
             ("bernstein", _) => TriedKind::Bernstein,
             ("symmetric", _) => TriedKind::Symmetric,
             ("kriging", _) => TriedKind::Kriging,
-            ("harmonic", Some(generator)) => TriedKind::Harmonic {
-                generator: generator_choice(generator)?,
-                degrees: checked_degree(degree)?
-                    .map_or_else(|| TRIED_DEGREES.collect(), |d| vec![d]),
-                loss: loss.into(),
-            },
+            ("harmonic", Some(generators)) => {
+                let degrees =
+                    checked_degree(degree)?.map_or_else(|| TRIED_DEGREES.collect(), |d| vec![d]);
+                for generator in generators.split(',').map(str::trim) {
+                    let kind = TriedKind::Harmonic {
+                        generator: generator_choice(generator)?,
+                        degrees: degrees.clone(),
+                        loss: loss.into(),
+                    };
+                    if !kinds.contains(&kind) {
+                        kinds.push(kind);
+                    }
+                }
+                continue;
+            }
             ("harmonic", None) => bail!(
                 "--models harmonic: found no --generator, expected planar-nine, anser, a file (*.generator.ron), or learn"
             ),

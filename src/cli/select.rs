@@ -38,8 +38,9 @@ pub struct SelectArgs {
     #[arg(long, value_name = "LIST", default_value = "bernstein")]
     models: String,
 
-    /// Field generator of harmonic models: planar-nine, anser, a file (*.generator.ron), or learn
-    #[arg(long, value_name = "NAME|FILE|learn")]
+    /// Field generators of harmonic models, each of them tried: planar-nine, anser, a file
+    /// (*.generator.ron), or learn
+    #[arg(long, value_name = "NAME|FILE|learn,…")]
     generator: Option<String>,
 
     /// Degree of harmonic models, 1 to 10; 2 to 8 are tried where left out

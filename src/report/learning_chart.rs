@@ -9,10 +9,10 @@ pub fn chart(data: &str, points: &[LearningPoint]) -> Chart {
     for point in points {
         for kind in &point.choice.kinds {
             let at = (point.rows as f64, kind.deciding().overall.position_rms_mm);
-            match series.iter_mut().find(|s| s.name == kind.name()) {
+            match series.iter_mut().find(|s| s.name == kind.label()) {
                 Some(line) => line.points.push(at),
                 None => series.push(Series {
-                    name: kind.name().to_owned(),
+                    name: kind.label(),
                     points: vec![at],
                     style: SeriesStyle::Line,
                 }),

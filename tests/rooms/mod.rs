@@ -7,8 +7,8 @@ use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use tracker::{Random, Room, SensorPose};
 use trackwright::calibration::room_process::{Refit, room_process};
-use trackwright::field::fit::{FitSettings, fit};
-use trackwright::field::gaussian::FieldPoint;
+use trackwright::field::fit::{FitSettings, fit, residuals};
+use trackwright::field::gaussian::{FieldPoint, GaussianField, Row, Trend};
 use trackwright::field::samples::{
     MapKind, Measurement, MeasurementContent, MeasurementSet, SampleSet,
 };
@@ -254,6 +254,8 @@ struct Case {
     /// From the room's first tool, in the order of `FIGURES`; `None` for that one.
     differences: Option<Vec<Difference>>,
     true_differences: FigureValues,
+    /// Widths of the intervals that the raw held-out error gives, in the order of `FIGURES`.
+    raw_widths: FigureValues,
 }
 
 /// Four pointers and one with a CRF in each room, the last four compared with the first.
@@ -286,14 +288,63 @@ fn cases(rooms: std::ops::Range<u64>) -> Vec<Case> {
                 break all;
             }
         };
-        cases.extend(cases_of(&room, &environment, scenarios));
+        let raw = by_held_out_error(&environment, &measured(&room, 300, 3_000 + seed));
+        cases.extend(cases_of(&room, [&environment, &raw], scenarios));
     }
     cases
 }
 
-/// Those of one room whose tools the tracker follows.
-fn cases_of(room: &Room, environment: &Arc<Environment>, scenarios: Vec<Scenario>) -> Vec<Case> {
+/// The room as the raw held-out error has it: each sensor is off by that much more than the room's model
+/// says, by chance and the same at every pose, as if nothing were known of how it goes over the room.
+fn by_held_out_error(environment: &Environment, held_out: &SampleSet) -> Arc<Environment> {
+    let left = residuals(&environment.model, held_out, OutsidePolicy::Clamp);
+    let position_mm2 = left.position_rms_mm.powi(2) / 3.0;
+    // The turn of an axis has two components, which lie any way in the room.
+    let rotation_rad2 = left.angle_rms_rad.unwrap().powi(2) / 3.0;
+    let process = environment.process.as_deref().unwrap();
+    let certain = GaussianField {
+        trend: Trend::Model,
+        component_covariance: [[0.0; 6]; 6],
+        rows: (process.rows.iter().take(4))
+            .map(|row| Row {
+                error: [0.0; 6],
+                ..*row
+            })
+            .collect(),
+        sensor_variance: Some(std::array::from_fn(|c| match c {
+            0..3 => position_mm2,
+            _ => rotation_rad2,
+        })),
+        ..process.clone()
+    };
+    Arc::new(Environment {
+        process: Some(Arc::new(certain)),
+        ..environment.clone()
+    })
+}
+
+/// Widths of intervals as they are drawn, without what they are stretched by on the logarithmic scale.
+fn drawn_widths(scenario: &Scenario, environment: &Arc<Environment>) -> FigureValues {
+    let scenario = Scenario {
+        environment: Arc::clone(environment),
+        ..scenario.clone()
+    };
+    let found = expected(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
+    std::array::from_fn(|k| {
+        let end = |end: f64| found.figures[k] * (end / found.figures[k]).sqrt();
+        let [low, high] = found.intervals[k];
+        end(high) - end(low)
+    })
+}
+
+/// Those of one room whose tools the tracker follows; the second environment has the raw held-out error.
+fn cases_of(
+    room: &Room,
+    [environment, raw]: [&Arc<Environment>; 2],
+    scenarios: Vec<Scenario>,
+) -> Vec<Case> {
     let truths: Vec<_> = scenarios.iter().map(|s| truth(room, s)).collect();
+    let raw_widths: Vec<_> = scenarios.iter().map(|s| drawn_widths(s, raw)).collect();
     let pairs = scenarios.into_iter().enumerate();
     let plan = Plan {
         rooms: vec![Arc::clone(environment)],
@@ -307,8 +358,8 @@ fn cases_of(room: &Room, environment: &Arc<Environment>, scenarios: Vec<Scenario
         baseline: 0,
     };
     let compared = compare(&plan, &Settings::default(), &Task::default()).unwrap();
-    let each = compared.rows.into_iter().zip(&truths);
-    each.filter_map(|(row, truth)| {
+    let each = compared.rows.into_iter().zip(&truths).zip(raw_widths);
+    each.filter_map(|((row, truth), raw_widths)| {
         let truth = (*truth)?;
         let against = truths[0].zip(row.against_baseline);
         let of_first = truths[0].unwrap_or(truth);
@@ -317,6 +368,7 @@ fn cases_of(room: &Room, environment: &Arc<Environment>, scenarios: Vec<Scenario
             truth,
             differences: against.map(|(_, against)| against.differences),
             true_differences: std::array::from_fn(|k| truth[k] - of_first[k]),
+            raw_widths,
         })
     })
     .collect()
@@ -427,8 +479,10 @@ fn rooms_of_the_method_page() {
     for figure in REQUIRED {
         let (ratio, holding, width) = judged(&cases, figure);
         let compared = compared(&cases, figure);
+        let k = index(figure);
+        let raw = median(cases.iter().map(|c| c.raw_widths[k] / c.truth[k]).collect());
         println!(
-            "{} | {ratio:.2} | {:.0} % | {width:.2} | differences {:.0} % of {} | wrong {} of {}",
+            "{} | {ratio:.2} | {:.0} % | {width:.2} | raw {raw:.2} | differences {:.0} % of {} | wrong {} of {}",
             figure.label(),
             percent(holding, cases.len()),
             percent(compared.holding, compared.all),
