@@ -341,10 +341,17 @@ pub(super) fn factored(
 fn left_out(kernel: &mut Kernel, rows: &[Row]) -> Result<LeftOut, GaussianError> {
     let factor = factored(kernel, rows)?;
     let n = rows.len();
-    let inverse = factor.solve(&Mat::<f64>::identity(n, n));
+    // K⁻¹ = L⁻ᵀ L⁻¹: its diagonal has the squares of the columns of L⁻¹.
+    let mut inverse = Mat::<f64>::zeros(n, n);
+    faer::linalg::triangular_inverse::invert_lower_triangular(
+        inverse.as_mut(),
+        factor.L(),
+        faer::get_global_parallelism(),
+    );
+    let square = |i: usize| -> f64 { (i..n).map(|k| inverse[(k, i)].powi(2)).sum() };
     Ok(LeftOut {
         solved: factor.solve(&errors_of(rows)),
-        variance: (0..n).map(|i| 1.0 / inverse[(i, i)]).collect(),
+        variance: (0..n).map(|i| 1.0 / square(i)).collect(),
     })
 }
 

@@ -1,6 +1,7 @@
 //! Covariance of the field between two sensor poses.
 
 use super::Row;
+use super::kernel_columns::PointColumns;
 use faer::Mat;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
@@ -55,35 +56,30 @@ impl Kernel {
 
     /// Covariances between each of `a` (rows) and each of `b` (columns).
     pub fn matrix(&self, a: &[FieldPoint], b: &[FieldPoint]) -> Mat<f64> {
-        let columns: Vec<Vec<f64>> = b
-            .par_iter()
-            .map(|b| a.iter().map(|a| self.covariance(a, b)).collect())
-            .collect();
+        let rows = PointColumns::of(a);
+        let columns: Vec<Vec<f64>> = b.par_iter().map(|b| rows.covariances(self, 0, b)).collect();
         Mat::from_fn(a.len(), b.len(), |i, j| columns[j][i])
     }
 
-    /// Covariances among points: the lower triangle is computed, the upper one is its mirror.
-    pub fn symmetric(&self, points: &[FieldPoint]) -> Mat<f64> {
-        let columns: Vec<Vec<f64>> = (0..points.len())
-            .into_par_iter()
-            .map(|j| {
-                let below = &points[j..];
-                below
-                    .iter()
-                    .map(|p| self.covariance(p, &points[j]))
-                    .collect()
-            })
+    /// Covariances among points, the lower triangle: what a Cholesky factor is made of. The upper one is
+    /// zero.
+    pub fn lower_triangle(&self, points: &[FieldPoint]) -> Mat<f64> {
+        let rows = PointColumns::of(points);
+        let columns: Vec<Vec<f64>> = points
+            .par_iter()
+            .enumerate()
+            .map(|(j, point)| rows.covariances(self, j, point))
             .collect();
-        Mat::from_fn(points.len(), points.len(), |i, j| {
-            let (low, high) = (i.min(j), i.max(j));
-            columns[low][high - low]
+        Mat::from_fn(points.len(), points.len(), |i, j| match i.checked_sub(j) {
+            Some(below) => columns[j][below],
+            None => 0.0,
         })
     }
 
-    /// Covariances among rows with their noise.
+    /// Covariances among rows with their noise, the lower triangle.
     pub(super) fn of_rows(&self, rows: &[Row]) -> Mat<f64> {
         let points: Vec<_> = rows.iter().map(|row| row.point).collect();
-        let mut matrix = self.symmetric(&points);
+        let mut matrix = self.lower_triangle(&points);
         for (i, row) in rows.iter().enumerate() {
             matrix[(i, i)] += self.nugget * row.noise_factor;
         }

@@ -16,6 +16,7 @@ mod amplitude;
 mod fit;
 mod hyper_parameters;
 mod kernel;
+mod kernel_columns;
 mod kriging;
 mod posterior;
 mod readings;

@@ -81,7 +81,7 @@ impl GaussianField {
             explained.as_mut(),
             faer::get_global_parallelism(),
         );
-        let mut unit = kernel.symmetric(at);
+        let mut unit = kernel.lower_triangle(at);
         unit -= explained.transpose() * &explained;
         let unit_variance = (0..at.len()).map(|i| unit[(i, i)].max(0.0)).collect();
         Ok(Posterior {
@@ -183,9 +183,12 @@ pub(super) fn log_amplitude_std(rows: usize) -> f64 {
     (PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) + common.powi(2)).sqrt()
 }
 
-/// Covariance of the logarithm of a draw's amplitude among points.
+/// Covariance of the logarithm of a draw's amplitude among points, the lower triangle.
 fn log_amplitude_covariance(at: &[FieldPoint], has_axes: bool) -> Mat<f64> {
     Mat::from_fn(at.len(), at.len(), |i, j| {
+        if i < j {
+            return 0.0;
+        }
         let (a, b) = (&at[i], &at[j]);
         let ratio = (a.position_mm - b.position_mm).norm() / AMPLITUDE_LENGTH_MM;
         let near = (-0.5 * ratio * ratio).exp();
@@ -198,7 +201,8 @@ fn log_amplitude_covariance(at: &[FieldPoint], has_axes: bool) -> Mat<f64> {
     })
 }
 
-/// Lower Cholesky factor of a covariance that round-off may have made indefinite.
+/// Lower Cholesky factor of a covariance, of which the lower triangle is read, that round-off may have made
+/// indefinite.
 fn lower(mut covariance: Mat<f64>, scale: f64) -> Result<Mat<f64>, GaussianError> {
     let n = covariance.nrows();
     let mut added = ROUND_OFF * scale;

@@ -63,7 +63,7 @@ fn prior_field(bounds: &Bounds) -> GaussianField {
 fn drawn_samples(count: usize, seed: u64) -> SampleSet {
     let bounds = room();
     let at = points(count, &bounds, seed);
-    let covariance = known_kernel().symmetric(&at);
+    let covariance = known_kernel().lower_triangle(&at);
     let factor = covariance.llt(faer::Side::Lower).unwrap().L().to_owned();
     let mut seeded = Seeded::new(seed + 1);
     let unit = faer::Mat::from_fn(count, 6, |_, _| seeded.normal());
