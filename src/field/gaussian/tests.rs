@@ -375,17 +375,17 @@ fn where_nothing_is_measured_a_reading_is_off_by_the_field_and_by_what_sensors_d
     let none = vec![PoseError::default(); 3];
     let errors = |field: &GaussianField| field.reading_errors(&at, &none).unwrap();
     for error in errors(&field) {
-        // Three components of 2 mm, and of 0.01 rad.
-        assert!((error.position_mm.rms - 12.0_f64.sqrt()).abs() < 1e-6);
-        assert!((error.angle_rad.unwrap().rms - 3e-4_f64.sqrt()).abs() < 1e-8);
+        // Three components of 2 mm, and of 0.01 rad, times the kernel's variance.
+        assert!((error.position_mm.rms - (1.2 * 12.0_f64).sqrt()).abs() < 1e-6);
+        assert!((error.angle_rad.unwrap().rms - (1.2 * 3e-4_f64).sqrt()).abs() < 1e-8);
         // Of a normal vector it would be 1.61; the amplitude varies.
         let ratio = error.position_mm.within_95 / error.position_mm.rms;
         assert!((1.55..1.95).contains(&ratio), "{ratio}");
     }
     field.sensor_variance = Some([1.0, 2.0, 3.0, 1e-4, 0.0, 0.0]);
     for error in errors(&field) {
-        assert!((error.position_mm.rms - 18.0_f64.sqrt()).abs() < 1e-6);
-        assert!((error.angle_rad.unwrap().rms - 4e-4_f64.sqrt()).abs() < 1e-8);
+        assert!((error.position_mm.rms - (1.2 * 12.0 + 6.0_f64).sqrt()).abs() < 1e-6);
+        assert!((error.angle_rad.unwrap().rms - (1.2 * 3e-4 + 1e-4_f64).sqrt()).abs() < 1e-8);
     }
     let own = field.sensor_errors(2, 0, 4_000, 1);
     for sensor in 0..2 {
