@@ -378,9 +378,10 @@ fn where_nothing_is_measured_a_reading_is_off_by_the_field_and_by_what_sensors_d
         // Three components of 2 mm, and of 0.01 rad, times the kernel's variance.
         assert!((error.position_mm.rms - (1.2 * 12.0_f64).sqrt()).abs() < 1e-6);
         assert!((error.angle_rad.unwrap().rms - (1.2 * 3e-4_f64).sqrt()).abs() < 1e-8);
-        // Of a normal vector it would be 1.61; the amplitude varies.
+        // Of a normal vector it would be 1.61; with an amplitude that varies by 0.83 on the logarithmic
+        // scale, as a single row leaves it, it is 2.1.
         let ratio = error.position_mm.within_95 / error.position_mm.rms;
-        assert!((1.55..1.95).contains(&ratio), "{ratio}");
+        assert!((1.9..2.4).contains(&ratio), "{ratio}");
     }
     field.sensor_variance = Some([1.0, 2.0, 3.0, 1e-4, 0.0, 0.0]);
     for error in errors(&field) {
