@@ -61,7 +61,7 @@ fn bounds() -> Bounds {
     Bounds::from(([-230.0, -230.0, -530.0], [230.0, 230.0, -70.0]))
 }
 
-/// A smooth error field at scattered poses: enough for timing, which does not hang on values.
+/// A smooth error field at scattered poses: enough for timing, which does not depend on values.
 fn samples(count: usize) -> SampleSet {
     let mut uniform = Uniform(1);
     let samples = (0..count)

@@ -17,7 +17,7 @@ const DESIGNS: usize = 20;
 const ROOMS: usize = 10;
 
 /// The built-in design with its sensors moved along the tool, in rooms of order 4 with 14 orientations
-/// that keep where they may be believed.
+/// that keep their model validity.
 fn plan() -> Plan {
     let set = samples(4000);
     let settings = FitSettings::new(4, DirectionSet::Fourteen);

@@ -50,7 +50,7 @@ impl High {
             return f64::NAN;
         };
         // The mantissa is a fraction below one, its highest word last. What the lower words say
-        // matters only for ties, which a reference does not hang on.
+        // matters only for ties, which a reference does not depend on.
         let top = words.last().copied().unwrap_or(0) as f64 * 2.0_f64.powi(-64);
         // Two steps, because 2^exponent alone may leave the range where the product does not.
         let half = exponent / 2;

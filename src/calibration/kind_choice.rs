@@ -4,6 +4,7 @@ use super::room_choice::{Chosen, GroupRowsError, RowLabels, choose_by};
 use super::room_model::{
     GeneratorChoice, HarmonicOrder, HarmonicTable, RoomModel, RoomModelError, predicted,
 };
+use crate::field::computed::ModelKind;
 use crate::field::fit::FitSettings;
 use crate::field::gaussian::{GaussianField, Kriging, kept_rows};
 use crate::field::harmonic::Loss;
@@ -32,6 +33,9 @@ pub enum TriedKind {
     },
 }
 
+/// The name of polynomials that are the same with the axis reversed.
+const SYMMETRIC: &str = "symmetric";
+
 /// The best model of a kind, and how it did on rows held out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KindScored {
@@ -45,7 +49,7 @@ impl KindScored {
     /// As the command line names the kind.
     pub fn name(&self) -> &'static str {
         match &self.model {
-            RoomModel::Bernstein { is_symmetric: true } => "symmetric",
+            RoomModel::Bernstein { is_symmetric: true } => SYMMETRIC,
             other => other.kind().name(),
         }
     }
@@ -169,10 +173,10 @@ impl TriedKind {
     /// As the command line names it.
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Bernstein => "bernstein",
-            Self::Symmetric => "symmetric",
-            Self::Kriging => "kriging",
-            Self::Harmonic { .. } => "harmonic",
+            Self::Bernstein => ModelKind::Bernstein.name(),
+            Self::Symmetric => SYMMETRIC,
+            Self::Kriging => ModelKind::Kriging.name(),
+            Self::Harmonic { .. } => ModelKind::Harmonic.name(),
         }
     }
 }

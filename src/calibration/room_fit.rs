@@ -1,4 +1,4 @@
-//! A room from measurements: the model, where it may be believed, and what it is worth on
+//! A room from measurements: the model, where it is valid, and what it is worth on
 //! measurements that it has not seen.
 
 use super::room_model::{
@@ -34,7 +34,7 @@ pub struct RoomOrder<'a> {
     pub settings: FitSettings,
     pub volume: Option<Volume>,
     pub jitter: Option<Jitter>,
-    /// Whether the room shall say where its model may be believed.
+    /// Whether the room shall say where its model is valid.
     pub with_support: bool,
     /// What sensors differ by among themselves, where several were measured with.
     pub sensors: Option<SensorSpread>,
@@ -52,7 +52,7 @@ pub struct RoomTable<'a> {
 pub struct FittedRoom {
     pub environment: Environment,
     pub fit: Fit,
-    /// Why the room does not say where its model may be believed, where that is too large to keep.
+    /// Why the room has no model validity, where that is too large to keep.
     pub support_left_out: Option<SupportError>,
     pub harmonic: Option<HarmonicReport>,
 }

@@ -269,7 +269,7 @@ mod tests {
         let [a, b] = [readings, moved].map(|all| still_pose(&all).unwrap());
         assert_eq!(a.used, b.used);
         let (mm, rad) = distances(&(other_from_tracker * a.pose), &b.pose);
-        // Weiszfeld stops at the resolution, but the means do not hang on where.
+        // Weiszfeld stops at the resolution, but the means do not depend on where.
         assert!(mm < 1e-10 && rad < 1e-12, "{mm} {rad}");
     }
 }

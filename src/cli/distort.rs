@@ -26,12 +26,11 @@ pub struct DistortArgs {
     #[arg(long, value_enum, default_value_t)]
     outside: OutsideArg,
 
-    /// Add how far the model may be believed: how far off the reading is to be expected (RMS:
-    /// std_error_mm, std_error_deg) and what 95 % of readings are within (within95_mm,
-    /// within95_deg), misfit included where the environment keeps its measurements; else the
-    /// standard error of the fit alone. Of polynomials also the pose's leverage on the fit, whether
-    /// the samples support it (0 or 1), and the distance to the nearest of them (distance_mm).
-    /// Cells are empty where nothing is known
+    /// Add the model validity: the standard error of each reading (std_error_mm, std_error_deg) and
+    /// its 95 % bound (within95_mm, within95_deg), misfit included where the environment keeps its
+    /// measurements; else the standard error of the fit alone. Of polynomials also the pose's
+    /// leverage on the fit, whether the samples support it (0 or 1), and the distance to the nearest
+    /// of them (distance_mm). Cells are empty where nothing is known
     #[arg(long)]
     support: bool,
 }
@@ -42,7 +41,7 @@ pub struct DistortArgs {
 /// Files that can't be used.
 pub fn run(args: &DistortArgs) -> anyhow::Result<()> {
     let environment = store::read_environment(&args.environment)?;
-    if args.support && !environment.tells_validity() {
+    if args.support && !environment.has_validity() {
         anyhow::bail!(
             "{}: found no `support` and no `process`, expected one of them with --support; `fit` \
              writes both unless told --no-support",
@@ -59,8 +58,8 @@ pub fn run(args: &DistortArgs) -> anyhow::Result<()> {
                 axis: pose.rotation * Vector3::z_axis(),
             });
             let points: Vec<_> = each.collect();
-            let told = environment.validity(&points, outside);
-            told.with_context(|| args.environment.display().to_string())?
+            let validity = environment.validity(&points, outside);
+            validity.with_context(|| args.environment.display().to_string())?
         }
     };
     store::write_atomic(&args.output, |out| {

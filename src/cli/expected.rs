@@ -112,11 +112,11 @@ pub(super) fn requirement_lines(expected: &Expected, checks: &[Check]) -> Vec<St
         .collect()
 }
 
-/// How much more measuring would tell the bounds that cannot be told.
+/// The measurements that would decide the bounds that cannot be decided now.
 ///
 /// # Errors
 /// A study that cannot run.
-pub(super) fn to_tell(
+pub(super) fn needed(
     scenario: &Scenario,
     mode: &Mode,
     expected: Option<&Expected>,
@@ -131,26 +131,26 @@ pub(super) fn to_tell(
     )?)
 }
 
-/// `measurements_to_tell`, a number a bound, null where there is none.
-pub(super) fn add_to_tell(value: &mut Value, to_tell: &[MoreMeasuring]) {
-    if !to_tell.is_empty() {
-        let named = to_tell
+/// `measurements_needed`, a number a bound, null where there is none.
+pub(super) fn add_needed(value: &mut Value, needed: &[MoreMeasuring]) {
+    if !needed.is_empty() {
+        let named = needed
             .iter()
             .map(|more| (more.name.to_owned(), json!(more.measurements)));
-        value["measurements_to_tell"] = Value::Object(named.collect());
+        value["measurements_needed"] = Value::Object(named.collect());
     }
 }
 
 /// A sentence a bound.
-pub(super) fn to_tell_lines(to_tell: &[MoreMeasuring]) -> Vec<String> {
-    let each = to_tell.iter().map(|more| match more.measurements {
+pub(super) fn needed_lines(needed: &[MoreMeasuring]) -> Vec<String> {
+    let each = needed.iter().map(|more| match more.measurements {
         Some(measurements) => format!(
-            "to tell {}: some {} measurements, spread as widely, if the figure is as expected",
+            "requirement {}: decided with about {} measurements spread as widely, if the figure is as expected",
             more.name,
             with_separators(measurements)
         ),
         None => format!(
-            "to tell {}: not even {} times as many measurements would do, if the figure is as expected",
+            "requirement {}: not decided even with {} times as many measurements, if the figure is as expected",
             more.name,
             most_times()
         ),

@@ -220,7 +220,7 @@ pub(super) struct Target<'a> {
     pub output: &'a Path,
     pub volume: VolumeArg,
     pub jitter: Option<Jitter>,
-    /// Whether the environment says where its model may be believed.
+    /// Whether the environment says where its model is valid.
     pub with_support: bool,
     /// What sensors differ by among themselves, where they were held out.
     pub sensors: Option<SensorSpread>,

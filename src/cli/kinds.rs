@@ -67,7 +67,7 @@ pub(super) fn curve_lines(points: &[LearningPoint]) -> Vec<String> {
     let cells = |first: &str, each: &dyn Fn(&str) -> String| {
         let rest: String = names
             .iter()
-            .map(|name| format!("  {:>10}", each(name)))
+            .map(|name| format!("  {:>1$}", each(name), name.chars().count().max(10)))
             .collect();
         format!("{first:>12}{rest}")
     };

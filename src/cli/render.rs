@@ -186,7 +186,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         );
     }
     let mut world = open_named(&args.design)?;
-    // What else the picture shows does not hang on it, so it is drawn all the same.
+    // What else the picture shows does not depend on it, so it is drawn all the same.
     for problem in world.mesh_problems() {
         output::note(&format!("note: {problem}"));
     }

@@ -121,7 +121,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         output::note(&expected::explained(expected.as_ref()).to_string());
     }
     let checks = &outcome.figures.checks;
-    let to_tell = expected::to_tell(&scenario, &mode, expected.as_ref(), checks)
+    let needed = expected::needed(&scenario, &mode, expected.as_ref(), checks)
         .with_context(|| args.design.display().to_string())?;
     let single = last.filter(|_| args.mode == ModeArg::Single);
     match args.format {
@@ -130,7 +130,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
             if let Some(expected) = &expected {
                 expected::add_json(&mut value, expected, checks);
             }
-            expected::add_to_tell(&mut value, &to_tell);
+            expected::add_needed(&mut value, &needed);
             if let Some(report) = &uncertainty {
                 value["uncertainty"] = report.as_json(&outcome.figures);
             }
@@ -143,7 +143,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
             let title = title(&world);
             let (single, expected) = (single.as_ref(), expected.as_ref());
             let mut text = study_text(&title, &outcome, single, expected);
-            for line in expected::to_tell_lines(&to_tell) {
+            for line in expected::needed_lines(&needed) {
                 text.push('\n');
                 text.push_str(&line);
             }

@@ -1,5 +1,5 @@
 //! Anatomy: meshes that a design shows beside its bodies, the patient or what stands around. Drawn
-//! translucent and nothing else: no figure, no sensor and no placement hangs on them.
+//! translucent and nothing else: no figure, no sensor and no placement depends on them.
 
 use super::check::{check_finite, check_mesh, check_not_empty, check_pose};
 use super::content::{BodyRole, Design};

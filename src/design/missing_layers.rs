@@ -31,9 +31,7 @@ impl fmt::Display for MissingLayer {
                 )
             }
             Self::Region => f.write_str("usable region, as the design has no requirement"),
-            Self::Support => f.write_str(
-                "model support, as the room does not say where its model may be believed",
-            ),
+            Self::Support => f.write_str("model support, as the room has no model validity"),
             Self::Placement => f.write_str("sensor placement, as no sensor is selected"),
         }
     }

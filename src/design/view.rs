@@ -100,7 +100,7 @@ pub struct Layers {
     pub placement: bool,
     /// Where the design meets its requirement.
     pub region: bool,
-    /// Where the room's model may be believed: the surface around it, and hatching on the slice.
+    /// Where the room's model is valid: the surface around it, and hatching on the slice.
     pub support: bool,
     pub labels: bool,
 }

@@ -58,7 +58,7 @@ struct SliceKey {
     generation: u64,
     environment: Arc<Environment>,
     wish: SliceWish,
-    /// The design's, for a quantity that hangs on it.
+    /// The design's, for a quantity that depends on it.
     revision: Option<u64>,
 }
 
@@ -94,7 +94,7 @@ impl Plugin for SolverPlugin {
                     newest: Newest::default(),
                 })
                 // Answers are shown before new work is handed over: what a frame shows then never
-                // hangs on whether a short job was faster than the frame that asked for it.
+                // depends on whether a short job was faster than the frame that asked for it.
                 .add_systems(Update, (show, submit).chain().in_set(EditorSystems::Solve));
             }
             Err(error) => {

@@ -44,7 +44,7 @@ pub enum Job {
 pub struct SliceWish {
     pub plan: SlicePlan,
     pub quantity: Quantity,
-    /// Whether it says where its model may be believed.
+    /// Whether it says where its model is valid.
     pub support: bool,
 }
 
@@ -103,7 +103,7 @@ pub enum Solved {
     ),
     /// `None` where the room keeps no measurements to draw fields from.
     Expected(Result<Option<Box<Expected>>, Cancelled>),
-    /// `None` where the room does not say where its model may be believed.
+    /// `None` where the room has no model validity.
     Slice(Result<Option<SliceOutcome>, StudyError>, Quantity),
 }
 

@@ -1,4 +1,4 @@
-//! What a fit hangs on, without its samples: systems that add up and are solved for any ridge.
+//! What a fit depends on, without its samples: systems that add up and are solved for any ridge.
 
 use super::bernstein::coefficient_count;
 use super::fit::{
@@ -13,7 +13,7 @@ use crate::geometry::bounds::Bounds;
 use crate::task::Task;
 use rayon::prelude::*;
 
-/// Samples reduced to what their fit hangs on. Systems over disjoint samples add up, and every
+/// Samples reduced to what their fit depends on. Systems over disjoint samples add up, and every
 /// ridge and cutoff is solved from here without the samples.
 #[derive(Clone, Debug)]
 pub struct Factored {

@@ -67,7 +67,7 @@ pub struct Decomposition {
     pub unreachable_squares: [f64; VALUES],
 }
 
-/// The solution and what it hangs on.
+/// The solution and what it depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// One set of six a unknown.

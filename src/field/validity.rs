@@ -1,4 +1,4 @@
-//! How far a room's model may be believed at poses of a sensor.
+//! Model validity at poses of a sensor: the error of a reading, and what the fit depends on there.
 
 use super::environment::Environment;
 use super::gaussian::{FieldPoint, GaussianError};
@@ -7,30 +7,30 @@ use super::support::SupportAt;
 use super::{OutsidePolicy, Support};
 use rayon::prelude::*;
 
-/// How far off a reading may be, and what the model's answer hangs on.
+/// The error of a reading at one pose, and the support of the fit there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Validity {
-    /// RMS distance of what the tracker would read from what the model says, mm; misfit included where
+    /// RMS distance of the tracker's reading from the model's, mm; misfit included where
     /// the room keeps its measurements, else the standard error of the fit.
     pub position_error_mm: f64,
     /// Likewise of the orientation, rad; `None` where orientations were not measured.
     pub angle_error_rad: Option<f64>,
-    /// 95 % of readings are within so much of what the model says, mm and rad; `None` where the room
+    /// 95 % of readings are within so much of the model's, mm and rad; `None` where the room
     /// does not keep its measurements.
     pub position_95_mm: Option<f64>,
     pub angle_95_rad: Option<f64>,
-    /// What the fit says of the pose; `None` for models that are no polynomials, and where the fit
+    /// Standard error and leverage of the fit at the pose; `None` for models that are no polynomials, and where the fit
     /// kept nothing.
     pub support: Option<SupportAt>,
 }
 
 impl Environment {
-    /// Whether [`Environment::validity`] has anything to say.
-    pub fn tells_validity(&self) -> bool {
+    /// Whether [`Environment::validity`] returns anything.
+    pub fn has_validity(&self) -> bool {
         self.process.is_some() || self.support.is_some()
     }
 
-    /// How far the model may be believed at each point; `None` where the room keeps neither its
+    /// Model validity at each point; `None` where the room keeps neither its
     /// measurements nor the standard error of its fit.
     ///
     /// # Errors

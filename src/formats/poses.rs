@@ -117,7 +117,7 @@ pub fn write_with_outside(
     Ok(())
 }
 
-/// As [`write_with_outside`], and how far the model may be believed; what is not known, or not finite,
+/// As [`write_with_outside`], and the model validity; what is not known, or not finite,
 /// is an empty cell.
 ///
 /// # Errors

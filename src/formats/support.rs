@@ -1,4 +1,4 @@
-//! The part of an environment that says where its model may be believed.
+//! The part of an environment that says where its model is valid.
 
 use super::error::FormatError;
 use super::number::shortest;

@@ -9,7 +9,7 @@ pub const NO_VALUE_SRGB: [u8; 3] = [0x6E, 0x73, 0x7B];
 /// Lines over what has no value: hatched, so that the grey is not taken for a colour of a map.
 pub const NO_VALUE_LINE_SRGB: [u8; 3] = [0x96, 0x9C, 0xA5];
 
-/// Lines over a map where its model should not be believed, and how opaque they are there.
+/// Lines over a map where its model is not valid, and how opaque they are there.
 pub const UNSUPPORTED_LINE_SRGB: [u8; 3] = [0xF4, 0xF6, 0xF8];
 pub const UNSUPPORTED_LINE_OPACITY: f64 = 0.6;
 

@@ -27,7 +27,7 @@ pub struct Smoothed {
 /// Around each vertex, triangles that share an edge and turn by at most [`CREASE_ANGLE_DEG`] over
 /// it form a group, and each group gets a vertex of its own, its normal the mean of the triangles'
 /// normals weighted by their angles there (Thürmer & Wüthrich, J. Graphics Tools 3(1), 1998), which
-/// does not hang on how faces were cut into triangles. Triangles without area count for nothing.
+/// does not depend on how faces were cut into triangles. Triangles without area count for nothing.
 pub fn smoothed(positions_mm: &[Point3<f64>], triangles: &[[u32; 3]]) -> Smoothed {
     let faces: Vec<_> = triangles
         .iter()

@@ -340,7 +340,7 @@ impl Triangle {
 
 /// The subtree over `own`, which it sorts: those triangles of the surface from `first` on.
 ///
-/// Where it is cut hangs on the number of triangles alone, and so does the result on theirs, not on
+/// Where it is cut depends on the number of triangles alone, and so does the result on theirs, not on
 /// the number of threads.
 fn build(own: &mut [Triangle], first: usize) -> Vec<Node> {
     let mut nodes = Vec::with_capacity(own.len());

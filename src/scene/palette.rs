@@ -71,7 +71,7 @@ pub const AXIS_Z: Rgb = Rgb::pair(0x6C9CF0, 0x2F62C9);
 pub const AXES: [Rgb; 3] = [AXIS_X, AXIS_Y, AXIS_Z];
 pub const VOLUME: Rgb = Rgb::pair(0x8FB4E8, 0x3A66A8);
 pub const MODEL_BOX: Rgb = Rgb::pair(0x8A93A0, 0x6B7683);
-/// Where the room's model may be believed.
+/// Where the room's model is valid.
 pub const SUPPORT: Rgb = Rgb::pair(0xA98BF0, 0x6B45C6);
 pub const GRID: Rgb = Rgb::pair(0x4A5360, 0xA9B2BD);
 

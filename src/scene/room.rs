@@ -59,7 +59,7 @@ impl Drawing<'_> {
         if let Some(region) = &sampled.support {
             let look = self.veil("field supported", SUPPORT, SUPPORT_ALPHA);
             let extras = json!({"fraction": region.fraction, "volume_cm3": region.volume_cm3});
-            let name = "region where the room's model may be believed";
+            let name = "region where the room's model is valid";
             nodes.extend(self.shell(name, &region.surface, look, extras));
         }
         Ok(nodes)

@@ -111,7 +111,7 @@ impl Stage<'_> {
         let found = sample_slice(scenario, quantity, &plan, &task.cancel);
         let Some(mut slice) = found.map_err(|error| error.to_string())? else {
             return Err(format!(
-                "the room {:?} does not say where its model may be believed, so there is no {}",
+                "the room {:?} has no model validity, so there is no {}",
                 environment.name,
                 quantity.label()
             ));

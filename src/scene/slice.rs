@@ -1,5 +1,5 @@
 //! The slice: its lattice with a colour at each point, hatched where there is no value or the model
-//! should not be believed, with a line where the requirement is passed.
+//! is not valid, with a line where the requirement is passed.
 
 use super::drawing::Drawing;
 use super::palette::Rgb;
@@ -181,7 +181,7 @@ impl Drawing<'_> {
                 1.0,
             ),
             (
-                "hatching where the model should not be believed",
+                "hatching where the model is not valid",
                 cells.hatching(&unsupported, false),
                 Rgb::same(UNSUPPORTED_LINE_SRGB),
                 UNSUPPORTED_LINE_OPACITY,

@@ -1,5 +1,5 @@
 //! The meshes of an open design, its bodies' and its anatomy: read with it, again when an edit names
-//! others, and missed rather than demanded, as no number hangs on them.
+//! others, and missed rather than demanded, as no number depends on them.
 
 use super::anatomy::{AnatomyMeshes, refresh_anatomy};
 use super::error::StoreError;

@@ -214,7 +214,7 @@ pub fn list_rooms(places: Vec<RoomPlace>, task: &Task) -> Result<Vec<RoomListing
             });
         }
     }
-    // The order hangs on nothing that a choice from the list changes.
+    // The order depends on nothing that a choice from the list changes.
     let key = |listing: &RoomListing| {
         let is_file = matches!(listing.place, RoomPlace::File(_));
         (

@@ -30,7 +30,7 @@ pub struct SliceOutcome {
     /// The box that a point of the plane is inside of or not; `None` for the tip error, of which each
     /// sensor decides.
     pub bounds: Option<Bounds>,
-    /// Whether the model may be believed at each point, see [`super::slice_support()`]; empty where
+    /// Whether the model is valid at each point, see [`super::slice_support()`]; empty where
     /// that was not asked or the environment does not say.
     pub is_supported: Vec<bool>,
     /// Largest value inside the box, 0 where nothing is inside.
@@ -45,7 +45,7 @@ pub struct SliceOutcome {
 type Sampled = (f64, bool);
 
 /// A quantity at each point of the plan; `None` where it needs an environment that says where its
-/// model may be believed, and this one does not. Quantities of the field are clamped to the box;
+/// model is valid, and this one does not. Quantities of the field are clamped to the box;
 /// the tip error treats what is outside as the scenario's studies do.
 ///
 /// # Errors

@@ -24,7 +24,7 @@ pub enum Reading {
 pub struct SliceHit {
     pub distance_mm: f64,
     pub reading: Reading,
-    /// Whether the model may be believed there; true where that was not asked.
+    /// Whether the model is valid there; true where that was not asked.
     pub is_supported: bool,
 }
 
@@ -100,7 +100,7 @@ impl SliceOutcome {
         }
     }
 
-    /// Whether the model may be believed at the nearest point of the lattice; true where that was not
+    /// Whether the model is valid at the nearest point of the lattice; true where that was not
     /// asked.
     pub fn is_supported_at(&self, place: [f64; 2]) -> bool {
         self.nearest(place)

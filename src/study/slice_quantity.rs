@@ -73,13 +73,13 @@ impl Quantity {
         (self == Self::TipErrorMm).then_some(limit_mm)
     }
 
-    /// Whether it hangs on the design: tool, CRF and their poses. Any other is the room's alone,
+    /// Whether it depends on the design: tool, CRF and their poses. Any other is the room's alone,
     /// and stays as it is when the tool moves.
     pub fn needs_tool(self) -> bool {
         self == Self::TipErrorMm
     }
 
-    /// Whether only a room that says where its model may be believed has it.
+    /// Whether only a room that says where its model is valid has it.
     pub fn needs_support(self) -> bool {
         matches!(self, Self::StdErrorMm | Self::SupportDistanceMm)
     }

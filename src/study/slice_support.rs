@@ -1,4 +1,4 @@
-//! Where in a slice the model may be believed: beside a slice's values, done only where it is asked.
+//! Where in a slice the model is valid: beside a slice's values, done only where it is asked.
 
 use super::run::{StudyError, check};
 use super::scenario::Scenario;

@@ -48,7 +48,7 @@ pub struct Spread {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SurveyError {
     #[error(
-        "the environment {0:?} does not say where its model may be believed; `fit` writes that \
+        "the environment {0:?} has no model validity; `fit` writes that \
          unless told --no-support, but not at order 0"
     )]
     NoSupport(String),

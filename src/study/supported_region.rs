@@ -1,4 +1,4 @@
-//! Where in its box a model may be believed: the surface within which a sensor turned one way finds
+//! Where in its box a model is valid: the surface within which a sensor turned one way finds
 //! field that the samples support.
 //!
 //! The scalar is [`Support::leverage_share`]: the leverage of the pose against the greatest of the
@@ -33,7 +33,7 @@ pub struct SupportedRegion {
 /// Why there is no region.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SupportedRegionError {
-    #[error("the environment {0:?} does not say where its model may be believed")]
+    #[error("the environment {0:?} has no model validity")]
     NoSupport(String),
     #[error("{count} points along an axis, expected at least 2")]
     Count { count: usize },
@@ -185,6 +185,6 @@ mod tests {
         room.support = None;
         let none = supported_region(&room, &Vector3::z_axis(), 9, &Task::default());
         let message = none.unwrap_err().to_string();
-        assert!(message.contains("does not say where"), "{message}");
+        assert!(message.contains("no model validity"), "{message}");
     }
 }

@@ -193,7 +193,7 @@ impl<'a> Simulator<'a> {
         self.own_work
     }
 
-    /// What the sensors leave free, tool before CRF, in that body's frame. It hangs on the bodies
+    /// What the sensors leave free, tool before CRF, in that body's frame. It depends on the bodies
     /// alone, so the design's pose answers for all trials.
     pub fn free_motion(&self) -> Option<(&'static str, FreeMotion)> {
         let tool = self

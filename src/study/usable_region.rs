@@ -44,7 +44,7 @@ const PIECE: usize = 96;
 pub struct UsableRegion {
     /// Over the bounding box of the tracker's volume, or the model's box where that is not known:
     /// the largest share of a bound that is used up, infinite where each trial is left out, and
-    /// beyond the volume where nothing hangs on it.
+    /// beyond the volume where nothing depends on it.
     pub share: ScalarLattice,
     /// Whether all sensors stay in the model's box at each point.
     pub is_inside: Vec<bool>,
@@ -184,7 +184,7 @@ fn excess_mm(lattice: &ScalarLattice, volume: Option<&Volume>) -> Option<Vec<f64
     Some((0..points).map(at).collect())
 }
 
-/// Points of the cells that the volume reaches into, which are all that surface and region hang on.
+/// Points of the cells that the volume reaches into, which are all that surface and region depend on.
 fn needed(counts: [usize; 3], excess: &[f64]) -> Vec<usize> {
     let [nx, ny, nz] = counts;
     let mut is_needed = vec![false; excess.len()];

@@ -77,7 +77,7 @@ fn assert_no_command_can_tell(scratch: &Scratch, at: &Vector3<f64>, limit_mm: f6
     assert!(text.contains("requirement position_rms: cannot tell in this room"));
     assert!(text.contains("to tell position_rms: "), "{text}");
     assert!(
-        simulated["measurements_to_tell"]
+        simulated["measurements_needed"]
             .get("position_rms")
             .is_some()
     );

@@ -305,7 +305,7 @@ fn what_does_not_go_together_is_refused_in_one_line() {
 }
 
 #[test]
-fn a_learning_curve_has_a_line_a_kind_over_numbers_of_rows() {
+fn a_learning_curve_has_a_line_a_kind() {
     let scratch = Scratch::new();
     let [table, _] = room_a();
     let chart = scratch.arg("curve.svg");
@@ -345,7 +345,7 @@ fn a_learning_curve_has_a_line_a_kind_over_numbers_of_rows() {
 }
 
 #[test]
-fn two_hundred_rows_of_a_known_generator_leave_half_a_millimetre() {
+fn known_generator_200_rows_below_half_a_mm() {
     let scratch = Scratch::new();
     let cube = |name: &str| {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/environments/data/");

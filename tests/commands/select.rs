@@ -303,7 +303,7 @@ fn a_fit_says_which_hold_out_its_choice_is_of() {
 }
 
 #[test]
-fn what_sensors_differ_by_is_part_of_what_a_reading_of_another_may_be_off_by() {
+fn sensor_differences_widen_other_sensors_errors() {
     let scratch = Scratch::new();
     let data = sensor_table(&scratch, "sensors.csv");
     let [env, poses, out] = ["s.env.ron", "poses.csv", "out.csv"].map(|name| scratch.arg(name));

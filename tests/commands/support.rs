@@ -1,4 +1,4 @@
-//! Where the model may be believed, through the command line.
+//! Where the model is valid, through the command line.
 
 use crate::support::data::own;
 use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
@@ -102,7 +102,7 @@ fn a_position_only_table_has_no_angles_to_tell_of() {
 }
 
 #[test]
-fn what_the_samples_do_not_determine_is_told_from_the_measurements() {
+fn undetermined_terms_come_from_the_measurements() {
     let scratch = Scratch::new();
     // 160 samples an orientation for 343 unknowns: some of the room is not determined.
     let env = fit(
@@ -124,7 +124,7 @@ fn what_the_samples_do_not_determine_is_told_from_the_measurements() {
 }
 
 #[test]
-fn a_model_that_is_no_polynomial_tells_how_far_off_its_readings_may_be() {
+fn every_kind_of_model_has_reading_errors() {
     let scratch = Scratch::new();
     let env = fit(&scratch, "room.env.ron", &["--model", "kriging"]);
     let rows = support_of(&scratch, &env, "0,0,-250,1,0,0,0");

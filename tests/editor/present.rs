@@ -256,7 +256,7 @@ fn a_slide_whose_layers_are_gone_is_shown_without_them_and_its_panel_says_so_unt
     {
         let (mut harness, _) = harness(&app, &presenter);
         harness.run_steps(2);
-        for words in ["layer \"halo\"", "no requirement", "does not say where"] {
+        for words in ["layer \"halo\"", "no requirement", "no model validity"] {
             harness.get_by_label_contains(words);
         }
     }

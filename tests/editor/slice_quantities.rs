@@ -1,4 +1,4 @@
-//! What the slice can show besides the error: where the model may be believed.
+//! What the slice can show besides the error: where the model is valid.
 
 use super::support::{create_app, settle};
 use bevy::prelude::*;

@@ -571,7 +571,7 @@ fn readings_lie_within_what_is_stated_of_them() {
 }
 
 #[test]
-fn more_measurements_narrow_intervals_as_is_foretold() {
+fn more_measurements_narrow_intervals_as_predicted() {
     for seed in [7, 8] {
         let room = Room::new(seed, false);
         let [few, many] = [600, 2_400].map(|rows| environment(&measured(&room, rows, 5)));
@@ -590,13 +590,13 @@ fn more_measurements_narrow_intervals_as_is_foretold() {
             (high / low).ln()
         };
         let found = width(&many) / width(&few);
-        let foretold = shrinking(&few, &Mode::Motion, &CancelToken::default()).unwrap();
-        let (measurements, foretold) = foretold[1];
+        let predicted = shrinking(&few, &Mode::Motion, &CancelToken::default()).unwrap();
+        let (measurements, predicted) = predicted[1];
         assert_eq!(measurements, 2_400);
-        let ratio = found / foretold;
+        let ratio = found / predicted;
         assert!(
             (0.5..2.0).contains(&ratio),
-            "room {seed}: {foretold} {found}"
+            "room {seed}: {predicted} {found}"
         );
     }
 }

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use trackwright::geometry::pose::{Pose, pose_from_parts};
 use trackwright::live::codec::{Content, Decoded, Decoder, Matrix, Message, Timestamp};
 
-/// How long anything is waited for before a test gives up; nothing hangs on how fast it comes.
+/// How long anything is waited for before a test gives up; nothing depends on how fast it comes.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// What is told, to be waited for.

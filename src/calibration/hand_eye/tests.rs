@@ -209,7 +209,7 @@ fn errors_that_the_sensors_of_a_pose_share_are_in_the_covariance() {
         squares(&found, &truth)
     });
     // As above; a covariance that took the three for independent would be three times too small in
-    // what hangs on the shifts.
+    // what depends on the shifts.
     assert!((mean - 1.03).abs() < 0.33, "{mean}");
 }
 

@@ -54,7 +54,7 @@ pub fn run(args: &SceneArgs) -> anyhow::Result<()> {
         );
     }
     let world = open_named(&args.design)?;
-    // What else the scene shows does not hang on it, so it is drawn all the same.
+    // What else the scene shows does not depend on it, so it is drawn all the same.
     for problem in world.mesh_problems() {
         output::note(&format!("note: {problem}"));
     }

@@ -235,7 +235,7 @@ fn interval(found: &Interval, times: f64, digits: usize) -> String {
     }
 }
 
-/// What the figures hang on that the recording does not say.
+/// What the figures depend on that the recording does not say.
 fn assumptions(recorded: &Recorded) -> Vec<String> {
     let weight_mm = recorded.orientation_weight.value_mm;
     let is_whole = !matches!(recorded.source, Some(BodySource::Sensors { .. }));

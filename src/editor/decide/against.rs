@@ -21,7 +21,7 @@ pub struct AgainstPlugin;
 #[derive(Resource)]
 pub struct Against(Newest<Key, Found>);
 
-/// What a comparison hangs on.
+/// What a comparison depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key {
     pub generation: u64,

@@ -25,7 +25,7 @@ struct Found {
     notes: Vec<String>,
 }
 
-/// What a standing hangs on.
+/// What a standing depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JudgedKey {
     pub generation: u64,

@@ -1,4 +1,4 @@
-//! Keeps the list of rooms while the workspace is shown: read anew when what it hangs on changes.
+//! Keeps the list of rooms while the workspace is shown: read anew when what it depends on changes.
 
 use super::desk::FieldDesk;
 use crate::design::Origin;

@@ -16,7 +16,7 @@ use bevy::prelude::*;
 /// | [`arrows::ArrowsPlugin`] | the field's error as arrows on a lattice |
 /// | [`placement::PlacementPlugin`] | what the selected sensor would be worth anywhere on its body |
 /// | [`region::RegionPlugin`] | where in the volume the design meets its requirement |
-/// | [`support::SupportPlugin`] | where in its box the room's model may be believed |
+/// | [`support::SupportPlugin`] | where in its box the room's model is valid |
 pub struct LayersPlugin;
 
 impl Plugin for LayersPlugin {

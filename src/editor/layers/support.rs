@@ -1,4 +1,4 @@
-//! Where in its box the room's model may be believed: the surface within which the field is supported
+//! Where in its box the room's model is valid: the surface within which the field is supported
 //! for the imagined sensor. The slice's hatching comes with the slice.
 
 use super::ColorBars;

@@ -72,7 +72,7 @@ pub fn anatomy_ui(ui: &mut Ui, design: &Design, index: usize, actions: &mut Vec<
         };
         actions.push(PanelAction::apply(set(named)));
     }
-    quiet_ui(ui, "Shown translucent; no figure hangs on it");
+    quiet_ui(ui, "Shown translucent; no figure depends on it");
     ui.horizontal(|ui| {
         ui.label("moves with")
             .on_hover_text("The patient goes with the CRF, what stands in the room does not");

@@ -13,7 +13,7 @@ pub struct SlicePanelView<'a> {
     pub view: &'a View,
     /// The model's box.
     pub bounds: Bounds,
-    /// Whether the room says where its model may be believed.
+    /// Whether the room says where its model is valid.
     pub has_support: bool,
     /// The largest value of the slice, in its quantity's unit.
     pub max: Option<f64>,
@@ -34,9 +34,9 @@ const FACE: &str = "Turns the slice to face the view, through what the camera lo
 const AUTOMATIC: &str =
     "Automatic: up to the 95th percentile, so that one bad corner does not take all colours";
 
-/// Why nothing is known of where the model may be believed.
+/// Why nothing is known of where the model is valid.
 pub const NO_SUPPORT: &str =
-    "This room does not say where its model may be believed; fit its measurements again to know";
+    "This room has no model validity; fit its measurements again to add it";
 
 const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 

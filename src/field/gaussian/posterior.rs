@@ -1,11 +1,10 @@
 //! The field at some sensor poses given the measurements: its mean, and draws around it.
 
-use super::fit::{GaussianError, factored, scaled};
-use super::hyper_parameters::errors_of;
+use super::conditioned::Conditioned;
+use super::fit::GaussianError;
 use super::kernel::FieldPoint;
 use super::{ErrorValues, GaussianField, Row};
 use faer::Mat;
-use faer::linalg::solvers::Solve;
 use nalgebra::Matrix6;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -63,25 +62,13 @@ impl GaussianField {
     /// # Errors
     /// [`GaussianError::NotPositiveDefinite`].
     pub fn posterior(&self, at: &[FieldPoint]) -> Result<Posterior, GaussianError> {
-        let rows = scaled(&self.nearest(at), &self.amplitude);
-        let points: Vec<_> = rows.iter().map(|row| row.point).collect();
-        let mut kernel = self.kernel;
-        let factor = factored(&mut kernel, &rows)?;
-        let across = kernel.matrix(&points, at);
-        let weights = factor.solve(&errors_of(&rows));
+        let given = Conditioned::new(self.kernel, &self.nearest(at), &self.amplitude)?;
+        let (mean, explained) = given.at(at);
         let amplitude: Vec<f64> = at
             .iter()
             .map(|p| self.amplitude.at(&p.position_mm))
             .collect();
-        let mean = across.transpose() * &weights;
-        // V = L⁻¹ K(rows, at), so that V' V is what the rows explain.
-        let mut explained = across;
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-            factor.L(),
-            explained.as_mut(),
-            faer::get_global_parallelism(),
-        );
-        let mut unit = kernel.lower_triangle(at);
+        let mut unit = given.kernel.lower_triangle(at);
         unit -= explained.transpose() * &explained;
         let unit_variance = (0..at.len()).map(|i| unit[(i, i)].max(0.0)).collect();
         Ok(Posterior {
@@ -89,8 +76,8 @@ impl GaussianField {
                 .map(|i| std::array::from_fn(|c| mean[(i, c)] * amplitude[i]))
                 .collect(),
             unit_variance,
-            rows: rows.len(),
-            factor: lower(unit, kernel.variance())?,
+            rows: given.rows(),
+            factor: lower(unit, given.kernel.variance())?,
             amplitude,
             components: self.components(),
             log_amplitude: lower(

@@ -1,12 +1,11 @@
-//! How far off a room's model may be at single readings, misfit included.
+//! The error of a room's model at single readings, misfit included.
 
-use super::fit::{GaussianError, factored, scaled, values};
-use super::hyper_parameters::errors_of;
+use super::conditioned::Conditioned;
+use super::fit::{GaussianError, values};
 use super::kernel::FieldPoint;
 use super::posterior::log_amplitude_std;
 use super::{DrawnErrors, ErrorValues, GaussianField, Trend};
 use crate::field::samples::PoseError;
-use faer::linalg::solvers::Solve;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -21,7 +20,7 @@ const DRAWS: usize = 512;
 
 const SEED: u64 = 21;
 
-/// How far what a tracker reads at a pose is to be expected from what the room's model says.
+/// The expected distance of a tracker's reading at a pose from the model's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReadingError {
     /// Distance of the positions, mm.
@@ -39,7 +38,7 @@ pub struct ReadingDistance {
 }
 
 impl GaussianField {
-    /// How far off `model_errors`, the errors that the room's model says at the points, may be. All
+    /// The expected error of `model_errors`, the errors of the room's model at the points. All
     /// rows are conditioned on; their noise is not in it.
     ///
     /// # Errors
@@ -49,26 +48,15 @@ impl GaussianField {
         at: &[FieldPoint],
         model_errors: &[PoseError],
     ) -> Result<Vec<ReadingError>, GaussianError> {
-        let rows = scaled(&self.rows, &self.amplitude);
-        let points: Vec<_> = rows.iter().map(|row| row.point).collect();
-        let mut kernel = self.kernel;
-        let factor = factored(&mut kernel, &rows)?;
-        let weights = factor.solve(&errors_of(&rows));
+        let given = Conditioned::new(self.kernel, &self.rows, &self.amplitude)?;
         let components = self.components();
         let draws = self.reading_draws(&components);
         let mut found = Vec::with_capacity(at.len());
         for (block, model) in at.chunks(BLOCK).zip(model_errors.chunks(BLOCK)) {
-            let across = kernel.matrix(&points, block);
-            let mean = across.transpose() * &weights;
-            let mut explained = across;
-            faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-                factor.L(),
-                explained.as_mut(),
-                faer::get_global_parallelism(),
-            );
+            let (mean, explained) = given.at(block);
             let each = block.par_iter().enumerate().map(|(i, point)| {
                 let explained: f64 = explained.col(i).iter().map(|v| v * v).sum();
-                let unit_std = (kernel.variance() - explained).max(0.0).sqrt();
+                let unit_std = (given.kernel.variance() - explained).max(0.0).sqrt();
                 let amplitude = self.amplitude.at(&point.position_mm);
                 let own = std::array::from_fn(|c| mean[(i, c)] * amplitude);
                 let bias = less_model(own, self.trend, &model[i]);

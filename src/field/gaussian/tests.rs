@@ -368,7 +368,7 @@ fn the_mean_is_the_same_for_an_axis_turned_round_and_nears_what_was_measured() {
 }
 
 #[test]
-fn where_nothing_is_measured_a_reading_is_off_by_the_field_and_by_what_sensors_differ_by() {
+fn far_from_measurements_the_prior_is_the_error() {
     let bounds = Bounds::from(([-100.0; 3], [100.0; 3]));
     let mut field = prior_field(&bounds);
     let at = points(3, &bounds, 4);

@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reading_hangs_not_on_those_beside_it() {
+    fn a_reading_is_the_same_in_any_batch() {
         let model = model(Generator::planar_nine(), 1e-9);
         let (positions, axes) = poses(21);
         let mut all = vec![None; 21];

@@ -50,7 +50,7 @@ pub struct FieldDraws {
 pub enum DrawError {
     #[error("its samples do not determine the field everywhere")]
     NotDetermined,
-    #[error("its fit has no residual to tell the noise from")]
+    #[error("its fit has no residual to estimate the noise from")]
     NoResidual,
     #[error("it keeps {rows} places of samples for {unknowns} unknowns")]
     TooFewPlaces { rows: usize, unknowns: usize },

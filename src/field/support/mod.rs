@@ -1,4 +1,4 @@
-//! Where a model may be believed: the standard error of its field, hidden extrapolation, and the
+//! Where a model is valid: the standard error of its field, hidden extrapolation, and the
 //! distance to the nearest sample.
 //!
 //! **Standard error.** A fit is linear in its samples' errors: with `g_b = V D Uᵀ` of direction b's
@@ -86,7 +86,7 @@ pub struct SupportParts {
     pub cells: Cells,
 }
 
-/// What a model's answer at one pose hangs on.
+/// What a model's answer at one pose depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SupportAt {
     /// RMS length of the error vector of the field's position; infinite where it is not determined.
@@ -159,7 +159,7 @@ impl Support {
         if self.is_joint() { 0 } else { direction }
     }
 
-    /// What the model's field at a position in the tracker frame and a unit axis hangs on. Under
+    /// What the model's field at a position in the tracker frame and a unit axis depends on. Under
     /// [`OutsidePolicy::Clamp`] figures are those of the nearest point of the box, but outside it
     /// nothing is supported, and the distance is the position's own.
     pub fn at(

@@ -253,7 +253,7 @@ pub enum AgreementError {
     )]
     FreeRotation { body: String },
     #[error(
-        "the room's samples do not say where its model may be believed, so nothing can be left out by it"
+        "the room's samples do not say where its model is valid, so nothing can be left out by it"
     )]
     NoSupport,
     #[error(

@@ -113,7 +113,7 @@ impl Figure {
         }
     }
 
-    /// Whether it hangs on one pose alone, so that a finer look can only push it further.
+    /// Whether it depends on one pose alone, so that a finer look can only push it further.
     pub fn is_extreme(self) -> bool {
         matches!(self.summary, Summary::Min | Summary::Max)
     }

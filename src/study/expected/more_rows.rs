@@ -1,4 +1,4 @@
-//! How much more measuring would let a room tell whether a bound is met.
+//! How many measurements a room would need for a bound to be decided.
 
 use super::verdict::{BoundVerdict, JudgedBound};
 use super::{DrawnTrials, ExpectedError, check, spread};
@@ -24,12 +24,12 @@ const TRIALS: usize = 12;
 
 const SEED: u64 = 22;
 
-/// A bound that the room cannot tell.
+/// A bound that cannot be decided in this room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MoreMeasuring {
     /// The bound's name in a design file.
     pub name: &'static str,
-    /// Measurements with which it could be told, if the figure is as expected; `None` where not even
+    /// Measurements with which it could be decided, if the figure is as expected; `None` where not even
     /// [`most_times`] times as many would do.
     pub measurements: Option<usize>,
 }
@@ -39,9 +39,9 @@ pub fn most_times() -> usize {
     TIMES[TIMES.len() - 1]
 }
 
-/// What it would take to tell each bound that cannot be told. The figure is taken to stay as it is
+/// The measurements that each open bound would need. The figure is taken to stay as it is
 /// expected, and its interval to shrink, on the logarithmic scale, as the standard deviation of the field
-/// at the sensors does: that hangs on where is measured, not on what is read there. Further measurements
+/// at the sensors does: that depends on the measured poses, not on the readings there. Further measurements
 /// are taken anywhere in the box of those that there are, turned any way.
 ///
 /// # Errors
@@ -64,14 +64,14 @@ pub fn more_measuring(
         name: bound.name,
         measurements: shrinking
             .iter()
-            .find(|(_, part)| is_told(bound, *part))
+            .find(|(_, part)| is_decided(bound, *part))
             .map(|(measurements, _)| *measurements),
     });
     Ok(each.collect())
 }
 
-/// Whether a bound could be told by an interval so many times as wide.
-fn is_told(bound: &JudgedBound, part: f64) -> bool {
+/// Whether a bound would be decided by an interval so many times as wide.
+fn is_decided(bound: &JudgedBound, part: f64) -> bool {
     let Some([low, high]) = bound.interval else {
         return true;
     };

@@ -222,7 +222,7 @@ pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<DialogAnswer> 
             ui.add_space(4.0);
             quiet_ui(
                 ui,
-                "Anatomy is shown translucent beside them; no figure hangs on it",
+                "Anatomy is shown translucent beside them; no figure depends on it",
             );
             let load = |whose| DialogAnswer::Mesh(MeshRequest::load(whose, file.clone()));
             let tool = ("The tool's", load(BodyRole::Tool.into()));
