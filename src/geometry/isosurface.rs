@@ -79,6 +79,32 @@ impl ScalarLattice {
         [place / (ny * nz), place / nz % ny, place % nz]
     }
 
+    /// Between the lattice's points, trilinearly; at the nearest point of the box beyond it. Points
+    /// that do not count are not read, so that they may be infinite.
+    pub fn between(&self, point_mm: &Point3<f64>) -> f64 {
+        let scaled = self.bounds.to_unit(point_mm);
+        let at = [0, 1, 2].map(|k| {
+            let cells = self.counts[k].max(2) - 1;
+            let place = scaled[k].clamp(0.0, 1.0) * cells as f64;
+            let cell = (place as usize).min(cells - 1);
+            (cell, place - cell as f64)
+        });
+        let [_, ny, nz] = self.counts;
+        let corners = (0..8).map(|corner| {
+            let beyond = [corner >> 2, corner >> 1 & 1, corner & 1];
+            let [x, y, z] = [0, 1, 2].map(|k| at[k].0 + beyond[k]);
+            let parts = [0, 1, 2].map(|k| match beyond[k] {
+                1 => at[k].1,
+                _ => 1.0 - at[k].1,
+            });
+            (parts.iter().product::<f64>(), (x * ny + y) * nz + z)
+        });
+        corners
+            .filter(|(weight, _)| *weight > 0.0)
+            .map(|(weight, place)| weight * self.values[place])
+            .sum()
+    }
+
     /// The surface where values pass the level. What is not a number counts as infinite.
     pub fn isosurface(&self, level: f64) -> Isosurface {
         self.clipped_isosurface(level, None).surface

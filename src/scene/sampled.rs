@@ -8,9 +8,9 @@ use crate::store;
 use crate::study::placement::vertices;
 use crate::study::uncertainty::{TipUncertainty, first_order};
 use crate::study::{
-    ArrowOutcome, PlacedBody, PlacementOutcome, PlacementPlan, PoseDetail, Scenario, SliceOutcome,
-    SupportedRegion, UsableRegion, look, place, sample_arrows, sample_slice, slice_support,
-    supported_region, usable_region,
+    ArrowOutcome, PlacedBody, PlacementOutcome, PlacementPlan, PoseDetail, RegionBasis, Scenario,
+    SliceOutcome, SupportedRegion, UsableRegion, look, place, sample_arrows, sample_slice,
+    slice_support, supported_region, usable_region,
 };
 use crate::task::Task;
 
@@ -82,7 +82,7 @@ impl Stage<'_> {
         task.step(5, 10)?;
         let region = layers.region.then(|| {
             let part = task.stretch(0.5, 0.75);
-            usable_region(&scenario, [REGION_POINTS; 3], &part)
+            usable_region(&scenario, [REGION_POINTS; 3], RegionBasis::Interval, &part)
                 .map_err(|error| why("region", &error))
                 .ok()
         });

@@ -61,5 +61,5 @@ pub use statistics::Statistics;
 pub use support::{SupportSurvey, survey};
 pub use supported_region::{SupportedRegion, SupportedRegionError, supported_region};
 pub use trial::{BodyDetail, PoseDetail, SensorDetail, Trial, look};
-pub use usable_region::{RegionError, UsableRegion, usable_region};
+pub use usable_region::{RegionBasis, RegionError, UsableRegion, usable_region};
 pub use work::Work;

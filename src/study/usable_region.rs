@@ -8,6 +8,9 @@
 //! whatever the requirement names. The motion's translations have no part in it: where the tool is
 //! is what the lattice says.
 //!
+//! In a room that keeps its measurements the requirement is met where it is met with 95 %: where the
+//! upper end of each figure's interval is within its bound (`interval.rs`).
+//!
 //! The CRF stays where the design has it. What is asked is how far from a CRF that is fixed to the
 //! patient and from the generator this tool may work, so the tool is moved, not the CRF.
 //!
@@ -28,6 +31,7 @@ use crate::geometry::pose::Pose;
 use crate::geometry::volume::Volume;
 use crate::study::Requirement;
 use crate::task::{Cancelled, Task};
+use interval::OpenPart;
 use nalgebra::UnitQuaternion;
 use rayon::prelude::*;
 
@@ -39,20 +43,36 @@ const MOST_ANGLES: usize = 3;
 /// turns some 3 ms.
 const PIECE: usize = 96;
 
+/// What a bound is held against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RegionBasis {
+    /// The figure of the room's own field.
+    OwnField,
+    /// The upper end of the figure's 95 % interval, where the room keeps its measurements; elsewhere as
+    /// [`Self::OwnField`].
+    Interval,
+}
+
 /// Where the requirement is met.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UsableRegion {
     /// Over the bounding box of the tracker's volume, or the model's box where that is not known:
-    /// the largest share of a bound that is used up, infinite where each trial is left out, and
-    /// beyond the volume where nothing depends on it.
+    /// the largest share of a bound that the figures of the room's own field use up, infinite where
+    /// each trial is left out, and beyond the volume where nothing depends on it.
     pub share: ScalarLattice,
+    /// Likewise the upper ends of 95 % intervals, where they were found.
+    pub upper_share: Option<ScalarLattice>,
+    /// Points at which intervals were computed.
+    pub interval_points: usize,
     /// Whether all sensors stay in the model's box at each point.
     pub is_inside: Vec<bool>,
-    /// Where the share is 1, tracker frame; open where the region reaches the volume's end.
+    /// Where the share, the upper one where there is one, is 1, tracker frame; open where the region reaches the volume's end.
     pub surface: Isosurface,
     pub volume_cm3: f64,
     /// Of the tracker's volume itself, not its bounding box; 0 to 1.
     pub fraction: f64,
+    /// Likewise in the room's own field.
+    pub own_fraction: f64,
     /// Orientations visited at each point, and how many the motion has.
     pub turns: usize,
     pub all_turns: usize,
@@ -84,6 +104,7 @@ impl From<Cancelled> for RegionError {
 pub fn usable_region(
     scenario: &Scenario,
     counts: [usize; 3],
+    basis: RegionBasis,
     task: &Task,
 ) -> Result<UsableRegion, RegionError> {
     let requirement = scenario
@@ -150,11 +171,30 @@ pub fn usable_region(
             is_inside[place] = inside;
         }
     }
-    let clipped = share.clipped_isosurface(1.0, excess.as_deref());
-    let surface = clipped.surface;
-    let fraction = match clipped.whole_mm3 > 0.0 {
-        true => surface.volume_mm3 / clipped.whole_mm3,
-        false => 0.0,
+    let open = match basis {
+        RegionBasis::OwnField => None,
+        RegionBasis::Interval => OpenPart::find(scenario, &simulator, &turns, bounds, task)?,
+    };
+    let upper_share = open.as_ref().map(|open| {
+        let each = share.values.iter().enumerate();
+        let each = each.map(|(place, own)| open.upper(&share.point_mm(share.index(place)), *own));
+        ScalarLattice {
+            values: each.collect(),
+            ..share
+        }
+    });
+    let clipped = |share: &ScalarLattice| {
+        let clipped = share.clipped_isosurface(1.0, excess.as_deref());
+        let fraction = match clipped.whole_mm3 > 0.0 {
+            true => clipped.surface.volume_mm3 / clipped.whole_mm3,
+            false => 0.0,
+        };
+        (clipped.surface, fraction)
+    };
+    let (own_surface, own_fraction) = clipped(&share);
+    let (surface, fraction) = match &upper_share {
+        Some(upper) => clipped(upper),
+        None => (own_surface, own_fraction),
     };
     let whole_mm3 = environment
         .volume
@@ -163,7 +203,10 @@ pub fn usable_region(
     Ok(UsableRegion {
         volume_cm3: fraction * whole_mm3 / 1e3,
         fraction,
+        own_fraction,
         share,
+        upper_share,
+        interval_points: open.map_or(0, |open| open.points),
         is_inside,
         surface,
         turns: turns.len(),
@@ -257,19 +300,26 @@ fn judged<'a>(
     let figures = Statistics::of(&mut position_mm).zip(Statistics::of(&mut angle_deg));
     let share = figures.map_or(f64::INFINITY, |(position_mm, angle_deg)| {
         let checks = requirement.checks(&position_mm, &angle_deg);
-        let shares = checks.iter().map(|check| match check.limit > 0.0 {
-            true => check.value / check.limit,
-            false if check.met => 0.0,
-            false => f64::INFINITY,
-        });
-        // A figure that is not a number meets nothing.
-        shares.fold(0.0, |most: f64, share| match share.is_nan() {
-            true => f64::INFINITY,
-            false => most.max(share),
-        })
+        share_of(checks.iter().map(|check| (check.value, check.limit)))
     });
     (share, is_inside)
 }
+
+/// The largest share of a bound that its figure uses up, of figures and bounds. A figure that is not a
+/// number meets nothing.
+fn share_of(bounds: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let shares = bounds.map(|(value, limit)| match limit > 0.0 {
+        true => value / limit,
+        false if value <= limit => 0.0,
+        false => f64::INFINITY,
+    });
+    shares.fold(0.0, |most: f64, share| match share.is_nan() {
+        true => f64::INFINITY,
+        false => most.max(share),
+    })
+}
+
+mod interval;
 
 #[cfg(test)]
 mod tests;

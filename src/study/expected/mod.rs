@@ -59,6 +59,8 @@ pub struct Expected {
     pub figures: FigureValues,
     /// 95 % intervals, likewise.
     pub intervals: [[f64; 2]; FIGURES.len()],
+    /// In the room's own field, likewise.
+    pub own: FigureValues,
     /// Part of the trials within the requirement's bound of a single tip error, where it has one.
     pub within: Option<ExpectedWithin>,
     /// Fields that were drawn.
@@ -108,6 +110,12 @@ impl Expected {
     pub fn of(&self, figure: Figure) -> Option<(f64, [f64; 2])> {
         let index = FIGURES.iter().position(|other| *other == figure)?;
         Some((self.figures[index], self.intervals[index]))
+    }
+
+    /// The figure in the room's own field; not a number where studies have no such figure.
+    pub fn own_of(&self, figure: Figure) -> f64 {
+        let index = FIGURES.iter().position(|other| *other == figure);
+        index.map_or(f64::NAN, |index| self.own[index])
     }
 }
 
@@ -219,6 +227,7 @@ pub fn expected(
     let mut out = Expected {
         figures: [0.0; FIGURES.len()],
         intervals: [[0.0; 2]; FIGURES.len()],
+        own: of_all,
         within: limit_mm.map(|limit_mm| stretched_part(&mut parts, limit_mm)),
         draws: figures.len(),
         trials: count,

@@ -6,7 +6,8 @@ use crate::field::{DistortionModel, Environment};
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
 use crate::store;
-use crate::study::{CancelToken, InputTrial, Mode, run};
+use crate::study::comparison::REQUIRED;
+use crate::study::{CancelToken, InputTrial, Mode, expected, run};
 use crate::tracking::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::PI;
@@ -75,7 +76,7 @@ fn slope(limit_mm: f64) -> Scenario {
 }
 
 fn region(scenario: &Scenario, counts: [usize; 3]) -> UsableRegion {
-    usable_region(scenario, counts, &Task::default()).unwrap()
+    usable_region(scenario, counts, RegionBasis::OwnField, &Task::default()).unwrap()
 }
 
 #[test]
@@ -196,7 +197,7 @@ fn a_region_hangs_on_no_number_of_threads_and_is_given_up_when_cancelled() {
     assert_eq!(on(1), on(3));
     let task = Task::default();
     task.cancel.cancel();
-    let stopped = usable_region(&scenario, [9, 8, 7], &task);
+    let stopped = usable_region(&scenario, [9, 8, 7], RegionBasis::OwnField, &task);
     assert_eq!(stopped, Err(RegionError::Study(StudyError::Cancelled)));
 }
 
@@ -260,11 +261,79 @@ fn a_region_of_a_dome_is_a_part_of_the_dome_and_not_of_the_box_around_it() {
 #[test]
 fn without_a_requirement_there_is_no_region() {
     let mut scenario = slope(1.0);
-    let none = usable_region(&scenario, [1, 3, 3], &Task::default());
+    let none = usable_region(
+        &scenario,
+        [1, 3, 3],
+        RegionBasis::Interval,
+        &Task::default(),
+    );
     assert_eq!(none, Err(RegionError::Counts { counts: [1, 3, 3] }));
     for requirement in [None, Some(Requirement::default())] {
         scenario.requirement = requirement;
-        let none = usable_region(&scenario, [3, 3, 3], &Task::default());
+        let none = usable_region(
+            &scenario,
+            [3, 3, 3],
+            RegionBasis::Interval,
+            &Task::default(),
+        );
         assert_eq!(none, Err(RegionError::NoRequirement));
     }
+}
+
+#[test]
+fn intervals_leave_less_than_the_rooms_own_field() {
+    let world = store::open_builtin("shaver-on-head").unwrap();
+    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    scenario.requirement = Some(Requirement {
+        position_rms_mm: Some(1.0),
+        angle_rms_deg: Some(1.0),
+        ..Requirement::default()
+    });
+    let counts = [9, 9, 9];
+    let own = region(&scenario, counts);
+    let both = usable_region(&scenario, counts, RegionBasis::Interval, &Task::default()).unwrap();
+    assert_eq!(own.share, both.share);
+    assert_eq!((own.interval_points, both.interval_points), (0, 125));
+    assert_eq!(own.fraction, both.own_fraction);
+    assert!(
+        both.fraction < own.fraction,
+        "{} {}",
+        both.fraction,
+        own.fraction
+    );
+    let upper = both.upper_share.unwrap();
+    let pairs = || upper.values.iter().zip(&own.share.values);
+    assert!(pairs().all(|(upper, own)| upper >= own));
+    // Between the points of the coarse lattice, against intervals that are found there.
+    let simulator = Simulator::new(&scenario);
+    let turns = turns(&scenario).unwrap().0;
+    let mut off: Vec<f64> = [101, 193, 331, 373, 415, 529, 613]
+        .into_iter()
+        .map(|place| {
+            let index = upper.index(place);
+            assert!(index.iter().any(|i| i % 2 == 1));
+            let tip = upper.point_mm(index);
+            let trials = turns.iter().map(|turn| InputTrial {
+                tracker_from_crf: None,
+                crf_from_tool: simulator.crf_from_tool_with_tip_at(&tip, turn),
+            });
+            let mode = Mode::Input(trials.collect());
+            let found = expected(&scenario, &mode, &CancelToken::default()).unwrap();
+            let share = [
+                (found.intervals[0][1], 1.0),
+                (found.of(REQUIRED[3]).unwrap().1[1], 1.0),
+            ];
+            (upper.values[place] / share_of(share.into_iter()) - 1.0).abs()
+        })
+        .collect();
+    off.sort_unstable_by(f64::total_cmp);
+    assert!(off[3] < 0.12 && off[6] < 0.3, "{off:?}");
+}
+
+#[test]
+fn a_room_without_measurements_has_the_region_of_its_own_field() {
+    let scenario = slope(1.9);
+    let basis = RegionBasis::Interval;
+    let found = usable_region(&scenario, [6, 5, 4], basis, &Task::default()).unwrap();
+    assert_eq!(found, region(&scenario, [6, 5, 4]));
 }
