@@ -117,13 +117,18 @@ impl Drawing<'_> {
         let body = self.stage.design().body(role)?;
         let sensor = body.rigid.sensors.get(painted.sensor)?;
         self.colors.push(format!(
-            "{role}: tip error RMS with the sensor {} there, {min:.2} to {max:.2} mm, {}",
+            "{role}: {}tip error RMS with the sensor {} there, {min:.2} to {max:.2} mm, {}",
+            if painted.outcome.is_expected() {
+                "expected "
+            } else {
+                ""
+            },
             sensor.name,
             map.name()
         ));
         let places = painted.outcome.places.iter();
         let colors = places.map(|place| {
-            let srgb = place.tip_rms_mm.map_or(NO_VALUE_SRGB, |value| {
+            let srgb = place.shown_mm().map_or(NO_VALUE_SRGB, |value| {
                 map.srgb_of_value(value - min, max - min)
             });
             let [r, g, b] = linear(srgb);

@@ -1,6 +1,7 @@
 //! What range the colours of placements span.
 
 use crate::study::PlacementOutcome;
+use crate::study::placement::Placement;
 use crate::study::statistics::percentile;
 
 /// The least and the greatest value that has a colour of its own: the end is `wanted_mm`, else the
@@ -13,6 +14,10 @@ pub fn placement_range(found: &PlacementOutcome, wanted_mm: Option<f64>) -> Opti
 }
 
 fn upper(found: &PlacementOutcome) -> Option<f64> {
-    let mut values: Vec<f64> = found.places.iter().filter_map(|p| p.tip_rms_mm).collect();
+    let mut values: Vec<f64> = found
+        .places
+        .iter()
+        .filter_map(Placement::shown_mm)
+        .collect();
     (!values.is_empty()).then(|| percentile(&mut values, 0.95))
 }

@@ -335,7 +335,7 @@ fn a_body_is_painted_by_what_the_study_finds_for_a_sensor_there() {
         let colors = file.attribute(file.node(&part.name), "COLOR_0");
         assert_eq!(colors.len(), part.positions_mm.len());
         for k in (0..colors.len()).step_by(101) {
-            let value = found.places[first + k].tip_rms_mm.unwrap();
+            let value = found.places[first + k].shown_mm().unwrap();
             let [min, max] = painted::placement_range(found, None).unwrap();
             let map = world.document.view().slice.color_map;
             let expected = map.srgb((value - min) / (max - min));

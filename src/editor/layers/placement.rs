@@ -55,7 +55,7 @@ struct Look {
 
 impl PlacementLayer {
     /// What is painted where a ray of the body's frame enters the painted body, and how far along the
-    /// ray: the study's tip RMS, `None` where the paint says that there is none.
+    /// ray: the study's tip RMS, expected where the room keeps its measurements, `None` where the paint says that there is none.
     pub fn under(
         &self,
         body: BodyRole,
@@ -244,10 +244,11 @@ fn bar(look: &Look, found: &PlacementOutcome) -> Option<ColorBar> {
     let [_, largest] = found.range_mm()?;
     let [min, max] = placement_range(found, look.range_mm)?;
     Some(ColorBar {
-        label: match found.is_final {
-            true => "tip error RMS, sensor here".to_owned(),
-            false => "tip error RMS, sensor here…".to_owned(),
-        },
+        label: format!(
+            "{}tip error RMS, sensor here{}",
+            if found.is_expected() { "expected " } else { "" },
+            if found.is_final { "" } else { "…" },
+        ),
         unit: "mm",
         map: look.map,
         min,
@@ -282,7 +283,7 @@ fn draw(
     let mut colors = found
         .places
         .iter()
-        .map(|place| color(place.tip_rms_mm, bar));
+        .map(|place| color(place.shown_mm(), bar));
     for part in mesh.body_parts() {
         let own: Vec<[f32; 4]> = colors.by_ref().take(part.positions_mm.len()).collect();
         let mesh = convert::mesh(part).with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, own);
@@ -295,8 +296,8 @@ fn draw(
     }
 }
 
-fn color(tip_rms_mm: Option<f64>, bar: &ColorBar) -> [f32; 4] {
-    let srgb = tip_rms_mm.map_or(NO_VALUE_SRGB, |value| color_on(bar.map, value, bar));
+fn color(shown_mm: Option<f64>, bar: &ColorBar) -> [f32; 4] {
+    let srgb = shown_mm.map_or(NO_VALUE_SRGB, |value| color_on(bar.map, value, bar));
     convert::linear(srgb)
 }
 

@@ -2,6 +2,7 @@
 
 use super::Row;
 use super::amplitude::Amplitude;
+use super::column_blocks::solve_lower;
 use super::fit::{GaussianError, factored, scaled};
 use super::hyper_parameters::errors_of;
 use super::kernel::{FieldPoint, Kernel};
@@ -43,11 +44,7 @@ impl Conditioned {
         let across = self.kernel.matrix(&self.points, at);
         let mean = across.transpose() * &self.weights;
         let mut explained = across;
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-            self.factor.L(),
-            explained.as_mut(),
-            faer::get_global_parallelism(),
-        );
+        solve_lower(self.factor.L(), explained.as_mut());
         (mean, explained)
     }
 }

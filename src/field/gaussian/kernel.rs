@@ -70,10 +70,7 @@ impl Kernel {
             .enumerate()
             .map(|(j, point)| rows.covariances(self, j, point))
             .collect();
-        Mat::from_fn(points.len(), points.len(), |i, j| match i.checked_sub(j) {
-            Some(below) => columns[j][below],
-            None => 0.0,
-        })
+        lower_from(&columns)
     }
 
     /// Covariances among rows with their noise, the lower triangle.
@@ -85,6 +82,15 @@ impl Kernel {
         }
         matrix
     }
+}
+
+/// A lower triangle from its columns, each of which begins at the diagonal.
+pub(super) fn lower_from(columns: &[Vec<f64>]) -> Mat<f64> {
+    let n = columns.len();
+    Mat::from_fn(n, n, |i, j| match i.checked_sub(j) {
+        Some(below) => columns[j][below],
+        None => 0.0,
+    })
 }
 
 /// Matérn 5/2 correlation at a distance over the length, times `exp(-turn)`.

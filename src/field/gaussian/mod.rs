@@ -13,6 +13,7 @@
 //! over distance) is an amplitude that a draw varies by chance.
 
 mod amplitude;
+mod column_blocks;
 mod conditioned;
 mod fit;
 mod hyper_parameters;

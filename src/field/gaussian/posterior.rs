@@ -1,14 +1,16 @@
 //! The field at some sensor poses given the measurements: its mean, and draws around it.
 
+use super::column_blocks::{less_gram, lower_times};
 use super::conditioned::Conditioned;
 use super::fit::GaussianError;
-use super::kernel::FieldPoint;
+use super::kernel::{FieldPoint, lower_from};
 use super::{ErrorValues, GaussianField, Row};
 use faer::Mat;
 use nalgebra::Matrix6;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 
 /// Rows that a query is conditioned on: those with the largest covariance to any of its poses. In
 /// rooms of 2,000 rows the others change a mean by less than a hundredth of its standard deviation.
@@ -69,21 +71,27 @@ impl GaussianField {
             .map(|p| self.amplitude.at(&p.position_mm))
             .collect();
         let mut unit = given.kernel.lower_triangle(at);
-        unit -= explained.transpose() * &explained;
+        less_gram(unit.as_mut(), explained.as_ref());
         let unit_variance = (0..at.len()).map(|i| unit[(i, i)].max(0.0)).collect();
+        let (factor, log_amplitude) = rayon::join(
+            || lower(unit, given.kernel.variance()),
+            || {
+                lower(
+                    log_amplitude_covariance(at, self.has_rotations),
+                    PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2),
+                )
+            },
+        );
         Ok(Posterior {
             mean: (0..at.len())
                 .map(|i| std::array::from_fn(|c| mean[(i, c)] * amplitude[i]))
                 .collect(),
             unit_variance,
             rows: given.rows(),
-            factor: lower(unit, given.kernel.variance())?,
+            factor: factor?,
             amplitude,
             components: self.components(),
-            log_amplitude: lower(
-                log_amplitude_covariance(at, self.has_rotations),
-                PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2),
-            )?,
+            log_amplitude: log_amplitude?,
             common_log_std: common_log_std(self.rows.len()),
         })
     }
@@ -141,8 +149,8 @@ impl Posterior {
         let common: Vec<f64> = (0..count).map(|_| normal()).collect();
         let logs = Mat::from_fn(points, count, |_, _| normal());
         let units = Mat::from_fn(points, 6 * count, |_, _| normal());
-        let logs = &self.log_amplitude * &logs;
-        let units = &self.factor * &units;
+        let logs = lower_times(self.log_amplitude.as_ref(), logs.as_ref());
+        let units = lower_times(self.factor.as_ref(), units.as_ref());
         // E(exp(2 l)) = 1: a draw's variance is right on the average.
         let less = PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) + self.common_log_std.powi(2);
         let draw = |d: usize| -> DrawnErrors {
@@ -155,7 +163,7 @@ impl Posterior {
             });
             each.collect()
         };
-        (0..count).map(draw).collect()
+        (0..count).into_par_iter().map(draw).collect()
     }
 }
 
@@ -172,11 +180,7 @@ pub(super) fn log_amplitude_std(rows: usize) -> f64 {
 
 /// Covariance of the logarithm of a draw's amplitude among points, the lower triangle.
 fn log_amplitude_covariance(at: &[FieldPoint], has_axes: bool) -> Mat<f64> {
-    Mat::from_fn(at.len(), at.len(), |i, j| {
-        if i < j {
-            return 0.0;
-        }
-        let (a, b) = (&at[i], &at[j]);
+    let between = |a: &FieldPoint, b: &FieldPoint| {
         let ratio = (a.position_mm - b.position_mm).norm() / AMPLITUDE_LENGTH_MM;
         let near = (-0.5 * ratio * ratio).exp();
         let cosine = a.axis.dot(&b.axis);
@@ -185,7 +189,12 @@ fn log_amplitude_covariance(at: &[FieldPoint], has_axes: bool) -> Mat<f64> {
             false => 0.0,
         };
         near * (PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) * (-0.5 * turn).exp())
-    })
+    };
+    let columns = (0..at.len()).into_par_iter();
+    let columns: Vec<Vec<f64>> = columns
+        .map(|j| at[j..].iter().map(|a| between(a, &at[j])).collect())
+        .collect();
+    lower_from(&columns)
 }
 
 /// Lower Cholesky factor of a covariance, of which the lower triangle is read, that round-off may have made

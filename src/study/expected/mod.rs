@@ -341,7 +341,7 @@ impl OwnErrors {
 
 /// `some` of `count` places, spread by the golden ratio: in a grid no axis is missed, as it would be
 /// by steps that are a multiple of the axis's own.
-fn spread(count: usize, some: usize) -> impl Iterator<Item = usize> {
+pub(super) fn spread(count: usize, some: usize) -> impl Iterator<Item = usize> {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     (0..some.max(1)).map(move |k| {
         let part = ((k as f64 + 0.5) * GOLDEN).fract();

@@ -146,6 +146,7 @@ impl Known<'_> {
             return Placement {
                 tip_rms_mm: found.tip_rms_mm,
                 basis,
+                expected: None,
                 is_outside: found.is_outside || self.leaves[i],
             };
         }
@@ -167,6 +168,7 @@ impl Known<'_> {
                     false => 0.0,
                 }),
             },
+            expected: None,
             is_outside: self.leaves[i] || self.few[i].is_some_and(|f| f.is_outside),
         }
     }

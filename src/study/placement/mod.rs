@@ -30,6 +30,7 @@
 //! Vertices are therefore also told apart by how much their trials vary.
 
 mod crf;
+mod interval;
 mod known;
 mod rule;
 #[cfg(test)]
@@ -52,6 +53,7 @@ use crate::geometry::surface::SurfacePoint;
 use crate::task::{Cancelled, Task};
 use crate::tracking::Sensor;
 use crf::CrfAt;
+use interval::OpenParts;
 use known::Known;
 use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
@@ -112,9 +114,29 @@ pub struct Placement {
     /// `None` where each trial is left out, or the place is not a number.
     pub tip_rms_mm: Option<f64>,
     pub basis: Basis,
+    /// With what the room's measurements leave open; `None` where it keeps none, and before the last
+    /// picture.
+    pub expected: Option<ExpectedTip>,
     /// Whether the sensor leaves the model's box: at a pose that was computed, or in a corner of
     /// the range of motion.
     pub is_outside: bool,
+}
+
+/// A tip RMS to be expected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExpectedTip {
+    /// Mean over drawn fields.
+    pub rms_mm: f64,
+    /// 95 % interval.
+    pub interval_mm: [f64; 2],
+}
+
+impl Placement {
+    /// The expected tip RMS where it is known, else that of the room's own field.
+    pub fn shown_mm(&self) -> Option<f64> {
+        self.expected
+            .map_or(self.tip_rms_mm, |expected| Some(expected.rms_mm))
+    }
 }
 
 /// How a value was found.
@@ -188,13 +210,18 @@ impl PlacementOutcome {
         let parts = candidates.into_iter().zip(weights);
         parts
             .filter(|(_, weight)| *weight != 0.0)
-            .map(|(candidate, weight)| Some(weight * self.places.get(candidate)?.tip_rms_mm?))
+            .map(|(candidate, weight)| Some(weight * self.places.get(candidate)?.shown_mm()?))
             .sum()
+    }
+
+    /// Whether values are expected ones.
+    pub fn is_expected(&self) -> bool {
+        self.places.iter().any(|place| place.expected.is_some())
     }
 
     /// The smallest and the largest value.
     pub fn range_mm(&self) -> Option<[f64; 2]> {
-        let values = self.places.iter().filter_map(|p| p.tip_rms_mm);
+        let values = self.places.iter().filter_map(Placement::shown_mm);
         values.fold(None, |range, v| {
             let [low, high] = range.unwrap_or([v; 2]);
             Some([low.min(v), high.max(v)])
@@ -241,16 +268,17 @@ pub fn place(
     task.step(0, 1)?;
     let study = Study::new(scenario)?;
     let candidates = Candidates::new(sensor, plan);
-    let outcome = match (plan.body, &scenario.crf) {
+    let (mut outcome, features) = match (plan.body, &scenario.crf) {
         (PlacedBody::Crf, Some(crf)) => {
             let of = |rule| CrfAt::new(scenario, crf, plan.sensor, rule, &task.cancel);
-            on_crf(
+            let outcome = on_crf(
                 &of(&study.many)?,
                 &of(&study.few)?,
                 &study,
                 &candidates,
                 task,
-            )?
+            )?;
+            (outcome, candidates.places.clone())
         }
         _ => {
             let of = |rule| ToolAt::new(scenario, plan.sensor, rule, &task.cancel);
@@ -258,6 +286,14 @@ pub fn place(
             on_tool(scenario, &tools, &study, &candidates, task, deliver)?
         }
     };
+    if scenario.environment.process.is_some() {
+        outcome.is_final = false;
+        deliver(&outcome);
+        if let Some(open) = OpenParts::find(scenario, plan, &candidates, &features, task)? {
+            open.add_to(&mut outcome.places, &candidates.place_of, &features);
+        }
+        outcome.is_final = true;
+    }
     deliver(&outcome);
     task.step(1, 1)?;
     Ok(outcome)
@@ -370,6 +406,7 @@ impl Candidates {
 const NOWHERE: Placement = Placement {
     tip_rms_mm: None,
     basis: Basis::Full,
+    expected: None,
     is_outside: true,
 };
 
@@ -401,6 +438,7 @@ fn on_crf(
             let placement = Placement {
                 tip_rms_mm: found.tip_rms_mm,
                 basis,
+                expected: None,
                 is_outside: found.is_outside,
             };
             Ok((placement, std::mem::take(&mut buffers.work)))
@@ -429,7 +467,7 @@ fn on_tool(
     candidates: &Candidates,
     task: &Task,
     deliver: &mut dyn FnMut(&PlacementOutcome),
-) -> Result<PlacementOutcome, PlacementError> {
+) -> Result<(PlacementOutcome, Vec<Place>), PlacementError> {
     let all: Vec<usize> = (0..candidates.places.len())
         .filter(|&place| candidates.is_finite(place))
         .collect();
@@ -464,12 +502,12 @@ fn on_tool(
     if most == all.len() {
         // Few poses then only say how good many are where those are not all.
         let partly = if study.is_whole { &[][..] } else { &all };
-        return Ok(learn(&all, partly, true)?.0);
+        return Ok(learn(&all, partly, true)?);
     }
     let (outcome, features) = learn(&[], &all, false)?;
     deliver(&outcome);
     task.step(2, 3)?;
-    Ok(learn(&farthest_first(&features, most), &[], true)?.0)
+    Ok(learn(&farthest_first(&features, most), &[], true)?)
 }
 
 /// Whether each place leaves the model's box at one of few poses or in a corner of the motion.

@@ -4,7 +4,8 @@ use super::*;
 use crate::design::BodyRole;
 use crate::field::{DistortionModel, OutsidePolicy};
 use crate::store;
-use crate::study::{CancelToken, Mode, Motion, run};
+use crate::study::comparison::REQUIRED;
+use crate::study::{CancelToken, Mode, Motion, expected, run};
 use crate::tracking::SensorOrientation;
 use nalgebra::Point3;
 
@@ -111,6 +112,7 @@ fn a_value_between_vertices_is_that_of_the_triangle_that_a_ray_hits() {
             .map(|vertex| Placement {
                 tip_rms_mm: Some(linear(&vertex.position_mm)),
                 basis: Basis::Full,
+                expected: None,
                 is_outside: false,
             })
             .collect(),
@@ -156,7 +158,8 @@ fn places_between_are_nearly_as_good_as_full_ones_and_say_how_good() {
             pictures.push(picture.clone());
         })
         .unwrap();
-        assert_eq!(pictures.len(), 3);
+        // The last one adds expected values.
+        assert_eq!(pictures.len(), 4);
         assert!(pictures.last() == Some(&outcome) && outcome.is_final);
         assert!(!pictures[0].is_final && pictures[0].full < outcome.full);
         let is_full = |i: &usize| outcome.places[*i].basis == Basis::Full;
@@ -217,6 +220,7 @@ fn without_distortion_no_place_has_an_error() {
         let environment = Arc::make_mut(&mut scenario.environment);
         let (bounds, map) = (*environment.model.bounds(), environment.model.map());
         environment.model = DistortionModel::zero(bounds, map);
+        environment.process = None;
         let outcome = placed(&scenario, &plan(body, AxisRule::Normal, &all[..100]));
         // Round-off of coordinates of some hundred mm.
         assert!(outcome.range_mm().unwrap()[1] < 1e-11);
@@ -330,5 +334,50 @@ fn a_long_motion_is_sampled_and_says_so() {
         // Few nodes do not see where the field bends, at the edges of spherical triangles.
         assert!(off <= error_mm, "{off} {error_mm} {studied}");
         assert!(off < 0.005 * studied, "{off} {studied}");
+    }
+}
+
+#[test]
+fn expected_places_are_near_the_expected_study() {
+    let world = store::open_builtin("pointer-on-head").unwrap();
+    assert!(world.environment.process.is_some());
+    for (body, rule) in [
+        (PlacedBody::Tool, AxisRule::Keep),
+        (PlacedBody::Tool, AxisRule::Normal),
+        (PlacedBody::Crf, AxisRule::Keep),
+    ] {
+        let (scenario, all) = built_in("pointer-on-head", body);
+        let plan = plan(body, rule, &all);
+        let mut pictures = Vec::new();
+        let mut keep = |outcome: &PlacementOutcome| pictures.push(outcome.clone());
+        let last = place(&scenario, &plan, &Task::default(), &mut keep).unwrap();
+        let (own, with) = (&pictures[pictures.len() - 2], &pictures[pictures.len() - 1]);
+        assert!(!own.is_final && !own.is_expected() && *with == last);
+        let (mut off, mut covered) = (Vec::new(), 0);
+        for at in (0..all.len()).step_by(all.len() / 12) {
+            let place = &last.places[at];
+            assert_eq!(place.tip_rms_mm, own.places[at].tip_rms_mm);
+            let mut moved = scenario.clone();
+            let sensors = match body {
+                PlacedBody::Tool => &mut moved.tool.sensors,
+                PlacedBody::Crf => &mut moved.crf.as_mut().unwrap().body.sensors,
+            };
+            sensors[plan.sensor] = rule.placed(&sensors[plan.sensor], &all[at]);
+            let study = expected(&moved, &Mode::Motion, &CancelToken::default()).unwrap();
+            let (rms_mm, interval_mm) = study.of(REQUIRED[0]).unwrap();
+            let found = place.expected.unwrap();
+            off.push((found.rms_mm / rms_mm - 1.0).abs());
+            for k in 0..2 {
+                let ratio = (found.interval_mm[k] / interval_mm[k]).ln().abs();
+                covered += usize::from(ratio < 0.35);
+            }
+            assert!(found.interval_mm[0] <= found.rms_mm && found.rms_mm <= found.interval_mm[1]);
+        }
+        off.sort_unstable_by(f64::total_cmp);
+        assert!(
+            off[off.len() / 2] < 0.12 && off[off.len() - 1] < 0.2,
+            "{off:?}"
+        );
+        assert!(covered == 2 * off.len(), "{covered} of {}", off.len());
     }
 }
