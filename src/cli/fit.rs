@@ -9,7 +9,7 @@ use crate::calibration::room_choice::AskedModel;
 use crate::calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
-use crate::calibration::room_model::{HarmonicReport, RoomModel};
+use crate::calibration::room_model::RoomModel;
 use crate::field::computed::ModelKind;
 use crate::field::environment::{HoldoutProvenance, Jitter};
 use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals};
@@ -17,7 +17,7 @@ use crate::field::samples::{MapKind, SampleSet};
 use crate::field::selection::sensors::SensorSpread;
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
-use crate::report::room::{fit_warnings, map_name, method_name, support_note};
+use crate::report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
 use crate::store::{self, SampleReading};
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
@@ -405,6 +405,10 @@ pub(super) fn as_json(settings: &FitSettings, room: &FittedRoom) -> Value {
     });
     value["system_samples"] = one_or_all(fitted.systems.iter().map(|s| json!(s.samples)).collect());
     value["ambiguous"] = json!(fitted.ambiguous);
+    value["process_samples"] = match &room.environment.process {
+        Some(process) => json!(process.rows.len()),
+        None => Value::Null,
+    };
     let kind = fitted.model.kind();
     value["model"] = json!(kind.name());
     if kind != ModelKind::Bernstein {
@@ -432,16 +436,21 @@ pub(super) fn as_json(settings: &FitSettings, room: &FittedRoom) -> Value {
     value
 }
 
-fn harmonic_text(harmonic: &HarmonicReport) -> String {
-    let mut text = format!(
-        "harmonic, generator {}, degree {}",
-        harmonic.generator.name, harmonic.degree
-    );
-    if harmonic.down_weighted > 0 {
-        let count = with_separators(harmonic.down_weighted);
-        text.push_str(&format!(", {count} samples weighed down"));
-    }
-    text
+/// What only a part of the samples is used for, where they are too many.
+fn subset_line(room: &FittedRoom) -> Option<String> {
+    let process = room.environment.process.as_ref()?;
+    let (used, all) = (process.rows.len(), process.measured_rows);
+    let what = match room.fit.model.kind() {
+        ModelKind::Kriging => "model and expected figures",
+        ModelKind::Bernstein | ModelKind::Harmonic => "expected figures",
+    };
+    (used < all).then(|| {
+        format!(
+            "{what}: from {} of the {} samples, chosen at random",
+            with_separators(used),
+            with_separators(all)
+        )
+    })
 }
 
 /// The model's figures on measurements that it was not fitted to.
@@ -513,6 +522,7 @@ fn as_text(target: &Target, settings: &FitSettings, room: &FittedRoom) -> String
             most.condition
         ));
     }
+    lines.extend(subset_line(room));
     lines.push(format!("written to {}", target.output.display()));
     lines.join("\n")
 }

@@ -1,5 +1,6 @@
 //! A room's fit in words: the command line and the editor say the same.
 
+use crate::calibration::room_model::HarmonicReport;
 use crate::field::Environment;
 use crate::field::fit::{Fit, FitMethod};
 use crate::field::samples::MapKind;
@@ -42,6 +43,19 @@ pub fn caption(environment: &Environment) -> String {
 /// Said where a room is kept without where its model is valid.
 pub fn support_note(why: &SupportError) -> String {
     format!("{why}; the environment is written without it")
+}
+
+/// `harmonic, generator planar-nine, degree 6, 12 samples weighed down`.
+pub fn harmonic_text(harmonic: &HarmonicReport) -> String {
+    let mut text = format!(
+        "harmonic, generator {}, degree {}",
+        harmonic.generator.name, harmonic.degree
+    );
+    if harmonic.down_weighted > 0 {
+        let count = with_separators(harmonic.down_weighted);
+        text.push_str(&format!(", {count} samples weighed down"));
+    }
+    text
 }
 
 /// What is not as it should be about a fit.

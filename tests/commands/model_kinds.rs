@@ -6,6 +6,7 @@ use crate::support::golden::{list, number};
 use crate::support::program::{Scratch, fail, json, succeed, text};
 use serde_json::Value;
 use std::fs;
+use std::io::{BufWriter, Write};
 
 fn room_a() -> [String; 2] {
     [
@@ -369,4 +370,47 @@ fn known_generator_200_rows_below_half_a_mm() {
         &held_out,
     ]);
     assert!(held_out_mm(&fitted) < 0.5, "{fitted}");
+}
+
+#[test]
+fn a_million_rows_are_fitted_and_a_subset_is_named() {
+    let scratch = Scratch::new();
+    let table = scratch.arg("million.csv");
+    let mut out = BufWriter::new(fs::File::create(&table).unwrap());
+    write!(
+        out,
+        "ideal_x,ideal_y,ideal_z,ideal_qw,ideal_qx,ideal_qy,ideal_qz,"
+    )
+    .unwrap();
+    writeln!(
+        out,
+        "measured_x,measured_y,measured_z,measured_qw,measured_qx,measured_qy,measured_qz"
+    )
+    .unwrap();
+    // A shift that grows with the square of the height, seen from four ways of the sensor.
+    let turns = ["1,0,0,0", "0.8,0.6,0,0", "0.8,0,0.6,0", "0.6,0,0.8,0"];
+    for row in 0..1_000_000_u32 {
+        let [x, y, z] = [row % 100, row / 100 % 100, row / 10_000].map(|k| f64::from(k) * 4.0);
+        let turn = turns[(row % 4) as usize];
+        let shift = 2.0 * (z / 400.0).powi(2);
+        writeln!(out, "{x},{y},{z},{turn},{:.4},{y},{z},{turn}", x + shift).unwrap();
+    }
+    out.into_inner().unwrap();
+    let [file, poses, measured] =
+        ["million.env.ron", "poses.csv", "measured.csv"].map(|name| scratch.arg(name));
+    fs::write(&poses, "x,y,z,qw,qx,qy,qz\n101,203,302,0.8,0,0.6,0\n").unwrap();
+    let polynomials = ["--order", "2", "--directions", "3"];
+    for (kind, settings, made) in [
+        ("bernstein", &polynomials[..], "expected figures"),
+        ("kriging", &[], "model and expected figures"),
+    ] {
+        let fit = ["fit", &table, "-o", &file, "--model", kind];
+        let printed = succeed(&[&fit, settings].concat());
+        let line = format!("{made}: from 4,000 of the 1,000,000 samples, chosen at random");
+        assert!(printed.lines().any(|other| other == line), "{printed}");
+        succeed(&["distort", &file, &poses, "-o", &measured]);
+        let shift_mm = positions(&measured)[0][0] - 101.0;
+        let expected_mm = 2.0 * (302.0_f64 / 400.0).powi(2);
+        assert!((shift_mm - expected_mm).abs() < 0.01, "{kind}: {shift_mm}");
+    }
 }

@@ -177,7 +177,11 @@ fn the_usable_region_says_how_much_of_the_volume_it_is() {
     set(&mut app, |layers| layers.region = true);
     assert_eq!(named(&mut app, "usable region"), 1);
     let region = app.world().resource::<ColorBars>().region.clone().unwrap();
-    assert!(region.starts_with("requirement met in "), "{region}");
+    assert!(
+        region.starts_with("requirement met with 95 % in ")
+            && region.contains(" cm³; in the room's own field "),
+        "{region}"
+    );
     request(&mut app, EditRequest::Apply(Edit::SetRequirement(None)));
     rest(&mut app);
     assert_eq!(named(&mut app, "usable region"), 0);

@@ -13,6 +13,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use trackwright::editor::document::Notice;
 use trackwright::editor::field::desk::FieldCounts;
+use trackwright::editor::field::kind::{FieldKind, GeneratorName};
 use trackwright::editor::field::samples::SamplesPlugin;
 use trackwright::editor::field::{
     FieldDesk, FieldPlugin, FieldRequest, FieldSettings, RoomToSave, SampleValue, SamplesShown,
@@ -199,6 +200,54 @@ fn a_table_that_is_dropped_and_fitted_gives_the_command_lines_room_to_the_byte()
         &printed["holdout"]["after"]["position_rms_mm"],
     );
     assert!(held_out.after.position_max_mm < held_out.before.position_max_mm);
+}
+
+#[test]
+fn every_kind_of_model_gives_the_command_lines_room_to_the_byte() {
+    let scratch = Scratch::new();
+    let mut app = saved_app(&scratch.path(""));
+    let [fit, _] = room_a();
+    drop_file(&mut app, &fit);
+    std::fs::create_dir(scratch.path("theirs")).unwrap();
+    let planar = FieldKind::Harmonic(GeneratorName::BuiltIn("planar-nine"));
+    for (kind, said) in [
+        (
+            FieldKind::SymmetricPolynomials,
+            &["--symmetric", "yes", "--order", "1", "--directions", "6"][..],
+        ),
+        (FieldKind::Kriging, &["--model", "kriging"]),
+        (
+            planar,
+            &[
+                "--model",
+                "harmonic",
+                "--generator",
+                "planar-nine",
+                "--degree",
+                "3",
+            ],
+        ),
+    ] {
+        let settings = FieldSettings {
+            kind,
+            degree: (kind == planar).then_some(3),
+            ..settings(Some(1), Some(DirectionSet::Six))
+        };
+        ask(&mut app, FieldRequest::Set(settings));
+        ask(&mut app, FieldRequest::Fit);
+        let fitted = desk(&app).fitted.clone().unwrap();
+        assert!(!desk(&app).is_outdated(&fitted) && fitted.asked.kind == kind);
+        let mine = scratch.path("mine.env.ron");
+        let save = FieldRequest::Save(RoomToSave::Fitted, mine.clone());
+        ask(&mut app, save);
+        let theirs = scratch.path("theirs/mine.env.ron");
+        let (table, file) = (text(&fit), text(&theirs));
+        succeed(&[&["fit", &table, "-o", &file], said].concat());
+        assert!(
+            std::fs::read(&mine).unwrap() == std::fs::read(&theirs).unwrap(),
+            "{kind:?}: the two rooms differ"
+        );
+    }
 }
 
 #[test]

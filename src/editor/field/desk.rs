@@ -1,7 +1,9 @@
 //! The state of the Field workspace: tables, settings, the newest fit, rooms, and what is under way.
 
+use super::kind::FieldKind;
 use super::work::Failure;
 use crate::calibration::room_choice::{AskedModel, Chosen};
+use crate::calibration::room_model::HarmonicReport;
 use crate::calibration::room_worth::{Left, Worth};
 use crate::editor::background::Job;
 use crate::field::Environment;
@@ -36,8 +38,11 @@ impl TableRole {
 /// What a room is made with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldSettings {
-    /// What is left out is chosen by cross-validation.
+    pub kind: FieldKind,
+    /// Of polynomials; what is left out is chosen by cross-validation. The map is of every kind.
     pub model: AskedModel,
+    /// Of a harmonic model; from the number of measurements where there is none.
+    pub degree: Option<usize>,
     /// Whether the tables' quaternions are whole rotations, those of 6-DOF sensors.
     pub has_rolls: bool,
     pub volume: Option<Volume>,
@@ -48,6 +53,8 @@ impl Default for FieldSettings {
     /// Those of the command line.
     fn default() -> Self {
         Self {
+            kind: FieldKind::default(),
+            degree: None,
             model: AskedModel {
                 order: None,
                 directions: None,
@@ -75,7 +82,7 @@ impl FieldSettings {
 
     /// Whether cross-validation has something to choose, but for what the samples decide.
     pub fn is_open(&self) -> bool {
-        self.model.order.is_none() || self.model.directions.is_none()
+        self.kind.is_polynomial() && (self.model.order.is_none() || self.model.directions.is_none())
     }
 }
 
@@ -99,7 +106,9 @@ pub struct Fitted {
     /// Named after its table until it is saved.
     pub environment: Arc<Environment>,
     pub fit: Fit,
+    /// Of polynomials.
     pub settings: FitSettings,
+    pub harmonic: Option<HarmonicReport>,
     /// What was chosen by cross-validation, where anything was open.
     pub chosen: Option<Chosen>,
     pub training_worth: Worth,

@@ -7,11 +7,13 @@
 //! | `hear` | takes what the threads found |
 //! | `rooms` | keeps the list of rooms while the workspace is shown |
 //! | [`samples`] | draws the measurements while the workspace is shown |
+//! | [`kind`] | the kinds of models that are offered |
 //! | [`work`] | what the threads do |
 
 mod answer;
 pub mod desk;
 mod hear;
+pub mod kind;
 mod rooms;
 pub mod samples;
 pub mod work;

@@ -5,12 +5,12 @@ use crate::calibration::room_choice::{Chosen, WantedModel, choose, row_groups};
 use crate::calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
-use crate::calibration::room_model::RoomModel;
 use crate::calibration::room_worth::worth;
 use crate::editor::document::WorldGeneration;
 use crate::editor::state::OpenWorld;
 use crate::field::fit::FitSettings;
 use crate::field::selection::{SelectError, SelectSettings};
+use crate::geometry::directions::DirectionSet;
 use crate::report::room::support_note;
 use crate::report::selection::grouped_line;
 use crate::store::{self, room_name};
@@ -45,7 +45,14 @@ pub fn fit(
     task: &Task,
 ) -> Result<Fitted, Failure> {
     let mut notes = Vec::new();
-    let (model, chosen, fitting) = match settings.model.wanted(&training.samples) {
+    let wanted = match settings.kind.is_polynomial() {
+        true => settings.model.wanted(&training.samples),
+        false => WantedModel::Said(FitSettings {
+            map: settings.model.map,
+            ..FitSettings::new(0, DirectionSet::One)
+        }),
+    };
+    let (model, chosen, fitting) = match wanted {
         WantedModel::Said(model) => (model, None, task.clone()),
         WantedModel::Open(tried) => {
             let choosing = task.stretch(0.0, CHOOSING_PART);
@@ -58,7 +65,7 @@ pub fn fit(
         environment,
         fit,
         support_left_out,
-        harmonic: _,
+        harmonic,
     } = fit_model(training, held_out, &settings, model, &fitting)?;
     notes.extend(support_left_out.as_ref().map(support_note));
     Ok(Fitted {
@@ -68,6 +75,7 @@ pub fn fit(
         held_out: held_out.map(Arc::clone),
         asked: settings,
         settings: model,
+        harmonic,
         chosen,
         notes,
         fit,
@@ -103,6 +111,13 @@ fn fit_model(
     model: FitSettings,
     task: &Task,
 ) -> Result<FittedRoom, Failure> {
+    let room_model = settings.kind.model(settings.degree);
+    let Some(room_model) = room_model else {
+        return Err(Failure::Because(format!(
+            "{}: its generator is not built in",
+            settings.kind.label()
+        )));
+    };
     let (name, held_out_name) = (training.name(), held_out.map(|table| table.name()));
     let order = RoomOrder {
         name: &room_name(&training.file.with_extension("")),
@@ -116,7 +131,7 @@ fn fit_model(
                 name,
                 samples: &table.samples,
             }),
-        model: &RoomModel::PAPER,
+        model: &room_model,
         settings: model,
         volume: settings.volume,
         jitter: settings.jitter,

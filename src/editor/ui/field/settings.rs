@@ -1,6 +1,7 @@
 //! What a room is fitted with, and the button that fits it.
 
 use super::named_ui;
+use crate::editor::field::kind::FieldKind;
 use crate::editor::field::work::CHOOSING_PART;
 use crate::editor::field::{FieldDesk, FieldRequest, FieldSettings};
 use crate::editor::ui::widgets::{
@@ -9,6 +10,7 @@ use crate::editor::ui::widgets::{
 use crate::field::bernstein::MAX_ORDER;
 use crate::field::environment::Jitter;
 use crate::field::fit::FitMethod;
+use crate::field::harmonic::solid_harmonics::MAX_DEGREE;
 use crate::field::samples::MapKind;
 use crate::field::selection::DEFAULT_RIDGES;
 use crate::geometry::directions::{DirectionSet, Weighting};
@@ -29,7 +31,11 @@ pub fn settings_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
     let before = desk.settings;
     let mut settings = before;
     section_ui(ui, "Fit");
-    model_ui(ui, &mut settings);
+    kind_ui(ui, &mut settings);
+    if settings.kind.is_polynomial() {
+        polynomials_ui(ui, &mut settings);
+    }
+    map_ui(ui, &mut settings);
     choice_ui(
         ui,
         ("sensors", "what the table's quaternions mean"),
@@ -54,7 +60,39 @@ pub fn settings_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
     asked
 }
 
-fn model_ui(ui: &mut Ui, settings: &mut FieldSettings) {
+/// The kind of model, and the degree of a harmonic one.
+fn kind_ui(ui: &mut Ui, settings: &mut FieldSettings) {
+    let kinds: Vec<_> = FieldKind::all()
+        .into_iter()
+        .map(|kind| (kind, kind.label()))
+        .collect();
+    choice_ui(
+        ui,
+        (
+            "kind",
+            "polynomials as published; kriging, a Gaussian process; harmonic, the generator's fields \
+             disturbed by metal",
+        ),
+        &mut settings.kind,
+        &kinds,
+    );
+    if let FieldKind::Harmonic(_) = settings.kind {
+        let degrees: Vec<_> = std::iter::once((None, "by the number of samples".to_owned()))
+            .chain((1..=MAX_DEGREE).map(|degree| (Some(degree), degree.to_string())))
+            .collect();
+        choice_ui(
+            ui,
+            (
+                "degree",
+                "degree of the solid harmonics; higher follows more, and needs more samples",
+            ),
+            &mut settings.degree,
+            &degrees,
+        );
+    }
+}
+
+fn polynomials_ui(ui: &mut Ui, settings: &mut FieldSettings) {
     let model = &mut settings.model;
     let orders: Vec<(Option<usize>, String)> = std::iter::once((None, SELECTED.to_owned()))
         .chain((0..=MAX_ORDER).map(|order| {
@@ -136,18 +174,6 @@ fn model_ui(ui: &mut Ui, settings: &mut FieldSettings) {
     choice_ui(
         ui,
         (
-            "map",
-            "a function of the ideal pose to simulate, of the measured one to compensate",
-        ),
-        &mut model.map,
-        &[
-            (MapKind::Distortion, "distortion"),
-            (MapKind::Correction, "correction"),
-        ],
-    );
-    choice_ui(
-        ui,
-        (
             "weighting",
             "how an axis is shared among the three orientations around it",
         ),
@@ -155,6 +181,21 @@ fn model_ui(ui: &mut Ui, settings: &mut FieldSettings) {
         &[
             (Weighting::Area, "areas"),
             (Weighting::Gnomonic, "gnomonic, continuous"),
+        ],
+    );
+}
+
+fn map_ui(ui: &mut Ui, settings: &mut FieldSettings) {
+    choice_ui(
+        ui,
+        (
+            "map",
+            "a function of the ideal pose to simulate, of the measured one to compensate",
+        ),
+        &mut settings.model.map,
+        &[
+            (MapKind::Distortion, "distortion"),
+            (MapKind::Correction, "correction"),
         ],
     );
 }

@@ -3,6 +3,7 @@
 use super::{cell_ui, change_ui, good_ui, head_ui};
 use crate::calibration::room_worth::Worth;
 use crate::editor::field::desk::{Comparison, Fitted};
+use crate::editor::field::kind::FieldKind;
 use crate::editor::field::{FieldDesk, FieldRequest, RoomToSave};
 use crate::editor::palette;
 use crate::editor::ui::theme;
@@ -11,7 +12,7 @@ use crate::editor::ui::widgets::{
     count, fact_ui, main_button, quiet_ui, section_ui, warning_ui, with_unit,
 };
 use crate::field::selection::Candidate;
-use crate::report::room::{fit_warnings, method_name};
+use crate::report::room::{fit_warnings, harmonic_text, method_name};
 use crate::report::selection::{candidate_text, reason};
 use crate::study::comparison::{Figure, REQUIRED};
 use crate::study::own_study::OwnStudy;
@@ -38,7 +39,9 @@ pub fn worth_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
         );
     }
     ui.add_space(4.0);
-    systems_ui(ui, fitted);
+    if fitted.asked.kind.is_polynomial() {
+        systems_ui(ui, fitted);
+    }
     let warnings = fit_warnings(&fitted.fit);
     for warning in warnings.iter().chain(&fitted.notes) {
         warning_ui(ui, warning);
@@ -81,11 +84,17 @@ fn title_ui(ui: &mut Ui, fitted: &Fitted) {
         directions: settings.directions,
         ridge: settings.ridge,
     };
-    let title = format!(
+    let of_polynomials = format!(
         "{}, {}",
         candidate_text(&candidate),
         method_name(settings.method)
     );
+    let title = match (&fitted.harmonic, fitted.asked.kind) {
+        (Some(harmonic), _) => harmonic_text(harmonic),
+        (None, FieldKind::SymmetricPolynomials) => format!("{of_polynomials}, symmetric"),
+        (None, FieldKind::Polynomials) => of_polynomials,
+        (None, kind) => kind.label(),
+    };
     let title = RichText::new(title).color(palette::TEXT_STRONG.color32());
     ui.add(Label::new(title).wrap());
     if let Some(chosen) = &fitted.chosen {
