@@ -210,13 +210,19 @@ fn every_kind_of_model_gives_the_command_lines_room_to_the_byte() {
     drop_file(&mut app, &fit);
     std::fs::create_dir(scratch.path("theirs")).unwrap();
     let planar = FieldKind::Harmonic(GeneratorName::BuiltIn("planar-nine"));
-    for (kind, said) in [
+    for (name, kind, said) in [
         (
+            "symmetric.env.ron",
             FieldKind::SymmetricPolynomials,
             &["--symmetric", "yes", "--order", "1", "--directions", "6"][..],
         ),
-        (FieldKind::Kriging, &["--model", "kriging"]),
         (
+            "kriging.env.ron",
+            FieldKind::Kriging,
+            &["--model", "kriging"],
+        ),
+        (
+            "harmonic.env.ron",
             planar,
             &[
                 "--model",
@@ -237,10 +243,10 @@ fn every_kind_of_model_gives_the_command_lines_room_to_the_byte() {
         ask(&mut app, FieldRequest::Fit);
         let fitted = desk(&app).fitted.clone().unwrap();
         assert!(!desk(&app).is_outdated(&fitted) && fitted.asked.kind == kind);
-        let mine = scratch.path("mine.env.ron");
+        let mine = scratch.path(name);
         let save = FieldRequest::Save(RoomToSave::Fitted, mine.clone());
         ask(&mut app, save);
-        let theirs = scratch.path("theirs/mine.env.ron");
+        let theirs = scratch.path("theirs").join(name);
         let (table, file) = (text(&fit), text(&theirs));
         succeed(&[&["fit", &table, "-o", &file], said].concat());
         assert!(

@@ -21,7 +21,7 @@ use bevy_egui::egui::{Grid, Label, RichText, Ui};
 /// Draws what the newest fit is worth, and what can be done with it.
 pub fn worth_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
     let mut asked = Vec::new();
-    section_ui(ui, "What it is worth");
+    section_ui(ui, "Fit quality");
     let Some(fitted) = &desk.fitted else {
         quiet_ui(ui, "Nothing is fitted yet");
         return asked;
