@@ -7,7 +7,7 @@
 use super::camera::{ScenePointer, Sight};
 use super::field::{FieldDesk, SampleValue, samples};
 use super::layers::arrows::ArrowLayer;
-use super::layers::placement::PlacementLayer;
+use super::layers::placement::{PaintedValue, PlacementLayer};
 use super::pick::Surfaces;
 use super::state::{
     ActiveDrag, DragText, EditorSystems, Hovered, OpenWorld, Results, Selected, Workspace,
@@ -159,16 +159,25 @@ impl Colored<'_> {
         match painted {
             Some((distance_mm, value)) => {
                 let words = match value {
-                    Some(value_mm) => {
-                        let value = named("tip error RMS", value_mm);
-                        format!("{value}, sensor here")
-                    }
+                    Some(value) => painted_words(&value),
                     None => "no tip error, sensor here".to_owned(),
                 };
                 Some((distance_mm, Some(words)))
             }
             None => Some((own?.hit(&in_body)?.distance_mm, None)),
         }
+    }
+}
+
+/// `expected tip error RMS 0.63 mm (95 %: 0.46 to 0.83), sensor here`.
+fn painted_words(painted: &PaintedValue) -> String {
+    let value = named("tip error RMS", painted.tip_rms_mm);
+    match painted.interval_mm {
+        Some(ends) => {
+            let [low, high] = ends.map(|end| decimal(end, 2));
+            format!("expected {value} (95\u{2009}%: {low} to {high}), sensor here")
+        }
+        None => format!("{value}, sensor here"),
     }
 }
 

@@ -187,7 +187,10 @@ fn a_body_in_front_hides_the_slice_and_says_its_own_value_where_it_is_painted() 
     *app.world_mut().resource_mut::<Selection>() = Selection::of(Some(sensor));
     look(&mut app, |view| view.layers.placement = true);
     let text = point_at(&mut app, &on_shaft).unwrap();
-    assert!(text.ends_with(", sensor here"), "{text}");
+    assert!(
+        text.starts_with("expected tip error RMS ") && text.ends_with("), sensor here"),
+        "{text}"
+    );
     let bars = app.world().resource::<ColorBars>();
     let bar = bars.placement.as_ref().unwrap();
     let said = number(&text, "tip error RMS");

@@ -44,6 +44,15 @@ pub(in crate::editor) struct PlacementLayer {
     counted: Work,
 }
 
+/// What a painted body shows at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::editor) struct PaintedValue {
+    /// Expected where there is an interval, else in the room's own field.
+    pub tip_rms_mm: f64,
+    /// 95 %.
+    pub interval_mm: Option<[f64; 2]>,
+}
+
 /// How places are coloured.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Look {
@@ -61,11 +70,16 @@ impl PlacementLayer {
         body: BodyRole,
         own: Option<&Arc<Surface>>,
         ray: &Ray,
-    ) -> Option<(f64, Option<f64>)> {
+    ) -> Option<(f64, Option<PaintedValue>)> {
         let found = self.found.as_ref()?;
         self.key.as_ref().filter(|key| key.body == body)?;
         let hit = own.or(self.surface.as_ref())?.hit(ray)?;
-        Some((hit.distance_mm, found.between(hit.corners, hit.weights)))
+        let value = found.between(hit.corners, hit.weights);
+        let value = value.map(|tip_rms_mm| PaintedValue {
+            tip_rms_mm,
+            interval_mm: found.interval_between(hit.corners, hit.weights),
+        });
+        Some((hit.distance_mm, value))
     }
 }
 

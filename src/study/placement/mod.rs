@@ -207,10 +207,29 @@ impl PlacementOutcome {
     /// Between candidates, each with what it counts for: of the vertices of a triangle, as the body
     /// is painted. `None` where one of them that counts has no value.
     pub fn between(&self, candidates: [usize; 3], weights: [f64; 3]) -> Option<f64> {
+        self.mixed(candidates, weights, Placement::shown_mm)
+    }
+
+    /// Likewise the 95 % interval of the expected value.
+    pub fn interval_between(&self, candidates: [usize; 3], weights: [f64; 3]) -> Option<[f64; 2]> {
+        let end = |k: usize| {
+            self.mixed(candidates, weights, |place| {
+                Some(place.expected?.interval_mm[k])
+            })
+        };
+        Some([end(0)?, end(1)?])
+    }
+
+    fn mixed(
+        &self,
+        candidates: [usize; 3],
+        weights: [f64; 3],
+        value_mm: impl Fn(&Placement) -> Option<f64>,
+    ) -> Option<f64> {
         let parts = candidates.into_iter().zip(weights);
         parts
             .filter(|(_, weight)| *weight != 0.0)
-            .map(|(candidate, weight)| Some(weight * self.places.get(candidate)?.shown_mm()?))
+            .map(|(candidate, weight)| Some(weight * value_mm(self.places.get(candidate)?)?))
             .sum()
     }
 
