@@ -12,7 +12,7 @@ const BLOCK: usize = 64;
 /// `L⁻¹ X`, in place.
 pub(super) fn solve_lower(lower: MatRef<f64>, x: MatMut<f64>) {
     each_block(x, 0, &|block, _| {
-        solve_lower_triangular_in_place(lower, block, Par::Seq)
+        solve_lower_triangular_in_place(lower, block, Par::Seq);
     });
 }
 

@@ -367,8 +367,8 @@ fn expected_places_are_near_the_expected_study() {
             let (rms_mm, interval_mm) = study.of(REQUIRED[0]).unwrap();
             let found = place.expected.unwrap();
             off.push((found.rms_mm / rms_mm - 1.0).abs());
-            for k in 0..2 {
-                let ratio = (found.interval_mm[k] / interval_mm[k]).ln().abs();
+            for (end, expected) in found.interval_mm.iter().zip(interval_mm) {
+                let ratio = (end / expected).ln().abs();
                 covered += usize::from(ratio < 0.35);
             }
             assert!(found.interval_mm[0] <= found.rms_mm && found.rms_mm <= found.interval_mm[1]);
