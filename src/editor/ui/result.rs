@@ -127,7 +127,7 @@ fn in_short(figures: &Figures, expected: Option<&Expected>) -> String {
 }
 
 /// `0.46–0.85`: without its unit, which stands beside it.
-fn interval_text([low, high]: [f64; 2]) -> String {
+pub(super) fn interval_text([low, high]: [f64; 2]) -> String {
     format!("{low:.2}–{high:.2}")
 }
 

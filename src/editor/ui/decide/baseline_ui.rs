@@ -4,16 +4,17 @@ use super::DecideView;
 use crate::editor::decide::DecideRequest;
 use crate::editor::decide::against::Found;
 use crate::editor::palette;
+use crate::editor::ui::result::interval_text;
 use crate::editor::ui::verdict::verdict_text;
 use crate::editor::ui::widgets::{
     decimal, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui, with_unit,
 };
+use crate::study::Figures;
 use crate::study::comparison::{
     Difference, FIGURES, REQUIRED, Verdict, difference_words, notes, values,
 };
 use crate::study::expected::study_verdict;
 use crate::study::figures::with_minus_signs;
-use crate::study::{Figures, expected_rows};
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, Response, RichText, Ui};
 
 /// Draws the baseline and the differences from it.
@@ -129,12 +130,12 @@ fn found_ui(
         ("baseline", &before.figures, before.expected.as_ref()),
         ("this design", now, expected),
     ] {
-        for row in expected.map(expected_rows).iter().flatten().take(1) {
-            let value = with_unit(&row.value, row.figure.unit());
+        if let Some((value, ends)) = expected.and_then(|e| e.of(REQUIRED[0])) {
+            let value = with_unit(&decimal(value, 2), "mm");
             fact_ui(
                 ui,
-                &format!("{}, {name}", row.label()),
-                &format!("{value} {}", row.interval_words()),
+                &format!("expected tip RMS, {name}"),
+                &format!("{value}, {}", interval_text(ends)),
             );
         }
         if let Some(verdict) = study_verdict(figures, expected) {

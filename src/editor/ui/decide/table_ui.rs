@@ -5,12 +5,15 @@ use super::baseline_ui::{right_ui, verdict};
 use crate::editor::decide::DecideRequest;
 use crate::editor::decide::table::{Compare, Compared};
 use crate::editor::palette;
+use crate::editor::ui::result::interval_text;
 use crate::editor::ui::verdict::{verdict_mark, verdict_text};
 use crate::editor::ui::widgets::{decimal, main_button, quiet_ui, signed, warning_ui, with_unit};
 use crate::formats::comparison_table::Names;
-use crate::study::comparison::{Row, difference_words, notes, worst_place_words, worst_words};
-use crate::study::expected_rows;
+use crate::study::comparison::{
+    REQUIRED, Row, difference_words, notes, worst_place_words, worst_words,
+};
 use crate::study::figures::with_minus_signs;
+use crate::study::{Expected, expected_rows};
 use bevy_egui::egui::{Align, Button, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui, vec2};
 use std::path::Path;
 
@@ -87,7 +90,7 @@ fn head_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
     });
 }
 
-const HEADS: [&str; 10] = [
+const HEADS: [&str; 11] = [
     "design",
     "room",
     "tip RMS",
@@ -95,6 +98,7 @@ const HEADS: [&str; 10] = [
     "tip max",
     "angle RMS",
     "angle max",
+    "expected tip RMS, 95\u{2009}%",
     "required",
     "tip RMS less the baseline's",
     "worst pose",
@@ -108,7 +112,7 @@ fn rows_ui(ui: &mut Ui, compared: &Compared, asked: &mut Vec<DecideRequest>) {
         .show(ui, |ui| {
             for (column, head) in HEADS.iter().enumerate() {
                 match column {
-                    0 | 1 | 8 | 9 => quiet_ui(ui, *head),
+                    0 | 1 | 9 | 10 => quiet_ui(ui, *head),
                     _ => right_ui(ui, head, palette::TEXT_QUIET.color32()),
                 };
             }
@@ -170,6 +174,12 @@ fn row_ui(
         let text = with_unit(&decimal(value, 3), unit);
         right_ui(ui, &text, palette::TEXT.color32());
     }
+    match &measured.expected {
+        Some(expected) => expected_ui(ui, expected),
+        None => {
+            quiet_ui(ui, "");
+        }
+    }
     let (word, color) = match measured.verdict() {
         None => ("none".to_owned(), palette::TEXT_QUIET.color32()),
         Some(verdict) => (verdict_text(verdict), verdict_mark(verdict).1),
@@ -218,6 +228,18 @@ fn row_ui(
     };
     ui.label(RichText::new(text).color(palette::TEXT_QUIET.color32()))
         .on_hover_text([&[worst], notes.as_slice()].concat().join("\n"));
+}
+
+/// The expected tip RMS and its interval.
+fn expected_ui(ui: &mut Ui, expected: &Expected) {
+    let text = match expected.of(REQUIRED[0]) {
+        Some((value, ends)) => {
+            let value = with_unit(&decimal(value, 2), "mm");
+            format!("{value}, {}", interval_text(ends))
+        }
+        None => String::new(),
+    };
+    right_ui(ui, &text, palette::TEXT.color32());
 }
 
 /// What a click on a row does.
