@@ -399,7 +399,7 @@ fn a_million_rows_are_fitted_and_a_subset_is_named() {
     let [file, poses, measured] =
         ["million.env.ron", "poses.csv", "measured.csv"].map(|name| scratch.arg(name));
     fs::write(&poses, "x,y,z,qw,qx,qy,qz\n101,203,302,0.8,0,0.6,0\n").unwrap();
-    let polynomials = ["--order", "2", "--directions", "3"];
+    let polynomials = ["--order", "2", "--directions", "6"];
     for (kind, settings, made) in [
         ("bernstein", &polynomials[..], "expected figures"),
         ("kriging", &[], "model and expected figures"),

@@ -163,7 +163,10 @@ fn an_environment_that_does_not_tell_is_an_error_that_says_how_to_make_one_that_
         "--support",
     ];
     let message = fail(&simulate);
-    assert!(message.contains("\"room\" does not say"), "{message}");
+    assert!(
+        message.contains("\"room\" has no model validity"),
+        "{message}"
+    );
     assert!(!scratch.path("log.csv").exists());
     succeed(&simulate[..6]);
 }
