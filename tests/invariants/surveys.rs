@@ -122,7 +122,7 @@ fn a_room_that_does_not_tell_gives_no_survey_and_a_cancelled_one_none_either() {
     assert!(
         error
             .to_string()
-            .contains("\"Operating table\" does not say"),
+            .contains("\"Operating table\" has no model validity"),
         "{error}"
     );
 }
