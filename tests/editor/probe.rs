@@ -193,7 +193,7 @@ fn a_body_in_front_hides_the_slice_and_says_its_own_value_where_it_is_painted() 
     );
     let bars = app.world().resource::<ColorBars>();
     let bar = bars.placement.as_ref().unwrap();
-    let said = number(&text, "tip error RMS");
+    let said = number(&text, "expected tip error RMS");
     assert!(
         (bar.min - 0.01..bar.largest + 0.01).contains(&said),
         "{text}"
