@@ -1,5 +1,5 @@
-//! A room from measurements: the model, where it is valid, and what it is worth on
-//! measurements that it has not seen.
+//! A room from measurements: the model, its validity, and its fit quality on held-out
+//! measurements.
 
 use super::room_model::{
     HarmonicOrder, HarmonicReport, RoomModel, RoomModelError, fit_harmonic, fit_kriging,
@@ -34,7 +34,7 @@ pub struct RoomOrder<'a> {
     pub settings: FitSettings,
     pub volume: Option<Volume>,
     pub jitter: Option<Jitter>,
-    /// Whether the room shall say where its model is valid.
+    /// Whether the room shall keep model validity.
     pub with_support: bool,
     /// What sensors differ by among themselves, where several were measured with.
     pub sensors: Option<SensorSpread>,

@@ -179,13 +179,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
         .transpose()?;
     let (settings, chosen) = match model.kind() {
         ModelKind::Bernstein => choose::settings(&args.data, &set, &asked, args.hold_out.as_ref())?,
-        ModelKind::Kriging | ModelKind::Harmonic => (
-            FitSettings {
-                map,
-                ..FitSettings::new(0, DirectionSet::One)
-            },
-            None,
-        ),
+        ModelKind::Kriging | ModelKind::Harmonic => (FitSettings::without_polynomials(map), None),
     };
     let target = Target {
         data: &args.data,
@@ -220,7 +214,7 @@ pub(super) struct Target<'a> {
     pub output: &'a Path,
     pub volume: VolumeArg,
     pub jitter: Option<Jitter>,
-    /// Whether the environment says where its model is valid.
+    /// Whether the environment keeps model validity.
     pub with_support: bool,
     /// What sensors differ by among themselves, where they were held out.
     pub sensors: Option<SensorSpread>,

@@ -44,7 +44,7 @@ pub enum Job {
 pub struct SliceWish {
     pub plan: SlicePlan,
     pub quantity: Quantity,
-    /// Whether it says where its model is valid.
+    /// Whether it keeps model validity.
     pub support: bool,
 }
 

@@ -265,7 +265,7 @@ pub enum Workspace {
     /// Bodies, sensors, the result.
     #[default]
     Design,
-    /// The room: measurements, their fit, what it is worth.
+    /// The room: measurements, their fit, its quality.
     Field,
     /// Trials one by one: the motion, plots, the log.
     Study,

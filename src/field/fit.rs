@@ -61,6 +61,14 @@ impl FitSettings {
             rcond: DEFAULT_RCOND,
         }
     }
+
+    /// Of kinds of models that have neither order nor orientations.
+    pub fn without_polynomials(map: MapKind) -> Self {
+        Self {
+            map,
+            ..Self::new(0, DirectionSet::One)
+        }
+    }
 }
 
 /// Root mean squares of the errors' norms.

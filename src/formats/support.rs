@@ -1,4 +1,4 @@
-//! The part of an environment that says where its model is valid.
+//! The part of an environment that keeps model validity.
 
 use super::error::FormatError;
 use super::number::shortest;

@@ -40,7 +40,7 @@ pub fn caption(environment: &Environment) -> String {
     format!("Predicted in room {name}, {from}; not for clinical use")
 }
 
-/// Said where a room is kept without where its model is valid.
+/// The note of a room that keeps no model validity.
 pub fn support_note(why: &SupportError) -> String {
     format!("{why}; the environment is written without it")
 }

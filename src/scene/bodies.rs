@@ -117,12 +117,8 @@ impl Drawing<'_> {
         let body = self.stage.design().body(role)?;
         let sensor = body.rigid.sensors.get(painted.sensor)?;
         self.colors.push(format!(
-            "{role}: {}tip error RMS with the sensor {} there, {min:.2} to {max:.2} mm, {}",
-            if painted.outcome.is_expected() {
-                "expected "
-            } else {
-                ""
-            },
+            "{role}: {} with the sensor {} there, {min:.2} to {max:.2} mm, {}",
+            painted.outcome.figure_label(),
             sensor.name,
             map.name()
         ));

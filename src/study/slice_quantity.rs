@@ -79,7 +79,7 @@ impl Quantity {
         self == Self::TipErrorMm
     }
 
-    /// Whether only a room that says where its model is valid has it.
+    /// Whether only a room that keeps model validity has it.
     pub fn needs_support(self) -> bool {
         matches!(self, Self::StdErrorMm | Self::SupportDistanceMm)
     }

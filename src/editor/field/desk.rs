@@ -100,7 +100,7 @@ pub struct Reading {
     pub job: Job<Result<MeasurementTable, StoreError>>,
 }
 
-/// The newest room, and everything that says what it is worth.
+/// The newest room and its fit quality.
 #[derive(Debug)]
 pub struct Fitted {
     /// Named after its table until it is saved.

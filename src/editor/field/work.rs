@@ -10,7 +10,6 @@ use crate::editor::document::WorldGeneration;
 use crate::editor::state::OpenWorld;
 use crate::field::fit::FitSettings;
 use crate::field::selection::{SelectError, SelectSettings};
-use crate::geometry::directions::DirectionSet;
 use crate::report::room::support_note;
 use crate::report::selection::grouped_line;
 use crate::store::{self, room_name};
@@ -47,10 +46,7 @@ pub fn fit(
     let mut notes = Vec::new();
     let wanted = match settings.kind.is_polynomial() {
         true => settings.model.wanted(&training.samples),
-        false => WantedModel::Said(FitSettings {
-            map: settings.model.map,
-            ..FitSettings::new(0, DirectionSet::One)
-        }),
+        false => WantedModel::Said(FitSettings::without_polynomials(settings.model.map)),
     };
     let (model, chosen, fitting) = match wanted {
         WantedModel::Said(model) => (model, None, task.clone()),

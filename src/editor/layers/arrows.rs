@@ -85,7 +85,7 @@ struct Key {
     /// The room's address: another room is another one.
     environment: usize,
     plan: ArrowPlan,
-    /// Where the arrows depend on the design: its revision, and which trial shows it.
+    /// For arrows that depend on the design: its revision, and which trial shows it.
     design: Option<(u64, Option<ShownTrial>)>,
 }
 

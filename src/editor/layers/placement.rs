@@ -64,7 +64,7 @@ struct Look {
 
 impl PlacementLayer {
     /// What is painted where a ray of the body's frame enters the painted body, and how far along the
-    /// ray: the study's tip RMS, expected where the room keeps its measurements, `None` where the paint says that there is none.
+    /// ray: the tip RMS that is painted there; `None` where there is none.
     pub fn under(
         &self,
         body: BodyRole,
@@ -259,8 +259,8 @@ fn bar(look: &Look, found: &PlacementOutcome) -> Option<ColorBar> {
     let [min, max] = placement_range(found, look.range_mm)?;
     Some(ColorBar {
         label: format!(
-            "{}tip error RMS, sensor here{}",
-            if found.is_expected() { "expected " } else { "" },
+            "{}, sensor here{}",
+            found.figure_label(),
             if found.is_final { "" } else { "…" },
         ),
         unit: "mm",

@@ -13,7 +13,7 @@ pub struct SlicePanelView<'a> {
     pub view: &'a View,
     /// The model's box.
     pub bounds: Bounds,
-    /// Whether the room says where its model is valid.
+    /// Whether the room keeps model validity.
     pub has_support: bool,
     /// The largest value of the slice, in its quantity's unit.
     pub max: Option<f64>,

@@ -46,7 +46,7 @@ pub(super) fn lower_times(lower: MatRef<f64>, x: MatRef<f64>) -> Mat<f64> {
     product
 }
 
-/// Does something to each block of columns, of which it is told the first.
+/// Calls `work` with each block of columns and the index of the block's first column.
 fn each_block(x: MatMut<f64>, first: usize, work: &(impl Fn(MatMut<f64>, usize) + Sync)) {
     let columns = x.ncols();
     if columns <= BLOCK {

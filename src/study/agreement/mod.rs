@@ -252,9 +252,7 @@ pub enum AgreementError {
          there is nothing to compare"
     )]
     FreeRotation { body: String },
-    #[error(
-        "the room's samples do not say where its model is valid, so nothing can be left out by it"
-    )]
+    #[error("the room has no model validity, so nothing can be left out by it")]
     NoSupport,
     #[error(
         "{found} is no number of readings, standard deviation or count of resamplings: {name}, expected {expected}"

@@ -238,6 +238,14 @@ impl PlacementOutcome {
         self.places.iter().any(|place| place.expected.is_some())
     }
 
+    /// The name of the figure that places are shown by.
+    pub fn figure_label(&self) -> &'static str {
+        match self.is_expected() {
+            true => "expected tip error RMS",
+            false => "tip error RMS",
+        }
+    }
+
     /// The smallest and the largest value.
     pub fn range_mm(&self) -> Option<[f64; 2]> {
         let values = self.places.iter().filter_map(Placement::shown_mm);

@@ -1,4 +1,4 @@
-//! The rooms that the design could be put in, each with what it is worth.
+//! The rooms that the design could be put in, each with its held-out error.
 
 use crate::editor::field::{FieldDesk, FieldRequest};
 use crate::editor::palette;
