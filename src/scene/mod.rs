@@ -136,10 +136,16 @@ impl<'a> Stage<'a> {
             let before = triangles(&mesh);
             let mesh = light(mesh, wish.most_triangles);
             let after = triangles(&mesh);
-            if after < before {
-                notes.push(format!(
-                    "{what} is drawn with {after} of its {before} triangles"
-                ));
+            if after < before || after > wish.most_triangles {
+                let mut note = format!("{what} is drawn with {after} of its {before} triangles");
+                if after > wish.most_triangles {
+                    note += &format!(
+                        ", not with at most {}: fewer leave no surface of its {}",
+                        wish.most_triangles,
+                        counted_parts(mesh.parts.len())
+                    );
+                }
+                notes.push(note);
             }
             mesh
         };
@@ -201,7 +207,15 @@ fn triangles(mesh: &SurfaceMesh) -> usize {
     mesh.parts.iter().map(|part| part.triangles.len()).sum()
 }
 
-/// A mesh of at most about so many triangles, each part with its share of them.
+fn counted_parts(parts: usize) -> String {
+    match parts {
+        1 => "one part".to_owned(),
+        _ => format!("{parts} parts"),
+    }
+}
+
+/// A mesh of at most so many triangles, each part with its share of them, or of the fewest that its
+/// parts can have.
 fn light(mesh: Arc<SurfaceMesh>, most: usize) -> Arc<SurfaceMesh> {
     let all = triangles(&mesh);
     if all <= most {

@@ -37,9 +37,10 @@ pub struct SceneArgs {
     #[arg(long)]
     light: bool,
 
-    /// Most triangles of a body; one that has more is drawn coarser
-    #[arg(long, value_name = "N", default_value_t = MOST_TRIANGLES)]
-    triangles: usize,
+    /// Most triangles of a body; one that has more is drawn coarser, with the fewest that make a surface
+    /// where that is more
+    #[arg(long, value_name = "N", default_value_t = MOST_TRIANGLES as u64, value_parser = clap::value_parser!(u64).range(1..))]
+    triangles: u64,
 }
 
 /// Computes what the layers show, draws and writes it.
@@ -70,7 +71,7 @@ pub fn run(args: &SceneArgs) -> anyhow::Result<()> {
             Some(name) => Some(sensor_named(world.document.design(), name).with_context(named)?),
             None => None,
         },
-        most_triangles: args.triangles,
+        most_triangles: usize::try_from(args.triangles).unwrap_or(usize::MAX),
     };
     let shown = Shown::new("computing what the layers show");
     let scene = scene::glb(&world, &wish, &shown.task).with_context(named)?;
