@@ -1,12 +1,13 @@
 //! Numbers out of a glTF buffer, every offset checked before it is used.
 
 use super::GltfError;
+use super::buffer::Buffers;
 use gltf::accessor::{DataType, Dimensions};
 use nalgebra::Vector3;
 
 /// Three finite floats an element.
 pub(super) fn vectors(
-    blob: &[u8],
+    buffers: &Buffers,
     name: &str,
     accessor: &gltf::Accessor,
 ) -> Result<Vec<Vector3<f64>>, GltfError> {
@@ -19,7 +20,7 @@ pub(super) fn vectors(
         let found = format!("{:?} {:?}", accessor.dimensions(), accessor.data_type());
         return Err(error(found, "Vec3 F32"));
     }
-    elements(blob, name, accessor)?
+    elements(buffers, name, accessor)?
         .map(|bytes| {
             let component = |k: usize| {
                 let four = [
@@ -43,7 +44,7 @@ pub(super) fn vectors(
 
 /// Indices three by three, each of an existing vertex.
 pub(super) fn triangles(
-    blob: &[u8],
+    buffers: &Buffers,
     name: &str,
     accessor: &gltf::Accessor,
     vertices: usize,
@@ -63,7 +64,7 @@ pub(super) fn triangles(
         let found = format!("{} indices", accessor.count());
         return Err(error(found, "a multiple of three"));
     }
-    let indices = elements(blob, name, accessor)?
+    let indices = elements(buffers, name, accessor)?
         .map(|bytes| {
             // Little-endian of one, two or four bytes.
             let index = bytes.iter().rev().fold(0, |n, &b| n << 8 | u32::from(b));
@@ -83,7 +84,7 @@ pub(super) fn triangles(
 
 /// The bytes of each element of an accessor, all of them in the file.
 fn elements<'a>(
-    blob: &'a [u8],
+    buffers: &'a Buffers,
     name: &str,
     accessor: &gltf::Accessor,
 ) -> Result<impl Iterator<Item = &'a [u8]> + use<'a>, GltfError> {
@@ -96,9 +97,7 @@ fn elements<'a>(
         .view()
         .filter(|_| accessor.sparse().is_none())
         .ok_or_else(|| error("sparse data", "plain buffer views"))?;
-    if !matches!(view.buffer().source(), gltf::buffer::Source::Bin) {
-        return Err(GltfError::ExternalBuffer(view.buffer().index()));
-    }
+    let buffer = buffers.bytes(view.buffer().index())?;
     let size = accessor.size();
     let stride = view.stride().unwrap_or(size);
     let count = accessor.count();
@@ -106,7 +105,7 @@ fn elements<'a>(
     let data = view
         .offset()
         .checked_add(view.length())
-        .and_then(|end| blob.get(view.offset()..end))
+        .and_then(|end| buffer.get(view.offset()..end))
         .and_then(|data| data.get(accessor.offset()..))
         .ok_or_else(cut_short)?;
     if stride < size || size == 0 {

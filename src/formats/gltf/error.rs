@@ -5,8 +5,12 @@
 pub enum GltfError {
     #[error("found no glTF ({0}), expected a mesh in glTF 2.0")]
     NotGltf(String),
-    #[error("found buffer {0} outside the file, expected all data in one .glb")]
-    ExternalBuffer(usize),
+    #[error(
+        "found buffer {buffer} in a file of its own, {file:?}, expected all data in this one: write it as .glb, or as .gltf with its data embedded"
+    )]
+    ExternalBuffer { buffer: usize, file: String },
+    #[error("buffer {buffer}: found {found}, expected its bytes in base64")]
+    Base64 { buffer: usize, found: String },
     #[error("mesh {mesh:?}: found {found}, expected {expected}")]
     Mesh {
         mesh: String,

@@ -1,6 +1,7 @@
-//! glTF: meshes of bodies are read (`.glb`, or `.gltf` with nothing outside it), scenes are written.
+//! glTF: meshes of bodies are read (`.glb`, or `.gltf` with all data inside it), scenes are written.
 
 mod accessor;
+mod buffer;
 mod error;
 mod surface;
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! glTF meshes (`.glb`, or `.gltf` with nothing outside it): bytes to a surface in millimetres.
+//! glTF meshes (`.glb`, or `.gltf` with all data inside it): bytes to a surface in millimetres.
 //!
 //! Node transforms are applied and the file's unit, metres unless told otherwise, becomes the body
 //! frame's millimetres; no axis is swapped. The crate reads the structure; numbers are read here, because its own readers trust
@@ -7,13 +7,19 @@
 use super::super::mesh::MAX_TRIANGLES;
 use super::GltfError;
 use super::accessor::{triangles, vectors};
-use crate::geometry::mesh::{MeshPart, SurfaceMesh};
+use super::buffer::Buffers;
+use crate::geometry::mesh::{ANATOMY_PREFIX, MeshPart, SurfaceMesh};
 use crate::geometry::normals::unit_or_z;
 use gltf::mesh::Mode;
 use nalgebra::{Matrix4, Point3, Vector3};
+use std::collections::HashMap;
 
 /// Most corners of a mesh. An instrument has thousands; this many would fill 500 MB.
 const MAX_VERTICES: usize = 10_000_000;
+
+/// Most parts that are told apart: each is drawn by itself, and a mesh may be placed any number of
+/// times. Further ones of one material become one part.
+const MAX_PARTS: usize = 1000;
 
 /// Reads a mesh whose unit is `mm_per_unit` long: 1000 by the specification, which says metres.
 ///
@@ -31,30 +37,27 @@ pub fn parse(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, GltfError> {
         .default_scene()
         .or_else(|| file.scenes().next())
         .ok_or(GltfError::Empty)?;
+    let placed = placed_meshes(&file, &scene)?;
+    check_counts(&placed)?;
     let mut reader = Reader {
-        blob: blob.as_deref().unwrap_or_default(),
+        buffers: Buffers::of(&file, blob.as_deref().unwrap_or_default()),
         mm_per_unit,
         mesh: SurfaceMesh::default(),
-        vertices: 0,
-        triangles: 0,
-        is_visited: vec![false; file.nodes().count()],
+        rest: HashMap::new(),
     };
-    // A stack of its own: how deep nodes nest is the file's choice.
-    let mut open: Vec<_> = scene.nodes().map(|n| (n, Matrix4::identity())).collect();
-    open.reverse();
-    while let Some((node, parent)) = open.pop() {
-        let body_from_node = parent * reader.transform(&node)?;
-        if let Some(mesh) = node.mesh() {
-            let name = node.name().or(mesh.name()).map_or_else(
-                || format!("part {}", reader.mesh.parts.len() + 1),
-                str::to_owned,
-            );
-            for primitive in mesh.primitives() {
-                reader.push(&name, &primitive, &body_from_node)?;
-            }
+    for Placed {
+        name,
+        mesh,
+        body_from_node,
+    } in &placed
+    {
+        let name = name.map_or_else(
+            || format!("part {}", reader.mesh.parts.len() + 1),
+            str::to_owned,
+        );
+        for primitive in mesh.primitives() {
+            reader.push(&name, &primitive, body_from_node)?;
         }
-        let children: Vec<_> = node.children().map(|n| (n, body_from_node)).collect();
-        open.extend(children.into_iter().rev());
     }
     if reader.mesh.parts.iter().all(|p| p.triangles.is_empty()) {
         return Err(GltfError::Empty);
@@ -105,41 +108,102 @@ fn check_positions(root: &gltf::json::Root) -> Result<(), GltfError> {
     Ok(())
 }
 
+/// A mesh at one of its places in the scene.
+struct Placed<'a> {
+    /// Of the node, else of the mesh.
+    name: Option<&'a str>,
+    mesh: gltf::Mesh<'a>,
+    body_from_node: Matrix4<f64>,
+}
+
+/// The meshes of a scene, nodes' transforms multiplied.
+fn placed_meshes<'a>(
+    file: &'a gltf::Document,
+    scene: &gltf::Scene<'a>,
+) -> Result<Vec<Placed<'a>>, GltfError> {
+    let mut placed = Vec::new();
+    let mut is_visited = vec![false; file.nodes().count()];
+    // A stack of its own: how deep nodes nest is the file's choice.
+    let mut open: Vec<_> = scene.nodes().map(|n| (n, Matrix4::identity())).collect();
+    open.reverse();
+    while let Some((node, parent)) = open.pop() {
+        // Each node may be met once, or a cycle would never end.
+        if std::mem::replace(&mut is_visited[node.index()], true) {
+            return Err(node_error(
+                &node,
+                "it twice in the scene",
+                "a tree of nodes",
+            ));
+        }
+        let body_from_node = parent * transform(&node)?;
+        let children: Vec<_> = node.children().map(|n| (n, body_from_node)).collect();
+        open.extend(children.into_iter().rev());
+        if let Some(mesh) = node.mesh() {
+            placed.push(Placed {
+                name: node.name().or(mesh.name()),
+                mesh,
+                body_from_node,
+            });
+        }
+    }
+    Ok(placed)
+}
+
+/// Refuses more than memory and drawing can take, before any of it is made: a mesh counts at each of
+/// its places.
+fn check_counts(placed: &[Placed]) -> Result<(), GltfError> {
+    let (mut vertices, mut triangles) = (0_usize, 0_usize);
+    for primitive in placed.iter().flat_map(|placed| placed.mesh.primitives()) {
+        let positions = primitive.get(&gltf::Semantic::Positions);
+        let positions = positions.map_or(0, |positions| positions.count());
+        let corners = primitive.indices().map_or(positions, |i| i.count());
+        vertices = vertices.saturating_add(positions);
+        triangles = triangles.saturating_add(corners / 3);
+    }
+    for (found, what, most) in [
+        (vertices, "vertices", MAX_VERTICES),
+        (triangles, "triangles", MAX_TRIANGLES),
+    ] {
+        if found > most {
+            return Err(GltfError::TooLarge { found, what, most });
+        }
+    }
+    Ok(())
+}
+
+fn node_error(node: &gltf::Node, found: &'static str, expected: &'static str) -> GltfError {
+    GltfError::Node {
+        node: node.name().unwrap_or_default().to_owned(),
+        found,
+        expected,
+    }
+}
+
+/// The node's own transform.
+fn transform(node: &gltf::Node) -> Result<Matrix4<f64>, GltfError> {
+    let matrix = Matrix4::from(node.transform().matrix()).cast::<f64>();
+    let linear = matrix.fixed_view::<3, 3>(0, 0);
+    if matrix.iter().any(|v| !v.is_finite()) || linear.determinant() == 0.0 {
+        let found = "a transform without inverse";
+        return Err(node_error(node, found, "one that has one"));
+    }
+    if matrix.row(3) != nalgebra::RowVector4::new(0.0, 0.0, 0.0, 1.0) {
+        return Err(node_error(node, "a projection", "an affine transform"));
+    }
+    Ok(matrix)
+}
+
 /// A mesh in the making.
 struct Reader<'a> {
-    blob: &'a [u8],
+    buffers: Buffers<'a>,
     mm_per_unit: f64,
     mesh: SurfaceMesh,
-    vertices: usize,
-    triangles: usize,
-    is_visited: Vec<bool>,
+    /// Where further parts go when there are [`MAX_PARTS`]: by whether they are anatomy, and by
+    /// material.
+    rest: HashMap<(bool, usize), usize>,
 }
 
 impl Reader<'_> {
-    /// The node's own transform; each node may be met once, or a cycle would never end.
-    fn transform(&mut self, node: &gltf::Node) -> Result<Matrix4<f64>, GltfError> {
-        let error = |found, expected| {
-            Err(GltfError::Node {
-                node: node.name().unwrap_or_default().to_owned(),
-                found,
-                expected,
-            })
-        };
-        if std::mem::replace(&mut self.is_visited[node.index()], true) {
-            return error("it twice in the scene", "a tree of nodes");
-        }
-        let matrix = Matrix4::from(node.transform().matrix()).cast::<f64>();
-        let linear = matrix.fixed_view::<3, 3>(0, 0);
-        let determinant = linear.determinant();
-        if matrix.iter().any(|v| !v.is_finite()) || determinant == 0.0 {
-            return error("a transform without inverse", "one that has one");
-        }
-        if matrix.row(3) != nalgebra::RowVector4::new(0.0, 0.0, 0.0, 1.0) {
-            return error("a projection", "an affine transform");
-        }
-        Ok(matrix)
-    }
-
     fn push(
         &mut self,
         name: &str,
@@ -157,20 +221,9 @@ impl Reader<'_> {
         let positions = primitive
             .get(&gltf::Semantic::Positions)
             .ok_or_else(|| error("no positions".to_owned(), "some"))?;
-        let corners = primitive.indices().map_or(positions.count(), |i| i.count());
-        self.vertices = self.vertices.saturating_add(positions.count());
-        self.triangles = self.triangles.saturating_add(corners / 3);
-        for (found, what, most) in [
-            (self.vertices, "vertices", MAX_VERTICES),
-            (self.triangles, "triangles", MAX_TRIANGLES),
-        ] {
-            if found > most {
-                return Err(GltfError::TooLarge { found, what, most });
-            }
-        }
-        let positions = vectors(self.blob, name, &positions)?;
+        let positions = vectors(&self.buffers, name, &positions)?;
         let mut triangles = match primitive.indices() {
-            Some(accessor) => triangles(self.blob, name, &accessor, positions.len())?,
+            Some(accessor) => triangles(&self.buffers, name, &accessor, positions.len())?,
             None => implied_triangles(positions.len()),
         };
         let linear = body_from_node.fixed_view::<3, 3>(0, 0).into_owned();
@@ -184,17 +237,13 @@ impl Reader<'_> {
             .into_iter()
             .map(|p| body_from_node.transform_point(&p.into()) * self.mm_per_unit)
             .collect();
-        if positions_mm
-            .iter()
-            .any(|p| p.iter().any(|v| !v.is_finite()))
-        {
-            return Err(error(
-                "positions that are not finite".to_owned(),
-                "finite ones",
-            ));
+        let not_finite = |p: &&Point3<f64>| p.iter().any(|v| !v.is_finite());
+        if let Some(p) = positions_mm.iter().find(not_finite) {
+            let found = format!("a position of ({}, {}, {}) mm", p.x, p.y, p.z);
+            return Err(error(found, "finite ones"));
         }
         let own_normals = match primitive.get(&gltf::Semantic::Normals) {
-            Some(accessor) => Some(vectors(self.blob, name, &accessor)?),
+            Some(accessor) => Some(vectors(&self.buffers, name, &accessor)?),
             None => None,
         };
         let normals = match (own_normals, linear.try_inverse()) {
@@ -216,7 +265,7 @@ impl Reader<'_> {
         };
         let material = primitive.material();
         let surface = material.pbr_metallic_roughness();
-        self.mesh.parts.push(MeshPart {
+        let part = MeshPart {
             name: name.to_owned(),
             positions_mm,
             normals,
@@ -224,8 +273,36 @@ impl Reader<'_> {
             base_color: surface.base_color_factor(),
             metallic: surface.metallic_factor(),
             roughness: surface.roughness_factor(),
-        });
+        };
+        self.add(part, material.index());
         Ok(())
+    }
+
+    /// Adds a part, or its triangles to that of the others of its material where there are too many.
+    fn add(&mut self, part: MeshPart, material: Option<usize>) {
+        let parts = &mut self.mesh.parts;
+        if parts.len() < MAX_PARTS {
+            parts.push(part);
+            return;
+        }
+        // A file may have any number of materials too.
+        let material = material.map_or(0, |index| 1 + index.min(MAX_PARTS));
+        let key = (part.is_anatomy(), material);
+        let Some(&rest) = self.rest.get(&key) else {
+            self.rest.insert(key, parts.len());
+            let name = match part.is_anatomy() {
+                true => format!("{ANATOMY_PREFIX}, other parts"),
+                false => "other parts".to_owned(),
+            };
+            parts.push(MeshPart { name, ..part });
+            return;
+        };
+        let rest = &mut parts[rest];
+        let first = rest.positions_mm.len() as u32;
+        rest.positions_mm.extend(part.positions_mm);
+        rest.normals.extend(part.normals);
+        let moved = part.triangles.iter().map(|t| t.map(|i| first + i));
+        rest.triangles.extend(moved);
     }
 }
 

@@ -110,7 +110,7 @@ fn meshes_that_cannot_be_are_refused() {
         (
             "\"byteLength\":44",
             "\"byteLength\":44,\"uri\":\"x.bin\"",
-            "found buffer 0 outside the file",
+            "found buffer 0 in a file of its own, \"x.bin\"",
         ),
         (
             "\"byteLength\":36",
@@ -156,6 +156,87 @@ fn meshes_that_cannot_be_are_refused() {
         "found no glTF (accessor 7 of 2), expected a mesh in glTF 2.0"
     );
     assert!(error_with("{\"POSITION\":0}", "{\"NORMAL\":0}").contains("expected"));
+}
+
+/// The same triangle as a text with its numbers in base64.
+fn embedded() -> String {
+    let data = &triangle()[triangle().len() - 44..];
+    let uri = format!(
+        "\"byteLength\":44,\"uri\":\"data:application/octet-stream;base64,{}\"",
+        data_encoding::BASE64.encode(data)
+    );
+    JSON.replace("\"byteLength\":44", &uri)
+}
+
+#[test]
+fn data_in_base64_reads_as_that_of_a_binary_file() {
+    assert_eq!(parse(embedded().as_bytes()), parse(&triangle()));
+    for (from, to, part) in [
+        (";base64,", ",", "a data URI without \";base64,\""),
+        (";base64,", ";base64,?", "buffer 0: found invalid"),
+        ("data:app", "app", "in a file of its own, \"app"),
+    ] {
+        let error = parse(embedded().replace(from, to).as_bytes()).unwrap_err();
+        assert!(error.to_string().contains(part), "{error}");
+    }
+}
+
+/// The triangle at so many nodes, each in its place along x.
+fn instances(count: usize) -> String {
+    let nodes = (0..count).map(|k| format!("{{\"mesh\":0,\"translation\":[{k},0,0]}}"));
+    let nodes = nodes.collect::<Vec<_>>().join(",");
+    let roots = (0..count).map(|k| k.to_string());
+    let roots = roots.collect::<Vec<_>>().join(",");
+    let [from, to] = ["\"scenes\"", "\"materials\""].map(|key| JSON.find(key).unwrap());
+    format!(
+        "{}\"scenes\":[{{\"nodes\":[{roots}]}}],\"nodes\":[{nodes}],\n{}",
+        &JSON[..from],
+        &JSON[to..]
+    )
+}
+
+#[test]
+fn a_mesh_placed_often_is_few_parts() {
+    let mesh = parse(&glb(&instances(30_000), CORNERS, [0, 1, 2])).unwrap();
+    assert_eq!(mesh.parts.len(), 1001);
+    let rest = &mesh.parts[1000];
+    assert_eq!(rest.name, "other parts");
+    assert_eq!(rest.triangles.len(), 29_000);
+    let corners = |part: &crate::geometry::mesh::MeshPart, t| part.corners_mm(t).map(|p| p.x);
+    assert_eq!(corners(&mesh.parts[999], 0), [999e3, 1000e3, 999e3]);
+    assert_eq!(corners(rest, 28_999), [29_999e3, 30_000e3, 29_999e3]);
+    assert_eq!(rest.base_color, [0.5, 0.25, 1.0, 1.0]);
+}
+
+#[test]
+fn instances_are_counted_before_they_are_made() {
+    // The file does not have the 60,000 indices: were one instance made, that would be the error.
+    let [from, to] = [3, 60_000].map(|n| format!("\"count\":{n},\"type\":\"SCALAR\""));
+    let file = glb(&instances(1000).replace(&from, &to), CORNERS, [0, 1, 2]);
+    assert_eq!(
+        parse(&file).unwrap_err(),
+        GltfError::TooLarge {
+            found: 20_000_000,
+            what: "triangles",
+            most: 10_000_000
+        }
+    );
+}
+
+#[test]
+fn nodes_may_nest_as_deep_as_a_file_is_long() {
+    let depth = 50_000;
+    let inner = (1..depth).map(|k| format!("{{\"children\":[{k}]}}"));
+    let nodes: Vec<String> = inner.chain(["{\"mesh\":0}".to_owned()]).collect();
+    let [from, to] = ["\"nodes\":[{", "\"materials\""].map(|key| JSON.find(key).unwrap());
+    let json = format!(
+        "{}\"nodes\":[{}],{}",
+        &JSON[..from],
+        nodes.join(","),
+        &JSON[to..]
+    );
+    let mesh = parse(&glb(&json, CORNERS, [0, 1, 2])).unwrap();
+    assert_eq!(mesh.parts[0].positions_mm[1], Point3::new(1000.0, 0.0, 0.0));
 }
 
 #[test]

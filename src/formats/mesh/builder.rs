@@ -20,6 +20,18 @@ const MAX_PARTS: usize = 1000;
 const REST: &str = "other parts";
 const REST_OF_ANATOMY: &str = "anatomy, other parts";
 
+/// A coordinate in millimetres; one that is no finite number in the file is none here.
+///
+/// # Errors
+/// [`MeshError::TooFar`] where the unit makes a number too large to be one.
+pub(super) fn in_mm(value: f64, mm_per_unit: f64) -> Result<f64, MeshError> {
+    let value_mm = value * mm_per_unit;
+    match value.is_finite() && value_mm.is_infinite() {
+        true => Err(MeshError::TooFar(f64::MAX)),
+        false => Ok(value_mm),
+    }
+}
+
 /// Triangles in parts, in the order in which parts are first met.
 #[derive(Default)]
 pub(super) struct Builder {

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: positions, normals, faces of any number of corners, groups. Materials are in
 //! another file and not read; points, lines, curves and texture coordinates are passed over.
 
-use super::builder::Builder;
+use super::builder::{Builder, in_mm};
 use super::polygon::Cutter;
 use super::stl::{lines, quote};
 use super::{MAX_TRIANGLES, MeshError};
@@ -81,7 +81,10 @@ impl Reader {
             .unwrap_or((content, ""));
         match keyword {
             "v" => {
-                let position = vector(rest, line)? * mm_per_unit;
+                let mut position = vector(rest, line)?;
+                for value in position.iter_mut() {
+                    *value = in_mm(*value, mm_per_unit)?;
+                }
                 check_count(self.vertices.len(), "vertices", line)?;
                 let vertex = self.builder.vertex(position.into());
                 self.vertices.push(vertex);

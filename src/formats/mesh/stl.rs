@@ -4,7 +4,7 @@
 //! many programs write `solid` into the header of binary files. The normals in a file belong to
 //! its triangles and say nothing that the corners don't; they are not read.
 
-use super::builder::Builder;
+use super::builder::{Builder, in_mm};
 use super::{MAX_TRIANGLES, MeshError};
 use crate::geometry::mesh::SurfaceMesh;
 use nalgebra::Point3;
@@ -78,13 +78,13 @@ fn parse_binary(bytes: &[u8], count: u32, mm_per_unit: f64) -> Result<SurfaceMes
     for triangle in bytes[START..].chunks_exact(TRIANGLE) {
         let number = |at: usize| {
             let four = [0, 1, 2, 3].map(|k| triangle[at + k]);
-            f64::from(f32::from_le_bytes(four)) * mm_per_unit
+            in_mm(f64::from(f32::from_le_bytes(four)), mm_per_unit)
         };
-        let corner = |k: usize| {
+        let corner = |k: usize| -> Result<_, MeshError> {
             let at = 12 * (k + 1);
-            Point3::new(number(at), number(at + 4), number(at + 8))
+            Ok(Point3::new(number(at)?, number(at + 4)?, number(at + 8)?))
         };
-        push(&mut builder, [0, 1, 2].map(corner), 0)?;
+        push(&mut builder, [corner(0)?, corner(1)?, corner(2)?], 0)?;
     }
     builder.finish()
 }
@@ -209,14 +209,13 @@ fn corner<'a>(
     let mut point = Point3::origin();
     for value in point.iter_mut() {
         let word = words.next();
-        *value = mm_per_unit
-            * word
-                .and_then(|word| word.parse::<f64>().ok())
-                .ok_or_else(|| MeshError::Line {
-                    line,
-                    found: word.map_or_else(|| "the end of the line".to_owned(), quote),
-                    expected: "a number",
-                })?;
+        let number = word.and_then(|word| word.parse::<f64>().ok());
+        let number = number.ok_or_else(|| MeshError::Line {
+            line,
+            found: word.map_or_else(|| "the end of the line".to_owned(), quote),
+            expected: "a number",
+        })?;
+        *value = in_mm(number, mm_per_unit)?;
     }
     Ok(point)
 }

@@ -375,6 +375,26 @@ fn a_unit_scales_what_the_format_leaves_open_and_overrides_what_it_says() {
 }
 
 #[test]
+fn numbers_near_the_largest_are_refused_in_any_unit() {
+    let stl = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1e308 0 0\nvertex 0 1 0\n\
+               endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n\
+               endloop\nendfacet\nendsolid a\n";
+    let obj = "v 0 0 0\nv 1e308 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\nf 1 4 3\n";
+    for (text, extension) in [(stl, "stl"), (obj, "obj")] {
+        for (unit, found) in [
+            (MeshUnit::Millimetre, "1.000e308"),
+            (MeshUnit::Metre, "1.798e308"),
+        ] {
+            let error = read(text.as_bytes(), extension, Some(unit)).unwrap_err();
+            assert_eq!(
+                error.to_string(),
+                format!("found a corner {found} mm from the origin, expected at most 1e9")
+            );
+        }
+    }
+}
+
+#[test]
 fn a_file_of_a_thousand_groups_and_more_is_a_thousand_parts_and_the_rest() {
     let mut obj = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
     for i in 0..3000 {
