@@ -3,7 +3,7 @@
 use super::builtin;
 use super::error::StoreError;
 use std::borrow::Cow;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
@@ -65,15 +65,58 @@ impl Place {
     }
 }
 
-fn read_disk(file: &Path) -> Result<Vec<u8>, ReadFailure> {
+pub(super) fn read_disk(file: &Path) -> Result<Vec<u8>, ReadFailure> {
     let mut bytes = Vec::new();
-    File::open(file)
-        .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
+    open_input(file)?
+        .take(MAX_BYTES + 1)
+        .read_to_end(&mut bytes)
         .map_err(ReadFailure::Io)?;
     if bytes.len() as u64 > MAX_BYTES {
         return Err(ReadFailure::TooLarge);
     }
     Ok(bytes)
+}
+
+/// Opens what is read: a file, or a pipe that somebody writes to already (`/dev/stdin`, or what a shell
+/// makes of `<(…)`). Any other pipe would have to be waited for, and a device may never end.
+///
+/// # Errors
+/// [`ReadFailure::Io`], which says what it is instead.
+pub(super) fn open_input(file: &Path) -> Result<File, ReadFailure> {
+    let metadata = fs::metadata(file).map_err(ReadFailure::Io)?;
+    match special_kind(metadata.file_type()) {
+        Some(PIPE) if is_own_descriptor(file) => {}
+        Some(kind) => return Err(ReadFailure::Io(io::Error::other(kind))),
+        None => {}
+    }
+    File::open(file).map_err(ReadFailure::Io)
+}
+
+const PIPE: &str = "a named pipe";
+
+/// What is neither file nor folder, in words.
+#[cfg(unix)]
+fn special_kind(kind: fs::FileType) -> Option<&'static str> {
+    use std::os::unix::fs::FileTypeExt;
+    match kind {
+        kind if kind.is_fifo() => Some(PIPE),
+        kind if kind.is_char_device() || kind.is_block_device() => Some("a device"),
+        kind if kind.is_socket() => Some("a socket"),
+        _ => None,
+    }
+}
+
+#[cfg(not(unix))]
+fn special_kind(_: fs::FileType) -> Option<&'static str> {
+    None
+}
+
+/// Whether a name means one of this process's open files.
+fn is_own_descriptor(file: &Path) -> bool {
+    file == Path::new("/dev/stdin")
+        || ["/dev/fd", "/proc/self/fd"]
+            .iter()
+            .any(|folder| file.parent() == Some(Path::new(folder)))
 }
 
 /// The path with `.` and `..` worked out by name alone.
@@ -139,6 +182,24 @@ mod tests {
         assert_eq!(clean("../x"), "../x");
         assert_eq!(clean("a/../../x"), "../x");
         assert_eq!(clean("/../x"), "/x");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_may_never_end_is_refused_by_its_kind() {
+        let refused = |file: &Path| match read_disk(file) {
+            Err(failure) => failure.into_error(file, "a table").to_string(),
+            Ok(_) => panic!("{} was read", file.display()),
+        };
+        for device in ["/dev/zero", "/dev/null"] {
+            let expected = format!("{device}: found a device, expected a table");
+            assert_eq!(refused(Path::new(device)), expected);
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let socket = folder.path().join("socket");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        assert!(refused(&socket).ends_with("found a socket, expected a table"));
+        assert!(refused(folder.path()).ends_with("found a folder, expected a table"));
     }
 
     #[test]

@@ -1,12 +1,11 @@
 //! Reads measurement tables of any length as samples, row by row.
 
 use super::error::StoreError;
-use super::place::{MAX_BYTES, ReadFailure};
+use super::place::{MAX_BYTES, ReadFailure, open_input};
 use crate::field::samples::{MapKind, MeasurementContent, SampleSet};
 use crate::formats::FormatError;
 use crate::formats::measurements::MeasurementReader;
 use crate::task::Task;
-use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
@@ -36,7 +35,7 @@ pub fn read_samples(
     task: &Task,
 ) -> Result<SampleSet, StoreError> {
     let unreadable = |cause: io::Error| ReadFailure::Io(cause).into_error(file, EXPECTED);
-    let opened = File::open(file).map_err(unreadable)?;
+    let opened = open_input(file).map_err(|failure| failure.into_error(file, EXPECTED))?;
     let len = opened.metadata().map_or(0, |m| m.len());
     let count = Arc::new(AtomicU64::new(0));
     let counted = Counted {

@@ -1,7 +1,7 @@
 //! Tools on the disk: body files and makers' definitions, each of which may stand for the other.
 
 use super::error::StoreError;
-use super::place::{Place, absolute};
+use super::place::{Place, absolute, open_input};
 use super::read::read;
 use super::save::reach_mesh;
 use super::write::write_bytes;
@@ -9,7 +9,6 @@ use crate::formats::tool_definition::{
     BodyFormat, DefinitionKind, OnMismatch, ToolDefinition, read_body as parse_tool,
 };
 use crate::formats::{BodyFile, FormatError, body};
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -77,10 +76,13 @@ pub(super) fn parse_body(file: &Path, bytes: &[u8]) -> Result<BodyFile, FormatEr
 /// this program's is written over it.
 pub(super) fn is_definition(file: &Path) -> bool {
     let mut bytes = Vec::new();
-    let beginning = File::open(file).and_then(|f| f.take(BEGINNING).read_to_end(&mut bytes));
+    let beginning = open_input(file).ok().map(|file| {
+        let mut beginning = file.take(BEGINNING);
+        beginning.read_to_end(&mut bytes)
+    });
     match beginning {
-        Ok(_) => DefinitionKind::of(&bytes, &extension_of(file)).is_some(),
-        Err(_) => DefinitionKind::of_extension(&extension_of(file)).is_some(),
+        Some(Ok(_)) => DefinitionKind::of(&bytes, &extension_of(file)).is_some(),
+        _ => DefinitionKind::of_extension(&extension_of(file)).is_some(),
     }
 }
 
