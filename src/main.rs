@@ -11,7 +11,8 @@ const UNUSABLE: u8 = 2;
 const DOES_NOT_HOLD: u8 = 1;
 
 fn main() -> ExitCode {
-    match trackwright::cli::run(&trackwright::cli::Cli::parse()) {
+    let cli = trackwright::cli::Cli::parse();
+    match trackwright::cli::start_threads().and_then(|()| trackwright::cli::run(&cli)) {
         Ok(Ending::Done) => ExitCode::SUCCESS,
         Ok(Ending::DoesNotHold) => ExitCode::from(DOES_NOT_HOLD),
         Err(error) => {

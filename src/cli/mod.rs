@@ -38,6 +38,7 @@ mod tool_report;
 mod uncertainty;
 mod verify;
 
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -125,6 +126,17 @@ pub enum Ending {
     Done,
     /// It did what was asked, and the answer is that something does not hold.
     DoesNotHold,
+}
+
+/// Starts the threads that all computing shares, one a core or as many as `RAYON_NUM_THREADS` says.
+/// Left to itself the pool would be made at its first use, and panic where the system has no more.
+///
+/// # Errors
+/// Threads that the system does not give, and a pool that is there already.
+pub fn start_threads() -> anyhow::Result<()> {
+    rayon::ThreadPoolBuilder::new()
+        .build_global()
+        .context("the threads to compute with cannot be started; RAYON_NUM_THREADS=1 asks for one")
 }
 
 /// Runs what the command line asks for.

@@ -135,16 +135,24 @@ impl VideoFile {
                 });
             }
         };
-        let said = child.stderr.take();
-        Ok(Some(Self {
+        let mut video = Self {
             encoder: name,
             frame_bytes: shape.frame_bytes(),
             file: file.to_owned(),
             temporary,
             frames: child.stdin.take(),
             child,
-            said: said.map(|said| thread::spawn(move || last_lines(BufReader::new(said)))),
-        }))
+            said: None,
+        };
+        if let Some(said) = video.child.stderr.take() {
+            let reader = thread::Builder::new().spawn(move || last_lines(BufReader::new(said)));
+            // Dropped, the video ends its encoder.
+            video.said = Some(reader.map_err(|cause| VideoError::Start {
+                encoder: video.encoder.clone(),
+                cause,
+            })?);
+        }
+        Ok(Some(video))
     }
 
     /// Hands a frame on: red, green, blue and opacity of each pixel, from the upper left.
