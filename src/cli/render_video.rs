@@ -71,6 +71,8 @@ enum FilmError {
     Video(#[from] VideoError),
     #[error(transparent)]
     Store(#[from] StoreError),
+    #[error(transparent)]
+    Begin(#[from] anyhow::Error),
 }
 
 impl VideoArgs {
@@ -92,13 +94,7 @@ impl VideoArgs {
             frames_per_s: self.fps,
         };
         shape.check().context("--size")?;
-        let is_interrupted = Arc::new(AtomicBool::new(false));
-        ctrlc::set_handler({
-            let is_interrupted = Arc::clone(&is_interrupted);
-            move || is_interrupted.store(true, Ordering::Relaxed)
-        })
-        .context("Ctrl+C cannot be listened for")?;
-        let (mut out, video) = output_at(to, shape)?;
+        check_name(to)?;
         if let FilmMove::Motion { trials } = what
             && trials > frames
         {
@@ -108,10 +104,18 @@ impl VideoArgs {
             ));
         }
         let bar = output::progress(frames as u64, "painting");
+        let is_interrupted = Arc::new(AtomicBool::new(false));
+        // Begun with the first frame: until then nothing is there to be cleared away, and a signal
+        // ends the program as it ends any.
+        let mut begun: Option<(Output, PathBuf)> = None;
         let filmed = film(world, size, desk, what, frames, |index, picture| {
             if is_interrupted.load(Ordering::Relaxed) {
                 return Err(FilmError::Interrupted);
             }
+            let (out, _) = match &mut begun {
+                Some(begun) => begun,
+                none => none.insert(begin(to, shape, &is_interrupted)?),
+            };
             out.take(index, picture)?;
             tell(&bar, index, frames);
             Ok(())
@@ -121,11 +125,14 @@ impl VideoArgs {
             bail!("interrupted; no video was written");
         }
         filmed.with_context(|| format!("cannot write {}", to.display()))?;
-        match out {
-            Output::Video(file) => file
+        match begun {
+            Some((Output::Video(file), _)) => file
                 .finish()
                 .with_context(|| format!("cannot write {}", to.display())),
-            Output::Pictures(folder) => output::print(&folder.command(&video, frames, self.fps)),
+            Some((Output::Pictures(folder), video)) => {
+                output::print(&folder.command(&video, frames, self.fps))
+            }
+            None => bail!("{}: no frame was painted", to.display()),
         }
     }
 
@@ -166,10 +173,39 @@ impl Output {
     }
 }
 
+fn is_folder(to: &Path) -> bool {
+    to.is_dir() || to.as_os_str().to_string_lossy().ends_with('/')
+}
+
+/// Refuses a name that says neither video nor folder.
+fn check_name(to: &Path) -> anyhow::Result<()> {
+    let is_mp4 = to
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("mp4"));
+    if !is_mp4 && !is_folder(to) {
+        bail!(
+            "{}: expected a name that ends in .mp4, or a folder that ends in / for numbered pictures",
+            to.display()
+        );
+    }
+    Ok(())
+}
+
+/// Opens what frames go to, and from then on has a signal end the film at its next frame.
+fn begin(
+    to: &Path,
+    shape: VideoShape,
+    is_interrupted: &Arc<AtomicBool>,
+) -> anyhow::Result<(Output, PathBuf)> {
+    let is_interrupted = Arc::clone(is_interrupted);
+    ctrlc::set_handler(move || is_interrupted.store(true, Ordering::Relaxed))
+        .context("Ctrl+C cannot be listened for")?;
+    output_at(to, shape)
+}
+
 /// An encoder where a video is wanted and there is one, else a folder; and what the video is called.
 fn output_at(to: &Path, shape: VideoShape) -> anyhow::Result<(Output, PathBuf)> {
-    let is_folder = to.is_dir() || to.as_os_str().to_string_lossy().ends_with('/');
-    if is_folder {
+    if is_folder(to) {
         // Beside the folder, under its name.
         let mut video = to.file_name().unwrap_or("video".as_ref()).to_owned();
         video.push(".mp4");
@@ -177,15 +213,6 @@ fn output_at(to: &Path, shape: VideoShape) -> anyhow::Result<(Output, PathBuf)> 
             Output::Pictures(FrameFolder::new(to)?),
             to.with_file_name(video),
         ));
-    }
-    let is_mp4 = to
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("mp4"));
-    if !is_mp4 {
-        bail!(
-            "{}: expected a name that ends in .mp4, or a folder that ends in / for numbered pictures",
-            to.display()
-        );
     }
     if let Some(file) = VideoFile::start(ENCODER, to, shape)? {
         return Ok((Output::Video(file), to.to_owned()));

@@ -175,6 +175,9 @@ pub(super) fn offscreen(
         .set(meshes())
         // It panics where there is no display.
         .disable::<WinitPlugin>()
+        // It would take Ctrl+C and a request to end for the rest of the process, and answer them in
+        // a runner that an app driven by hand does not have.
+        .disable::<TerminalCtrlCHandlerPlugin>()
         // One frame after the other, so that the last one asked for is the one captured.
         .disable::<PipelinedRenderingPlugin>();
     app.add_plugins(match HAS_LOG.swap(true, Ordering::Relaxed) {
