@@ -149,9 +149,21 @@ fn name(method: Method) -> &'static str {
 }
 
 fn as_json(outcome: &Outcome) -> Value {
-    let t = &outcome.tally;
+    let mut value = tally_as_json(&outcome.tally);
+    value["method"] = json!(name(outcome.method));
+    value["shortcut_against_inverse"] = json!(outcome.shortcut.map(|d| json!({
+        "compared": d.compared,
+        "position_rms_mm": d.position_rms_mm,
+        "position_max_mm": d.position_max_mm,
+        "angle_rms_deg": d.angle_rms_rad.to_degrees(),
+        "angle_max_deg": d.angle_max_rad.to_degrees(),
+    })));
+    value
+}
+
+/// What became of readings that were corrected for a room.
+pub(super) fn tally_as_json(t: &Tally) -> Value {
     json!({
-        "method": name(outcome.method),
         "rows": t.rows,
         "converged": t.converged,
         "ambiguous": t.ambiguous,
@@ -161,13 +173,6 @@ fn as_json(outcome: &Outcome) -> Value {
         "outside": t.outside,
         "largest_correction_mm": t.largest_correction_mm,
         "largest_correction_deg": t.largest_correction_rad.to_degrees(),
-        "shortcut_against_inverse": outcome.shortcut.map(|d| json!({
-            "compared": d.compared,
-            "position_rms_mm": d.position_rms_mm,
-            "position_max_mm": d.position_max_mm,
-            "angle_rms_deg": d.angle_rms_rad.to_degrees(),
-            "angle_max_deg": d.angle_max_rad.to_degrees(),
-        })),
     })
 }
 

@@ -1,6 +1,6 @@
 //! `distort`: poses as the tracker of an environment would measure them.
 
-use super::output::OutsideArg;
+use super::output::{self, OutsideArg};
 use crate::field::OutsidePolicy;
 use crate::field::gaussian::FieldPoint;
 use crate::formats::poses;
@@ -62,10 +62,12 @@ pub fn run(args: &DistortArgs) -> anyhow::Result<()> {
             validity.with_context(|| args.environment.display().to_string())?
         }
     };
+    let mut outside_count = 0;
     store::write_atomic(&args.output, |out| {
         let rows = ideal.iter().map(|pose| {
             let (measured, is_inside) = environment.model.distort(pose, outside);
             let is_kept = is_inside || outside != OutsidePolicy::Reject;
+            outside_count += usize::from(!is_inside);
             (is_kept.then_some(measured), !is_inside)
         });
         match validity {
@@ -73,5 +75,6 @@ pub fn run(args: &DistortArgs) -> anyhow::Result<()> {
             Some(validity) => poses::write_with_validity(out, rows.zip(validity)),
         }
     })?;
+    output::note_outside("poses are", outside_count, ideal.len(), outside);
     Ok(())
 }

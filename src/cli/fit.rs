@@ -10,6 +10,7 @@ use crate::calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
 use crate::calibration::room_model::RoomModel;
+use crate::field::OutsidePolicy;
 use crate::field::computed::ModelKind;
 use crate::field::environment::{HoldoutProvenance, Jitter};
 use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals};
@@ -191,6 +192,17 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
     };
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
     let room = fit_and_write(&target, &model, &settings, &set, holdout)?;
+    if let Some((_, set)) = holdout {
+        let bounds = room.environment.model.bounds();
+        let outside = (set.samples.iter()).filter(|sample| !bounds.contains(&sample.position_mm));
+        let count = outside.count();
+        output::note_outside(
+            "held-out samples are",
+            count,
+            set.samples.len(),
+            OutsidePolicy::Clamp,
+        );
+    }
     if let Some(chosen) = &chosen {
         for line in choose::lines(chosen) {
             output::note(&line);

@@ -1,6 +1,7 @@
 //! What all commands share: formats, policies, tables of text, notes, and progress.
 
 use crate::field::OutsidePolicy;
+use crate::study::figures::with_separators;
 use crate::task::Task;
 use anyhow::Context;
 use clap::ValueEnum;
@@ -59,6 +60,25 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
 pub fn note(text: &str) {
     // Nowhere to say it is no reason to fail.
     let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Says how many of the positions that a room was evaluated at are outside its box, which the printed
+/// figures do not show, and what stood for the field there; nothing where none is. `what` goes on to the
+/// verb: "poses are".
+pub fn note_outside(what: &str, outside: usize, of: usize, policy: OutsidePolicy) {
+    if outside == 0 {
+        return;
+    }
+    let (kind, then) = match policy {
+        OutsidePolicy::Clamp => ("warning", "the nearest point of the box stands for them"),
+        OutsidePolicy::Extrapolate => ("warning", "the model is extrapolated there"),
+        OutsidePolicy::Reject => ("note", "they are left out"),
+    };
+    note(&format!(
+        "{kind}: {} of {} {what} outside the room's box: {then}",
+        with_separators(outside),
+        with_separators(of)
+    ));
 }
 
 /// Rows of label, value and unit, aligned.

@@ -3,6 +3,7 @@
 
 mod spin;
 
+use super::compensate::tally_as_json;
 use super::numbers::above_zero;
 use super::output::{self, Format, OutsideArg};
 use super::tool_reader::ToolReader;
@@ -53,7 +54,7 @@ pub struct PivotArgs {
     #[arg(long, value_name = "ENV")]
     environment: Option<PathBuf>,
 
-    /// What happens to readings outside that room's box
+    /// What happens to readings outside that room's box; of markers, the whole frame is left out
     #[arg(long, value_enum, default_value_t, requires = "environment")]
     outside: OutsideArg,
 
@@ -118,6 +119,9 @@ pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
             let mut value = pivoted.as_ref().map_or_else(|| json!({}), as_json);
             if let Some(shaft) = &shaft {
                 value["spin"] = shaft.as_json();
+            }
+            if reader.room.is_some() {
+                value["compensated"] = tally_as_json(&reader.tally);
             }
             output::print_json(&value)
         }

@@ -62,6 +62,12 @@ pub fn run(args: &TolerancesArgs) -> anyhow::Result<Ending> {
     let sheet = manufacturing_sheet(&scenario, &shown.task)
         .with_context(|| args.design.display().to_string())?;
     drop(shown);
+    output::note_outside(
+        "poses have a sensor",
+        sheet.study_outside,
+        sheet.study_poses,
+        scenario.outside,
+    );
     let check = match args.check {
         None => None,
         Some(draws) => {

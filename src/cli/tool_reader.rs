@@ -3,7 +3,7 @@
 use super::output;
 use crate::calibration::marker_body::{MarkerBody, in_base};
 use crate::field::OutsidePolicy;
-use crate::field::compensation::{Method, compensate};
+use crate::field::compensation::{Compensated, Method, Tally, compensate};
 use crate::field::computed::ModelKind;
 use crate::field::environment::Environment;
 use crate::formats::pivot_recording::PivotRecording;
@@ -23,6 +23,8 @@ pub(super) struct ToolReader {
     pub tool: Option<String>,
     /// The room that readings are corrected for, and what happens outside its box.
     pub room: Option<(Environment, OutsidePolicy)>,
+    /// What became of the readings that were corrected, of all files so far.
+    pub tally: Tally,
     /// Markers of an EM tracker's base, in its frame.
     pub base: Option<Vec<Point3<f64>>>,
     /// A tool that is known by its markers has the frame that they have when they are first seen.
@@ -102,30 +104,41 @@ impl ToolReader {
             bail!(MixedKinds(file.display().to_string()));
         }
         self.has_poses = true;
-        let Some((room, outside)) = &self.room else {
+        let Some(found) = self.compensated(file, &poses, "poses")? else {
             return Ok(poses);
         };
-        let method = Method::of(room.model.map());
-        let found = compensate(&room.model, &poses, *outside, method, &Task::default())?;
         let corrected: Vec<Pose> = found.iter().filter_map(|at| at.pose).collect();
-        if corrected.len() < poses.len() {
-            output::note(&format!(
-                "{}: {} of {} poses not used: the room has no correction there",
-                file.display(),
-                with_separators(poses.len() - corrected.len()),
-                with_separators(poses.len())
-            ));
-        }
+        note_unused(file, poses.len() - corrected.len(), poses.len(), "poses");
         Ok(corrected)
     }
 
-    /// Markers, which have positions alone, corrected each by itself.
+    /// Readings corrected for the room, counted and told; `None` where there is no room.
+    fn compensated(
+        &mut self,
+        file: &Path,
+        measured: &[Pose],
+        what: &str,
+    ) -> anyhow::Result<Option<Vec<Compensated>>> {
+        let Some((room, outside)) = &self.room else {
+            return Ok(None);
+        };
+        let method = Method::of(room.model.map());
+        let found = compensate(&room.model, measured, *outside, method, &Task::default())?;
+        let tally = Tally::of(measured, &found);
+        let what = format!("{what} of {} are", file.display());
+        output::note_outside(&what, tally.outside, tally.rows, *outside);
+        self.tally.add(&tally);
+        Ok(Some(found))
+    }
+
+    /// Markers, which have positions alone, corrected each by itself; frames that are not corrected as a
+    /// whole are left out and counted.
     fn corrected(
-        &self,
+        &mut self,
         file: &Path,
         frames: Vec<Vec<Point3<f64>>>,
     ) -> anyhow::Result<Vec<Vec<Point3<f64>>>> {
-        let Some((room, outside)) = &self.room else {
+        let Some((room, _)) = &self.room else {
             return Ok(frames);
         };
         let model = &room.model;
@@ -139,29 +152,46 @@ impl ToolReader {
                 file.display()
             );
         }
-        let method = Method::of(room.model.map());
         let read: Vec<Pose> = frames
             .iter()
             .flatten()
             .map(|at| Pose::translation(at.x, at.y, at.z))
             .collect();
-        let found = compensate(&room.model, &read, *outside, method, &Task::default())?;
+        let Some(found) = self.compensated(file, &read, "markers")? else {
+            return Ok(frames);
+        };
         let mut corrected = found.iter().map(|at| at.pose);
         let mut answers = Vec::with_capacity(frames.len());
-        for (frame, markers) in frames.iter().enumerate() {
-            let positions: Option<Vec<Point3<f64>>> = corrected
-                .by_ref()
-                .take(markers.len())
+        for markers in &frames {
+            // All of a frame are taken, whichever of them has no answer.
+            let positions: Vec<_> = corrected.by_ref().take(markers.len()).collect();
+            let positions: Option<Vec<Point3<f64>>> = positions
+                .into_iter()
                 .map(|pose| pose.map(|pose| pose.translation.vector.into()))
                 .collect();
-            answers.push(positions.with_context(|| {
-                format!(
-                    "{}: frame {frame}: found a marker where the room has no correction",
-                    file.display()
-                )
-            })?);
+            answers.extend(positions);
         }
+        if answers.is_empty() {
+            bail!(
+                "{}: found no frame of {} whose markers the room corrects, expected some within its box",
+                file.display(),
+                with_separators(frames.len())
+            );
+        }
+        note_unused(file, frames.len() - answers.len(), frames.len(), "frames");
         Ok(answers)
+    }
+}
+
+/// Says how many readings have no answer.
+fn note_unused(file: &Path, unused: usize, of: usize, what: &str) {
+    if unused > 0 {
+        output::note(&format!(
+            "note: {}: {} of {} {what} not used: the room has no correction there",
+            file.display(),
+            with_separators(unused),
+            with_separators(of)
+        ));
     }
 }
 

@@ -208,6 +208,20 @@ impl Tally {
         }
         tally
     }
+
+    /// Counts the rows of another table too.
+    pub fn add(&mut self, other: &Self) {
+        self.rows += other.rows;
+        self.converged += other.converged;
+        self.ambiguous += other.ambiguous;
+        self.folded += other.folded;
+        self.not_converged += other.not_converged;
+        self.rejected += other.rejected;
+        self.outside += other.outside;
+        self.largest_correction_mm = self.largest_correction_mm.max(other.largest_correction_mm);
+        self.largest_correction_rad =
+            (self.largest_correction_rad).max(other.largest_correction_rad);
+    }
 }
 
 /// How far two ways to compensate are apart, over the readings that both answer.

@@ -104,6 +104,12 @@ pub fn run(args: &TipsArgs) -> anyhow::Result<()> {
             })?;
         }
     }
+    output::note_outside(
+        "trials have a sensor",
+        outcome.figures.outside,
+        index,
+        scenario.outside,
+    );
     let frame = match scenario.crf {
         Some(_) => "CRF",
         None => "tracker",

@@ -95,6 +95,7 @@ pub fn manufacturing_sheet(
     let mut sheet = ManufacturingSheet {
         poses: 0,
         study_poses: 0,
+        study_outside: 0,
         as_drawn: Vec::new(),
         expected_as_drawn: Vec::new(),
         no_tolerances: None,
@@ -126,6 +127,7 @@ fn find(
         sheet.expected_as_drawn = judged(&outcome.figures.checks, Some(&expected));
     }
     sheet.study_poses = outcome.figures.trials;
+    sheet.study_outside = outcome.figures.outside;
     sheet.free_axis = outcome.figures.free_axis;
     sheet.poorly_determined = outcome.figures.poorly_determined;
     sheet.work += outcome.work;

@@ -15,6 +15,8 @@ pub struct ManufacturingSheet {
     pub poses: usize,
     /// Poses of the design's study, of which the above are a part where it is long.
     pub study_poses: usize,
+    /// Poses of the design's study with a sensor outside the room's box.
+    pub study_outside: usize,
     /// The requirement with every sensor where it is drawn; empty where there is none, or no study.
     pub as_drawn: Vec<Check>,
     /// The same as far as the room can tell it; empty where it keeps no measurements. Tolerances are
