@@ -45,6 +45,35 @@ impl AtracsysIni {
         &self.geometry
     }
 
+    /// What the file says besides, each once: comments, other sections, other keys.
+    pub(super) fn beyond_geometry(&self) -> Vec<String> {
+        let file = self.text.trim_start_matches('\u{feff}');
+        let mut found = Vec::new();
+        let mut add = |what: String| {
+            if !found.contains(&what) {
+                found.push(what);
+            }
+        };
+        if file.contains([';', '#']) {
+            add("comments".to_owned());
+        }
+        for section in sections(file) {
+            let known: &[&str] = match part_of(&section) {
+                Part::Geometry => &["count", "id"],
+                Part::Fiducial(_) | Part::Pivot => &AXES,
+                Part::Other => {
+                    let name = section.first().and_then(|line| header(line));
+                    name.into_iter().for_each(|name| add(format!("[{name}]")));
+                    continue;
+                }
+            };
+            let keys = section.iter().filter_map(|line| Some(entry(line)?.0));
+            keys.filter(|key| !known.contains(&key.as_str()))
+                .for_each(&mut add);
+        }
+        found
+    }
+
     /// A new file of a geometry.
     pub(super) fn of(geometry: &Geometry) -> Self {
         let empty = Self {

@@ -25,6 +25,17 @@ impl ToolDefinition {
         }
     }
 
+    /// What it says of its tool that no body has, in words. What every image has to say is named too,
+    /// as it may not be what a new image says.
+    pub fn beyond_body(&self) -> Vec<String> {
+        match self {
+            Self::Rom(rom) => beyond_body(rom),
+            Self::ToolPlist(plist) => [beyond_body(plist.rom()), plist.other_keys()].concat(),
+            Self::AtracsysIni(ini) => ini.beyond_geometry(),
+            Self::SawJson(json) => json.beyond_geometry(),
+        }
+    }
+
     /// What is wrong with it although it was read, in words.
     pub fn doubt(&self) -> Option<String> {
         let sum = self.rom()?.checksum();
@@ -35,6 +46,39 @@ impl ToolDefinition {
             )
         })
     }
+}
+
+pub(super) fn beyond_body(rom: &NdiRom) -> Vec<String> {
+    let (is_numbered, is_made) = (
+        rom.serial().number() != 0,
+        !rom.manufacturer().trim().is_empty(),
+    );
+    let mut what = vec![
+        (is_numbered, "serial number and date"),
+        (is_made, "manufacturer"),
+        (true, "type and revision"),
+    ];
+    match rom {
+        NdiRom::Optical(rom) => {
+            let is_given = |normal: &[f32; 3]| *normal != [0.0; 3];
+            let has_normals = rom.markers().iter().any(|marker| is_given(&marker.normal));
+            let has_face_normals = rom.face_normals().iter().any(is_given);
+            what.extend([
+                (has_normals, "normals of markers"),
+                (true, "faces, groups and firing order of markers"),
+                (has_face_normals, "normals of faces"),
+                (true, "marker type"),
+                (true, "largest angle of a marker"),
+                (true, "largest error of a marker"),
+                (true, "markers that have to be seen"),
+                (true, "algorithm flags"),
+            ]);
+        }
+        NdiRom::Em(_) => what.push((true, "coils that have to be seen")),
+    }
+    what.push((!rom.trailing().is_empty(), "trailing bytes"));
+    let there = what.into_iter().filter(|(is_there, _)| *is_there);
+    there.map(|(_, what)| what.to_owned()).collect()
 }
 
 fn fact(what: &'static str, value: impl ToString, unit: &'static str) -> Fact {

@@ -1,5 +1,6 @@
 //! Bodies as tool definitions: what a body owns over what its definition said, and what is lost.
 
+use super::facts::beyond_body;
 use super::geometry::id_of;
 use super::matching::{nearest_slot, slots_of};
 use super::{
@@ -168,6 +169,14 @@ impl Losses {
         self.0.push(lost);
     }
 
+    /// What a definition says that is not written.
+    fn push_definition(&mut self, carried: Option<&ToolDefinition>, what: Vec<String>) {
+        if let (Some(carried), false) = (carried, what.is_empty()) {
+            let kind = carried.kind();
+            self.push(Lost::Definition { kind, what });
+        }
+    }
+
     /// Names that are not those which the slots give.
     fn push_names(&mut self, sensors: &[Sensor], names: &[Sensor]) {
         let differ = |(a, b): &(&Sensor, &Sensor)| a.name != b.name;
@@ -203,11 +212,16 @@ fn rom_of(
     let of_same_kind =
         carried_rom.filter(|rom| std::mem::discriminant(*rom) == std::mem::discriminant(&blank));
     let is_new_image = of_same_kind.is_none();
-    if let (true, Some(carried)) = (is_new_image, carried) {
-        lost.push(Lost::Definition {
-            kind: carried.kind(),
-        });
-    }
+    let unsaid = match (format, carried) {
+        // The list stays around whichever image.
+        (DefinitionFormat::ToolPlist, Some(ToolDefinition::ToolPlist(list))) if is_new_image => {
+            beyond_body(list.rom())
+        }
+        (_, Some(carried)) if is_new_image => carried.beyond_body(),
+        (DefinitionFormat::Rom, Some(ToolDefinition::ToolPlist(list))) => list.other_keys(),
+        _ => Vec::new(),
+    };
+    lost.push_definition(carried, unsaid);
     let before = of_same_kind.map(NdiRom::checksum);
     let mut rom = of_same_kind.cloned().unwrap_or(blank);
     let mut rounding = Rounding::default();
@@ -431,11 +445,8 @@ fn geometry_of(
             ToolDefinition::SawJson(old.with_geometry(&geometry, &sources))
         }
         (_, carried) => {
-            if let Some(carried) = carried {
-                lost.push(Lost::Definition {
-                    kind: carried.kind(),
-                });
-            }
+            let unsaid = carried.map(ToolDefinition::beyond_body);
+            lost.push_definition(carried, unsaid.unwrap_or_default());
             match format {
                 DefinitionFormat::AtracsysIni => {
                     ToolDefinition::AtracsysIni(AtracsysIni::of(&geometry))

@@ -39,9 +39,10 @@ pub enum Lost {
     Digits {
         greatest_mm: f64,
     },
-    /// What else a definition of another kind says.
+    /// What else a definition says that the body carries, item by item.
     Definition {
         kind: DefinitionKind,
+        what: Vec<String>,
     },
     /// Of a text that is written anew.
     Comments,
@@ -95,17 +96,9 @@ impl std::fmt::Display for Lost {
                 f,
                 "digits: positions are up to {greatest_mm:.1e} mm off, as the file keeps seven"
             ),
-            Self::Definition { kind } => write!(
-                f,
-                "what else {} says, such as {}",
-                kind.name(),
-                match kind {
-                    DefinitionKind::AtracsysIni | DefinitionKind::SawJson => "divots and comments",
-                    DefinitionKind::NdiEm => "serial number and date, manufacturer",
-                    DefinitionKind::NdiOptical | DefinitionKind::ToolPlist =>
-                        "serial number and date, manufacturer, faces and normals",
-                }
-            ),
+            Self::Definition { kind, what } => {
+                write!(f, "what else {} says: {}", kind.name(), what.join(", "))
+            }
             Self::Comments => write!(f, "comments: the text is written anew"),
         }
     }

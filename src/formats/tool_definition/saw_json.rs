@@ -42,6 +42,29 @@ impl SawJson {
         without_comments(&self.text) != self.text
     }
 
+    /// What the file says besides, each once: comments and other fields.
+    pub(super) fn beyond_geometry(&self) -> Vec<String> {
+        // It was read from this text.
+        let file = value(self.text.trim_start_matches('\u{feff}')).unwrap_or(Value::Null);
+        let mut found = Vec::new();
+        if self.has_comments() {
+            found.push("comments".to_owned());
+        }
+        let points = file.get("fiducials").and_then(Value::as_array);
+        let points = points.into_iter().flatten().chain(file.get("pivot"));
+        let own: &[&str] = &["fiducials", "count", "id", "pivot"];
+        let parts =
+            std::iter::once((&file, own)).chain(points.map(|at| (at, &["x", "y", "z"][..])));
+        for (part, known) in parts {
+            for key in part.as_object().into_iter().flat_map(Map::keys) {
+                if !known.contains(&key.as_str()) && !found.contains(key) {
+                    found.push(key.clone());
+                }
+            }
+        }
+        found
+    }
+
     /// A new file of a geometry.
     pub(super) fn of(geometry: &Geometry) -> Self {
         Self::written(geometry, &Value::Null, &[])

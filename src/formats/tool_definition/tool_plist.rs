@@ -65,6 +65,14 @@ impl ToolPlist {
         &self.rom
     }
 
+    /// What the list has beside the image: its other keys.
+    pub(super) fn other_keys(&self) -> Vec<String> {
+        let keys = self.text.split("<key>").skip(1);
+        let names = keys.filter_map(|rest| Some(rest.split_once("</key>")?.0.trim()));
+        let others = names.filter(|name| name.as_bytes() != KEY);
+        others.map(|name| format!("key {name}")).collect()
+    }
+
     /// A new property list with an image.
     pub(super) fn of(rom: NdiRom) -> Self {
         let data = encode(&rom);

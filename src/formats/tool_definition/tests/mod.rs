@@ -2,6 +2,7 @@
 
 mod facts;
 mod images;
+mod losses;
 mod properties;
 mod texts;
 

@@ -159,7 +159,7 @@ fn wrong_text_geometries_are_named_with_their_place() {
     );
 }
 
-fn plist_of(image: &[u8]) -> String {
+pub(super) fn plist_of(image: &[u8]) -> String {
     let data = data_encoding::BASE64.encode(image);
     let (start, end) = data.split_at(100);
     format!(
