@@ -2,6 +2,7 @@
 
 mod report;
 
+use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::output::{self, Format, OutsideArg, Shown};
 use super::tool_reader::ToolReader;
@@ -127,6 +128,7 @@ pub fn run(args: &VerifyArgs) -> anyhow::Result<()> {
     let world = store::open_design_without_meshes(&args.design)?;
     let design = world.document.design();
     let scenario = store::resolve(design, &world.environment);
+    note_sizes(design);
     let shown = Shown::new("verifying");
     let (recorded, found) = match args.pivot {
         true => pivoted(args, design, scenario, &shown)?,
@@ -191,13 +193,15 @@ fn paired(
         BuiltToolNote::CrfLeftOut => output::note(
             "note: no recording of the CRF (--crf): it is left out, and errors are in the tracker's frame",
         ),
-        note => output::note(&note.to_string()),
+        note => output::note(&format!("note: {note}")),
     });
     let found = found.map_err(|failure| in_flags(args, failure))?;
     let recorded = Recorded {
         source: Some(found.source),
         rows_left_out: found.rows_left_out,
+        crf_rows_left_out: found.crf_rows_left_out,
         without_crf: found.without_crf,
+        without_tool: found.without_tool,
         has_crf: found.has_crf,
         orientation_weight,
         pivot: None,
@@ -247,7 +251,9 @@ fn pivoted(
     let recorded = Recorded {
         source: None,
         rows_left_out: 0,
+        crf_rows_left_out: 0,
         without_crf: 0,
+        without_tool: 0,
         has_crf: false,
         orientation_weight: shown_weight(design, &scenario),
         pivot: Some((found.pivot, scenario.tool.judged_tip_in_body())),

@@ -38,8 +38,12 @@ pub struct BuiltTool {
     pub has_crf: bool,
     pub source: BodySource,
     pub rows_left_out: usize,
+    /// Rows of the CRF's table that were not used.
+    pub crf_rows_left_out: usize,
     /// Moments of the tool at which the CRF was not recorded.
     pub without_crf: usize,
+    /// Moments of the CRF at which the tool was not recorded.
+    pub without_tool: usize,
     pub agreement: Agreement,
 }
 
@@ -51,6 +55,14 @@ pub enum BuiltToolNote {
         unused: usize,
         rows: usize,
         source: BodySource,
+    },
+    /// Moments of one body at which the other was not recorded.
+    Unpaired {
+        file: PathBuf,
+        unpaired: usize,
+        moments: usize,
+        /// The table that has no such moments.
+        other: PathBuf,
     },
     /// It was not recorded, and errors are in the tracker's frame.
     CrfLeftOut,
@@ -107,7 +119,7 @@ pub fn built_tool(
         read_body(file, body, weight_mm, whole, note)
     };
     let tool = read(tables.tool, &scenario.tool, tables.whole)?;
-    let mut without_crf = 0;
+    let (mut crf_rows_left_out, mut without_crf, mut without_tool) = (0, 0, 0);
     let checked = |body: &RecordedBody, scenario: &Scenario, file: &Path| match tables.is_one_frame
     {
         true => Ok(()),
@@ -128,12 +140,27 @@ pub fn built_tool(
             checked(&tool, &alone(&scenario.tool), tables.tool)?;
             checked(&recorded, &alone(&crf.body), crf_file)?;
             let both = same_moments(&tool, &recorded);
+            crf_rows_left_out = recorded.rows_left_out;
             without_crf = tool.moments.len() - both.len();
+            without_tool = recorded.moments.len() - both.len();
             if both.is_empty() {
                 return Err(BuiltToolFailure::NothingInCommon {
                     tool: tables.tool.to_owned(),
                     crf: crf_file.to_owned(),
                 });
+            }
+            for (unpaired, moments, file, other) in [
+                (without_crf, &tool.moments, tables.tool, crf_file),
+                (without_tool, &recorded.moments, crf_file, tables.tool),
+            ] {
+                if unpaired > 0 {
+                    note(BuiltToolNote::Unpaired {
+                        file: file.to_owned(),
+                        unpaired,
+                        moments: moments.len(),
+                        other: other.to_owned(),
+                    });
+                }
             }
             let each = both.iter();
             each.map(|(tool, crf)| {
@@ -171,7 +198,9 @@ pub fn built_tool(
         has_crf: scenario.crf.is_some(),
         source: tool.source,
         rows_left_out: tool.rows_left_out,
+        crf_rows_left_out,
         without_crf,
+        without_tool,
         agreement,
     })
 }
@@ -253,6 +282,19 @@ impl fmt::Display for BuiltToolNote {
                         "of sensors that the body does not have, or of poses in which not every sensor was read as \
                          often",
                 }
+            ),
+            Self::Unpaired {
+                file,
+                unpaired,
+                moments,
+                other,
+            } => write!(
+                f,
+                "{}: {} of {} poses not used: {} has none of these moments",
+                file.display(),
+                with_separators(*unpaired),
+                with_separators(*moments),
+                other.display()
             ),
             Self::CrfLeftOut => f.write_str(
                 "no recording of the CRF: it is left out, and errors are in the tracker's frame",

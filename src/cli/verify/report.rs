@@ -15,8 +15,11 @@ pub(super) struct Recorded {
     /// `None` of a pivoted tool.
     pub source: Option<BodySource>,
     pub rows_left_out: usize,
+    pub crf_rows_left_out: usize,
     /// Moments of the tool at which the CRF was not recorded.
     pub without_crf: usize,
+    /// Moments of the CRF at which the tool was not.
+    pub without_tool: usize,
     pub has_crf: bool,
     pub orientation_weight: OrientationWeight,
     /// The tip as the recording has it, and as the design does.
@@ -30,7 +33,9 @@ pub(super) fn as_json(recorded: &Recorded, found: &Agreement) -> Value {
     }
     value["frame"] = json!(if recorded.has_crf { "crf" } else { "tracker" });
     value["rows_left_out"] = json!(recorded.rows_left_out);
+    value["crf_rows_left_out"] = json!(recorded.crf_rows_left_out);
     value["without_crf"] = json!(recorded.without_crf);
+    value["without_tool"] = json!(recorded.without_tool);
     if let Some(BodySource::Sensors {
         count,
         misfit_rms_mm,
@@ -69,6 +74,15 @@ pub(super) fn as_text(recorded: &Recorded, found: &Agreement) -> String {
     if recorded.without_crf > 0 {
         let count = with_separators(recorded.without_crf);
         rows.push(row("  left out, the CRF not recorded", count, ""));
+    }
+    if recorded.without_tool > 0 {
+        let count = with_separators(recorded.without_tool);
+        rows.push(row("  of the CRF alone, left out", count, ""));
+    }
+    let rows_left_out = recorded.rows_left_out + recorded.crf_rows_left_out;
+    if rows_left_out > 0 {
+        let count = with_separators(rows_left_out);
+        rows.push(row("  rows of the tables not used", count, ""));
     }
     rows.push(row(
         "  worth independent poses",
