@@ -2,6 +2,7 @@
 
 mod report;
 
+use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::output::{self, Format, OutsideArg, Shown};
 use crate::design::Design;
@@ -62,6 +63,9 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     named_once(&args.designs, "design")?;
     named_once(&args.environment, "environment")?;
     let designs = store::read_compared_designs(&args.designs)?;
+    for compared in &designs {
+        note_sizes(&compared.design);
+    }
     let baseline = match &args.baseline {
         None => 0,
         Some(named) => baseline(named, &designs)?,

@@ -97,8 +97,10 @@ fn written_kind(written: Option<&Conversion>) -> &'static str {
 fn notes(tool: &ReadTool, written: Option<&Conversion>) -> Vec<String> {
     let read = tool.body.definition.as_deref();
     let doubt = read.and_then(ToolDefinition::doubt);
+    let size = tool.body.rigid.size_doubt();
+    let size = size.map(|doubt| format!("warning: tip and sensors: {doubt}"));
     let notes = written.map(Conversion::notes).unwrap_or_default();
-    doubt.into_iter().chain(notes).collect()
+    doubt.into_iter().chain(size).chain(notes).collect()
 }
 
 fn as_json(tool: &ReadTool, written: Option<&Conversion>) -> Value {

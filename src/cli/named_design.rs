@@ -1,5 +1,7 @@
 //! A design by its file or by the name of a built-in one.
 
+use super::output;
+use crate::design::Design;
 use crate::store::{self, StoreError, World};
 use std::path::Path;
 
@@ -22,6 +24,29 @@ pub fn open_named_without_meshes(design: &Path) -> Result<World, StoreError> {
     match builtin_name(design) {
         Some(name) => store::open_builtin_without_meshes(name),
         None => store::open_design_without_meshes(design),
+    }
+}
+
+/// Says which meshes could not be read and what is wrong with the others; nothing that is computed
+/// depends on them.
+pub fn note_meshes(world: &World) {
+    for problem in world.mesh_problems() {
+        output::note(&format!("note: {problem}; it is drawn without it"));
+    }
+    for doubt in world.mesh_doubts() {
+        output::note(&format!("warning: {doubt}"));
+    }
+}
+
+/// Says which bodies have a size that no instrument has.
+pub fn note_sizes(design: &Design) {
+    for (role, body) in design.bodies() {
+        if let Some(doubt) = body.rigid.size_doubt() {
+            output::note(&format!(
+                "warning: {}: tip and sensors of the {role}: {doubt}",
+                design.name
+            ));
+        }
     }
 }
 

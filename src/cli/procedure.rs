@@ -5,7 +5,7 @@ mod report;
 use super::named_design::open_named_without_meshes;
 use super::numbers::zero_or_more;
 use super::output::{self, Format, Shown};
-use super::simulate::note_map;
+use super::simulate::note_world;
 use super::verify::FrameArg;
 use crate::design::{Decision, Edit, Origin, ProcedureEdit};
 use crate::store::{self, ProcedureWish, World};
@@ -119,7 +119,7 @@ pub fn run(args: &ProcedureArgs) -> anyhow::Result<()> {
     if is_changing && let Origin::BuiltIn(name) = world.document.origin() {
         bail!("the built-in design {name} is read-only, expected a design of your own");
     }
-    note_map(&world);
+    note_world(&world);
     change_rooms(args, &mut world)?;
     if let Some(step) = args.withdraw {
         let edit = ProcedureEdit::Withdraw { step: step.into() };

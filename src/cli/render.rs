@@ -1,6 +1,6 @@
 //! `trackwright render`: the 3D view as a picture, without a window.
 
-use super::named_design::open_named;
+use super::named_design::{note_meshes, open_named};
 use super::output;
 use super::render_video::VideoArgs;
 use crate::design::MissingLayer;
@@ -185,11 +185,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             args.output.display()
         );
     }
+    refuse_unused(args)?;
     let mut world = open_named(&args.design)?;
-    // What else the picture shows does not depend on it, so it is drawn all the same.
-    for problem in world.mesh_problems() {
-        output::note(&format!("note: {problem}"));
-    }
+    note_meshes(&world);
     preflight::adapter().context("cannot render")?;
     let size = args.size.0;
     let mut view = world.document.view().clone();
@@ -245,6 +243,48 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let png = picture::png(world, size, desk)?;
     store::write_atomic(&args.output, |file| file.write_all(&png))
         .with_context(|| format!("cannot write {}", args.output.display()))?;
+    Ok(())
+}
+
+/// Refuses what another workspace than the named one would show.
+fn refuse_unused(args: &RenderArgs) -> anyhow::Result<()> {
+    let (field, decide) = (WorkspaceName::Field, WorkspaceName::Decide);
+    let (study, present) = (WorkspaceName::Study, WorkspaceName::Present);
+    let all = [
+        (
+            "--measurements",
+            args.measurements.is_some(),
+            vec![field],
+            "field",
+        ),
+        ("--holdout", args.holdout.is_some(), vec![field], "field"),
+        (
+            "--baseline",
+            args.baseline.is_some(),
+            vec![decide],
+            "decide",
+        ),
+        ("--beside", !args.beside.is_empty(), vec![decide], "decide"),
+        (
+            "--recorded",
+            args.recorded.is_some(),
+            vec![decide],
+            "decide",
+        ),
+        (
+            "--trial",
+            args.trial.is_some(),
+            vec![study, present],
+            "study",
+        ),
+        ("--slide", args.slide.is_some(), vec![present], "present"),
+    ];
+    for (name, is_given, shown_by, expected) in all {
+        let is_shown = args.workspace.is_some_and(|own| shown_by.contains(&own));
+        if is_given && !is_shown {
+            bail!("{name}: found another workspace, expected --workspace {expected}");
+        }
+    }
     Ok(())
 }
 

@@ -1,14 +1,14 @@
 //! `report`: a design and its study as one HTML page.
 
-use super::named_design::open_named;
+use super::named_design::{note_meshes, open_named};
 use super::output::{self, Shown};
-use super::simulate::{ModeArg, mode_of, note_map};
+use super::simulate::{ModeArg, mode_arg, mode_of, note_world};
 use crate::report::page::{Extras, Report, ReportedStudy, Slide, TableSection, workshop_section};
 use crate::scene::{self, Ground, SceneWish};
 use crate::store::{self, World};
 use crate::study::CancelToken;
 use crate::study::tolerance::manufacturing_sheet;
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -44,7 +44,7 @@ pub struct ReportArgs {
 /// # Errors
 /// Files that can't be used, a place that can't be written to.
 pub fn run(args: &ReportArgs) -> anyhow::Result<()> {
-    let mode = mode_arg(args)?;
+    let mode = mode_arg(args.mode, args.input.as_deref())?;
     let date = store::today()?.to_string();
     let world = open_named(&args.design)?;
     let mode = mode.unwrap_or(match world.document.design().motion {
@@ -53,10 +53,8 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<()> {
     });
     let mode = mode_of(mode, args.input.as_deref(), &world)?;
     let file = store::report_file(&args.output, &own_name(&args.design))?;
-    note_map(&world);
-    for problem in world.mesh_problems() {
-        output::note(&format!("note: {problem}; it is drawn without it"));
-    }
+    note_world(&world);
+    note_meshes(&world);
     for missing in world.document.missing_layers(&world.environment) {
         output::note(&format!("note: {missing}"));
     }
@@ -149,20 +147,6 @@ fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
         output::note("note: the slides are left out: this build has no editor to paint them");
     }
     Ok(Vec::new())
-}
-
-/// The mode that is asked for; a table of poses asks for itself.
-fn mode_arg(args: &ReportArgs) -> anyhow::Result<Option<ModeArg>> {
-    match (args.mode, &args.input) {
-        (None, Some(_)) => Ok(Some(ModeArg::Input)),
-        (Some(mode), Some(file)) if mode != ModeArg::Input => {
-            bail!(
-                "--input {}: found another --mode, expected --mode input or none",
-                file.display()
-            )
-        }
-        (mode, _) => Ok(mode),
-    }
 }
 
 /// A design's name among files: that of its file without `.design.ron`.

@@ -44,6 +44,27 @@ pub struct MeshReport {
     pub suggestion: Option<UnitSuggestion>,
 }
 
+/// What is wrong with a body in millimetres whose ends are so far apart: no instrument is that long.
+/// Nothing is wrong with a short one, as the sensors of a long tool may be close together.
+pub fn length_doubt(found_mm: f64) -> Option<String> {
+    let [_, longest_mm] = PLAUSIBLE_MM;
+    if found_mm <= longest_mm {
+        return None;
+    }
+    let in_mm = found_mm / 1000.0;
+    let guess = match (PLAUSIBLE_MM[0]..=longest_mm).contains(&in_mm) {
+        true => format!(
+            ": are its coordinates in µm? It is {} mm long then",
+            figure(in_mm)
+        ),
+        false => String::new(),
+    };
+    Some(format!(
+        "{} mm long, expected at most {longest_mm} mm{guess}",
+        figure(found_mm)
+    ))
+}
+
 /// A unit in which the instrument would have a plausible size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnitSuggestion {
@@ -415,6 +436,20 @@ mod tests {
     use super::*;
     use crate::geometry::mesh::MeshReading;
     use crate::geometry::surface::tests::cylinder;
+
+    #[test]
+    fn a_body_of_twenty_metres_is_doubted_with_its_length() {
+        assert_eq!(length_doubt(1500.0), None);
+        assert_eq!(length_doubt(0.7), None);
+        assert_eq!(
+            length_doubt(20_000.0).unwrap(),
+            "20000 mm long, expected at most 1500 mm: are its coordinates in µm? It is 20 mm long then"
+        );
+        assert_eq!(
+            length_doubt(2e7).unwrap(),
+            "20000000 mm long, expected at most 1500 mm"
+        );
+    }
 
     fn scaled(mesh: &SurfaceMesh, factor: f64, read_in: MeshUnit) -> SurfaceMesh {
         let mut mesh = mesh.clone();

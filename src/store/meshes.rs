@@ -60,6 +60,52 @@ impl std::fmt::Display for MeshProblem {
     }
 }
 
+/// Something wrong with a mesh that was read all the same.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeshDoubt {
+    pub whose: MeshOwner,
+    /// As of [`MeshProblem`].
+    pub name: String,
+    pub text: String,
+}
+
+impl std::fmt::Display for MeshDoubt {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.whose {
+            MeshOwner::Body(role) => write!(f, "the {role}'s mesh: {}", self.text),
+            MeshOwner::Anatomy(_) => write!(f, "the anatomy {:?}: {}", self.name, self.text),
+        }
+    }
+}
+
+impl World {
+    /// What is wrong with the meshes that were read, as their reports have it.
+    pub fn mesh_doubts(&self) -> Vec<MeshDoubt> {
+        let design = self.document.design();
+        let bodies = BodyRole::ALL
+            .into_iter()
+            .filter_map(|role| Some((role.into(), role.to_string(), self.mesh_report(role)?)));
+        let anatomy = design
+            .anatomy
+            .iter()
+            .enumerate()
+            .filter_map(|(index, own)| {
+                let whose = MeshOwner::Anatomy(Some(index));
+                Some((whose, own.name.clone(), self.anatomy_report(&own.mesh)?))
+            });
+        let mut doubts = Vec::new();
+        for (whose, name, report) in bodies.chain(anatomy) {
+            let faults = report.findings().into_iter().filter(|it| it.is_fault);
+            doubts.extend(faults.map(|fault| MeshDoubt {
+                whose,
+                name: name.clone(),
+                text: fault.text,
+            }));
+        }
+        doubts
+    }
+}
+
 /// The meshes of an open design, as far as they were read.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Meshes {

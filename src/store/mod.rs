@@ -45,7 +45,9 @@ pub use compared::{
 pub use error::StoreError;
 pub use log::{LogError, write_log};
 pub use mesh_shelf::{ReadMesh, WantedMesh};
-pub use meshes::{MeshOwner, MeshProblem, mesh_reference_to, refresh_meshes, reload_meshes};
+pub use meshes::{
+    MeshDoubt, MeshOwner, MeshProblem, mesh_reference_to, refresh_meshes, reload_meshes,
+};
 pub use open::{
     World, open_builtin, open_builtin_without_meshes, open_design, open_design_without_meshes,
     refresh_environment,

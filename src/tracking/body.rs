@@ -1,5 +1,7 @@
 //! Rigid bodies with sensors, in the body's own frame.
 
+use crate::geometry::bounds::Bounds;
+use crate::geometry::mesh_report::length_doubt;
 use crate::geometry::pose::{Pose, pose_from_parts};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
@@ -19,6 +21,13 @@ impl RigidBody {
     /// The point whose error is judged.
     pub fn judged_tip_in_body(&self) -> Point3<f64> {
         self.tip_in_body.unwrap_or_else(Point3::origin)
+    }
+
+    /// What is wrong with the size of what its tip and sensors span, if anything.
+    pub fn size_doubt(&self) -> Option<String> {
+        let sensors = self.sensors.iter().map(|sensor| sensor.position_in_body);
+        let bounds = Bounds::around(sensors.chain(self.tip_in_body))?;
+        length_doubt(bounds.size_mm().amax())
     }
 }
 

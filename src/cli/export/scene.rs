@@ -1,8 +1,8 @@
 //! `export scene`: the 3D view of a design as binary glTF.
 
-use super::super::named_design::open_named;
+use super::super::named_design::{note_meshes, open_named};
 use super::super::output::{self, Shown};
-use super::super::simulate::note_map;
+use super::super::simulate::note_world;
 use super::ends_with;
 use crate::design::view::Layers;
 use crate::design::{BodyRole, Design};
@@ -55,11 +55,8 @@ pub fn run(args: &SceneArgs) -> anyhow::Result<()> {
         );
     }
     let world = open_named(&args.design)?;
-    // What else the scene shows does not depend on it, so it is drawn all the same.
-    for problem in world.mesh_problems() {
-        output::note(&format!("note: {problem}"));
-    }
-    note_map(&world);
+    note_meshes(&world);
+    note_world(&world);
     let named = || args.design.display().to_string();
     let wish = SceneWish {
         layers: args.layers,

@@ -1,0 +1,134 @@
+//! What is wrong with a mesh or a size is told on the command line as it is in the window.
+
+use crate::support::data::own;
+use crate::support::program::{Scratch, succeed, text, trackwright};
+use std::fmt::Write;
+use std::fs;
+
+/// A design whose tool has the mesh and, where it is not 1, sensors so many times as far out.
+fn design(scratch: &Scratch, stl: &str, stretch: f64) -> String {
+    scratch.copy_own("golden/pointer-on-head", "d");
+    let (table, env) = (
+        text(&own("room-a/room-a-fit.csv")),
+        scratch.arg("d/room.env.ron"),
+    );
+    succeed(&[
+        "fit",
+        &table,
+        "-o",
+        &env,
+        "--order",
+        "1",
+        "--directions",
+        "6",
+    ]);
+    fs::write(scratch.path("d/tool.stl"), stl).unwrap();
+    let body = scratch.path("d/tool.body.ron");
+    let text = fs::read_to_string(&body).unwrap();
+    let text = text.replace(
+        "name: \"Tool\",",
+        "name: \"Tool\",\n    mesh: \"tool.stl\",",
+    );
+    let far = format!("position: (-6.0, 5.0, {:?})", 120.0 * stretch);
+    let moved = text.replace("position: (-6.0, 5.0, 120.0)", &far);
+    assert!(stretch == 1.0 || moved != text);
+    fs::write(&body, moved).unwrap();
+    scratch.arg("d/pointer-on-head.design.ron")
+}
+
+/// A tetrahedron of a size; facing inward, or without its last side.
+fn tetrahedron(size_mm: f64, is_inverted: bool, sides: usize) -> String {
+    let corners = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+    ];
+    let mut text = "solid tool\n".to_owned();
+    for side in [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+        .iter()
+        .take(sides)
+    {
+        let mut side = *side;
+        if is_inverted {
+            side.swap(1, 2);
+        }
+        text += "facet normal 0 0 0\nouter loop\n";
+        for corner in side.map(|k: usize| corners[k].map(|v| v * size_mm)) {
+            writeln!(text, "vertex {} {} {}", corner[0], corner[1], corner[2]).unwrap();
+        }
+        text += "endloop\nendfacet\n";
+    }
+    text + "endsolid tool\n"
+}
+
+#[track_caller]
+fn notes(args: &[&str]) -> String {
+    let output = trackwright(args).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{said}");
+    said
+}
+
+#[test]
+fn what_is_wrong_with_a_mesh_is_told_where_it_is_drawn() {
+    let flat = "solid tool\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 50 0 0\nvertex 100 0 0\n\
+                endloop\nendfacet\nendsolid tool\n";
+    for (stl, told) in [
+        (
+            tetrahedron(20_000.0, false, 4),
+            "20000 mm long: is the file in",
+        ),
+        (
+            tetrahedron(100.0, false, 3),
+            "Open: 3 edges have a triangle on one side only",
+        ),
+        (
+            tetrahedron(100.0, true, 4),
+            "Inside out: its triangles face inward",
+        ),
+        (flat.to_owned(), "1 triangle has no area"),
+    ] {
+        let scratch = Scratch::new();
+        let design = design(&scratch, &stl, 1.0);
+        let scene = scratch.arg("s.glb");
+        let said = notes(&["export", "scene", &design, "-o", &scene, "--layers", "none"]);
+        let warning = format!("warning: the tool's mesh: {told}");
+        assert!(said.contains(&warning), "{warning}: {said}");
+    }
+    let scratch = Scratch::new();
+    let design = design(&scratch, &tetrahedron(100.0, true, 4), 1.0);
+    let said = notes(&[
+        "report",
+        &design,
+        "-o",
+        &scratch.arg("r.html"),
+        "--mode",
+        "single",
+    ]);
+    assert!(
+        said.contains("warning: the tool's mesh: Inside out"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_tool_of_twenty_metres_is_told_without_its_mesh() {
+    let scratch = Scratch::new();
+    let design = design(&scratch, &tetrahedron(100.0, false, 4), 200.0);
+    let body = scratch.arg("d/tool.body.ron");
+    let (tips, ini) = (scratch.arg("tips.csv"), scratch.arg("tool.ini"));
+    let told = "24000 mm long, expected at most 1500 mm: are its coordinates in µm?";
+    for args in [
+        &["simulate", &design, "--mode", "single"][..],
+        &["export", "tips", &design, "-o", &tips, "--mode", "single"],
+        &["tolerances", &design],
+        &["convert", &body, &ini],
+    ] {
+        let said = notes(args);
+        assert!(
+            said.contains("warning: ") && said.contains(told),
+            "{args:?}: {said}"
+        );
+    }
+}
