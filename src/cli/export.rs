@@ -6,6 +6,7 @@ mod scene;
 mod tips;
 
 use crate::formats::export::PatientAxes;
+use anyhow::bail;
 use clap::{Subcommand, ValueEnum};
 use std::path::Path;
 
@@ -56,6 +57,17 @@ impl From<AxesArg> for PatientAxes {
             AxesArg::Lps => Self::Lps,
         }
     }
+}
+
+/// Refuses other axes than the usual ones for a file that is in the tracker's own.
+fn refuse_axes(axes: AxesArg, file: &Path) -> anyhow::Result<()> {
+    if axes != AxesArg::default() {
+        bail!(
+            "--axes: {} is in the tracker's own axes, expected a file for 3D Slicer with it",
+            file.display()
+        );
+    }
+    Ok(())
 }
 
 /// Whether a file's name ends so, in any case.

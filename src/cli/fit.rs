@@ -99,7 +99,7 @@ pub struct FitArgs {
     format: Format,
 }
 
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum MethodArg {
     /// Each orientation by itself, the paper's
     #[default]
@@ -108,7 +108,7 @@ pub(super) enum MethodArg {
     Joint,
 }
 
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum MapArg {
     #[default]
     Distortion,
@@ -126,7 +126,7 @@ pub(super) enum SensorsArg {
     SixDof,
 }
 
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum WeightsArg {
     /// Areas of spherical triangles, the paper's
     #[default]
@@ -135,7 +135,7 @@ pub(super) enum WeightsArg {
     Gnomonic,
 }
 
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum VolumeArg {
     /// 500 mm in front of a planar Aurora generator
     #[value(alias = "aurora-cube")]
@@ -162,6 +162,9 @@ impl From<VolumeArg> for Option<Volume> {
         }
     }
 }
+
+/// Singular values that count as zero where nothing else is said, as the option has it in text.
+pub(super) const DEFAULT_RCOND: f64 = 1e-10;
 
 /// Fits, writes the environment, and prints the residuals.
 ///
@@ -299,6 +302,9 @@ fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()
         ("--order", args.order.is_some()),
         ("--directions", args.directions.is_some()),
         ("--ridge", args.ridge.is_some()),
+        ("--method", args.method != MethodArg::default()),
+        ("--weights", args.weights != WeightsArg::default()),
+        ("--rcond", args.rcond != DEFAULT_RCOND),
         ("--hold-out", args.hold_out.is_some()),
         (
             "--no-support",

@@ -77,8 +77,12 @@ impl ModelArgs {
     /// Options of another kind, a degree beyond 1 to 10, a generator that can't be read.
     pub fn model(&self) -> anyhow::Result<RoomModel> {
         let kind = self.model;
-        if kind != KindArg::Harmonic && (self.generator.is_some() || self.degree.is_some()) {
+        let is_harmonic = kind == KindArg::Harmonic;
+        if !is_harmonic && (self.generator.is_some() || self.degree.is_some()) {
             bail!("--generator and --degree belong to --model harmonic");
+        }
+        if !is_harmonic && self.loss != LossArg::default() {
+            bail!("--loss belongs to --model harmonic");
         }
         if kind != KindArg::Bernstein && self.symmetric == YesNo::Yes {
             bail!("--symmetric belongs to --model bernstein; the other kinds always are");
@@ -176,6 +180,9 @@ pub(super) fn tried_kinds(
     let has_harmonic = kinds.iter().any(|kind| kind.name() == "harmonic");
     if !has_harmonic && (generator.is_some() || degree.is_some()) {
         bail!("--generator and --degree belong to harmonic models, which --models does not name");
+    }
+    if !has_harmonic && loss != LossArg::default() {
+        bail!("--loss belongs to harmonic models, which --models does not name");
     }
     Ok(kinds)
 }

@@ -47,7 +47,7 @@ pub struct PivotArgs {
     min_turn_deg: f64,
 
     /// Largest RMS distance of the tip from the point that it rested in
-    #[arg(long, value_name = "MM", default_value_t = PivotLimits::MAX_RMS_MM, value_parser = above_zero)]
+    #[arg(long, value_name = "MM", default_value_t = PivotLimits::MAX_RMS_MM, value_parser = above_zero, requires = "recordings")]
     max_rms_mm: f64,
 
     /// Room (*.env.ron) that readings are corrected for before anything else
@@ -111,6 +111,11 @@ pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
         let poses = reader.read_all(args.tips.iter().map(PathBuf::as_path))?;
         let tips: Vec<Point3<f64>> = poses.iter().map(|pose| pose * tip).collect();
         store::write_atomic(output, |out| points::write(out, &tips))?;
+    }
+    if args.calbody.is_some() && !reader.has_used_base {
+        output::note(
+            "note: --calbody was not used: no recording has markers of the EM tracker's base",
+        );
     }
     args.spin
         .write_tip_frame(shaft.as_ref(), tip.map(|(tip, _)| tip))?;

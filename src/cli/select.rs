@@ -1,7 +1,7 @@
 //! `select`: cross-validates model sizes and regularisation, names the best, and fits it.
 
 use super::choose::{self, HoldOutArg};
-use super::fit::{MapArg, MethodArg, SensorsArg, Target, VolumeArg, WeightsArg};
+use super::fit::{DEFAULT_RCOND, MapArg, MethodArg, SensorsArg, Target, VolumeArg, WeightsArg};
 use super::fit::{as_json as fit_json, file_name, fit_and_write, read};
 use super::jitter::JitterArgs;
 use super::kinds;
@@ -24,6 +24,9 @@ use anyhow::{Context, bail};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
+
+/// Orders that are tried where none are named.
+const DEFAULT_ORDERS: &str = "1-6";
 
 /// Size of the chart in pixels.
 const CHART_SIZE: (u32, u32) = (960, 640);
@@ -52,7 +55,7 @@ pub struct SelectArgs {
     loss: LossArg,
 
     /// Orders to try, as 1-6 or 1,2,4; 0, no correction, is tried always
-    #[arg(long, value_name = "LIST", default_value = "1-6")]
+    #[arg(long, value_name = "LIST", default_value = DEFAULT_ORDERS)]
     orders: String,
 
     /// Numbers of basis orientations to try, of 1, 6, 12, 14, 26 and 42; all that the table has
@@ -123,7 +126,7 @@ pub struct SelectArgs {
     rcond: f64,
 
     /// The tracker's measurement volume, where it is known, for the environment
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, requires = "output")]
     volume: VolumeArg,
 
     #[command(flatten)]
@@ -156,6 +159,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
         args.degree,
         args.loss,
     )?;
+    refuse_unused(args, &kinds)?;
     let curve = learning_points(args, &samples, &labels, &settings, &kinds)?;
     let (chosen, choice) = if kinds == [TriedKind::Bernstein] {
         let chosen = choose::cross_validate(&args.data, &samples, labels, settings)?;
@@ -211,6 +215,28 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
         Format::Json => output::print_json(&value),
         Format::Text => output::print(&text),
     }
+}
+
+/// Refuses what none of the kinds that are tried would look at.
+fn refuse_unused(args: &SelectArgs, kinds: &[TriedKind]) -> anyhow::Result<()> {
+    let is_bernstein =
+        |kind: &TriedKind| matches!(kind, TriedKind::Bernstein | TriedKind::Symmetric);
+    let of_polynomials = [
+        ("--orders", args.orders != DEFAULT_ORDERS),
+        ("--directions", args.directions.is_some()),
+        ("--ridges", args.ridges.is_some()),
+        ("--method", args.method != MethodArg::default()),
+        ("--weights", args.weights != WeightsArg::default()),
+        ("--rcond", args.rcond != DEFAULT_RCOND),
+    ];
+    let given = of_polynomials.into_iter().find(|(_, is_given)| *is_given);
+    if let (Some((name, _)), false) = (given, kinds.iter().any(is_bernstein)) {
+        bail!("{name} belongs to Bernstein polynomials, which --models does not name");
+    }
+    if args.jitter.jitter().is_some() && args.output.is_none() {
+        bail!("--jitter-position-mm is for the environment, expected --output with it");
+    }
+    Ok(())
 }
 
 /// The kinds on some of the rows, where a learning curve is asked for.

@@ -3,6 +3,7 @@
 mod crf;
 
 use super::expected;
+use super::named_design::note_sizes;
 use super::output::{self, Format, OutsideArg};
 use super::uncertainty::UncertaintyArgs;
 use crate::field::samples::MapKind;
@@ -24,9 +25,9 @@ pub struct SimulateArgs {
     /// Design (*.design.ron)
     design: PathBuf,
 
-    /// Which poses to visit
-    #[arg(long, value_enum)]
-    mode: ModeArg,
+    /// Which poses to visit; those of --input where it is given
+    #[arg(long, value_enum, required_unless_present = "input")]
+    mode: Option<ModeArg>,
 
     /// Whose study: the tool's in the CRF, or the CRF's alone against the tracker, judged at each of
     /// its targets, with its own range of motion and requirement
@@ -86,11 +87,12 @@ pub(super) enum ModeArg {
 /// # Errors
 /// Files that can't be used, a range of motion that can't be visited.
 pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
+    let asked = asked_mode(args)?;
     if args.body == BodyArg::Crf {
-        return crf::run(args);
+        return crf::run(args, asked);
     }
     let world = store::open_design_without_meshes(&args.design)?;
-    let mode = mode_of(args.mode, args.input.as_deref(), &world)?;
+    let mode = mode_of(asked, args.input.as_deref(), &world)?;
     let design = world.document.design();
     let environment = args.uncertainty.environment(&world.environment)?;
     let mut scenario = store::resolve(design, &environment);
@@ -98,7 +100,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     args.uncertainty
         .check(&scenario, &mode)
         .with_context(|| args.design.display().to_string())?;
-    note_map(&world);
+    note_world(&world);
     let uncertainty = args
         .uncertainty
         .report(&scenario, design.orientation_weight_mm, &mode)
@@ -123,7 +125,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     let checks = &outcome.figures.checks;
     let needed = expected::needed(&scenario, &mode, expected.as_ref(), checks)
         .with_context(|| args.design.display().to_string())?;
-    let single = last.filter(|_| args.mode == ModeArg::Single);
+    let single = last.filter(|_| asked == ModeArg::Single);
     match args.format {
         Format::Json => {
             let mut value = as_json(&outcome.figures, single.as_ref());
@@ -157,6 +159,30 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
             }
             output::print(&text)
         }
+    }
+}
+
+fn asked_mode(args: &SimulateArgs) -> anyhow::Result<ModeArg> {
+    mode_arg(args.mode, args.input.as_deref())?.context("expected --mode single, motion or input")
+}
+
+/// The mode that is asked for; a table of poses asks for itself.
+///
+/// # Errors
+/// A table beside another mode, which would not look at it.
+pub(super) fn mode_arg(
+    mode: Option<ModeArg>,
+    input: Option<&Path>,
+) -> anyhow::Result<Option<ModeArg>> {
+    match (mode, input) {
+        (None, Some(_)) => Ok(Some(ModeArg::Input)),
+        (Some(mode), Some(file)) if mode != ModeArg::Input => {
+            anyhow::bail!(
+                "--input {}: found another --mode, expected --mode input or none",
+                file.display()
+            )
+        }
+        (mode, _) => Ok(mode),
     }
 }
 
@@ -199,8 +225,10 @@ pub fn main_job(design: Option<&Path>) -> anyhow::Result<()> {
     output::print(&text)
 }
 
-/// Simulating with a model of the measured pose is the paper's shortcut: worth knowing.
-pub(super) fn note_map(world: &World) {
+/// What a person has to know of a design before its figures: a body of a size that no instrument has,
+/// and a model of the measured pose, with which simulating is the paper's shortcut.
+pub(super) fn note_world(world: &World) {
+    note_sizes(world.document.design());
     if world.environment.model.map() == MapKind::Correction {
         output::note(
             "note: the environment is a correction map, a function of the measured pose; \

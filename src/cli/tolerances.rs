@@ -2,7 +2,7 @@
 
 use super::Ending;
 use super::output::{self, Format, OutsideArg, Shown};
-use super::simulate::note_map;
+use super::simulate::note_world;
 use crate::formats::manufacturing_table;
 use crate::report::manufacturing::{built_check_words, sheet_text};
 use crate::store;
@@ -23,7 +23,7 @@ pub struct TolerancesArgs {
     check: Option<usize>,
 
     /// Seed of the draws: the same seed gives the same tools on any machine
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", default_value_t = 0, requires = "check")]
     seed: u64,
 
     /// Table to write, one row a sensor
@@ -57,7 +57,7 @@ pub fn run(args: &TolerancesArgs) -> anyhow::Result<Ending> {
     let design = world.document.design();
     let mut scenario = store::resolve(design, &world.environment);
     scenario.outside = args.outside.into();
-    note_map(&world);
+    note_world(&world);
     let shown = Shown::new("looking for tolerances");
     let sheet = manufacturing_sheet(&scenario, &shown.task)
         .with_context(|| args.design.display().to_string())?;

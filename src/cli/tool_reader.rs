@@ -27,6 +27,8 @@ pub(super) struct ToolReader {
     pub tally: Tally,
     /// Markers of an EM tracker's base, in its frame.
     pub base: Option<Vec<Point3<f64>>>,
+    /// Whether any recording needed them.
+    pub has_used_base: bool,
     /// A tool that is known by its markers has the frame that they have when they are first seen.
     body: Option<MarkerBody>,
     has_poses: bool,
@@ -88,7 +90,9 @@ impl ToolReader {
                         named()
                     )
                 })?;
-                in_base(base, &frames).with_context(named)?
+                let markers = in_base(base, &frames).with_context(named)?;
+                self.has_used_base = true;
+                markers
             }
         };
         if self.has_poses {

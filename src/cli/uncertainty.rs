@@ -50,9 +50,9 @@ enum MethodArg {
 }
 
 impl UncertaintyArgs {
-    /// Whether anything of it is to be printed.
+    /// Whether anything of it is asked for.
     pub fn is_asked(&self) -> bool {
-        !self.uncertainty.is_empty()
+        !self.uncertainty.is_empty() || self.jitter.jitter().is_some()
     }
 
     /// The environment, with the jitter of the command line where that states one.
@@ -89,8 +89,13 @@ impl UncertaintyArgs {
             ),
             Mode::Motion | Mode::Single => {}
         }
-        if self.samples.is_some() && !has_monte_carlo {
-            bail!("--samples needs --uncertainty monte-carlo");
+        for (name, is_given) in [
+            ("--samples", self.samples.is_some()),
+            ("--seed", self.seed.is_some()),
+        ] {
+            if is_given && !has_monte_carlo {
+                bail!("{name} needs --uncertainty monte-carlo");
+            }
         }
         if let Some(found) = self
             .samples

@@ -38,13 +38,11 @@ fn spoil(file: &str, change: impl FnOnce(Vec<u8>) -> Vec<u8>, words: &[&str]) {
     fs::write(&path, after).unwrap();
     let design = scratch.arg("d/pointer-on-head.design.ron");
     let (log, input) = (scratch.arg("log.csv"), scratch.arg("d/input.csv"));
-    let mut args = vec!["simulate", &design, "--log", &log, "--mode"];
-    args.extend(if file == "input.csv" {
-        ["input", "--input"]
-    } else {
-        ["motion", "--input"]
+    let mut args = vec!["simulate", &design, "--log", &log];
+    args.extend(match file {
+        "input.csv" => ["--input", &input],
+        _ => ["--mode", "motion"],
     });
-    args.push(&input);
     let message = fail(&args);
     assert!(
         !scratch.path("log.csv").exists(),

@@ -2,7 +2,8 @@
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 /// The program with arguments, ready to run.
 pub fn trackwright(args: &[&str]) -> Command {
@@ -47,6 +48,27 @@ pub fn fail(args: &[&str]) -> String {
         String::from_utf8_lossy(&stdout)
     );
     stderr
+}
+
+/// Runs and waits so long at most; panics where it has not ended by then.
+#[track_caller]
+pub fn run_within(mut command: Command, limit: Duration) -> Output {
+    let mut child = command
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let started = Instant::now();
+    // What it prints is little: no pipe fills up.
+    while child.try_wait().unwrap().is_none() {
+        if started.elapsed() > limit {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            panic!("{command:?} had not ended after {limit:?}");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child.wait_with_output().unwrap()
 }
 
 /// A folder of its own for one test.

@@ -2,7 +2,7 @@
 
 use super::super::numbers::{lengths_above_zero, six, three};
 use super::super::output::{self, Format, OutsideArg, Shown};
-use super::{AxesArg, ends_with};
+use super::{AxesArg, ends_with, refuse_axes};
 use crate::field::samples::MapKind;
 use crate::formats::export::{field_table, mha, nrrd, vti};
 use crate::formats::number::direction;
@@ -86,6 +86,9 @@ enum FileKind {
 /// Files that can't be used, a box that is none, a lattice of too many points.
 pub fn run(args: &FieldArgs) -> anyhow::Result<()> {
     let kind = kind_of(&args.output)?;
+    if matches!(kind, FileKind::Vti | FileKind::Csv) {
+        refuse_axes(args.axes, &args.output)?;
+    }
     let environment = store::read_environment(&args.environment)?;
     let model = &environment.model;
     let displacement = match (args.displacement, model.map()) {

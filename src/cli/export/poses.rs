@@ -3,7 +3,7 @@
 use super::super::numbers::three;
 use super::super::output;
 use super::super::tool_reader::ToolReader;
-use super::{AxesArg, ends_with};
+use super::{AxesArg, ends_with, refuse_axes};
 use crate::formats::export::markups::MarkupPoint;
 use crate::formats::export::{itk_transform, markups};
 use crate::formats::poses::{self, WhosePoses};
@@ -86,6 +86,9 @@ enum FileKind {
 /// Files that can't be used, rows that are not there, several poses for one transform.
 pub fn run(args: &PosesArgs) -> anyhow::Result<()> {
     let kind = kind_of(&args.output)?;
+    if matches!(kind, FileKind::Csv) {
+        refuse_axes(args.axes, &args.output)?;
+    }
     let mut found = match args.columns {
         None => ToolReader::of_tool(args.tool.as_deref())
             .read_all(args.poses.iter().map(PathBuf::as_path))?,

@@ -1,8 +1,8 @@
 //! `export tips`: the tips of a design's study, true and simulated.
 
 use super::super::output::{self, OutsideArg};
-use super::super::simulate::{ModeArg, mode_of, note_map};
-use super::{AxesArg, ends_with};
+use super::super::simulate::{ModeArg, mode_arg, mode_of, note_world};
+use super::{AxesArg, ends_with, refuse_axes};
 use crate::formats::export::markups::{self, MarkupList, MarkupPoint};
 use crate::formats::export::tips_table::{self, StudiedTip};
 use crate::geometry::pose::Pose;
@@ -57,16 +57,20 @@ enum FileKind {
 /// Files that can't be used, a range of motion that can't be visited, nothing left to write.
 pub fn run(args: &TipsArgs) -> anyhow::Result<()> {
     let kind = kind_of(&args.output)?;
+    if matches!(kind, FileKind::Csv) {
+        refuse_axes(args.axes, &args.output)?;
+    }
     let named = || args.design.display().to_string();
     let world = store::open_design_without_meshes(&args.design)?;
     let mut scenario = store::resolve(world.document.design(), &world.environment);
     scenario.outside = args.outside.into();
-    let mode = args.mode.unwrap_or(match scenario.motion {
+    let asked = mode_arg(args.mode, args.input.as_deref())?;
+    let mode = asked.unwrap_or(match scenario.motion {
         Some(_) => ModeArg::Motion,
         None => ModeArg::Single,
     });
     let mode = mode_of(mode, args.input.as_deref(), &world)?;
-    note_map(&world);
+    note_world(&world);
     let trials = trial_count(&scenario, &mode);
     let bar = output::progress(trials.unwrap_or(0) as u64, "simulating");
     let tip = scenario.tool.judged_tip_in_body();

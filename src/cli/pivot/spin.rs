@@ -30,7 +30,7 @@ pub(super) struct SpinArgs {
     tip: Option<[f64; 3]>,
 
     /// Largest RMS angle between the shaft and its mean direction while it was turned
-    #[arg(long, value_name = "DEG", default_value_t = SpinLimits::MAX_RMS_DEG, value_parser = above_zero)]
+    #[arg(long, value_name = "DEG", default_value_t = SpinLimits::MAX_RMS_DEG, value_parser = above_zero, requires = "spin")]
     max_shaft_deg: f64,
 
     /// File to write the frame of the tip to, its kind told by its name: *.tfm (tip to tool, as

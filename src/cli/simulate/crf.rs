@@ -1,6 +1,6 @@
 //! `simulate --body crf`: step 2 of the paper's design procedure, the CRF alone against the tracker.
 
-use super::{ModeArg, SimulateArgs, as_json, note_map, simulate, study_text};
+use super::{ModeArg, SimulateArgs, as_json, note_world, simulate, study_text};
 use crate::cli::output::{self, Format};
 use crate::store;
 use crate::study::Mode;
@@ -8,14 +8,14 @@ use anyhow::{Context, bail};
 use serde_json::{Value, json};
 
 /// Simulates the CRF at each of its targets, and prints the figures.
-pub(super) fn run(args: &SimulateArgs) -> anyhow::Result<()> {
+pub(super) fn run(args: &SimulateArgs, asked: ModeArg) -> anyhow::Result<()> {
     let file = args.design.display();
     let world = store::open_design_without_meshes(&args.design)?;
     let design = world.document.design();
     let Some(crf) = &design.crf else {
         bail!("{file}: the design has no CRF to simulate");
     };
-    let mode = match args.mode {
+    let mode = match asked {
         ModeArg::Single => Mode::Single,
         ModeArg::Motion if crf.motion.is_none() => {
             bail!("{file}: crf.motion is absent, expected the CRF's own range of motion");
@@ -33,7 +33,7 @@ pub(super) fn run(args: &SimulateArgs) -> anyhow::Result<()> {
             bail!("{flag} is of the tool's study, not of the CRF's");
         }
     }
-    note_map(&world);
+    note_world(&world);
     let mut texts = Vec::new();
     let mut values: Vec<Value> = Vec::new();
     for judged in store::resolve_crf(design, &world.environment) {
@@ -41,7 +41,7 @@ pub(super) fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         scenario.outside = args.outside.into();
         let (outcome, last) =
             simulate(&scenario, &mode, None).with_context(|| args.design.display().to_string())?;
-        let single = last.filter(|_| args.mode == ModeArg::Single);
+        let single = last.filter(|_| asked == ModeArg::Single);
         let at = match &judged.target {
             Some(target) => format!(" at {target}"),
             None => String::new(),

@@ -6,6 +6,10 @@ use crate::editor::pixels::Picture;
 use crate::support::program::{Scratch, fail, text, trackwright};
 use std::fs;
 use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+use trackwright::design::MAX_SLIDES;
+use trackwright::store;
 
 const SIZE: &str = "160x120";
 
@@ -146,4 +150,43 @@ fn what_cannot_be_a_video_is_said_before_anything_is_painted() {
         let said = fail(&[&["render", &design], more].concat());
         assert!(said.contains(why), "{more:?}: {said}");
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_a_report_that_paints_its_slides() {
+    use std::os::unix::process::ExitStatusExt;
+    use trackwright::design::{Edit, SlideEdit};
+    let copy = Copied::new("endoscope");
+    let mut world = store::open_design(&copy.design).unwrap();
+    let slide = world.document.design().slides[0].clone();
+    // So many that they take minutes.
+    while world.document.design().slides.len() < MAX_SLIDES {
+        let slide = Box::new(slide.clone());
+        let added = SlideEdit::Add { index: 0, slide };
+        world.document.apply(Edit::Slides(added)).unwrap();
+    }
+    store::save(&mut world).unwrap();
+    let (design, page) = (text(&copy.design), text(&copy.path("page.html")));
+    let mut child = trackwright(&["report", &design, "-o", &page])
+        .spawn()
+        .unwrap();
+    // The study is done, and pictures are painted.
+    std::thread::sleep(Duration::from_secs(15));
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args(["-TERM", &id]).status();
+    assert!(sent.unwrap().success(), "it had ended");
+    let started = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        if started.elapsed() > Duration::from_secs(20) {
+            child.kill().unwrap();
+            panic!("it went on");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    assert_eq!(status.signal(), Some(15));
+    assert!(!copy.path("page.html").exists());
 }

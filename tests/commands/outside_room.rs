@@ -1,0 +1,183 @@
+//! Positions outside a room's box are counted and told by every command that evaluates it there.
+
+use crate::support::data::own;
+use crate::support::golden::number;
+use crate::support::program::{Scratch, fail, run_within, succeed, text, trackwright};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+use serde_json::Value;
+use std::fmt::Write;
+use std::fs;
+use std::time::Duration;
+use trackwright::geometry::bounds::Bounds;
+use trackwright::store;
+
+/// A room without errors, whose box is that of its measurements.
+fn room(scratch: &Scratch) -> (String, Bounds) {
+    let (table, file) = (
+        text(&own("room-a/room-a-fit.csv")),
+        scratch.arg("room.env.ron"),
+    );
+    succeed(&["fit", &table, "-o", &file, "--order", "0"]);
+    let bounds = *store::read_environment(file.as_ref())
+        .unwrap()
+        .model
+        .bounds();
+    (file, bounds)
+}
+
+/// Standard output as JSON, and standard error.
+#[track_caller]
+fn json_and_notes(args: &[&str]) -> (Value, String) {
+    let args = [args, &["--format", "json"]].concat();
+    let output = run_within(trackwright(&args), Duration::from_secs(60));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{said}");
+    (serde_json::from_slice(&output.stdout).unwrap(), said)
+}
+
+/// Poses of a tool that turns about a point on the box's side, 80 mm from its sensor.
+fn turns(bounds: &Bounds) -> Vec<(Point3<f64>, UnitQuaternion<f64>)> {
+    let mut pivot = bounds.center_mm();
+    pivot.x = bounds.max_mm.x;
+    let poses = (0..24).map(|k| {
+        let turn = Vector3::new(f64::from(k % 5) - 2.0, f64::from(k % 7) - 3.0, 0.0) * 0.2;
+        let rotation = UnitQuaternion::from_scaled_axis(turn);
+        (pivot + rotation * Vector3::new(0.0, 0.0, 80.0), rotation)
+    });
+    poses.collect()
+}
+
+fn poses_table(poses: &[(Point3<f64>, UnitQuaternion<f64>)]) -> String {
+    let mut table = "x,y,z,qw,qx,qy,qz\n".to_owned();
+    for (at, turn) in poses {
+        let [x, y, z] = [at.x, at.y, at.z];
+        let q = turn.quaternion();
+        writeln!(table, "{x},{y},{z},{},{},{},{}", q.w, q.i, q.j, q.k).unwrap();
+    }
+    table
+}
+
+#[test]
+fn pivot_counts_readings_outside_and_leaves_them_out_on_request() {
+    let scratch = Scratch::new();
+    let (room, bounds) = room(&scratch);
+    let poses = turns(&bounds);
+    let outside = poses.iter().filter(|(at, _)| !bounds.contains(at)).count();
+    assert!((5..20).contains(&outside), "{outside}");
+    let file = scratch.arg("poses.csv");
+    fs::write(&file, poses_table(&poses)).unwrap();
+    let pivot = ["pivot", &file, "--environment", &room, "--min-poses", "3"];
+    let (found, said) = json_and_notes(&pivot);
+    assert_eq!(found["compensated"]["outside"], outside);
+    assert_eq!(
+        (&found["poses"], &found["compensated"]["rejected"]),
+        (&24.into(), &0.into())
+    );
+    let told = format!(
+        "warning: {outside} of 24 poses of {file} are outside the room's box: the nearest point"
+    );
+    assert!(said.contains(&told), "{said}");
+    let (found, said) = json_and_notes(&[&pivot[..], &["--outside", "reject"]].concat());
+    assert_eq!(found["poses"], 24 - outside);
+    assert_eq!(found["compensated"]["rejected"], outside);
+    assert!(
+        said.contains("outside the room's box: they are left out"),
+        "{said}"
+    );
+    assert!(number(&found["rms_mm"]) < 1e-6);
+    let (found, said) = json_and_notes(&["pivot", &file]);
+    assert!(
+        found.get("compensated").is_none() && said.is_empty(),
+        "{said}"
+    );
+}
+
+#[test]
+fn frames_with_a_marker_outside_are_left_out_and_counted() {
+    let scratch = Scratch::new();
+    let (room, bounds) = room(&scratch);
+    let markers = [[0.0, 0.0, 0.0], [12.0, 0.0, 0.0], [0.0, 9.0, 4.0]].map(Point3::from);
+    let poses = turns(&bounds);
+    let mut text = format!("3, {}, a-empivot.txt\n", poses.len());
+    let mut kept = 0;
+    for (at, turn) in &poses {
+        let seen = markers.map(|marker| at + turn * marker.coords);
+        kept += usize::from(seen.iter().all(|marker| bounds.contains(marker)));
+        for marker in seen {
+            writeln!(text, "{}, {}, {}", marker.x, marker.y, marker.z).unwrap();
+        }
+    }
+    assert!((3..20).contains(&kept), "{kept}");
+    let file = scratch.arg("a-empivot.txt");
+    fs::write(&file, text).unwrap();
+    let pivot = ["pivot", &file, "--environment", &room, "--min-poses", "3"];
+    let (found, said) = json_and_notes(&[&pivot[..], &["--outside", "reject"]].concat());
+    assert_eq!(found["poses"], kept);
+    assert_eq!(found["compensated"]["rows"], 72);
+    let told = format!("{file}: {} of 24 frames not used", 24 - kept);
+    assert!(said.contains(&told), "{said}");
+    let away = scratch.arg("b-empivot.txt");
+    fs::write(
+        &away,
+        "3, 1, b-empivot.txt\n0, 0, 5000\n9, 0, 5000\n0, 9, 5000\n",
+    )
+    .unwrap();
+    let said = fail(&[
+        "pivot",
+        &away,
+        "--environment",
+        &room,
+        "--outside",
+        "reject",
+    ]);
+    assert!(
+        said.contains("found no frame of 1 whose markers the room corrects"),
+        "{said}"
+    );
+}
+
+#[test]
+fn distort_and_fit_tell_how_many_are_outside() {
+    let scratch = Scratch::new();
+    let (room, bounds) = room(&scratch);
+    let poses = turns(&bounds);
+    let outside = poses.iter().filter(|(at, _)| !bounds.contains(at)).count();
+    let (file, out) = (scratch.arg("poses.csv"), scratch.arg("out.csv"));
+    fs::write(&file, poses_table(&poses)).unwrap();
+    let said = |args: &[&str]| {
+        let output = trackwright(args).output().unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let told = said(&["distort", &room, &file, "-o", &out]);
+    assert!(
+        told.starts_with(&format!(
+            "warning: {outside} of 24 poses are outside the room's box"
+        )),
+        "{told}"
+    );
+    let [fit, holdout] =
+        ["fit", "holdout"].map(|kind| text(&own(&format!("room-a/room-a-{kind}.csv"))));
+    let told = said(&[
+        "fit",
+        &fit,
+        "-o",
+        &out,
+        "--order",
+        "0",
+        "--holdout",
+        &holdout,
+    ]);
+    let samples = store::read_measurements(holdout.as_ref())
+        .unwrap()
+        .measurements;
+    let places = samples
+        .iter()
+        .map(|row| Point3::from(row.tracker_from_ideal.translation.vector));
+    let outside = places.filter(|at| !bounds.contains(at)).count();
+    let expected = format!(
+        "warning: {outside} of {} held-out samples are outside",
+        samples.len()
+    );
+    assert_eq!(told.contains(&expected), outside > 0, "{outside}: {told}");
+}
