@@ -13,7 +13,7 @@ use crate::calibration::robust::Loss;
 use crate::calibration::still_pose::Spread;
 use crate::calibration::time_alignment::AlignmentSettings;
 use crate::formats::characterised;
-use crate::store;
+use crate::store::Files;
 use crate::study::figures::with_separators;
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
@@ -143,7 +143,9 @@ enum LossArg {
 ///
 /// # Errors
 /// Files that can't be used, and recordings that cannot answer, with the reason.
-pub fn run(args: &CharacterizeArgs) -> anyhow::Result<()> {
+pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
+    let output = files.output(&args.output)?;
+    let held_out_output = files.optional_output(args.held_out.as_deref())?;
     if args.em.len() != args.reference.len() {
         bail!(
             "--em names {} recordings and --reference {}, expected as many of one as of the other: the k-th of each \
@@ -158,8 +160,8 @@ pub fn run(args: &CharacterizeArgs) -> anyhow::Result<()> {
     for (index, (em, reference)) in args.em.iter().zip(&args.reference).enumerate() {
         reading.step(index, args.em.len())?;
         pairs.push(RecordedPair {
-            tracker: store::read_recording(em)?,
-            reference: store::read_recording(reference)?,
+            tracker: files.read_recording(em)?,
+            reference: files.read_recording(reference)?,
         });
     }
     let task = shown.task.stretch(0.5, 1.0);
@@ -176,13 +178,13 @@ pub fn run(args: &CharacterizeArgs) -> anyhow::Result<()> {
             args.em.len()
         );
     }
-    store::write_atomic(&args.output, |out| characterised::write(out, &found))?;
-    if let Some(held_out) = &args.held_out {
-        store::write_atomic(held_out, |out| characterised::write_held_out(out, &found))?;
+    output.write(|out| characterised::write(out, &found))?;
+    if let Some(held_out) = &held_out_output {
+        held_out.write(|out| characterised::write_held_out(out, &found))?;
         output::note(&format!(
             "{} readings held out, written to {}; all figures are of the others",
             with_separators(found.held_out.len()),
-            held_out.display()
+            held_out.file().display()
         ));
     }
     for (pair, problem) in report::rejected(&found) {

@@ -13,7 +13,7 @@ use crate::formats::groups::SENSOR_COLUMN;
 use crate::report::selection::{
     SENSOR_INTERVAL, grouped_line, hold_out_lines, hold_out_name, reason, sensors_line,
 };
-use crate::store;
+use crate::store::Files;
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use std::convert::Infallible;
@@ -49,6 +49,7 @@ impl FromStr for HoldOutArg {
 /// # Errors
 /// Measurements that nothing can be chosen by.
 pub(super) fn settings(
+    files: &Files,
     file: &Path,
     samples: &SampleSet,
     asked: &AskedModel,
@@ -68,7 +69,7 @@ pub(super) fn settings(
         },
         (WantedModel::Open(tried), _) => tried,
     };
-    let labels = row_labels(file, samples, None, hold_out)?;
+    let labels = row_labels(files, file, samples, None, hold_out)?;
     let chosen = cross_validate(file, samples, labels, tried)?;
     Ok((chosen.settings(), Some(chosen)))
 }
@@ -78,6 +79,7 @@ pub(super) fn settings(
 /// # Errors
 /// A column that is not there or has empty cells, nothing to hold out.
 pub(super) fn row_labels(
+    files: &Files,
     file: &Path,
     samples: &SampleSet,
     group: Option<&str>,
@@ -95,14 +97,14 @@ pub(super) fn row_labels(
         HoldOutArg::Groups | HoldOutArg::Column(_) => HoldOutBy::Groups,
         HoldOutArg::Sensors => HoldOutBy::Sensors,
     });
-    let grouping = grouping(file, samples, column)?;
+    let grouping = grouping(files, file, samples, column)?;
     if deciding == Some(HoldOutBy::Groups) && grouping.is_none() {
         bail!(
             "{}: found no groups of rows to hold out, expected a column cluster, frame or pose, places that were measured several times, or --hold-out COLUMN",
             file.display()
         );
     }
-    let sensors = match store::read_sensors(file) {
+    let sensors = match files.read_sensors(file) {
         Ok(Some(column)) => numbered_labels(&column.name, &column.labels, samples.samples.len())
             .map(Some)
             .with_context(|| file.display().to_string())?,
@@ -129,11 +131,12 @@ pub(super) fn row_labels(
 /// The groups of a table's rows: by the named column, by one that is known to mean so, or by the
 /// clusters or places that the data show.
 fn grouping(
+    files: &Files,
     file: &Path,
     samples: &SampleSet,
     column: Option<&str>,
 ) -> anyhow::Result<Option<Grouping>> {
-    let column = store::read_groups(file, column)?;
+    let column = files.read_groups(file, column)?;
     let column = column
         .as_ref()
         .map(|c| (c.name.as_str(), c.labels.as_slice()));

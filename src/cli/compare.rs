@@ -8,7 +8,7 @@ use super::output::{self, Format, OutsideArg, Shown};
 use crate::design::Design;
 use crate::field::samples::MapKind;
 use crate::formats::comparison_table::{self, Names};
-use crate::store::{self, ComparedDesign, ComparedRoom, ComparedRooms};
+use crate::store::{self, ComparedDesign, ComparedRoom, ComparedRooms, Files};
 use crate::study::comparison::{Comparison, LEAST_DEG, LEAST_MM, Least, Settings, compare};
 use anyhow::bail;
 use clap::Args;
@@ -59,10 +59,11 @@ pub struct CompareArgs {
 ///
 /// # Errors
 /// Files that can't be used, a design named twice, a baseline that is none of the designs.
-pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
+pub fn run(args: &CompareArgs, files: &Files) -> anyhow::Result<()> {
+    let csv = files.optional_output(args.csv.as_deref())?;
     named_once(&args.designs, "design")?;
     named_once(&args.environment, "environment")?;
-    let designs = store::read_compared_designs(&args.designs)?;
+    let designs = store::read_compared_designs(files, &args.designs)?;
     for compared in &designs {
         note_sizes(&compared.design);
     }
@@ -72,12 +73,11 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     };
     let own_rooms: Vec<PathBuf> = designs.iter().map(|d| d.own_room.clone()).collect();
     let is_own = args.environment.is_empty();
-    let files = if is_own {
-        &own_rooms
-    } else {
-        &args.environment
+    let rooms = match is_own {
+        true => &own_rooms,
+        false => &args.environment,
     };
-    let ComparedRooms { rooms, of_file } = store::read_compared_rooms(files)?;
+    let ComparedRooms { rooms, of_file } = store::read_compared_rooms(files, rooms)?;
     let of_design = |design: usize| match is_own {
         true => vec![of_file[design]],
         false => (0..rooms.len()).collect(),
@@ -113,13 +113,13 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
         (designs.iter()).map(|d| (d.file.display().to_string(), d.design.name.as_str())),
         (rooms.iter()).map(|r| (r.file.display().to_string(), r.environment.name.as_str())),
     );
+    if let Some(csv) = &csv {
+        csv.write(|out| comparison_table::write(out, &found, &names))?;
+    }
     print(args, &found, &names)
 }
 
 fn print(args: &CompareArgs, found: &Comparison, names: &Names) -> anyhow::Result<()> {
-    if let Some(file) = &args.csv {
-        store::write_atomic(file, |out| comparison_table::write(out, found, names))?;
-    }
     match args.format {
         Format::Json => output::print_json(&report::as_json(found, names)),
         Format::Text => output::print(&report::as_text(found, names)),

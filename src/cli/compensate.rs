@@ -7,7 +7,7 @@ use crate::field::samples::MapKind;
 use crate::field::{DistortionModel, OutsidePolicy};
 use crate::formats::poses::{self, CompensatedRow};
 use crate::geometry::pose::Pose;
-use crate::store;
+use crate::store::Files;
 use crate::study::figures::with_separators;
 use crate::task::Task;
 use anyhow::bail;
@@ -65,15 +65,14 @@ struct Outcome {
 ///
 /// # Errors
 /// Files that can't be used.
-pub fn run(args: &CompensateArgs) -> anyhow::Result<()> {
-    let environment = store::read_environment(&args.environment)?;
+pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
+    let output = files.output(&args.output)?;
+    let environment = files.read_environment(&args.environment)?;
     let method = method(args, environment.model.map())?;
-    let measured = store::read_poses(&args.poses)?;
+    let measured = files.read_poses(&args.poses)?;
     let (compensated, shortcut) =
         compensated(&environment.model, &measured, args.outside.into(), method)?;
-    store::write_atomic(&args.output, |out| {
-        poses::write_compensated(out, compensated.iter().map(row))
-    })?;
+    output.write(|out| poses::write_compensated(out, compensated.iter().map(row)))?;
     let outcome = Outcome {
         method,
         tally: Tally::of(&measured, &compensated),

@@ -1,29 +1,43 @@
-//! `convert`: tool definitions of trackers' makers, bodies, and back.
+//! `convert`: tool definitions of trackers' makers, bodies, and back; whether several are told apart.
 
+mod check;
+
+use super::Ending;
+use super::numbers::above_zero;
 use super::output::{self, Format};
 use super::tool_report;
 use crate::formats::tool_definition::{
     BodyFormat, Conversion, DefinitionKind, Lost, OnMismatch, ToolDefinition, from_body,
 };
-use crate::store::{self, ReadTool, StoreError};
-use anyhow::{Context, bail};
+use crate::store::{self, Files, ReadTool, StoreError};
+use crate::tracking::distinct::LEAST_MM;
+use anyhow::Context;
 use clap::Args;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct ConvertArgs {
     /// The tool, known by what is in the file: an NDI ROM (*.rom, optical or Aurora) or one in a
     /// *.tool file, an Atracsys geometry (*.ini), a SAW geometry (*.json), or a body (*.body.ron)
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    #[arg(value_name = "IN", required_unless_present = "check")]
+    input: Option<PathBuf>,
 
     /// What to write, known by the file's name: *.body.ron, *.rom (optical for a body of markers,
     /// Aurora for one of 5-DOF sensors), *.tool, *.ini or *.json. Writing an Aurora ROM is
     /// experimental: its format is known from one real file. What a body does not use of a
     /// definition travels in its file, and is written back
-    #[arg(value_name = "OUT")]
-    output: PathBuf,
+    #[arg(value_name = "OUT", required_unless_present = "check")]
+    output: Option<PathBuf>,
+
+    /// Say whether an optical tracker can tell these tools apart, by the distances and angles of their
+    /// markers, and whether one of them looks the same from two sides; exit status 1 where it cannot
+    #[arg(long, value_name = "TOOL", num_args = 1.., conflicts_with_all = ["input", "output"])]
+    check: Vec<PathBuf>,
+
+    /// Distances between markers that differ by less may be taken for each other
+    #[arg(long, value_name = "MM", default_value_t = LEAST_MM, requires = "check", value_parser = above_zero)]
+    least_mm: f64,
 
     /// Read a ROM whose checksum does not match; one that is written from it does
     #[arg(long)]
@@ -38,33 +52,42 @@ pub struct ConvertArgs {
 ///
 /// # Errors
 /// Files that can't be used, and bodies that cannot be such a definition.
-pub fn run(args: &ConvertArgs) -> anyhow::Result<()> {
-    let target = store::body_format_of(&args.output)?;
-    if store::is_same_file(&args.input, &args.output) {
-        bail!(
-            "{}: IN and OUT are one file, expected another one to write",
-            args.output.display()
-        );
+pub fn run(args: &ConvertArgs, files: &Files) -> anyhow::Result<Ending> {
+    match (&args.input, &args.output) {
+        (Some(input), Some(output)) => {
+            convert(args, input, output, files)?;
+            Ok(Ending::Done)
+        }
+        _ => check::run(args, files),
     }
+}
+
+fn read(args: &ConvertArgs, files: &Files, file: &Path) -> anyhow::Result<ReadTool> {
     let on_mismatch = match args.force {
         true => OnMismatch::Accept,
         false => OnMismatch::Refuse,
     };
-    let tool = store::read_tool(&args.input, on_mismatch).map_err(with_way_out)?;
+    files.read_tool(file, on_mismatch).map_err(with_way_out)
+}
+
+fn convert(args: &ConvertArgs, input: &Path, file: &Path, files: &Files) -> anyhow::Result<()> {
+    let output = files.output(file)?;
+    let target = store::body_format_of(file)?;
+    let tool = read(args, files, input)?;
     let written = match target {
         BodyFormat::Body => {
-            store::write_body(&args.output, &tool.body, &args.input)?;
+            output.write_body(&tool.body, input)?;
             None
         }
         BodyFormat::Definition(format) => {
             let conversion = from_body(&tool.body, format)
-                .with_context(|| format!("{}: no {}", args.input.display(), format.name()))?;
-            store::write_definition(&args.output, &conversion.definition)?;
+                .with_context(|| format!("{}: no {}", input.display(), format.name()))?;
+            output.write_definition(&conversion.definition)?;
             Some(conversion)
         }
     };
     for note in notes(&tool, written.as_ref()) {
-        output::note(&format!("{}: {note}", args.output.display()));
+        output::note(&format!("{}: {note}", file.display()));
     }
     match args.format {
         Format::Json => output::print_json(&as_json(&tool, written.as_ref())),
@@ -73,9 +96,9 @@ pub fn run(args: &ConvertArgs) -> anyhow::Result<()> {
             let kind = written_kind(written.as_ref());
             output::print(&format!(
                 "{}: {}\n{read}\n{}: {kind}, written",
-                args.input.display(),
+                input.display(),
                 tool_report::kind_name(&tool),
-                args.output.display(),
+                file.display(),
             ))
         }
     }

@@ -4,7 +4,7 @@ use super::output::{self, OutsideArg};
 use crate::field::OutsidePolicy;
 use crate::field::gaussian::FieldPoint;
 use crate::formats::poses;
-use crate::store;
+use crate::store::Files;
 use anyhow::Context;
 use clap::Args;
 use nalgebra::{Point3, Vector3};
@@ -39,8 +39,9 @@ pub struct DistortArgs {
 ///
 /// # Errors
 /// Files that can't be used.
-pub fn run(args: &DistortArgs) -> anyhow::Result<()> {
-    let environment = store::read_environment(&args.environment)?;
+pub fn run(args: &DistortArgs, files: &Files) -> anyhow::Result<()> {
+    let output = files.output(&args.output)?;
+    let environment = files.read_environment(&args.environment)?;
     if args.support && !environment.has_validity() {
         anyhow::bail!(
             "{}: found no `support` and no `process`, expected one of them with --support; `fit` \
@@ -48,7 +49,7 @@ pub fn run(args: &DistortArgs) -> anyhow::Result<()> {
             args.environment.display()
         );
     }
-    let ideal = store::read_poses(&args.poses)?;
+    let ideal = files.read_poses(&args.poses)?;
     let outside = OutsidePolicy::from(args.outside);
     let validity = match args.support {
         false => None,
@@ -63,7 +64,7 @@ pub fn run(args: &DistortArgs) -> anyhow::Result<()> {
         }
     };
     let mut outside_count = 0;
-    store::write_atomic(&args.output, |out| {
+    output.write(|out| {
         let rows = ideal.iter().map(|pose| {
             let (measured, is_inside) = environment.model.distort(pose, outside);
             let is_kept = is_inside || outside != OutsidePolicy::Reject;

@@ -3,10 +3,9 @@
 use super::output;
 use crate::study::comparison::{ErrorOf, FIGURES};
 use crate::study::expected::{
-    MoreMeasuring, expected_rows, judged, more_measuring, most_times, verdict_of,
+    JudgedBound, MoreMeasuring, expected_rows, judged, more_measuring, most_times, verdict_of,
 };
-use crate::study::figures::with_separators;
-use crate::study::requirement::Check;
+use crate::study::figures::{Figures, with_separators};
 use crate::study::{
     CancelToken, Deed, Expected, ExpectedError, Explained, Mode, Scenario, expected,
 };
@@ -52,7 +51,7 @@ pub(super) fn explained(expected: Option<&Expected>) -> Explained {
 }
 
 /// `expected` and `intervals`, and what they say of the requirement.
-pub(super) fn add_json(value: &mut Value, expected: &Expected, checks: &[Check]) {
+pub(super) fn add_json(value: &mut Value, expected: &Expected, bounds: &[JudgedBound]) {
     let of = |of: ErrorOf, each: &dyn Fn(usize) -> Value| -> Value {
         let own = FIGURES.iter().enumerate().filter(|(_, f)| f.of == of);
         let entries = own.map(|(k, figure)| (figure.name().to_owned(), each(k)));
@@ -66,8 +65,7 @@ pub(super) fn add_json(value: &mut Value, expected: &Expected, checks: &[Check])
     };
     value["expected"] = both(&|k| json!(expected.figures[k]));
     value["intervals"] = both(&|k| json!(expected.intervals[k]));
-    let bounds = judged(checks, Some(expected));
-    if let Some(verdict) = verdict_of(&bounds) {
+    if let Some(verdict) = verdict_of(bounds) {
         let named = bounds
             .iter()
             .map(|bound| (bound.name.to_owned(), json!(bound.verdict)));
@@ -95,8 +93,8 @@ pub(super) fn rows(expected: &Expected) -> Vec<(String, String, String)> {
 }
 
 /// Each bound against the interval of its figure.
-pub(super) fn requirement_lines(expected: &Expected, checks: &[Check]) -> Vec<String> {
-    let bounds = judged(checks, Some(expected)).into_iter();
+pub(super) fn requirement_lines(expected: &Expected, figures: &Figures) -> Vec<String> {
+    let bounds = judged(figures, Some(expected)).into_iter();
     bounds
         .map(|bound| {
             let unit = bound.figure.unit();
@@ -104,7 +102,7 @@ pub(super) fn requirement_lines(expected: &Expected, checks: &[Check]) -> Vec<St
             format!(
                 "requirement {}: {}, at most {} {unit}, expected {:.4} {unit} (95 %: {low:.4} to {high:.4})",
                 bound.name,
-                bound.verdict.label(),
+                bound.label(),
                 bound.limit,
                 bound.value
             )
@@ -120,9 +118,9 @@ pub(super) fn needed(
     scenario: &Scenario,
     mode: &Mode,
     expected: Option<&Expected>,
-    checks: &[Check],
+    figures: &Figures,
 ) -> anyhow::Result<Vec<MoreMeasuring>> {
-    let bounds = judged(checks, expected);
+    let bounds = judged(figures, expected);
     Ok(more_measuring(
         scenario,
         mode,

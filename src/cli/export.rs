@@ -6,6 +6,7 @@ mod scene;
 mod tips;
 
 use crate::formats::export::PatientAxes;
+use crate::store::Files;
 use anyhow::bail;
 use clap::{Subcommand, ValueEnum};
 use std::path::Path;
@@ -30,12 +31,12 @@ pub enum ExportCommand {
 ///
 /// # Errors
 /// Files that can't be used, and what they cannot hold.
-pub fn run(command: &ExportCommand) -> anyhow::Result<()> {
+pub fn run(command: &ExportCommand, files: &Files) -> anyhow::Result<()> {
     match command {
-        ExportCommand::Field(args) => field::run(args),
-        ExportCommand::Poses(args) => poses::run(args),
-        ExportCommand::Tips(args) => tips::run(args),
-        ExportCommand::Scene(args) => scene::run(args),
+        ExportCommand::Field(args) => field::run(args, files),
+        ExportCommand::Poses(args) => poses::run(args, files),
+        ExportCommand::Tips(args) => tips::run(args, files),
+        ExportCommand::Scene(args) => scene::run(args, files),
     }
 }
 

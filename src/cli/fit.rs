@@ -19,7 +19,7 @@ use crate::field::selection::sensors::SensorSpread;
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
 use crate::report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
-use crate::store::{self, SampleReading};
+use crate::store::{self, Files, Output, SampleReading};
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
@@ -170,24 +170,27 @@ pub(super) const DEFAULT_RCOND: f64 = 1e-10;
 ///
 /// # Errors
 /// Files that can't be used, a hold-out that is fitted as well, settings that make no fit.
-pub fn run(args: &FitArgs) -> anyhow::Result<()> {
+pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
+    let output = files.output(&args.output)?;
     let asked = asked(args)?;
     let map = asked.map;
-    let model = args.model.model()?;
+    let model = args.model.model(files)?;
     refuse_what_others_have(args, model.kind())?;
-    let set = read(&args.data, args.sensors, map)?;
+    let set = read(files, &args.data, args.sensors, map)?;
     let holdout_set = args
         .holdout
         .as_ref()
-        .map(|f| read(f, args.sensors, map))
+        .map(|f| read(files, f, args.sensors, map))
         .transpose()?;
     let (settings, chosen) = match model.kind() {
-        ModelKind::Bernstein => choose::settings(&args.data, &set, &asked, args.hold_out.as_ref())?,
+        ModelKind::Bernstein => {
+            choose::settings(files, &args.data, &set, &asked, args.hold_out.as_ref())?
+        }
         ModelKind::Kriging | ModelKind::Harmonic => (FitSettings::without_polynomials(map), None),
     };
     let target = Target {
         data: &args.data,
-        output: &args.output,
+        output: &output,
         volume: args.volume,
         jitter: args.jitter.jitter(),
         with_support: !args.no_support,
@@ -226,7 +229,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
 /// Where measurements come from, and where their environment goes.
 pub(super) struct Target<'a> {
     pub data: &'a Path,
-    pub output: &'a Path,
+    pub output: &'a Output<'a>,
     pub volume: VolumeArg,
     pub jitter: Option<Jitter>,
     /// Whether the environment keeps model validity.
@@ -248,7 +251,7 @@ pub(super) fn fit_and_write(
         holdout.map(|(file, set)| (file_name(file), set)),
     );
     let order = RoomOrder {
-        name: &store::room_name(target.output),
+        name: &store::room_name(target.output.file()),
         table: RoomTable {
             name: &table,
             samples,
@@ -289,7 +292,7 @@ pub(super) fn fit_and_write(
     if let Some(why) = &room.support_left_out {
         output::note(&format!("note: {}", support_note(why)));
     }
-    store::write_environment(target.output, &room.environment)?;
+    target.output.write_environment(&room.environment)?;
     for warning in fit_warnings(&room.fit) {
         output::note(&format!("warning: {warning}"));
     }
@@ -372,16 +375,17 @@ impl From<WeightsArg> for Weighting {
 ///
 /// # Errors
 /// A file that can't be used.
-pub(super) fn read(file: &Path, sensors: SensorsArg, map: MapKind) -> anyhow::Result<SampleSet> {
+pub(super) fn read(
+    files: &Files,
+    file: &Path,
+    sensors: SensorsArg,
+    map: MapKind,
+) -> anyhow::Result<SampleSet> {
     let reading = SampleReading {
         has_rolls: matches!(sensors, SensorsArg::SixDof),
         map,
     };
-    Ok(store::read_samples(
-        file,
-        reading,
-        &Shown::new("reading").task,
-    )?)
+    Ok(files.read_samples(file, reading, &Shown::new("reading").task)?)
 }
 
 /// A file's name without its folder.
@@ -535,6 +539,6 @@ fn as_text(target: &Target, settings: &FitSettings, room: &FittedRoom) -> String
         ));
     }
     lines.extend(subset_line(room));
-    lines.push(format!("written to {}", target.output.display()));
+    lines.push(format!("written to {}", target.output.file().display()));
     lines.join("\n")
 }

@@ -6,7 +6,7 @@ use super::output::{self, Format, Shown};
 use crate::field::harmonic::learn::{Start, StartReport};
 use crate::field::harmonic::{LearnSettings, LearnedGenerator, learn};
 use crate::field::samples::{MapKind, MeasurementSet};
-use crate::store;
+use crate::store::Files;
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
@@ -47,12 +47,13 @@ pub struct LearnArgs {
 ///
 /// # Errors
 /// Files that can't be used, too few measurements, tables without orientations.
-pub fn run(command: &GeneratorCommand) -> anyhow::Result<()> {
+pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
     let GeneratorCommand::Learn(args) = command;
+    let output = files.output(&args.output)?;
     let degree = checked_degree(args.degree)?;
     let mut all: Option<MeasurementSet> = None;
     for file in &args.data {
-        let set = read(file, SensorsArg::FiveDof, MapKind::Distortion)?.measurements();
+        let set = read(files, file, SensorsArg::FiveDof, MapKind::Distortion)?.measurements();
         match &mut all {
             None => all = Some(set),
             Some(all) if all.content != set.content => {
@@ -73,10 +74,10 @@ pub fn run(command: &GeneratorCommand) -> anyhow::Result<()> {
     let shown = Shown::new("learning");
     let name = file_name(&args.output);
     let name = name.split('.').next().unwrap_or(&name);
-    let files: Vec<_> = args.data.iter().map(|file| file_name(file)).collect();
-    let learned = learn(&shown.task, name, &set, &settings).with_context(|| files.join(", "))?;
+    let names: Vec<_> = args.data.iter().map(|file| file_name(file)).collect();
+    let learned = learn(&shown.task, name, &set, &settings).with_context(|| names.join(", "))?;
     drop(shown);
-    store::write_generator(&args.output, &learned.generator)?;
+    output.write_generator(&learned.generator)?;
     if !learned.has_converged {
         output::note(&format!(
             "note: learning ended after {} steps, before a step brought no more",
@@ -85,7 +86,7 @@ pub fn run(command: &GeneratorCommand) -> anyhow::Result<()> {
     }
     match args.format {
         Format::Json => output::print_json(&as_json(&learned)),
-        Format::Text => output::print(&as_text(args, &files, &learned)),
+        Format::Text => output::print(&as_text(args, &names, &learned)),
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::calibration::calibration_object;
 use crate::field::selection::clusters;
 use crate::formats::{groups, measurements};
-use crate::store;
+use crate::store::Files;
 use crate::study::figures::with_separators;
 use anyhow::Context;
 use clap::{Args, Subcommand};
@@ -34,10 +34,11 @@ pub struct JhuCisArgs {
 ///
 /// # Errors
 /// Files that can't be used, markers that determine no pose.
-pub fn run(command: &ImportCommand) -> anyhow::Result<()> {
+pub fn run(command: &ImportCommand, files: &Files) -> anyhow::Result<()> {
     let ImportCommand::JhuCis(args) = command;
-    let body = store::read_calbody(&args.calbody)?;
-    let frames = store::read_calreadings(&args.calreadings)?;
+    let output = files.output(&args.output)?;
+    let body = files.read_calbody(&args.calbody)?;
+    let frames = files.read_calreadings(&args.calreadings)?;
     let set = calibration_object::measurements(&body, &frames)
         .with_context(|| args.calreadings.display().to_string())?;
     let frame_of_row: Vec<usize> = frames
@@ -55,9 +56,7 @@ pub fn run(command: &ImportCommand) -> anyhow::Result<()> {
     columns.extend(clusters.as_ref().map(|c| ("cluster", c.as_slice())));
     let mut table = Vec::new();
     measurements::write(&mut table, &set)?;
-    store::write_atomic(&args.output, |out| {
-        groups::write_beside(out, &table, &columns)
-    })?;
+    output.write(|out| groups::write_beside(out, &table, &columns))?;
     let in_clusters = clusters.map_or_else(String::new, |clusters| {
         let count = clusters.iter().max().map_or(0, |last| last + 1);
         format!(" in {} clusters", with_separators(count))

@@ -9,7 +9,7 @@ use crate::live::server::{ServerEvent, ServerOptions};
 use crate::live::session::{
     LiveDesign, LiveRoom, Session, SessionEvent, SessionSettings, SessionState,
 };
-use crate::store;
+use crate::store::{self, Files};
 use crate::study::figures::with_separators;
 use anyhow::Context;
 use clap::{ArgGroup, Args};
@@ -80,8 +80,8 @@ pub struct LiveArgs {
 ///
 /// # Errors
 /// Files that can't be used, a port that is in use.
-pub fn run(args: &LiveArgs) -> anyhow::Result<()> {
-    let settings = settings(args)?;
+pub fn run(args: &LiveArgs, files: &Files) -> anyhow::Result<()> {
+    let settings = settings(args, files)?;
     let (stop, stopped) = channel();
     // Before anything runs that should end well.
     ctrlc::set_handler(move || {
@@ -115,8 +115,8 @@ pub fn run(args: &LiveArgs) -> anyhow::Result<()> {
     }
 }
 
-fn settings(args: &LiveArgs) -> anyhow::Result<SessionSettings> {
-    let room = room(args)?;
+fn settings(args: &LiveArgs, files: &Files) -> anyhow::Result<SessionSettings> {
+    let room = room(args, files)?;
     let mut client = ClientOptions::to(&args.connect);
     client.tracking_ms = args.tracking_ms;
     Ok(SessionSettings {
@@ -133,14 +133,14 @@ fn settings(args: &LiveArgs) -> anyhow::Result<SessionSettings> {
     })
 }
 
-fn room(args: &LiveArgs) -> anyhow::Result<Option<LiveRoom>> {
+fn room(args: &LiveArgs, files: &Files) -> anyhow::Result<Option<LiveRoom>> {
     let named = match &args.environment {
         None => None,
-        Some(file) => Some(Arc::new(store::read_environment(file)?)),
+        Some(file) => Some(Arc::new(files.read_environment(file)?)),
     };
     let world = match &args.design {
         None => None,
-        Some(file) => Some(store::open_design_without_meshes(file)?),
+        Some(file) => Some(files.open_design_without_meshes(file)?),
     };
     let Some(environment) = named.or(world.as_ref().map(|world| world.environment.clone())) else {
         return Ok(None);

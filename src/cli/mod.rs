@@ -38,6 +38,7 @@ mod tool_report;
 mod uncertainty;
 mod verify;
 
+use crate::store::Files;
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
@@ -54,6 +55,11 @@ pub struct Cli {
 
     /// Design to open in the editor (*.design.ron); the built-in one where none is named
     design: Option<PathBuf>,
+
+    /// Write over documents that other programs or commands wrote; a file that the command reads is
+    /// never written over
+    #[arg(long, global = true)]
+    overwrite: bool,
 
     /// Print what is drawn and computed, and the figures shown, to standard error
     #[arg(long)]
@@ -144,38 +150,39 @@ pub fn start_threads() -> anyhow::Result<()> {
 /// # Errors
 /// Whatever the command cannot do, as one readable message.
 pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
+    let files = &Files::overwriting(cli.overwrite);
     match &cli.command {
-        Some(Command::Stability(args)) => return stability::run(args),
-        Some(Command::Tolerances(args)) => return tolerances::run(args),
-        Some(Command::Fit(args)) => fit::run(args),
-        Some(Command::Generator(command)) => generator::run(command),
-        Some(Command::Select(args)) => select::run(args),
-        Some(Command::Distort(args)) => distort::run(args),
-        Some(Command::Compensate(args)) => compensate::run(args),
-        Some(Command::Simulate(args)) => simulate::run(args),
-        Some(Command::Compare(args)) => compare::run(args),
-        Some(Command::Procedure(args)) => procedure::run(args),
-        Some(Command::Precision(args)) => precision::run(args),
-        Some(Command::Import(command)) => import::run(command),
-        Some(Command::Convert(args)) => convert::run(args),
-        Some(Command::Characterize(args)) => characterize::run(args),
-        Some(Command::Pivot(args)) => pivot::run(args),
-        Some(Command::Verify(args)) => verify::run(args),
-        Some(Command::Register(args)) => register::run(args),
-        Some(Command::Export(command)) => export::run(command),
-        Some(Command::Live(args)) => live::run(args),
-        Some(Command::Report(args)) => report::run(args),
+        Some(Command::Stability(args)) => return stability::run(args, files),
+        Some(Command::Tolerances(args)) => return tolerances::run(args, files),
+        Some(Command::Convert(args)) => return convert::run(args, files),
+        Some(Command::Fit(args)) => fit::run(args, files),
+        Some(Command::Generator(command)) => generator::run(command, files),
+        Some(Command::Select(args)) => select::run(args, files),
+        Some(Command::Distort(args)) => distort::run(args, files),
+        Some(Command::Compensate(args)) => compensate::run(args, files),
+        Some(Command::Simulate(args)) => simulate::run(args, files),
+        Some(Command::Compare(args)) => compare::run(args, files),
+        Some(Command::Procedure(args)) => procedure::run(args, files),
+        Some(Command::Precision(args)) => precision::run(args, files),
+        Some(Command::Import(command)) => import::run(command, files),
+        Some(Command::Characterize(args)) => characterize::run(args, files),
+        Some(Command::Pivot(args)) => pivot::run(args, files),
+        Some(Command::Verify(args)) => verify::run(args, files),
+        Some(Command::Register(args)) => register::run(args, files),
+        Some(Command::Export(command)) => export::run(command, files),
+        Some(Command::Live(args)) => live::run(args, files),
+        Some(Command::Report(args)) => report::run(args, files),
         #[cfg(feature = "editor")]
-        Some(Command::Render(args)) => render::run(args),
+        Some(Command::Render(args)) => render::run(args, files),
         #[cfg(feature = "editor")]
         None if cli.measure => edit::measure(),
-        None => open_editor(cli),
+        None => open_editor(cli, files),
     }?;
     Ok(Ending::Done)
 }
 
 /// Opens the editor; where there can be none, says why in one line and does the main job.
-fn open_editor(cli: &Cli) -> anyhow::Result<()> {
+fn open_editor(cli: &Cli, files: &Files) -> anyhow::Result<()> {
     #[cfg(feature = "editor")]
     let missing = match edit::run(cli.design.as_deref(), cli.explain)? {
         edit::Opened::Closed => return Ok(()),
@@ -186,7 +193,7 @@ fn open_editor(cli: &Cli) -> anyhow::Result<()> {
     output::note(&format!(
         "no editor: {missing}; simulating the design instead"
     ));
-    simulate::main_job(cli.design.as_deref())
+    simulate::main_job(cli.design.as_deref(), files)
 }
 
 /// Prints why a command failed.

@@ -5,7 +5,7 @@ use crate::calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
 use crate::field::generator::Generator;
 use crate::field::harmonic::Loss;
 use crate::field::harmonic::solid_harmonics::MAX_DEGREE;
-use crate::store;
+use crate::store::Files;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use std::path::Path;
@@ -75,7 +75,7 @@ impl ModelArgs {
     ///
     /// # Errors
     /// Options of another kind, a degree beyond 1 to 10, a generator that can't be read.
-    pub fn model(&self) -> anyhow::Result<RoomModel> {
+    pub fn model(&self, files: &Files) -> anyhow::Result<RoomModel> {
         let kind = self.model;
         let is_harmonic = kind == KindArg::Harmonic;
         if !is_harmonic && (self.generator.is_some() || self.degree.is_some()) {
@@ -99,7 +99,7 @@ impl ModelArgs {
                     );
                 };
                 RoomModel::Harmonic(HarmonicOrder {
-                    generator: generator_choice(generator)?,
+                    generator: generator_choice(files, generator)?,
                     degree: checked_degree(self.degree)?,
                     loss: self.loss.into(),
                 })
@@ -122,13 +122,13 @@ pub(super) fn checked_degree(degree: Option<usize>) -> anyhow::Result<Option<usi
 ///
 /// # Errors
 /// A file that can't be read as a generator.
-pub(super) fn generator_choice(text: &str) -> anyhow::Result<GeneratorChoice> {
+pub(super) fn generator_choice(files: &Files, text: &str) -> anyhow::Result<GeneratorChoice> {
     if text == "learn" {
         return Ok(GeneratorChoice::Learned);
     }
     Ok(GeneratorChoice::Known(match Generator::built_in(text) {
         Some(generator) => generator,
-        None => store::read_generator(Path::new(text))?,
+        None => files.read_generator(Path::new(text))?,
     }))
 }
 
@@ -140,6 +140,7 @@ const TRIED_DEGREES: std::ops::RangeInclusive<usize> = 2..=8;
 /// # Errors
 /// A kind that is not one, a harmonic model without a generator.
 pub(super) fn tried_kinds(
+    files: &Files,
     list: &str,
     generator: Option<&str>,
     degree: Option<usize>,
@@ -156,7 +157,7 @@ pub(super) fn tried_kinds(
                     checked_degree(degree)?.map_or_else(|| TRIED_DEGREES.collect(), |d| vec![d]);
                 for generator in generators.split(',').map(str::trim) {
                     let kind = TriedKind::Harmonic {
-                        generator: generator_choice(generator)?,
+                        generator: generator_choice(files, generator)?,
                         degrees: degrees.clone(),
                         loss: loss.into(),
                     };

@@ -2,17 +2,17 @@
 
 use super::output;
 use crate::design::Design;
-use crate::store::{self, StoreError, World};
+use crate::store::{self, Files, StoreError, World};
 use std::path::Path;
 
 /// Opens a file, or a built-in design where no file has that name.
 ///
 /// # Errors
 /// Those of opening it.
-pub fn open_named(design: &Path) -> Result<World, StoreError> {
+pub fn open_named(files: &Files, design: &Path) -> Result<World, StoreError> {
     match builtin_name(design) {
         Some(name) => store::open_builtin(name),
-        None => store::open_design(design),
+        None => files.open_design(design),
     }
 }
 
@@ -20,10 +20,10 @@ pub fn open_named(design: &Path) -> Result<World, StoreError> {
 ///
 /// # Errors
 /// Those of opening it.
-pub fn open_named_without_meshes(design: &Path) -> Result<World, StoreError> {
+pub fn open_named_without_meshes(files: &Files, design: &Path) -> Result<World, StoreError> {
     match builtin_name(design) {
         Some(name) => store::open_builtin_without_meshes(name),
-        None => store::open_design_without_meshes(design),
+        None => files.open_design_without_meshes(design),
     }
 }
 

@@ -9,7 +9,7 @@ use super::output::{self, Format, OutsideArg};
 use super::tool_reader::ToolReader;
 use crate::calibration::pivot::{Pivot, PivotLimits, pivot};
 use crate::formats::points;
-use crate::store;
+use crate::store::Files;
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -81,18 +81,20 @@ pub struct PivotArgs {
 ///
 /// # Errors
 /// Files that can't be used, and recordings that cannot answer, with the reason.
-pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
+pub fn run(args: &PivotArgs, files: &Files) -> anyhow::Result<()> {
+    let tips_output = files.optional_output(args.output.as_deref())?;
+    let tip_frame = files.optional_output(args.spin.tip_frame())?;
     let limits = PivotLimits {
         min_poses: args.min_poses,
         min_range_rad: args.min_range_deg.to_radians(),
         min_turn_rad: args.min_turn_deg.to_radians(),
         max_rms_mm: args.max_rms_mm,
     };
-    let mut reader = reader(args)?;
+    let mut reader = reader(args, files)?;
     let pivoted = match args.recordings.as_slice() {
         [] => None,
-        files => {
-            let poses = reader.read_all(files.iter().map(PathBuf::as_path))?;
+        recordings => {
+            let poses = reader.read_all(recordings.iter().map(PathBuf::as_path))?;
             Some(pivot(&poses, &limits).context("no tip")?)
         }
     };
@@ -104,21 +106,20 @@ pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
         None => args.spin.tip().map(|tip| (tip, 0.0)),
     };
     let shaft = args.spin.shaft(&mut reader, &limits, tip)?;
-    if let Some(output) = &args.output {
+    if let Some(output) = &tips_output {
         let Some((tip, _)) = tip else {
             bail!("--tips: found no tip, expected recordings around one point, or --tip X,Y,Z");
         };
         let poses = reader.read_all(args.tips.iter().map(PathBuf::as_path))?;
         let tips: Vec<Point3<f64>> = poses.iter().map(|pose| pose * tip).collect();
-        store::write_atomic(output, |out| points::write(out, &tips))?;
+        output.write(|out| points::write(out, &tips))?;
     }
     if args.calbody.is_some() && !reader.has_used_base {
         output::note(
             "note: --calbody was not used: no recording has markers of the EM tracker's base",
         );
     }
-    args.spin
-        .write_tip_frame(shaft.as_ref(), tip.map(|(tip, _)| tip))?;
+    SpinArgs::write_tip_frame(tip_frame.as_ref(), shaft.as_ref(), tip.map(|(tip, _)| tip))?;
     match args.format {
         Format::Json => {
             let mut value = pivoted.as_ref().map_or_else(|| json!({}), as_json);
@@ -138,13 +139,13 @@ pub fn run(args: &PivotArgs) -> anyhow::Result<()> {
     }
 }
 
-fn reader(args: &PivotArgs) -> anyhow::Result<ToolReader> {
-    let mut reader = ToolReader::of_tool(args.tool.as_deref());
+fn reader<'a>(args: &PivotArgs, files: &'a Files) -> anyhow::Result<ToolReader<'a>> {
+    let mut reader = ToolReader::of_tool(files, args.tool.as_deref());
     if let Some(file) = &args.environment {
-        reader.room = Some((store::read_environment(file)?, args.outside.into()));
+        reader.room = Some((files.read_environment(file)?, args.outside.into()));
     }
     if let Some(file) = &args.calbody {
-        reader.base = Some(store::read_calbody(file)?.optical_on_base);
+        reader.base = Some(files.read_calbody(file)?.optical_on_base);
     }
     Ok(reader)
 }

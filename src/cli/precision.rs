@@ -3,7 +3,7 @@
 use super::output::{self, Format};
 use crate::accuracy::precision::page::{self, PICTURE};
 use crate::accuracy::precision::{self, Report, Settings};
-use crate::store;
+use crate::store::{self, Files};
 use crate::task::Task;
 use anyhow::Context;
 use clap::Args;
@@ -34,9 +34,9 @@ pub struct PrecisionArgs {
 ///
 /// # Errors
 /// A design that can't be used, a folder that can't be written to.
-pub fn run(args: &PrecisionArgs) -> anyhow::Result<()> {
+pub fn run(args: &PrecisionArgs, files: &Files) -> anyhow::Result<()> {
     let world = match &args.design {
-        Some(file) => store::open_design_without_meshes(file)?,
+        Some(file) => files.open_design_without_meshes(file)?,
         None => store::open_builtin_without_meshes(store::DEFAULT_BUILTIN)?,
     };
     let design = world.document.design();
@@ -59,7 +59,7 @@ pub fn run(args: &PrecisionArgs) -> anyhow::Result<()> {
     let report = precision::run(&scenario, &settings, &task)?;
     bar.finish_and_clear();
     if let Some(folder) = &args.output {
-        write(&report, &design.name, folder)?;
+        write(files, &report, &design.name, folder)?;
     }
     match args.format {
         Format::Json => output::print_json(&report.rows().collect::<Vec<_>>()),
@@ -67,10 +67,8 @@ pub fn run(args: &PrecisionArgs) -> anyhow::Result<()> {
     }
 }
 
-fn write(report: &Report, design: &str, folder: &Path) -> anyhow::Result<()> {
-    let put = |name: &str, bytes: &[u8]| {
-        store::write_atomic(&folder.join(name), |out| out.write_all(bytes))
-    };
+fn write(files: &Files, report: &Report, design: &str, folder: &Path) -> anyhow::Result<()> {
+    let put = |name: &str, bytes: &[u8]| files.output(&folder.join(name))?.write_bytes(bytes);
     for family in report.families.iter().filter(|f| f.left_out.is_none()) {
         let svg = page::chart(family).to_svg(PICTURE);
         put(&family.what.picture(), svg.as_bytes())?;

@@ -8,12 +8,16 @@ use super::output::{self, Format, Shown};
 use super::simulate::note_world;
 use super::verify::FrameArg;
 use crate::design::{Decision, Edit, Origin, ProcedureEdit};
-use crate::store::{self, ProcedureWish, World};
+use crate::store::{self, Files, ProcedureWish, StoreError, World};
 use crate::study::agreement::BuiltRecording;
 use crate::study::procedure::{Standing, Step};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
+
+/// Times that a design is judged while others save it. Each time somebody else got on, so that this
+/// many are always enough but for a program that does nothing but save.
+const ATTEMPTS: usize = 100;
 
 #[derive(Debug, Args)]
 pub struct ProcedureArgs {
@@ -110,38 +114,19 @@ impl From<StepArg> for Step {
 ///
 /// # Errors
 /// Files that can't be used, a built-in design that is to be changed, a step that cannot be decided.
-pub fn run(args: &ProcedureArgs) -> anyhow::Result<()> {
-    let mut world = open_named_without_meshes(&args.design)?;
-    let is_changing = args.decide.is_some()
-        || args.withdraw.is_some()
-        || !args.add_room.is_empty()
-        || !args.remove_room.is_empty();
-    if is_changing && let Origin::BuiltIn(name) = world.document.origin() {
-        bail!("the built-in design {name} is read-only, expected a design of your own");
-    }
-    note_world(&world);
-    change_rooms(args, &mut world)?;
-    if let Some(step) = args.withdraw {
-        let edit = ProcedureEdit::Withdraw { step: step.into() };
-        apply(args, &mut world, edit)?;
-    }
-    let wish = ProcedureWish {
-        rooms_for_now: args.environment.clone(),
-        recording: recording(args, &world)?,
+pub fn run(args: &ProcedureArgs, files: &Files) -> anyhow::Result<()> {
+    let mut attempts = ATTEMPTS;
+    let (world, found) = loop {
+        attempts -= 1;
+        match judge_and_save(args, files) {
+            Err(error) if attempts > 0 && is_changed_meanwhile(&error) => {
+                output::note(
+                    "note: the design was saved by somebody else meanwhile; judging it anew",
+                );
+            }
+            other => break other?,
+        }
     };
-    let shown = Shown::new("judging");
-    let found = store::procedure(&world, &wish, &shown.task, &|note| {
-        output::note(&format!("note: {note}"));
-    });
-    drop(shown);
-    let mut found = found?;
-    if let Some(step) = args.decide {
-        decide(args, &mut world, step.into(), &found)?;
-        found.decide(step.into());
-    }
-    if is_changing {
-        store::save(&mut world)?;
-    }
     let procedure = &world.document.design().procedure;
     match args.format {
         Format::Json => {
@@ -152,7 +137,49 @@ pub fn run(args: &ProcedureArgs) -> anyhow::Result<()> {
     }
 }
 
-fn change_rooms(args: &ProcedureArgs, world: &mut World) -> anyhow::Result<()> {
+/// Whether nothing was saved because somebody else did between reading and saving.
+fn is_changed_meanwhile(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(StoreError::ChangedOnDisk { .. }))
+}
+
+fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World, Standing)> {
+    let mut world = open_named_without_meshes(files, &args.design)?;
+    let is_changing = args.decide.is_some()
+        || args.withdraw.is_some()
+        || !args.add_room.is_empty()
+        || !args.remove_room.is_empty();
+    if is_changing && let Origin::BuiltIn(name) = world.document.origin() {
+        bail!("the built-in design {name} is read-only, expected a design of your own");
+    }
+    note_world(&world);
+    change_rooms(args, files, &mut world)?;
+    if let Some(step) = args.withdraw {
+        let edit = ProcedureEdit::Withdraw { step: step.into() };
+        apply(args, &mut world, edit)?;
+    }
+    let wish = ProcedureWish {
+        rooms_for_now: args.environment.clone(),
+        recording: recording(args, &world)?,
+    };
+    let shown = Shown::new("judging");
+    let found = store::procedure(files, &world, &wish, &shown.task, &|note| {
+        output::note(&format!("note: {note}"));
+    });
+    drop(shown);
+    let mut found = found?;
+    if let Some(step) = args.decide {
+        decide(args, &mut world, step.into(), &found)?;
+        found.decide(step.into());
+    }
+    if is_changing {
+        for kept in store::save(&mut world)?.kept {
+            output::note(&format!("note: {kept}"));
+        }
+    }
+    Ok((world, found))
+}
+
+fn change_rooms(args: &ProcedureArgs, files: &Files, world: &mut World) -> anyhow::Result<()> {
     for file in &args.remove_room {
         let room = store::further_room(world, file)?.map(str::to_owned);
         let Some(room) = room else {
@@ -170,7 +197,7 @@ fn change_rooms(args: &ProcedureArgs, world: &mut World) -> anyhow::Result<()> {
     }
     for file in &args.add_room {
         // One that cannot be read is not added.
-        store::read_environment(file)?;
+        files.read_environment(file)?;
         let is_own = store::own_room(world)? == store::RoomPlace::of_file(file);
         if is_own || store::further_room(world, file)?.is_some() {
             bail!(

@@ -7,7 +7,7 @@ use crate::calibration::registration_error::{PointSpread, fle_rms_mm};
 use crate::formats::number::shortest;
 use crate::formats::poses;
 use crate::geometry::pose::pose_to_array;
-use crate::store;
+use crate::store::Files;
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -60,9 +60,9 @@ pub struct RegisterArgs {
 ///
 /// # Errors
 /// Files that can't be used, and points that determine no pose, with the reason.
-pub fn run(args: &RegisterArgs) -> anyhow::Result<()> {
-    let source = store::read_points(&args.source)?;
-    let target = store::read_points(&args.target)?;
+pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
+    let source = files.read_points(&args.source)?;
+    let target = files.read_points(&args.target)?;
     let registration = register(&source, &target)
         .with_context(|| format!("{} and {}", args.source.display(), args.target.display()))?;
     let fle_mm = args
@@ -90,12 +90,14 @@ pub fn run(args: &RegisterArgs) -> anyhow::Result<()> {
         );
     }
     if let (Some(at), Some(output)) = (&args.at, &args.output) {
-        let points = store::read_points(at)?;
-        store::write_atomic(output, |out| found.write_moved(out, &points))?;
+        let points = files.read_points(at)?;
+        files
+            .output(output)?
+            .write(|out| found.write_moved(out, &points))?;
     }
     if let Some(file) = &args.transform {
         let pose = [&found.registration.target_from_source];
-        store::write_atomic(file, |out| poses::write(out, pose))?;
+        files.output(file)?.write(|out| poses::write(out, pose))?;
     }
     match args.format {
         Format::Json => output::print_json(&found.as_json()),

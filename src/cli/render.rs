@@ -11,7 +11,7 @@ use crate::editor::picture::{ComparedDesigns, Desk, StudyTrial};
 use crate::editor::state::{Selected, Selection, Workspace};
 use crate::editor::{picture, preflight};
 use crate::geometry::orbit::{Axis, OrbitCamera};
-use crate::store::{self, World};
+use crate::store::{self, Files, World};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -177,7 +177,8 @@ impl FromStr for LayerList {
 ///
 /// # Errors
 /// A design that cannot be opened, no graphics adapter, or a file that cannot be written.
-pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
+pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
+    let output = files.output(&args.output)?;
     let is_png = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("png");
     if !args.video.is_wanted() && !args.output.extension().is_some_and(is_png) {
         bail!(
@@ -186,7 +187,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         );
     }
     refuse_unused(args)?;
-    let mut world = open_named(&args.design)?;
+    let mut world = open_named(files, &args.design)?;
     note_meshes(&world);
     preflight::adapter().context("cannot render")?;
     let size = args.size.0;
@@ -238,10 +239,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         },
     };
     if args.video.is_wanted() {
-        return args.video.run(world, size, desk, &args.output);
+        return args.video.run(world, size, desk, &output);
     }
     let png = picture::png(world, size, desk)?;
-    store::write_atomic(&args.output, |file| file.write_all(&png))
+    output
+        .write_bytes(&png)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     Ok(())
 }

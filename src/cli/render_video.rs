@@ -5,8 +5,9 @@ use super::numbers::above_zero;
 use super::output;
 use crate::editor::film::{FilmMove, film};
 use crate::editor::picture::{Desk, Picture, PictureError};
+use crate::formats::signature::MP4;
 use crate::store::{
-    self, ENCODER, FrameFolder, StoreError, VideoError, VideoFile, VideoShape, World,
+    self, ENCODER, FrameFolder, Output, StoreError, VideoError, VideoFile, VideoShape, World,
 };
 use crate::study::{Mode, trial_count};
 use anyhow::{Context, bail};
@@ -55,7 +56,7 @@ struct MoveArgs {
 }
 
 /// Where frames go.
-enum Output {
+enum Frames {
     Video(VideoFile),
     Pictures(FrameFolder),
 }
@@ -86,7 +87,14 @@ impl VideoArgs {
     /// # Errors
     /// A design without a range of motion, a size that no video has, an encoder that fails, a file or
     /// folder that cannot be written.
-    pub fn run(&self, world: World, size: [u32; 2], desk: Desk, to: &Path) -> anyhow::Result<()> {
+    pub fn run(
+        &self,
+        world: World,
+        size: [u32; 2],
+        desk: Desk,
+        output: &Output,
+    ) -> anyhow::Result<()> {
+        let to = output.file();
         let what = self.what(&world)?;
         let frames = self.frames(what)?;
         let shape = VideoShape {
@@ -95,6 +103,9 @@ impl VideoArgs {
         };
         shape.check().context("--size")?;
         check_name(to)?;
+        if !is_folder(to) {
+            output.expect_kind(MP4)?;
+        }
         if let FilmMove::Motion { trials } = what
             && trials > frames
         {
@@ -107,7 +118,7 @@ impl VideoArgs {
         let is_interrupted = Arc::new(AtomicBool::new(false));
         // Begun with the first frame: until then nothing is there to be cleared away, and a signal
         // ends the program as it ends any.
-        let mut begun: Option<(Output, PathBuf)> = None;
+        let mut begun: Option<(Frames, PathBuf)> = None;
         let filmed = film(world, size, desk, what, frames, |index, picture| {
             if is_interrupted.load(Ordering::Relaxed) {
                 return Err(FilmError::Interrupted);
@@ -126,10 +137,10 @@ impl VideoArgs {
         }
         filmed.with_context(|| format!("cannot write {}", to.display()))?;
         match begun {
-            Some((Output::Video(file), _)) => file
+            Some((Frames::Video(file), _)) => file
                 .finish()
                 .with_context(|| format!("cannot write {}", to.display())),
-            Some((Output::Pictures(folder), video)) => {
+            Some((Frames::Pictures(folder), video)) => {
                 output::print(&folder.command(&video, frames, self.fps))
             }
             None => bail!("{}: no frame was painted", to.display()),
@@ -163,7 +174,7 @@ impl VideoArgs {
     }
 }
 
-impl Output {
+impl Frames {
     fn take(&mut self, index: usize, picture: Picture) -> Result<(), FilmError> {
         match self {
             Self::Video(file) => file.frame(&picture.rgba()?)?,
@@ -196,7 +207,7 @@ fn begin(
     to: &Path,
     shape: VideoShape,
     is_interrupted: &Arc<AtomicBool>,
-) -> anyhow::Result<(Output, PathBuf)> {
+) -> anyhow::Result<(Frames, PathBuf)> {
     let is_interrupted = Arc::clone(is_interrupted);
     ctrlc::set_handler(move || is_interrupted.store(true, Ordering::Relaxed))
         .context("Ctrl+C cannot be listened for")?;
@@ -204,18 +215,18 @@ fn begin(
 }
 
 /// An encoder where a video is wanted and there is one, else a folder; and what the video is called.
-fn output_at(to: &Path, shape: VideoShape) -> anyhow::Result<(Output, PathBuf)> {
+fn output_at(to: &Path, shape: VideoShape) -> anyhow::Result<(Frames, PathBuf)> {
     if is_folder(to) {
         // Beside the folder, under its name.
         let mut video = to.file_name().unwrap_or("video".as_ref()).to_owned();
         video.push(".mp4");
         return Ok((
-            Output::Pictures(FrameFolder::new(to)?),
+            Frames::Pictures(FrameFolder::new(to)?),
             to.with_file_name(video),
         ));
     }
     if let Some(file) = VideoFile::start(ENCODER, to, shape)? {
-        return Ok((Output::Video(file), to.to_owned()));
+        return Ok((Frames::Video(file), to.to_owned()));
     }
     let folder = FrameFolder::beside(to);
     output::note(&format!(
@@ -223,7 +234,7 @@ fn output_at(to: &Path, shape: VideoShape) -> anyhow::Result<(Output, PathBuf)> 
          printed at the end",
         folder.display()
     ));
-    Ok((Output::Pictures(FrameFolder::new(&folder)?), to.to_owned()))
+    Ok((Frames::Pictures(FrameFolder::new(&folder)?), to.to_owned()))
 }
 
 /// On a terminal by a bar, elsewhere in a line now and then.

@@ -5,7 +5,7 @@ use super::output::{self, Shown};
 use super::simulate::{ModeArg, mode_arg, mode_of, note_world};
 use crate::report::page::{Extras, Report, ReportedStudy, Slide, TableSection, workshop_section};
 use crate::scene::{self, Ground, SceneWish};
-use crate::store::{self, World};
+use crate::store::{self, Files, World};
 use crate::study::CancelToken;
 use crate::study::tolerance::manufacturing_sheet;
 use anyhow::Context;
@@ -43,16 +43,17 @@ pub struct ReportArgs {
 ///
 /// # Errors
 /// Files that can't be used, a place that can't be written to.
-pub fn run(args: &ReportArgs) -> anyhow::Result<()> {
+pub fn run(args: &ReportArgs, files: &Files) -> anyhow::Result<()> {
     let mode = mode_arg(args.mode, args.input.as_deref())?;
     let date = store::today()?.to_string();
-    let world = open_named(&args.design)?;
+    let world = open_named(files, &args.design)?;
     let mode = mode.unwrap_or(match world.document.design().motion {
         Some(_) => ModeArg::Motion,
         None => ModeArg::Single,
     });
-    let mode = mode_of(mode, args.input.as_deref(), &world)?;
+    let mode = mode_of(files, mode, args.input.as_deref(), &world)?;
     let file = store::report_file(&args.output, &own_name(&args.design))?;
+    let output = files.output(&file)?;
     note_world(&world);
     note_meshes(&world);
     for missing in world.document.missing_layers(&world.environment) {
@@ -74,7 +75,7 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<()> {
         extras,
     }
     .to_html();
-    store::write_atomic(&file, |out| out.write_all(html.as_bytes()))?;
+    output.write_bytes(html.as_bytes())?;
     let megabytes = html.len() as f64 / 1e6;
     output::print(&format!("{}: {megabytes:.2} MB", file.display()))
 }

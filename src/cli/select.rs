@@ -18,7 +18,7 @@ use crate::field::selection::{
 use crate::geometry::directions::DirectionSet;
 use crate::report::room::{map_name, method_name};
 use crate::report::{learning_chart, selection, selection_chart};
-use crate::store;
+use crate::store::Files;
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -141,19 +141,24 @@ pub struct SelectArgs {
 ///
 /// # Errors
 /// Files that can't be used, lists that name nothing to try, rows that can't be folded.
-pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
+pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
+    let environment = files.optional_output(args.output.as_deref())?;
+    let plot = files.optional_output(args.plot.as_deref())?;
+    let curve_output = files.optional_output(args.learning_curve.as_deref())?;
     let mut settings = settings(args)?;
-    let samples = read(&args.data, args.sensors, settings.map)?;
+    let samples = read(files, &args.data, args.sensors, settings.map)?;
     if args.directions.is_none() && !samples.has_rotations {
         settings.direction_sets = vec![DirectionSet::One];
     }
     let labels = choose::row_labels(
+        files,
         &args.data,
         &samples,
         args.group.as_deref(),
         args.hold_out.as_ref(),
     )?;
     let kinds = tried_kinds(
+        files,
         &args.models,
         args.generator.as_deref(),
         args.degree,
@@ -177,7 +182,7 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
         text.push('\n');
         text.push_str(&kinds::lines(choice, chosen.by.as_deref()).join("\n"));
     }
-    if let Some(output) = &args.output {
+    if let Some(output) = &environment {
         let target = Target {
             data: &args.data,
             output,
@@ -194,22 +199,22 @@ pub fn run(args: &SelectArgs) -> anyhow::Result<()> {
         let model = best.map_or(RoomModel::PAPER, |kind| kind.model.clone());
         let room = fit_and_write(&target, &model, &fit_settings, &samples, None)?;
         value["fit"] = fit_json(&fit_settings, &room);
-        text.push_str(&format!("\nwritten to {}", output.display()));
+        text.push_str(&format!("\nwritten to {}", output.file().display()));
     }
-    if let Some(plot) = &args.plot {
+    if let Some(plot) = &plot {
         let chart = selection_chart::chart(&file_name(&args.data), &chosen.selection);
         let svg = chart.to_svg(CHART_SIZE);
-        store::write_atomic(plot, |out| out.write_all(svg.as_bytes()))?;
-        text.push_str(&format!("\ndrawn to {}", plot.display()));
+        plot.write_bytes(svg.as_bytes())?;
+        text.push_str(&format!("\ndrawn to {}", plot.file().display()));
     }
-    if let (Some(file), Some(points)) = (&args.learning_curve, &curve) {
+    if let (Some(output), Some(points)) = (&curve_output, &curve) {
         value["learning_curve"] = kinds::curve_json(points);
         let chart = learning_chart::chart(&file_name(&args.data), points);
         let svg = chart.to_svg(CHART_SIZE);
-        store::write_atomic(file, |out| out.write_all(svg.as_bytes()))?;
+        output.write_bytes(svg.as_bytes())?;
         text.push('\n');
         text.push_str(&kinds::curve_lines(points).join("\n"));
-        text.push_str(&format!("\ndrawn to {}", file.display()));
+        text.push_str(&format!("\ndrawn to {}", output.file().display()));
     }
     match args.format {
         Format::Json => output::print_json(&value),

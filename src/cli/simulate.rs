@@ -8,8 +8,8 @@ use super::output::{self, Format, OutsideArg};
 use super::uncertainty::UncertaintyArgs;
 use crate::field::samples::MapKind;
 use crate::geometry::pose::pose_to_array;
-use crate::store::{self, World};
-use crate::study::requirement::Check;
+use crate::store::{self, Files, Output, World};
+use crate::study::expected::{BoundVerdict, JudgedBound, judged, requirement_figures};
 use crate::study::support::{SupportSurvey, support_rows};
 use crate::study::{
     self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial, figure_rows,
@@ -86,13 +86,14 @@ pub(super) enum ModeArg {
 ///
 /// # Errors
 /// Files that can't be used, a range of motion that can't be visited.
-pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
+pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let asked = asked_mode(args)?;
     if args.body == BodyArg::Crf {
-        return crf::run(args, asked);
+        return crf::run(args, asked, files);
     }
-    let world = store::open_design_without_meshes(&args.design)?;
-    let mode = mode_of(asked, args.input.as_deref(), &world)?;
+    let log = files.optional_output(args.log.as_deref())?;
+    let world = files.open_design_without_meshes(&args.design)?;
+    let mode = mode_of(files, asked, args.input.as_deref(), &world)?;
     let design = world.document.design();
     let environment = args.uncertainty.environment(&world.environment)?;
     let mut scenario = store::resolve(design, &environment);
@@ -110,7 +111,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         false => None,
         true => Some(survey(&scenario, &mode).with_context(|| args.design.display().to_string())?),
     };
-    let (outcome, last) = simulate(&scenario, &mode, args.log.as_deref())
+    let (outcome, last) = simulate(&scenario, &mode, log.as_ref())
         .with_context(|| args.design.display().to_string())?;
     if args.explain {
         for line in study::explain(&scenario, &outcome) {
@@ -122,15 +123,15 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     if args.explain {
         output::note(&expected::explained(expected.as_ref()).to_string());
     }
-    let checks = &outcome.figures.checks;
-    let needed = expected::needed(&scenario, &mode, expected.as_ref(), checks)
+    let figures = &outcome.figures;
+    let needed = expected::needed(&scenario, &mode, expected.as_ref(), figures)
         .with_context(|| args.design.display().to_string())?;
     let single = last.filter(|_| asked == ModeArg::Single);
     match args.format {
         Format::Json => {
             let mut value = as_json(&outcome.figures, single.as_ref());
             if let Some(expected) = &expected {
-                expected::add_json(&mut value, expected, checks);
+                expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
             }
             expected::add_needed(&mut value, &needed);
             if let Some(report) = &uncertainty {
@@ -190,13 +191,18 @@ pub(super) fn mode_arg(
 ///
 /// # Errors
 /// Input data without a table, or with one that can't be used.
-pub(super) fn mode_of(mode: ModeArg, input: Option<&Path>, world: &World) -> anyhow::Result<Mode> {
+pub(super) fn mode_of(
+    files: &Files,
+    mode: ModeArg,
+    input: Option<&Path>,
+    world: &World,
+) -> anyhow::Result<Mode> {
     Ok(match (mode, input) {
         (ModeArg::Single, _) => Mode::Single,
         (ModeArg::Motion, _) => Mode::Motion,
         (ModeArg::Input, Some(file)) => {
             let has_crf = world.document.design().crf.is_some();
-            Mode::Input(store::read_input(file, has_crf)?.into())
+            Mode::Input(files.read_input(file, has_crf)?.into())
         }
         (ModeArg::Input, None) => anyhow::bail!("--mode input needs --input FILE"),
     })
@@ -206,9 +212,9 @@ pub(super) fn mode_of(mode: ModeArg, input: Option<&Path>, world: &World) -> any
 ///
 /// # Errors
 /// As [`run`].
-pub fn main_job(design: Option<&Path>) -> anyhow::Result<()> {
+pub fn main_job(design: Option<&Path>, files: &Files) -> anyhow::Result<()> {
     let world = match design {
-        Some(file) => store::open_design_without_meshes(file)?,
+        Some(file) => files.open_design_without_meshes(file)?,
         None => store::open_builtin_without_meshes(store::DEFAULT_BUILTIN)?,
     };
     let scenario = store::resolve(world.document.design(), &world.environment);
@@ -253,7 +259,7 @@ fn survey(scenario: &Scenario, mode: &Mode) -> anyhow::Result<SupportSurvey> {
 fn simulate(
     scenario: &Scenario,
     mode: &Mode,
-    log_file: Option<&Path>,
+    log: Option<&Output>,
 ) -> anyhow::Result<(Outcome, Option<Trial>)> {
     let trials = match (mode, &scenario.motion) {
         (Mode::Motion, Some(motion)) => motion.grid(&scenario.crf_from_tool)?.trials(),
@@ -267,9 +273,9 @@ fn simulate(
         last = Some(*trial);
     };
     let cancel = CancelToken::default();
-    let outcome = match log_file {
+    let outcome = match log {
         None => study::run(scenario, mode, &cancel, Some(&mut visit))?,
-        Some(file) => store::write_log(file, scenario, mode, &cancel, &mut visit)?,
+        Some(log) => store::write_log(log, scenario, mode, &cancel, &mut visit)?,
     };
     bar.finish_and_clear();
     Ok((outcome, last))
@@ -284,9 +290,7 @@ fn as_json(figures: &Figures, single: Option<&Trial>) -> Value {
         "position_mm": figures.position_mm,
         "angle_deg": figures.angle_deg,
         "worst": figures.worst,
-        "requirement": figures.requirement_met().map(|met| {
-            json!({"met": met, "checks": figures.checks})
-        }),
+        "requirement": requirement_figures(figures),
         "poorly_determined": figures.poorly_determined,
     });
     if let Some(free) = &figures.free_axis {
@@ -362,18 +366,10 @@ fn as_text(
         ));
     }
     match expected {
-        Some(expected) => lines.extend(expected::requirement_lines(expected, &figures.checks)),
-        None => lines.extend(figures.checks.iter().map(check_line)),
+        Some(expected) => lines.extend(expected::requirement_lines(expected, figures)),
+        None => lines.extend(judged(figures, None).iter().map(bound_line)),
     }
-    if let Some(free) = &figures.free_axis {
-        lines.push(match free.axis_in_body {
-            Some([x, y, z]) => format!(
-                "the {}'s sensors do not determine its rotation about ({x:.4}, {y:.4}, {z:.4})",
-                free.body
-            ),
-            None => format!("the {}'s sensors determine no rotation at all", free.body),
-        });
-    }
+    lines.extend(figures.free_axis.map(|free| free.statement()));
     if figures.poorly_determined {
         lines.push("a rotation is poorly determined: noise in the readings decides it".to_owned());
     }
@@ -381,19 +377,18 @@ fn as_text(
 }
 
 /// A bound against the figure of the room's own field.
-fn check_line(c: &Check) -> String {
-    let (verdict, relation) = if c.met {
-        ("met", "≤")
-    } else {
-        ("missed", ">")
+fn bound_line(bound: &JudgedBound) -> String {
+    let relation = match bound.verdict {
+        BoundVerdict::Met => "≤",
+        BoundVerdict::Missed => ">",
+        BoundVerdict::CannotTell => "against",
     };
-    let unit = if c.name.starts_with("angle") {
-        "°"
-    } else {
-        "mm"
-    };
+    let unit = bound.figure.unit();
     format!(
-        "requirement {}: {verdict}, {:.4} {unit} {relation} {} {unit}",
-        c.name, c.value, c.limit
+        "requirement {}: {}, {:.4} {unit} {relation} {} {unit}",
+        bound.name,
+        bound.label(),
+        bound.value,
+        bound.limit
     )
 }

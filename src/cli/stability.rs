@@ -5,7 +5,7 @@ use super::output::{self, Format};
 use crate::accuracy::stability::methods::Own;
 use crate::accuracy::stability::row::Row;
 use crate::accuracy::stability::{Extent, families, page, run as run_battery};
-use crate::store;
+use crate::store::Files;
 use crate::task::Task;
 use anyhow::Context;
 use clap::Args;
@@ -33,7 +33,7 @@ const PROGRESS_STEPS: u64 = 1000;
 ///
 /// # Errors
 /// A folder that cannot be written.
-pub fn run(args: &StabilityArgs) -> anyhow::Result<Ending> {
+pub fn run(args: &StabilityArgs, files: &Files) -> anyhow::Result<Ending> {
     // Before the minutes, not after them.
     if let Some(folder) = &args.output {
         std::fs::create_dir_all(folder)
@@ -53,16 +53,18 @@ pub fn run(args: &StabilityArgs) -> anyhow::Result<Ending> {
     bar.finish_and_clear();
     if let Some(folder) = &args.output {
         write(
+            files,
             folder,
             "stability.md",
             page::markdown(&families, &rows).as_bytes(),
         )?;
         write(
+            files,
             folder,
             "stability.json",
             serde_json::to_string_pretty(&rows)?.as_bytes(),
         )?;
-        write(folder, "stability.csv", &page::csv(&rows)?)?;
+        write(files, folder, "stability.csv", &page::csv(&rows)?)?;
     }
     match args.format {
         Format::Json => output::print_json(&rows)?,
@@ -79,10 +81,8 @@ fn ending(rows: &[Row]) -> Ending {
     }
 }
 
-fn write(folder: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
-    Ok(store::write_atomic(&folder.join(name), |out| {
-        out.write_all(bytes)
-    })?)
+fn write(files: &Files, folder: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+    Ok(files.output(&folder.join(name))?.write_bytes(bytes)?)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use super::output::{self, Format, OutsideArg, Shown};
 use super::simulate::note_world;
 use crate::formats::manufacturing_table;
 use crate::report::manufacturing::{built_check_words, sheet_text};
-use crate::store;
+use crate::store::{self, Files};
 use crate::study::tolerance::{MAX_DRAWS, check_built, manufacturing_sheet};
 use anyhow::Context;
 use clap::Args;
@@ -52,8 +52,9 @@ fn draws(text: &str) -> Result<usize, String> {
 /// # Errors
 /// Files that can't be used. A requirement that is missed, or anything else that leaves no tolerances,
 /// is said in the sheet.
-pub fn run(args: &TolerancesArgs) -> anyhow::Result<Ending> {
-    let world = store::open_design_without_meshes(&args.design)?;
+pub fn run(args: &TolerancesArgs, files: &Files) -> anyhow::Result<Ending> {
+    let csv = files.optional_output(args.csv.as_deref())?;
+    let world = files.open_design_without_meshes(&args.design)?;
     let design = world.document.design();
     let mut scenario = store::resolve(design, &world.environment);
     scenario.outside = args.outside.into();
@@ -76,8 +77,8 @@ pub fn run(args: &TolerancesArgs) -> anyhow::Result<Ending> {
                 .with_context(|| args.design.display().to_string())?
         }
     };
-    if let Some(file) = &args.csv {
-        store::write_atomic(file, |out| manufacturing_table::write(out, &sheet))?;
+    if let Some(csv) = &csv {
+        csv.write(|out| manufacturing_table::write(out, &sheet))?;
     }
     match args.format {
         Format::Json => {

@@ -9,7 +9,7 @@ use crate::field::environment::Environment;
 use crate::formats::pivot_recording::PivotRecording;
 use crate::geometry::directions::DirectionSet;
 use crate::geometry::pose::Pose;
-use crate::store;
+use crate::store::Files;
 use crate::study::figures::with_separators;
 use crate::task::Task;
 use anyhow::{Context, bail};
@@ -17,8 +17,8 @@ use nalgebra::Point3;
 use std::path::Path;
 
 /// What files of the same tool share.
-#[derive(Default)]
-pub(super) struct ToolReader {
+pub(super) struct ToolReader<'a> {
+    files: &'a Files,
     /// A part of the tool's name.
     pub tool: Option<String>,
     /// The room that readings are corrected for, and what happens outside its box.
@@ -34,11 +34,17 @@ pub(super) struct ToolReader {
     has_poses: bool,
 }
 
-impl ToolReader {
-    pub(super) fn of_tool(tool: Option<&str>) -> Self {
+impl<'a> ToolReader<'a> {
+    pub(super) fn of_tool(files: &'a Files, tool: Option<&str>) -> Self {
         Self {
+            files,
             tool: tool.map(str::to_owned),
-            ..Self::default()
+            room: None,
+            tally: Tally::default(),
+            base: None,
+            has_used_base: false,
+            body: None,
+            has_poses: false,
         }
     }
 
@@ -46,12 +52,12 @@ impl ToolReader {
     ///
     /// # Errors
     /// As [`Self::read`].
-    pub(super) fn read_all<'a>(
+    pub(super) fn read_all<'p>(
         &mut self,
-        files: impl IntoIterator<Item = &'a Path>,
+        recordings: impl IntoIterator<Item = &'p Path>,
     ) -> anyhow::Result<Vec<Pose>> {
         let mut poses = Vec::new();
-        for file in files {
+        for file in recordings {
             poses.extend(self.read(file)?);
         }
         Ok(poses)
@@ -63,7 +69,7 @@ impl ToolReader {
     /// Files that can't be used, poses beside markers, markers without an answer.
     fn read(&mut self, file: &Path) -> anyhow::Result<Vec<Pose>> {
         let named = || file.display().to_string();
-        let markers = match store::read_pivot_recording(file)? {
+        let markers = match self.files.read_pivot_recording(file)? {
             PivotRecording::Poses(poses) => return self.poses(file, poses),
             PivotRecording::Tools(recording) => {
                 let track = recording.tool(self.tool.as_deref()).with_context(named)?;

@@ -10,7 +10,7 @@ use crate::design::Design;
 use crate::field::environment::OrientationWeight;
 use crate::formats::agreement_log;
 use crate::report::agreement_chart;
-use crate::store::{self, BuiltToolFailure, BuiltToolNote, BuiltToolTables};
+use crate::store::{self, BuiltToolFailure, BuiltToolNote, BuiltToolTables, Files};
 use crate::study::Scenario;
 use crate::study::agreement::{
     Agreement, AgreementSettings, PivotedError, RecordedFrame, Unknowns, pivoted_tool,
@@ -124,23 +124,25 @@ impl From<FrameArg> for RecordedFrame {
 ///
 /// # Errors
 /// Files that can't be used, recordings that cannot answer, with the reason.
-pub fn run(args: &VerifyArgs) -> anyhow::Result<()> {
-    let world = store::open_design_without_meshes(&args.design)?;
+pub fn run(args: &VerifyArgs, files: &Files) -> anyhow::Result<()> {
+    let log = files.optional_output(args.log.as_deref())?;
+    let chart = files.optional_output(args.chart.as_deref())?;
+    let world = files.open_design_without_meshes(&args.design)?;
     let design = world.document.design();
     let scenario = store::resolve(design, &world.environment);
     note_sizes(design);
     let shown = Shown::new("verifying");
     let (recorded, found) = match args.pivot {
-        true => pivoted(args, design, scenario, &shown)?,
-        false => paired(args, design, scenario, &shown)?,
+        true => pivoted(args, files, design, scenario, &shown)?,
+        false => paired(args, files, design, scenario, &shown)?,
     };
     drop(shown);
-    if let Some(file) = &args.log {
-        store::write_atomic(file, |out| agreement_log::write(out, &found.rows))?;
+    if let Some(log) = &log {
+        log.write(|out| agreement_log::write(out, &found.rows))?;
     }
-    if let Some(file) = &args.chart {
+    if let Some(chart) = &chart {
         let svg = agreement_chart::chart(&design.name, &found).to_svg(CHART_SIZE);
-        store::write_atomic(file, |out| out.write_all(svg.as_bytes()))?;
+        chart.write_bytes(svg.as_bytes())?;
     }
     match args.format {
         Format::Json => output::print_json(&report::as_json(&recorded, &found)),
@@ -170,6 +172,7 @@ fn settings(args: &VerifyArgs) -> AgreementSettings {
 
 fn paired(
     args: &VerifyArgs,
+    files: &Files,
     design: &Design,
     scenario: Scenario,
     shown: &Shown,
@@ -189,7 +192,7 @@ fn paired(
         settings: settings(args),
     };
     let orientation_weight = shown_weight(design, &scenario);
-    let found = store::built_tool(scenario, &tables, &shown.task, &|note| match note {
+    let found = store::built_tool(files, scenario, &tables, &shown.task, &|note| match note {
         BuiltToolNote::CrfLeftOut => output::note(
             "note: no recording of the CRF (--crf): it is left out, and errors are in the tracker's frame",
         ),
@@ -230,6 +233,7 @@ fn in_flags(args: &VerifyArgs, failure: BuiltToolFailure) -> anyhow::Error {
 
 fn pivoted(
     args: &VerifyArgs,
+    files: &Files,
     design: &Design,
     mut scenario: Scenario,
     shown: &Shown,
@@ -240,7 +244,7 @@ fn pivoted(
             "note: a pivoted tool is compared in the tracker's frame: the CRF is left out",
         );
     }
-    let mut reader = ToolReader::of_tool(args.tool.as_deref());
+    let mut reader = ToolReader::of_tool(files, args.tool.as_deref());
     let poses = reader.read_all(args.recorded.iter().map(PathBuf::as_path))?;
     let found = pivoted_tool(&scenario, &poses, &settings(args), &shown.task);
     let found = found.map_err(|error| match error {

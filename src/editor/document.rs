@@ -372,9 +372,10 @@ impl Desk<'_> {
     fn write(&mut self, write: impl FnOnce(&mut store::World) -> Result<SaveReport, StoreError>) {
         let Some(world) = &mut self.world else { return };
         match write(&mut world.0) {
-            Ok(_) => {
+            Ok(report) => {
                 let name = file_name(world.0.document.origin());
-                *self.notice = Notice::Done(format!("Saved {name}"));
+                let kept = report.kept.iter().map(|kept| format!("; {kept}"));
+                *self.notice = Notice::Done(format!("Saved {name}{}", kept.collect::<String>()));
                 self.remember();
                 if let Some(then) = self.after_save.0.take() {
                     self.go_on(then);

@@ -4,6 +4,8 @@
 use super::number::shortest;
 use crate::geometry::pose::pose_to_array;
 use crate::study::comparison::{Comparison, ErrorOf, FIGURES, Figure, Row, Verdict, values};
+use crate::study::expected::requirement_figures;
+use crate::study::figures::Figures;
 use std::io::{self, Write};
 
 /// What designs and rooms are called, by their numbers in the comparison.
@@ -156,7 +158,7 @@ fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
                 .map(|count| count.to_string()),
             );
             cells.extend(values(&figures.position_mm, &figures.angle_deg).map(shortest));
-            cells.push(figures.requirement_met().map(flag).unwrap_or_default());
+            cells.push(requirement_cell(figures));
             cells.push(figures.worst.trial.to_string());
             cells.push(shortest(figures.worst.position_mm));
             cells.push(shortest(figures.worst.angle_deg));
@@ -187,9 +189,20 @@ fn verdict(verdict: Verdict) -> &'static str {
         Verdict::NotTold => "not_told",
         Verdict::Negligible => "negligible",
         Verdict::RoomUnknown => "room_unknown",
+        Verdict::Unsettled => "unsettled",
     }
 }
 
 fn io_error(error: csv::Error) -> io::Error {
     io::Error::other(error)
+}
+
+/// 1 or 0, `cannot_tell`, or nothing without a requirement.
+fn requirement_cell(figures: &Figures) -> String {
+    match requirement_figures(figures) {
+        None => String::new(),
+        Some(requirement) => requirement
+            .met
+            .map_or("cannot_tell".to_owned(), |met| u8::from(met).to_string()),
+    }
 }

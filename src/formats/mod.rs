@@ -32,6 +32,7 @@ pub mod recorded_tool;
 pub mod recording;
 pub mod recovery_file;
 mod ron_text;
+pub mod signature;
 mod support;
 pub mod table;
 #[cfg(test)]

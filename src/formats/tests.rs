@@ -350,6 +350,7 @@ fn the_log_is_one_row_a_trial_with_a_positive_scalar() {
         outside: 2,
         out_of_volume: 0,
         determined_mm: None,
+        free_reach_mm: 0.0,
     };
     let mut out = Vec::new();
     log::write_header(&mut out).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::study::BoundVerdict;
 use crate::study::expected::verdict_of;
-use crate::study::figures::with_separators;
+use crate::study::figures::{capitalised, with_separators};
 use crate::study::requirement::Check;
 use crate::study::tolerance::{
     BuiltBody, BuiltCheck, ManufacturingSheet, NoTolerance, SheetBody, SheetSensor, Tolerance,
@@ -165,7 +165,7 @@ pub fn expected_words(sheet: &ManufacturingSheet) -> Vec<String> {
             bound_label(bound.name),
             bound.value,
             bound.limit,
-            bound.verdict.label()
+            bound.label()
         )
     });
     let mut words = vec![format!(
@@ -206,17 +206,7 @@ pub fn sheet_text(sheet: &ManufacturingSheet) -> String {
         None => lines.extend(tolerances(sheet)),
     }
     if let Some(free) = &sheet.free_axis {
-        lines.push(match free.axis_in_body {
-            Some([x, y, z]) => format!(
-                "Note: the {}'s sensors do not determine its rotation about ({x:.4}, {y:.4}, {z:.4}); figures and \
-                 tolerances take the true one.",
-                free.body
-            ),
-            None => format!(
-                "Note: the {}'s sensors determine no rotation at all; figures and tolerances take the true one.",
-                free.body
-            ),
-        });
+        lines.push(format!("Note: {}.", free.statement()));
     }
     if sheet.poorly_determined {
         lines.push("Note: a rotation is poorly determined: the least error decides it.".to_owned());
@@ -232,7 +222,11 @@ fn poses(sheet: &ManufacturingSheet) -> String {
 }
 
 fn geometry(body: &SheetBody) -> Vec<String> {
-    let mut lines = vec![format!("{} {:?}", capital(role_name(body.role)), body.name)];
+    let mut lines = vec![format!(
+        "{} {:?}",
+        capitalised(role_name(body.role)),
+        body.name
+    )];
     lines.extend(frame_words(body));
     let three = |v: [f64; 3], decimals: usize| v.map(|c| format!("{:.decimals$}", c + 0.0));
     let empty = || [const { String::new() }; 3];
@@ -364,13 +358,6 @@ fn head(what: &str, is_short: bool) -> Vec<String> {
     ];
     let count = if is_short { 3 } else { 5 };
     head.into_iter().take(count).map(str::to_owned).collect()
-}
-
-fn capital(word: &str) -> String {
-    let mut chars = word.chars();
-    chars.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(chars).collect()
-    })
 }
 
 /// Columns as wide as they have to be: numbers to the right, words to the left.

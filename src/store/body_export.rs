@@ -4,8 +4,9 @@ use super::error::StoreError;
 use super::open::{World, home};
 use super::place::Place;
 use super::save::free_name;
-use super::tool::{body_format_of, is_same_file, write_body, write_definition};
+use super::tool::{body_format_of, body_text, is_same_file};
 use super::watch::watched_files;
+use super::write::write_bytes;
 use crate::design::{BodyRole, DesignBody};
 use crate::formats::BodyFile;
 use crate::formats::tool_definition::{BodyFormat, Conversion, DefinitionKind, Lost, from_body};
@@ -91,8 +92,11 @@ impl BodyExport {
     /// [`StoreError::Write`].
     pub fn write(&self) -> Result<(), StoreError> {
         match &self.conversion {
-            Some(conversion) => write_definition(&self.file, &conversion.definition),
-            None => write_body(&self.file, &self.body, &self.source),
+            Some(conversion) => write_bytes(&self.file, &conversion.definition.write()),
+            None => {
+                let text = body_text(&self.body, &self.source, &self.file);
+                write_bytes(&self.file, text.as_bytes())
+            }
         }
     }
 }
@@ -125,7 +129,8 @@ pub fn definition_name(body: &DesignBody, folder: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{open_builtin, read_tool, save_as};
+    use super::super::tool::read_tool;
+    use super::super::{open_builtin, save_as};
     use super::*;
     use crate::formats::tool_definition::OnMismatch;
     use std::fs;

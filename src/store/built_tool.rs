@@ -1,7 +1,7 @@
 //! The built tool's tables against its design: read, paired, predicted, compared.
 
 use super::error::StoreError;
-use super::read::read_recorded_tool;
+use super::files::Files;
 use crate::calibration::built_tool::{
     BodySource, BuiltToolError, RecordedBody, recorded_body, same_moments,
 };
@@ -108,6 +108,7 @@ pub enum BuiltToolFailure {
 /// # Errors
 /// See [`BuiltToolFailure`].
 pub fn built_tool(
+    files: &Files,
     mut scenario: Scenario,
     tables: &BuiltToolTables,
     task: &Task,
@@ -116,7 +117,7 @@ pub fn built_tool(
     scenario.outside = tables.settings.outside;
     let weight_mm = scenario.orientation_weight_mm;
     let read = |file: &Path, body: &RigidBody, whole: Option<&str>| {
-        read_body(file, body, weight_mm, whole, note)
+        read_body(files, file, body, weight_mm, whole, note)
     };
     let tool = read(tables.tool, &scenario.tool, tables.whole)?;
     let (mut crf_rows_left_out, mut without_crf, mut without_tool) = (0, 0, 0);
@@ -238,13 +239,14 @@ fn told_mismatch(scenario: &Scenario, rows: &[AgreementRow]) -> Option<FrameMism
 }
 
 fn read_body(
+    files: &Files,
     file: &Path,
     body: &RigidBody,
     orientation_weight_mm: f64,
     whole: Option<&str>,
     note: &dyn Fn(BuiltToolNote),
 ) -> Result<RecordedBody, BuiltToolFailure> {
-    let table = read_recorded_tool(file)?;
+    let table = files.read_recorded_tool(file)?;
     let found = recorded_body(&table, body, orientation_weight_mm, whole).map_err(|cause| {
         BuiltToolFailure::Table {
             file: file.to_owned(),

@@ -124,7 +124,7 @@ mod tests {
     use crate::formats::{body, design_file, environment};
     use crate::geometry::directions::DirectionSet;
     use crate::geometry::volume::Volume;
-    use crate::store::{open_builtin, read_measurements, resolve, write_environment};
+    use crate::store::{Files, open_builtin, resolve};
     use crate::study::{CancelToken, Mode, run};
     use crate::task::Task;
     use std::sync::Arc;
@@ -138,7 +138,9 @@ mod tests {
     /// The room of the cube data, as `fit` would make it.
     fn fitted() -> Environment {
         let read = |name: &str| {
-            read_measurements(&in_repository("assets/environments/data").join(name)).unwrap()
+            Files::default()
+                .read_measurements(&in_repository("assets/environments/data").join(name))
+                .unwrap()
         };
         let settings = FitSettings::new(2, DirectionSet::FortyTwo);
         let samples = read("cube-fit.csv").samples(MapKind::Distortion);
@@ -184,7 +186,9 @@ mod tests {
     fn the_environment_is_the_fit_of_the_cube_data() {
         let fitted = fitted();
         if std::env::var_os("UPDATE_BUILTIN").is_some() {
-            return write_environment(&in_repository(ENVIRONMENT), &fitted).unwrap();
+            let files = Files::overwriting(true);
+            let output = files.output(&in_repository(ENVIRONMENT)).unwrap();
+            return output.write_environment(&fitted).unwrap();
         }
         let stored = environment::parse(bytes(Path::new(ENVIRONMENT)).unwrap()).unwrap();
         assert_eq!(stored.model.bounds(), fitted.model.bounds());

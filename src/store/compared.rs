@@ -1,9 +1,9 @@
 //! The designs and rooms of a comparison: each file is read once, whatever refers to it.
 
 use super::error::StoreError;
+use super::files::Files;
 use super::open::Reader;
 use super::place::{Place, absolute};
-use super::read::read_environment;
 use super::resolve::resolve;
 use crate::design::Design;
 use crate::field::{Environment, OutsidePolicy};
@@ -25,9 +25,14 @@ pub struct ComparedDesign {
 ///
 /// # Errors
 /// The first file that cannot be used, in the order given.
-pub fn read_compared_designs(files: &[PathBuf]) -> Result<Vec<ComparedDesign>, StoreError> {
-    let read = files.par_iter().map(|file| {
-        let (design, _) = Reader::new(Place::Disk).design(file)?;
+pub fn read_compared_designs(
+    files: &Files,
+    designs: &[PathBuf],
+) -> Result<Vec<ComparedDesign>, StoreError> {
+    let read = designs.par_iter().map(|file| {
+        let mut reader = Reader::new(Place::Disk);
+        let (design, _) = reader.design(file)?;
+        files.inputs(&reader.stamps)?;
         Ok(ComparedDesign {
             file: file.clone(),
             own_room: Place::Disk.resolve(file, &design.environment),
@@ -56,10 +61,10 @@ pub struct ComparedRooms {
 ///
 /// # Errors
 /// The first file that cannot be used, in the order given.
-pub fn read_compared_rooms(files: &[PathBuf]) -> Result<ComparedRooms, StoreError> {
+pub fn read_compared_rooms(files: &Files, rooms: &[PathBuf]) -> Result<ComparedRooms, StoreError> {
     let mut distinct: Vec<(PathBuf, &PathBuf)> = Vec::new();
-    let mut of_file = Vec::with_capacity(files.len());
-    for file in files {
+    let mut of_file = Vec::with_capacity(rooms.len());
+    for file in rooms {
         let real = absolute(file);
         let known = distinct.iter().position(|(known, _)| *known == real);
         of_file.push(known.unwrap_or(distinct.len()));
@@ -70,7 +75,7 @@ pub fn read_compared_rooms(files: &[PathBuf]) -> Result<ComparedRooms, StoreErro
     let read = distinct.par_iter().map(|(_, file)| {
         Ok(ComparedRoom {
             file: (*file).clone(),
-            environment: Arc::new(read_environment(file)?),
+            environment: Arc::new(files.read_environment(file)?),
         })
     });
     let rooms: Result<Vec<_>, StoreError> = read.collect::<Vec<_>>().into_iter().collect();

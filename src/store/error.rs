@@ -1,6 +1,7 @@
 //! What can go wrong with files, in the words that the command line and the editor show.
 
 use crate::formats::FormatError;
+use crate::formats::signature::Signature;
 use crate::formats::tool_definition::ConversionError;
 use crate::task::Cancelled;
 use std::io;
@@ -41,6 +42,14 @@ pub enum StoreError {
     ChangedOnDisk { file: PathBuf },
     #[error("{}: cannot be locked: {}", file.display(), what_happened(cause))]
     Lock { file: PathBuf, cause: io::Error },
+    /// One of the files that a command reads, to be written by it.
+    #[error("{}: this command reads this file, expected another one to write to", file.display())]
+    IsInput { file: PathBuf },
+    #[error("{}: this command writes {} there as well, expected two files", file.display(), other.display())]
+    TwoOutputs { file: PathBuf, other: PathBuf },
+    /// Something to be written over that is no earlier output.
+    #[error("{}: found {found}, which this command did not write; expected another name, or --overwrite to replace it", file.display())]
+    NotOwn { file: PathBuf, found: Signature },
     #[error("{}: the design itself uses this file, expected another one to save as", file.display())]
     InUse { file: PathBuf },
     #[error("{}: found a name that says no format, expected one in .body.ron, .rom, .tool, .ini or .json", file.display())]

@@ -1,6 +1,7 @@
 //! Locks between processes, which the system lets go of however their holder ends.
 
 use super::error::StoreError;
+use super::file_id::is_still;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -39,6 +40,29 @@ impl Lock {
             handle: handle.map_err(|e| lock_error(file, e))?,
             file: file.to_owned(),
         })
+    }
+
+    /// Locks a file that is going to be replaced by another of its name, once whoever else replaces it
+    /// is done; `None` where there is no such file.
+    pub(super) fn for_replacing(file: &Path) -> Result<Option<Self>, StoreError> {
+        loop {
+            let handle = match File::open(file) {
+                Ok(handle) => handle,
+                Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+                Err(error) => return Err(lock_error(file, error)),
+            };
+            // There a lock would keep this program itself from reading.
+            if cfg!(unix) {
+                handle.lock().map_err(|e| lock_error(file, e))?;
+            }
+            // The lock is on the file that was there; its name may lead to a newer one by now.
+            if is_still(&handle, file).map_err(|e| lock_error(file, e))? {
+                return Ok(Some(Self {
+                    handle,
+                    file: file.to_owned(),
+                }));
+            }
+        }
     }
 
     pub(super) fn file(&self) -> &Path {

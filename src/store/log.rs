@@ -1,11 +1,10 @@
 //! The log of a study as a file, whole or not at all.
 
 use super::error::StoreError;
-use super::write::write_atomic;
+use super::files::Output;
 use crate::formats::log;
 use crate::study::{CancelToken, Mode, Outcome, Scenario, StudyError, Trial, run};
 use std::io;
-use std::path::Path;
 
 /// Why there is no log.
 #[derive(Debug, thiserror::Error)]
@@ -21,14 +20,14 @@ pub enum LogError {
 /// # Errors
 /// Those of the study and of the file; no file appears then, and one that was there stays.
 pub fn write_log(
-    file: &Path,
+    output: &Output,
     scenario: &Scenario,
     mode: &Mode,
     cancel: &CancelToken,
     visit: &mut dyn FnMut(&Trial),
 ) -> Result<Outcome, LogError> {
     let mut result: Option<Result<Outcome, StudyError>> = None;
-    let written = write_atomic(file, |out| {
+    let written = output.write(|out| {
         log::write_header(out)?;
         let mut failure = None;
         let mut write = |trial: &Trial| {

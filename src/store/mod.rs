@@ -6,6 +6,8 @@ mod built_tool;
 mod builtin;
 mod compared;
 mod error;
+mod file_id;
+mod files;
 mod lock;
 mod log;
 mod mesh_shelf;
@@ -43,6 +45,7 @@ pub use compared::{
     read_compared_rooms,
 };
 pub use error::StoreError;
+pub use files::{Files, Output};
 pub use log::{LogError, write_log};
 pub use mesh_shelf::{ReadMesh, WantedMesh};
 pub use meshes::{
@@ -54,11 +57,6 @@ pub use open::{
 };
 pub use preferences::{read_preferences, write_preferences};
 pub use procedure::{ProcedureWish, further_room, procedure, reference_to_file};
-pub use read::{
-    read_calbody, read_calreadings, read_environment, read_generator, read_groups, read_input,
-    read_measurements, read_mesh, read_pivot_recording, read_points, read_poses, read_poses_of,
-    read_recorded_tool, read_recording, read_sensors,
-};
 pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
 pub use recorder::Recorder;
 pub use recovery::{Leftover, Recovery, Snapshot, leftovers};
@@ -68,14 +66,13 @@ pub use rooms::{
     ENVIRONMENT_EXTENSION, RoomListing, RoomPlace, RoomSummary, builtin_rooms, further_rooms,
     list_rooms, own_room, reference_to_room, room_name, rooms_of_folder, write_room_for,
 };
-pub use samples::{SampleReading, read_samples};
-pub use save::{SaveReport, save, save_as, save_with_copies};
+pub use samples::SampleReading;
+pub use save::{KeptFile, SaveReport, save, save_as, save_with_copies};
 pub use shared::{SharedBody, shared_bodies};
 pub use state::{STATE_VARIABLE, recovery_folder, state_folder};
-pub use table::{MeasurementTable, TableGroups, read_table};
+pub use table::{MeasurementTable, TableGroups};
 pub use take_in::{TakenBody, WantedBody};
 pub use today::{NoToday, today};
-pub use tool::{ReadTool, body_format_of, is_same_file, read_tool, write_body, write_definition};
+pub use tool::{ReadTool, body_format_of, is_same_file};
 pub use video::{ENCODER, FrameFolder, VideoError, VideoFile, VideoShape};
 pub use watch::{ChangedFile, FileChange, WatchedPart, accept_changes, changes};
-pub use write::{write_atomic, write_environment, write_generator};

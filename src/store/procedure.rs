@@ -3,6 +3,7 @@
 
 use super::built_tool::{BuiltTool, BuiltToolNote, BuiltToolTables, built_tool};
 use super::error::StoreError;
+use super::files::Files;
 use super::open::{Reader, World, home};
 use super::place::{Place, absolute};
 use super::resolve::{resolve, resolve_crf};
@@ -34,6 +35,7 @@ pub struct ProcedureWish {
 /// # Errors
 /// [`StoreError::NoSuchBuiltIn`], [`StoreError::Cancelled`].
 pub fn procedure(
+    files: &Files,
     world: &World,
     wish: &ProcedureWish,
     task: &Task,
@@ -50,7 +52,14 @@ pub fn procedure(
     let recording = match wanted {
         None => None,
         Some(wanted) => {
-            let found = recorded(world, (place, &file), wanted, &task.stretch(0.0, 0.4), note);
+            let found = recorded(
+                files,
+                world,
+                (place, &file),
+                wanted,
+                &task.stretch(0.0, 0.4),
+                note,
+            );
             task.step(4, 10)?;
             let room = RoomName {
                 name: own(),
@@ -67,7 +76,7 @@ pub fn procedure(
             .collect(),
         crf_requirement: design.crf.as_ref().and_then(|crf| crf.requirement),
         requirement: design.requirement,
-        rooms: rooms(world, (place, &file), &wish.rooms_for_now),
+        rooms: rooms(files, world, (place, &file), &wish.rooms_for_now),
         recording,
         decided_crf: studies_of(decided(Step::Crf)),
         decided_tool: studies_of(decided(Step::Tool)),
@@ -119,7 +128,12 @@ struct Wanted {
 }
 
 /// The design's own room, which is open already, then the others; each once.
-fn rooms(world: &World, (place, file): (Place, &Path), for_now: &[PathBuf]) -> Vec<Room> {
+fn rooms(
+    files: &Files,
+    world: &World,
+    (place, file): (Place, &Path),
+    for_now: &[PathBuf],
+) -> Vec<Room> {
     let design = world.document.design();
     let real = |path: &Path| match place {
         Place::BuiltIn if !path.is_absolute() => path.to_owned(),
@@ -158,7 +172,9 @@ fn rooms(world: &World, (place, file): (Place, &Path), for_now: &[PathBuf]) -> V
         .map(|wanted| {
             let path = wanted.path.to_string_lossy();
             // What is resolved already is resolved to itself.
-            let found = Reader::new(place).environment(Path::new(""), &path);
+            let mut reader = Reader::new(place);
+            let found = reader.environment(Path::new(""), &path);
+            let found = files.inputs(&reader.stamps).and(found);
             Room {
                 name: RoomName {
                     name: found
@@ -185,6 +201,7 @@ fn studies_in(design: &Design, environment: &Arc<Environment>) -> RoomStudies {
 }
 
 fn recorded(
+    files: &Files,
     world: &World,
     (place, file): (Place, &Path),
     wanted: &BuiltRecording,
@@ -202,7 +219,7 @@ fn recorded(
         is_one_frame: false,
         settings: wanted.settings(),
     };
-    built_tool(scenario, &tables, task, note).map_err(|error| error.to_string())
+    built_tool(files, scenario, &tables, task, note).map_err(|error| error.to_string())
 }
 
 fn decided_on(found: BuiltTool, recording: &BuiltRecording, room: RoomName) -> Recording {
@@ -235,7 +252,7 @@ mod tests {
 
     fn judged(world: &World) -> Standing {
         let wish = ProcedureWish::default();
-        procedure(world, &wish, &Task::default(), &|_| {}).unwrap()
+        procedure(&Files::default(), world, &wish, &Task::default(), &|_| {}).unwrap()
     }
 
     fn edit(world: &mut World, edit: ProcedureEdit) {
@@ -318,7 +335,7 @@ mod tests {
         let task = Task::default();
         task.cancel.cancel();
         let wish = ProcedureWish::default();
-        let ended = procedure(&world, &wish, &task, &|_| {});
+        let ended = procedure(&Files::default(), &world, &wish, &task, &|_| {});
         assert!(matches!(ended, Err(StoreError::Cancelled(_))), "{ended:?}");
     }
 }

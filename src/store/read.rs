@@ -1,6 +1,7 @@
 //! Reads one file of a kind; every error names the file.
 
 use super::error::StoreError;
+use super::files::Files;
 use super::place::Place;
 use crate::calibration::built_tool::RecordedTable;
 use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
@@ -22,101 +23,107 @@ use crate::tracking::recording::Recording;
 use nalgebra::Point3;
 use std::path::Path;
 
-/// # Errors
-/// See [`StoreError`], here and below.
-pub fn read_environment(file: &Path) -> Result<Environment, StoreError> {
-    read(Place::Disk, file, "an environment", environment::parse)
-}
+/// Files by their kinds.
+impl Files {
+    /// # Errors
+    /// See [`StoreError`], here and below.
+    pub fn read_environment(&self, file: &Path) -> Result<Environment, StoreError> {
+        self.read(file, "an environment", environment::parse)
+    }
 
-pub fn read_generator(file: &Path) -> Result<Generator, StoreError> {
-    read(Place::Disk, file, "a field generator", generator::parse)
-}
+    pub fn read_generator(&self, file: &Path) -> Result<Generator, StoreError> {
+        self.read(file, "a field generator", generator::parse)
+    }
 
-pub fn read_measurements(file: &Path) -> Result<MeasurementSet, StoreError> {
-    read(
-        Place::Disk,
-        file,
-        "a measurement table",
-        measurements::parse,
-    )
-}
+    pub fn read_measurements(&self, file: &Path) -> Result<MeasurementSet, StoreError> {
+        self.read(file, "a measurement table", measurements::parse)
+    }
 
-/// The column of a measurement table that groups its rows: the named one, or one that is known to.
-pub fn read_groups(file: &Path, column: Option<&str>) -> Result<Option<GroupColumn>, StoreError> {
-    read(Place::Disk, file, "a measurement table", |bytes| {
-        groups::parse(bytes, column)
-    })
-}
+    /// The column of a measurement table that groups its rows: the named one, or one that is known to.
+    pub fn read_groups(
+        &self,
+        file: &Path,
+        column: Option<&str>,
+    ) -> Result<Option<GroupColumn>, StoreError> {
+        self.read(file, "a measurement table", |bytes| {
+            groups::parse(bytes, column)
+        })
+    }
 
-/// The column of a measurement table that says which sensor each row is of, where there is one.
-pub fn read_sensors(file: &Path) -> Result<Option<GroupColumn>, StoreError> {
-    read(
-        Place::Disk,
-        file,
-        "a measurement table",
-        groups::parse_sensors,
-    )
-}
+    /// The column of a measurement table that says which sensor each row is of, where there is one.
+    pub fn read_sensors(&self, file: &Path) -> Result<Option<GroupColumn>, StoreError> {
+        self.read(file, "a measurement table", groups::parse_sensors)
+    }
 
-pub fn read_poses(file: &Path) -> Result<Vec<Pose>, StoreError> {
-    read(Place::Disk, file, "a poses table", poses::parse)
-}
+    pub fn read_poses(&self, file: &Path) -> Result<Vec<Pose>, StoreError> {
+        self.read(file, "a poses table", poses::parse)
+    }
 
-/// Some poses of a table that has several.
-pub fn read_poses_of(file: &Path, whose: WhosePoses) -> Result<Vec<Pose>, StoreError> {
-    read(Place::Disk, file, "a table of poses", |bytes| {
-        poses::parse_of(bytes, whose)
-    })
-}
+    /// Some poses of a table that has several.
+    pub fn read_poses_of(&self, file: &Path, whose: WhosePoses) -> Result<Vec<Pose>, StoreError> {
+        self.read(file, "a table of poses", |bytes| {
+            poses::parse_of(bytes, whose)
+        })
+    }
 
-/// Input data; the CRF's columns count only for a design that has one.
-pub fn read_input(file: &Path, design_has_crf: bool) -> Result<Vec<InputTrial>, StoreError> {
-    read(Place::Disk, file, "an input table", |bytes| {
-        input::parse(bytes, design_has_crf)
-    })
-}
+    /// Input data; the CRF's columns count only for a design that has one.
+    pub fn read_input(
+        &self,
+        file: &Path,
+        design_has_crf: bool,
+    ) -> Result<Vec<InputTrial>, StoreError> {
+        self.read(file, "an input table", |bytes| {
+            input::parse(bytes, design_has_crf)
+        })
+    }
 
-pub fn read_calbody(file: &Path) -> Result<CalibrationBody, StoreError> {
-    read(Place::Disk, file, "a calbody file", jhu_cis::parse_calbody)
-}
+    pub fn read_calbody(&self, file: &Path) -> Result<CalibrationBody, StoreError> {
+        self.read(file, "a calbody file", jhu_cis::parse_calbody)
+    }
 
-pub fn read_calreadings(file: &Path) -> Result<Vec<CalibrationFrame>, StoreError> {
-    read(
-        Place::Disk,
-        file,
-        "a calreadings file",
-        jhu_cis::parse_calreadings,
-    )
-}
+    pub fn read_calreadings(&self, file: &Path) -> Result<Vec<CalibrationFrame>, StoreError> {
+        self.read(file, "a calreadings file", jhu_cis::parse_calreadings)
+    }
 
-/// A tool's poses or markers around one point, in any format of theirs.
-pub fn read_pivot_recording(file: &Path) -> Result<PivotRecording, StoreError> {
-    read(Place::Disk, file, "a recording", pivot_recording::parse)
-}
+    /// A tool's poses or markers around one point, in any format of theirs.
+    pub fn read_pivot_recording(&self, file: &Path) -> Result<PivotRecording, StoreError> {
+        self.read(file, "a recording", pivot_recording::parse)
+    }
 
-/// The true and measured poses of a built tool or of its sensors.
-pub fn read_recorded_tool(file: &Path) -> Result<RecordedTable, StoreError> {
-    read(
-        Place::Disk,
-        file,
-        "a measurement table",
-        recorded_tool::parse,
-    )
-}
+    /// The true and measured poses of a built tool or of its sensors.
+    pub fn read_recorded_tool(&self, file: &Path) -> Result<RecordedTable, StoreError> {
+        self.read(file, "a measurement table", recorded_tool::parse)
+    }
 
-/// Points in any of their formats.
-pub fn read_points(file: &Path) -> Result<Vec<Point3<f64>>, StoreError> {
-    read(Place::Disk, file, "points", points::parse)
-}
+    /// Points in any of their formats.
+    pub fn read_points(&self, file: &Path) -> Result<Vec<Point3<f64>>, StoreError> {
+        self.read(file, "points", points::parse)
+    }
 
-/// What a tracker recorded: an NDI table, an Aurora log, a PLUS sequence or a live recording.
-pub fn read_recording(file: &Path) -> Result<Recording, StoreError> {
-    read(Place::Disk, file, "a recording", recording::parse)
-}
+    /// What a tracker recorded: an NDI table, an Aurora log, a PLUS sequence or a live recording.
+    pub fn read_recording(&self, file: &Path) -> Result<Recording, StoreError> {
+        self.read(file, "a recording", recording::parse)
+    }
 
-/// A mesh in any format; `unit` overrides that of the format.
-pub fn read_mesh(file: &Path, unit: Option<MeshUnit>) -> Result<SurfaceMesh, StoreError> {
-    read_mesh_at(Place::Disk, file, unit)
+    /// A mesh in any format; `unit` overrides that of the format.
+    pub fn read_mesh(
+        &self,
+        file: &Path,
+        unit: Option<MeshUnit>,
+    ) -> Result<SurfaceMesh, StoreError> {
+        self.input(file)?;
+        read_mesh_at(Place::Disk, file, unit)
+    }
+
+    fn read<T>(
+        &self,
+        file: &Path,
+        expected: &'static str,
+        parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
+    ) -> Result<T, StoreError> {
+        self.input(file)?;
+        read(Place::Disk, file, expected, parse)
+    }
 }
 
 pub(super) fn read_mesh_at(

@@ -2,10 +2,11 @@
 
 use super::builtin;
 use super::error::StoreError;
+use super::files::Files;
 use super::open::{World, home};
 use super::place::{Place, absolute, relative};
-use super::read::{read, read_environment};
-use super::write::{folder_of, write_environment};
+use super::read::read;
+use super::write::folder_of;
 use crate::field::Environment;
 use crate::formats::environment;
 use crate::task::{Cancelled, Task};
@@ -81,7 +82,7 @@ impl RoomPlace {
                 "an environment",
                 environment::parse,
             ),
-            Self::File(path) => read_environment(path),
+            Self::File(path) => read(Place::Disk, path, "an environment", environment::parse),
         }
     }
 }
@@ -155,20 +156,17 @@ fn upwards(folder: &Path, target: &Path) -> String {
 /// Writes a room for the open design, and says how the design refers to it.
 ///
 /// # Errors
-/// [`StoreError::InUse`] for the file of the design's own room, which undo has to find as it is;
-/// a file that cannot be written.
+/// [`StoreError::IsInput`] for a file of the design itself, as undo has to find its room as it is; a file
+/// that cannot be written.
 pub fn write_room_for(
     world: &World,
     file: &Path,
     environment: &Environment,
 ) -> Result<String, StoreError> {
+    Files::beside(world)
+        .output(file)?
+        .write_environment(environment)?;
     let room = RoomPlace::File(absolute(file));
-    if own_room(world)? == room {
-        return Err(StoreError::InUse {
-            file: file.to_owned(),
-        });
-    }
-    write_environment(file, environment)?;
     // A file is always within a design's reach.
     Ok(reference_to_room(world, &room)?.unwrap_or_default())
 }

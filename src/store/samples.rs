@@ -1,6 +1,7 @@
 //! Reads measurement tables of any length as samples, row by row.
 
 use super::error::StoreError;
+use super::files::Files;
 use super::place::{MAX_BYTES, ReadFailure, open_input};
 use crate::field::samples::{MapKind, MeasurementContent, SampleSet};
 use crate::formats::FormatError;
@@ -24,16 +25,24 @@ pub struct SampleReading {
     pub map: MapKind,
 }
 
-/// Reads a measurement table; memory is that of its samples, whatever else is in the table.
-///
-/// # Errors
-/// A file that cannot be read or is no measurement table; one without quaternions where they were
-/// said to be whole; [`StoreError::Cancelled`].
-pub fn read_samples(
-    file: &Path,
-    reading: SampleReading,
-    task: &Task,
-) -> Result<SampleSet, StoreError> {
+impl Files {
+    /// Reads a measurement table; memory is that of its samples, whatever else is in the table.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no measurement table; one without quaternions where they were
+    /// said to be whole; [`StoreError::Cancelled`].
+    pub fn read_samples(
+        &self,
+        file: &Path,
+        reading: SampleReading,
+        task: &Task,
+    ) -> Result<SampleSet, StoreError> {
+        self.input(file)?;
+        read_samples(file, reading, task)
+    }
+}
+
+fn read_samples(file: &Path, reading: SampleReading, task: &Task) -> Result<SampleSet, StoreError> {
     let unreadable = |cause: io::Error| ReadFailure::Io(cause).into_error(file, EXPECTED);
     let opened = open_input(file).map_err(|failure| failure.into_error(file, EXPECTED))?;
     let len = opened.metadata().map_or(0, |m| m.len());
@@ -105,7 +114,6 @@ impl<R: Read> Read for Counted<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::read_measurements;
     use crate::task::{CancelToken, Cancelled};
     use std::path::PathBuf;
 
@@ -123,7 +131,7 @@ mod tests {
             (true, MeasurementContent::SixDof),
         ] {
             for map in [MapKind::Distortion, MapKind::Correction] {
-                let mut whole = read_measurements(&file).unwrap();
+                let mut whole = Files::default().read_measurements(&file).unwrap();
                 whole.content = content;
                 let reading = SampleReading { has_rolls, map };
                 let found = read_samples(&file, reading, &Task::default()).unwrap();
@@ -156,7 +164,10 @@ mod tests {
         };
         for name in [".", "no-such.csv"] {
             let file = in_repository(name);
-            let whole = read_measurements(&file).unwrap_err().to_string();
+            let whole = Files::default()
+                .read_measurements(&file)
+                .unwrap_err()
+                .to_string();
             let found = read_samples(&file, reading, &Task::default()).unwrap_err();
             assert_eq!(found.to_string(), whole);
         }

@@ -1,8 +1,8 @@
 //! A measurement table as a person judges it before anything is fitted to it.
 
 use super::error::StoreError;
-use super::read::read_groups;
-use super::samples::{SampleReading, read_samples};
+use super::files::Files;
+use super::samples::SampleReading;
 use crate::calibration::room_worth::{Left, measured};
 use crate::field::samples::SampleSet;
 use crate::formats::groups::GroupColumn;
@@ -49,30 +49,33 @@ impl MeasurementTable {
     }
 }
 
-/// Reads a table with its groups.
-///
-/// # Errors
-/// Those of [`read_samples`].
-pub fn read_table(
-    file: &Path,
-    reading: SampleReading,
-    task: &Task,
-) -> Result<MeasurementTable, StoreError> {
-    let samples = read_samples(file, reading, task)?;
-    let groups = read_groups(file, None).map(|column| {
-        column.map(|column| TableGroups {
-            count: column.labels.iter().collect::<HashSet<_>>().len(),
-            column,
+impl Files {
+    /// Reads a table with its groups.
+    ///
+    /// # Errors
+    /// Those of [`read_samples`](Self::read_samples).
+    pub fn read_table(
+        &self,
+        file: &Path,
+        reading: SampleReading,
+        task: &Task,
+    ) -> Result<MeasurementTable, StoreError> {
+        let samples = self.read_samples(file, reading, task)?;
+        let groups = self.read_groups(file, None).map(|column| {
+            column.map(|column| TableGroups {
+                count: column.labels.iter().collect::<HashSet<_>>().len(),
+                column,
+            })
+        });
+        Ok(MeasurementTable {
+            file: file.to_owned(),
+            reading,
+            bounds: Bounds::around(samples.samples.iter().map(|s| s.position_mm)),
+            measured: measured(&samples),
+            samples,
+            groups,
         })
-    });
-    Ok(MeasurementTable {
-        file: file.to_owned(),
-        reading,
-        bounds: Bounds::around(samples.samples.iter().map(|s| s.position_mm)),
-        measured: measured(&samples),
-        samples,
-        groups,
-    })
+    }
 }
 
 #[cfg(test)]
@@ -87,7 +90,9 @@ mod tests {
             has_rolls: false,
             map: MapKind::Distortion,
         };
-        read_table(file.path(), reading, &Task::default()).unwrap()
+        Files::default()
+            .read_table(file.path(), reading, &Task::default())
+            .unwrap()
     }
 
     const HEAD: &str = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z,cluster\n";

@@ -1,5 +1,6 @@
 //! Opening, saving and sharing files in a folder of the test's own.
 
+use super::write::write_bytes;
 use super::*;
 use crate::design::{BodyRole, Edit, Origin};
 use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
@@ -226,7 +227,9 @@ fn another_environment_is_read_when_the_design_refers_to_it() {
     assert!(!refresh_environment(&mut world).unwrap());
     let mut ideal = (*world.environment).clone();
     ideal.name = "Ideal".to_owned();
-    write_environment(&folder.path().join("ideal.env.ron"), &ideal).unwrap();
+    let files = Files::default();
+    let output = files.output(&folder.path().join("ideal.env.ron"));
+    output.unwrap().write_environment(&ideal).unwrap();
     let edit = Edit::SetEnvironment("ideal.env.ron".into());
     world.document.apply(edit).unwrap();
     assert!(refresh_environment(&mut world).unwrap());
@@ -301,12 +304,15 @@ fn an_interrupted_write_leaves_the_old_file_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("x.csv");
     fs::write(&file, "old").unwrap();
-    let error = write_atomic(&file, |out| {
-        out.write_all(&[b'x'; 100_000])?;
-        Err(io::Error::other("the pen broke"))
-    })
-    .unwrap_err()
-    .to_string();
+    let files_of_command = Files::default();
+    let output = files_of_command.output(&file).unwrap();
+    let error = output
+        .write(|out| {
+            out.write_all(&[b'x'; 100_000])?;
+            Err(io::Error::other("the pen broke"))
+        })
+        .unwrap_err()
+        .to_string();
     assert!(
         error.ends_with("cannot be written: the pen broke"),
         "{error}"
@@ -321,7 +327,7 @@ fn a_new_file_has_the_mode_of_any_other_and_an_old_one_keeps_its_own() {
     use std::os::unix::fs::{PermissionsExt, symlink};
     let folder = tempfile::tempdir().unwrap();
     let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
-    let write = |path: &Path| write_atomic(path, |out| out.write_all(b"new")).unwrap();
+    let write = |path: &Path| write_bytes(path, b"new").unwrap();
     let (plain, new) = (folder.path().join("plain"), folder.path().join("new"));
     fs::write(&plain, "").unwrap();
     write(&new);

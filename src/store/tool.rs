@@ -4,9 +4,8 @@ use super::error::StoreError;
 use super::place::{Place, absolute, open_input};
 use super::read::read;
 use super::save::reach_mesh;
-use super::write::write_bytes;
 use crate::formats::tool_definition::{
-    BodyFormat, DefinitionKind, OnMismatch, ToolDefinition, read_body as parse_tool,
+    BodyFormat, DefinitionKind, OnMismatch, read_body as parse_tool,
 };
 use crate::formats::{BodyFile, FormatError, body};
 use std::io::Read;
@@ -27,21 +26,18 @@ pub struct ReadTool {
 ///
 /// # Errors
 /// See [`StoreError`]; a checksum that does not match only with [`OnMismatch::Refuse`].
-pub fn read_tool(file: &Path, on_mismatch: OnMismatch) -> Result<ReadTool, StoreError> {
+pub(super) fn read_tool(file: &Path, on_mismatch: OnMismatch) -> Result<ReadTool, StoreError> {
     read(Place::Disk, file, "a body or a tool definition", |bytes| {
         let (body, kind) = parse_tool(bytes, &extension_of(file), on_mismatch)?;
         Ok(ReadTool { body, kind })
     })
 }
 
-/// Writes a body that was read from `source`, whose meshes it still refers to.
-///
-/// # Errors
-/// [`StoreError::Write`].
-pub fn write_body(file: &Path, body: &BodyFile, source: &Path) -> Result<(), StoreError> {
+/// The file of a body that was read from `source`, whose meshes it still refers to from `file`.
+pub(super) fn body_text(body: &BodyFile, source: &Path, file: &Path) -> String {
     let mut body = body.clone();
     reach_mesh(&mut body.mesh, source, file);
-    write_bytes(file, body::write(&body).as_bytes())
+    body::write(&body)
 }
 
 /// What a body is written as to a file of this name.
@@ -57,14 +53,6 @@ pub fn body_format_of(file: &Path) -> Result<BodyFormat, StoreError> {
 /// Whether two names lead to one file.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     absolute(a) == absolute(b)
-}
-
-/// Writes a maker's definition.
-///
-/// # Errors
-/// [`StoreError::Write`].
-pub fn write_definition(file: &Path, definition: &ToolDefinition) -> Result<(), StoreError> {
-    write_bytes(file, &definition.write())
 }
 
 /// Reads what a design refers to as a body.

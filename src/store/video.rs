@@ -2,10 +2,10 @@
 //! one into a folder where it is not installed.
 
 use super::error::StoreError;
-use super::write::{folder_of, temporary_beside, write_atomic};
+use super::write::{Draft, Temporary, folder_of, remove_leftovers, write_error};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
@@ -80,7 +80,7 @@ pub struct VideoFile {
     frame_bytes: usize,
     file: PathBuf,
     /// Beside the file, whose place it takes in the end.
-    temporary: tempfile::TempPath,
+    temporary: Temporary,
     child: Child,
     frames: Option<ChildStdin>,
     said: Option<JoinHandle<String>>,
@@ -98,14 +98,11 @@ impl VideoFile {
     ) -> Result<Option<Self>, VideoError> {
         let [width, height] = shape.size;
         shape.check()?;
-        let write_error = |cause| StoreError::Write {
-            file: file.to_owned(),
-            cause,
-        };
         // The encoder tells the container from the name's end.
         let end = file.extension().unwrap_or_default().to_string_lossy();
-        let temporary = temporary_beside(file, &format!(".{end}")).map_err(write_error)?;
-        let temporary = temporary.into_temp_path();
+        remove_leftovers(&folder_of(file));
+        let temporary = Temporary::beside(file, &format!(".{end}"))
+            .map_err(|cause| write_error(file, cause))?;
         let encoder = encoder.as_ref();
         let mut command = Command::new(encoder);
         command
@@ -117,7 +114,7 @@ impl VideoFile {
             .arg(shape.frames_per_s.to_string())
             .args(["-i", "pipe:0"])
             .args(ENCODING)
-            .arg(&temporary)
+            .arg(&temporary.path)
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .stderr(Stdio::piped());
@@ -186,15 +183,9 @@ impl VideoFile {
     /// What the encoder said, or [`StoreError::Write`].
     pub fn finish(mut self) -> Result<(), VideoError> {
         self.end()?;
-        let write_error = |cause| {
-            VideoError::Store(StoreError::Write {
-                file: self.file.clone(),
-                cause,
-            })
-        };
-        let whole = File::open(&self.temporary).and_then(|file| file.sync_all());
-        whole.map_err(write_error)?;
-        fs::rename(&self.temporary, &self.file).map_err(write_error)
+        let placed = self.temporary.handle.sync_all();
+        let placed = placed.and_then(|()| fs::rename(&self.temporary.path, &self.file));
+        Ok(placed.map_err(|cause| write_error(&self.file, cause))?)
     }
 
     /// No more frames come.
@@ -270,10 +261,8 @@ impl FrameFolder {
     /// # Errors
     /// [`StoreError::Write`].
     pub fn new(folder: &Path) -> Result<Self, StoreError> {
-        fs::create_dir_all(folder).map_err(|cause| StoreError::Write {
-            file: folder.to_owned(),
-            cause,
-        })?;
+        fs::create_dir_all(folder).map_err(|cause| write_error(folder, cause))?;
+        remove_leftovers(folder);
         Ok(Self {
             folder: folder.to_owned(),
         })
@@ -291,7 +280,10 @@ impl FrameFolder {
     /// [`StoreError::Write`].
     pub fn frame(&self, index: usize, png: &[u8]) -> Result<(), StoreError> {
         let file = self.folder.join(format!("frame-{:05}.png", index + 1));
-        write_atomic(&file, |out| out.write_all(png))
+        let draft = Draft::write(&file, |out| out.write_all(png));
+        draft
+            .and_then(Draft::place)
+            .map_err(|cause| write_error(&file, cause))
     }
 
     /// What makes a video of so many frames where there is an encoder, for a shell.

@@ -4,6 +4,7 @@ use super::charted::Within;
 use super::requirement::Check;
 use super::statistics::Statistics;
 use serde::Serialize;
+use std::fmt;
 
 /// What a study comes to.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +23,7 @@ pub struct Figures {
     pub within: Option<Within>,
     /// One a bound of the requirement; none without a requirement.
     pub checks: Vec<Check>,
-    pub free_axis: Option<FreeAxis>,
+    pub free_axis: Option<FreeRotation>,
     /// The part of the position error that the free rotation cannot change.
     pub position_mm_determined: Option<Statistics>,
     pub poorly_determined: bool,
@@ -47,6 +48,100 @@ pub struct FreeAxis {
     pub axis_in_body: Option<[f64; 3]>,
 }
 
+/// A rotation that a study's figures take the true one for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FreeRotation {
+    #[serde(flatten)]
+    pub free: FreeAxis,
+    /// Largest distance of the tip from the axis over the trials: a wrong guess of the rotation puts
+    /// the tip up to twice as far off.
+    pub reach_mm: f64,
+}
+
+/// Reach of a free rotation that is round-off: the tip lies on the axis, as that of a needle with one
+/// sensor in its shaft.
+const NO_REACH_MM: f64 = 1e-6;
+
+/// Why a study cannot say that a requirement is met, however small its figures are.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Unsettled {
+    /// Its figures take the true rotation of a body whose sensors do not determine it.
+    FreeRotation(FreeRotation),
+    /// Trials were left out of its figures.
+    LeftOut { trials: usize, of: usize },
+}
+
+impl Unsettled {
+    /// The most that a tip error may be larger than the figures say, mm.
+    pub fn most_mm(&self) -> f64 {
+        match self {
+            Self::FreeRotation(free) => 2.0 * free.reach_mm,
+            Self::LeftOut { .. } => f64::INFINITY,
+        }
+    }
+}
+
+impl fmt::Display for Unsettled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::FreeRotation(free) => {
+                write!(
+                    f,
+                    "the {}'s rotation is not determined",
+                    free.free.body_name()
+                )
+            }
+            Self::LeftOut { trials, of } => write!(
+                f,
+                "{} of {} trials were left out",
+                with_separators(*trials),
+                with_separators(*of)
+            ),
+        }
+    }
+}
+
+impl FreeAxis {
+    /// For a person.
+    pub fn body_name(&self) -> &'static str {
+        match self.body {
+            "crf" => "CRF",
+            other => other,
+        }
+    }
+}
+
+/// Whether a rotation about an axis so far away moves the tip.
+pub(super) fn reaches_tip(reach_mm: f64) -> bool {
+    reach_mm > NO_REACH_MM
+}
+
+impl FreeRotation {
+    /// Whether a wrong guess of the rotation moves the tip.
+    pub fn reaches_tip(&self) -> bool {
+        reaches_tip(self.reach_mm)
+    }
+
+    /// What is not determined, and what the figures take for it; one sentence without a full stop.
+    pub fn statement(&self) -> String {
+        let body = self.free.body_name();
+        let what = match self.free.axis_in_body {
+            Some([x, y, z]) => format!(
+                "the {body}'s sensors do not determine its rotation about ({x:.4}, {y:.4}, {z:.4})"
+            ),
+            None => format!("the {body}'s sensors determine no rotation at all"),
+        };
+        match self.reaches_tip() {
+            true => format!(
+                "{what}; figures take the true one, and a wrong one puts the tip up to {:.1} mm off",
+                2.0 * self.reach_mm
+            ),
+            false => format!("{what}; the tip lies on that axis and does not depend on it"),
+        }
+    }
+}
+
 /// One figure for a person: the command line and the editor show the same digits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FigureRow {
@@ -56,9 +151,19 @@ pub struct FigureRow {
 }
 
 impl Figures {
-    /// Whether every bound is met; `None` without a requirement.
-    pub fn requirement_met(&self) -> Option<bool> {
+    /// Whether every figure is within its bound, whatever they leave open; `None` without a requirement.
+    pub fn within_bounds(&self) -> Option<bool> {
         (!self.checks.is_empty()).then(|| self.checks.iter().all(|c| c.met))
+    }
+
+    /// Why figures within their bounds do not say that the requirement is met.
+    pub fn unsettled(&self) -> Option<Unsettled> {
+        let free = self.free_axis.filter(FreeRotation::reaches_tip);
+        let left_out = (self.rejected > 0).then_some(Unsettled::LeftOut {
+            trials: self.rejected,
+            of: self.trials,
+        });
+        free.map(Unsettled::FreeRotation).or(left_out)
     }
 }
 
@@ -117,6 +222,13 @@ pub fn signed_offset(value: f64) -> String {
         true => "0".to_owned(),
         false => format!("{value:+}"),
     }
+}
+
+/// With a capital letter, as a sentence begins.
+pub fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).collect()
 }
 
 /// A sentence with minus signs before its numbers where it has hyphens, as windows and pages write

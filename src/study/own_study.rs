@@ -100,11 +100,15 @@ pub fn study_notes(figures: &Figures, without_field: usize) -> Vec<String> {
             with_separators(figures.out_of_volume)
         ));
     }
-    if let Some(free) = &figures.free_axis {
+    if figures.rejected > 0 {
         notes.push(format!(
-            "the {}'s sensors leave a rotation free: figures take the true one",
-            free.body
+            "{} of {} trials were left out of its figures",
+            with_separators(figures.rejected),
+            with_separators(figures.trials)
         ));
+    }
+    if let Some(free) = &figures.free_axis {
+        notes.push(free.statement());
     } else if figures.poorly_determined {
         notes.push("a rotation is so weakly determined that noise decides it".to_owned());
     }

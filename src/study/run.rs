@@ -1,7 +1,7 @@
 //! Runs a study: every trial of a mode on all cores, summed up in the same order each time.
 
 use super::charted::Within;
-use super::figures::{Figures, FreeAxis, Worst};
+use super::figures::{Figures, FreeAxis, FreeRotation, Worst};
 use super::motion::MotionError;
 use super::plan::{Plan, each_trial};
 use super::scenario::{Mode, Scenario};
@@ -109,9 +109,12 @@ pub fn run(
             worst: tally.worst,
             within,
             checks,
-            free_axis: free.map(|(body, free)| FreeAxis {
-                body,
-                axis_in_body: free.axis.map(|a| a.into_inner().into()),
+            free_axis: free.map(|(body, free)| FreeRotation {
+                free: FreeAxis {
+                    body,
+                    axis_in_body: free.axis.map(|a| a.into_inner().into()),
+                },
+                reach_mm: tally.free_reach_mm,
             }),
             position_mm_determined,
             poorly_determined: simulator.is_poorly_determined(),
@@ -143,6 +146,7 @@ struct Tally {
     rejected: usize,
     worst: Worst,
     has_worst: bool,
+    free_reach_mm: f64,
 }
 
 impl Tally {
@@ -154,6 +158,7 @@ impl Tally {
             self.rejected += 1;
             return false;
         }
+        self.free_reach_mm = self.free_reach_mm.max(trial.free_reach_mm);
         if !self.has_worst || trial.tip_error_mm > self.worst.position_mm {
             self.has_worst = true;
             self.worst = Worst {

@@ -24,6 +24,8 @@ pub struct Trial {
     pub out_of_volume: usize,
     /// The part of the tip error that a free rotation cannot change; `None` where none is free.
     pub determined_mm: Option<f64>,
+    /// How far the tip is from the axes of the rotations that are free, tool's and CRF's together.
+    pub free_reach_mm: f64,
 }
 
 /// One sensor at one pose.
@@ -335,13 +337,17 @@ fn compare(
     let tracker_from_crf = crf.map_or_else(Pose::identity, |(_, c)| c.fit.tracker_from_body);
     let simulated = tracker_from_crf.inverse() * tool.fit.tracker_from_body;
     let error = relative_error(crf_from_tool, &simulated, tip_in_tool);
-    let free = tool_tracker
+    // In the CRF.
+    let free_tool = tool_tracker
         .free_motion(&tool.fit.determination)
-        .map(|free| free.transformed_by(&simulated))
-        .or_else(|| {
-            let (tracker, tracked) = crf?;
-            tracker.free_motion(&tracked.fit.determination)
-        });
+        .map(|free| free.transformed_by(&simulated));
+    let free_crf =
+        crf.and_then(|(tracker, tracked)| tracker.free_motion(&tracked.fit.determination));
+    let (tip, tip_simulated) = (crf_from_tool * tip_in_tool, simulated * tip_in_tool);
+    let free_reach_mm = [free_tool, free_crf].into_iter().flatten();
+    let free_reach_mm = free_reach_mm
+        .map(|free| free.reach_mm(&tip_simulated))
+        .sum();
     Trial {
         crf_from_tool: *crf_from_tool,
         crf_from_tool_simulated: simulated,
@@ -350,8 +356,9 @@ fn compare(
         angle_error_deg: error.angle_rad.to_degrees(),
         outside: tool.outside + crf.map_or(0, |(_, c)| c.outside),
         out_of_volume: tool.out_of_volume + crf.map_or(0, |(_, c)| c.out_of_volume),
-        determined_mm: free.map(|free| {
-            free.determined_error_mm(&(crf_from_tool * tip_in_tool), &(simulated * tip_in_tool))
-        }),
+        determined_mm: free_tool
+            .or(free_crf)
+            .map(|free| free.determined_error_mm(&tip, &tip_simulated)),
+        free_reach_mm,
     }
 }

@@ -18,6 +18,7 @@
 //! where it ends. The part of it where the requirement is met is that of the volume as the lattice
 //! has it, so that all of it is exactly all, and the region's size is this part of the volume's own.
 
+use super::figures::reaches_tip;
 use super::motion::moved;
 use super::run::{StudyError, check};
 use super::scenario::Scenario;
@@ -292,6 +293,10 @@ fn judged<'a>(
     let mut is_inside = true;
     for trial in trials {
         is_inside &= trial.outside == 0;
+        if reaches_tip(trial.free_reach_mm) {
+            // Whatever its figures are, the requirement is not known to be met.
+            return (f64::INFINITY, is_inside);
+        }
         if outside != OutsidePolicy::Reject || trial.outside == 0 {
             position_mm.push(trial.tip_error_mm);
             angle_deg.push(trial.angle_error_deg);

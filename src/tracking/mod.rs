@@ -2,6 +2,7 @@
 //! determined.
 
 pub mod body;
+pub mod distinct;
 pub mod frame_fit;
 pub mod pairs;
 pub mod recording;

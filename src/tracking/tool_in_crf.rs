@@ -58,6 +58,16 @@ impl FreeMotion {
         }
     }
 
+    /// How far the tip is from what the free rotations are about, in mm: a wrong guess of the rotation
+    /// carries it up to twice as far.
+    pub fn reach_mm(&self, tip: &Point3<f64>) -> f64 {
+        let from_center = tip - self.center;
+        match self.axis {
+            None => from_center.norm(),
+            Some(axis) => axis.cross(&from_center).norm(),
+        }
+    }
+
     /// The part of the tip error that no free rotation can change, in mm: the error along the
     /// axis, and the change of the tip's distance from it. This is the distance of the true tip
     /// from the circle (or sphere) on which the simulated one may lie.
@@ -91,6 +101,20 @@ mod tests {
         let turned = free.center + turn * (tip - free.center);
         assert!((turned - tip).norm() > 1.0);
         assert!(free.determined_error_mm(&tip, &turned) < 1e-14);
+    }
+
+    #[test]
+    fn half_a_turn_carries_the_tip_twice_its_reach() {
+        let axis = Unit::new_normalize(Vector3::new(1.0, 1.0, 0.2));
+        let center = Point3::new(1.0, 2.0, 3.0);
+        let tip = Point3::new(10.0, -4.0, 7.0);
+        let half = UnitQuaternion::from_axis_angle(&axis, std::f64::consts::PI);
+        let axis = Some(axis);
+        let turned = center + half * (tip - center);
+        let reach_mm = FreeMotion { center, axis }.reach_mm(&tip);
+        assert!(((turned - tip).norm() - 2.0 * reach_mm).abs() < 1e-12);
+        let around = FreeMotion { center, axis: None };
+        assert!((around.reach_mm(&tip) - (tip - center).norm()).abs() < 1e-12);
     }
 
     #[test]

@@ -27,8 +27,8 @@ fn convert(args: &[&str]) -> (Value, String) {
 #[test]
 fn every_real_definition_comes_back_byte_for_byte_through_a_body_file() {
     let Some(files) = roms() else { return };
-    let scratch = Scratch::new();
     for file in files {
+        let scratch = Scratch::new();
         let name = file.file_name().unwrap().to_str().unwrap();
         let original = std::fs::read(&file).unwrap();
         let (body, back) = (scratch.arg("a.body.ron"), scratch.arg("a.rom"));
@@ -221,7 +221,7 @@ fn what_each_format_cannot_hold_is_said_a_line_each() {
     );
 
     std::fs::write(&body, COILS).unwrap();
-    let (found, noted) = convert(&[&body, &scratch.arg("a.rom")]);
+    let (found, noted) = convert(&[&body, &scratch.arg("b.rom")]);
     assert_eq!(found["written"]["experimental"], true);
     assert!(
         noted.contains("writing Aurora ROMs is experimental"),
@@ -308,6 +308,8 @@ fn a_design_with_a_makers_file_as_its_tool_is_simulated_like_its_body() {
         let expected = simulated("a.body.ron");
         assert!(expected["rms"].as_f64().unwrap() > 0.01, "{expected}");
         for tool in ["a.rom", "a.tool"] {
+            // The one of the markers, for the coils.
+            let _ = std::fs::remove_file(scratch.path(tool));
             convert(&[&scratch.arg("a.body.ron"), &scratch.arg(tool)]);
             let found = simulated(tool);
             let [found, expected] = [&found, &expected].map(|v| v["rms"].as_f64().unwrap());
@@ -325,4 +327,41 @@ fn a_design_with_a_makers_file_as_its_tool_is_simulated_like_its_body() {
         "motion",
     ]);
     assert!(said.contains("a.rom: checksum is "), "{said}");
+}
+
+#[test]
+fn tools_that_a_tracker_cannot_tell_apart_are_named() {
+    let scratch = Scratch::new();
+    let moved = MARKERS.replace("(0, 0, -120.5)", "(0, 0, -80.5)");
+    for (name, body) in [
+        ("a.body.ron", MARKERS),
+        ("b.body.ron", &moved),
+        ("c.body.ron", COILS),
+    ] {
+        std::fs::write(scratch.path(name), body).unwrap();
+    }
+    let [a, b, c] = ["a", "b", "c"].map(|name| scratch.arg(&format!("{name}.body.ron")));
+    let output = trackwright(&["convert", "--check", &a, &b, &c])
+        .output()
+        .unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{printed}");
+    // One tool with another tip is the same to a tracker.
+    assert!(
+        printed.contains("b.body.ron: cannot be told apart"),
+        "{printed}"
+    );
+    let noted = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        noted.contains("known by its port and serial number"),
+        "{noted}"
+    );
+    let Some(files) = roms() else { return };
+    let two: Vec<String> = files[..2].iter().map(|file| text(file)).collect();
+    let args = ["convert", "--check", &two[0], &two[1], "--format", "json"];
+    let output = trackwright(&args).output().unwrap();
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["pairs"].as_array().unwrap().len(), 3, "{found}");
+    let said = fail(&["convert", "--check", &a, "--least-mm", "0"]);
+    assert!(said.contains("above zero"), "{said}");
 }

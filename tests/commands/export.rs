@@ -50,7 +50,7 @@ fn distorted(scratch: &Scratch, env: &str, points: &[Point3<f64>]) -> Vec<(Vecto
     let (poses, out) = (scratch.arg("poses.csv"), scratch.arg("distorted.csv"));
     fs::write(&poses, table).unwrap();
     succeed(&["distort", env, &poses, "-o", &out]);
-    let measured = store::read_poses(out.as_ref()).unwrap();
+    let measured = store::Files::default().read_poses(out.as_ref()).unwrap();
     let pairs = ideal.iter().zip(&measured);
     pairs
         .map(|(ideal, measured)| {
@@ -88,7 +88,9 @@ fn flipped(at: &Point3<f64>) -> Point3<f64> {
 /// Bernstein polynomial of order n is at most n (n - 1) times its coefficients' greatest second
 /// difference, in the unit cube.
 fn interpolation_bound_mm(env: &str, counts: [usize; 3]) -> f64 {
-    let environment = store::read_environment(env.as_ref()).unwrap();
+    let environment = store::Files::default()
+        .read_environment(env.as_ref())
+        .unwrap();
     let model = environment.model.at_axis(&axis());
     let n = model.order();
     let coefficient = |[i, j, k]: [usize; 3]| model.coefficients()[(i * (n + 1) + j) * (n + 1) + k];
@@ -391,7 +393,10 @@ fn poses_of_the_programs_own_tables_are_named_by_their_columns() {
     let said = succeed(&[&args[..], &["measured"]].concat());
     let rows = fs::read_to_string(&table).unwrap().lines().count() - 1;
     assert_eq!(
-        store::read_poses(out.as_ref()).unwrap().len(),
+        store::Files::default()
+            .read_poses(out.as_ref())
+            .unwrap()
+            .len(),
         rows,
         "{said}"
     );

@@ -37,7 +37,9 @@ fn after(text: &str, label: &str) -> Vec<Point3<f64>> {
 }
 
 fn points(file: &Path) -> Vec<Point3<f64>> {
-    trackwright::store::read_points(file).unwrap()
+    trackwright::store::Files::default()
+        .read_points(file)
+        .unwrap()
 }
 
 /// The probe's chain in a set of the second assignment, in a room where one is given.

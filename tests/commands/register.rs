@@ -45,9 +45,15 @@ fn exact_points_give_the_pose_and_move_others_without_an_error() {
     let there = pose_from_array(numbers(&found["target_from_source"])).unwrap();
     assert!((there.translation.vector - pose().translation.vector).norm() < 1e-10);
     assert!(there.rotation.angle_to(&pose().rotation) < 1e-12);
-    assert_eq!(store::read_poses(transform.as_ref()).unwrap().len(), 1);
+    assert_eq!(
+        store::Files::default()
+            .read_poses(transform.as_ref())
+            .unwrap()
+            .len(),
+        1
+    );
     let expected = pose() * Point3::new(5.0, 6.0, 200.0);
-    let found = store::read_points(moved.as_ref()).unwrap();
+    let found = store::Files::default().read_points(moved.as_ref()).unwrap();
     assert!((found[0] - expected).norm() < 1e-9);
     succeed(&[
         "export",

@@ -187,7 +187,8 @@ fn the_frame_of_the_tip_is_a_transform_for_slicer_and_a_body_for_designs() {
     for file in [&transform, &body] {
         succeed(&["pivot", &around, "--spin", &about, "--tip-frame", file]);
     }
-    let read = store::read_tool(body.as_ref(), OnMismatch::Refuse)
+    let read = store::Files::default()
+        .read_tool(body.as_ref(), OnMismatch::Refuse)
         .unwrap()
         .body
         .rigid;

@@ -288,7 +288,10 @@ fn what_a_definition_cannot_hold_is_said_before_it_is_written_and_reads_back() {
     assert!(!file.exists());
     ask(&mut app, save(&file));
     press(&mut app, &said, "Save");
-    let read = store::read_tool(&file, OnMismatch::Refuse).unwrap().body;
+    let read = store::Files::default()
+        .read_tool(&file, OnMismatch::Refuse)
+        .unwrap()
+        .body;
     let own = &world(&app).document.design().tool.body.rigid.sensors;
     assert_eq!(read.rigid.sensors.len(), own.len());
     for (read, own) in read.rigid.sensors.iter().zip(own) {
@@ -307,7 +310,11 @@ fn what_a_definition_cannot_hold_is_said_before_it_is_written_and_reads_back() {
     assert_eq!(fs::read(&file).unwrap(), b"theirs");
     ask(&mut app, save(&file));
     press(&mut app, &[], "Replace");
-    assert!(store::read_tool(&file, OnMismatch::Refuse).is_ok());
+    assert!(
+        store::Files::default()
+            .read_tool(&file, OnMismatch::Refuse)
+            .is_ok()
+    );
     // Files of the design are Save's alone, and a name has to say a format.
     for (name, said) in [
         ("pointer.body.ron", "the design itself uses this file"),

@@ -286,7 +286,9 @@ fn what_is_left_open_is_what_the_command_line_selects() {
         &selection["cv"]["position_rms_mm"],
     );
     assert_eq!(fitted.settings, chosen.settings());
-    let room = store::read_environment(&scratch.path("room.env.ron")).unwrap();
+    let room = store::Files::default()
+        .read_environment(&scratch.path("room.env.ron"))
+        .unwrap();
     assert_eq!(room.model, fitted.environment.model);
 }
 

@@ -151,7 +151,7 @@ fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
     let scenario = trackwright::store::resolve(world.document.design(), &world.environment);
     let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
     let rows = figure_rows(&outcome.figures);
-    let is_met = outcome.figures.requirement_met().unwrap();
+    let is_met = outcome.figures.within_bounds().unwrap();
     let change = signed(outcome.figures.position_mm.rms - 9.0, 2);
     let results = Results {
         study: Some(Stamped {

@@ -341,7 +341,7 @@ fn a_table_that_is_dropped_is_studied_in_this_workspace_and_in_no_other() {
     show_workspace(&mut app, Workspace::Study);
     drop_file(&mut app, &file);
     assert_eq!(results(&app).mode, Some(ModeKind::Input));
-    let trials = store::read_input(&file, true).unwrap();
+    let trials = store::Files::default().read_input(&file, true).unwrap();
     let mode = Mode::Input(trials.clone().into());
     let alone = run(&scenario(&app), &mode, &CancelToken::default(), None).unwrap();
     let study = results(&app).study.as_ref().unwrap();
@@ -362,7 +362,7 @@ fn a_table_that_cannot_be_read_says_so_in_the_words_of_the_command_line() {
     let file = write(&folder, "wrong.csv", "tool_x,tool_y\n1,2\n");
     let mut app = study_app();
     drop_file(&mut app, &file);
-    let error = store::read_input(&file, true).unwrap_err();
+    let error = store::Files::default().read_input(&file, true).unwrap_err();
     let expected = Dialog::error("The input data cannot be read", &error);
     let dialog = app.world().resource::<Dialogs>().current.clone();
     assert_eq!(dialog, Some(expected));

@@ -109,8 +109,8 @@ fn where_the_roll_is_free_the_determined_part_stands_beside_the_error() {
     };
     let outcome = study::run(&on_a_line, &Mode::Single, &CancelToken::default(), None).unwrap();
     let free = outcome.figures.free_axis.unwrap();
-    assert_eq!(free.body, "tool");
-    let axis = Vector3::from(free.axis_in_body.unwrap());
+    assert_eq!(free.free.body, "tool");
+    let axis = Vector3::from(free.free.axis_in_body.unwrap());
     assert!(axis.cross(&Vector3::z()).norm() < 1e-12);
     let determined = outcome.figures.position_mm_determined.unwrap();
     assert!(determined.max <= outcome.figures.position_mm.max);
@@ -137,7 +137,7 @@ fn tool_sensors_decide_before_crf_sensors_whose_rotation_is_reported_free() {
         tracker_from_crf: Pose::translation(0.0, 0.0, -300.0),
     });
     let outcome = study::run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap();
-    assert_eq!(outcome.figures.free_axis.unwrap().body, "crf");
+    assert_eq!(outcome.figures.free_axis.unwrap().free.body, "crf");
     assert!(outcome.figures.position_mm_determined.is_some());
 }
 

@@ -538,7 +538,9 @@ fn the_kept_polynomials_are_the_definition() {
 fn held_out_errors_are_larger_where_the_samples_do_not_support_the_field() {
     let read = |name: &str| {
         let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data");
-        let table = store::read_measurements(&data.join(name)).unwrap();
+        let table = store::Files::default()
+            .read_measurements(&data.join(name))
+            .unwrap();
         table.samples(MapKind::Distortion)
     };
     let settings = FitSettings::new(4, DirectionSet::Fourteen);

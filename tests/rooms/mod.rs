@@ -430,7 +430,9 @@ fn compared(cases: &[Case], figure: Figure) -> Compared {
         let side = match difference.verdict {
             Verdict::Better => -1.0,
             Verdict::Worse => 1.0,
-            Verdict::NotTold | Verdict::Negligible | Verdict::RoomUnknown => continue,
+            Verdict::NotTold | Verdict::Negligible | Verdict::RoomUnknown | Verdict::Unsettled => {
+                continue;
+            }
         };
         found.told += 1;
         found.wrong += usize::from(side * truth < 0.0);

@@ -7,6 +7,7 @@ use crate::study::comparison::{
     Comparison, Difference, ErrorOf, FIGURES, REQUIRED, Row, Summary, WorstPose, difference_words,
     met_words, notes, worst_words,
 };
+use crate::study::expected::{judged, requirement_figures};
 use serde_json::{Map, Value, json};
 
 /// Longest name that a table shows whole.
@@ -56,13 +57,9 @@ fn row_as_json(row: &Row, names: &Names) -> Value {
     value["worst"] = json!(figures.worst);
     value["worst"]["pose"] = json!(pose_to_array(&measured.worst_pose.crf_from_tool));
     value["worst"]["offsets"] = offsets_as_json(&measured.worst_pose);
-    value["requirement"] = json!(
-        figures
-            .requirement_met()
-            .map(|met| json!({"met": met, "checks": figures.checks}))
-    );
+    value["requirement"] = json!(requirement_figures(figures));
     if let Some(expected) = &measured.expected {
-        expected::add_json(&mut value, expected, &figures.checks);
+        expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
     }
     value["poorly_determined"] = json!(figures.poorly_determined);
     if let Some(free) = &figures.free_axis {

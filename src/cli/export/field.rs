@@ -7,7 +7,7 @@ use crate::field::samples::MapKind;
 use crate::formats::export::{field_table, mha, nrrd, vti};
 use crate::formats::number::direction;
 use crate::geometry::bounds::Bounds;
-use crate::store;
+use crate::store::Files;
 use crate::study::Statistics;
 use crate::study::field_lattice::{
     Displacement, FieldLattice, FieldPlan, FieldSensor, sample_field,
@@ -84,12 +84,13 @@ enum FileKind {
 ///
 /// # Errors
 /// Files that can't be used, a box that is none, a lattice of too many points.
-pub fn run(args: &FieldArgs) -> anyhow::Result<()> {
+pub fn run(args: &FieldArgs, files: &Files) -> anyhow::Result<()> {
+    let output = files.output(&args.output)?;
     let kind = kind_of(&args.output)?;
     if matches!(kind, FileKind::Vti | FileKind::Csv) {
         refuse_axes(args.axes, &args.output)?;
     }
-    let environment = store::read_environment(&args.environment)?;
+    let environment = files.read_environment(&args.environment)?;
     let model = &environment.model;
     let displacement = match (args.displacement, model.map()) {
         (Some(DisplacementArg::Error), _) | (None, MapKind::Distortion) => Displacement::Error,
@@ -104,7 +105,7 @@ pub fn run(args: &FieldArgs) -> anyhow::Result<()> {
     let field = sample_field(model, &plan, &Shown::new("sampling").task)
         .with_context(|| args.environment.display().to_string())?;
     let axes = args.axes.into();
-    store::write_atomic(&args.output, |out| match kind {
+    output.write(|out| match kind {
         FileKind::Nrrd => nrrd::write(out, &field, axes),
         FileKind::Mha => mha::write(out, &field, axes),
         FileKind::Vti => vti::write(out, &field),

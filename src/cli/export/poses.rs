@@ -8,7 +8,7 @@ use crate::formats::export::markups::MarkupPoint;
 use crate::formats::export::{itk_transform, markups};
 use crate::formats::poses::{self, WhosePoses};
 use crate::geometry::pose::Pose;
-use crate::store;
+use crate::store::Files;
 use crate::study::figures::with_separators;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
@@ -84,18 +84,19 @@ enum FileKind {
 ///
 /// # Errors
 /// Files that can't be used, rows that are not there, several poses for one transform.
-pub fn run(args: &PosesArgs) -> anyhow::Result<()> {
+pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
+    let output = files.output(&args.output)?;
     let kind = kind_of(&args.output)?;
     if matches!(kind, FileKind::Csv) {
         refuse_axes(args.axes, &args.output)?;
     }
     let mut found = match args.columns {
-        None => ToolReader::of_tool(args.tool.as_deref())
+        None => ToolReader::of_tool(files, args.tool.as_deref())
             .read_all(args.poses.iter().map(PathBuf::as_path))?,
         Some(columns) => {
             let mut all = Vec::new();
             for file in &args.poses {
-                all.extend(store::read_poses_of(file, columns.into())?);
+                all.extend(files.read_poses_of(file, columns.into())?);
             }
             all
         }
@@ -107,9 +108,9 @@ pub fn run(args: &PosesArgs) -> anyhow::Result<()> {
     let chosen = chosen(&found, args.row)?;
     let axes = args.axes.into();
     match (kind, chosen.as_slice()) {
-        (FileKind::Csv, _) => store::write_atomic(&args.output, |out| {
-            poses::write(out, chosen.iter().map(|(_, pose)| pose))
-        })?,
+        (FileKind::Csv, _) => {
+            output.write(|out| poses::write(out, chosen.iter().map(|(_, pose)| pose)))?
+        }
         (FileKind::Markups, _) => {
             let points: Vec<_> = chosen
                 .iter()
@@ -118,10 +119,10 @@ pub fn run(args: &PosesArgs) -> anyhow::Result<()> {
                     tracker_from_point: *pose,
                 })
                 .collect();
-            store::write_atomic(&args.output, |out| markups::write(out, &points, axes))?;
+            output.write(|out| markups::write(out, &points, axes))?;
         }
         (FileKind::Transform, [(_, pose)]) => {
-            store::write_atomic(&args.output, |out| itk_transform::write(out, pose, axes))?;
+            output.write(|out| itk_transform::write(out, pose, axes))?;
         }
         (FileKind::Transform, _) => bail!(
             "{}: found {} poses, expected one for a transform; --row 0 to {} chooses it",

@@ -7,7 +7,7 @@ use super::ends_with;
 use crate::design::view::Layers;
 use crate::design::{BodyRole, Design};
 use crate::scene::{self, Ground, MOST_TRIANGLES, SceneWish};
-use crate::store;
+use crate::store::Files;
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -47,14 +47,15 @@ pub struct SceneArgs {
 ///
 /// # Errors
 /// A design that can't be opened, a sensor that is not there, what the format cannot hold.
-pub fn run(args: &SceneArgs) -> anyhow::Result<()> {
+pub fn run(args: &SceneArgs, files: &Files) -> anyhow::Result<()> {
+    let output = files.output(&args.output)?;
     if !ends_with(&args.output, ".glb") {
         bail!(
             "{}: expected a name that ends with .glb, as the scene is written in binary glTF",
             args.output.display()
         );
     }
-    let world = open_named(&args.design)?;
+    let world = open_named(files, &args.design)?;
     note_meshes(&world);
     note_world(&world);
     let named = || args.design.display().to_string();
@@ -73,7 +74,7 @@ pub fn run(args: &SceneArgs) -> anyhow::Result<()> {
     let shown = Shown::new("computing what the layers show");
     let scene = scene::glb(&world, &wish, &shown.task).with_context(named)?;
     drop(shown);
-    store::write_atomic(&args.output, |out| out.write_all(&scene.glb))?;
+    output.write_bytes(&scene.glb)?;
     for note in &scene.notes {
         output::note(&format!("note: {note}"));
     }

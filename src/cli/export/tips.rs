@@ -7,7 +7,7 @@ use crate::formats::export::markups::{self, MarkupList, MarkupPoint};
 use crate::formats::export::tips_table::{self, StudiedTip};
 use crate::geometry::pose::Pose;
 use crate::report::palette::SERIES;
-use crate::store;
+use crate::store::{self, Files};
 use crate::study::figures::with_separators;
 use crate::study::{self, CancelToken, Trial, trial_count};
 use anyhow::{Context, bail};
@@ -55,13 +55,14 @@ enum FileKind {
 ///
 /// # Errors
 /// Files that can't be used, a range of motion that can't be visited, nothing left to write.
-pub fn run(args: &TipsArgs) -> anyhow::Result<()> {
+pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
+    let output = files.output(&args.output)?;
     let kind = kind_of(&args.output)?;
     if matches!(kind, FileKind::Csv) {
         refuse_axes(args.axes, &args.output)?;
     }
     let named = || args.design.display().to_string();
-    let world = store::open_design_without_meshes(&args.design)?;
+    let world = files.open_design_without_meshes(&args.design)?;
     let mut scenario = store::resolve(world.document.design(), &world.environment);
     scenario.outside = args.outside.into();
     let asked = mode_arg(args.mode, args.input.as_deref())?;
@@ -69,7 +70,7 @@ pub fn run(args: &TipsArgs) -> anyhow::Result<()> {
         Some(_) => ModeArg::Motion,
         None => ModeArg::Single,
     });
-    let mode = mode_of(mode, args.input.as_deref(), &world)?;
+    let mode = mode_of(files, mode, args.input.as_deref(), &world)?;
     note_world(&world);
     let trials = trial_count(&scenario, &mode);
     let bar = output::progress(trials.unwrap_or(0) as u64, "simulating");
@@ -92,7 +93,7 @@ pub fn run(args: &TipsArgs) -> anyhow::Result<()> {
     let outcome = study::run(&scenario, &mode, &cancel, Some(&mut visit)).with_context(named)?;
     bar.finish_and_clear();
     match kind {
-        FileKind::Csv => store::write_atomic(&args.output, |out| tips_table::write(out, &tips))?,
+        FileKind::Csv => output.write(|out| tips_table::write(out, &tips))?,
         FileKind::Markups => {
             if tips.len() > MANY {
                 output::note(&format!(
@@ -103,9 +104,7 @@ pub fn run(args: &TipsArgs) -> anyhow::Result<()> {
                 ));
             }
             let lists = lists(&world.document.design().name, &tips);
-            store::write_atomic(&args.output, |out| {
-                markups::write_lists(out, &lists, args.axes.into())
-            })?;
+            output.write(|out| markups::write_lists(out, &lists, args.axes.into()))?;
         }
     }
     output::note_outside(

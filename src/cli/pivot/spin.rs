@@ -8,7 +8,7 @@ use crate::calibration::spin::{Spin, SpinLimits, spin, tool_from_tip};
 use crate::formats::body::{self, BodyFile};
 use crate::formats::export::{PatientAxes, itk_transform};
 use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::store;
+use crate::store::Output;
 use crate::study::figures::with_separators;
 use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
 use anyhow::{Context, bail};
@@ -118,26 +118,32 @@ impl SpinArgs {
         }))
     }
 
+    /// Where the frame of the tip goes.
+    pub(super) fn tip_frame(&self) -> Option<&Path> {
+        self.tip_frame.as_deref()
+    }
+
     /// Writes the frame of the tip, where that was asked for.
     ///
     /// # Errors
     /// What the disk says.
     pub(super) fn write_tip_frame(
-        &self,
+        output: Option<&Output>,
         shaft: Option<&Shaft>,
         tip: Option<Point3<f64>>,
     ) -> anyhow::Result<()> {
-        let (Some(file), Some(shaft), Some(tip)) = (&self.tip_frame, shaft, tip) else {
+        let (Some(output), Some(shaft), Some(tip)) = (output, shaft, tip) else {
             return Ok(());
         };
         let tool_from_tip = tool_from_tip(&tip, &shaft.spin.shaft_in_tool);
+        let file = output.file();
         match kind_of(file)? {
-            FileKind::Transform => store::write_atomic(file, |out| {
-                itk_transform::write(out, &tool_from_tip, PatientAxes::Ras)
-            })?,
+            FileKind::Transform => {
+                output.write(|out| itk_transform::write(out, &tool_from_tip, PatientAxes::Ras))?
+            }
             FileKind::Body => {
                 let text = body::write(&body_of(file, &tool_from_tip));
-                store::write_atomic(file, |out| out.write_all(text.as_bytes()))?;
+                output.write_bytes(text.as_bytes())?;
             }
         }
         Ok(())

@@ -4,6 +4,7 @@ use crate::cli::expected;
 use crate::cli::output::columns;
 use crate::design::{BodyRole, Decision, Design, Procedure};
 use crate::study::BoundVerdict;
+use crate::study::expected::{judged, requirement_figures};
 use crate::study::own_study::study_notes;
 use crate::study::procedure::{
     BuiltStanding, Change, Grounds, Row, Standing, State, Step, StudiesStanding, headline,
@@ -54,13 +55,9 @@ fn row_as_json(row: &Row) -> Value {
     value["position_mm"] = json!(figures.position_mm);
     value["angle_deg"] = json!(figures.angle_deg);
     value["worst"] = json!(figures.worst);
-    value["requirement"] = json!(
-        figures
-            .requirement_met()
-            .map(|met| json!({"met": met, "checks": figures.checks}))
-    );
+    value["requirement"] = json!(requirement_figures(figures));
     if let Some(expected) = &studied.expected {
-        expected::add_json(&mut value, expected, &figures.checks);
+        expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
     }
     value
 }
@@ -148,7 +145,7 @@ fn studies(found: &StudiesStanding, has_targets: bool) -> Vec<String> {
                 let (p, a) = (&studied.figures.position_mm, &studied.figures.angle_deg);
                 let values = [p.rms, p.mean, p.p95, p.max, a.rms, a.p95, a.max];
                 cells.extend(values.map(|value| format!("{value:.4}")));
-                let verdict = row.verdict().map_or("–", BoundVerdict::short_label);
+                let verdict = row.verdict().map_or("–", BoundVerdict::label);
                 cells.push(verdict.to_owned());
             }
         }

@@ -2,15 +2,15 @@
 
 use super::{ModeArg, SimulateArgs, as_json, note_world, simulate, study_text};
 use crate::cli::output::{self, Format};
-use crate::store;
+use crate::store::{self, Files};
 use crate::study::Mode;
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 
 /// Simulates the CRF at each of its targets, and prints the figures.
-pub(super) fn run(args: &SimulateArgs, asked: ModeArg) -> anyhow::Result<()> {
+pub(super) fn run(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow::Result<()> {
     let file = args.design.display();
-    let world = store::open_design_without_meshes(&args.design)?;
+    let world = files.open_design_without_meshes(&args.design)?;
     let design = world.document.design();
     let Some(crf) = &design.crf else {
         bail!("{file}: the design has no CRF to simulate");
@@ -57,7 +57,8 @@ pub(super) fn run(args: &SimulateArgs, asked: ModeArg) -> anyhow::Result<()> {
         ));
         let mut value = as_json(&outcome.figures, single.as_ref());
         if let Some(expected) = &expected {
-            crate::cli::expected::add_json(&mut value, expected, &outcome.figures.checks);
+            let bounds = crate::study::expected::judged(&outcome.figures, Some(expected));
+            crate::cli::expected::add_json(&mut value, expected, &bounds);
         }
         value["target"] = json!(judged.target);
         values.push(value);

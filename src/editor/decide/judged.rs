@@ -6,7 +6,7 @@ use crate::editor::document::WorldGeneration;
 use crate::editor::layers::latest::Newest;
 use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld};
 use crate::editor::wake::Waker;
-use crate::store::{self, BuiltToolNote, ProcedureWish};
+use crate::store::{self, BuiltToolNote, Files, ProcedureWish};
 use crate::study::agreement::BuiltRecording;
 use crate::study::procedure::Standing;
 use bevy::prelude::*;
@@ -113,7 +113,7 @@ fn ask(
     judged.0.ask(key, move |task| {
         let notes = RefCell::new(Vec::new());
         let note = |note: BuiltToolNote| notes.borrow_mut().push(note.to_string());
-        let standing = store::procedure(&open, &wish, task, &note).ok()?;
+        let standing = store::procedure(&Files::default(), &open, &wish, task, &note).ok()?;
         let notes = notes.into_inner();
         Some(Found { standing, notes })
     });

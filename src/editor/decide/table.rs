@@ -3,7 +3,7 @@
 use crate::design::Design;
 use crate::field::{Environment, OutsidePolicy};
 use crate::formats::comparison_table::Names;
-use crate::store::{self, RoomPlace};
+use crate::store::{self, Files, RoomPlace};
 use crate::study::comparison::{Comparison, Settings, compare};
 use crate::task::{Cancelled, Task};
 use std::path::PathBuf;
@@ -65,7 +65,7 @@ pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
     }
     designs.push((Compare::Open, wanted.open));
     for file in wanted.files {
-        match store::read_compared_designs(std::slice::from_ref(&file)) {
+        match store::read_compared_designs(&Files::default(), std::slice::from_ref(&file)) {
             Ok(read) => designs.extend(
                 read.into_iter()
                     .map(|read| (Compare::File(read.file), Arc::new(read.design))),

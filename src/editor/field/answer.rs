@@ -10,7 +10,7 @@ use crate::editor::state::{EditRequest, OpenWorld};
 use crate::editor::ui::dialogs::{Dialog, Dialogs};
 use crate::editor::wake::Waker;
 use crate::field::Environment;
-use crate::store::{self, ENVIRONMENT_EXTENSION, RoomPlace, RoomSummary};
+use crate::store::{self, ENVIRONMENT_EXTENSION, Files, RoomPlace, RoomSummary};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -88,7 +88,7 @@ impl Hand<'_> {
         let how = self.desk.settings.reading();
         let job = Job::start("measurements", &self.waker, {
             let file = file.clone();
-            move |task| store::read_table(&file, how, task)
+            move |task| Files::default().read_table(&file, how, task)
         });
         match job {
             Ok(job) => {

@@ -32,7 +32,7 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
         line(
             &with_unit(&format!("{:.2}", headline.value), unit),
             theme::figure_font(),
-            figure_color(headline.bound.map(|(_, verdict)| verdict)),
+            figure_color(headline.bound.map(|bound| bound.verdict)),
         );
         let mut text = |text: &str| line(text, theme::label_font(), palette::TEXT.color32());
         match headline.interval {
@@ -43,8 +43,8 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
                 text(&format!("95{THIN_SPACE}%: {low:.2} to {high}"));
             }
         }
-        if let Some((limit, verdict)) = headline.bound {
-            text(&bound_text(limit, unit, verdict));
+        if let Some(bound) = &headline.bound {
+            text(&bound_text(bound, unit));
         }
         let max = REQUIRED.into_iter().find(|figure| figure.is_max());
         let expected_max = view.expected.zip(max).and_then(|(e, max)| e.of(max));

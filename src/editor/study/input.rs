@@ -7,7 +7,7 @@ use crate::editor::drops::is_table;
 use crate::editor::state::{EditorSystems, FileRequest, OpenWorld};
 use crate::editor::ui::dialogs::{Dialog, Dialogs};
 use crate::editor::ui::widgets::counted;
-use crate::store;
+use crate::store::Files;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
 use std::path::Path;
@@ -65,7 +65,7 @@ fn answer(
             }
             FileRequest::ReadInput(path) => {
                 let has_crf = world.0.document.design().crf.is_some();
-                match store::read_input(path, has_crf) {
+                match Files::default().read_input(path, has_crf) {
                     Ok(trials) => {
                         let name = name_of(path);
                         let rows = counted(trials.len(), "pose", "poses");

@@ -6,7 +6,7 @@ use crate::editor::state::{EditorSystems, FileRequest, OpenWorld};
 use crate::editor::ui::dialogs::{Dialog, Dialogs};
 use crate::editor::ui::widgets::counted;
 use crate::editor::wake::Waker;
-use crate::store::{self, LogError};
+use crate::store::{self, Files, LogError};
 use crate::study::{CancelToken, StudyError, trial_count};
 use bevy::prelude::*;
 use std::path::{Path, PathBuf};
@@ -125,6 +125,7 @@ fn start(
         part: 0.0,
     };
     let (file, waker) = (path.to_owned(), waker.clone());
+    let files = Files::beside(world);
     std::thread::Builder::new()
         .name("log".into())
         .spawn(move || {
@@ -142,7 +143,12 @@ fn start(
                     tell(Told::Part(done as f64 / trials as f64));
                 }
             };
-            let written = store::write_log(&file, &scenario, &mode, &cancel, &mut visit);
+            let written = files
+                .output(&file)
+                .map_err(LogError::from)
+                .and_then(|output| {
+                    store::write_log(&output, &scenario, &mode, &cancel, &mut visit)
+                });
             tell(match written {
                 Ok(outcome) => Told::Written {
                     trials: outcome.figures.trials,

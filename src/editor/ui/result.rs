@@ -8,7 +8,7 @@ use crate::editor::solver::Extent;
 use crate::editor::state::Results;
 use crate::editor::study::ModeKind;
 use crate::study::comparison::REQUIRED;
-use crate::study::figures::with_separators;
+use crate::study::figures::{capitalised, with_separators};
 use crate::study::{Expected, FigureRow, Figures, Headline, figure_rows, headline};
 use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
 
@@ -169,7 +169,7 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
     // What is not known for certain yet has no verdict.
     let bound = headline.bound.filter(|_| !is_pending);
     ui.horizontal(|ui| {
-        let color = figure_color(bound.map(|(_, verdict)| verdict));
+        let color = figure_color(bound.map(|bound| bound.verdict));
         let value = with_unit(&format!("{:.2}", headline.value), unit);
         ui.label(RichText::new(value).font(theme::figure_font()).color(color));
         if let Some(interval) = headline.interval {
@@ -193,9 +193,9 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
     if is_pending {
         quiet_ui(ui, OWN_FIELD);
     }
-    if let Some((limit, verdict)) = bound {
-        let text = bound_text(limit, unit, verdict);
-        ui.label(RichText::new(text).color(figure_color(Some(verdict))));
+    if let Some(bound) = &bound {
+        let text = bound_text(bound, unit);
+        ui.label(RichText::new(text).color(figure_color(Some(bound.verdict))));
     }
 }
 
@@ -261,14 +261,7 @@ pub fn warnings(figures: &Figures) -> Vec<String> {
         ));
     }
     if let Some(free) = &figures.free_axis {
-        let body = if free.body == "crf" { "CRF" } else { free.body };
-        texts.push(match free.axis_in_body {
-            Some([x, y, z]) => format!(
-                "The {body}'s rotation about ({x:.2},{THIN_SPACE}{y:.2},{THIN_SPACE}{z:.2}) is \
-                 not determined by its sensors"
-            ),
-            None => format!("The {body}'s rotation is not determined by its sensors"),
-        });
+        texts.push(capitalised(&free.statement()));
     }
     if figures.poorly_determined {
         texts.push("A rotation is poorly determined: noise decides it".to_owned());

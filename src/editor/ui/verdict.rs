@@ -4,6 +4,7 @@ use super::theme;
 use super::widgets::{MET_SIGN, MISSED_SIGN, with_unit};
 use crate::editor::palette;
 use crate::study::BoundVerdict;
+use crate::study::expected::JudgedBound;
 use bevy_egui::egui::Color32;
 
 /// Where a room cannot tell.
@@ -20,16 +21,16 @@ pub fn verdict_mark(verdict: BoundVerdict) -> (char, Color32) {
 
 /// `? cannot tell`.
 pub fn verdict_text(verdict: BoundVerdict) -> String {
-    format!("{} {}", verdict_mark(verdict).0, verdict.short_label())
+    format!("{} {}", verdict_mark(verdict).0, verdict.label())
 }
 
 /// `✔ met: at most 1.00 mm`.
-pub fn bound_text(limit: f64, unit: &str, verdict: BoundVerdict) -> String {
-    let limit = with_unit(&format!("{limit:.2}"), unit);
+pub fn bound_text(bound: &JudgedBound, unit: &str) -> String {
+    let limit = with_unit(&format!("{:.2}", bound.limit), unit);
     format!(
         "{} {}: at most {limit}",
-        verdict_mark(verdict).0,
-        verdict.label()
+        verdict_mark(bound.verdict).0,
+        bound.label()
     )
 }
 

@@ -36,7 +36,7 @@ pub fn head(report: &Report) -> Markup {
 
 pub fn section(report: &Report) -> Markup {
     let study = report.study;
-    let bounds = judged(&study.figures.checks, study.expected.as_ref());
+    let bounds = judged(&study.figures, study.expected.as_ref());
     let verdict = verdict_of(&bounds);
     html! {
         section id="summary" {
@@ -148,7 +148,7 @@ fn requirement(bounds: &[JudgedBound]) -> Markup {
                             td { "≤ " (format!("{}\u{2009}{unit}", bound.limit)) }
                             td { (format!("{:+.4}\u{2009}{unit}", bound.limit - bound.value).replace('-', "−")) }
                             td class=(verdict_class(Some(bound.verdict))) {
-                                (verdict_mark(Some(bound.verdict))) (bound.verdict.label())
+                                (verdict_mark(Some(bound.verdict))) (bound.label())
                             }
                         }
                     }

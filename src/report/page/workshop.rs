@@ -4,7 +4,7 @@ use super::TableSection;
 use crate::report::manufacturing::{
     check_words, expected_words, frame_words, role_name, tolerance_value, tolerance_words,
 };
-use crate::study::figures::with_minus_signs;
+use crate::study::figures::{capitalised, with_minus_signs};
 use crate::study::tolerance::{ManufacturingSheet, SheetBody, SheetSensor, Tolerance, Tolerances};
 
 /// What a workshop builds by: a row a sensor, and what holds for all at once.
@@ -96,11 +96,7 @@ fn notes(sheet: &ManufacturingSheet) -> Vec<String> {
         notes.push(format!("As drawn: {}.", checks.join(", ")));
     }
     for words in expected_words(sheet) {
-        let upper = words.chars().take(1).flat_map(char::to_uppercase);
-        notes.push(format!(
-            "{}.",
-            upper.chain(words.chars().skip(1)).collect::<String>()
-        ));
+        notes.push(format!("{}.", capitalised(&words)));
     }
     notes
 }

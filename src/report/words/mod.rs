@@ -15,7 +15,7 @@ pub use worst::{WorstPose, worst_pose};
 use crate::field::OutsidePolicy;
 use crate::study::comparison::{ErrorOf, Figure, REQUIRED};
 use crate::study::expected::{JudgedBound, judged, verdict_of};
-use crate::study::figures::with_separators;
+use crate::study::figures::{capitalised, with_separators};
 use crate::study::{
     BoundVerdict, Expected, Figures, Mode, Profile, Requirement, Scenario, trial_pose,
 };
@@ -61,7 +61,7 @@ pub fn plain_words(
             Some(expected) => expected_headline(figures, expected, limit_mm),
             None => headline(figures, profile, limit_mm, pose.as_ref()),
         },
-        verdict: verdict(&judged(&figures.checks, expected)),
+        verdict: verdict(&judged(figures, expected)),
         worst: pose.map(|pose| {
             let worst_mm = length(figures.worst.position_mm, limit_mm);
             let held = pose.in_full();
@@ -209,10 +209,17 @@ fn verdict(bounds: &[JudgedBound]) -> String {
         Some(BoundVerdict::Missed) => {
             format!("The requirement is missed: {}.", missed.join("; "))
         }
-        Some(BoundVerdict::CannotTell) => format!(
-            "The measurements of this room cannot tell whether the requirement is met: {}.",
-            open.join("; ")
-        ),
+        Some(BoundVerdict::CannotTell) => {
+            let why = bounds.iter().find_map(|bound| bound.unsettled);
+            let subject = why.map_or_else(
+                || "The measurements of this room cannot tell".to_owned(),
+                |why| format!("It cannot be told, because {why},"),
+            );
+            format!(
+                "{subject} whether the requirement is met: {}.",
+                open.join("; ")
+            )
+        }
     }
 }
 
@@ -262,17 +269,7 @@ fn cautions(scenario: &Scenario, figures: &Figures) -> Vec<String> {
         ));
     }
     if let Some(free) = &figures.free_axis {
-        let body = match free.body {
-            "crf" => "CRF",
-            other => other,
-        };
-        cautions.push(match free.axis_in_body {
-            Some(_) => format!(
-                "The sensors of the {body} do not tell how it is turned about one axis; figures \
-                 take that turn as the tracker happens to guess it."
-            ),
-            None => format!("The sensors of the {body} do not tell how it is turned at all."),
-        });
+        cautions.push(format!("{}.", capitalised(&free.statement())));
     } else if figures.poorly_determined {
         cautions.push(
             "How a body is turned is poorly determined by where its sensors are: noise in the \

@@ -29,7 +29,7 @@ pub fn plain_figure(
         };
         let figure = Figure { of, summary };
         let found = expected.and_then(|expected| expected.of(figure));
-        let bounds = judged(&figures.checks, expected);
+        let bounds = judged(figures, expected);
         PlainFigure {
             value: digits(found.map_or(own, |(value, _)| value)),
             words: match found {

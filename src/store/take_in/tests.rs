@@ -1,8 +1,9 @@
 //! Bodies from elsewhere: what becomes of their files, and of the ones that were there.
 
 use super::super::recovery::{Recovery, Snapshot, leftovers};
+use super::super::tool::read_tool;
 use super::super::{
-    changes, open_builtin, open_design, read_tool, refresh_meshes, save, save_as, shared_bodies,
+    changes, open_builtin, open_design, refresh_meshes, save, save_as, shared_bodies,
 };
 use super::*;
 use crate::design::Edit;

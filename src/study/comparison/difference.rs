@@ -7,6 +7,7 @@
 use super::figure::{ErrorOf, FIGURES, Figure, FigureValues};
 use super::sampled::{Drawn, DrawnFrom, Sampled};
 use crate::study::expected::STRETCH;
+use crate::study::figures::Unsettled;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -33,6 +34,8 @@ pub enum Verdict {
     Negligible,
     /// More than the sampling allows, in a room that does not say how far it may be off.
     RoomUnknown,
+    /// A study of the two leaves a rotation open or left trials out: its figures may be any others.
+    Unsettled,
 }
 
 /// A figure less the baseline's, in the figure's unit.
@@ -54,6 +57,9 @@ pub struct Difference {
     pub low: f64,
     pub high: f64,
     pub verdict: Verdict,
+    /// Of the design, else of the baseline.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unsettled: Option<Unsettled>,
 }
 
 /// What a design's figures are, and how far they may be off.
@@ -62,6 +68,7 @@ pub(super) struct Side<'a> {
     pub grid: &'a FigureValues,
     pub sampled: Option<&'a Sampled>,
     pub drawn: Option<&'a Drawn>,
+    pub unsettled: Option<Unsettled>,
 }
 
 /// Least differences that count, mm and degrees.
@@ -138,7 +145,10 @@ fn difference(
         ErrorOf::Angle => least.deg,
     };
     let is_beside_zero = low > 0.0 || high < 0.0;
-    let verdict = if difference.abs() < least {
+    let unsettled = sides.iter().find_map(|side| side.unsettled);
+    let verdict = if unsettled.is_some() {
+        Verdict::Unsettled
+    } else if difference.abs() < least {
         Verdict::Negligible
     } else if !is_beside_zero {
         Verdict::NotTold
@@ -158,6 +168,7 @@ fn difference(
         low,
         high,
         verdict,
+        unsettled,
     }
 }
 
@@ -363,6 +374,7 @@ mod tests {
             grid,
             sampled: None,
             drawn: Some(drawn),
+            unsettled: None,
         };
         let same_room = rms(side(&two, &also), side(&one, &shared));
         assert!(same_room.model_std.unwrap() < 1e-15);
@@ -394,6 +406,7 @@ mod tests {
             grid,
             sampled: None,
             drawn: Some(drawn),
+            unsettled: None,
         };
         let found = rms(side(&own, &design), side(&theirs, &baseline));
         assert_eq!(found.verdict, Verdict::Better);
@@ -413,6 +426,7 @@ mod tests {
             grid,
             sampled,
             drawn: None,
+            unsettled: None,
         };
         let found = rms(side(&two, Some(&looks)), side(&one, None));
         assert!((found.over_range.unwrap() - 0.2).abs() < 1e-14);
@@ -437,6 +451,7 @@ mod tests {
                 grid,
                 sampled: None,
                 drawn: None,
+                unsettled: None,
             });
             rms(a, b).verdict
         };

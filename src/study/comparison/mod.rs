@@ -244,6 +244,7 @@ impl Measured {
             grid,
             sampled: self.sampled.as_ref(),
             drawn: self.drawn.as_ref(),
+            unsettled: self.figures.unsettled(),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::study::own_study::study_notes;
 
 /// Whether the requirement is met, as far as the room can tell.
 pub fn met_words(measured: &Measured) -> &'static str {
-    measured.verdict().map_or("–", BoundVerdict::short_label)
+    measured.verdict().map_or("–", BoundVerdict::label)
 }
 
 /// What may be said of a difference from the baseline of this name.
@@ -39,6 +39,12 @@ pub fn difference_words(difference: &Difference, baseline: &str) -> String {
         Verdict::RoomUnknown => format!(
             "{size} {side} than {baseline} as the room stands ({from} to {to} for the sampling); how far the \
              room may be off is not known, so this is no verdict"
+        ),
+        Verdict::Unsettled => format!(
+            "{size} {side} than {baseline} as far as the figures go; {}, so this is no verdict",
+            difference
+                .unsettled
+                .map_or_else(String::new, |why| why.to_string())
         ),
     }
 }

@@ -12,8 +12,8 @@ mod verdict;
 pub use more_rows::{MoreMeasuring, more_measuring, most_times, shrinking};
 pub use rows::{ExpectedRow, expected_rows};
 pub use verdict::{
-    BoundVerdict, Headline, JudgedBound, headline, judged, study_verdict, verdict_of,
-    verdict_of_all,
+    BoundVerdict, Headline, JudgedBound, RequirementFigures, headline, judged, judged_checks,
+    requirement_figures, study_verdict, verdict_of, verdict_of_all,
 };
 
 use super::comparison::{FIGURES, Figure, FigureValues, values};

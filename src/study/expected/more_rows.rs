@@ -54,7 +54,8 @@ pub fn more_measuring(
 ) -> Result<Vec<MoreMeasuring>, ExpectedError> {
     let open: Vec<&JudgedBound> = bounds
         .iter()
-        .filter(|bound| bound.verdict == BoundVerdict::CannotTell)
+        // No measurement settles what the study itself leaves open.
+        .filter(|bound| bound.verdict == BoundVerdict::CannotTell && bound.unsettled.is_none())
         .collect();
     if open.is_empty() {
         return Ok(Vec::new());

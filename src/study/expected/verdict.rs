@@ -1,12 +1,12 @@
 //! Whether a requirement is met, as far as a room can tell.
 
 use super::Expected;
-use crate::study::comparison::{Figure, REQUIRED};
-use crate::study::figures::Figures;
+use crate::study::comparison::{ErrorOf, Figure, REQUIRED};
+use crate::study::figures::{Figures, Unsettled};
 use crate::study::requirement::{Check, Requirement};
 use serde::Serialize;
 
-/// What the measurements of a room settle of a bound.
+/// What a study settles of a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BoundVerdict {
@@ -14,7 +14,7 @@ pub enum BoundVerdict {
     Met,
     /// The whole interval is beyond it.
     Missed,
-    /// The bound lies in the interval.
+    /// The bound lies in the interval, or the study leaves open more than the room does.
     CannotTell,
 }
 
@@ -24,15 +24,7 @@ impl BoundVerdict {
         match self {
             Self::Met => "met",
             Self::Missed => "missed",
-            Self::CannotTell => "cannot tell in this room",
-        }
-    }
-
-    /// Where there is no room for more than a word or two.
-    pub fn short_label(self) -> &'static str {
-        match self {
             Self::CannotTell => "cannot tell",
-            other => other.label(),
         }
     }
 
@@ -60,6 +52,20 @@ pub struct JudgedBound {
     /// 95 % interval, where the room has one.
     pub interval: Option<[f64; 2]>,
     pub verdict: BoundVerdict,
+    /// Why nothing can be told, where it is not the room.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unsettled: Option<Unsettled>,
+}
+
+impl JudgedBound {
+    /// The verdict for a person, with its reason where nothing can be told.
+    pub fn label(&self) -> String {
+        match (self.verdict, &self.unsettled) {
+            (BoundVerdict::CannotTell, Some(why)) => format!("cannot tell: {why}"),
+            (BoundVerdict::CannotTell, None) => "cannot tell in this room".to_owned(),
+            (verdict, _) => verdict.label().to_owned(),
+        }
+    }
 }
 
 /// The figure that a bound of this name is about.
@@ -70,8 +76,18 @@ fn figure_of(bound: &str) -> Option<Figure> {
 }
 
 /// Each bound, in the order of its checks: against the interval of its figure where there is one, else
-/// against the figure of the room's own field.
-pub fn judged(checks: &[Check], expected: Option<&Expected>) -> Vec<JudgedBound> {
+/// against the figure of the room's own field. None is met that an undetermined rotation or a trial
+/// that was left out may break.
+pub fn judged(figures: &Figures, expected: Option<&Expected>) -> Vec<JudgedBound> {
+    judged_checks(&figures.checks, figures.unsettled(), expected)
+}
+
+/// The same of checks by themselves.
+pub fn judged_checks(
+    checks: &[Check],
+    unsettled: Option<Unsettled>,
+    expected: Option<&Expected>,
+) -> Vec<JudgedBound> {
     let each = checks.iter().filter_map(|check| {
         let figure = figure_of(check.name)?;
         let found = expected.and_then(|expected| expected.of(figure));
@@ -82,6 +98,16 @@ pub fn judged(checks: &[Check], expected: Option<&Expected>) -> Vec<JudgedBound>
             None if check.met => BoundVerdict::Met,
             None => BoundVerdict::Missed,
         };
+        let highest = found.map_or(check.value, |(_, [_, high])| high);
+        // An angle error has no bound but half a turn.
+        let unsettled = unsettled.filter(|why| {
+            verdict != BoundVerdict::Missed
+                && (figure.of == ErrorOf::Angle || highest + why.most_mm() > check.limit)
+        });
+        let verdict = match unsettled {
+            None => verdict,
+            Some(_) => BoundVerdict::CannotTell,
+        };
         Some(JudgedBound {
             name: check.name,
             figure,
@@ -89,9 +115,48 @@ pub fn judged(checks: &[Check], expected: Option<&Expected>) -> Vec<JudgedBound>
             value: found.map_or(check.value, |(value, _)| value),
             interval: found.map(|(_, interval)| interval),
             verdict,
+            unsettled,
         })
     });
     each.collect()
+}
+
+/// A requirement and the figures of the room's own field, for a program.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RequirementFigures {
+    /// `None` where it cannot be told.
+    pub met: Option<bool>,
+    pub checks: Vec<SettledCheck>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unsettled: Option<Unsettled>,
+}
+
+/// One bound of it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SettledCheck {
+    /// The bound's name in a design file.
+    pub name: &'static str,
+    pub value: f64,
+    pub limit: f64,
+    pub met: Option<bool>,
+}
+
+/// The requirement of a study in the room's own field; `None` without one.
+pub fn requirement_figures(figures: &Figures) -> Option<RequirementFigures> {
+    let bounds = judged(figures, None);
+    Some(RequirementFigures {
+        met: verdict_of(&bounds)?.is_met(),
+        unsettled: bounds.iter().find_map(|bound| bound.unsettled),
+        checks: bounds
+            .iter()
+            .map(|bound| SettledCheck {
+                name: bound.name,
+                value: bound.value,
+                limit: bound.limit,
+                met: bound.verdict.is_met(),
+            })
+            .collect(),
+    })
 }
 
 /// Several as a whole: missed where any is, met where all are; `None` without any.
@@ -111,7 +176,7 @@ pub fn verdict_of(bounds: &[JudgedBound]) -> Option<BoundVerdict> {
 
 /// The same of a study.
 pub fn study_verdict(figures: &Figures, expected: Option<&Expected>) -> Option<BoundVerdict> {
-    verdict_of(&judged(&figures.checks, expected))
+    verdict_of(&judged(figures, expected))
 }
 
 /// The one figure that counts: the first bound that is missed, else the first that cannot be told,
@@ -124,12 +189,12 @@ pub struct Headline {
     /// 95 % interval, where the room has one.
     pub interval: Option<[f64; 2]>,
     /// The bound on it.
-    pub bound: Option<(f64, BoundVerdict)>,
+    pub bound: Option<JudgedBound>,
 }
 
 /// The one figure that counts.
 pub fn headline(figures: &Figures, expected: Option<&Expected>) -> Headline {
-    let bounds = judged(&figures.checks, expected);
+    let bounds = judged(figures, expected);
     let of = |verdict| bounds.iter().find(|bound| bound.verdict == verdict);
     let first = of(BoundVerdict::Missed)
         .or_else(|| of(BoundVerdict::CannotTell))
@@ -139,7 +204,7 @@ pub fn headline(figures: &Figures, expected: Option<&Expected>) -> Headline {
             figure: bound.figure,
             value: bound.value,
             interval: bound.interval,
-            bound: Some((bound.limit, bound.verdict)),
+            bound: Some(*bound),
         };
     }
     let [figure, ..] = REQUIRED;

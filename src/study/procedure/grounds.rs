@@ -172,7 +172,7 @@ impl DecidedFigures {
                 p95: a.p95,
                 max: a.max,
             },
-            met: figures.requirement_met(),
+            met: figures.within_bounds(),
         }
     }
 

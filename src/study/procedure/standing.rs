@@ -370,7 +370,7 @@ impl Standing {
         };
         match (counts.missed, counts.cannot_tell) {
             (0, 0) => None,
-            (0, _) => Some("the room cannot tell whether the requirement is met"),
+            (0, _) => Some("it cannot be told whether the requirement is met"),
             _ => Some("the requirement is missed"),
         }
     }

@@ -22,7 +22,8 @@ pub use sheet::{
     Tolerance, Tolerances, Within, rounded_down, stated_decimals,
 };
 
-use super::expected::{expected_where_measured, judged};
+use super::expected::{expected_where_measured, judged, judged_checks};
+use super::figures::Unsettled;
 use super::own_study::mode_of;
 use super::requirement::Check;
 use super::run::{StudyError, run};
@@ -65,6 +66,8 @@ enum NoTolerances {
         value: f64,
         limit: f64,
     },
+    #[error("it cannot be told whether the requirement is met as drawn: {0}")]
+    Unsettled(Unsettled),
     #[error("{found} sensors, expected at most {MAX_SENSORS} in tool and CRF together")]
     TooManySensors { found: usize },
     #[error(transparent)]
@@ -123,8 +126,9 @@ fn find(
 ) -> Result<(), NoTolerances> {
     let mode = mode_of(scenario);
     let outcome = run(scenario, &mode, &task.cancel, None)?;
+    let unsettled = outcome.figures.unsettled();
     if let Some(expected) = expected_where_measured(scenario, &mode, &task.cancel)? {
-        sheet.expected_as_drawn = judged(&outcome.figures.checks, Some(&expected));
+        sheet.expected_as_drawn = judged(&outcome.figures, Some(&expected));
     }
     sheet.study_poses = outcome.figures.trials;
     sheet.study_outside = outcome.figures.outside;
@@ -141,6 +145,10 @@ fn find(
             value: missed.value,
             limit: missed.limit,
         });
+    }
+    let bounds = judged_checks(&sheet.as_drawn, unsettled, None);
+    if let Some(why) = bounds.iter().find_map(|bound| bound.unsettled) {
+        return Err(NoTolerances::Unsettled(why));
     }
     let found = sheet.bodies.iter().map(|b| b.sensors.len()).sum();
     if found > MAX_SENSORS {

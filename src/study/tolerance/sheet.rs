@@ -1,7 +1,7 @@
 //! What a workshop is given: where each sensor sits, and how far off it may be.
 
 use crate::study::expected::JudgedBound;
-use crate::study::figures::FreeAxis;
+use crate::study::figures::FreeRotation;
 use crate::study::requirement::Check;
 use crate::study::work::Work;
 use crate::tracking::Coil;
@@ -25,7 +25,7 @@ pub struct ManufacturingSheet {
     /// Why there are no tolerances.
     pub no_tolerances: Option<String>,
     /// A rotation that a body's sensors leave free: figures and tolerances take the true one.
-    pub free_axis: Option<FreeAxis>,
+    pub free_axis: Option<FreeRotation>,
     /// A rotation is so weakly determined that noise decides it.
     pub poorly_determined: bool,
     /// The tool, and the CRF where there is one.

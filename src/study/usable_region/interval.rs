@@ -9,7 +9,7 @@ use crate::geometry::bounds::Bounds;
 use crate::geometry::isosurface::ScalarLattice;
 use crate::geometry::volume::Volume;
 use crate::study::comparison::REQUIRED;
-use crate::study::expected::{ExpectedError, expected, judged};
+use crate::study::expected::{ExpectedError, expected, judged_checks};
 use crate::study::run::StudyError;
 use crate::study::scenario::{InputTrial, Mode, Scenario};
 use crate::study::trial::Simulator;
@@ -107,7 +107,7 @@ fn open_square(
         return Ok(None);
     };
     let own = requirement.checks_of(REQUIRED.map(|figure| found.own_of(figure)));
-    let upper = judged(&own, Some(&found));
+    let upper = judged_checks(&own, None, Some(&found));
     let upper = share_of(upper.iter().map(|bound| {
         (
             bound.interval.map_or(bound.value, |[_, high]| high),

@@ -218,6 +218,7 @@ pub fn verdict(verdict: Verdict) -> (&'static str, Color32) {
         Verdict::NotTold => ("cannot tell", palette::TEXT_QUIET.color32()),
         Verdict::Negligible => ("no matter", palette::TEXT_QUIET.color32()),
         Verdict::RoomUnknown => ("room unsure", palette::TEXT_QUIET.color32()),
+        Verdict::Unsettled => ("undetermined", palette::TEXT_QUIET.color32()),
     }
 }
 

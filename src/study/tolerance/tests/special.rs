@@ -98,7 +98,7 @@ fn a_single_coil_is_told_to_leave_a_rotation_free() {
     );
     scenario.tool.tip_in_body = None;
     let sheet = sheet_of(&scenario);
-    assert_eq!(sheet.free_axis.unwrap().body, "tool");
+    assert_eq!(sheet.free_axis.unwrap().free.body, "tool");
     assert_eq!(sheet.bodies[0].tip_in_body_mm, None);
     assert_eq!(
         sheet.bodies[0].sensors[0].position_from_tip_mm,

@@ -1,0 +1,372 @@
+//! What commands write over: nothing that they read, and no document that they did not write.
+
+use crate::support::program::{Scratch, text, trackwright};
+use std::fs;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::Duration;
+
+/// A command with `OUT` for what it writes, and the files that it reads.
+struct Writer {
+    args: &'static str,
+    inputs: &'static [&'static str],
+    /// What the output's name ends in.
+    ending: &'static str,
+}
+
+const fn writer(
+    args: &'static str,
+    inputs: &'static [&'static str],
+    ending: &'static str,
+) -> Writer {
+    Writer {
+        args,
+        inputs,
+        ending,
+    }
+}
+
+const DESIGN_FILES: &[&str] = &[
+    "d/pointer-on-head.design.ron",
+    "d/room.env.ron",
+    "d/tool.body.ron",
+    "d/crf.body.ron",
+];
+
+/// Every option that names an output, with all of its command's inputs.
+const WRITERS: &[Writer] = &[
+    writer(
+        "fit room.csv --holdout holdout.csv --order 1 --directions 6 -o OUT",
+        &["room.csv", "holdout.csv"],
+        "a.env.ron",
+    ),
+    writer(
+        "select room.csv --orders 1 --directions 1,6 --ridges 0 -o OUT",
+        &["room.csv"],
+        "a.env.ron",
+    ),
+    writer(
+        "select room.csv --orders 1 --directions 1,6 --ridges 0 --plot OUT",
+        &["room.csv"],
+        "a.svg",
+    ),
+    writer(
+        "generator learn room.csv --rows 60 --degree 1 -o OUT",
+        &["room.csv"],
+        "a.generator.ron",
+    ),
+    writer(
+        "distort d/room.env.ron poses.csv -o OUT",
+        &["d/room.env.ron", "poses.csv"],
+        "a.csv",
+    ),
+    writer(
+        "compensate d/room.env.ron poses.csv -o OUT",
+        &["d/room.env.ron", "poses.csv"],
+        "a.csv",
+    ),
+    writer(
+        "simulate d/pointer-on-head.design.ron --mode motion --log OUT",
+        DESIGN_FILES,
+        "a.csv",
+    ),
+    writer(
+        "simulate d/pointer-on-head.design.ron --mode input --input d/input.csv --log OUT",
+        &["d/input.csv", "d/tool.body.ron"],
+        "a.csv",
+    ),
+    writer(
+        "compare d/pointer-on-head.design.ron d/other.design.ron --csv OUT",
+        DESIGN_FILES,
+        "a.csv",
+    ),
+    writer(
+        "tolerances d/pointer-on-head.design.ron --csv OUT",
+        DESIGN_FILES,
+        "a.csv",
+    ),
+    writer(
+        "report d/pointer-on-head.design.ron -o OUT",
+        DESIGN_FILES,
+        "a.html",
+    ),
+    writer(
+        "export field d/room.env.ron --spacing 100 -o OUT",
+        &["d/room.env.ron"],
+        "a.csv",
+    ),
+    writer(
+        "export field d/room.env.ron --spacing 100 -o OUT",
+        &["d/room.env.ron"],
+        "a.vti",
+    ),
+    writer(
+        "export field d/room.env.ron --spacing 100 -o OUT",
+        &["d/room.env.ron"],
+        "a.nrrd",
+    ),
+    writer("export poses poses.csv -o OUT", &["poses.csv"], "a.csv"),
+    writer(
+        "export poses poses.csv -o OUT",
+        &["poses.csv"],
+        "a.mrk.json",
+    ),
+    writer(
+        "export poses poses.csv --row 1 -o OUT",
+        &["poses.csv"],
+        "a.tfm",
+    ),
+    writer(
+        "export tips d/pointer-on-head.design.ron -o OUT",
+        DESIGN_FILES,
+        "a.csv",
+    ),
+    writer(
+        "export scene d/pointer-on-head.design.ron --layers none -o OUT",
+        DESIGN_FILES,
+        "a.glb",
+    ),
+    writer(
+        "register a.csv b.csv --at c.csv -o OUT",
+        &["a.csv", "b.csv", "c.csv"],
+        "a.csv",
+    ),
+    writer(
+        "register a.csv b.csv --transform OUT",
+        &["a.csv", "b.csv"],
+        "a.csv",
+    ),
+    writer(
+        "convert d/tool.body.ron OUT",
+        &["d/tool.body.ron"],
+        "a.body.ron",
+    ),
+    writer(
+        "pivot pivot.csv --tips poses.csv -o OUT",
+        &["pivot.csv", "poses.csv"],
+        "a.csv",
+    ),
+    writer(
+        "verify d/pointer-on-head.design.ron recorded.csv --log OUT",
+        &["recorded.csv", "d/room.env.ron"],
+        "a.csv",
+    ),
+    writer(
+        "verify d/pointer-on-head.design.ron recorded.csv --chart OUT",
+        &["recorded.csv", "d/room.env.ron"],
+        "a.svg",
+    ),
+    writer(
+        "import jhu-cis calbody.txt calreadings.txt -o OUT",
+        &["calbody.txt"],
+        "a.csv",
+    ),
+    writer(
+        "characterize --em em.csv --reference reference.csv -o OUT",
+        &["em.csv"],
+        "a.csv",
+    ),
+    writer(
+        "characterize --em em.csv --reference reference.csv --hold-out 1/2 -o x.csv --held-out OUT",
+        &["em.csv"],
+        "a.csv",
+    ),
+];
+
+/// Whether the files of [`folder`] are enough for a command to end well.
+fn can_run(writer: &Writer) -> bool {
+    let unreadable = ["pivot", "verify", "import", "characterize"];
+    !unreadable.iter().any(|name| writer.args.starts_with(name))
+}
+
+/// A folder in which all writers find what they read.
+fn folder() -> Scratch {
+    let scratch = Scratch::new();
+    scratch.copy_own("golden/pointer-on-head", "d");
+    scratch.copy_own("room-a/room-a-fit.csv", "room.csv");
+    scratch.copy_own("room-a/room-a-holdout.csv", "holdout.csv");
+    let design = scratch.path("d/pointer-on-head.design.ron");
+    fs::copy(design, scratch.path("d/other.design.ron")).unwrap();
+    let points = "x,y,z\n0,0,0\n100,0,0\n0,80,0\n0,0,60\n50,50,50\n";
+    for name in ["a.csv", "b.csv", "c.csv"] {
+        fs::write(scratch.path(name), points).unwrap();
+    }
+    let poses = "x,y,z,qw,qx,qy,qz\n0,0,-250,1,0,0,0\n10,0,-250,1,0,0,0\n0,10,-240,1,0,0,0\n";
+    for name in [
+        "poses.csv",
+        "pivot.csv",
+        "recorded.csv",
+        "em.csv",
+        "reference.csv",
+    ] {
+        fs::write(scratch.path(name), poses).unwrap();
+    }
+    for name in ["calbody.txt", "calreadings.txt"] {
+        fs::write(scratch.path(name), "1, 1, 1, x\n0, 0, 0\n").unwrap();
+    }
+    let fit = "fit room.csv --order 1 --directions 6 -o d/room.env.ron";
+    assert!(run(&scratch, fit, "").status.success());
+    scratch
+}
+
+fn command(scratch: &Scratch, args: &str, out: &str) -> std::process::Command {
+    let args: Vec<&str> = args
+        .split(' ')
+        .map(|arg| if arg == "OUT" { out } else { arg })
+        .collect();
+    let mut command = trackwright(&args);
+    command.current_dir(scratch.path("."));
+    command
+}
+
+fn run(scratch: &Scratch, args: &str, out: &str) -> std::process::Output {
+    command(scratch, args, out).output().unwrap()
+}
+
+/// One line on standard error and exit status 2.
+#[track_caller]
+fn refused(scratch: &Scratch, args: &str, out: &str) -> String {
+    let output = run(scratch, args, out);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{args} to {out}: {message}");
+    message
+}
+
+#[test]
+fn no_command_writes_over_its_input() {
+    let scratch = folder();
+    let mut tried = 0;
+    for writer in WRITERS {
+        for input in writer.inputs {
+            let file = scratch.path(input);
+            let before = fs::read(&file).unwrap();
+            let folder = Path::new(input).parent().unwrap();
+            let [link, hard] = ["link", "hard"].map(|name| text(&folder.join(name)));
+            #[cfg(unix)]
+            std::os::unix::fs::symlink(&file, scratch.path(&link)).unwrap();
+            fs::hard_link(&file, scratch.path(&hard)).unwrap();
+            for name in [input, &*link, &*hard, &*format!("./{input}")] {
+                let message = refused(&scratch, &format!("{} --overwrite", writer.args), name);
+                // Endings that say which format is written are looked at first.
+                let is_other_format =
+                    message.contains("expected a name") || message.contains("expected one in");
+                assert!(
+                    message.contains("this command reads this file") || is_other_format,
+                    "{} to {name}: {message}",
+                    writer.args
+                );
+                assert_eq!(
+                    fs::read(&file).unwrap(),
+                    before,
+                    "{} to {name}",
+                    writer.args
+                );
+                tried += 1;
+            }
+            fs::remove_file(scratch.path(&link)).unwrap();
+            fs::remove_file(scratch.path(&hard)).unwrap();
+        }
+    }
+    assert!(tried > 4 * WRITERS.len(), "{tried}");
+}
+
+#[test]
+fn a_document_that_is_there_stays_unless_told() {
+    let scratch = folder();
+    let design = fs::read(scratch.path("d/other.design.ron")).unwrap();
+    for writer in WRITERS.iter().filter(|w| can_run(w)) {
+        let out = format!("out/{}", writer.ending);
+        fs::create_dir_all(scratch.path("out")).unwrap();
+        for content in [b"notes of mine\n".as_slice(), &design] {
+            fs::write(scratch.path(&out), content).unwrap();
+            let message = refused(&scratch, writer.args, &out);
+            assert!(
+                message.contains("--overwrite"),
+                "{}: {message}",
+                writer.args
+            );
+            assert_eq!(fs::read(scratch.path(&out)).unwrap(), content);
+        }
+        let overwriting = format!("{} --overwrite", writer.args);
+        for args in [&*overwriting, writer.args] {
+            let output = run(&scratch, args, &out);
+            let message = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.success(), "{args}: {message}");
+        }
+        fs::remove_dir_all(scratch.path("out")).unwrap();
+    }
+}
+
+#[test]
+fn two_outputs_are_two_files() {
+    let scratch = folder();
+    let args = "select room.csv --orders 1 --directions 1 --ridges 0 -o OUT --plot OUT";
+    let message = refused(&scratch, args, "a.env.ron");
+    assert!(message.contains("expected two files"), "{message}");
+}
+
+/// How often each writer is interrupted; more with `TRACKWRIGHT_RUNS`.
+#[cfg(unix)]
+fn runs() -> u32 {
+    let runs = std::env::var("TRACKWRIGHT_RUNS");
+    runs.map_or(2, |runs| runs.parse().unwrap())
+}
+
+/// Waits without anything to wait for: the command is to be interrupted at any moment of its work.
+#[cfg(unix)]
+fn pause(duration: Duration) {
+    let (_sender, never) = std::sync::mpsc::channel::<()>();
+    let _ = never.recv_timeout(duration);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_command_leaves_the_old_file() {
+    let scratch = folder();
+    let out_folder = scratch.path("out");
+    fs::create_dir(&out_folder).unwrap();
+    let leftovers = || {
+        let entries = fs::read_dir(&out_folder).unwrap();
+        let names = entries.map(|entry| entry.unwrap().file_name());
+        let is_left = |name: &std::ffi::OsString| name.to_string_lossy().starts_with('.');
+        names.filter(is_left).count()
+    };
+    let (mut interrupted, mut written) = (0, 0);
+    for (index, writer) in WRITERS.iter().enumerate() {
+        if !can_run(writer) {
+            continue;
+        }
+        let out = format!("out/{}", writer.ending);
+        let args = format!("{} --overwrite", writer.args);
+        let started = std::time::Instant::now();
+        assert!(run(&scratch, &args, &out).status.success());
+        let whole = (fs::read(scratch.path(&out)).unwrap(), started.elapsed());
+        for run_number in 0..runs() {
+            fs::write(scratch.path(&out), "old").unwrap();
+            let mut child = command(&scratch, &args, &out)
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            // Spread over the time that the command takes, and a little beyond.
+            let part = f64::from((run_number * 37 + index as u32 * 61) % 101) / 90.0;
+            pause(whole.1.mul_f64(part));
+            let signal = ["KILL", "TERM", "INT"][run_number as usize % 3];
+            let pid = child.id().to_string();
+            let killed = std::process::Command::new("kill")
+                .args(["-s", signal, &pid])
+                .output();
+            interrupted += u32::from(killed.unwrap().status.success());
+            child.wait().unwrap();
+            let found = fs::read(scratch.path(&out)).unwrap();
+            let is_new = found == whole.0;
+            assert!(is_new || found == b"old", "{args} was torn by SIG{signal}");
+            written += u32::from(is_new);
+        }
+        assert!(run(&scratch, &args, &out).status.success());
+        assert_eq!(leftovers(), 0, "{args}");
+        assert_eq!(fs::read(scratch.path(&out)).unwrap(), whole.0, "{args}");
+    }
+    println!("{interrupted} interrupted, {written} had written");
+    assert!(interrupted > 0);
+}
