@@ -116,7 +116,9 @@ fn what_a_shell_pipes_in_is_read() {
         "6",
     ]);
     let [piped, direct] = [out, direct].map(|file| {
-        let room = trackwright::store::read_environment(file.as_ref()).unwrap();
+        let room = trackwright::store::Files::default()
+            .read_environment(file.as_ref())
+            .unwrap();
         room.model
     });
     assert_eq!(piped, direct);

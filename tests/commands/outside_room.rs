@@ -18,7 +18,8 @@ fn room(scratch: &Scratch) -> (String, Bounds) {
         scratch.arg("room.env.ron"),
     );
     succeed(&["fit", &table, "-o", &file, "--order", "0"]);
-    let bounds = *store::read_environment(file.as_ref())
+    let bounds = *store::Files::default()
+        .read_environment(file.as_ref())
         .unwrap()
         .model
         .bounds();
@@ -168,7 +169,8 @@ fn distort_and_fit_tell_how_many_are_outside() {
         "--holdout",
         &holdout,
     ]);
-    let samples = store::read_measurements(holdout.as_ref())
+    let samples = store::Files::default()
+        .read_measurements(holdout.as_ref())
         .unwrap()
         .measurements;
     let places = samples
