@@ -3,7 +3,7 @@
 
 use crate::support::data::{own, third_party};
 use crate::support::golden::{list, number};
-use crate::support::program::{Scratch, fail, json, succeed, text};
+use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
 use std::fs;
 use std::path::Path;
 
@@ -96,6 +96,40 @@ fn in_the_crf_the_same_and_without_it_being_recorded_a_note() {
     let crf = scratch.arg("r.csv");
     let message = fail(&[&base[..], &["--frame", "crf", "--crf", &crf]].concat());
     assert!(message.contains("cannot be used with"), "{message}");
+}
+
+#[test]
+fn moments_of_one_body_alone_are_counted_and_told() {
+    let scratch = Scratch::new();
+    let design = design(&scratch, "pointer-on-head", &ROOM);
+    let recorded = predicted_recording(&scratch, &design, "r.csv");
+    let rows = fs::read_to_string(&recorded).unwrap().lines().count() - 1;
+    let names = ["x", "y", "z", "qw", "qx", "qy", "qz"];
+    let header = ["ideal", "measured"].map(|of| names.map(|name| format!("{of}_{name}")).join(","));
+    let at_rest = "0,0,-225,1,0,0,0,0,0,-225,1,0,0,0";
+    for (crf_rows, alone, [without_crf, without_tool]) in [
+        (rows + 3, "crf.csv: 3 of", [0, 3]),
+        (rows - 2, "r.csv: 2 of", [2, 0]),
+    ] {
+        let crf = scratch.arg("crf.csv");
+        let table = format!(
+            "{}\n{}",
+            header.join(","),
+            format!("{at_rest}\n").repeat(crf_rows)
+        );
+        fs::write(&crf, table).unwrap();
+        let more = ["--crf", &crf, "--same-frame", "--outside", "clamp"];
+        let args = [&["verify", &design, &recorded][..], &more].concat();
+        let found = json(&args);
+        assert_eq!(found["without_crf"], without_crf);
+        assert_eq!(found["without_tool"], without_tool);
+        let output = trackwright(&args).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            said.contains(alone) && said.contains("poses not used"),
+            "{said}"
+        );
+    }
 }
 
 #[test]

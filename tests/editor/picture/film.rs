@@ -6,10 +6,6 @@ use crate::editor::pixels::Picture;
 use crate::support::program::{Scratch, fail, text, trackwright};
 use std::fs;
 use std::path::Path;
-use std::process::Command;
-use std::time::{Duration, Instant};
-use trackwright::design::MAX_SLIDES;
-use trackwright::store;
 
 const SIZE: &str = "160x120";
 
@@ -156,7 +152,10 @@ fn what_cannot_be_a_video_is_said_before_anything_is_painted() {
 #[test]
 fn a_signal_ends_a_report_that_paints_its_slides() {
     use std::os::unix::process::ExitStatusExt;
-    use trackwright::design::{Edit, SlideEdit};
+    use std::process::Command;
+    use std::time::{Duration, Instant};
+    use trackwright::design::{Edit, MAX_SLIDES, SlideEdit};
+    use trackwright::store;
     let copy = Copied::new("endoscope");
     let mut world = store::open_design(&copy.design).unwrap();
     let slide = world.document.design().slides[0].clone();
