@@ -1,5 +1,11 @@
 //! Numbers as arguments: finite, and in the range that they have to be in.
 
+use crate::geometry::limits::{MAX_LENGTH_MM, short};
+
+/// Largest number of any argument, either way: 1 km, and more degrees, seconds or hertz than there
+/// are uses of.
+const MAX: f64 = MAX_LENGTH_MM;
+
 pub fn zero_or_more(text: &str) -> Result<f64, String> {
     number(text, "zero or more", |value| value >= 0.0)
 }
@@ -44,8 +50,35 @@ fn list<const N: usize>(
 }
 
 fn number(text: &str, expected: &str, is_fine: fn(f64) -> bool) -> Result<f64, String> {
-    text.parse()
+    let value = text
+        .parse()
         .ok()
         .filter(|value: &f64| value.is_finite() && is_fine(*value))
-        .ok_or_else(|| format!("expected {expected}"))
+        .ok_or_else(|| format!("expected {expected}"))?;
+    match value.abs() <= MAX {
+        true => Ok(value),
+        false => Err(format!("found {}, expected at most 1e6", short(value))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_beyond_a_million_are_refused() {
+        let far = "found 1e308, expected at most 1e6";
+        for refused in [
+            zero_or_more("1e308").map(|_| ()),
+            above_zero("1e308").map(|_| ()),
+            length_above_zero("1e308").map(|_| ()),
+            lengths_above_zero("1,1e308,1").map(|_| ()),
+            three("0,0,1e308").map(|_| ()),
+            six("0,0,0,0,0,1e308").map(|_| ()),
+        ] {
+            assert_eq!(refused, Err(far.to_owned()));
+        }
+        assert_eq!(three("-1e6,0,1e6"), Ok([-1e6, 0.0, 1e6]));
+        assert_eq!(zero_or_more("inf"), Err("expected zero or more".to_owned()));
+    }
 }

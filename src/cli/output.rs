@@ -1,12 +1,15 @@
 //! What all commands share: formats, policies, tables of text, notes, and progress.
 
 use crate::field::OutsidePolicy;
+use crate::formats::printable::printable;
+use crate::formats::printable_text::{printable_json, printable_lines};
 use crate::study::figures::with_separators;
 use crate::task::Task;
 use anyhow::Context;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+use std::borrow::Cow;
 use std::io::{IsTerminal, Write};
 
 /// How figures are printed.
@@ -41,8 +44,13 @@ impl From<OutsideArg> for OutsidePolicy {
     }
 }
 
-/// Prints a result to standard output; nothing else goes there.
+/// Prints a result to standard output; nothing else goes there. What of it a terminal would obey, or
+/// nobody would see, is escaped.
 pub fn print(text: &str) -> anyhow::Result<()> {
+    print_as_it_is(&printable_lines(text))
+}
+
+fn print_as_it_is(text: &str) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
     match writeln!(out, "{text}").and_then(|()| out.flush()) {
         // A reader that has had enough (`| head`) is no failure.
@@ -51,15 +59,15 @@ pub fn print(text: &str) -> anyhow::Result<()> {
     }
 }
 
-/// Prints a result as JSON.
+/// Prints a result as JSON, whose strings are those of the files.
 pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
-    print(&serde_json::to_string_pretty(value)?)
+    print_as_it_is(&printable_json(&serde_json::to_string_pretty(value)?))
 }
 
-/// Says something beside the result, on standard error.
+/// Says something beside the result, on standard error, as [`print`] does.
 pub fn note(text: &str) {
     // Nowhere to say it is no reason to fail.
-    let _ = writeln!(std::io::stderr(), "{text}");
+    let _ = writeln!(std::io::stderr(), "{}", printable_lines(text));
 }
 
 /// Says how many of the positions that a room was evaluated at are outside its box, which the printed
@@ -81,8 +89,17 @@ pub fn note_outside(what: &str, outside: usize, of: usize, policy: OutsidePolicy
     ));
 }
 
-/// Rows of label, value and unit, aligned.
+/// What figures are of: a design in a room, whatever these are called in one line.
+pub fn head(design: &str, room: &str) -> String {
+    format!("{} in {}", printable(design), printable(room))
+}
+
+/// Rows of label, value and unit, aligned, each in one line whatever is in a name.
 pub fn aligned(rows: &[(String, String, String)]) -> String {
+    let rows: Vec<_> = rows
+        .iter()
+        .map(|(label, value, unit)| (printable(label), printable(value), unit))
+        .collect();
     let label = rows.iter().map(|r| r.0.chars().count()).max().unwrap_or(0);
     let value = rows.iter().map(|r| r.1.chars().count()).max().unwrap_or(0);
     rows.iter()
@@ -98,6 +115,10 @@ pub fn aligned(rows: &[(String, String, String)]) -> String {
 /// Lines of a table of which every row has as many cells as the first; so many columns from the left
 /// are text, the others numbers.
 pub fn columns(rows: &[Vec<String>], left: usize) -> Vec<String> {
+    let rows: Vec<Vec<Cow<str>>> = rows
+        .iter()
+        .map(|row| row.iter().map(|cell| printable(cell)).collect())
+        .collect();
     let count = rows.first().map_or(0, Vec::len);
     let width = |column: usize| {
         let cells = rows.iter().filter_map(|row| row.get(column));
@@ -149,5 +170,21 @@ impl Shown {
 impl Drop for Shown {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_with_a_line_end_stays_in_its_line() {
+        let name = "a\nrequirement  met\u{202e}";
+        let shown = r"a\u{a}requirement  met\u{202e}";
+        assert_eq!(head(name, "room"), format!("{shown} in room"));
+        let rows = [(name.to_owned(), "1".to_owned(), "mm".to_owned())];
+        assert_eq!(aligned(&rows), format!("{shown}  1 mm"));
+        let lines = columns(&[vec![name.to_owned(), "1".to_owned()]], 1);
+        assert_eq!(lines, [format!("{shown}  1")]);
     }
 }

@@ -316,7 +316,7 @@ fn rows(rows: Vec<FigureRow>) -> Vec<(String, String, String)> {
 /// What the figures are of.
 fn title(world: &World) -> String {
     let design = world.document.design();
-    format!("{} in {}", design.name, world.environment.name)
+    output::head(&design.name, &world.environment.name)
 }
 
 /// A study's figures, and those that are to be expected. Each bound is held against the interval

@@ -90,7 +90,7 @@ pub fn run(args: &TolerancesArgs, files: &Files) -> anyhow::Result<Ending> {
             output::print_json(&value)?;
         }
         Format::Text => {
-            let head = format!("{} in {}", design.name, world.environment.name);
+            let head = output::head(&design.name, &world.environment.name);
             let mut text = format!("{head}\n{}", sheet_text(&sheet));
             for line in check.iter().flat_map(built_check_words) {
                 text.push('\n');

@@ -147,7 +147,7 @@ pub fn run(args: &VerifyArgs, files: &Files) -> anyhow::Result<()> {
     match args.format {
         Format::Json => output::print_json(&report::as_json(&recorded, &found)),
         Format::Text => {
-            let head = format!("{} in {}", design.name, world.environment.name);
+            let head = output::head(&design.name, &world.environment.name);
             let text = report::as_text(&recorded, &found);
             output::print(&format!("{head}\n{text}"))
         }

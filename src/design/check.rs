@@ -2,6 +2,7 @@
 
 use super::content::{BodyRole, DesignBody};
 use super::edit::EditError;
+use crate::geometry::limits::{length_above_zero_problem, length_problem, position_problem};
 use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
 use crate::study::motion::{Motion, MotionError};
@@ -50,7 +51,7 @@ pub(super) fn check_body(role: BodyRole, body: &DesignBody) -> Result<(), EditEr
     }
     check_sensors(role, sensors, 0..sensors.len())?;
     if let Some(tip) = &body.rigid.tip_in_body {
-        check_finite("the tip", tip.iter())?;
+        check_position("the tip", tip.iter())?;
     }
     body.mesh.as_ref().map_or(Ok(()), check_mesh)
 }
@@ -61,7 +62,7 @@ pub(super) fn check_motion(motion: Option<&Motion>) -> Result<(), MotionError> {
 }
 
 fn check_sensor(sensor: &Sensor) -> Result<(), EditError> {
-    check_finite("the sensor's position", sensor.position_in_body.iter())?;
+    check_position("the sensor's position", sensor.position_in_body.iter())?;
     match &sensor.orientation {
         SensorOrientation::Marker => {}
         SensorOrientation::FiveDof(axis) => check_unit("sensor's axis", axis.norm())?,
@@ -70,14 +71,14 @@ fn check_sensor(sensor: &Sensor) -> Result<(), EditError> {
         }
     }
     if let Some(coil) = &sensor.coil {
-        check_positive("the coil's diameter", coil.diameter_mm)?;
-        check_positive("the coil's length", coil.length_mm)?;
+        check_length_above_zero("the coil's diameter", coil.diameter_mm)?;
+        check_length_above_zero("the coil's length", coil.length_mm)?;
     }
     Ok(())
 }
 
 pub(super) fn check_pose(pose: &Pose) -> Result<(), EditError> {
-    check_finite("the position", pose.translation.vector.iter())?;
+    check_position("the position", pose.translation.vector.iter())?;
     check_unit("rotation", pose.rotation.quaternion().norm())
 }
 
@@ -85,19 +86,28 @@ pub(super) fn check_requirement(requirement: Option<&Requirement>) -> Result<(),
     let Some(requirement) = requirement else {
         return Ok(());
     };
-    let limits = [
-        ("position_rms", requirement.position_rms_mm),
-        ("position_p95", requirement.position_p95_mm),
-        ("position_max", requirement.position_max_mm),
-        ("angle_rms", requirement.angle_rms_deg),
-        ("angle_max", requirement.angle_max_deg),
-    ];
-    for (name, limit) in limits {
-        if let Some(limit) = limit {
-            check_not_negative(name, limit)?;
-        }
+    for (name, limit) in requirement.bounds() {
+        let Some(limit) = limit else { continue };
+        check_finite(name, [limit].iter())?;
+        check_number(name, limit, Requirement::bound_problem(name, limit))?;
     }
     Ok(())
+}
+
+/// Checks the coordinates of a position.
+pub(super) fn check_position<'a>(
+    what: &'static str,
+    mut coordinates_mm: impl Iterator<Item = &'a f64>,
+) -> Result<(), EditError> {
+    coordinates_mm.try_for_each(|&value| match position_problem(&[value]) {
+        None => Ok(()),
+        Some(_) if !value.is_finite() => Err(EditError::NotFinite { what, value }),
+        Some(expected) => Err(EditError::Number {
+            what,
+            value,
+            expected,
+        }),
+    })
 }
 
 pub(super) fn check_finite<'a>(
@@ -113,26 +123,38 @@ pub(super) fn check_finite<'a>(
 pub(super) fn check_mesh(mesh: &MeshReference) -> Result<(), EditError> {
     check_not_empty("mesh's file", &mesh.file)?;
     match mesh.unit {
-        Some(unit) => check_positive("the mesh's unit", unit.mm_per_unit()),
+        Some(unit) => check_length_above_zero("the mesh's unit", unit.mm_per_unit()),
         None => Ok(()),
     }
 }
 
-fn check_positive(what: &'static str, value: f64) -> Result<(), EditError> {
+fn check_length_above_zero(what: &'static str, value: f64) -> Result<(), EditError> {
     check_finite(what, [value].iter())?;
     if value > 0.0 {
-        Ok(())
+        check_number(what, value, length_above_zero_problem(value))
     } else {
         Err(EditError::NotPositive { what, value })
     }
 }
 
-pub(super) fn check_not_negative(what: &'static str, value: f64) -> Result<(), EditError> {
+/// Checks a length of zero or more.
+pub(super) fn check_length(what: &'static str, value: f64) -> Result<(), EditError> {
     check_finite(what, [value].iter())?;
-    if value >= 0.0 {
-        Ok(())
-    } else {
-        Err(EditError::Negative { what, value })
+    check_number(what, value, length_problem(value))
+}
+
+fn check_number(
+    what: &'static str,
+    value: f64,
+    problem: Option<&'static str>,
+) -> Result<(), EditError> {
+    match problem {
+        None => Ok(()),
+        Some(expected) => Err(EditError::Number {
+            what,
+            value,
+            expected,
+        }),
     }
 }
 

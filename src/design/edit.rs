@@ -3,13 +3,14 @@
 use super::anatomy::{AnatomyEdit, MAX_ANATOMY};
 use super::arrange::{ArrangeError, Arrangement, as_set};
 use super::check::{
-    check_body, check_finite, check_mesh, check_motion, check_not_empty, check_not_negative,
-    check_pose, check_requirement, check_sensors,
+    check_body, check_length, check_mesh, check_motion, check_not_empty, check_pose,
+    check_position, check_requirement, check_sensors,
 };
 use super::content::{BodyRole, CrfPlacement, Design, DesignBody, Target};
 use super::procedure::{DecisionError, MAX_FURTHER_ROOMS, ProcedureEdit};
 use super::slides::{MAX_SLIDES, SlideEdit};
 use super::view::ViewError;
+use crate::geometry::limits::short;
 use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
 use crate::study::motion::{Motion, MotionError};
@@ -127,8 +128,12 @@ pub enum EditError {
     NotFinite { what: &'static str, value: f64 },
     #[error("{what} is {value}, expected a number above zero")]
     NotPositive { what: &'static str, value: f64 },
-    #[error("{what} is {value}, expected zero or more")]
-    Negative { what: &'static str, value: f64 },
+    #[error("{what} is {}, expected {expected}", short(*value))]
+    Number {
+        what: &'static str,
+        value: f64,
+        expected: &'static str,
+    },
     #[error("the {what} has length {length}, expected 1")]
     NotUnit { what: &'static str, length: f64 },
     #[error(transparent)]
@@ -201,7 +206,7 @@ impl Edit {
             Self::SetTip { body, tip_in_body } => {
                 let rigid = &mut body_of(design, body)?.rigid;
                 if let Some(tip) = &tip_in_body {
-                    check_finite("the tip", tip.iter())?;
+                    check_position("the tip", tip.iter())?;
                 }
                 rigid.tip_in_body = tip_in_body;
             }
@@ -232,7 +237,7 @@ impl Edit {
             Self::AddTarget(target) => {
                 let targets = &mut crf_of(design)?.targets;
                 check_target_name(&target.name, targets)?;
-                check_finite("the target", target.position_in_crf.iter())?;
+                check_position("the target", target.position_in_crf.iter())?;
                 targets.push(target);
             }
             Self::SetTarget { index, target } => {
@@ -242,7 +247,7 @@ impl Edit {
                 if targets[index].name != target.name {
                     check_target_name(&target.name, targets)?;
                 }
-                check_finite("the target", target.position_in_crf.iter())?;
+                check_position("the target", target.position_in_crf.iter())?;
                 targets[index] = target;
             }
             Self::RemoveTarget { index } => {
@@ -252,7 +257,7 @@ impl Edit {
             }
             Self::SetOrientationWeight(weight_mm) => {
                 if let Some(weight_mm) = weight_mm {
-                    check_not_negative("the orientation weight", weight_mm)?;
+                    check_length("the orientation weight", weight_mm)?;
                 }
                 design.orientation_weight_mm = weight_mm;
             }

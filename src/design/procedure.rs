@@ -4,9 +4,11 @@
 use super::content::Design;
 use super::day::Day;
 use super::edit::EditError;
+use crate::geometry::limits::short;
 use crate::study::procedure::{
     DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds, RoomName, Step,
 };
+use crate::study::requirement::Requirement;
 
 /// More rooms than anybody measures for one design; a file may hold any number, edits stop here.
 pub const MAX_FURTHER_ROOMS: usize = 32;
@@ -182,6 +184,9 @@ impl Decision {
     }
 }
 
+/// Beyond this no figure was computed: a thousand kilometres, or as many degrees.
+const MAX_FIGURE: f64 = 1e9;
+
 fn wrong<T>(field: &str, found: impl ToString, expected: &'static str) -> Result<T, DecisionError> {
     Err(DecisionError::Field {
         field: field.to_owned(),
@@ -194,7 +199,9 @@ fn check_studies(studies: &DecidedStudies) -> Result<(), DecisionError> {
     let bounds = studies.requirement.iter().flat_map(|r| r.bounds());
     for (name, bound) in bounds {
         if let Some(bound) = bound {
-            check_not_negative(&format!("requirement.{name}"), bound)?;
+            if let Some(expected) = Requirement::bound_problem(name, bound) {
+                return wrong(&format!("requirement.{name}"), short(bound), expected);
+            }
         }
     }
     if studies.rows.iter().all(|row| row.figures.is_err()) {
@@ -276,8 +283,12 @@ fn check_recording(decided: &DecidedRecording) -> Result<(), DecisionError> {
         check_not_negative(name, value)?;
     }
     for (name, value) in [("explained", decided.explained), ("slope", decided.slope)] {
-        if let Some(value) = value.filter(|value| !value.is_finite()) {
+        let Some(value) = value else { continue };
+        if !value.is_finite() {
             return wrong(name, value, "a finite number");
+        }
+        if value.abs() > MAX_FIGURE {
+            return wrong(name, short(value), "at most 1e9 either way");
         }
     }
     Ok(())
@@ -291,9 +302,11 @@ fn check_room(room: &RoomName) -> Result<(), DecisionError> {
 }
 
 fn check_not_negative(field: &str, value: f64) -> Result<(), DecisionError> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(())
-    } else {
-        wrong(field, value, "zero or more")
+    if !(value.is_finite() && value >= 0.0) {
+        return wrong(field, short(value), "zero or more");
     }
+    if value > MAX_FIGURE {
+        return wrong(field, short(value), "at most 1e9");
+    }
+    Ok(())
 }

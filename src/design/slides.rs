@@ -10,7 +10,7 @@ pub const MAX_SLIDES: usize = 100;
 
 /// One picture with words: how the scene is looked at, and what is said of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(default, deny_unknown_fields)]
 pub struct Slide {
     pub title: String,
     /// A sentence or two below the picture.

@@ -3,15 +3,19 @@
 use super::things::Things;
 use crate::geometry::bounds::Bounds;
 pub use crate::geometry::colormap::ColorMap;
+use crate::geometry::limits::{angle_problem, length_above_zero_problem, position_problem, short};
 use crate::geometry::orbit::OrbitCamera;
 use crate::study::SlicePlane;
 pub use crate::study::{AxisRule, Quantity};
 use nalgebra::{Point3, Unit, Vector3};
 use serde::{Deserialize, Serialize};
 
+/// Largest factor that errors are drawn by: a picometre as a metre.
+const MAX_MAGNIFICATION: f64 = 1e12;
+
 /// The view of a design. Anything that a file leaves out has its default.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(default, deny_unknown_fields)]
 pub struct View {
     /// `None` frames tool and CRF.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -44,6 +48,7 @@ pub struct View {
 
 /// An orbit camera in the tracker frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CameraView {
     pub focus_mm: [f64; 3],
     pub distance_mm: f64,
@@ -156,7 +161,7 @@ pub enum Magnification {
 
 /// The plane through the volume that is coloured by the error, or by how far to believe it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(default, deny_unknown_fields)]
 pub struct SliceView {
     #[serde(skip_serializing_if = "is_default")]
     pub quantity: Quantity,
@@ -192,6 +197,7 @@ impl Default for SliceView {
 
 /// A plane that faces any way, tracker frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FreePlane {
     /// Any length but zero.
     pub normal: [f64; 3],
@@ -261,7 +267,7 @@ impl SliceView {
 
 /// The arrows of the field's error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(default, deny_unknown_fields)]
 pub struct ArrowsView {
     /// Arrows along each side of the lattice, within [`ArrowsView::PER_SIDE`].
     pub per_side: usize,
@@ -313,7 +319,7 @@ impl SliceAxis {
 /// A number of a view that cannot be drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ViewError {
-    #[error("view.{field} is {value}, expected {expected}")]
+    #[error("view.{field} is {}, expected {expected}", short(*value))]
     Number {
         field: &'static str,
         value: f64,
@@ -332,7 +338,7 @@ impl View {
     }
 
     /// # Errors
-    /// The first number that is not finite, or not positive where it has to be.
+    /// The first number that is not finite, too large, or not positive where it has to be.
     pub fn check(&self) -> Result<(), ViewError> {
         let error = |field, value, expected| {
             Err(ViewError::Number {
@@ -341,48 +347,52 @@ impl View {
                 expected,
             })
         };
+        let (slice, free, camera) = (&self.slice, self.slice.free, self.camera);
+        let position = |value: f64| position_problem(&[value]);
+        // Any length of a direction will do that can be squared.
         let finite = [
-            ("slice.position_mm", Some(self.slice.position_mm)),
-            (
-                "slice.free.offset_mm",
-                self.slice.free.map(|free| free.offset_mm),
-            ),
+            ("slice.position_mm", Some(slice.position_mm)),
+            ("slice.free.offset_mm", free.map(|free| free.offset_mm)),
             (
                 "slice.free.normal",
-                self.slice
-                    .free
-                    .and_then(|free| first_not_finite(&free.normal)),
+                free.and_then(|free| worst(&free.normal)),
             ),
-            ("camera.azimuth_rad", self.camera.map(|c| c.azimuth_rad)),
-            ("camera.elevation_rad", self.camera.map(|c| c.elevation_rad)),
-            (
-                "camera.focus_mm",
-                self.camera.and_then(|c| first_not_finite(&c.focus_mm)),
-            ),
-            (
-                "slice.sensor_axis",
-                first_not_finite(&self.slice.sensor_axis),
-            ),
+            ("camera.focus_mm", camera.and_then(|c| worst(&c.focus_mm))),
+            ("slice.sensor_axis", worst(&slice.sensor_axis)),
         ];
         for (field, value) in finite {
-            if let Some(value) = value.filter(|v| !v.is_finite()) {
-                return error(field, value, "a finite number");
+            if let Some((value, expected)) = value.and_then(|v| Some((v, position(v)?))) {
+                return error(field, value, expected);
             }
         }
-        let magnification = match self.magnification {
-            Magnification::Auto => None,
-            Magnification::Times(times) => Some(times),
-        };
+        let angles = [
+            ("camera.azimuth_rad", camera.map(|c| c.azimuth_rad)),
+            ("camera.elevation_rad", camera.map(|c| c.elevation_rad)),
+        ];
+        for (field, value) in angles {
+            let problem = |value: f64| angle_problem(value.abs().to_degrees());
+            if let Some((value, expected)) = value.and_then(|v| Some((v, problem(v)?))) {
+                return error(field, value, expected);
+            }
+        }
         let positive = [
-            ("camera.distance_mm", self.camera.map(|c| c.distance_mm)),
-            ("magnification", magnification),
-            ("slice.range_mm", self.slice.range_mm),
+            ("camera.distance_mm", camera.map(|c| c.distance_mm)),
+            ("slice.range_mm", slice.range_mm),
             ("arrows.range_mm", self.arrows.range_mm),
             ("placement_range_mm", self.placement_range_mm),
         ];
         for (field, value) in positive {
-            if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
-                return error(field, value, "a number above zero");
+            let problem = length_above_zero_problem;
+            if let Some((value, expected)) = value.and_then(|v| Some((v, problem(v)?))) {
+                return error(field, value, expected);
+            }
+        }
+        if let Magnification::Times(times) = self.magnification {
+            if !(times.is_finite() && times > 0.0) {
+                return error("magnification", times, "a number above zero");
+            }
+            if times > MAX_MAGNIFICATION {
+                return error("magnification", times, "at most 1e12");
             }
         }
         let directions = [
@@ -398,8 +408,10 @@ impl View {
     }
 }
 
-fn first_not_finite(values: &[f64; 3]) -> Option<f64> {
-    values.iter().copied().find(|v| !v.is_finite())
+/// The first of the numbers that no coordinate may be.
+fn worst(values: &[f64; 3]) -> Option<f64> {
+    let is_wrong = |value: &f64| position_problem([value]).is_some();
+    values.iter().copied().find(is_wrong)
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {

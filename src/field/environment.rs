@@ -4,6 +4,7 @@ use super::fit::{FitMethod, Residuals};
 use super::gaussian::GaussianField;
 use super::model::DistortionModel;
 use super::support::Support;
+use crate::geometry::limits::{angle_problem, length_above_zero_problem, length_problem};
 use crate::geometry::volume::Volume;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
@@ -29,6 +30,7 @@ pub struct Environment {
 /// Standard deviations of a still sensor's readings: position per axis, orientation per component
 /// of the rotation vector.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Jitter {
     pub position_mm: f64,
     pub angle_rad: f64,
@@ -45,6 +47,7 @@ pub struct Jitter {
 /// scatter with `r³` and positions, angles times the distance, with `r⁴` (Raab et al., IEEE
 /// Trans. Aerospace and Electronic Systems 15(5), 1979; Nixon et al., Presence 7(2), 1998).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct JitterGrowth {
     /// `r0`: where the part that grows is as large as the floor.
     pub distance_mm: f64,
@@ -132,36 +135,41 @@ impl Jitter {
 
     /// The first value that cannot be: its name, what it is, and what was expected.
     pub fn problem(&self) -> Option<(&'static str, f64, &'static str)> {
-        let not_negative = |name, value: f64| {
-            (!(value.is_finite() && value >= 0.0)).then_some((name, value, "zero or more"))
+        let named = |name, value: f64, problem: Option<&'static str>| {
+            problem.map(|expected| (name, value, expected))
         };
         let growth = self.growth.as_ref();
-        not_negative("jitter.position_mm", self.position_mm)
-            .or_else(|| not_negative("jitter.angle_rad", self.angle_rad))
-            .or_else(|| {
-                let distance_mm = growth?.distance_mm;
-                let is_fine = distance_mm.is_finite() && distance_mm > 0.0;
-                (!is_fine).then_some((
-                    "jitter.growth.distance_mm",
-                    distance_mm,
-                    "a length above zero",
-                ))
-            })
-            .or_else(|| {
-                let exponents = [
-                    ("jitter.growth.position_exponent", growth?.position_exponent),
-                    ("jitter.growth.angle_exponent", growth?.angle_exponent),
-                ];
-                exponents
-                    .into_iter()
-                    .find(|(_, value)| !(0.0..=MAX_GROWTH_EXPONENT).contains(value))
-                    .map(|(name, value)| (name, value, "0 to 8"))
-            })
+        let (position_mm, angle_rad) = (self.position_mm, self.angle_rad);
+        named(
+            "jitter.position_mm",
+            position_mm,
+            length_problem(position_mm),
+        )
+        .or_else(|| {
+            let problem = angle_problem(angle_rad.to_degrees());
+            named("jitter.angle_rad", angle_rad, problem)
+        })
+        .or_else(|| {
+            let distance_mm = growth?.distance_mm;
+            let problem = length_above_zero_problem(distance_mm);
+            named("jitter.growth.distance_mm", distance_mm, problem)
+        })
+        .or_else(|| {
+            let exponents = [
+                ("jitter.growth.position_exponent", growth?.position_exponent),
+                ("jitter.growth.angle_exponent", growth?.angle_exponent),
+            ];
+            exponents
+                .into_iter()
+                .find(|(_, value)| !(0.0..=MAX_GROWTH_EXPONENT).contains(value))
+                .map(|(name, value)| (name, value, "0 to 8"))
+        })
     }
 }
 
 /// Where a model came from and how well it fits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Provenance {
     /// Name of the measurement table, without its folder.
     pub data: String,
@@ -175,6 +183,7 @@ pub struct Provenance {
 
 /// How the model does on measurements that it was not fitted to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct HoldoutProvenance {
     pub data: String,
     pub samples: usize,

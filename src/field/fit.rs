@@ -73,6 +73,7 @@ impl FitSettings {
 
 /// Root mean squares of the errors' norms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Residuals {
     pub position_rms_mm: f64,
     /// `None` where orientations were not measured.

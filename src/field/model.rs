@@ -3,7 +3,7 @@
 use super::bernstein::{MAX_ORDER, basis, coefficient_count};
 use super::computed::{ComputedField, FieldSource, ModelKind};
 use super::samples::{MapKind, PoseError};
-use crate::geometry::bounds::Bounds;
+use crate::geometry::bounds::{Bounds, BoundsError};
 use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::geometry::rotation::exp_vector;
@@ -65,8 +65,8 @@ pub enum ModelError {
     },
     #[error("coefficient {0} is not finite")]
     NotFinite(usize),
-    #[error("the box is not a box: from {min:?} to {max:?}")]
-    Bounds { min: [f64; 3], max: [f64; 3] },
+    #[error("box: {0}")]
+    Bounds(#[from] BoundsError),
 }
 
 impl DistortionModel {
@@ -103,18 +103,7 @@ impl DistortionModel {
         {
             return Err(ModelError::NotFinite(i));
         }
-        let is_box = (0..3).all(|k| {
-            bounds.min_mm[k].is_finite()
-                && bounds.max_mm[k].is_finite()
-                && bounds.size_mm()[k].is_finite()
-                && bounds.min_mm[k] <= bounds.max_mm[k]
-        });
-        if !is_box {
-            return Err(ModelError::Bounds {
-                min: bounds.min_mm.coords.into(),
-                max: bounds.max_mm.coords.into(),
-            });
-        }
+        bounds.check_finite()?;
         Ok(Self {
             order,
             directions,
@@ -336,7 +325,7 @@ pub(super) fn error_of([x, y, z, rx, ry, rz]: Coefficient) -> PoseError {
 
 /// A model as it stands in a file.
 #[derive(Deserialize)]
-#[serde(rename = "DistortionModel")]
+#[serde(rename = "DistortionModel", deny_unknown_fields)]
 struct ModelParts {
     order: usize,
     directions: DirectionSet,
@@ -351,6 +340,7 @@ impl TryFrom<ModelParts> for DistortionModel {
     type Error = ModelError;
 
     fn try_from(p: ModelParts) -> Result<Self, ModelError> {
+        p.bounds.check()?;
         Self::new(
             p.order,
             p.directions,

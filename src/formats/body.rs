@@ -4,6 +4,7 @@ use super::error::FormatError;
 use super::ron_text;
 use super::tool_definition::{DefinitionKind, OnMismatch, ToolDefinition};
 use crate::design::DesignBody;
+use crate::geometry::limits::length_above_zero_problem;
 use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use crate::tracking::body::{Coil, RigidBody, Sensor, SensorOrientation};
 use data_encoding::BASE64;
@@ -34,7 +35,7 @@ impl BodyFile {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Body")]
+#[serde(rename = "Body", deny_unknown_fields)]
 struct BodyEntry {
     version: u64,
     name: String,
@@ -47,7 +48,7 @@ struct BodyEntry {
 
 /// A whole file of a kind, in base64.
 #[derive(Deserialize)]
-#[serde(rename = "ToolDefinition")]
+#[serde(rename = "ToolDefinition", deny_unknown_fields)]
 struct DefinitionEntry {
     kind: DefinitionKind,
     file: String,
@@ -60,7 +61,7 @@ impl ron_text::Versioned for BodyEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Sensor")]
+#[serde(rename = "Sensor", deny_unknown_fields)]
 struct SensorEntry {
     name: String,
     kind: SensorKind,
@@ -144,8 +145,7 @@ fn read_mesh(
         return Err(FormatError::field("mesh", "empty", "a file"));
     }
     if let Some(unit) = unit {
-        let expected = "a length above zero";
-        if !unit.is_usable() {
+        if let Some(expected) = unit.problem() {
             return Err(FormatError::field("mesh_unit", unit, expected));
         }
         if file.is_none() {
@@ -179,9 +179,9 @@ fn read_sensor(index: usize, entry: SensorEntry) -> Result<Sensor, FormatError> 
     };
     if let Some(coil) = entry.coil {
         for (name, value) in [("diameter", coil.diameter_mm), ("length", coil.length_mm)] {
-            if !(value.is_finite() && value > 0.0) {
+            if let Some(expected) = length_above_zero_problem(value) {
                 let field = format!("{place}: coil.{name}");
-                return Err(FormatError::field(field, value, "a length above zero"));
+                return Err(FormatError::number(field, value, expected));
             }
         }
     }
@@ -263,6 +263,7 @@ fn push_sensor(out: &mut String, sensor: &Sensor) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::limits::MAX_LENGTH_MM;
     use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
     use proptest::prelude::*;
 
@@ -310,19 +311,35 @@ mod tests {
     }
 
     #[test]
-    fn fields_of_later_versions_are_skipped_and_absent_ones_absent() {
-        let text = example_with(
-            "tip: (0.0, 0.0, 0.0),",
-            "tip: None, maker: (name: \"x\", years: [1, 2], kind: Own(3)),",
-        );
+    fn absent_fields_are_absent_and_unknown_ones_refused() {
+        let text = example_with("tip: (0.0, 0.0, 0.0),", "tip: None,");
         let body = parse(text.as_bytes()).unwrap();
         assert_eq!(body.rigid.tip_in_body, None);
+        let text = example_with(
+            "tip: (0.0, 0.0, 0.0),",
+            "maker: (name: \"x\", years: [1, 2], kind: Own(3)),",
+        );
+        assert_eq!(
+            error(&text),
+            "line 5, column 5: found the unknown field `maker`, expected `version` or `name` or \
+             `mesh` or `mesh_unit` or `tip` or `sensors` or `tool_definition`"
+        );
+        // A later version says so before anybody asks for its fields, or its end.
+        let later = text.replace("version: 1", "version: 9");
+        let expected = "version is 9, expected 1; a newer trackwright wrote it";
+        assert_eq!(error(&later), expected);
+        assert_eq!(error(&later[..later.len() / 2]), expected);
     }
 
     #[test]
     fn every_wrong_field_is_named_with_what_was_found_and_expected() {
         for (from, to, message) in [
-            ("version: 1", "version: 2", "version is 2, expected 1"),
+            (
+                "version: 1",
+                "version: 2",
+                "version is 2, expected 1; a newer trackwright wrote it",
+            ),
+            ("version: 1", "version: 0", "version is 0, expected 1"),
             (
                 "version: 1,",
                 "",
@@ -381,7 +398,7 @@ mod tests {
             (
                 "tip: (0.0, 0.0, 0.0)",
                 "tip: (0.0, 1e999, 0.0)",
-                "tip is (0, inf, 0), expected finite numbers",
+                "line 5, column 16: found `1e999`, expected a number of at most 1e30",
             ),
         ] {
             assert_eq!(error(&example_with(from, to)), message);
@@ -420,14 +437,14 @@ mod tests {
         );
     }
 
-    fn any_finite() -> impl Strategy<Value = f64> {
-        any::<f64>().prop_filter("finite", |v| v.is_finite())
+    fn any_coordinate() -> impl Strategy<Value = f64> {
+        any::<f64>().prop_filter("a coordinate", |v| v.abs() <= MAX_LENGTH_MM)
     }
 
     fn sensor() -> impl Strategy<Value = Sensor> {
         let direction = prop::array::uniform4(-1.0..1.0_f64);
         let coil = prop::option::of((1e-3..1e3, 1e-3..1e3_f64));
-        let position = prop::array::uniform3(any_finite());
+        let position = prop::array::uniform3(any_coordinate());
         (0..3_u8, position, direction, coil).prop_map(|(kind, position, [w, x, y, z], coil)| {
             let vector = Vector3::new(x, y, z + 2.0);
             Sensor {
@@ -452,7 +469,7 @@ mod tests {
     fn unit() -> impl Strategy<Value = MeshUnit> {
         prop_oneof![
             prop::sample::select(MeshUnit::NAMED.to_vec()),
-            (1e-300..1e300_f64).prop_map(MeshUnit::Factor),
+            (1e-300..=MAX_LENGTH_MM).prop_map(MeshUnit::Factor),
         ]
     }
 
@@ -465,7 +482,7 @@ mod tests {
         fn what_is_written_reads_back_to_the_bit(
             name in any_text(0),
             mesh in prop::option::of((any_text(1), prop::option::of(unit()))),
-            tip in prop::option::of(prop::array::uniform3(any_finite())),
+            tip in prop::option::of(prop::array::uniform3(any_coordinate())),
             mut sensors in prop::collection::vec(sensor(), 1..5),
         ) {
             for (i, sensor) in sensors.iter_mut().enumerate() {

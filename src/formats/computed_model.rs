@@ -15,13 +15,13 @@ use std::sync::Arc;
 
 /// Weights of the rows of the environment's process, in their order.
 #[derive(Deserialize)]
-#[serde(rename = "Kriging")]
+#[serde(rename = "Kriging", deny_unknown_fields)]
 pub(super) struct KrigingEntry {
     weights: Vec<ErrorValues>,
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Harmonic")]
+#[serde(rename = "Harmonic", deny_unknown_fields)]
 pub(super) struct HarmonicEntry {
     center_mm: [f64; 3],
     scale_mm: f64,
@@ -135,7 +135,7 @@ fn push_harmonic(out: &mut String, model: &HarmonicModel) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use crate::field::computed::FieldSource;
     use crate::field::gaussian::{GaussianField, Kriging};
     use crate::field::generator::Generator;
@@ -148,7 +148,7 @@ mod tests {
     use nalgebra::{Point3, Vector3};
     use std::sync::Arc;
 
-    fn environments() -> [Environment; 2] {
+    pub(in crate::formats) fn environments() -> [Environment; 2] {
         let mut seeded = Seeded::new(3);
         let samples = (0..12).map(|_| {
             let pose = seeded.pose(&room(), 0.0);

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use std::collections::HashMap;
 
 #[derive(Deserialize)]
-#[serde(rename = "Anatomy")]
+#[serde(rename = "Anatomy", deny_unknown_fields)]
 pub(super) struct AnatomyEntry {
     name: String,
     mesh: String,
@@ -47,14 +47,14 @@ fn read_one(index: usize, entry: AnatomyEntry) -> Result<Anatomy, FormatError> {
     if entry.mesh.trim().is_empty() {
         return Err(FormatError::field(field("mesh"), "empty", "a file"));
     }
-    if let Some(unit) = entry.mesh_unit.filter(|unit| !unit.is_usable()) {
-        let expected = "a length above zero";
+    let unit = entry.mesh_unit;
+    if let Some((unit, expected)) = unit.and_then(|unit| Some((unit, unit.problem()?))) {
         return Err(FormatError::field(field("mesh_unit"), unit, expected));
     }
     let parts = entry.color.iter().flatten();
     if let Some(part) = parts.copied().find(|part| !(0.0..=1.0).contains(part)) {
         let expected = "red, green and blue from 0 to 1";
-        return Err(FormatError::field(field("color"), part, expected));
+        return Err(FormatError::number(field("color"), part, expected));
     }
     let frame_from_mesh = match &entry.pose {
         Some(pose) => pose.check(&field("pose"))?,

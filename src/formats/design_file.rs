@@ -12,6 +12,7 @@ use super::ron_text::{self, PoseEntry};
 use crate::design::{
     Anatomy, CrfPlacement, Design, DesignBody, Procedure, Slide, Target, ToolPlacement, View,
 };
+use crate::geometry::limits::length_problem;
 use crate::geometry::pose::Pose;
 use crate::study::motion::Motion;
 use crate::study::requirement::Requirement;
@@ -126,7 +127,7 @@ impl DesignFile {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Design")]
+#[serde(rename = "Design", deny_unknown_fields)]
 struct DesignEntry {
     version: u64,
     name: String,
@@ -149,7 +150,7 @@ impl ron_text::Versioned for DesignEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Crf")]
+#[serde(rename = "Crf", deny_unknown_fields)]
 struct CrfEntry {
     body: String,
     pose: PoseEntry,
@@ -159,14 +160,14 @@ struct CrfEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Tool")]
+#[serde(rename = "Tool", deny_unknown_fields)]
 struct ToolEntry {
     body: String,
     pose: PoseEntry,
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Target")]
+#[serde(rename = "Target", deny_unknown_fields)]
 struct TargetEntry {
     name: String,
     position: [f64; 3],
@@ -181,12 +182,12 @@ pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
     check_motion("", entry.motion.as_ref())?;
     check_requirement("requirement", entry.requirement.as_ref())?;
     if let Some(weight) = entry.orientation_weight {
-        check_not_negative("orientation_weight", weight)?;
+        check_number("orientation_weight", weight, length_problem(weight))?;
     }
     let mut view = entry.view.unwrap_or_default();
     view.check()?;
     let mut slides = entry.slides.unwrap_or_default();
-    let (of_view, of_slides) = UnknownLayers::of(bytes).into_names();
+    let (of_view, of_slides) = UnknownLayers::of(bytes)?.into_names();
     view.unknown_layers = of_view;
     for (slide, unknown) in slides.iter_mut().zip(of_slides) {
         slide.view.unknown_layers = unknown;
@@ -258,18 +259,17 @@ fn check_motion(prefix: &'static str, motion: Option<&Motion>) -> Result<(), For
 fn check_requirement(field: &str, requirement: Option<&Requirement>) -> Result<(), FormatError> {
     for (name, limit) in requirement.into_iter().flat_map(Requirement::bounds) {
         if let Some(limit) = limit {
-            check_not_negative(&format!("{field}.{name}"), limit)?;
+            let problem = Requirement::bound_problem(name, limit);
+            check_number(&format!("{field}.{name}"), limit, problem)?;
         }
     }
     Ok(())
 }
 
-fn check_not_negative(field: &str, value: f64) -> Result<(), FormatError> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(())
-    } else {
-        Err(FormatError::field(field, value, "zero or more"))
-    }
+fn check_number(field: &str, value: f64, problem: Option<&'static str>) -> Result<(), FormatError> {
+    problem.map_or(Ok(()), |expected| {
+        Err(FormatError::number(field, value, expected))
+    })
 }
 
 /// Writes a design; what is absent or has its default is left out.

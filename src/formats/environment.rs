@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
 #[derive(Deserialize)]
-#[serde(rename = "Environment")]
+#[serde(rename = "Environment", deny_unknown_fields)]
 struct EnvironmentEntry {
     version: u64,
     name: String,
@@ -42,16 +42,13 @@ impl ron_text::Versioned for EnvironmentEntry {
 pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
     let entry: EnvironmentEntry = ron_text::parse(bytes)?;
     if let Some(Volume::Box(bounds)) = &entry.volume {
-        let (min, max) = (bounds.min_mm, bounds.max_mm);
-        ron_text::point("volume: min", min.coords.into())?;
-        ron_text::point("volume: max", max.coords.into())?;
-        if (0..3).any(|k| min[k] > max[k]) {
-            let found = format!("from {min} to {max}");
-            return Err(FormatError::field("volume", found, "min below max"));
-        }
+        bounds.check().map_err(FormatError::Volume)?;
     }
     if let Some((name, found, expected)) = entry.jitter.as_ref().and_then(Jitter::problem) {
-        return Err(FormatError::field(name, found, expected));
+        return Err(FormatError::number(name, found, expected));
+    }
+    if let Some(provenance) = &entry.provenance {
+        check_provenance(provenance)?;
     }
     let support = entry.support.map(|s| s.check(&entry.model)).transpose()?;
     let process = entry.process.map(ProcessEntry::check).transpose()?;
@@ -66,6 +63,41 @@ pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
         support,
         process,
     })
+}
+
+/// What a fit was like is only shown, but numbers that no fit has are none to show.
+fn check_provenance(provenance: &Provenance) -> Result<(), FormatError> {
+    let Provenance {
+        ridge,
+        train_before,
+        train_after,
+        holdout,
+        ..
+    } = provenance;
+    let mut figures = vec![
+        ("train_before", *train_before),
+        ("train_after", *train_after),
+    ];
+    if let Some(holdout) = holdout {
+        figures.extend([
+            ("holdout.before", holdout.before),
+            ("holdout.after", holdout.after),
+        ]);
+    }
+    let mut numbers = vec![("ridge".to_owned(), *ridge)];
+    for (name, figures) in figures {
+        numbers.push((format!("{name}.position_rms_mm"), figures.position_rms_mm));
+        let angle = figures.angle_rms_rad;
+        numbers.extend(angle.map(|angle| (format!("{name}.angle_rms_rad"), angle)));
+    }
+    let is_wrong = |value: f64| !(value.is_finite() && value >= 0.0);
+    match numbers.into_iter().find(|(_, value)| is_wrong(*value)) {
+        None => Ok(()),
+        Some((name, value)) => {
+            let name = format!("provenance.{name}");
+            Err(FormatError::number(name, value, "zero or more"))
+        }
+    }
 }
 
 /// Writes an environment, a coefficient's six values a line.
@@ -139,7 +171,7 @@ fn value<T: Serialize>(value: &T, depth: usize) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::field::Support;
     use crate::field::environment::{HoldoutProvenance, JitterGrowth};
@@ -154,7 +186,7 @@ mod tests {
     use nalgebra::{Unit, Vector3};
     use std::sync::Arc;
 
-    fn room() -> Environment {
+    pub(in crate::formats) fn room() -> Environment {
         let coefficients = (0..6 * 8)
             .map(|i| std::array::from_fn(|k| f64::from(i * 7 + k as i32) / 3.0 - 40.0))
             .collect();
@@ -217,7 +249,7 @@ mod tests {
     }
 
     /// Numbers that need all their digits, an unknown deviation, a form that is zero.
-    fn support(room: &Environment) -> Support {
+    pub(in crate::formats) fn support(room: &Environment) -> Support {
         let form = |i: usize| (0..27).map(|k| (i * 27 + k) as f64 / 3.0 - 9.0).collect();
         let parts = SupportParts {
             position_std_mm: vec![Some(0.1), None, Some(1.0 / 3.0), Some(1e-300), None, None],
@@ -255,7 +287,7 @@ mod tests {
     }
 
     /// Rows as they are kept, an outlier, a kernel without axes.
-    fn process(has_rotations: bool) -> GaussianField {
+    pub(in crate::formats) fn process(has_rotations: bool) -> GaussianField {
         let row = |i: i32| Row {
             point: FieldPoint {
                 position_mm: [f64::from(i) / 8.0, -1e-6, -300.123_456].into(),
@@ -404,7 +436,11 @@ mod tests {
                 "cells holds 64, expected bits",
             ),
             ("(0,4095,7,63)", "(0,-1,7,63)", "integer is out of bounds"),
-            ("variance:", "varience:", "found no field `variance`"),
+            (
+                "variance:",
+                "varience:",
+                "found the unknown field `varience`, expected `variance`",
+            ),
         ] {
             assert!(text.contains(from), "{from}");
             let message = parse(text.replacen(from, to, 1).as_bytes())
@@ -467,7 +503,11 @@ mod tests {
     fn rooms_that_cannot_be_are_refused() {
         let text = write(&room());
         for (from, to, part) in [
-            ("version: 1", "version: 3", "version is 3, expected 1"),
+            (
+                "version: 1",
+                "version: 3",
+                "version is 3, expected 1; a newer trackwright wrote it",
+            ),
             (
                 "directions: 6",
                 "directions: 12",
@@ -481,7 +521,11 @@ mod tests {
             ("order: 1", "order: 99", "order is 99, expected 0 to"),
             ("order: 1", "order: 99999999999", "order is 99999999999"),
             ("(-40.0,", "(NaN,", "coefficient 0 is not finite"),
-            ("-300.5", "300.5", "the box is not a box"),
+            (
+                "-300.5",
+                "300.5",
+                "box: min z is 300.5, max z is -0.1, expected min at most max",
+            ),
             (
                 "position_mm: 0.1",
                 "position_mm: -0.1",
@@ -505,7 +549,7 @@ mod tests {
             (
                 "volume: AuroraCube",
                 "volume: Box(((0, 0, 0), (1, -1, 1)))",
-                "volume is from",
+                "volume: min y is 0, max y is -1, expected min at most max",
             ),
             (
                 "volume: AuroraCube",

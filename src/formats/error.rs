@@ -4,6 +4,8 @@ use super::mesh::MeshError;
 use crate::design::DecisionError;
 use crate::design::view::ViewError;
 use crate::field::support::SupportPartsError;
+use crate::geometry::bounds::BoundsError;
+use crate::geometry::limits::short;
 use crate::study::motion::MotionError;
 use crate::study::procedure::Step;
 use std::io::ErrorKind;
@@ -51,6 +53,11 @@ pub enum FormatError {
     RepeatedColumn(&'static str),
     #[error("found no rows, expected at least one")]
     NoRows,
+    /// A file's version is not one that this program reads.
+    #[error("version is {found}, expected {expected}{}", written_by(*found, *expected))]
+    Version { found: u64, expected: u64 },
+    #[error("volume: {0}")]
+    Volume(BoundsError),
     /// In a file within the file.
     #[error("{part}: {cause}")]
     Part {
@@ -91,6 +98,18 @@ impl FormatError {
             found: found.to_string(),
             expected,
         }
+    }
+
+    /// A field with a number that it cannot have.
+    pub(super) fn number(field: impl Into<String>, found: f64, expected: &'static str) -> Self {
+        Self::field(field, short(found), expected)
+    }
+}
+
+fn written_by(found: u64, expected: u64) -> &'static str {
+    match found > expected {
+        true => "; a newer trackwright wrote it",
+        false => "",
     }
 }
 

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use std::fmt::Write;
 
 #[derive(Deserialize)]
-#[serde(rename = "Generator")]
+#[serde(rename = "Generator", deny_unknown_fields)]
 struct GeneratorFile {
     version: u64,
     name: String,
@@ -22,14 +22,14 @@ impl ron_text::Versioned for GeneratorFile {
 
 /// A generator in a file of another kind, which has a version of its own.
 #[derive(Deserialize)]
-#[serde(rename = "Generator")]
+#[serde(rename = "Generator", deny_unknown_fields)]
 pub(super) struct GeneratorEntry {
     name: String,
     coils: Vec<CoilEntry>,
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Coil")]
+#[serde(rename = "Coil", deny_unknown_fields)]
 enum CoilEntry {
     Dipole {
         position: [f64; 3],
@@ -192,7 +192,7 @@ mod tests {
         ];
         generators[0].name = "a \"name\" \\ \n\u{1}".to_owned();
         if let Coil::Dipole { at_mm, moment } = &mut generators[0].coils[2] {
-            *at_mm = [1.0 / 3.0, 1e-300, -1e300].into();
+            *at_mm = [1.0 / 3.0, 1e-300, -1e6].into();
             *moment = [0.1 + 0.2, -0.0, 1e9].into();
         }
         for generator in generators {
@@ -206,7 +206,11 @@ mod tests {
     #[test]
     fn every_wrong_field_is_named_with_what_was_found_and_expected() {
         for (from, to, message) in [
-            ("version: 1", "version: 2", "version is 2, expected 1"),
+            (
+                "version: 1",
+                "version: 2",
+                "version is 2, expected 1; a newer trackwright wrote it",
+            ),
             (
                 "(-120, 0, 0)",
                 "(NaN, 0, 0)",
@@ -215,7 +219,7 @@ mod tests {
             (
                 "(-120, 0, 0)",
                 "(1e999, 0, 0)",
-                "coils[1]: position is (inf, 0, 0), expected finite numbers",
+                "line 6, column 27: found `1e999`, expected a number of at most 1e30",
             ),
             (
                 "(0, 0, 2)",
@@ -290,8 +294,12 @@ mod tests {
     }
 
     #[test]
-    fn fields_of_later_versions_are_skipped() {
+    fn unknown_fields_are_refused() {
         let text = example_with("version: 1,", "version: 1, maker: Some((year: 2026)),");
-        assert_eq!(parse(text.as_bytes()).unwrap().coils.len(), 5);
+        assert_eq!(
+            error(&text),
+            "line 2, column 17: found the unknown field `maker`, expected `version` or `name` or \
+             `coils`"
+        );
     }
 }

@@ -27,6 +27,7 @@ pub struct Preferences {
 
 /// The panels that are unfolded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ShownPanels {
     pub left: bool,
     pub right: bool,
@@ -51,7 +52,7 @@ impl Default for Preferences {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Preferences")]
+#[serde(rename = "Preferences", deny_unknown_fields)]
 struct PreferencesEntry {
     version: u64,
     #[serde(default)]

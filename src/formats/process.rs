@@ -6,6 +6,7 @@ use super::ron_text;
 use crate::field::gaussian::{
     Amplitude, ErrorValues, FieldPoint, GaussianField, Kernel, Row, Trend,
 };
+use crate::geometry::limits::{length_above_zero_problem, length_problem, position_problem};
 use nalgebra::{Point3, Unit, Vector3};
 use serde::Deserialize;
 use std::fmt::Write;
@@ -15,7 +16,7 @@ use std::sync::Arc;
 const AXIS_TOLERANCE: f64 = 1e-6;
 
 #[derive(Deserialize)]
-#[serde(rename = "Process")]
+#[serde(rename = "Process", deny_unknown_fields)]
 pub(super) struct ProcessEntry {
     trend: Trend,
     kernel: Kernel,
@@ -46,22 +47,35 @@ impl ProcessEntry {
     pub(super) fn check(self) -> Result<Arc<GaussianField>, FormatError> {
         let positive = |name, value: f64| match value.is_finite() && value > 0.0 {
             true => Ok(()),
-            false => Err(FormatError::field(name, value, "above zero")),
+            false => Err(FormatError::number(name, value, "above zero")),
+        };
+        let problem = |name, value: f64, problem: Option<&'static str>| match problem {
+            None => Ok(()),
+            Some(expected) => Err(FormatError::number(name, value, expected)),
         };
         positive("process.kernel.nugget", self.kernel.nugget)?;
         for scale in &self.kernel.scales {
-            positive("process.kernel.scales.length_mm", scale.length_mm)?;
+            let length_mm = scale.length_mm;
+            let name = "process.kernel.scales.length_mm";
+            problem(name, length_mm, length_above_zero_problem(length_mm))?;
             positive("process.kernel.scales.variance", scale.variance)?;
             // Infinite where axes were not measured.
             if scale.axis_sine.is_nan() || scale.axis_sine <= 0.0 {
                 let found = scale.axis_sine;
                 let name = "process.kernel.scales.axis_sine";
-                return Err(FormatError::field(name, found, "above zero"));
+                return Err(FormatError::number(name, found, "above zero"));
             }
         }
+        let left_out_mm = self.left_out_rms_mm;
+        let name = "process.left_out_rms_mm";
+        problem(name, left_out_mm, length_problem(left_out_mm))?;
         if let Some((name, found)) = self.amplitude.problem() {
             let name = format!("process.{name}");
-            return Err(FormatError::field(name, found, "a finite number"));
+            return Err(FormatError::number(
+                name,
+                found,
+                "a finite number, at most 1e6",
+            ));
         }
         let is_variance = |c: usize| self.covariance[c][c] >= 0.0;
         let is_finite = self.covariance.as_flattened().iter().all(|v| v.is_finite());
@@ -104,7 +118,11 @@ impl RowEntry {
         let Self(position, axis, error, noise_factor) = self;
         let name = || format!("process.rows[{index}]");
         let axis = Vector3::from(axis);
-        let numbers = position.iter().chain(&error).chain([&noise_factor]);
+        if let Some(expected) = position_problem(&position) {
+            let found = ron_text::list(&position);
+            return Err(FormatError::field(name(), found, expected));
+        }
+        let numbers = error.iter().chain([&noise_factor]);
         let is_finite = numbers.into_iter().all(|v| v.is_finite());
         if !is_finite || noise_factor <= 0.0 {
             let expected = "finite numbers, noise above zero";

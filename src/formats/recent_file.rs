@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 #[derive(Deserialize)]
-#[serde(rename = "Recent")]
+#[serde(rename = "Recent", deny_unknown_fields)]
 struct RecentEntry {
     version: u64,
     designs: Vec<PathEntry>,

@@ -39,6 +39,7 @@ pub enum RecoveryOrigin {
 
 /// What a file was when it was read or written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FileStamp {
     /// Bytes.
     pub length: u64,
@@ -51,7 +52,7 @@ pub struct FileStamp {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Recovery")]
+#[serde(rename = "Recovery", deny_unknown_fields)]
 struct RecoveryEntry {
     version: u64,
     written_unix_ms: u64,
@@ -71,6 +72,7 @@ enum OriginEntry {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct StampEntry {
     file: PathEntry,
     stamp: FileStamp,
@@ -281,7 +283,7 @@ pub(super) mod tests {
             (
                 "crf_body:",
                 "crf:",
-                "crf_body is missing, expected the CRF's",
+                "line 9, column 5: found the unknown field `crf`, expected ",
             ),
             (
                 "design: \"(\\n    version: 1",

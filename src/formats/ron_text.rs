@@ -1,7 +1,11 @@
-//! RON as this program reads and writes it: errors with a place, numbers that read back exactly.
+//! RON as this program reads and writes it: no field that is not known, errors with a place, numbers
+//! that read back exactly.
 
 use super::error::{FormatError, text};
+use super::nearest::nearest;
 use super::number;
+use super::ron_tokens::{place, stated_version, too_large_number};
+use crate::geometry::limits::{position_problem, short};
 use crate::geometry::pose::{Pose, pose_from_parts, quaternion_to_array};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use ron::error::SpannedError;
@@ -21,38 +25,85 @@ pub(super) trait Versioned {
     fn version(&self) -> u64;
 }
 
-/// A file's version, whatever else it holds.
-#[derive(Deserialize)]
-struct VersionAlone {
-    version: u64,
-}
-
-/// Reads a versioned file; `Some(…)` may be left out. Unknown fields are skipped.
+/// Reads a versioned file; `Some(…)` may be left out.
+///
+/// A field that is not known is an error, as one that is mistyped would else have its default and
+/// nobody would notice. `T` and all that it is made of say so by `deny_unknown_fields`.
 pub(super) fn parse<T: DeserializeOwned + Versioned>(bytes: &[u8]) -> Result<T, FormatError> {
     let text = text(bytes)?;
-    let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-    let parsed = options.from_str::<T>(text);
-    let version = match &parsed {
-        Ok(entry) => Some(entry.version()),
-        // Another version may have other fields; it is the version that is wrong then.
-        Err(_) => options.from_str(text).ok().map(|v: VersionAlone| v.version),
-    };
-    match version {
-        Some(version) if version != VERSION => Err(FormatError::field("version", version, "1")),
-        _ => parsed.map_err(|error| located(text, &error)),
+    // Another version may have other fields; it is the version that is wrong then.
+    check_version(stated_version(text))?;
+    let entry: T = from_text(text)?;
+    check_version(Some(entry.version()))?;
+    if let Some(range) = too_large_number(text) {
+        let (line, column) = place(text, range.start);
+        return Err(FormatError::Syntax {
+            line,
+            column,
+            problem: format!(
+                "found {}, expected a number of at most 1e30",
+                shown(&text[range])
+            ),
+        });
     }
+    Ok(entry)
+}
+
+/// Reads a part of a file, whatever its version.
+pub(super) fn from_text<T: DeserializeOwned>(text: &str) -> Result<T, FormatError> {
+    let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    options
+        .from_str(text)
+        .map_err(|error| located(text, &error))
+}
+
+fn check_version(found: Option<u64>) -> Result<(), FormatError> {
+    match found {
+        Some(found) if found != VERSION => Err(FormatError::Version {
+            found,
+            expected: VERSION,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// What is wrong with a field that is none of those that are known.
+pub(super) fn unknown_field(found: &str, known: &[&str]) -> String {
+    let near = nearest(found, known);
+    let expected = match near.is_empty() {
+        true => one_of(known),
+        false => one_of(&near),
+    };
+    format!(
+        "found the unknown field {}, expected {expected}",
+        shown(found)
+    )
 }
 
 /// A RON error in this program's words.
 fn located(text: &str, error: &SpannedError) -> FormatError {
     use ron::Error as E;
-    // Values of the wrong kind are found where they begin, broken syntax where it ends.
-    let at = match error.code {
-        E::InvalidValueForType { .. } | E::Message(_) => error.span.start,
+    let cut = E::Eof;
+    let code = match &error.code {
+        // Half a name is no unknown one.
+        E::NoSuchStructField { .. } | E::NoSuchEnumVariant { .. }
+            if place(text, text.len()) == (error.span.end.line, error.span.end.col) =>
+        {
+            &cut
+        }
+        code => code,
+    };
+    // Names and values of the wrong kind are found where they begin, broken syntax where it ends.
+    let at = match code {
+        E::InvalidValueForType { .. }
+        | E::Message(_)
+        | E::NoSuchEnumVariant { .. }
+        | E::NoSuchStructField { .. }
+        | E::DuplicateStructField { .. } => error.span.start,
         _ => error.span.end,
     };
     let found = || quote(text, at.line, at.col);
-    let problem = match &error.code {
+    let problem = match code {
         E::Message(message) => message.clone(),
         E::Eof => "found the end of the file, expected more: it is cut short".to_owned(),
         E::InvalidValueForType { expected, found } => format!("found {found}, expected {expected}"),
@@ -62,10 +113,20 @@ fn located(text: &str, error: &SpannedError) -> FormatError {
         } => format!("found {count} elements, expected {expected}"),
         E::NoSuchEnumVariant {
             expected, found, ..
-        } => format!("found `{found}`, expected {}", one_of(expected)),
+        } => {
+            let near = nearest(found, expected);
+            let expected = match near.is_empty() {
+                true => one_of(expected),
+                false => one_of(&near),
+            };
+            format!("found {}, expected {expected}", shown(found))
+        }
         E::NoSuchStructField {
             expected, found, ..
-        } => format!("found field `{found}`, expected {}", one_of(expected)),
+        } => unknown_field(found, expected),
+        E::ExpectedDifferentStructName { expected, found } => {
+            format!("found {}, expected `{expected}` or no name", shown(found))
+        }
         E::MissingStructField { field, .. } => format!("found no field `{field}`, expected it"),
         E::DuplicateStructField { field, .. } => {
             format!("found field `{field}` twice, expected it once")
@@ -96,6 +157,14 @@ fn one_of(names: &[&str]) -> String {
         .join(" or ")
 }
 
+/// A word of a file between quotes, no more of it than a line holds.
+fn shown(word: &str) -> String {
+    match word.char_indices().nth(MAX_QUOTE) {
+        None => format!("`{}`", word.escape_debug()),
+        Some((end, _)) => format!("`{}…`", word[..end].escape_debug()),
+    }
+}
+
 /// What stands at a place, up to the next separator.
 fn quote(text: &str, line: usize, column: usize) -> String {
     let rest: String = text
@@ -122,6 +191,7 @@ fn quote(text: &str, line: usize, column: usize) -> String {
 
 /// A pose as files hold it.
 #[derive(Deserialize)]
+#[serde(rename = "Pose", deny_unknown_fields)]
 pub(super) struct PoseEntry {
     position: [f64; 3],
     rotation: [f64; 4],
@@ -135,16 +205,11 @@ impl PoseEntry {
     }
 }
 
-/// A finite position.
+/// A position, finite and within [`MAX_LENGTH_MM`](crate::geometry::limits::MAX_LENGTH_MM).
 pub(super) fn point(field: &str, components: [f64; 3]) -> Result<Point3<f64>, FormatError> {
-    if components.iter().all(|v| v.is_finite()) {
-        Ok(components.into())
-    } else {
-        Err(FormatError::field(
-            field,
-            list(&components),
-            "finite numbers",
-        ))
+    match position_problem(&components) {
+        None => Ok(components.into()),
+        Some(expected) => Err(FormatError::field(field, list(&components), expected)),
     }
 }
 
@@ -164,8 +229,8 @@ pub(super) fn rotation(
 }
 
 /// Numbers for an error: `(0, 0.5, NaN)`.
-fn list(components: &[f64]) -> String {
-    let parts: Vec<_> = components.iter().map(f64::to_string).collect();
+pub(super) fn list(components: &[f64]) -> String {
+    let parts: Vec<_> = components.iter().map(|v| short(*v)).collect();
     format!("({})", parts.join(", "))
 }
 

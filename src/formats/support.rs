@@ -9,7 +9,7 @@ use serde::Deserialize;
 use std::fmt::Write;
 
 #[derive(Deserialize)]
-#[serde(rename = "Support")]
+#[serde(rename = "Support", deny_unknown_fields)]
 pub(super) struct SupportEntry {
     position_std_mm: Vec<Option<f64>>,
     angle_std_rad: Option<Vec<Option<f64>>>,
@@ -25,6 +25,7 @@ pub(super) struct SupportEntry {
 
 /// Origin, edge in mm, and `(i, j, k, bits of directions)` of each cell with a sample in it.
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct CellsEntry {
     origin: [f64; 3],
     edge: f64,

@@ -140,6 +140,8 @@ impl<R: Read> TableReader<R> {
     }
 
     fn next_record(&mut self) -> Result<bool, FormatError> {
+        let line = self.reader.position().line();
+        self.reader.get_mut().begin_row(line);
         let is_there = self
             .reader
             .read_record(&mut self.record)

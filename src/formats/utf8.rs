@@ -1,4 +1,5 @@
-//! Text as it comes: UTF-8 is checked on the way, a byte order mark left out.
+//! Text as it comes: UTF-8 is checked on the way, a byte order mark left out, and no row of a table
+//! without end.
 
 use super::error::FormatError;
 use std::io::{self, Read};
@@ -8,6 +9,10 @@ const BUFFER: usize = 1 << 16;
 
 /// The mark that some programs put before UTF-8 text.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
+/// Longest row of a table in bytes: a thousand columns of a thousand letters. What is longer is no
+/// table, or has a quote that nobody closed.
+const MAX_ROW: usize = 1 << 20;
 
 /// Longest character in bytes.
 const MAX_CHARACTER: usize = 4;
@@ -25,6 +30,9 @@ pub struct Utf8Reader<R: Read> {
     /// Where the checked bytes end, from 1.
     line: usize,
     column: usize,
+    /// Where the row begins that is being read, from 1, and how much of it was given out.
+    row_line: u64,
+    row_bytes: usize,
 }
 
 /// A byte that is no text, carried through an [`io::Error`].
@@ -35,15 +43,29 @@ struct NotUtf8 {
     column: usize,
 }
 
+/// A row without end, carried likewise.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("line {line}: found a row of more than {MAX_ROW} bytes")]
+struct LongRow {
+    line: u64,
+}
+
 /// The error behind what a [`Utf8Reader`] gave: a byte that is no text, or the reader's own.
 pub fn error_of(error: &io::Error) -> FormatError {
-    let inner = error.get_ref().and_then(|e| e.downcast_ref::<NotUtf8>());
-    match inner {
-        Some(&NotUtf8 { line, column }) => FormatError::NotUtf8 { line, column },
-        None => FormatError::Unreadable {
-            kind: error.kind(),
-            found: error.to_string(),
-        },
+    let inner = error.get_ref();
+    if let Some(&NotUtf8 { line, column }) = inner.and_then(|e| e.downcast_ref()) {
+        return FormatError::NotUtf8 { line, column };
+    }
+    if let Some(&LongRow { line }) = inner.and_then(|e| e.downcast_ref()) {
+        return FormatError::Line {
+            line,
+            found: format!("a row of more than {MAX_ROW} bytes"),
+            expected: "shorter rows, and an end to each quote".to_owned(),
+        };
+    }
+    FormatError::Unreadable {
+        kind: error.kind(),
+        found: error.to_string(),
     }
 }
 
@@ -58,7 +80,15 @@ impl<R: Read> Utf8Reader<R> {
             is_at_start: true,
             line: 1,
             column: 1,
+            row_line: 1,
+            row_bytes: 0,
         }
+    }
+
+    /// States that what is read from here on is another row, which begins at a line.
+    pub fn begin_row(&mut self, line: u64) {
+        self.row_line = line;
+        self.row_bytes = 0;
     }
 
     /// Reads on and checks; leaves nothing to give out at the end of the text only.
@@ -121,7 +151,12 @@ impl<R: Read> Read for Utf8Reader<R> {
         if self.start == self.end {
             self.fill()?;
         }
+        if self.row_bytes > MAX_ROW {
+            let line = self.row_line;
+            return Err(io::Error::new(io::ErrorKind::InvalidData, LongRow { line }));
+        }
         let count = out.len().min(self.end - self.start);
+        self.row_bytes += count;
         out[..count].copy_from_slice(&self.buffer[self.start..self.start + count]);
         self.start += count;
         Ok(count)
@@ -152,6 +187,31 @@ mod tests {
             Ok(_) => Ok(String::from_utf8(out).unwrap()),
             Err(error) => Err(error_of(&error)),
         }
+    }
+
+    #[test]
+    fn a_row_without_end_is_refused_where_it_begins() {
+        use crate::formats::table::Table;
+        let long = "1".repeat(MAX_ROW + (1 << 14));
+        let quoted = format!("1,\"{}", "2,3\n".repeat(MAX_ROW / 3));
+        for (rows, line) in [(&long, 3), (&quoted, 3)] {
+            let text = format!("x,y\n1,2\n{rows}");
+            let error = Table::parse(text.as_bytes()).unwrap_err().to_string();
+            assert_eq!(
+                error,
+                format!(
+                    "line {line}: found a row of more than 1048576 bytes, expected shorter rows, \
+                     and an end to each quote"
+                )
+            );
+        }
+        let short = format!("x,y\n{}", "1,2\n".repeat(MAX_ROW / 2));
+        assert!(Table::parse(short.as_bytes()).is_ok());
+        let header = Table::parse(long.as_bytes()).unwrap_err().to_string();
+        assert!(
+            header.starts_with("line 1: found a row of more"),
+            "{header}"
+        );
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Axis-aligned boxes in millimetres: the model's box, its unit cube, and what lies outside.
 
+use super::limits::{position_problem, short};
 use nalgebra::{Point3, Unit, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +16,79 @@ pub struct Bounds {
     pub max_mm: Point3<f64>,
 }
 
+/// Why two corners are no box.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BoundsError {
+    #[error("{corner} is ({}), expected {expected}", list(corner_mm))]
+    Corner {
+        /// "min" or "max".
+        corner: &'static str,
+        corner_mm: [f64; 3],
+        expected: &'static str,
+    },
+    #[error(
+        "min {axis} is {}, max {axis} is {}, expected min at most max",
+        short(*min_mm),
+        short(*max_mm)
+    )]
+    Reversed {
+        axis: char,
+        min_mm: f64,
+        max_mm: f64,
+    },
+}
+
+fn list(values: &[f64; 3]) -> String {
+    values.map(short).join(", ")
+}
+
 impl Bounds {
+    /// Checks that this is a box where anything is: [`check_finite`](Self::check_finite), and its
+    /// corners are positions.
+    ///
+    /// # Errors
+    /// See [`BoundsError`].
+    pub fn check(&self) -> Result<(), BoundsError> {
+        for (corner, point) in [("min", self.min_mm), ("max", self.max_mm)] {
+            if let Some(expected) = position_problem(&point.coords) {
+                return Err(BoundsError::Corner {
+                    corner,
+                    corner_mm: point.coords.into(),
+                    expected,
+                });
+            }
+        }
+        self.check_finite()
+    }
+
+    /// Checks that this is a box: finite, and no axis reversed. One without extent along an axis is
+    /// a box.
+    ///
+    /// # Errors
+    /// See [`BoundsError`].
+    pub fn check_finite(&self) -> Result<(), BoundsError> {
+        let size_mm = self.size_mm();
+        // Where a corner is not finite, neither is the size.
+        if !size_mm.iter().all(|edge| edge.is_finite()) {
+            return Err(BoundsError::Corner {
+                corner: "max",
+                corner_mm: self.max_mm.coords.into(),
+                expected: "finite numbers, and edges of finite length",
+            });
+        }
+        for (k, axis) in ['x', 'y', 'z'].into_iter().enumerate() {
+            let (min_mm, max_mm) = (self.min_mm[k], self.max_mm[k]);
+            if min_mm > max_mm {
+                return Err(BoundsError::Reversed {
+                    axis,
+                    min_mm,
+                    max_mm,
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// The smallest box around the points; `None` without any.
     pub fn around(points: impl IntoIterator<Item = Point3<f64>>) -> Option<Self> {
         points.into_iter().fold(None, |bounds: Option<Self>, p| {
@@ -130,6 +203,27 @@ mod tests {
 
     fn cube() -> Bounds {
         Bounds::from(([-1.0, -2.0, -3.0], [1.0, 2.0, 3.0]))
+    }
+
+    #[test]
+    fn boxes_are_finite_in_order_and_in_files_near() {
+        let bounds = |min: f64, max: f64| Bounds::from(([0.0, min, 0.0], [1.0, max, 0.0]));
+        assert_eq!(bounds(-1.0, -1.0).check(), Ok(()));
+        let reversed = bounds(2.5, -1.0).check().unwrap_err().to_string();
+        assert_eq!(
+            reversed,
+            "min y is 2.5, max y is -1, expected min at most max"
+        );
+        let far = bounds(1e6, 1e6 + 300.0);
+        assert_eq!(far.check_finite(), Ok(()));
+        let far = far.check().unwrap_err().to_string();
+        assert_eq!(
+            far,
+            "max is (1, 1000300, 0), expected coordinates of at most 1e6 mm"
+        );
+        for (min, max) in [(-1.5e308, 1.5e308), (0.0, f64::INFINITY), (f64::NAN, 1.0)] {
+            assert!(bounds(min, max).check_finite().is_err());
+        }
     }
 
     #[test]

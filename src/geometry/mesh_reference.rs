@@ -1,5 +1,6 @@
 //! Which mesh a body has: the file that holds it, and how long one of that file's units is.
 
+use super::limits::{length_above_zero_problem, short};
 use serde::Deserialize;
 
 /// A mesh's file and the unit of its numbers.
@@ -57,10 +58,9 @@ impl MeshUnit {
             .unwrap_or(Self::Factor(mm_per_unit))
     }
 
-    /// Whether positions can be multiplied by it.
-    pub fn is_usable(self) -> bool {
-        let mm_per_unit = self.mm_per_unit();
-        mm_per_unit.is_finite() && mm_per_unit > 0.0
+    /// What was expected of a unit that positions cannot be multiplied by; `None` where they can.
+    pub fn problem(self) -> Option<&'static str> {
+        length_above_zero_problem(self.mm_per_unit())
     }
 }
 
@@ -71,7 +71,7 @@ impl std::fmt::Display for MeshUnit {
             Self::Centimetre => f.write_str("cm"),
             Self::Metre => f.write_str("m"),
             Self::Inch => f.write_str("inch"),
-            Self::Factor(mm_per_unit) => write!(f, "{mm_per_unit} mm"),
+            Self::Factor(mm_per_unit) => write!(f, "{} mm", short(*mm_per_unit)),
         }
     }
 }

@@ -9,6 +9,7 @@ pub mod directions;
 pub mod domed_cylinder;
 pub mod gizmo;
 pub mod isosurface;
+pub mod limits;
 pub mod magnification;
 pub mod mesh;
 pub mod mesh_reference;

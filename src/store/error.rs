@@ -77,7 +77,7 @@ impl StoreError {
         let Self::Format { cause, .. } = self else {
             return false;
         };
-        matches!(cause, FormatError::Field { field, .. } if field == "version")
+        matches!(cause, FormatError::Version { .. })
     }
 }
 

@@ -5,7 +5,7 @@ use super::builtin;
 use super::error::StoreError;
 use super::mesh_shelf::{ReadMesh, Shelf};
 use super::meshes::{BodyMesh, MeshOwner, MeshProblem, Meshes};
-use super::place::Place;
+use super::place::{Kind, Place};
 use super::read::read;
 use super::tool::parse_body;
 use super::watch::Stamps;
@@ -262,10 +262,10 @@ impl Reader {
 
     /// A design with its bodies.
     pub(super) fn design(&mut self, file: &Path) -> Result<(Design, View), StoreError> {
-        let entry = self.read(file, "a design", design_file::parse)?;
+        let entry = self.read(file, Kind::DESIGN, design_file::parse)?;
         entry.into_design(|reference| {
             let file = self.place.resolve(file, reference);
-            self.read(&file, "a body", |bytes| parse_body(&file, bytes))
+            self.read(&file, Kind::BODY, |bytes| parse_body(&file, bytes))
         })
     }
 
@@ -275,7 +275,7 @@ impl Reader {
         reference: &str,
     ) -> Result<Arc<Environment>, StoreError> {
         let file = self.place.resolve(design_file, reference);
-        self.read(&file, "an environment", environment::parse)
+        self.read(&file, Kind::ENVIRONMENT, environment::parse)
             .map(Arc::new)
     }
 
@@ -309,10 +309,10 @@ impl Reader {
     fn read<T>(
         &mut self,
         file: &Path,
-        expected: &'static str,
+        kind: impl Into<Kind>,
         parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
     ) -> Result<T, StoreError> {
-        read(self.place, file, expected, |bytes| {
+        read(self.place, file, kind, |bytes| {
             if self.place == Place::Disk || file.is_absolute() {
                 self.stamps.take(file, bytes);
             }

@@ -7,8 +7,50 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
-/// Largest file that is read: a hundred times any real one, and no more than memory holds.
+/// Largest table, recording or mesh that is read: a hundred times any real one, and no more than
+/// memory holds.
 pub(super) const MAX_BYTES: u64 = 1 << 30;
+
+const MIB: u64 = 1 << 20;
+
+/// A kind of file: what messages call it, with its article, and the largest that is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Kind {
+    pub expected: &'static str,
+    pub most_bytes: u64,
+}
+
+impl Kind {
+    /// A hundred slides, and decisions on as many rooms as there may be, are less than 1 MiB.
+    pub const DESIGN: Self = Self::new("a design", 16 * MIB);
+    /// A maker's definition in it is at most 1 MiB, and all else some kilobytes.
+    pub const BODY: Self = Self::new("a body", 16 * MIB);
+    /// A body or what a maker's program wrote, whichever it is.
+    pub const TOOL: Self = Self::new("a body or a tool definition", 16 * MIB);
+    /// Of the highest order with the most orientations it has 12 MiB of coefficients, and less than
+    /// that of all else.
+    pub const ENVIRONMENT: Self = Self::new("an environment", 64 * MIB);
+    /// At most 32 coils, a line each.
+    pub const GENERATOR: Self = Self::new("a field generator", MIB);
+    /// A design and its two bodies, with each of their quotes escaped.
+    pub const RECOVERY: Self = Self::new("a recovery file", 64 * MIB);
+    pub const PREFERENCES: Self = Self::new("preferences", MIB);
+    pub const RECENT: Self = Self::new("a list of designs", MIB);
+
+    const fn new(expected: &'static str, most_bytes: u64) -> Self {
+        Self {
+            expected,
+            most_bytes,
+        }
+    }
+}
+
+/// Any other kind: one with as many rows or triangles as were measured.
+impl From<&'static str> for Kind {
+    fn from(expected: &'static str) -> Self {
+        Self::new(expected, MAX_BYTES)
+    }
+}
 
 /// Something to read files from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,14 +60,19 @@ pub(super) enum Place {
 }
 
 /// A file that cannot be read.
+#[derive(Debug)]
 pub(super) enum ReadFailure {
     Io(io::Error),
     TooLarge,
 }
 
 impl ReadFailure {
-    /// The failure with the file's name; `expected` is the kind of file, with its article.
-    pub(super) fn into_error(self, file: &Path, expected: &'static str) -> StoreError {
+    /// The failure with the file's name.
+    pub(super) fn into_error(self, file: &Path, kind: impl Into<Kind>) -> StoreError {
+        let Kind {
+            expected,
+            most_bytes,
+        } = kind.into();
         let file = file.to_owned();
         match self {
             Self::Io(cause) => StoreError::Read {
@@ -35,7 +82,7 @@ impl ReadFailure {
             },
             Self::TooLarge => StoreError::TooLarge {
                 file,
-                limit: MAX_BYTES,
+                limit: most_bytes,
                 expected,
             },
         }
@@ -44,10 +91,15 @@ impl ReadFailure {
 
 impl Place {
     /// The bytes of a file. The built-in world has no absolute paths; those are the disk's.
-    pub(super) fn read(self, file: &Path) -> Result<Cow<'static, [u8]>, ReadFailure> {
+    pub(super) fn read(
+        self,
+        file: &Path,
+        kind: impl Into<Kind>,
+    ) -> Result<Cow<'static, [u8]>, ReadFailure> {
+        let most_bytes = kind.into().most_bytes;
         match self {
-            Self::Disk => read_disk(file).map(Cow::Owned),
-            Self::BuiltIn if file.is_absolute() => read_disk(file).map(Cow::Owned),
+            Self::Disk => read_disk(file, most_bytes).map(Cow::Owned),
+            Self::BuiltIn if file.is_absolute() => read_disk(file, most_bytes).map(Cow::Owned),
             Self::BuiltIn => builtin::bytes(&without_dots(file))
                 .map(Cow::Borrowed)
                 .ok_or_else(|| ReadFailure::Io(io::ErrorKind::NotFound.into())),
@@ -65,13 +117,17 @@ impl Place {
     }
 }
 
-pub(super) fn read_disk(file: &Path) -> Result<Vec<u8>, ReadFailure> {
-    let mut bytes = Vec::new();
-    open_input(file)?
-        .take(MAX_BYTES + 1)
-        .read_to_end(&mut bytes)
-        .map_err(ReadFailure::Io)?;
-    if bytes.len() as u64 > MAX_BYTES {
+fn read_disk(file: &Path, most_bytes: u64) -> Result<Vec<u8>, ReadFailure> {
+    let file = open_input(file)?;
+    // Of what is no regular file the length is nothing that it tells beforehand.
+    let length = file.metadata().map_or(0, |m| m.len());
+    if length > most_bytes {
+        return Err(ReadFailure::TooLarge);
+    }
+    // As long as it is, so that it is not copied while it grows; the last byte finds its end.
+    let mut bytes = Vec::with_capacity(length as usize + 1);
+    (file.take(most_bytes + 1).read_to_end(&mut bytes)).map_err(ReadFailure::Io)?;
+    if bytes.len() as u64 > most_bytes {
         return Err(ReadFailure::TooLarge);
     }
     Ok(bytes)
@@ -175,6 +231,43 @@ pub(super) fn absolute(path: &Path) -> PathBuf {
 mod tests {
     use super::*;
 
+    /// Files without content that only say how long they are: nothing of them is read.
+    #[test]
+    fn files_that_are_too_long_are_refused_by_their_length() {
+        let folder = tempfile::tempdir().unwrap();
+        let kinds = [
+            Kind::DESIGN,
+            Kind::BODY,
+            Kind::TOOL,
+            Kind::ENVIRONMENT,
+            Kind::GENERATOR,
+            Kind::RECOVERY,
+            Kind::PREFERENCES,
+            Kind::RECENT,
+            Kind::from("a poses table"),
+        ];
+        for kind in kinds {
+            let path = folder.path().join("long");
+            let file = File::create(&path).unwrap();
+            for length in [kind.most_bytes + 1, 2 << 30] {
+                file.set_len(length).unwrap();
+                let failure = Place::Disk.read(&path, kind).unwrap_err();
+                let expected = format!(
+                    "found more than {} bytes, expected {}",
+                    kind.most_bytes, kind.expected
+                );
+                let error = failure.into_error(&path, kind).to_string();
+                assert!(error.ends_with(&expected), "{error}");
+            }
+            if kind.most_bytes <= 1 << 20 {
+                file.set_len(kind.most_bytes).unwrap();
+                let bytes = Place::Disk.read(&path, kind).unwrap();
+                assert_eq!(bytes.len() as u64, kind.most_bytes);
+                assert!(matches!(bytes, Cow::Owned(bytes) if bytes.capacity() <= (1 << 20) + 64));
+            }
+        }
+    }
+
     #[test]
     fn dots_are_worked_out_by_name() {
         let clean = |s: &str| without_dots(Path::new(s)).display().to_string();
@@ -187,7 +280,7 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn what_may_never_end_is_refused_by_its_kind() {
-        let refused = |file: &Path| match read_disk(file) {
+        let refused = |file: &Path| match read_disk(file, MAX_BYTES) {
             Err(failure) => failure.into_error(file, "a table").to_string(),
             Ok(_) => panic!("{} was read", file.display()),
         };

@@ -1,15 +1,17 @@
 //! Preferences in the state folder.
 
 use super::error::StoreError;
-use super::place::Place;
+use super::place::{Kind, Place};
 use super::read::read;
 use super::state::create_private_folder;
 use super::write::write_bytes;
 use crate::formats::preferences_file::{self, Preferences};
+use std::fs;
 use std::io;
 use std::path::Path;
 
 const FILE: &str = "preferences.ron";
+const BACKUP: &str = "preferences.ron.bak";
 
 /// How a person left the window; `None` where nobody did yet.
 ///
@@ -17,13 +19,14 @@ const FILE: &str = "preferences.ron";
 /// See [`StoreError`]: a file that is damaged, or that a later version of the program wrote.
 pub fn read_preferences(folder: &Path) -> Result<Option<Preferences>, StoreError> {
     let parse = preferences_file::parse;
-    match read(Place::Disk, &folder.join(FILE), "preferences", parse) {
+    match read(Place::Disk, &folder.join(FILE), Kind::PREFERENCES, parse) {
         Err(StoreError::Read { cause, .. }) if cause.kind() == io::ErrorKind::NotFound => Ok(None),
         preferences => preferences.map(Some),
     }
 }
 
-/// Writes preferences, whole or not at all. Of two windows the one that wrote last is right.
+/// Writes preferences, whole or not at all. Of two windows the one that wrote last is right. A file
+/// that cannot be used, as with a field that is mistyped, is kept beside as `preferences.ron.bak`.
 ///
 /// # Errors
 /// [`StoreError::Write`].
@@ -32,14 +35,20 @@ pub fn write_preferences(folder: &Path, preferences: &Preferences) -> Result<(),
         file: folder.to_owned(),
         cause,
     })?;
+    let file = folder.join(FILE);
+    if let Err(StoreError::Format { .. }) = read_preferences(folder) {
+        fs::rename(&file, folder.join(BACKUP)).map_err(|cause| StoreError::Write {
+            file: file.clone(),
+            cause,
+        })?;
+    }
     let text = preferences_file::write(preferences);
-    write_bytes(&folder.join(FILE), text.as_bytes())
+    write_bytes(&file, text.as_bytes())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs;
 
     #[test]
     fn preferences_outlast_a_session_and_a_damaged_file_is_named_and_written_anew() {
@@ -57,6 +66,28 @@ mod tests {
         assert!(error.contains(FILE), "{error}");
         write_preferences(&state, &Preferences::default()).unwrap();
         assert!(read_preferences(&state).unwrap().is_some());
+        let kept = fs::read_to_string(state.join(BACKUP)).unwrap();
+        assert_eq!(kept, "(version: 1, scale");
+        // What was written over a file that can be read is gone.
+        write_preferences(&state, &Preferences::default()).unwrap();
+        assert_eq!(fs::read_to_string(state.join(BACKUP)).unwrap(), kept);
+    }
+
+    #[test]
+    fn mistyped_preferences_are_named_and_kept_beside() {
+        let folder = tempfile::tempdir().unwrap();
+        let preferences = Preferences::default();
+        write_preferences(folder.path(), &preferences).unwrap();
+        let file = folder.path().join(FILE);
+        let mistyped = fs::read_to_string(&file).unwrap();
+        let mistyped = mistyped.replace("scale:", "sacle:");
+        fs::write(&file, &mistyped).unwrap();
+        let error = read_preferences(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("`sacle`, expected `scale`"), "{error}");
+        write_preferences(folder.path(), &preferences).unwrap();
+        assert_eq!(read_preferences(folder.path()).unwrap(), Some(preferences));
+        let kept = fs::read_to_string(folder.path().join(BACKUP)).unwrap();
+        assert_eq!(kept, mistyped);
     }
 
     /// A folder under a regular file can be made by nobody, root included.

@@ -2,7 +2,7 @@
 
 use super::error::StoreError;
 use super::files::Files;
-use super::place::Place;
+use super::place::{Kind, Place};
 use crate::calibration::built_tool::RecordedTable;
 use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use crate::field::Environment;
@@ -28,11 +28,11 @@ impl Files {
     /// # Errors
     /// See [`StoreError`], here and below.
     pub fn read_environment(&self, file: &Path) -> Result<Environment, StoreError> {
-        self.read(file, "an environment", environment::parse)
+        self.read(file, Kind::ENVIRONMENT, environment::parse)
     }
 
     pub fn read_generator(&self, file: &Path) -> Result<Generator, StoreError> {
-        self.read(file, "a field generator", generator::parse)
+        self.read(file, Kind::GENERATOR, generator::parse)
     }
 
     pub fn read_measurements(&self, file: &Path) -> Result<MeasurementSet, StoreError> {
@@ -118,11 +118,11 @@ impl Files {
     fn read<T>(
         &self,
         file: &Path,
-        expected: &'static str,
+        kind: impl Into<Kind>,
         parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
     ) -> Result<T, StoreError> {
         self.input(file)?;
-        read(Place::Disk, file, expected, parse)
+        read(Place::Disk, file, kind, parse)
     }
 }
 
@@ -137,16 +137,17 @@ pub(super) fn read_mesh_at(
     })
 }
 
-/// Reads a file and parses it; `expected` names the kind of file, with its article.
+/// Reads a file and parses it.
 pub(super) fn read<T>(
     place: Place,
     file: &Path,
-    expected: &'static str,
+    kind: impl Into<Kind>,
     parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
 ) -> Result<T, StoreError> {
+    let kind = kind.into();
     let bytes = place
-        .read(file)
-        .map_err(|failure| failure.into_error(file, expected))?;
+        .read(file, kind)
+        .map_err(|failure| failure.into_error(file, kind))?;
     parse(&bytes).map_err(|cause| StoreError::Format {
         file: file.to_owned(),
         cause,

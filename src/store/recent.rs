@@ -2,7 +2,7 @@
 
 use super::error::StoreError;
 use super::lock::Lock;
-use super::place::Place;
+use super::place::{Kind, Place};
 use super::read::read;
 use super::state::create_private_folder;
 use super::write::write_bytes;
@@ -76,7 +76,7 @@ fn read_list(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     match read(
         Place::Disk,
         &folder.join(FILE),
-        "a list of designs",
+        Kind::RECENT,
         recent_file::parse,
     ) {
         Err(StoreError::Read { cause, .. }) if cause.kind() == io::ErrorKind::NotFound => {

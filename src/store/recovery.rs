@@ -14,7 +14,7 @@ use super::error::StoreError;
 use super::lock::Lock;
 use super::meshes::Meshes;
 use super::open::{Reader, World, home};
-use super::place::Place;
+use super::place::{Kind, Place};
 use super::read::read;
 use super::state::create_private_folder;
 use super::watch::Stamps;
@@ -279,7 +279,7 @@ impl Leftover {
 }
 
 fn read_recovery(file: &Path) -> Result<RecoveryFile, StoreError> {
-    read(Place::Disk, file, "a recovery file", recovery_file::parse)
+    read(Place::Disk, file, Kind::RECOVERY, recovery_file::parse)
 }
 
 /// Removes locks of sessions that left nothing. One that is held is no such lock, nor one that

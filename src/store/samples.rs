@@ -46,6 +46,9 @@ fn read_samples(file: &Path, reading: SampleReading, task: &Task) -> Result<Samp
     let unreadable = |cause: io::Error| ReadFailure::Io(cause).into_error(file, EXPECTED);
     let opened = open_input(file).map_err(|failure| failure.into_error(file, EXPECTED))?;
     let len = opened.metadata().map_or(0, |m| m.len());
+    if len > MAX_BYTES {
+        return Err(ReadFailure::TooLarge.into_error(file, EXPECTED));
+    }
     let count = Arc::new(AtomicU64::new(0));
     let counted = Counted {
         inner: opened.take(MAX_BYTES + 1),

@@ -3,7 +3,7 @@
 use super::error::StoreError;
 use super::lock::Lock;
 use super::open::{World, home};
-use super::place::{Place, absolute, relative};
+use super::place::{Kind, Place, absolute, relative};
 use super::shared::shared_bodies;
 use super::tool::{body_name, is_definition, parse_body};
 use super::watch::Stamps;
@@ -282,7 +282,7 @@ fn is_held(world: &World, body: &DesignBody) -> bool {
         return false;
     };
     let file = Place::Disk.resolve(design_file, &body.reference);
-    let Ok(bytes) = Place::Disk.read(&file) else {
+    let Ok(bytes) = Place::Disk.read(&file, Kind::BODY) else {
         return false;
     };
     parse_body(&file, &bytes).is_ok_and(|held| body::write(&held) == body_text(body))
@@ -503,7 +503,10 @@ impl Mover {
     ) -> Result<Option<(String, String)>, StoreError> {
         let old_file = self.place.resolve(old_body_file, mesh);
         // One that is not there was missed before, and is no reason not to save.
-        if self.place == Place::Disk || is_absolute(mesh) || self.place.read(&old_file).is_err() {
+        if self.place == Place::Disk
+            || is_absolute(mesh)
+            || self.place.read(&old_file, "a file").is_err()
+        {
             return Ok(None);
         }
         let copy = self.copy_built_in(&old_file, "a mesh")?;
@@ -516,7 +519,7 @@ impl Mover {
         let old_file = self.place.resolve(&self.old_file, reference);
         let is_within_reach = self.place == Place::Disk || is_absolute(reference);
         // One that is not there was missed before, and is no reason not to save.
-        if is_within_reach || self.place.read(&old_file).is_err() {
+        if is_within_reach || self.place.read(&old_file, "a file").is_err() {
             return Ok(self.reference(reference));
         }
         self.copy_built_in(&old_file, "a mesh")
@@ -537,7 +540,7 @@ impl Mover {
     fn copy_built_in(&mut self, file: &Path, kind: &'static str) -> Result<String, StoreError> {
         let bytes = self
             .place
-            .read(file)
+            .read(file, kind)
             .map_err(|failure| failure.into_error(file, kind))?;
         self.copy(&file.to_string_lossy(), &bytes)
     }

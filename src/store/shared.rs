@@ -1,7 +1,7 @@
 //! Which other designs a Save would change, because they use the same body.
 
 use super::open::World;
-use super::place::{Place, absolute, read_disk};
+use super::place::{Kind, Place, absolute};
 use super::save::{is_changed, is_left_alone};
 use super::write::folder_of;
 use crate::design::{BodyRole, Origin};
@@ -71,7 +71,7 @@ fn other_designs(own_file: &Path) -> Vec<(PathBuf, Vec<PathBuf>)> {
     files
         .into_iter()
         .filter_map(|file| {
-            let design = design_file::parse(&read_disk(&file).ok()?).ok()?;
+            let design = design_file::parse(&Place::Disk.read(&file, Kind::DESIGN).ok()?).ok()?;
             let bodies = std::iter::once(design.tool_body)
                 .chain(design.crf.map(|crf| crf.body))
                 .map(|reference| absolute(&Place::Disk.resolve(&file, &reference)))

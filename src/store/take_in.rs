@@ -4,7 +4,7 @@
 use super::error::StoreError;
 use super::mesh_shelf::{ReadMesh, WantedMesh};
 use super::open::{World, home};
-use super::place::{Place, absolute};
+use super::place::{Kind, Place, absolute};
 use super::read::read;
 use super::save::{free_name, reach_mesh};
 use super::tool::{body_name, extension_of};
@@ -79,8 +79,7 @@ impl WantedBody {
     pub fn read(&self) -> Result<TakenBody, StoreError> {
         let mut stamps = Stamps::default();
         let extension = extension_of(&self.file);
-        let expected = "a body or a tool definition";
-        let (found, kind) = read(Place::Disk, &self.file, expected, |bytes| {
+        let (found, kind) = read(Place::Disk, &self.file, Kind::TOOL, |bytes| {
             if self.is_own_place(&self.file) {
                 stamps.take(&self.file, bytes);
             }

@@ -1,7 +1,7 @@
 //! Tools on the disk: body files and makers' definitions, each of which may stand for the other.
 
 use super::error::StoreError;
-use super::place::{Place, absolute, open_input};
+use super::place::{Kind, Place, absolute, open_input};
 use super::read::read;
 use super::save::reach_mesh;
 use crate::formats::tool_definition::{
@@ -27,7 +27,7 @@ pub struct ReadTool {
 /// # Errors
 /// See [`StoreError`]; a checksum that does not match only with [`OnMismatch::Refuse`].
 pub(super) fn read_tool(file: &Path, on_mismatch: OnMismatch) -> Result<ReadTool, StoreError> {
-    read(Place::Disk, file, "a body or a tool definition", |bytes| {
+    read(Place::Disk, file, Kind::TOOL, |bytes| {
         let (body, kind) = parse_tool(bytes, &extension_of(file), on_mismatch)?;
         Ok(ReadTool { body, kind })
     })

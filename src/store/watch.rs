@@ -2,7 +2,7 @@
 
 use super::error::StoreError;
 use super::open::{World, home};
-use super::place::{Place, ReadFailure, absolute, read_disk};
+use super::place::{Place, ReadFailure, absolute};
 use crate::design::{BodyRole, Origin};
 use crate::formats::recovery_file::FileStamp;
 use std::collections::BTreeMap;
@@ -71,7 +71,7 @@ pub fn changes(world: &World) -> Vec<ChangedFile> {
 /// States that what the files hold now was seen, and may be written over by the next Save.
 pub fn accept_changes(world: &mut World) {
     for changed in changes(world) {
-        match read_disk(&changed.file) {
+        match Place::Disk.read(&changed.file, "a file") {
             Ok(bytes) => world.stamps.take(&changed.file, &bytes),
             Err(_) => world.stamps.forget(&changed.file),
         }
@@ -191,7 +191,7 @@ fn differs(file: &Path, stamp: &FileStamp) -> io::Result<bool> {
     if modified_ns == stamp.modified_ns && is_old && modified_ns != 0 {
         return Ok(false);
     }
-    match read_disk(file) {
+    match Place::Disk.read(file, "a file") {
         Ok(bytes) => Ok(fnv1a(&bytes) != stamp.hash),
         Err(ReadFailure::Io(error)) => Err(error),
         // It was no larger when it was read.

@@ -1,5 +1,6 @@
 //! The range of motion: the grid of tool poses that a study visits.
 
+use crate::geometry::limits::{MAX_ANGLE_DEG, MAX_LENGTH_MM, short};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -10,8 +11,9 @@ pub const MAX_TRIALS: f64 = 1e8;
 /// How close to a whole step the last value of an axis may be and still count.
 pub(super) const STEP_TOLERANCE: f64 = 1e-9;
 
-/// The values of one axis: `min + k step` up to `max`; mm for x, y, z and degrees for rx, ry, rz.
+/// The values of one axis: `min + k step` up to `max`, which is not below `min`; mm for x, y, z and degrees for rx, ry, rz.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct AxisRange {
     pub min: f64,
     pub max: f64,
@@ -21,6 +23,7 @@ pub struct AxisRange {
 /// How the tool moves about its pose: translations along the CRF's axes, and
 /// `R = Rz(rz) Ry(ry) Rx(rx) R0` about the CRF's axes at the tool's origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Motion {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub x: Option<AxisRange>,
@@ -39,8 +42,21 @@ pub struct Motion {
 /// Why a range of motion cannot be visited.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MotionError {
-    #[error("motion.{axis}: step is {step}, expected zero or more")]
+    #[error("motion.{axis}: step is {}, expected zero or more", short(*step))]
     NegativeStep { axis: &'static str, step: f64 },
+    #[error("motion.{axis}: min is {}, max is {}, expected min at most max", short(*min), short(*max))]
+    Reversed {
+        axis: &'static str,
+        min: f64,
+        max: f64,
+    },
+    #[error("motion.{axis}: {part} is {}, expected {expected}", short(*found))]
+    TooFar {
+        axis: &'static str,
+        part: &'static str,
+        found: f64,
+        expected: &'static str,
+    },
     #[error("motion.{axis}: min, max and step are {min}, {max}, {step}, expected finite numbers")]
     NotFinite {
         axis: &'static str,
@@ -86,7 +102,8 @@ impl Motion {
     /// The grid of poses about `crf_from_tool`.
     ///
     /// # Errors
-    /// A negative step, a number that is not finite, or more than [`MAX_TRIALS`] poses.
+    /// A negative step, `min` above `max`, a number that is not finite or beyond what
+    /// [`limits`](crate::geometry::limits) allows, or more than [`MAX_TRIALS`] poses.
     pub fn grid(&self, crf_from_tool: &Pose) -> Result<MotionGrid, MotionError> {
         let mut counts = [1_usize; 6];
         let mut trials = 1.0;
@@ -125,7 +142,23 @@ fn axis_length(axis: &'static str, range: Option<AxisRange>) -> Result<f64, Moti
     if step < 0.0 {
         return Err(MotionError::NegativeStep { axis, step });
     }
-    if step == 0.0 || max <= min {
+    if min > max {
+        return Err(MotionError::Reversed { axis, min, max });
+    }
+    let (most, expected) = match axis.starts_with('r') {
+        true => (MAX_ANGLE_DEG, "at most 3600 degrees either way"),
+        false => (MAX_LENGTH_MM, "at most 1e6 mm either way"),
+    };
+    let parts = [("min", min), ("max", max), ("step", step)];
+    if let Some(&(part, found)) = parts.iter().find(|(_, value)| value.abs() > most) {
+        return Err(MotionError::TooFar {
+            axis,
+            part,
+            found,
+            expected,
+        });
+    }
+    if step == 0.0 || min == max {
         return Ok(1.0);
     }
     Ok(((max - min) / step + STEP_TOLERANCE).floor() + 1.0)
@@ -220,7 +253,6 @@ mod tests {
     fn no_step_or_no_length_gives_min_alone() {
         assert_eq!(count(range(5.0, 9.0, 0.0)), 1);
         assert_eq!(count(range(5.0, 5.0, 1.0)), 1);
-        assert_eq!(count(range(5.0, 4.0, 1.0)), 1);
         assert_eq!(count(None), 1);
     }
 
@@ -241,13 +273,44 @@ mod tests {
     #[test]
     fn turns_are_about_the_crf_axes_x_first() {
         let motion = Motion {
-            rx: range(90.0, 0.0, 0.0),
-            rz: range(90.0, 0.0, 0.0),
+            rx: range(90.0, 90.0, 0.0),
+            rz: range(90.0, 90.0, 0.0),
             ..Motion::default()
         };
         let pose = motion.grid(&Pose::identity()).unwrap().pose(0);
         // Rx takes y to z, Rz leaves z alone.
         assert!((pose.rotation * Vector3::y() - Vector3::z()).norm() < 1e-15);
+    }
+
+    #[test]
+    fn a_reversed_range_is_named_with_both_numbers() {
+        let motion = Motion {
+            rz: range(5.0, -4.5, 0.0),
+            ..Motion::default()
+        };
+        let error = motion.grid(&Pose::identity()).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "motion.rz: min is 5, max is -4.5, expected min at most max"
+        );
+    }
+
+    #[test]
+    fn ranges_beyond_a_kilometre_or_ten_turns_are_refused() {
+        let error = |motion: Motion| motion.grid(&Pose::identity()).unwrap_err().to_string();
+        let far = range(-1e308, 1e308, 1e308);
+        let x = Motion {
+            x: far,
+            ..Motion::default()
+        };
+        let expected = "motion.x: min is -1e308, expected at most 1e6 mm either way";
+        assert_eq!(error(x), expected);
+        let rx = Motion {
+            rx: range(0.0, 3601.0, 10.0),
+            ..Motion::default()
+        };
+        let expected = "motion.rx: max is 3601, expected at most 3600 degrees either way";
+        assert_eq!(error(rx), expected);
     }
 
     #[test]

@@ -1,10 +1,12 @@
 //! What a design has to reach, and whether it does.
 
 use super::statistics::Statistics;
+use crate::geometry::limits::{angle_problem, length_problem};
 use serde::{Deserialize, Serialize};
 
 /// Upper bounds on a study's figures; any of them may be left open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Requirement {
     #[serde(
         rename = "position_rms",
@@ -66,6 +68,14 @@ impl Requirement {
             ("angle_rms", self.angle_rms_deg),
             ("angle_max", self.angle_max_deg),
         ]
+    }
+
+    /// What was expected of the bound of that name; `None` where it is fine.
+    pub fn bound_problem(name: &str, bound: f64) -> Option<&'static str> {
+        match name.starts_with("angle") {
+            true => angle_problem(bound),
+            false => length_problem(bound),
+        }
     }
 
     /// Each bound against its figure, which are in the order of [`Self::bounds`].

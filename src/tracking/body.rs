@@ -54,6 +54,7 @@ pub enum SensorOrientation {
 
 /// Size of a sensor's coil in millimetres.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Coil {
     #[serde(rename = "diameter")]
     pub diameter_mm: f64,

@@ -251,6 +251,103 @@ fn a_range_of_motion_of_a_million_million_poses_is_refused_with_the_count() {
 }
 
 #[test]
+fn misspelt_fields_are_named_with_file_line_and_the_right_ones() {
+    for (file, from, to, words) in [
+        (
+            "pointer-on-head.design.ron",
+            "    crf: ",
+            "    cfr: ",
+            &["line 5, column 5: found the unknown field `cfr`, expected `crf`"][..],
+        ),
+        (
+            "pointer-on-head.design.ron",
+            "    motion: ",
+            "    moiton: ",
+            &["found the unknown field `moiton`, expected `motion`"],
+        ),
+        (
+            "tool.body.ron",
+            "tip: ",
+            "tipp: ",
+            &["found the unknown field `tipp`, expected `tip`"],
+        ),
+        (
+            "tool.body.ron",
+            "version: 1,",
+            "version: 9, color: Red,",
+            &["version is 9, expected 1; a newer trackwright wrote it"],
+        ),
+    ] {
+        spoil(file, replace(from, to), words);
+    }
+}
+
+#[test]
+fn reversed_ranges_and_absurd_lengths_are_refused_with_their_numbers() {
+    let design = "pointer-on-head.design.ron";
+    let range = "x: (min: 40.0, max: -40.0, step: 40.0)";
+    spoil(
+        design,
+        replace("x: (min: -40.0, max: 40.0, step: 40.0)", range),
+        &["motion.x: min is 40, max is -40, expected min at most max"],
+    );
+    spoil(
+        design,
+        replace("orientation_weight: 100.0", "orientation_weight: 1e9"),
+        &["orientation_weight is 1000000000, expected a length of at most 1e6 mm"],
+    );
+    spoil(
+        design,
+        replace("orientation_weight: 100.0", "orientation_weight: 1e308"),
+        &[
+            "column ",
+            "found `1e308`, expected a number of at most 1e30",
+        ],
+    );
+}
+
+/// What a file calls things goes to the terminal as it can be read there, and to programs as it is.
+#[test]
+fn names_that_a_terminal_would_obey_are_escaped() {
+    let scratch = working();
+    let path = scratch.path("d/pointer-on-head.design.ron");
+    let text = fs::read_to_string(&path).unwrap();
+    let start = text.find("name: \"").unwrap() + "name: \"".len();
+    let end = start + text[start..].find('"').unwrap();
+    let name = "a\\u{1b}[31m\\u{202e}b";
+    fs::write(&path, format!("{}{name}{}", &text[..start], &text[end..])).unwrap();
+    let design = scratch.arg("d/pointer-on-head.design.ron");
+    let shown = succeed(&["simulate", &design, "--mode", "single"]);
+    assert!(shown.contains(name), "{shown}");
+    let is_hidden = |c: char| c == '\u{1b}' || c == '\u{202e}';
+    assert!(!shown.contains(is_hidden), "{shown}");
+    let error = fail(&["simulate", "no\u{202e}such.ron", "--mode", "single"]);
+    assert!(!error.contains(is_hidden), "{error}");
+    assert!(error.contains("no\\u{202e}such.ron"), "{error}");
+}
+
+#[test]
+fn a_file_of_two_gigabytes_is_refused_by_its_length() {
+    let scratch = working();
+    let design = scratch.arg("d/pointer-on-head.design.ron");
+    fs::File::create(scratch.path("d/pointer-on-head.design.ron"))
+        .and_then(|file| file.set_len(2 << 30))
+        .unwrap();
+    let message = fail(&["simulate", &design, "--mode", "single"]);
+    assert_says(&message, &["found more than 16777216 bytes", "a design"]);
+    fs::File::create(scratch.path("d/input.csv"))
+        .and_then(|file| file.set_len(2 << 30))
+        .unwrap();
+    let table = scratch.arg("d/input.csv");
+    let out = scratch.arg("out.env.ron");
+    let message = fail(&["fit", &table, "-o", &out, "--order", "1"]);
+    assert_says(
+        &message,
+        &["found more than 1073741824 bytes", "a measurement"],
+    );
+}
+
+#[test]
 fn a_design_without_a_motion_has_no_range_of_motion_mode() {
     let scratch = working();
     let path = scratch.path("d/pointer-on-head.design.ron");

@@ -432,7 +432,11 @@ fn what_cannot_be_exported_is_said_and_nothing_is_written() {
     );
     refused(
         &[&out, "--box", "0,0,0,1e300,1,1"],
-        &["e299 points", "expected at most 16777216"],
+        &["found 1e300, expected at most 1e6"],
+    );
+    refused(
+        &[&out, "--spacing", "0.001", "--box", "0,0,0,1e6,1e6,1e6"],
+        &["e27 points", "expected at most 16777216"],
     );
     refused(
         &[&out, "--axis", "0,0,0"],

@@ -3,6 +3,7 @@
 use crate::cli::expected;
 use crate::cli::output::columns;
 use crate::design::{BodyRole, Decision, Design, Procedure};
+use crate::formats::printable::printable;
 use crate::study::BoundVerdict;
 use crate::study::expected::{judged, requirement_figures};
 use crate::study::own_study::study_notes;
@@ -87,7 +88,7 @@ fn change_as_json(change: &Change) -> Value {
 }
 
 pub(super) fn as_text(design: &Design, found: &Standing) -> String {
-    let mut lines = vec![design.name.clone()];
+    let mut lines = vec![printable(&design.name).into_owned()];
     for step in Step::ALL {
         lines.push(String::new());
         let what = match step {
@@ -104,8 +105,9 @@ pub(super) fn as_text(design: &Design, found: &Standing) -> String {
             (Step::Built, _) => "The built tool".to_owned(),
         };
         lines.push(format!(
-            "{}. {title}: {}",
+            "{}. {}: {}",
             step.number(),
+            printable(&title),
             headline(found, step)
         ));
         match step {
@@ -186,8 +188,8 @@ fn room_name(row: &Row) -> String {
         name => name.to_owned(),
     };
     match row.is_for_now {
-        true => format!("{name} (this once)"),
-        false => name,
+        true => format!("{} (this once)", printable(&name)),
+        false => printable(&name).into_owned(),
     }
 }
 

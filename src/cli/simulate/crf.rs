@@ -47,7 +47,7 @@ pub(super) fn run(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow:
             None => String::new(),
         };
         let name = &crf.body.rigid.name;
-        let title = format!("{name}{at}, alone in {}", world.environment.name);
+        let title = output::head(&format!("{name}{at}, alone"), &world.environment.name);
         let expected = crate::cli::expected::of(&scenario, &mode)?;
         texts.push(study_text(
             &title,

@@ -178,7 +178,7 @@ proptest! {
     /// Wherever one jumps, each state is the one that was there before, and so is the way back.
     #[test]
     fn a_jump_and_its_opposite_give_back_the_same_bits(
-        heights_mm in prop::collection::vec(any::<f64>().prop_filter("finite", |z| z.is_finite()), 1..12),
+        heights_mm in prop::collection::vec(any::<f64>().prop_filter("a coordinate", |z| z.abs() <= 1e6), 1..12),
         jumps in prop::collection::vec(any::<prop::sample::Index>(), 1..20),
     ) {
         let mut document = document();

@@ -119,10 +119,17 @@ fn axis_ui(
             } else {
                 NumberField::angle(&field_name)
             };
+            // The ends of a range never pass each other.
+            let (min, max) = match part {
+                "from" => (field.min, range.max),
+                "to" => (range.min, field.max),
+                _ => (0.0, field.max),
+            };
             let field = NumberField {
                 decimals: 1,
                 speed: 0.5,
-                min: if part == "step" { 0.0 } else { field.min },
+                min,
+                max,
                 ..field.width(NARROW)
             };
             let mut before = range;

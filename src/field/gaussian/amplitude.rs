@@ -1,6 +1,7 @@
 //! How large a room's field is from place to place: a log-polynomial of position.
 
 use crate::geometry::bounds::Bounds;
+use crate::geometry::limits::length_above_zero_problem;
 use nalgebra::{DMatrix, DVector, Point3};
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,7 @@ const FARTHEST: f64 = 1.0;
 
 /// `s(p)`: the root of the variance over that of unit amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Amplitude {
     pub center_mm: [f64; 3],
     /// Half the edges of the measurements' box.
@@ -124,8 +126,11 @@ impl Amplitude {
 
     /// The first number that cannot be.
     pub fn problem(&self) -> Option<(&'static str, f64)> {
-        let half = self.half_mm.iter().find(|h| !(h.is_finite() && **h > 0.0));
-        half.map(|h| ("amplitude.half_mm", *h)).or_else(|| {
+        let half = self.half_mm.iter();
+        let half = half
+            .copied()
+            .find(|h| length_above_zero_problem(*h).is_some());
+        half.map(|h| ("amplitude.half_mm", h)).or_else(|| {
             let others = self.center_mm.iter().chain(&self.log_variance);
             others
                 .into_iter()

@@ -18,6 +18,7 @@ pub struct FieldPoint {
 
 /// One length scale of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct KernelScale {
     /// Length of the Matérn 5/2 kernel in position, mm.
     pub length_mm: f64,
@@ -30,6 +31,7 @@ pub struct KernelScale {
 
 /// `k` of the process of unit amplitude, and the noise of a row beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Kernel {
     pub scales: [KernelScale; 2],
     /// Variance of a row's noise, and of what changes from row to row.

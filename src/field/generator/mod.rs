@@ -5,6 +5,7 @@ pub mod lanes;
 pub mod reading;
 mod square_loop;
 
+use crate::geometry::limits::{length_above_zero_problem, position_problem, short};
 use dipole::Dipole;
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use square_loop::SquareLoop;
@@ -215,14 +216,14 @@ impl Coil {
     /// The first value that cannot be: its name, what it is, and what was expected.
     pub fn problem(&self) -> Option<(&'static str, String, &'static str)> {
         let point = |name, p: &Point3<f64>| {
-            let is_finite = p.iter().all(|v| v.is_finite());
-            (!is_finite).then(|| (name, list(&p.coords), "finite numbers"))
+            position_problem(&p.coords).map(|expected| (name, list(&p.coords), expected))
         };
         match self {
             Self::Dipole { at_mm, moment } => point("position", at_mm).or_else(|| {
                 let norm = moment.norm();
                 let is_fine = norm.is_finite() && norm > MIN_MOMENT;
-                (!is_fine).then(|| ("moment", list(moment), "a finite vector above zero"))
+                let expected = "a finite vector above zero";
+                (!is_fine).then(|| ("moment", list(moment), expected))
             }),
             Self::SquareLoop {
                 center_mm,
@@ -234,8 +235,8 @@ impl Coil {
                     (!is_unit).then(|| ("normal", list(normal), "a direction"))
                 })
                 .or_else(|| {
-                    let is_fine = side_mm.is_finite() && *side_mm > 0.0;
-                    (!is_fine).then(|| ("side", side_mm.to_string(), "a length above zero"))
+                    length_above_zero_problem(*side_mm)
+                        .map(|expected| ("side", short(*side_mm), expected))
                 }),
         }
     }
@@ -246,7 +247,7 @@ impl Coil {
 const MIN_MOMENT: f64 = 1e-100;
 
 fn list(v: &Vector3<f64>) -> String {
-    format!("({}, {}, {})", v.x, v.y, v.z)
+    format!("({}, {}, {})", short(v.x), short(v.y), short(v.z))
 }
 
 #[cfg(test)]

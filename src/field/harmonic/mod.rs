@@ -20,6 +20,7 @@ use super::generator::reading::{
 };
 use super::generator::{Generator, GeneratorError, MAX_COILS};
 use super::samples::{Measurement, MeasurementContent, PoseError};
+use crate::geometry::limits::{length_above_zero_problem, position_problem, short};
 use crate::geometry::pose::Pose;
 use crate::geometry::rotation::{axis_rotation, rotation_angle_rad};
 use nalgebra::{Point3, Unit, Vector3};
@@ -47,10 +48,16 @@ pub enum HarmonicModelError {
     Generator(#[from] GeneratorError),
     #[error("degree is {0}, expected 1 to {MAX_DEGREE}")]
     Degree(usize),
-    #[error("scale is {0} mm, expected a length above zero")]
-    Scale(f64),
-    #[error("center is {0}, expected finite numbers")]
-    Center(Point3<f64>),
+    #[error("scale is {} mm, expected {expected}", short(*scale_mm))]
+    Scale {
+        scale_mm: f64,
+        expected: &'static str,
+    },
+    #[error("center is {center_mm:?}, expected {expected}")]
+    Center {
+        center_mm: [f64; 3],
+        expected: &'static str,
+    },
     #[error("{found} coefficients, expected {expected}")]
     Coefficients { found: usize, expected: usize },
     #[error("coefficient {0} is not finite")]
@@ -74,11 +81,15 @@ impl HarmonicModel {
         if !(1..=MAX_DEGREE).contains(&degree) {
             return Err(Error::Degree(degree));
         }
-        if !(scale_mm.is_finite() && scale_mm > 0.0) {
-            return Err(Error::Scale(scale_mm));
+        if let Some(expected) = length_above_zero_problem(scale_mm) {
+            return Err(Error::Scale { scale_mm, expected });
         }
-        if !center_mm.iter().all(|v| v.is_finite()) {
-            return Err(Error::Center(center_mm));
+        if let Some(expected) = position_problem(&center_mm.coords) {
+            let center_mm = center_mm.coords.into();
+            return Err(Error::Center {
+                center_mm,
+                expected,
+            });
         }
         let expected = generator.coils.len() * terms(degree);
         let found = coefficients.len();

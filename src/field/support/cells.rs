@@ -3,6 +3,7 @@
 
 use super::SupportPartsError;
 use crate::geometry::bounds::Bounds;
+use crate::geometry::limits::{length_problem, position_problem};
 use nalgebra::Point3;
 
 /// Cells kept at most, so that the samples' places stay small in a file: some 100 kB of text.
@@ -114,20 +115,19 @@ impl Cells {
                 expected: MAX_CELLS,
             });
         }
-        let is_size = self.edge_mm.is_finite() && self.edge_mm >= 0.0;
-        if !is_size {
-            let found = self.edge_mm;
+        if length_problem(self.edge_mm).is_some() {
             return Err(SupportPartsError::Value {
                 name,
-                found,
-                expected: "an edge in mm",
+                found: self.edge_mm,
+                expected: "an edge in mm, at most 1e6",
             });
         }
-        if let Some(&found) = self.origin_mm.iter().find(|v| !v.is_finite()) {
+        let is_wrong = |v: &&f64| position_problem([*v]).is_some();
+        if let Some(&found) = self.origin_mm.iter().find(is_wrong) {
             return Err(SupportPartsError::Value {
                 name,
                 found,
-                expected: "a finite origin",
+                expected: "an origin of at most 1e6 mm",
             });
         }
         match self.cells.iter().find(|c| c.directions >> directions != 0) {

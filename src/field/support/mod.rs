@@ -41,6 +41,7 @@ use super::bernstein::MAX_ORDER;
 use super::model::{DistortionModel, OutsidePolicy};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, Weighting};
+use crate::geometry::limits::short;
 use form::FormBasis;
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -110,7 +111,7 @@ pub enum SupportPartsError {
         found: usize,
         expected: usize,
     },
-    #[error("{name} holds {found}, expected {expected}")]
+    #[error("{name} holds {}, expected {expected}", short(*found))]
     Value {
         name: &'static str,
         found: f64,

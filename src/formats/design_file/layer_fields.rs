@@ -1,10 +1,15 @@
 //! The names under which a design's file turns layers on, which no layer may have.
+//!
+//! A layer is a plugin, so that a file may name one that this program was built without: such a name
+//! is kept and told. One that is like that of a known layer is mistyped, and an error.
 
 use crate::design::view::Layers;
+use crate::formats::FormatError;
 use crate::formats::error::text;
-use ron::extensions::Extensions;
+use crate::formats::nearest::nearest;
+use crate::formats::ron_text::{from_text, unknown_field};
 use serde::Deserialize;
-use serde::de::{Deserializer, MapAccess, Visitor};
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use std::fmt;
 
 /// More names than anybody mistypes; a file may hold any number.
@@ -35,10 +40,11 @@ struct Unknown(Vec<String>);
 
 impl UnknownLayers {
     /// Of what is a design.
-    pub(super) fn of(bytes: &[u8]) -> Self {
-        let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-        let text = text(bytes).unwrap_or_default();
-        options.from_str(text).unwrap_or_default()
+    ///
+    /// # Errors
+    /// The first name that is like a known one.
+    pub(super) fn of(bytes: &[u8]) -> Result<Self, FormatError> {
+        from_text(text(bytes)?)
     }
 
     /// The design's own view's, and each slide's.
@@ -65,11 +71,17 @@ impl<'de> Visitor<'de> for FieldNames {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Unknown, A::Error> {
+        let known = Layers::fields();
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
         let mut unknown = Vec::new();
         while let Some(Field(name)) = map.next_key()? {
+            let is_known = known.contains(&name.as_str());
+            if !is_known && !nearest(&name, &known).is_empty() {
+                return Err(A::Error::custom(unknown_field(&name, &known)));
+            }
             // A layer that is off is not missed.
             let is_off = map.next_value::<ron::Value>()? == ron::Value::Bool(false);
-            if !is_off && unknown.len() < MOST && !Layers::is_field(&name) {
+            if !is_off && unknown.len() < MOST && !is_known {
                 unknown.push(name);
             }
         }

@@ -11,7 +11,7 @@ use crate::study::requirement::Requirement;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
-#[serde(rename = "Procedure")]
+#[serde(rename = "Procedure", deny_unknown_fields)]
 pub(super) struct ProcedureEntry {
     rooms: Option<Vec<String>>,
     crf: Option<StudiesEntry>,
@@ -20,7 +20,7 @@ pub(super) struct ProcedureEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Decision")]
+#[serde(rename = "Decision", deny_unknown_fields)]
 struct StudiesEntry {
     date: String,
     note: Option<String>,
@@ -29,7 +29,7 @@ struct StudiesEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Row")]
+#[serde(rename = "Row", deny_unknown_fields)]
 struct RowEntry {
     room: String,
     file: String,
@@ -43,7 +43,7 @@ struct RowEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Position")]
+#[serde(rename = "Position", deny_unknown_fields)]
 struct PositionEntry {
     rms: f64,
     mean: f64,
@@ -52,7 +52,7 @@ struct PositionEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Angle")]
+#[serde(rename = "Angle", deny_unknown_fields)]
 struct AngleEntry {
     rms: f64,
     p95: f64,
@@ -60,7 +60,7 @@ struct AngleEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(rename = "Built")]
+#[serde(rename = "Built", deny_unknown_fields)]
 struct RecordingEntry {
     date: String,
     note: Option<String>,

@@ -2,6 +2,7 @@
 
 use super::super::gltf::GltfError;
 use super::{MAX_COORDINATE_MM, MAX_TRIANGLES};
+use crate::geometry::mesh_reference::MeshUnit;
 
 /// Why bytes are not a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -33,8 +34,11 @@ pub enum MeshError {
     TooLargeAt { line: usize, what: &'static str },
     #[error("found a corner {0:.3e} mm from the origin, expected at most {MAX_COORDINATE_MM:.0e}")]
     TooFar(f64),
-    #[error("the unit is {0} mm, expected a length above zero")]
-    Unit(f64),
+    #[error("the unit is {unit}, expected {expected}")]
+    Unit {
+        unit: MeshUnit,
+        expected: &'static str,
+    },
     /// With the file's extension.
     #[error("found a file {}, expected a mesh as .glb, .gltf, .stl or .obj", called(.0))]
     Unknown(String),

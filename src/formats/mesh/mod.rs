@@ -101,8 +101,8 @@ pub fn read(
     extension: &str,
     unit: Option<MeshUnit>,
 ) -> Result<SurfaceMesh, MeshError> {
-    if let Some(unit) = unit.filter(|unit| !unit.is_usable()) {
-        return Err(MeshError::Unit(unit.mm_per_unit()));
+    if let Some((unit, expected)) = unit.and_then(|unit| Some((unit, unit.problem()?))) {
+        return Err(MeshError::Unit { unit, expected });
     }
     let format =
         MeshFormat::of(bytes, extension).ok_or_else(|| MeshError::Unknown(extension.to_owned()))?;

@@ -370,8 +370,12 @@ fn a_unit_scales_what_the_format_leaves_open_and_overrides_what_it_says() {
     );
     assert_eq!(
         read(MeshUnit::Factor(1e300)),
-        "found a corner 2.000e300 mm from the origin, expected at most 1e9"
+        "the unit is 1e300 mm, expected a length of at most 1e6 mm"
     );
+    let far = OBJ.replace("v 2 0 0", "v 1e12 0 0");
+    let far = super::read(far.as_bytes(), "obj", None).unwrap_err();
+    let far = far.to_string();
+    assert!(far.starts_with("found a corner 1.000e12 mm from"), "{far}");
 }
 
 #[test]

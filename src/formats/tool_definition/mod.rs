@@ -36,6 +36,7 @@ pub use tool_plist::ToolPlist;
 
 use super::body::{self, BodyFile};
 use super::error::FormatError;
+use super::ron_text;
 use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::Point3;
 use serde::Deserialize;
@@ -180,7 +181,7 @@ impl ToolDefinition {
                 "at most 1 MiB for a tool definition",
             ));
         }
-        Ok(match kind {
+        let definition = match kind {
             DefinitionKind::NdiOptical => {
                 Self::Rom(NdiRom::Optical(OpticalRom::parse(bytes, on_mismatch)?))
             }
@@ -188,7 +189,9 @@ impl ToolDefinition {
             DefinitionKind::ToolPlist => Self::ToolPlist(ToolPlist::parse(bytes, on_mismatch)?),
             DefinitionKind::AtracsysIni => Self::AtracsysIni(AtracsysIni::parse(bytes)?),
             DefinitionKind::SawJson => Self::SawJson(SawJson::parse(bytes)?),
-        })
+        };
+        check_positions(&definition.to_body())?;
+        Ok(definition)
     }
 
     /// The whole file.
@@ -245,6 +248,16 @@ impl ToolDefinition {
             },
         }
     }
+}
+
+/// As in a body file, so that the body can be saved as one.
+fn check_positions(body: &RigidBody) -> Result<(), FormatError> {
+    let sensors = body.sensors.iter();
+    let sensors = sensors.map(|sensor| (sensor.name.as_str(), sensor.position_in_body));
+    for (name, position) in sensors.chain(body.tip_in_body.map(|tip| ("tip", tip))) {
+        ron_text::point(&format!("{name}: position"), position.coords.into())?;
+    }
+    Ok(())
 }
 
 /// What the marker of a slot is called, counted from 0.

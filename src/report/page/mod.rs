@@ -17,6 +17,8 @@ mod workshop;
 
 use super::words::{PlainWords, plain_words};
 use crate::design::BodyRole;
+use crate::formats::printable::printable;
+use crate::formats::printable_text::printable_lines;
 use crate::geometry::mesh::SurfaceMesh;
 use crate::store::{self, World};
 use crate::study::expected::expected_where_measured;
@@ -106,6 +108,21 @@ impl Report<'_> {
     pub fn to_html(&self) -> String {
         let design = self.world.document.design();
         let scene = scene::Scene::new(self);
+        let content = html! {
+            main {
+                (summary::head(self))
+                (summary::section(self))
+                (figures::errors(self))
+                (figures::table(self))
+                (scene.section())
+                (extras::slides(&self.extras.slides))
+                (geometry::section(self))
+                (extras::table(self.extras.manufacturing.as_ref()))
+                (decisions::section(self))
+                (assumptions::section(self))
+            }
+            (self.foot(&scene))
+        };
         html! {
             (DOCTYPE)
             html lang="en" {
@@ -115,23 +132,11 @@ impl Report<'_> {
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     meta name="generator" content=(format!("trackwright {}", env!("CARGO_PKG_VERSION")));
                     meta name="robots" content="noindex";
-                    title { (design.name) " – design report" }
+                    title { (printable(&design.name)) " – design report" }
                     style { (PreEscaped(style::css())) }
                 }
                 body {
-                    main {
-                        (summary::head(self))
-                        (summary::section(self))
-                        (figures::errors(self))
-                        (figures::table(self))
-                        (scene.section())
-                        (extras::slides(&self.extras.slides))
-                        (geometry::section(self))
-                        (extras::table(self.extras.manufacturing.as_ref()))
-                        (decisions::section(self))
-                        (assumptions::section(self))
-                    }
-                    (self.foot(&scene))
+                    (PreEscaped(printable_lines(&content.into_string())))
                     (scene.scripts())
                 }
             }

@@ -4,6 +4,7 @@ use super::super::palette;
 use super::label::{Rect, line_px, place, width_px, wrapped};
 use super::ticks::Ticks;
 use super::{Chart, Series, SeriesStyle, marker};
+use crate::formats::printable_text::printable_lines;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
@@ -45,7 +46,7 @@ pub fn svg(chart: &Chart, size: (u32, u32)) -> String {
         let drawn = Layout::new(chart, size).draw(&area);
         debug_assert!(drawn.is_ok(), "a string takes all that is written to it");
     }
-    text
+    printable_lines(&text).into_owned()
 }
 
 /// Where everything goes.

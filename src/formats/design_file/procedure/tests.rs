@@ -129,7 +129,7 @@ fn what_cannot_have_been_decided_is_refused_by_the_name_of_its_field() {
         (
             "max: 0.3",
             "max: 1e999",
-            "procedure.tool.rows[0].angle.max is inf, expected zero or more",
+            "line 22, column 56: found `1e999`, expected a number of at most 1e30",
         ),
         (
             "p95: 0.2",
@@ -219,7 +219,7 @@ fn what_cannot_have_been_decided_is_refused_by_the_name_of_its_field() {
 }
 
 fn positive() -> impl Strategy<Value = f64> {
-    prop_oneof![0.0..10.0_f64, 0.0..=f64::MAX, Just(f64::MIN_POSITIVE)]
+    prop_oneof![0.0..10.0_f64, 0.0..=1e9_f64, Just(f64::MIN_POSITIVE)]
 }
 
 fn any_text() -> impl Strategy<Value = String> {
@@ -274,7 +274,7 @@ fn any_row() -> impl Strategy<Value = DecidedRow> {
 }
 
 fn any_studies() -> impl Strategy<Value = DecidedStudies> {
-    let bounds = prop::array::uniform5(prop::option::of(positive()));
+    let bounds = prop::array::uniform5(prop::option::of(0.0..=3600.0_f64));
     let requirement = bounds.prop_map(|[rms, p95, max, angle_rms, angle_max]| Requirement {
         position_rms_mm: rms,
         position_p95_mm: p95,

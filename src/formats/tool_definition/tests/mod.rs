@@ -114,3 +114,12 @@ fn through_body_file(body: &BodyFile) -> BodyFile {
 const INI: &str = "; by hand\r\n[geometry]\r\ncount=3\r\nid=7\r\nversion=1\r\n[fiducial0]\r\nx=0.000000 ; first\r\ny=26.87\r\nz=3\r\n[fiducial1]\r\nx=-23.69\r\ny=-22.77\r\nz=3\r\nnormalX=1\r\n[fiducial2]\r\nx=26.12\r\ny=-27.14\r\nz=3\r\n[pivot]\r\nx=0\r\ny=-9\r\nz=3\r\n";
 
 const JSON: &str = "/* a \"tool\" */\n{\n \"count\": 3, \"id\": 7, // seven\n \"fiducials\": [{\"x\": 0.0, \"y\": 26.870000, \"z\": 3}, {\"x\": -23.69, \"y\": -22.77, \"z\": 3.0, \"type\": \"disc // flat\"},\n {\"x\": 26.12, \"y\": -27.14, \"z\": 3}],\n \"pivot\": {\"x\": 0, \"y\": -9, \"z\": 3}\n}\n";
+
+#[test]
+fn places_beyond_a_kilometre_are_refused() {
+    let far = JSON.replace("26.870000", "-1e7");
+    assert_eq!(
+        read(far.as_bytes(), "json").unwrap_err(),
+        "marker 1: position is (0, -10000000, 3), expected coordinates of at most 1e6 mm"
+    );
+}
