@@ -120,7 +120,8 @@ fn fit_order_4_14_orientations(bencher: Bencher, count: usize) {
 #[divan::bench(sample_count = 5)]
 fn fit_built_in_order_2_42_orientations(bencher: Bencher) {
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data/cube-fit.csv");
-    let set = store::read_measurements(&table)
+    let set = store::Files::default()
+        .read_measurements(&table)
         .expect("the built-in data")
         .samples(MapKind::Distortion);
     let settings = FitSettings::new(2, DirectionSet::FortyTwo);

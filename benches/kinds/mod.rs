@@ -27,7 +27,9 @@ const KINDS: [&str; 5] = [
 
 fn measured() -> SampleSet {
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data/cube-fit.csv");
-    let set = store::read_measurements(&table).expect("the built-in data");
+    let set = store::Files::default()
+        .read_measurements(&table)
+        .expect("the built-in data");
     set.samples(MapKind::Distortion)
 }
 

@@ -307,7 +307,7 @@ fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()
         ("--ridge", args.ridge.is_some()),
         ("--method", args.method != MethodArg::default()),
         ("--weights", args.weights != WeightsArg::default()),
-        ("--rcond", args.rcond != DEFAULT_RCOND),
+        ("--rcond", args.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
         ("--hold-out", args.hold_out.is_some()),
         (
             "--no-support",

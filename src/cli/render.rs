@@ -11,7 +11,7 @@ use crate::editor::picture::{ComparedDesigns, Desk, StudyTrial};
 use crate::editor::state::{Selected, Selection, Workspace};
 use crate::editor::{picture, preflight};
 use crate::geometry::orbit::{Axis, OrbitCamera};
-use crate::store::{self, Files, World};
+use crate::store::{Files, World};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;

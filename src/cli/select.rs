@@ -232,7 +232,7 @@ fn refuse_unused(args: &SelectArgs, kinds: &[TriedKind]) -> anyhow::Result<()> {
         ("--ridges", args.ridges.is_some()),
         ("--method", args.method != MethodArg::default()),
         ("--weights", args.weights != WeightsArg::default()),
-        ("--rcond", args.rcond != DEFAULT_RCOND),
+        ("--rcond", args.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
     ];
     let given = of_polynomials.into_iter().find(|(_, is_given)| *is_given);
     if let (Some((name, _)), false) = (given, kinds.iter().any(is_bernstein)) {

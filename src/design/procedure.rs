@@ -198,10 +198,10 @@ fn wrong<T>(field: &str, found: impl ToString, expected: &'static str) -> Result
 fn check_studies(studies: &DecidedStudies) -> Result<(), DecisionError> {
     let bounds = studies.requirement.iter().flat_map(|r| r.bounds());
     for (name, bound) in bounds {
-        if let Some(bound) = bound {
-            if let Some(expected) = Requirement::bound_problem(name, bound) {
-                return wrong(&format!("requirement.{name}"), short(bound), expected);
-            }
+        if let Some(bound) = bound
+            && let Some(expected) = Requirement::bound_problem(name, bound)
+        {
+            return wrong(&format!("requirement.{name}"), short(bound), expected);
         }
     }
     if studies.rows.iter().all(|row| row.figures.is_err()) {

@@ -9,6 +9,7 @@ use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use crate::tracking::body::{Coil, RigidBody, Sensor, SensorOrientation};
 use data_encoding::BASE64;
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::sync::Arc;
@@ -44,6 +45,11 @@ struct BodyEntry {
     tip: Option<[f64; 3]>,
     sensors: Vec<SensorEntry>,
     tool_definition: Option<DefinitionEntry>,
+    /// Where sensors may be put: known, and not used by this version.
+    #[serde(rename = "mounting")]
+    _mounting: Option<IgnoredAny>,
+    #[serde(rename = "keep_out")]
+    _keep_out: Option<IgnoredAny>,
 }
 
 /// A whole file of a kind, in base64.

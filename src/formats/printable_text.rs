@@ -10,7 +10,7 @@ use std::fmt::Write;
 /// As [`printable`], but line ends and tabs stay what they are.
 pub fn printable_lines(text: &str) -> Cow<'_, str> {
     let is_kept = |c: char| matches!(c, '\n' | '\t');
-    if text.split(is_kept).all(|piece| is_safe(piece)) {
+    if text.split(is_kept).all(is_safe) {
         return Cow::Borrowed(text);
     }
     let mut shown = String::with_capacity(text.len() + 8);

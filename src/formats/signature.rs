@@ -111,7 +111,7 @@ impl Signature {
 /// definition may always be its own.
 pub fn may_replace(old: &[u8], new: &[u8], extension: &str) -> Result<(), Signature> {
     let (found, written) = (Signature::of(old, extension), Signature::of(new, extension));
-    let is_by_hand = has_comments(old);
+    let is_by_hand = holds_more_than_written(old);
     match &found {
         Signature::Empty => Ok(()),
         Signature::Definition(_) | Signature::Binary => Err(found),
@@ -120,12 +120,16 @@ pub fn may_replace(old: &[u8], new: &[u8], extension: &str) -> Result<(), Signat
     }
 }
 
-/// Whether a document in RON has comments that the program did not write.
-pub fn has_comments(document: &[u8]) -> bool {
+/// Fields of bodies that this version reads past and does not write.
+const UNWRITTEN: [&str; 2] = ["mounting", "keep_out"];
+
+/// Whether a document in RON has comments that the program did not write, or fields that it does not.
+pub fn holds_more_than_written(document: &[u8]) -> bool {
     let text = String::from_utf8_lossy(document);
     let ron = RonText::new(&text);
     let is_by_hand = ron.comments.iter().any(|comment| !is_own_comment(comment));
-    is_by_hand && document_kind(&ron.fields).is_some()
+    let is_unwritten = ron.fields.iter().any(|field| UNWRITTEN.contains(field));
+    (is_by_hand || is_unwritten) && document_kind(&ron.fields).is_some()
 }
 
 fn is_own_comment(comment: &str) -> bool {
@@ -285,16 +289,19 @@ mod tests {
 
     #[test]
     fn comments_are_found_outside_of_strings_only() {
-        assert!(has_comments(b"(sensors: [], // mine\n)"));
-        assert!(has_comments(b"(sensors: [] /* mine */)"));
-        assert!(!has_comments(br#"(name: "a \" // b", sensors: [])"#));
+        assert!(holds_more_than_written(b"(sensors: [], // mine\n)"));
+        assert!(holds_more_than_written(b"(sensors: [] /* mine */)"));
+        assert!(holds_more_than_written(b"(sensors: [], keep_out: [])"));
+        assert!(!holds_more_than_written(
+            br#"(name: "a \" // b", sensors: [])"#
+        ));
     }
 
     #[test]
     fn comments_of_a_written_environment_are_its_own() {
         let built_in = include_bytes!("../../assets/environments/operating-table.env.ron");
         assert!(built_in.windows(2).any(|two| two == b"//"));
-        assert!(!has_comments(built_in));
+        assert!(!holds_more_than_written(built_in));
         assert!(OWN_COMMENTS.iter().all(|comment| is_own_comment(comment)));
         assert!(is_own_comment("// 3 of 14: axis (0.5774, 0.5774, 0.5774)"));
         assert!(!is_own_comment("// 3 of 14 were wrong: axis (x)"));

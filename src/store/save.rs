@@ -9,7 +9,7 @@ use super::tool::{body_name, is_definition, parse_body};
 use super::watch::Stamps;
 use super::write::{Draft, folder_of, remove_leftovers, write_bytes, write_error};
 use crate::design::{BodyRole, Design, DesignBody, Origin, View};
-use crate::formats::signature::has_comments;
+use crate::formats::signature::holds_more_than_written;
 use crate::formats::{BodyFile, DesignFile, body, design_file};
 use crate::geometry::mesh_reference::MeshReference;
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,7 +30,7 @@ pub struct SaveReport {
     pub kept: Vec<KeptFile>,
 }
 
-/// A file that had comments, which its new version does not have.
+/// A file that held comments, or fields that this version does not use, which its new version lacks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeptFile {
     pub file: PathBuf,
@@ -42,7 +42,7 @@ impl fmt::Display for KeptFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{}: its comments are not kept; the file as it was is {}",
+            "{}: comments, and fields that this version does not use, are not kept; the file as it was is {}",
             self.file.display(),
             self.former.display()
         )
@@ -352,7 +352,7 @@ fn write_changes(
     }
     let mut report = SaveReport::default();
     for (file, text) in texts {
-        report.kept.extend(keep_comments(&file)?);
+        report.kept.extend(keep_former(&file)?);
         replace(
             &file,
             text.as_bytes(),
@@ -394,12 +394,12 @@ fn replace(file: &Path, bytes: &[u8], was_there: bool) -> Result<(), StoreError>
     })
 }
 
-/// Copies a file that somebody wrote comments into, which are lost when it is written anew.
-fn keep_comments(file: &Path) -> Result<Option<KeptFile>, StoreError> {
+/// Copies a file of which something is lost when it is written anew.
+fn keep_former(file: &Path) -> Result<Option<KeptFile>, StoreError> {
     let Ok(bytes) = fs::read(file) else {
         return Ok(None);
     };
-    if !has_comments(&bytes) {
+    if !holds_more_than_written(&bytes) {
         return Ok(None);
     }
     let mut former = file.as_os_str().to_owned();

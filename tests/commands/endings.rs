@@ -151,7 +151,7 @@ fn a_signal_ends_a_long_command() {
     for (signal, number) in [("-INT", 2), ("-TERM", 15)] {
         let mut child = trackwright(&["stability"]).spawn().unwrap();
         // It computes for minutes.
-        std::thread::sleep(Duration::from_secs(2));
+        crate::support::program::pause(Duration::from_secs(2));
         let id = child.id().to_string();
         assert!(
             Command::new("kill")
@@ -169,7 +169,7 @@ fn a_signal_ends_a_long_command() {
                 child.kill().unwrap();
                 panic!("{signal} was not heard");
             }
-            std::thread::sleep(Duration::from_millis(20));
+            crate::support::program::pause(Duration::from_millis(20));
         };
         assert_eq!(status.signal(), Some(number));
     }

@@ -229,7 +229,7 @@ fn a_row_opens_its_design_and_then_puts_it_into_its_room() {
 fn saved_room(folder: &Path) -> PathBuf {
     let file = folder.join("other.env.ron");
     let room = store::builtin_rooms().next().unwrap().read().unwrap();
-    store::write_environment(&file, &room).unwrap();
+    super::support::write_environment(&file, &room);
     file
 }
 

@@ -150,7 +150,7 @@ fn a_saved_design_is_clean_and_reads_back_the_same() {
     // A design of the disk needs its environment there.
     let environment = super::support::environment();
     let room = folder.path().join("room.env.ron");
-    trackwright::store::write_environment(&room, &environment).unwrap();
+    super::support::write_environment(&room, &environment);
     request(
         &mut app,
         EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))),

@@ -55,7 +55,7 @@ fn a_dropped_room_is_used_as_one_undo_step() {
     let room = folder.path().join("other.env.ron");
     let mut environment = (*app.world().resource::<OpenWorld>().0.environment).clone();
     environment.name = "Other room".into();
-    store::write_environment(&room, &environment).unwrap();
+    super::support::write_environment(&room, &environment);
     drop_file(&mut app, &room);
     let world = &app.world().resource::<OpenWorld>().0;
     assert_eq!(world.environment.name, "Other room");

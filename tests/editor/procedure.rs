@@ -55,7 +55,7 @@ fn stronger_room(app: &App, folder: &Path) -> PathBuf {
     room.process = None;
     room.name = "Operating table, C-arm in".to_owned();
     let file = folder.join("c-arm-in.env.ron");
-    store::write_environment(&file, &room).unwrap();
+    super::support::write_environment(&file, &room);
     file
 }
 

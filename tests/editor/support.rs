@@ -40,6 +40,13 @@ use trackwright::store;
 use trackwright::study::{AxisRange, Motion, Requirement};
 use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
 
+/// Writes a room, whatever was there.
+pub fn write_environment(file: &std::path::Path, room: &Environment) {
+    let files = store::Files::overwriting(true);
+    let output = files.output(file).unwrap();
+    output.write_environment(room).unwrap();
+}
+
 /// A room whose error grows along x, in the Aurora cube.
 pub fn environment() -> Environment {
     let bounds = Volume::AuroraCube.bounds();

@@ -66,9 +66,15 @@ pub fn run_within(mut command: Command, limit: Duration) -> Output {
             child.wait().unwrap();
             panic!("{command:?} had not ended after {limit:?}");
         }
-        std::thread::sleep(Duration::from_millis(20));
+        pause(Duration::from_millis(20));
     }
     child.wait_with_output().unwrap()
+}
+
+/// Waits without anything to wait for: a command is to be interrupted in the middle of its work.
+pub fn pause(duration: std::time::Duration) {
+    let (_sender, never) = std::sync::mpsc::channel::<()>();
+    let _ = never.recv_timeout(duration);
 }
 
 /// A folder of its own for one test.

@@ -109,7 +109,7 @@ pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
     let axes = args.axes.into();
     match (kind, chosen.as_slice()) {
         (FileKind::Csv, _) => {
-            output.write(|out| poses::write(out, chosen.iter().map(|(_, pose)| pose)))?
+            output.write(|out| poses::write(out, chosen.iter().map(|(_, pose)| pose)))?;
         }
         (FileKind::Markups, _) => {
             let points: Vec<_> = chosen

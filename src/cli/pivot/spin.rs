@@ -139,7 +139,7 @@ impl SpinArgs {
         let file = output.file();
         match kind_of(file)? {
             FileKind::Transform => {
-                output.write(|out| itk_transform::write(out, &tool_from_tip, PatientAxes::Ras))?
+                output.write(|out| itk_transform::write(out, &tool_from_tip, PatientAxes::Ras))?;
             }
             FileKind::Body => {
                 let text = body::write(&body_of(file, &tool_from_tip));

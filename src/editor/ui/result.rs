@@ -2,7 +2,7 @@
 
 use super::theme;
 use super::verdict::{bound_text, figure_color};
-use super::widgets::{THIN_SPACE, counted, quiet_ui, signed, warning_ui, with_unit};
+use super::widgets::{counted, quiet_ui, signed, warning_ui, with_unit};
 use crate::editor::palette;
 use crate::editor::solver::Extent;
 use crate::editor::state::Results;

@@ -171,7 +171,7 @@ fn a_signal_ends_a_report_that_paints_its_slides() {
         .spawn()
         .unwrap();
     // The study is done, and pictures are painted.
-    std::thread::sleep(Duration::from_secs(15));
+    crate::support::program::pause(Duration::from_secs(15));
     let id = child.id().to_string();
     let sent = Command::new("kill").args(["-TERM", &id]).status();
     assert!(sent.unwrap().success(), "it had ended");
@@ -184,7 +184,7 @@ fn a_signal_ends_a_report_that_paints_its_slides() {
             child.kill().unwrap();
             panic!("it went on");
         }
-        std::thread::sleep(Duration::from_millis(20));
+        crate::support::program::pause(Duration::from_millis(20));
     };
     assert_eq!(status.signal(), Some(15));
     assert!(!copy.path("page.html").exists());
