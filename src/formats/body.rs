@@ -328,7 +328,8 @@ mod tests {
         assert_eq!(
             error(&text),
             "line 5, column 5: found the unknown field `maker`, expected `version` or `name` or \
-             `mesh` or `mesh_unit` or `tip` or `sensors` or `tool_definition`"
+             `mesh` or `mesh_unit` or `tip` or `sensors` or `tool_definition` or `mounting` or \
+             `keep_out`"
         );
         // A later version says so before anybody asks for its fields, or its end.
         let later = text.replace("version: 1", "version: 9");

@@ -148,7 +148,7 @@ const BODY: &str = r#"(
         (name: "handle", kind: SixDof, position: (12.0, 0.0, 150.0), rotation: (1.0, 0.0, 0.0, 0.0)),
     ],
     tool_definition: (kind: SawJson, file: "DEFINITION"),
-    mounting: [Surface(axis: Normal)],
+    mounting: [],
     keep_out: [],
 )
 "#;

@@ -197,11 +197,12 @@ mod tests {
     use crate::study::motion::{AxisRange, Motion};
 
     fn grid(positions: usize, turns: usize) -> Plan {
+        // Steps that add up exactly, so small that no turn is beyond ten.
         let axis = |count: usize| {
             Some(AxisRange {
                 min: 0.0,
-                max: count as f64 - 1.0,
-                step: 1.0,
+                max: (count as f64 - 1.0) / 64.0,
+                step: 1.0 / 64.0,
             })
         };
         let motion = Motion {
