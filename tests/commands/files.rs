@@ -246,9 +246,10 @@ fn no_command_writes_over_its_input() {
             fs::hard_link(&file, scratch.path(&hard)).unwrap();
             for name in [input, &*link, &*hard, &*format!("./{input}")] {
                 let message = refused(&scratch, &format!("{} --overwrite", writer.args), name);
-                // Endings that say which format is written are looked at first.
-                let is_other_format =
-                    message.contains("expected a name") || message.contains("expected one in");
+                // Names that say which format is written are looked at first.
+                let is_other_format = ["expected a name", "expected one in", "cannot be written"]
+                    .iter()
+                    .any(|words| message.contains(words));
                 assert!(
                     message.contains("this command reads this file") || is_other_format,
                     "{} to {name}: {message}",

@@ -160,11 +160,12 @@ fn distort_and_fit_tell_how_many_are_outside() {
     );
     let [fit, holdout] =
         ["fit", "holdout"].map(|kind| text(&own(&format!("room-a/room-a-{kind}.csv"))));
+    let fitted = scratch.arg("fitted.env.ron");
     let told = said(&[
         "fit",
         &fit,
         "-o",
-        &out,
+        &fitted,
         "--order",
         "0",
         "--holdout",

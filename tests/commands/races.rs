@@ -27,9 +27,10 @@ fn design() -> (Scratch, String) {
         .lines()
         .find(|line| line.contains("motion:"))
         .unwrap();
-    let motion = "    motion: (x: (min: -40.0, max: 40.0, step: 40.0), y: (min: -40.0, max: 40.0, step: 40.0)),
-    requirement: (position_rms: 60.0),";
-    let design = design.replace(line, motion);
+    let design = design.replace(
+        line,
+        &format!("{line}\n    requirement: (position_rms: 60.0),"),
+    );
     fs::write(&file, design).unwrap();
     (scratch, text(&file))
 }

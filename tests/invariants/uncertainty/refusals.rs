@@ -36,7 +36,7 @@ fn what_cannot_be_told_is_refused_with_a_reason() {
     );
     says(
         &with_jitter(&scenario, Some(Jitter::uniform(1e200, 0.0))),
-        "too large",
+        "expected a length of at most 1e6 mm",
     );
     let mut bare = scenario.clone();
     bare.tool.sensors.clear();
