@@ -7,6 +7,8 @@ pub mod calibration_object;
 pub mod characterisation;
 pub mod coverage;
 pub mod dependence;
+pub mod doubts;
+pub mod fiducial_outliers;
 pub mod hand_eye;
 pub mod kind_choice;
 pub mod learning_curve;

@@ -3,21 +3,25 @@
 
 mod report;
 
+use super::as_is::AsIsArgs;
 use super::numbers::above_zero;
 use super::output::{self, Format, Shown};
 use crate::calibration::characterisation::{
-    CharacterisationError, CharacterisationSettings, HeldOut, PairKind, RecordedPair, characterise,
+    Characterisation, CharacterisationError, CharacterisationSettings, HeldOut, PairKind,
+    RecordedPair, characterise,
 };
-use crate::calibration::hand_eye::HandEyeSettings;
+use crate::calibration::hand_eye::{HandEyeError, HandEyeSettings};
 use crate::calibration::robust::Loss;
 use crate::calibration::still_pose::Spread;
 use crate::calibration::time_alignment::AlignmentSettings;
+use crate::formats::body::{self, BodyFile};
 use crate::formats::characterised;
 use crate::store::Files;
 use crate::study::figures::with_separators;
+use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct CharacterizeArgs {
@@ -99,6 +103,14 @@ pub struct CharacterizeArgs {
     #[arg(long, value_name = "HELD.csv", requires = "hold_out")]
     held_out: Option<PathBuf>,
 
+    #[command(flatten)]
+    as_is: AsIsArgs,
+
+    /// Body file to write (*.body.ron): the sensors where they were found on the body, in the frame that the
+    /// reference tracker tells of it; the tip, which nothing tells, is left out
+    #[arg(long, value_name = "OUT.body.ron")]
+    body: Option<PathBuf>,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -145,6 +157,7 @@ enum LossArg {
 /// Files that can't be used, and recordings that cannot answer, with the reason.
 pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
+    let body_output = files.optional_output(args.body.as_deref())?;
     let held_out_output = files.optional_output(args.held_out.as_deref())?;
     if args.em.len() != args.reference.len() {
         bail!(
@@ -156,20 +169,27 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
     }
     let shown = Shown::new("characterizing");
     let reading = shown.task.stretch(0.0, 0.5);
-    let mut pairs = Vec::with_capacity(args.em.len());
+    let (mut trackers, mut references) = (Vec::new(), Vec::new());
     for (index, (em, reference)) in args.em.iter().zip(&args.reference).enumerate() {
         reading.step(index, args.em.len())?;
-        pairs.push(RecordedPair {
-            tracker: files.read_recording(em)?,
-            reference: files.read_recording(reference)?,
-        });
+        trackers.push(files.read_recording(em)?);
+        references.push(files.read_recording(reference)?);
     }
+    let trackers = args.as_is.take_all(trackers)?.into_iter();
+    let references = args.as_is.take_all(references)?;
+    let pairs: Vec<_> = trackers
+        .zip(references)
+        .map(|(tracker, reference)| RecordedPair { tracker, reference })
+        .collect();
     let task = shown.task.stretch(0.5, 1.0);
     let found = characterise(&pairs, &settings(args), &task).map_err(|error| match error {
         CharacterisationError::ReferenceTool { pair, cause } => {
             anyhow!("{}: {cause}", args.reference[pair].display())
         }
-        other => anyhow!("no measurements: {other}"),
+        other => {
+            let option = option_of(&other);
+            anyhow!("no measurements: {other}{option}")
+        }
     })?;
     drop(shown);
     if args.held_out.is_some() && found.held_out.is_empty() {
@@ -187,6 +207,10 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
             held_out.file().display()
         ));
     }
+    if let Some(body_output) = &body_output {
+        let text = body::write(&body_of(body_output.file(), &found));
+        body_output.write_bytes(text.as_bytes())?;
+    }
     for (pair, problem) in report::rejected(&found) {
         output::note(&format!(
             "{} with {}: not used: {problem}",
@@ -200,6 +224,51 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
             let text = report::as_text(&found);
             output::print(&format!("{text}\nwritten to {}", args.output.display()))
         }
+    }
+}
+
+/// The body that the sensors were on.
+fn body_of(file: &Path, found: &Characterisation) -> BodyFile {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.split(".body.ron").next().unwrap_or_default();
+    let sensors = found.sensors.iter().zip(&found.hand_eye.body_from_sensor);
+    let sensors = sensors.map(|(name, body_from_sensor)| Sensor {
+        name: name.clone(),
+        position_in_body: body_from_sensor.translation.vector.into(),
+        orientation: SensorOrientation::SixDof(body_from_sensor.rotation),
+        coil: None,
+    });
+    BodyFile {
+        rigid: RigidBody {
+            name: name.to_owned(),
+            tip_in_body: None,
+            sensors: sensors.collect(),
+        },
+        mesh: None,
+        definition: None,
+    }
+}
+
+/// The option that sets a limit, behind what is refused by it.
+fn option_of(error: &CharacterisationError) -> &'static str {
+    match error {
+        CharacterisationError::HandEye(
+            HandEyeError::TooFewPoses { needed: 3, .. }
+            | HandEyeError::SensorTooFew { needed: 3, .. },
+        ) => "",
+        CharacterisationError::HandEye(
+            HandEyeError::TooFewPoses { .. } | HandEyeError::SensorTooFew { .. },
+        ) => {
+            "; a still recording counts as one pose and a path as one a second, and --min-poses COUNT accepts fewer, \
+             3 at least"
+        }
+        CharacterisationError::HandEye(HandEyeError::OneAxis { .. }) => {
+            "; --min-turn-deg DEG accepts less"
+        }
+        CharacterisationError::AllTooFar { .. } => {
+            "; --max-error-mm and --max-error-deg accept more"
+        }
+        _ => "",
     }
 }
 

@@ -1,6 +1,8 @@
 //! `compensate`: measured poses corrected, and what became of them.
 
+use super::as_is::AsIsArgs;
 use super::output::{self, Format, OutsideArg};
+use crate::calibration::doubts;
 use crate::field::compensation::{Compensated, Difference, Method, Tally, compensate};
 use crate::field::inverse::InverseState;
 use crate::field::samples::MapKind;
@@ -37,6 +39,9 @@ pub struct CompensateArgs {
     #[arg(long, value_enum, default_value_t)]
     method: MethodArg,
 
+    #[command(flatten)]
+    as_is: AsIsArgs,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -69,7 +74,11 @@ pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
     let environment = files.read_environment(&args.environment)?;
     let method = method(args, environment.model.map())?;
-    let measured = files.read_poses(&args.poses)?;
+    let room = environment.model.bounds();
+    let poses = files
+        .read_poses(&args.poses)?
+        .and(|poses| doubts::in_room(poses, room));
+    let measured = args.as_is.take(poses)?;
     let (compensated, shortcut) =
         compensated(&environment.model, &measured, args.outside.into(), method)?;
     output.write(|out| poses::write_compensated(out, compensated.iter().map(row)))?;

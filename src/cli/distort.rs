@@ -1,6 +1,8 @@
 //! `distort`: poses as the tracker of an environment would measure them.
 
+use super::as_is::AsIsArgs;
 use super::output::{self, OutsideArg};
+use crate::calibration::doubts;
 use crate::field::OutsidePolicy;
 use crate::field::gaussian::FieldPoint;
 use crate::formats::poses;
@@ -33,6 +35,9 @@ pub struct DistortArgs {
     /// of them (distance_mm). Cells are empty where nothing is known
     #[arg(long)]
     support: bool,
+
+    #[command(flatten)]
+    as_is: AsIsArgs,
 }
 
 /// Reads, distorts, and writes the table.
@@ -49,7 +54,11 @@ pub fn run(args: &DistortArgs, files: &Files) -> anyhow::Result<()> {
             args.environment.display()
         );
     }
-    let ideal = files.read_poses(&args.poses)?;
+    let room = environment.model.bounds();
+    let poses = files
+        .read_poses(&args.poses)?
+        .and(|poses| doubts::in_room(poses, room));
+    let ideal = args.as_is.take(poses)?;
     let outside = OutsidePolicy::from(args.outside);
     let validity = match args.support {
         false => None,

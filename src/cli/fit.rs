@@ -1,5 +1,6 @@
 //! `fit`: measurements to an environment, and what the fit leaves.
 
+use super::as_is::AsIsArgs;
 use super::choose::{self, HoldOutArg};
 use super::generator;
 use super::jitter::JitterArgs;
@@ -94,6 +95,9 @@ pub struct FitArgs {
     #[command(flatten)]
     jitter: JitterArgs,
 
+    #[command(flatten)]
+    as_is: AsIsArgs,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -176,11 +180,11 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     let map = asked.map;
     let model = args.model.model(files)?;
     refuse_what_others_have(args, model.kind())?;
-    let set = read(files, &args.data, args.sensors, map)?;
+    let set = read(files, &args.data, args.sensors, map, args.as_is)?;
     let holdout_set = args
         .holdout
         .as_ref()
-        .map(|f| read(files, f, args.sensors, map))
+        .map(|f| read(files, f, args.sensors, map, args.as_is))
         .transpose()?;
     let (settings, chosen) = match model.kind() {
         ModelKind::Bernstein => {
@@ -374,18 +378,19 @@ impl From<WeightsArg> for Weighting {
 /// Reads a table as samples, with a progress bar.
 ///
 /// # Errors
-/// A file that can't be used.
+/// A file that can't be used, or is not what it is read as.
 pub(super) fn read(
     files: &Files,
     file: &Path,
     sensors: SensorsArg,
     map: MapKind,
+    as_is: AsIsArgs,
 ) -> anyhow::Result<SampleSet> {
     let reading = SampleReading {
         has_rolls: matches!(sensors, SensorsArg::SixDof),
         map,
     };
-    Ok(files.read_samples(file, reading, &Shown::new("reading").task)?)
+    as_is.take(files.read_samples(file, reading, &Shown::new("reading").task)?)
 }
 
 /// A file's name without its folder.

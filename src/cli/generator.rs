@@ -1,5 +1,6 @@
 //! `generator learn`: the coils that explain a tracker's measurements.
 
+use super::as_is::AsIsArgs;
 use super::fit::{SensorsArg, file_name, read};
 use super::model_kind::checked_degree;
 use super::output::{self, Format, Shown};
@@ -38,6 +39,9 @@ pub struct LearnArgs {
     #[arg(long, value_name = "N", default_value_t = LearnSettings::default().max_rows)]
     rows: usize,
 
+    #[command(flatten)]
+    as_is: AsIsArgs,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -53,7 +57,14 @@ pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
     let degree = checked_degree(args.degree)?;
     let mut all: Option<MeasurementSet> = None;
     for file in &args.data {
-        let set = read(files, file, SensorsArg::FiveDof, MapKind::Distortion)?.measurements();
+        let set = read(
+            files,
+            file,
+            SensorsArg::FiveDof,
+            MapKind::Distortion,
+            args.as_is,
+        )?
+        .measurements();
         match &mut all {
             None => all = Some(set),
             Some(all) if all.content != set.content => {

@@ -1,9 +1,11 @@
 //! `import`: measurement tables from other programs' files.
 
+use super::as_is::AsIsArgs;
 use crate::calibration::calibration_object;
+use crate::calibration::doubts::{PairedDoubts, PoseFrame};
 use crate::field::selection::clusters;
 use crate::formats::{groups, measurements};
-use crate::store::Files;
+use crate::store::{Doubted, Files};
 use crate::study::figures::with_separators;
 use anyhow::Context;
 use clap::{Args, Subcommand};
@@ -28,6 +30,9 @@ pub struct JhuCisArgs {
     /// belong together, for `select`
     #[arg(short, long, value_name = "DATA.csv")]
     output: PathBuf,
+
+    #[command(flatten)]
+    as_is: AsIsArgs,
 }
 
 /// Imports.
@@ -41,6 +46,10 @@ pub fn run(command: &ImportCommand, files: &Files) -> anyhow::Result<()> {
     let frames = files.read_calreadings(&args.calreadings)?;
     let set = calibration_object::measurements(&body, &frames)
         .with_context(|| args.calreadings.display().to_string())?;
+    let doubts = PairedDoubts::of(&set.measurements, set.content, PoseFrame::Tracker);
+    let set = args
+        .as_is
+        .take(Doubted::new(set, &args.calreadings, doubts))?;
     let frame_of_row: Vec<usize> = frames
         .iter()
         .enumerate()

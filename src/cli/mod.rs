@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand, each a function that a test can call.
 
+mod as_is;
 mod characterize;
 mod choose;
 mod compare;

@@ -3,15 +3,16 @@
 
 mod spin;
 
+use super::as_is::AsIsArgs;
 use super::compensate::tally_as_json;
 use super::numbers::above_zero;
 use super::output::{self, Format, OutsideArg};
 use super::tool_reader::ToolReader;
-use crate::calibration::pivot::{Pivot, PivotLimits, pivot};
+use crate::calibration::pivot::{Pivot, PivotError, PivotLimits, pivot};
 use crate::formats::points;
 use crate::store::Files;
 use crate::study::figures::with_separators;
-use anyhow::{Context, bail};
+use anyhow::{anyhow, bail};
 use clap::Args;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
@@ -33,6 +34,16 @@ pub struct PivotArgs {
     /// The tool that is meant where a recording has several: a part of its name
     #[arg(long, value_name = "NAME")]
     tool: Option<String>,
+
+    /// The tool in whose frame poses are taken, where a recording has several: a part of its name. A
+    /// --tool such as StylusToReference means the same
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires = "tool",
+        conflicts_with = "environment"
+    )]
+    relative_to: Option<String>,
 
     /// Fewest poses that are accepted; 3 are needed
     #[arg(long, value_name = "COUNT", default_value_t = PivotLimits::MIN_POSES)]
@@ -72,6 +83,9 @@ pub struct PivotArgs {
     #[arg(short, long, value_name = "OUT.csv", requires = "tips")]
     output: Option<PathBuf>,
 
+    #[command(flatten)]
+    as_is: AsIsArgs,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -95,7 +109,10 @@ pub fn run(args: &PivotArgs, files: &Files) -> anyhow::Result<()> {
         [] => None,
         recordings => {
             let poses = reader.read_all(recordings.iter().map(PathBuf::as_path))?;
-            Some(pivot(&poses, &limits).context("no tip")?)
+            Some(pivot(&poses, &limits).map_err(|error| {
+                let option = option_of(&error);
+                anyhow!("no tip: {error}{option}")
+            })?)
         }
     };
     if let Some(found) = &pivoted {
@@ -139,8 +156,22 @@ pub fn run(args: &PivotArgs, files: &Files) -> anyhow::Result<()> {
     }
 }
 
+/// The option that sets a limit, behind what is refused by it.
+fn option_of(error: &PivotError) -> &'static str {
+    match error {
+        PivotError::TooFewPoses { needed: 3, .. } => "",
+        PivotError::TooFewPoses { .. } => {
+            "; each sample counts as one, and --min-poses COUNT accepts fewer, 3 at least"
+        }
+        PivotError::TooSmallRange { .. } => "; --min-range-deg DEG accepts less",
+        PivotError::OneAxis { .. } => "; --min-turn-deg DEG accepts less",
+        PivotError::TooLargeError { .. } => "; --max-rms-mm MM accepts more",
+    }
+}
+
 fn reader<'a>(args: &PivotArgs, files: &'a Files) -> anyhow::Result<ToolReader<'a>> {
-    let mut reader = ToolReader::of_tool(files, args.tool.as_deref());
+    let mut reader = ToolReader::of_tool(files, args.tool.as_deref(), args.as_is);
+    reader.reference.clone_from(&args.relative_to);
     if let Some(file) = &args.environment {
         reader.room = Some((files.read_environment(file)?, args.outside.into()));
     }

@@ -1,13 +1,16 @@
 //! `register`: points in two frames, and how far off others are to be expected.
 
+use super::as_is::AsIsArgs;
 use super::numbers::above_zero;
 use super::output::{self, Format};
+use crate::calibration::doubts;
+use crate::calibration::fiducial_outliers::{OutlyingPoint, register_without_outliers};
 use crate::calibration::registration::{Registration, register};
 use crate::calibration::registration_error::{PointSpread, fle_rms_mm};
 use crate::formats::number::shortest;
 use crate::formats::poses;
 use crate::geometry::pose::pose_to_array;
-use crate::store::Files;
+use crate::store::{Doubted, Files};
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -47,9 +50,18 @@ pub struct RegisterArgs {
     #[arg(long, value_name = "MM", value_parser = above_zero)]
     fle_mm: Option<f64>,
 
+    /// Leave out points that the others contradict: the worst, again and again, as long as fewer than
+    /// 1 % of registrations have one so far off by chance (Fisher's F, by the points without it). Four
+    /// stay at least
+    #[arg(long)]
+    leave_out_outliers: bool,
+
     /// Largest standard error of the turn that is accepted
     #[arg(long, value_name = "DEG", default_value_t = MAX_TURN_ERROR_DEG, value_parser = above_zero)]
     max_turn_error_deg: f64,
+
+    #[command(flatten)]
+    as_is: AsIsArgs,
 
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
@@ -61,13 +73,37 @@ pub struct RegisterArgs {
 /// # Errors
 /// Files that can't be used, and points that determine no pose, with the reason.
 pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
-    let source = files.read_points(&args.source)?;
-    let target = files.read_points(&args.target)?;
-    let registration = register(&source, &target)
-        .with_context(|| format!("{} and {}", args.source.display(), args.target.display()))?;
+    let source = args.as_is.take(files.read_points(&args.source)?)?;
+    let target = args.as_is.take(files.read_points(&args.target)?)?;
+    let named = || format!("{} and {}", args.source.display(), args.target.display());
+    let all = register(&source, &target).with_context(named)?;
+    let suspicions = doubts::of_point_pairs(&source, &target);
+    args.as_is
+        .take(Doubted::new((), &args.target, suspicions))?;
+    let (cleaned, outlying) = register_without_outliers(&source, &target).with_context(named)?;
+    if !args.leave_out_outliers {
+        for point in &outlying {
+            output::note(&format!(
+                "warning: point {} is {:.2} mm off where the others, without it, leave {:.2} mm RMS: is it an outlier? \
+                 --leave-out-outliers registers without it",
+                point.index + 1,
+                point.off_mm,
+                cleaned.fre_rms_mm
+            ));
+        }
+    }
+    let (registration, left_out) = match args.leave_out_outliers {
+        true => (cleaned, outlying),
+        false => (all, Vec::new()),
+    };
+    let is_used = |index: usize| left_out.iter().all(|point| point.index != index);
+    let used: Vec<Point3<f64>> = (0..source.len())
+        .filter(|&k| is_used(k))
+        .map(|k| source[k])
+        .collect();
     let fle_mm = args
         .fle_mm
-        .unwrap_or_else(|| fle_rms_mm(registration.fre_rms_mm, source.len()));
+        .unwrap_or_else(|| fle_rms_mm(registration.fre_rms_mm, used.len()));
     let found = Registered {
         residuals_mm: source
             .iter()
@@ -75,7 +111,9 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
             .map(|(s, t)| (registration.target_from_source * s - t).norm())
             .collect(),
         registration,
-        spread: PointSpread::of(&source),
+        fre_of_all_mm: all.fre_rms_mm,
+        left_out,
+        spread: PointSpread::of(&used),
         fle_mm,
     };
     let turn_error_deg = found.spread.turn_std_error_rad(fle_mm).to_degrees();
@@ -90,7 +128,7 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
         );
     }
     if let (Some(at), Some(output)) = (&args.at, &args.output) {
-        let points = files.read_points(at)?;
+        let points = args.as_is.take(files.read_points(at)?)?;
         files
             .output(output)?
             .write(|out| found.write_moved(out, &points))?;
@@ -108,8 +146,12 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
 /// A registration, and what it says of other points.
 struct Registered {
     registration: Registration,
+    /// FRE with the points that were left out.
+    fre_of_all_mm: f64,
+    left_out: Vec<OutlyingPoint>,
+    /// Of all points, those left out too.
     residuals_mm: Vec<f64>,
-    /// Of the points in the source frame.
+    /// Of the points that were used, in the source frame.
     spread: PointSpread,
     fle_mm: f64,
 }
@@ -132,10 +174,16 @@ impl Registered {
 
     fn as_json(&self) -> Value {
         json!({
-            "points": self.residuals_mm.len(),
+            "points": self.residuals_mm.len() - self.left_out.len(),
             "target_from_source": pose_to_array(&self.registration.target_from_source),
             "fre_rms_mm": self.registration.fre_rms_mm,
             "residuals_mm": self.residuals_mm,
+            "fre_of_all_rms_mm": self.fre_of_all_mm,
+            "left_out": self.left_out.iter().map(|point| json!({
+                "point": point.index + 1,
+                "off_mm": point.off_mm,
+                "chance": point.chance,
+            })).collect::<Vec<_>>(),
             "fle_rms_mm": self.fle_mm,
             "off_line_mm": self.spread.off_line_mm(),
             "turn_std_error_deg": self.turn_error_deg(),
@@ -147,9 +195,12 @@ impl Registered {
             |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
         let mm = |value: f64| format!("{value:.3}");
         let [x, y, z, quaternion @ ..] = pose_to_array(&self.registration.target_from_source);
-        let worst = self.residuals_mm.iter().copied().fold(0.0, f64::max);
-        output::aligned(&[
-            row("points", with_separators(self.residuals_mm.len()), ""),
+        let is_left_out = |index: usize| self.left_out.iter().any(|point| point.index == index);
+        let used = (0..self.residuals_mm.len()).filter(|&k| !is_left_out(k));
+        let worst = used.map(|k| self.residuals_mm[k]).fold(0.0, f64::max);
+        let count = self.residuals_mm.len() - self.left_out.len();
+        let mut rows = vec![
+            row("points", with_separators(count), ""),
             row(
                 "shift to the target frame",
                 [x, y, z].map(mm).join(" "),
@@ -177,6 +228,14 @@ impl Registered {
                 format!("{:.3}", self.turn_error_deg()),
                 "deg",
             ),
-        ])
+        ];
+        for point in &self.left_out {
+            let label = format!("point {} left out, off by", point.index + 1);
+            rows.push(row(&label, mm(point.off_mm), "mm"));
+        }
+        if !self.left_out.is_empty() {
+            rows.push(row("  FRE with all points", mm(self.fre_of_all_mm), "mm"));
+        }
+        output::aligned(&rows)
     }
 }

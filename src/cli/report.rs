@@ -1,5 +1,6 @@
 //! `report`: a design and its study as one HTML page.
 
+use super::as_is::AsIsArgs;
 use super::named_design::{note_meshes, open_named};
 use super::output::{self, Shown};
 use super::simulate::{ModeArg, mode_arg, mode_of, note_world};
@@ -37,6 +38,9 @@ pub struct ReportArgs {
     /// Poses to visit (CSV): crf_x … crf_qz in the tracker frame, tool_x … tool_qz in the CRF frame
     #[arg(long, value_name = "FILE")]
     input: Option<PathBuf>,
+
+    #[command(flatten)]
+    as_is: AsIsArgs,
 }
 
 /// Simulates, and writes the page.
@@ -51,7 +55,7 @@ pub fn run(args: &ReportArgs, files: &Files) -> anyhow::Result<()> {
         Some(_) => ModeArg::Motion,
         None => ModeArg::Single,
     });
-    let mode = mode_of(files, mode, args.input.as_deref(), &world)?;
+    let mode = mode_of(files, mode, args.input.as_deref(), &world, args.as_is)?;
     let file = store::report_file(&args.output, &own_name(&args.design))?;
     let output = files.output(&file)?;
     note_world(&world);

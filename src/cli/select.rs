@@ -1,5 +1,6 @@
 //! `select`: cross-validates model sizes and regularisation, names the best, and fits it.
 
+use super::as_is::AsIsArgs;
 use super::choose::{self, HoldOutArg};
 use super::fit::{DEFAULT_RCOND, MapArg, MethodArg, SensorsArg, Target, VolumeArg, WeightsArg};
 use super::fit::{as_json as fit_json, file_name, fit_and_write, read};
@@ -132,6 +133,9 @@ pub struct SelectArgs {
     #[command(flatten)]
     jitter: JitterArgs,
 
+    #[command(flatten)]
+    as_is: AsIsArgs,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -146,7 +150,7 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
     let plot = files.optional_output(args.plot.as_deref())?;
     let curve_output = files.optional_output(args.learning_curve.as_deref())?;
     let mut settings = settings(args)?;
-    let samples = read(files, &args.data, args.sensors, settings.map)?;
+    let samples = read(files, &args.data, args.sensors, settings.map, args.as_is)?;
     if args.directions.is_none() && !samples.has_rotations {
         settings.direction_sets = vec![DirectionSet::One];
     }

@@ -2,6 +2,7 @@
 
 mod crf;
 
+use super::as_is::AsIsArgs;
 use super::expected;
 use super::named_design::note_sizes;
 use super::output::{self, Format, OutsideArg};
@@ -37,6 +38,9 @@ pub struct SimulateArgs {
     /// Poses for `--mode input` (CSV): crf_x … crf_qz in the tracker frame, tool_x … tool_qz in the CRF frame
     #[arg(long, required_if_eq("mode", "input"), value_name = "FILE")]
     input: Option<PathBuf>,
+
+    #[command(flatten)]
+    as_is: AsIsArgs,
 
     /// Table to write, one row a trial
     #[arg(long, value_name = "OUT.csv")]
@@ -93,7 +97,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     }
     let log = files.optional_output(args.log.as_deref())?;
     let world = files.open_design_without_meshes(&args.design)?;
-    let mode = mode_of(files, asked, args.input.as_deref(), &world)?;
+    let mode = mode_of(files, asked, args.input.as_deref(), &world, args.as_is)?;
     let design = world.document.design();
     let environment = args.uncertainty.environment(&world.environment)?;
     let mut scenario = store::resolve(design, &environment);
@@ -196,13 +200,15 @@ pub(super) fn mode_of(
     mode: ModeArg,
     input: Option<&Path>,
     world: &World,
+    as_is: AsIsArgs,
 ) -> anyhow::Result<Mode> {
     Ok(match (mode, input) {
         (ModeArg::Single, _) => Mode::Single,
         (ModeArg::Motion, _) => Mode::Motion,
         (ModeArg::Input, Some(file)) => {
             let has_crf = world.document.design().crf.is_some();
-            Mode::Input(files.read_input(file, has_crf)?.into())
+            let trials = as_is.take(files.read_input(file, has_crf)?)?;
+            Mode::Input(trials.into())
         }
         (ModeArg::Input, None) => anyhow::bail!("--mode input needs --input FILE"),
     })

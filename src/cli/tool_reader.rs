@@ -1,5 +1,6 @@
 //! Poses of one tool from recordings of any kind, corrected for a room where one is given.
 
+use super::as_is::AsIsArgs;
 use super::output;
 use crate::calibration::marker_body::{MarkerBody, in_base};
 use crate::field::OutsidePolicy;
@@ -21,6 +22,8 @@ pub(super) struct ToolReader<'a> {
     files: &'a Files,
     /// A part of the tool's name.
     pub tool: Option<String>,
+    /// A part of the name of the tool in whose frame poses are.
+    pub reference: Option<String>,
     /// The room that readings are corrected for, and what happens outside its box.
     pub room: Option<(Environment, OutsidePolicy)>,
     /// What became of the readings that were corrected, of all files so far.
@@ -32,10 +35,11 @@ pub(super) struct ToolReader<'a> {
     /// A tool that is known by its markers has the frame that they have when they are first seen.
     body: Option<MarkerBody>,
     has_poses: bool,
+    as_is: AsIsArgs,
 }
 
 impl<'a> ToolReader<'a> {
-    pub(super) fn of_tool(files: &'a Files, tool: Option<&str>) -> Self {
+    pub(super) fn of_tool(files: &'a Files, tool: Option<&str>, as_is: AsIsArgs) -> Self {
         Self {
             files,
             tool: tool.map(str::to_owned),
@@ -45,6 +49,8 @@ impl<'a> ToolReader<'a> {
             has_used_base: false,
             body: None,
             has_poses: false,
+            reference: None,
+            as_is,
         }
     }
 
@@ -69,10 +75,17 @@ impl<'a> ToolReader<'a> {
     /// Files that can't be used, poses beside markers, markers without an answer.
     fn read(&mut self, file: &Path) -> anyhow::Result<Vec<Pose>> {
         let named = || file.display().to_string();
-        let markers = match self.files.read_pivot_recording(file)? {
+        let markers = match self.as_is.take(self.files.read_pivot_recording(file)?)? {
+            found if self.reference.is_some() && !matches!(found, PivotRecording::Tools(_)) => {
+                bail!(
+                    "{}: found poses of one tool, expected a recording of several, one of which is the reference tool",
+                    named()
+                )
+            }
             PivotRecording::Poses(poses) => return self.poses(file, poses),
             PivotRecording::Tools(recording) => {
-                let track = recording.tool(self.tool.as_deref()).with_context(named)?;
+                let (tool, reference) = (self.tool.as_deref(), self.reference.as_deref());
+                let track = recording.track(tool, reference).with_context(named)?;
                 for (reason, count) in track.unusable() {
                     output::note(&format!(
                         "{}: {} of {} samples not used: {reason}",

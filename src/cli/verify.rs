@@ -2,6 +2,7 @@
 
 mod report;
 
+use super::as_is::{AsIsArgs, refused};
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::output::{self, Format, OutsideArg, Shown};
@@ -96,6 +97,9 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "OUT.svg")]
     chart: Option<PathBuf>,
 
+    #[command(flatten)]
+    as_is: AsIsArgs,
+
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -189,6 +193,7 @@ fn paired(
         frame: args.frame.into(),
         whole: args.tool.as_deref(),
         is_one_frame: args.same_frame,
+        is_as_meant: args.as_is.as_is,
         settings: settings(args),
     };
     let orientation_weight = shown_weight(design, &scenario);
@@ -227,6 +232,7 @@ fn in_flags(args: &VerifyArgs, failure: BuiltToolFailure) -> anyhow::Error {
         BuiltToolFailure::Frames { .. } => {
             anyhow!("{failure}; --same-frame compares them as they are")
         }
+        BuiltToolFailure::Store(error) => refused(error),
         failure => failure.into(),
     }
 }
@@ -244,7 +250,7 @@ fn pivoted(
             "note: a pivoted tool is compared in the tracker's frame: the CRF is left out",
         );
     }
-    let mut reader = ToolReader::of_tool(files, args.tool.as_deref());
+    let mut reader = ToolReader::of_tool(files, args.tool.as_deref(), args.as_is);
     let poses = reader.read_all(args.recorded.iter().map(PathBuf::as_path))?;
     let found = pivoted_tool(&scenario, &poses, &settings(args), &shown.task);
     let found = found.map_err(|error| match error {

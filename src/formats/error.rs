@@ -49,6 +49,10 @@ pub enum FormatError {
         missing: Vec<&'static str>,
         expected: &'static str,
     },
+    #[error("line 1: found numbers, expected names of columns above them: {expected}")]
+    NoHeader { expected: &'static str },
+    #[error("line 1: column {column:?} is in {unit}, expected mm and unit quaternions")]
+    Unit { column: String, unit: String },
     #[error("line 1: found column {0} twice, expected it once")]
     RepeatedColumn(&'static str),
     #[error("found no rows, expected at least one")]
@@ -58,6 +62,14 @@ pub enum FormatError {
     Version { found: u64, expected: u64 },
     #[error("volume: {0}")]
     Volume(BoundsError),
+    /// A file of another kind.
+    #[error("found {found}, expected {expected}{advice}")]
+    Foreign {
+        found: &'static str,
+        expected: &'static str,
+        /// What to do about it, behind a semicolon, or nothing.
+        advice: &'static str,
+    },
     /// In a file within the file.
     #[error("{part}: {cause}")]
     Part {

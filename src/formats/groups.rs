@@ -1,7 +1,7 @@
 //! The column of a measurement table that says which rows belong together.
 
 use super::error::{FormatError, text};
-use csv::StringRecord;
+use super::table::TableReader;
 use std::io::{self, Write};
 
 /// Columns that mean so by their name, the narrower grouping first.
@@ -43,35 +43,31 @@ fn column(
     name: Option<&str>,
     known: &[&'static str],
 ) -> Result<Option<GroupColumn>, FormatError> {
-    let mut reader = csv::ReaderBuilder::new()
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(text(bytes)?.as_bytes());
-    let header = reader.headers().map_err(|e| csv_error(&e))?.clone();
+    text(bytes)?;
+    let mut table = TableReader::new(bytes)?;
     let found = match name {
         Some(name) => Some(name),
         None => known
             .iter()
             .copied()
-            .find(|&known| header.iter().any(|column| column == known)),
+            .find(|known| table.header().has(known)),
     };
     let Some(name) = found else {
         return Ok(None);
     };
-    let index = place(&header, name)?;
+    let index = table.header().place(name)?;
     let mut labels = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|e| csv_error(&e))?;
-        match record.get(index) {
-            Some(label) if !label.is_empty() => labels.push(label.to_owned()),
-            _ => {
+    while let Some(row) = table.next_row()? {
+        match row.cell(index) {
+            "" => {
                 return Err(FormatError::Cell {
-                    line: record.position().map_or(0, csv::Position::line),
+                    line: row.line(),
                     field: name.to_owned(),
                     found: "empty".to_owned(),
                     expected: "the name of the row's group",
                 });
             }
+            label => labels.push(label.to_owned()),
         }
     }
     Ok(Some(GroupColumn {
@@ -104,28 +100,6 @@ pub fn write_beside(
         writeln!(out)?;
     }
     Ok(())
-}
-
-fn place(header: &StringRecord, name: &str) -> Result<usize, FormatError> {
-    let mut places = (0..header.len()).filter(|&i| &header[i] == name);
-    let wrong = |found: &str| FormatError::Line {
-        line: 1,
-        found: format!("{found} column {name:?}"),
-        expected: "one column that says which rows belong together".to_owned(),
-    };
-    match (places.next(), places.next()) {
-        (Some(index), None) => Ok(index),
-        (None, _) => Err(wrong("no")),
-        (Some(_), Some(_)) => Err(wrong("twice the")),
-    }
-}
-
-fn csv_error(error: &csv::Error) -> FormatError {
-    FormatError::Line {
-        line: error.position().map_or(1, csv::Position::line),
-        found: error.to_string(),
-        expected: "comma-separated values".to_owned(),
-    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
-//! Poses as 4x4 matrices in text, row by row, one after the other; mm.
+//! Poses as 4x4 or 3x4 matrices in text, row by row, one after the other; mm.
 
 use super::error::{FormatError, text};
+use super::table_dialect::{decimal, number_cells};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::geometry::svd3::svd3;
 use nalgebra::{Matrix3, Matrix4, Vector3};
@@ -10,34 +11,51 @@ use nalgebra::{Matrix3, Matrix4, Vector3};
 const MAX_OFF: f64 = 1e-3;
 
 /// Reads matrices whose numbers are apart by spaces, commas or semicolons; lines that begin with `#`
-/// and empty ones are skipped.
+/// and empty ones are skipped. Twelve numbers a line, or lines of four in threes of which none is
+/// `0 0 0 1`, are matrices without their last row; sixteen whose last column is `0 0 0 1` are written
+/// column by column.
 ///
 /// # Errors
-/// Cells that are no numbers, a number of them that is no multiple of 16, last rows that are not
-/// `0 0 0 1`, parts that are no rotations, no matrix.
+/// Cells that are no numbers, a number of them that is no multiple of 16 or 12, last rows that are
+/// not `0 0 0 1`, parts that are no rotations, no matrix.
 pub fn parse(bytes: &[u8]) -> Result<Vec<Pose>, FormatError> {
+    let content = text(bytes)?;
+    parse_sized(content, numbers_each(content))
+}
+
+/// Reads 4x4 matrices alone.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_4x4(bytes: &[u8]) -> Result<Vec<Pose>, FormatError> {
+    parse_sized(text(bytes)?, 16)
+}
+
+fn parse_sized(content: &str, size: usize) -> Result<Vec<Pose>, FormatError> {
     let mut poses = Vec::new();
     let mut cells = Vec::with_capacity(16);
     // Where the matrix begins that is being read.
     let mut first_line = 1;
     let mut last_line = 1;
-    for (line, content) in (1..).zip(text(bytes)?.lines()) {
+    for (line, content) in (1..).zip(content.lines()) {
         last_line = line;
         if content.trim_start().starts_with('#') {
             continue;
         }
-        let is_between = |c: char| c.is_whitespace() || c == ',' || c == ';';
-        for cell in content.split(is_between).filter(|cell| !cell.is_empty()) {
+        for cell in number_cells(content) {
             if cells.is_empty() {
                 first_line = line;
             }
-            let value: f64 = cell.parse().map_err(|_| FormatError::Line {
+            let value = decimal(cell).ok_or_else(|| FormatError::Line {
                 line,
                 found: format!("{:?}", cell.chars().take(60).collect::<String>()),
                 expected: "a number of a 4x4 matrix".to_owned(),
             })?;
             cells.push(value);
-            if cells.len() == 16 {
+            if cells.len() == size {
+                if size == 12 {
+                    cells.extend(LAST_ROW);
+                }
                 poses.push(pose(&cells).map_err(|found| FormatError::Line {
                     line: first_line,
                     found,
@@ -51,7 +69,7 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Pose>, FormatError> {
         return Err(FormatError::Line {
             line: last_line,
             found: format!("the end of the file after {} numbers", cells.len()),
-            expected: format!("16 for the matrix that begins in line {first_line}"),
+            expected: format!("{size} for the matrix that begins in line {first_line}"),
         });
     }
     if poses.is_empty() {
@@ -60,9 +78,47 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Pose>, FormatError> {
     Ok(poses)
 }
 
+const LAST_ROW: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
+/// How many numbers a matrix has: 12 where no line is a last row, and lines are whole matrices or
+/// their rows.
+fn numbers_each(content: &str) -> usize {
+    let lines = content
+        .lines()
+        .filter(|line| !line.trim_start().starts_with('#'));
+    let mut counts = lines
+        .map(|line| number_cells(line).count())
+        .filter(|n| *n > 0);
+    let Some(first) = counts.next() else {
+        return 16;
+    };
+    let rows = 1 + counts.clone().count();
+    let is_last_row = |line: &str| {
+        let mut cells = number_cells(line);
+        let is_near = |(cell, expected): (&str, f64)| {
+            decimal(cell).is_some_and(|value| (value - expected).abs() <= MAX_OFF)
+        };
+        cells.clone().count() == 4 && cells.by_ref().zip(LAST_ROW).all(is_near)
+    };
+    match first {
+        _ if counts.any(|count| count != first) => 16,
+        12 => 12,
+        4 if rows.is_multiple_of(3) && !content.lines().any(is_last_row) => 12,
+        _ => 16,
+    }
+}
+
 /// The pose of a matrix, or what it is instead.
 fn pose(cells: &[f64]) -> Result<Pose, String> {
-    let matrix = Matrix4::from_row_slice(cells);
+    let mut matrix = Matrix4::from_row_slice(cells);
+    let is_last_row = |row: [f64; 4]| {
+        let mut pairs = row.iter().zip(LAST_ROW);
+        pairs.all(|(a, b)| (a - b).abs() <= MAX_OFF)
+    };
+    let [row, column] = [[12, 13, 14, 15], [3, 7, 11, 15]].map(|at| at.map(|k: usize| cells[k]));
+    if is_last_row(column) && !is_last_row(row) {
+        matrix.transpose_mut();
+    }
     if cells.iter().any(|cell| !cell.is_finite()) {
         return Err("a matrix with a number that is not finite".to_owned());
     }
@@ -104,6 +160,20 @@ mod tests {
             let moved = pose * nalgebra::Point3::new(1.0, 0.0, 0.0);
             assert!((moved.coords - Vector3::new(10.0, 21.0, 30.0)).norm() < 1e-12);
         }
+    }
+
+    #[test]
+    fn matrices_without_a_last_row_and_by_columns_are_read() {
+        let expected = parse(QUARTER.as_bytes()).unwrap();
+        let three = QUARTER.replace("0 0 0 1\n", "");
+        let a_line = three.replace('\n', " ");
+        let columns = "0 1 0 0\n-1 0 0 0\n0 0 1 0\n10 20 30 1\n";
+        let decimal = "0,0;-1,0;0,0;10,0\n1,0;0;0;20,0\n0;0;1;30\n0;0;0;1\n";
+        for text in [&three, &format!("{a_line}\n{a_line}\n"), columns, decimal] {
+            let found = parse(text.as_bytes()).unwrap();
+            assert_eq!(found[0], expected[0], "{text}");
+        }
+        assert_eq!(parse(three.repeat(3).as_bytes()).unwrap().len(), 3);
     }
 
     #[test]

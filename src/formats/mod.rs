@@ -12,6 +12,7 @@ mod document_tests;
 pub mod environment;
 mod error;
 pub mod export;
+pub mod foreign;
 pub mod generator;
 pub mod gltf;
 pub mod groups;
@@ -41,6 +42,7 @@ mod ron_tokens;
 pub mod signature;
 mod support;
 pub mod table;
+mod table_dialect;
 #[cfg(test)]
 mod tests;
 pub mod tool_definition;

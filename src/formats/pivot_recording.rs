@@ -2,6 +2,7 @@
 //! first line.
 
 use super::error::{FormatError, text};
+use super::table_dialect::{ColumnName, decimal, number_cells};
 use super::{jhu_cis, matrices, poses, recording};
 use crate::calibration::marker_body::BaseAndTool;
 use crate::geometry::pose::Pose;
@@ -34,12 +35,8 @@ pub fn parse(bytes: &[u8]) -> Result<PivotRecording, FormatError> {
         .zip(text(bytes)?.lines().map(str::trim))
         .find(|(_, line)| !line.is_empty() && !line.starts_with('#'))
         .ok_or(FormatError::NoRows)?;
-    let is_number = |cell: &str| cell.trim().parse::<f64>().is_ok();
-    let is_between = |c: char| c.is_whitespace() || c == ',' || c == ';';
-    let cells: Vec<&str> = first
-        .split(is_between)
-        .filter(|cell| !cell.is_empty())
-        .collect();
+    let is_number = |cell: &str| decimal(cell).is_some();
+    let cells: Vec<&str> = number_cells(first).collect();
     let is_number_at = |index: Option<&&str>| index.is_some_and(|cell| is_number(cell));
     match (is_number_at(cells.first()), is_number_at(cells.last())) {
         (true, true) => matrices::parse(bytes).map(PivotRecording::Poses),
@@ -48,17 +45,27 @@ pub fn parse(bytes: &[u8]) -> Result<PivotRecording, FormatError> {
             jhu_cis::parse_optpivot(bytes).map(PivotRecording::MarkersAndBase)
         }
         (true, false) => jhu_cis::parse_empivot(bytes).map(PivotRecording::Markers),
-        (false, _) if cells.iter().any(|cell| ["x", "qw"].contains(cell)) => {
+        (false, _) if names_pose_columns(first) => {
             poses::parse(bytes).map(PivotRecording::Poses)
         }
         (false, _) => Err(FormatError::Line {
             line,
             found: format!("{:?}", first.chars().take(60).collect::<String>()),
             expected: "the beginning of a recording: an NDI table, an Aurora log, a PLUS sequence, a live recording, \
-                       4x4 matrices, a poses table (x, y, z, qw, qx, qy, qz), an empivot or an optpivot file"
+                       a log of lines with Position: and Orientation:, 4x4 or 3x4 matrices, a poses table (x, y, z, qw, qx, qy, qz), an empivot or an optpivot file"
                 .to_owned(),
         }),
     }
+}
+
+/// Whether a line is the header of a poses table, whatever is between its cells.
+fn names_pose_columns(line: &str) -> bool {
+    let names = line
+        .split([',', ';', '\t'])
+        .map(|name| ColumnName::parse(name.trim().trim_matches('"')));
+    names
+        .map(|name| name.plain)
+        .any(|plain| ["x", "qw"].contains(&plain.as_str()))
 }
 
 #[cfg(test)]

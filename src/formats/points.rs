@@ -6,6 +6,7 @@ use super::jhu_cis;
 use super::markups;
 use super::number::shortest;
 use super::table::Table;
+use super::table_dialect::{decimal, number_cells as cells};
 use nalgebra::Point3;
 use std::io::{self, Write};
 
@@ -27,7 +28,7 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
         .find(|line| !line.is_empty() && !line.starts_with('#'))
         .ok_or(FormatError::NoRows)?;
     let cells: Vec<&str> = cells(first).collect();
-    let is_number = |cell: Option<&&str>| cell.is_some_and(|cell| cell.parse::<f64>().is_ok());
+    let is_number = |cell: Option<&&str>| cell.is_some_and(|cell| decimal(cell).is_some());
     match (is_number(cells.first()), is_number(cells.last())) {
         (true, true) => rows(bytes),
         // A count, then the file's name.
@@ -66,7 +67,7 @@ fn rows(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
         .map(|(line, content)| {
             let values: Vec<f64> = cells(content)
-                .map_while(|cell| cell.parse().ok().filter(|value: &f64| value.is_finite()))
+                .map_while(|cell| decimal(cell).filter(|value| value.is_finite()))
                 .collect();
             match (values.as_slice(), cells(content).count()) {
                 ([x, y, z], 3) => Ok(Point3::new(*x, *y, *z)),
@@ -78,11 +79,6 @@ fn rows(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
             }
         })
         .collect()
-}
-
-fn cells(line: &str) -> impl Iterator<Item = &str> {
-    let is_between = |c: char| c.is_whitespace() || c == ',' || c == ';';
-    line.split(is_between).filter(|cell| !cell.is_empty())
 }
 
 #[cfg(test)]

@@ -6,8 +6,6 @@ use super::{groups, measurements};
 use crate::calibration::built_tool::RecordedTable;
 use crate::field::samples::MeasurementContent;
 
-const SENSOR: &str = "sensor";
-
 /// Reads the table.
 ///
 /// # Errors
@@ -21,18 +19,7 @@ pub fn parse(bytes: &[u8]) -> Result<RecordedTable, FormatError> {
             expected: "a table with quaternions: how the tool was turned",
         });
     }
-    let has_sensors = bytes
-        .split(|&b| b == b'\n')
-        .next()
-        .map(String::from_utf8_lossy)
-        .is_some_and(|head| {
-            head.split(',')
-                .any(|name| name.trim().trim_matches('"') == SENSOR)
-        });
-    let sensors = match has_sensors {
-        true => groups::parse(bytes, Some(SENSOR))?,
-        false => None,
-    };
+    let sensors = groups::parse_sensors(bytes)?;
     Ok(RecordedTable {
         rows: set.measurements,
         sensors: sensors.map(|column| column.labels),

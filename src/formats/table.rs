@@ -1,12 +1,14 @@
-//! CSV tables with a header: columns by name, errors by line.
+//! Tables with a header: columns by name, errors by line, as programs and spreadsheets write them.
 
 use super::error::{FormatError, text};
 use super::number;
+use super::table_dialect::{ColumnName, DecimalMark, Dialect, first_line};
 use super::utf8::{self, Utf8Reader};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use csv::StringRecord;
 use nalgebra::Vector3;
-use std::io::Read;
+use std::cell::Cell;
+use std::io::{self, Cursor, Read};
 
 /// How far a quaternion's length may be from 1.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -16,19 +18,28 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 pub struct Table {
     header: Header,
     records: Vec<StringRecord>,
+    marks: Marks,
 }
 
 /// A table that is split into cells row by row, so that it is never in memory as a whole.
 pub struct TableReader<R: Read> {
     header: Header,
-    reader: csv::Reader<Utf8Reader<R>>,
+    reader: csv::Reader<io::Chain<Cursor<Vec<u8>>, Utf8Reader<R>>>,
     record: StringRecord,
     has_rows: bool,
+    marks: Marks,
 }
 
 /// The names of a table's columns.
 #[derive(Clone, Debug)]
-pub struct Header(Vec<String>);
+pub struct Header(Vec<ColumnName>);
+
+/// How decimals are written, as far as it is known.
+#[derive(Clone, Debug)]
+struct Marks {
+    dialect: Dialect,
+    seen: Cell<Option<DecimalMark>>,
+}
 
 /// A column's name and its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +53,7 @@ pub struct Column {
 pub struct Row<'a> {
     line: u64,
     record: &'a StringRecord,
+    marks: &'a Marks,
 }
 
 /// Three columns of a position and, where there are any, four of a quaternion.
@@ -67,6 +79,7 @@ impl Table {
         Ok(Self {
             header: reader.header,
             records,
+            marks: reader.marks,
         })
     }
 
@@ -94,7 +107,10 @@ impl Table {
         if self.records.is_empty() {
             return Err(FormatError::NoRows);
         }
-        Ok(self.records.iter().map(Row::of))
+        Ok(self
+            .records
+            .iter()
+            .map(|record| Row::of(record, &self.marks)))
     }
 }
 
@@ -104,12 +120,16 @@ impl<R: Read> TableReader<R> {
     /// # Errors
     /// Text that is no table, or what the reader says.
     pub fn new(reader: R) -> Result<Self, FormatError> {
+        let mut text = Utf8Reader::new(reader);
+        let head = first_line(&mut text).map_err(|error| utf8::error_of(&error))?;
+        let dialect = Dialect::of(&head);
         let mut reader = csv::ReaderBuilder::new()
             .flexible(true)
+            .delimiter(dialect.separator)
             .trim(csv::Trim::All)
-            .from_reader(Utf8Reader::new(reader));
+            .from_reader(Cursor::new(head).chain(text));
         let header = match reader.headers() {
-            Ok(header) => Header(header.iter().map(str::to_owned).collect()),
+            Ok(header) => Header(header.iter().map(ColumnName::parse).collect()),
             Err(error) => return Err(error_of(error)),
         };
         Ok(Self {
@@ -117,6 +137,10 @@ impl<R: Read> TableReader<R> {
             reader,
             record: StringRecord::new(),
             has_rows: false,
+            marks: Marks {
+                dialect,
+                seen: Cell::new(None),
+            },
         })
     }
 
@@ -131,7 +155,7 @@ impl<R: Read> TableReader<R> {
     pub fn next_row(&mut self) -> Result<Option<Row<'_>>, FormatError> {
         if self.next_record()? {
             self.has_rows = true;
-            return Ok(Some(Row::of(&self.record)));
+            return Ok(Some(Row::of(&self.record, &self.marks)));
         }
         match self.has_rows {
             true => Ok(None),
@@ -147,10 +171,17 @@ impl<R: Read> TableReader<R> {
             .read_record(&mut self.record)
             .map_err(error_of)?;
         if is_there && self.record.len() != self.header.0.len() {
+            let (found, expected) = (self.record.len(), self.header.0.len());
+            let is_doubled = self.marks.dialect.separator == b',' && found > expected;
             return Err(FormatError::Line {
                 line: line_of(&self.record),
-                found: format!("{} cells", self.record.len()),
-                expected: format!("{}, as in line 1", self.header.0.len()),
+                found: format!("{found} cells"),
+                expected: match is_doubled {
+                    true => format!(
+                        "{expected}, as in line 1 (with decimal commas, semicolons between cells)"
+                    ),
+                    false => format!("{expected}, as in line 1"),
+                },
             });
         }
         Ok(is_there)
@@ -159,7 +190,34 @@ impl<R: Read> TableReader<R> {
 
 impl Header {
     pub fn has(&self, name: &str) -> bool {
-        self.0.iter().any(|column| column == name)
+        self.places(name).next().is_some()
+    }
+
+    /// Columns of this name: as it is written, else but for capitals, spaces and a unit.
+    fn places<'a>(&'a self, name: &'a str) -> impl Iterator<Item = usize> + 'a {
+        let is_written = self.0.iter().any(|column| column.written == name);
+        (0..self.0.len()).filter(move |&i| match is_written {
+            true => self.0[i].written == name,
+            false => self.0[i].plain == name,
+        })
+    }
+
+    /// The place of the one column of a name.
+    ///
+    /// # Errors
+    /// None such, or several.
+    pub fn place(&self, name: &str) -> Result<usize, FormatError> {
+        let mut places = self.places(name);
+        let wrong = |found: &str| FormatError::Line {
+            line: 1,
+            found: format!("{found} column {name:?}"),
+            expected: "one column that says which rows belong together".to_owned(),
+        };
+        match (places.next(), places.next()) {
+            (Some(index), None) => Ok(index),
+            (None, _) => Err(wrong("no")),
+            (Some(_), Some(_)) => Err(wrong("twice the")),
+        }
     }
 
     /// The columns of these names.
@@ -173,14 +231,28 @@ impl Header {
     ) -> Result<[Column; N], FormatError> {
         let missing: Vec<_> = names.into_iter().filter(|name| !self.has(name)).collect();
         if !missing.is_empty() {
+            let is_number = |column: &ColumnName| {
+                let cell = column.written.replacen(',', ".", 1);
+                cell.parse::<f64>().is_ok()
+            };
+            if self.0.len() > 1 && self.0.iter().all(is_number) {
+                return Err(FormatError::NoHeader { expected });
+            }
             return Err(FormatError::MissingColumns { missing, expected });
         }
         let mut columns = names.map(|name| Column { name, index: 0 });
         for column in &mut columns {
-            let mut places = (0..self.0.len()).filter(|&i| self.0[i] == column.name);
+            let mut places = self.places(column.name);
             column.index = places.next().unwrap_or_default();
             if places.next().is_some() {
                 return Err(FormatError::RepeatedColumn(column.name));
+            }
+            let ColumnName { written, unit, .. } = &self.0[column.index];
+            if let Some(unit) = unit {
+                return Err(FormatError::Unit {
+                    column: written.clone(),
+                    unit: unit.clone(),
+                });
             }
         }
         Ok(columns)
@@ -188,11 +260,22 @@ impl Header {
 }
 
 impl<'a> Row<'a> {
-    fn of(record: &'a StringRecord) -> Self {
+    fn of(record: &'a StringRecord, marks: &'a Marks) -> Self {
         Self {
             line: line_of(record),
             record,
+            marks,
         }
+    }
+
+    /// Where the row begins.
+    pub fn line(&self) -> u64 {
+        self.line
+    }
+
+    /// What stands in a cell.
+    pub fn cell(&self, index: usize) -> &'a str {
+        self.record.get(index).unwrap_or_default()
     }
 
     /// The finite number of a cell.
@@ -200,9 +283,21 @@ impl<'a> Row<'a> {
     /// # Errors
     /// Names line and column of anything else.
     pub fn number(&self, column: Column) -> Result<f64, FormatError> {
-        let cell = self.record.get(column.index).unwrap_or_default();
-        match cell.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
+        let cell = self.cell(column.index);
+        let mark = DecimalMark::of(cell);
+        if mark.is_some() && self.marks.dialect.may_have_decimal_commas() {
+            let other = self.marks.seen.get().filter(|seen| mark != Some(*seen));
+            if other.is_some() {
+                return Err(self.cell_error(
+                    column.name,
+                    format!("{cell:?}"),
+                    "the decimal mark of the rows before, a comma or a point",
+                ));
+            }
+            self.marks.seen.set(mark);
+        }
+        match self.marks.dialect.number(cell) {
+            Some(value) if value.is_finite() => Ok(value),
             _ => Err(self.cell_error(
                 column.name,
                 match cell {
@@ -234,7 +329,10 @@ impl<'a> Row<'a> {
                 Err(self.cell_error(
                     &format!("length of the quaternion {} … {}", w.name, z.name),
                     length.to_string(),
-                    "1 within 0.001",
+                    match length > 2.0 {
+                        true => "1 within 0.001: a unit quaternion, no angles",
+                        false => "1 within 0.001",
+                    },
                 ))
             }
         }
@@ -272,7 +370,7 @@ fn error_of(error: csv::Error) -> FormatError {
         _ => FormatError::Line {
             line,
             found,
-            expected: "comma-separated values".to_owned(),
+            expected: "cells with a comma, a semicolon or a tab between them".to_owned(),
         },
     }
 }

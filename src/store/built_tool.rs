@@ -3,8 +3,9 @@
 use super::error::StoreError;
 use super::files::Files;
 use crate::calibration::built_tool::{
-    BodySource, BuiltToolError, RecordedBody, recorded_body, same_moments,
+    BodySource, BuiltToolError, RecordedBody, RecordedTable, recorded_body, same_moments,
 };
+use crate::calibration::doubts::Suspicion;
 use crate::field::OutsidePolicy;
 use crate::study::Scenario;
 use crate::study::agreement::{
@@ -28,6 +29,8 @@ pub struct BuiltToolTables<'a> {
     pub whole: Option<&'a str>,
     /// Poses are compared even where they are too far apart to be in one frame.
     pub is_one_frame: bool,
+    /// The tables are meant to be as they are, whatever is suspected of them.
+    pub is_as_meant: bool,
     pub settings: AgreementSettings,
 }
 
@@ -66,6 +69,10 @@ pub enum BuiltToolNote {
     },
     /// It was not recorded, and errors are in the tracker's frame.
     CrfLeftOut,
+    Suspected {
+        file: PathBuf,
+        suspicion: Box<Suspicion>,
+    },
 }
 
 /// Why a built tool has no figures. The message is whole.
@@ -117,7 +124,16 @@ pub fn built_tool(
     scenario.outside = tables.settings.outside;
     let weight_mm = scenario.orientation_weight_mm;
     let read = |file: &Path, body: &RigidBody, whole: Option<&str>| {
-        read_body(files, file, body, weight_mm, whole, note)
+        let table =
+            files
+                .read_recorded_tool(file)?
+                .take(tables.is_as_meant, |file, suspicion| {
+                    note(BuiltToolNote::Suspected {
+                        file: file.to_owned(),
+                        suspicion: Box::new(suspicion.clone()),
+                    });
+                })?;
+        read_body(file, &table, body, weight_mm, whole, note)
     };
     let tool = read(tables.tool, &scenario.tool, tables.whole)?;
     let (mut crf_rows_left_out, mut without_crf, mut without_tool) = (0, 0, 0);
@@ -239,15 +255,14 @@ fn told_mismatch(scenario: &Scenario, rows: &[AgreementRow]) -> Option<FrameMism
 }
 
 fn read_body(
-    files: &Files,
     file: &Path,
+    table: &RecordedTable,
     body: &RigidBody,
     orientation_weight_mm: f64,
     whole: Option<&str>,
     note: &dyn Fn(BuiltToolNote),
 ) -> Result<RecordedBody, BuiltToolFailure> {
-    let table = files.read_recorded_tool(file)?;
-    let found = recorded_body(&table, body, orientation_weight_mm, whole).map_err(|cause| {
+    let found = recorded_body(table, body, orientation_weight_mm, whole).map_err(|cause| {
         BuiltToolFailure::Table {
             file: file.to_owned(),
             cause,
@@ -298,6 +313,9 @@ impl fmt::Display for BuiltToolNote {
                 with_separators(*moments),
                 other.display()
             ),
+            Self::Suspected { file, suspicion } => {
+                write!(f, "warning: {}: {suspicion}", file.display())
+            }
             Self::CrfLeftOut => f.write_str(
                 "no recording of the CRF: it is left out, and errors are in the tracker's frame",
             ),

@@ -1,5 +1,6 @@
 //! What can go wrong with files, in the words that the command line and the editor show.
 
+use crate::calibration::doubts::Suspicion;
 use crate::formats::FormatError;
 use crate::formats::signature::Signature;
 use crate::formats::tool_definition::ConversionError;
@@ -30,6 +31,12 @@ pub enum StoreError {
     },
     #[error("{}: found no quaternions, expected them for 6-DOF sensors", file.display())]
     NoQuaternions { file: PathBuf },
+    /// A table that is not used unless somebody says that it is meant to be as it is.
+    #[error("{}: {suspicion}", file.display())]
+    Doubted {
+        file: PathBuf,
+        suspicion: Box<Suspicion>,
+    },
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     #[error("{name}: found no built-in design of this name, expected one of {names}")]

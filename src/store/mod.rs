@@ -5,6 +5,7 @@ mod body_export;
 mod built_tool;
 mod builtin;
 mod compared;
+mod doubted;
 mod error;
 mod file_id;
 mod files;
@@ -44,6 +45,7 @@ pub use compared::{
     ComparedDesign, ComparedRoom, ComparedRooms, comparison_plan, read_compared_designs,
     read_compared_rooms,
 };
+pub use doubted::Doubted;
 pub use error::StoreError;
 pub use files::{Files, Output};
 pub use log::{LogError, write_log};

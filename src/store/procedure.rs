@@ -217,6 +217,8 @@ fn recorded(
         frame: wanted.frame,
         whole: wanted.whole.as_deref(),
         is_one_frame: false,
+        // What is suspected is noted: the design names the tables, and nobody is there to be asked.
+        is_as_meant: true,
         settings: wanted.settings(),
     };
     built_tool(files, scenario, &tables, task, note).map_err(|error| error.to_string())

@@ -1,19 +1,21 @@
 //! Reads one file of a kind; every error names the file.
 
+use super::doubted::{Doubted, read_doubted};
 use super::error::StoreError;
 use super::files::Files;
 use super::place::{Kind, Place};
 use crate::calibration::built_tool::RecordedTable;
 use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
+use crate::calibration::doubts::{self, PairedDoubts, PoseFrame, Suspicion};
 use crate::field::Environment;
 use crate::field::generator::Generator;
-use crate::field::samples::MeasurementSet;
+use crate::field::samples::{MeasurementContent, MeasurementSet};
 use crate::formats::groups::{self, GroupColumn};
 use crate::formats::pivot_recording::{self, PivotRecording};
 use crate::formats::poses::WhosePoses;
 use crate::formats::{
-    FormatError, environment, generator, input, jhu_cis, measurements, mesh, points, poses,
-    recorded_tool, recording,
+    FormatError, environment, foreign, generator, input, jhu_cis, measurements, mesh, points,
+    poses, recorded_tool, recording,
 };
 use crate::geometry::mesh::SurfaceMesh;
 use crate::geometry::mesh_reference::MeshUnit;
@@ -35,6 +37,7 @@ impl Files {
         self.read(file, Kind::GENERATOR, generator::parse)
     }
 
+    /// A whole measurement table as it stands; commands use [`Self::read_samples`].
     pub fn read_measurements(&self, file: &Path) -> Result<MeasurementSet, StoreError> {
         self.read(file, "a measurement table", measurements::parse)
     }
@@ -55,15 +58,25 @@ impl Files {
         self.read(file, "a measurement table", groups::parse_sensors)
     }
 
-    pub fn read_poses(&self, file: &Path) -> Result<Vec<Pose>, StoreError> {
-        self.read(file, "a poses table", poses::parse)
+    /// Poses of sensors in the tracker frame.
+    pub fn read_poses(&self, file: &Path) -> Result<Doubted<Vec<Pose>>, StoreError> {
+        self.read_doubted(file, "a poses table", poses::parse, |poses| {
+            doubts::with_written_quaternions(poses, PoseFrame::Tracker)
+        })
     }
 
     /// Some poses of a table that has several.
-    pub fn read_poses_of(&self, file: &Path, whose: WhosePoses) -> Result<Vec<Pose>, StoreError> {
-        self.read(file, "a table of poses", |bytes| {
-            poses::parse_of(bytes, whose)
-        })
+    pub fn read_poses_of(
+        &self,
+        file: &Path,
+        whose: WhosePoses,
+    ) -> Result<Doubted<Vec<Pose>>, StoreError> {
+        self.read_doubted(
+            file,
+            "a table of poses",
+            |bytes| poses::parse_of(bytes, whose),
+            |poses| doubts::with_written_quaternions(poses, PoseFrame::Any),
+        )
     }
 
     /// Input data; the CRF's columns count only for a design that has one.
@@ -71,10 +84,16 @@ impl Files {
         &self,
         file: &Path,
         design_has_crf: bool,
-    ) -> Result<Vec<InputTrial>, StoreError> {
-        self.read(file, "an input table", |bytes| {
-            input::parse(bytes, design_has_crf)
-        })
+    ) -> Result<Doubted<Vec<InputTrial>>, StoreError> {
+        self.read_doubted(
+            file,
+            "an input table",
+            |bytes| input::parse(bytes, design_has_crf),
+            |trials| {
+                let tools: Vec<Pose> = trials.iter().map(|trial| trial.crf_from_tool).collect();
+                doubts::with_written_quaternions(&tools, PoseFrame::Any)
+            },
+        )
     }
 
     pub fn read_calbody(&self, file: &Path) -> Result<CalibrationBody, StoreError> {
@@ -86,23 +105,45 @@ impl Files {
     }
 
     /// A tool's poses or markers around one point, in any format of theirs.
-    pub fn read_pivot_recording(&self, file: &Path) -> Result<PivotRecording, StoreError> {
-        self.read(file, "a recording", pivot_recording::parse)
+    pub fn read_pivot_recording(&self, file: &Path) -> Result<Doubted<PivotRecording>, StoreError> {
+        self.read_doubted(
+            file,
+            "a recording",
+            pivot_recording::parse,
+            |found| match found {
+                PivotRecording::Poses(poses) => {
+                    doubts::with_written_quaternions(poses, PoseFrame::Recorded)
+                }
+                PivotRecording::Markers(frames) => doubts::of_points(frames.iter().flatten()),
+                PivotRecording::MarkersAndBase(frames) => {
+                    doubts::of_points(frames.iter().flat_map(|frame| &frame.on_tool))
+                }
+                PivotRecording::Tools(recording) => of_recording(recording),
+            },
+        )
     }
 
-    /// The true and measured poses of a built tool or of its sensors.
-    pub fn read_recorded_tool(&self, file: &Path) -> Result<RecordedTable, StoreError> {
-        self.read(file, "a measurement table", recorded_tool::parse)
+    /// The true and measured poses of a built tool or of its sensors. Whether they are in one frame is
+    /// for `verify` to judge, which knows what the tool should read.
+    pub fn read_recorded_tool(&self, file: &Path) -> Result<Doubted<RecordedTable>, StoreError> {
+        self.read_doubted(file, "a measurement table", recorded_tool::parse, |table| {
+            let mut found =
+                PairedDoubts::of(&table.rows, MeasurementContent::SixDof, PoseFrame::Any);
+            found.retain(|suspicion| !suspicion.is_of_frames());
+            found
+        })
     }
 
     /// Points in any of their formats.
-    pub fn read_points(&self, file: &Path) -> Result<Vec<Point3<f64>>, StoreError> {
-        self.read(file, "points", points::parse)
+    pub fn read_points(&self, file: &Path) -> Result<Doubted<Vec<Point3<f64>>>, StoreError> {
+        self.read_doubted(file, "points", points::parse, |points| {
+            doubts::of_points(points)
+        })
     }
 
     /// What a tracker recorded: an NDI table, an Aurora log, a PLUS sequence or a live recording.
-    pub fn read_recording(&self, file: &Path) -> Result<Recording, StoreError> {
-        self.read(file, "a recording", recording::parse)
+    pub fn read_recording(&self, file: &Path) -> Result<Doubted<Recording>, StoreError> {
+        self.read_doubted(file, "a recording", recording::parse, of_recording)
     }
 
     /// A mesh in any format; `unit` overrides that of the format.
@@ -124,6 +165,23 @@ impl Files {
         self.input(file)?;
         read(Place::Disk, file, kind, parse)
     }
+
+    fn read_doubted<T>(
+        &self,
+        file: &Path,
+        expected: &'static str,
+        parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
+        doubts: impl FnOnce(&T) -> Vec<Suspicion>,
+    ) -> Result<Doubted<T>, StoreError> {
+        self.input(file)?;
+        read_doubted(file, expected, parse, doubts)
+    }
+}
+
+/// All tools of a recording have one unit.
+fn of_recording(recording: &Recording) -> Vec<Suspicion> {
+    let poses = recording.tools.iter().flat_map(|tool| tool.good());
+    doubts::of_poses(poses, PoseFrame::Recorded)
 }
 
 pub(super) fn read_mesh_at(
@@ -148,8 +206,20 @@ pub(super) fn read<T>(
     let bytes = place
         .read(file, kind)
         .map_err(|failure| failure.into_error(file, kind))?;
-    parse(&bytes).map_err(|cause| StoreError::Format {
+    parse(&bytes).map_err(|cause| not_of_its_kind(file, &bytes, kind.expected, cause))
+}
+
+/// The error of a file whose content is not what is expected: what it is instead, where that is known,
+/// and else what is wrong in it.
+pub(super) fn not_of_its_kind(
+    file: &Path,
+    head: &[u8],
+    expected: &'static str,
+    cause: FormatError,
+) -> StoreError {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    StoreError::Format {
         file: file.to_owned(),
-        cause,
-    })
+        cause: foreign::foreign(head, &name, expected).unwrap_or(cause),
+    }
 }

@@ -1,11 +1,14 @@
 //! Reads measurement tables of any length as samples, row by row.
 
+use super::doubted::Doubted;
 use super::error::StoreError;
 use super::files::Files;
 use super::place::{MAX_BYTES, ReadFailure, open_input};
+use super::read::not_of_its_kind;
+use crate::calibration::doubts::{PairedDoubts, PoseFrame};
 use crate::field::samples::{MapKind, MeasurementContent, SampleSet};
-use crate::formats::FormatError;
 use crate::formats::measurements::MeasurementReader;
+use crate::formats::{FormatError, foreign};
 use crate::task::Task;
 use std::io::{self, Read};
 use std::path::Path;
@@ -36,13 +39,17 @@ impl Files {
         file: &Path,
         reading: SampleReading,
         task: &Task,
-    ) -> Result<SampleSet, StoreError> {
+    ) -> Result<Doubted<SampleSet>, StoreError> {
         self.input(file)?;
         read_samples(file, reading, task)
     }
 }
 
-fn read_samples(file: &Path, reading: SampleReading, task: &Task) -> Result<SampleSet, StoreError> {
+fn read_samples(
+    file: &Path,
+    reading: SampleReading,
+    task: &Task,
+) -> Result<Doubted<SampleSet>, StoreError> {
     let unreadable = |cause: io::Error| ReadFailure::Io(cause).into_error(file, EXPECTED);
     let opened = open_input(file).map_err(|failure| failure.into_error(file, EXPECTED))?;
     let len = opened.metadata().map_or(0, |m| m.len());
@@ -74,10 +81,13 @@ fn samples(
     file: &Path,
     reading: SampleReading,
     told: impl Fn() -> Result<(), StoreError>,
-) -> Result<SampleSet, StoreError> {
-    let in_file = |cause| StoreError::Format {
-        file: file.to_owned(),
-        cause,
+) -> Result<Doubted<SampleSet>, StoreError> {
+    let in_file = |cause| match cause {
+        FormatError::Unreadable { .. } => StoreError::Format {
+            file: file.to_owned(),
+            cause,
+        },
+        cause => not_of_its_kind(file, &head(file), EXPECTED, cause),
     };
     let mut reader = MeasurementReader::new(reader).map_err(in_file)?;
     let content = match (reader.content(), reading.has_rolls) {
@@ -90,14 +100,26 @@ fn samples(
         (content, _) => content,
     };
     let mut set = SampleSet::new(content);
+    let mut doubts = PairedDoubts::new(content, PoseFrame::Tracker);
     while let Some(measurement) = reader.next_measurement().map_err(in_file)? {
         if set.samples.len().is_multiple_of(ROWS_PER_STEP) {
             told()?;
         }
+        doubts.push(&measurement);
         set.push(&measurement, content, reading.map);
     }
     set.samples.shrink_to_fit();
-    Ok(set)
+    Ok(Doubted::new(set, file, doubts.suspicions()))
+}
+
+/// The beginning of a file; nothing of one that cannot be read.
+fn head(file: &Path) -> Vec<u8> {
+    let mut head = Vec::new();
+    let opened = File::open(file).map(|file| file.take(foreign::HEAD as u64));
+    match opened.and_then(|mut file| file.read_to_end(&mut head)) {
+        Ok(_) => head,
+        Err(_) => Vec::new(),
+    }
 }
 
 /// Counts the bytes that were read.
@@ -138,7 +160,8 @@ mod tests {
                 whole.content = content;
                 let reading = SampleReading { has_rolls, map };
                 let found = read_samples(&file, reading, &Task::default()).unwrap();
-                assert_eq!(found, whole.samples(map));
+                assert_eq!(found.suspicions, []);
+                assert_eq!(found.as_it_stands(), whole.samples(map));
             }
         }
     }

@@ -3,6 +3,7 @@
 use super::error::StoreError;
 use super::files::Files;
 use super::samples::SampleReading;
+use crate::calibration::doubts::Suspicion;
 use crate::calibration::room_worth::{Left, measured};
 use crate::field::samples::SampleSet;
 use crate::formats::groups::GroupColumn;
@@ -17,6 +18,8 @@ pub struct MeasurementTable {
     pub file: PathBuf,
     pub reading: SampleReading,
     pub samples: SampleSet,
+    /// What the table may be instead of what it is read as.
+    pub suspicions: Vec<Suspicion>,
     /// Their errors as they were measured.
     pub measured: Left,
     /// Of the samples' positions.
@@ -60,7 +63,8 @@ impl Files {
         reading: SampleReading,
         task: &Task,
     ) -> Result<MeasurementTable, StoreError> {
-        let samples = self.read_samples(file, reading, task)?;
+        let found = self.read_samples(file, reading, task)?;
+        let (suspicions, samples) = (found.suspicions.clone(), found.as_it_stands());
         let groups = self.read_groups(file, None).map(|column| {
             column.map(|column| TableGroups {
                 count: column.labels.iter().collect::<HashSet<_>>().len(),
@@ -73,6 +77,7 @@ impl Files {
             bounds: Bounds::around(samples.samples.iter().map(|s| s.position_mm)),
             measured: measured(&samples),
             samples,
+            suspicions,
             groups,
         })
     }

@@ -1,7 +1,8 @@
 //! What a tracker recorded: tools over time, and which of their samples it stands by.
 
 use crate::geometry::pose::Pose;
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashMap};
 
 /// A recording of one or several tools; `tracker_from_tool`, mm.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -67,11 +68,59 @@ pub enum ToolChoiceError {
     None,
     #[error("found {} tools ({}), expected the name of one, or a part of it", .0.len(), .0.join("; "))]
     Several(Vec<String>),
+    #[error(
+        "found {tool:?} and {reference:?} recorded at no moment in common, expected one counter or one clock"
+    )]
+    NotTogether { tool: String, reference: String },
     #[error("found no tool with {wanted:?} in its name, expected one of {}", .names.join("; "))]
     NotThere { wanted: String, names: Vec<String> },
 }
 
 impl Recording {
+    /// The tool that is meant, relative to another one of the recording where that is named. A name such as
+    /// `StylusToReference` that no tool has is made of `StylusToTracker` and `ReferenceToTracker`, whatever
+    /// the frame is called that both are in.
+    ///
+    /// # Errors
+    /// As [`Self::tool`]; tools that were not recorded at the same moments.
+    pub fn track(
+        &self,
+        wanted: Option<&str>,
+        reference: Option<&str>,
+    ) -> Result<Cow<'_, ToolTrack>, ToolChoiceError> {
+        if let Some(reference) = reference {
+            let (tool, reference) = (self.tool(wanted)?, self.tool(Some(reference))?);
+            return relative(tool, reference).map(Cow::Owned);
+        }
+        match (
+            self.tool(wanted),
+            wanted.and_then(|name| self.both_of(name)),
+        ) {
+            (Err(ToolChoiceError::NotThere { .. }), Some((tool, reference))) => {
+                relative(tool, reference).map(Cow::Owned)
+            }
+            (found, _) => found.map(Cow::Borrowed),
+        }
+    }
+
+    /// The tools A and B in one frame, of a name `AToB`.
+    fn both_of(&self, name: &str) -> Option<(&ToolTrack, &ToolTrack)> {
+        let name = name.strip_suffix("Transform").unwrap_or(name);
+        let (tool, reference) = name.split_once("To")?;
+        let others = |of: &str| {
+            let of = format!("{of}To");
+            let own = move |tool: &'_ ToolTrack| tool.name.strip_prefix(&of).map(str::to_owned);
+            self.tools
+                .iter()
+                .filter_map(move |tool| Some((own(tool)?, tool)))
+        };
+        let mut pairs = others(tool).flat_map(|(frame, tool)| {
+            let same = others(reference).filter(move |(other, _)| *other == frame);
+            same.map(move |(_, reference)| (tool, reference))
+        });
+        pairs.next()
+    }
+
     /// The tool with a text in its name, or the only one.
     ///
     /// # Errors
@@ -103,6 +152,53 @@ impl Recording {
     }
 }
 
+/// A tool in the frame of another, at the moments of both.
+fn relative(tool: &ToolTrack, reference: &ToolTrack) -> Result<ToolTrack, ToolChoiceError> {
+    type Moment = (Option<u64>, Option<u64>);
+    let moment =
+        |sample: &TrackSample| -> Moment { (sample.frame, sample.time_s.map(f64::to_bits)) };
+    let is_row_by_row = tool.samples.len() == reference.samples.len()
+        && tool
+            .samples
+            .iter()
+            .zip(&reference.samples)
+            .all(|(a, b)| moment(a) == moment(b));
+    let by_moment: HashMap<Moment, &TrackSample> = match is_row_by_row {
+        true => HashMap::new(),
+        false => reference
+            .samples
+            .iter()
+            .map(|sample| (moment(sample), sample))
+            .filter(|(moment, _)| *moment != (None, None))
+            .collect(),
+    };
+    let each = tool.samples.iter().enumerate().filter_map(|(row, sample)| {
+        let other = match is_row_by_row {
+            true => reference.samples.get(row)?,
+            false => by_moment.get(&moment(sample))?,
+        };
+        let pose = match (&sample.pose, &other.pose) {
+            (Ok(tool), Ok(reference)) => Ok(reference.inv_mul(tool)),
+            (Err(reason), _) | (_, Err(reason)) => Err(reason.clone()),
+        };
+        Some(TrackSample {
+            pose,
+            ..sample.clone()
+        })
+    });
+    let samples: Vec<TrackSample> = each.collect();
+    match samples.is_empty() {
+        true => Err(ToolChoiceError::NotTogether {
+            tool: tool.name.clone(),
+            reference: reference.name.clone(),
+        }),
+        false => Ok(ToolTrack {
+            name: format!("{} in {}", tool.name, reference.name),
+            samples,
+        }),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -115,6 +211,31 @@ mod tests {
         Recording {
             tools: names.iter().map(tool).collect(),
         }
+    }
+
+    #[test]
+    fn a_tool_is_told_in_the_frame_of_another() {
+        let sample = |x: f64, frame: u64| TrackSample {
+            frame: Some(frame),
+            time_s: None,
+            pose: Ok(Pose::translation(x, 0.0, 0.0)),
+        };
+        let mut both = recording(&["StylusToTracker", "ReferenceToTracker"]);
+        both.tools[0].samples = vec![sample(50.0, 1), sample(52.0, 2)];
+        both.tools[1].samples = vec![sample(40.0, 2), sample(39.0, 3)];
+        let by_name = both.track(Some("StylusToReference"), None).unwrap();
+        let by_option = both.track(Some("Stylus"), Some("Reference")).unwrap();
+        assert_eq!(by_name.samples, by_option.samples);
+        let [only] = by_name.samples.as_slice() else {
+            panic!("{by_name:?}");
+        };
+        assert_eq!(only.pose, Ok(Pose::translation(12.0, 0.0, 0.0)));
+        assert_eq!(both.track(Some("Stylus"), None).unwrap().samples.len(), 2);
+        both.tools[1].samples.truncate(0);
+        let apart = both.track(Some("StylusToReference"), None);
+        assert!(matches!(apart, Err(ToolChoiceError::NotTogether { .. })));
+        let unknown = both.track(Some("ProbeToReference"), None);
+        assert!(matches!(unknown, Err(ToolChoiceError::NotThere { .. })));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::support::program::{Scratch, fail, json, succeed, text};
 use nalgebra::DMatrix;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+use trackwright::formats::tool_definition::OnMismatch;
 
 /// Recordings of a folder whose names begin so, sorted.
 fn files(folder: &Path, first: &str) -> Vec<String> {
@@ -80,7 +81,10 @@ fn the_real_static_room_has_the_known_errors_and_distances() {
     };
     let scratch = Scratch::new();
     let table = scratch.arg("room.csv");
-    let found = json(&borrowed(&arguments(&folder, &table)));
+    let body = scratch.arg("object.body.ron");
+    let arguments = arguments(&folder, &table);
+    let with_body = [&borrowed(&arguments)[..], &["--body", &body]].concat();
+    let found = json(&with_body);
     assert_eq!(found["pairs"], 91);
     assert_eq!(found["rejected"], 0);
     assert_eq!(found["readings"], 273);
@@ -116,6 +120,12 @@ fn the_real_static_room_has_the_known_errors_and_distances() {
         assert_near("mean", &distance["mean"], mean, mean);
         assert_near("std", &distance["std"], std, std);
         assert!(number(&distance["min"]) < mean - std && number(&distance["max"]) > mean + std);
+    }
+    // The body's sensors are as far apart as the reference's frame has them.
+    let body = trackwright::store::read_tool(body.as_ref(), OnMismatch::Refuse).unwrap();
+    let [a, b, c] = [0, 1, 2].map(|k: usize| body.body.rigid.sensors[k].position_in_body);
+    for ((a, b), mean) in [(a, b), (a, c), (b, c)].into_iter().zip([24.8, 26.9, 24.6]) {
+        assert!(((a - b).norm() - mean).abs() < 0.1 * mean, "{a} {b}");
     }
     assert_near("angle", &distances[0]["angle_deg"]["std"], 1.8, 1.8);
     assert_near("angle", &distances[1]["angle_deg"]["std"], 1.3, 1.3);

@@ -50,7 +50,10 @@ fn distorted(scratch: &Scratch, env: &str, points: &[Point3<f64>]) -> Vec<(Vecto
     let (poses, out) = (scratch.arg("poses.csv"), scratch.arg("distorted.csv"));
     fs::write(&poses, table).unwrap();
     succeed(&["distort", env, &poses, "-o", &out]);
-    let measured = store::Files::default().read_poses(out.as_ref()).unwrap();
+    let measured = store::Files::default()
+        .read_poses(out.as_ref())
+        .unwrap()
+        .as_it_stands();
     let pairs = ideal.iter().zip(&measured);
     pairs
         .map(|(ideal, measured)| {
@@ -396,6 +399,7 @@ fn poses_of_the_programs_own_tables_are_named_by_their_columns() {
         store::Files::default()
             .read_poses(out.as_ref())
             .unwrap()
+            .as_it_stands()
             .len(),
         rows,
         "{said}"

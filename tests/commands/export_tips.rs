@@ -69,7 +69,8 @@ fn tips_are_those_of_the_simulations_log_in_the_table_and_in_both_lists() {
     for (whose, first) in [(WhosePoses::True, 1), (WhosePoses::Simulated, 4)] {
         let poses = store::Files::default()
             .read_poses_of(log.as_ref(), whose)
-            .unwrap();
+            .unwrap()
+            .as_it_stands();
         assert_eq!(poses.len(), rows.len());
         for (pose, row) in poses.iter().zip(&rows) {
             let at = Point3::from([0, 1, 2].map(|k| row[first + k]));
@@ -110,7 +111,8 @@ fn tips_are_those_of_the_simulations_log_in_the_table_and_in_both_lists() {
     // As points they come back, one list after the other.
     let points = store::Files::default()
         .read_points(markups.as_ref())
-        .unwrap();
+        .unwrap()
+        .as_it_stands();
     let [last_true, first_simulated] = [&points[rows.len() - 1], &points[rows.len()]];
     assert_eq!(last_true.x, rows[rows.len() - 1][1]);
     assert_eq!(first_simulated.x, rows[0][4]);

@@ -40,6 +40,7 @@ fn points(file: &Path) -> Vec<Point3<f64>> {
     trackwright::store::Files::default()
         .read_points(file)
         .unwrap()
+        .as_it_stands()
 }
 
 /// The probe's chain in a set of the second assignment, in a room where one is given.

@@ -8,6 +8,7 @@ mod compensate;
 mod convert;
 mod crf_alone;
 mod doubtful_meshes;
+mod doubts;
 mod endings;
 mod explain;
 mod export;

@@ -49,11 +49,15 @@ fn exact_points_give_the_pose_and_move_others_without_an_error() {
         store::Files::default()
             .read_poses(transform.as_ref())
             .unwrap()
+            .as_it_stands()
             .len(),
         1
     );
     let expected = pose() * Point3::new(5.0, 6.0, 200.0);
-    let found = store::Files::default().read_points(moved.as_ref()).unwrap();
+    let found = store::Files::default()
+        .read_points(moved.as_ref())
+        .unwrap()
+        .as_it_stands();
     assert!((found[0] - expected).norm() < 1e-9);
     succeed(&[
         "export",

@@ -310,7 +310,10 @@ fn while_it_records_the_volume_fills_and_no_longer() {
         left,
         "what is not recorded is not collected"
     );
-    let recording = store::Files::default().read_recording(&file).unwrap();
+    let recording = store::Files::default()
+        .read_recording(&file)
+        .unwrap()
+        .as_it_stands();
     assert!(recording.tools.iter().any(|tool| tool.name == "Wand"));
 
     // A recording is never written over, and what was collected stays.

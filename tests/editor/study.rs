@@ -341,7 +341,10 @@ fn a_table_that_is_dropped_is_studied_in_this_workspace_and_in_no_other() {
     show_workspace(&mut app, Workspace::Study);
     drop_file(&mut app, &file);
     assert_eq!(results(&app).mode, Some(ModeKind::Input));
-    let trials = store::Files::default().read_input(&file, true).unwrap();
+    let trials = store::Files::default()
+        .read_input(&file, true)
+        .unwrap()
+        .as_it_stands();
     let mode = Mode::Input(trials.clone().into());
     let alone = run(&scenario(&app), &mode, &CancelToken::default(), None).unwrap();
     let study = results(&app).study.as_ref().unwrap();

@@ -1,6 +1,7 @@
 //! What has to hold whatever the numbers are.
 
 mod comparison;
+mod doubts;
 mod field_draws;
 mod fitting;
 mod joint_fit;

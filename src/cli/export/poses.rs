@@ -1,5 +1,6 @@
 //! `export poses`: poses and tips as points, as a transform, as a table.
 
+use super::super::as_is::AsIsArgs;
 use super::super::numbers::three;
 use super::super::output;
 use super::super::tool_reader::ToolReader;
@@ -47,6 +48,9 @@ pub struct PosesArgs {
     /// What 3D Slicer is to take x, y and z for (*.mrk.json, *.tfm)
     #[arg(long, value_enum, default_value_t)]
     axes: AxesArg,
+
+    #[command(flatten)]
+    as_is: AsIsArgs,
 }
 
 /// Whose poses of a table.
@@ -91,12 +95,15 @@ pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
         refuse_axes(args.axes, &args.output)?;
     }
     let mut found = match args.columns {
-        None => ToolReader::of_tool(files, args.tool.as_deref())
+        None => ToolReader::of_tool(files, args.tool.as_deref(), args.as_is)
             .read_all(args.poses.iter().map(PathBuf::as_path))?,
         Some(columns) => {
             let mut all = Vec::new();
             for file in &args.poses {
-                all.extend(files.read_poses_of(file, columns.into())?);
+                all.extend(
+                    args.as_is
+                        .take(files.read_poses_of(file, columns.into())?)?,
+                );
             }
             all
         }

@@ -1,5 +1,6 @@
 //! `export tips`: the tips of a design's study, true and simulated.
 
+use super::super::as_is::AsIsArgs;
 use super::super::output::{self, OutsideArg};
 use super::super::simulate::{ModeArg, mode_arg, mode_of, note_world};
 use super::{AxesArg, ends_with, refuse_axes};
@@ -43,6 +44,9 @@ pub struct TipsArgs {
     /// What 3D Slicer is to take x, y and z for (*.mrk.json)
     #[arg(long, value_enum, default_value_t)]
     axes: AxesArg,
+
+    #[command(flatten)]
+    as_is: AsIsArgs,
 }
 
 #[derive(Clone, Copy)]
@@ -70,7 +74,7 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
         Some(_) => ModeArg::Motion,
         None => ModeArg::Single,
     });
-    let mode = mode_of(files, mode, args.input.as_deref(), &world)?;
+    let mode = mode_of(files, mode, args.input.as_deref(), &world, args.as_is)?;
     note_world(&world);
     let trials = trial_count(&scenario, &mode);
     let bar = output::progress(trials.unwrap_or(0) as u64, "simulating");

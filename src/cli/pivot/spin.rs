@@ -4,14 +4,14 @@ use super::super::numbers::{above_zero, three};
 use super::super::output;
 use super::super::tool_reader::ToolReader;
 use crate::calibration::pivot::PivotLimits;
-use crate::calibration::spin::{Spin, SpinLimits, spin, tool_from_tip};
+use crate::calibration::spin::{Spin, SpinError, SpinLimits, spin, tool_from_tip};
 use crate::formats::body::{self, BodyFile};
 use crate::formats::export::{PatientAxes, itk_transform};
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::store::Output;
 use crate::study::figures::with_separators;
 use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
-use anyhow::{Context, bail};
+use anyhow::{anyhow, bail};
 use clap::Args;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
@@ -86,7 +86,8 @@ impl SpinArgs {
             max_rms_rad: self.max_shaft_deg.to_radians(),
         };
         let poses = reader.read_all(self.spin.iter().map(PathBuf::as_path))?;
-        let found = spin(&poses, &limits).context("no shaft")?;
+        let found = spin(&poses, &limits)
+            .map_err(|error| anyhow!("no shaft: {error}{}", option_of(&error)))?;
         if found.worth.freedom.is_none() {
             output::note(
                 "the recording of turns is too short to tell how far readings depend on their neighbours: the shaft's \
@@ -255,5 +256,18 @@ impl Shaft {
             row("angle from it, RMS", degrees(spin.rms_rad), "deg"),
             row("  largest", degrees(spin.worst_rad), "deg"),
         ]
+    }
+}
+
+/// The option that sets a limit, behind what is refused by it.
+fn option_of(error: &SpinError) -> &'static str {
+    match error {
+        SpinError::TooFewPoses { needed: 3, .. } => "",
+        SpinError::TooFewPoses { .. } => {
+            "; each sample counts as one, and --min-poses COUNT accepts fewer, 3 at least"
+        }
+        SpinError::TooSmallRange { .. } => "; --min-range-deg DEG accepts less",
+        SpinError::TooLittleTurn { .. } => "; --min-turn-deg DEG accepts less",
+        SpinError::TooLargeError { .. } => "; --max-shaft-deg DEG accepts more",
     }
 }

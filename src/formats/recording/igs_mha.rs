@@ -91,7 +91,7 @@ impl Frame<'_> {
             found,
             expected: format!("16 numbers of a 4x4 matrix for {name}"),
         };
-        match matrices::parse(numbers.as_bytes()) {
+        match matrices::parse_4x4(numbers.as_bytes()) {
             Ok(poses) => match poses.as_slice() {
                 [pose] => Ok(Ok(*pose)),
                 several => Err(none(format!("{} matrices", several.len()))),

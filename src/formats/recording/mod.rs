@@ -5,6 +5,7 @@ pub mod igs_mha;
 pub mod live_table;
 pub mod ndi_combined;
 pub mod ndi_table;
+pub mod sensor_log;
 
 use super::error::{FormatError, text};
 use super::number;
@@ -37,13 +38,15 @@ fn reader_of(bytes: &[u8]) -> Option<Reader> {
         Some(aurora_log::parse)
     } else if head.lines().any(ndi_combined::is_header) {
         Some(ndi_combined::parse)
+    } else if head.lines().take(10).any(sensor_log::is_sample) {
+        Some(sensor_log::parse)
     } else {
         None
     }
 }
 
 /// Reads a recording: an NDI Track or ToolBox table, what NDI's combined API is read by, an Aurora
-/// log, a PLUS sequence, or a table of live poses.
+/// log, a PLUS sequence, a log of labelled lines, or a table of live poses.
 ///
 /// # Errors
 /// Those of the format that the first lines belong to, or that there is none.
@@ -61,7 +64,8 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
                     .take(60)
                     .collect::<String>()
             ),
-            expected: "the first lines of an NDI table, an Aurora log, a PLUS sequence or a live recording"
+            expected: "the first lines of an NDI table, an Aurora log, a PLUS sequence, a log of lines with Position: and \
+                       Orientation:, or a live recording"
                 .to_owned(),
         });
     };

@@ -135,6 +135,9 @@ fn facts_ui(ui: &mut Ui, table: &Table, role: TableRole, asked: &mut Vec<FieldRe
             warning_ui(ui, &format!("no groups: {error}"));
         }
     }
+    for suspicion in &table.suspicions {
+        warning_ui(ui, &suspicion.to_string());
+    }
     if set.ambiguous > 0 {
         warning_ui(
             ui,

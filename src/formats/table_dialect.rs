@@ -1,0 +1,226 @@
+//! How a table is written: what is between its cells, its decimal mark, and names of columns that
+//! are not quite the plain ones.
+
+use std::io::{self, Read};
+
+/// Longest first line that is looked at; a header has some hundred letters.
+const MAX_HEAD: usize = 1 << 16;
+
+/// Units that columns of a table have anyway.
+const OWN_UNITS: [&str; 5] = ["mm", "millimetres", "millimeters", "1", "-"];
+
+/// Units that they may be marked with, and are not read in.
+const OTHER_UNITS: [&str; 17] = [
+    "m", "metres", "meters", "cm", "in", "inch", "inches", "ft", "um", "µm", "μm", "nm", "deg",
+    "degrees", "°", "rad", "radians",
+];
+
+/// What is between the cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Dialect {
+    pub separator: u8,
+}
+
+/// What is before a number's decimals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DecimalMark {
+    Comma,
+    Point,
+}
+
+/// A column's name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct ColumnName {
+    pub written: String,
+    /// Small letters, no spaces, without a unit.
+    pub plain: String,
+    /// The unit that it is marked with, where it is not mm.
+    pub unit: Option<String>,
+}
+
+impl Dialect {
+    /// By the first line: a header's names have none of these letters, so the most frequent one is it.
+    pub(super) fn of(head: &[u8]) -> Self {
+        let mut counts = [(b',', 0), (b';', 0), (b'\t', 0)];
+        let mut is_quoted = false;
+        for byte in head {
+            is_quoted ^= *byte == b'"';
+            if let Some((_, count)) = counts.iter_mut().find(|c| c.0 == *byte && !is_quoted) {
+                *count += 1;
+            }
+        }
+        // The first of equals.
+        let most = counts.iter().rev().max_by_key(|(_, count)| *count);
+        Self {
+            separator: most.map_or(b',', |(separator, _)| *separator),
+        }
+    }
+
+    pub(super) fn may_have_decimal_commas(self) -> bool {
+        self.separator != b','
+    }
+
+    /// The number of a cell, with a decimal comma where commas separate nothing.
+    pub(super) fn number(self, cell: &str) -> Option<f64> {
+        match self.may_have_decimal_commas() {
+            true => decimal(cell),
+            false => cell.parse().ok(),
+        }
+    }
+}
+
+impl DecimalMark {
+    /// The mark that a cell has, where it has decimals.
+    pub(super) fn of(cell: &str) -> Option<Self> {
+        cell.bytes().find_map(|byte| match byte {
+            b',' => Some(Self::Comma),
+            b'.' => Some(Self::Point),
+            _ => None,
+        })
+    }
+}
+
+/// A number with a decimal comma or point; with both it is no number.
+pub(super) fn decimal(cell: &str) -> Option<f64> {
+    match cell.contains('.') {
+        true => cell.parse().ok(),
+        false => cell.replacen(',', ".", 1).parse().ok(),
+    }
+}
+
+/// The cells of a line of numbers without a header: apart by semicolons, commas or white space; commas
+/// belong to the numbers where each cell has one at most, between digits.
+pub(super) fn number_cells(line: &str) -> impl Iterator<Item = &str> + Clone {
+    let has_decimal_commas = has_decimal_commas(line);
+    let is_between =
+        move |c: char| c.is_whitespace() || c == ';' || (c == ',' && !has_decimal_commas);
+    line.split(is_between).filter(|cell| !cell.is_empty())
+}
+
+/// `1,5;2,5` and `1,5 2` are two numbers each, `1,2,3` and `1, 2` are as many as they have commas and one.
+fn has_decimal_commas(line: &str) -> bool {
+    let mut cells = line
+        .split(|c: char| c.is_whitespace() || c == ';')
+        .filter(|cell| !cell.is_empty());
+    let is_decimal = |cell: &str| match cell.split_once(',') {
+        None => !cell.contains('.') && cell.parse::<f64>().is_ok(),
+        Some((whole, rest)) => {
+            let digits = rest.split(['e', 'E']).next().unwrap_or("");
+            !whole.is_empty()
+                && !digits.is_empty()
+                && digits.bytes().all(|b| b.is_ascii_digit())
+                && decimal(cell).is_some()
+        }
+    };
+    line.contains(',') && cells.clone().count() > 1 && cells.all(is_decimal)
+}
+
+impl ColumnName {
+    pub(super) fn parse(written: &str) -> Self {
+        let lower = written.trim().to_lowercase();
+        let (name, marked) = match split_unit(&lower) {
+            Some((name, unit)) => (name, Some(unit)),
+            None => (lower.as_str(), None),
+        };
+        let is_own = |unit: &str| OWN_UNITS.contains(&unit) || unit.is_empty();
+        Self {
+            written: written.to_owned(),
+            plain: name.trim().replace([' ', '-', '.'], "_"),
+            unit: marked.filter(|unit| !is_own(unit)).map(str::to_owned),
+        }
+    }
+}
+
+/// `x (m)` is x in m, `x_mm` x in mm; `x (tracker)` is a name.
+fn split_unit(name: &str) -> Option<(&str, &str)> {
+    let is_unit =
+        |unit: &str| OWN_UNITS.contains(&unit) || OTHER_UNITS.contains(&unit) || unit.is_empty();
+    for (open, close) in [('(', ')'), ('[', ']')] {
+        if let Some((name, unit)) = name
+            .strip_suffix(close)
+            .and_then(|name| name.rsplit_once(open))
+            && is_unit(unit.trim())
+        {
+            return Some((name, unit.trim()));
+        }
+    }
+    // `ideal_m` may be any name, `ideal_mm` is a length.
+    let name = name
+        .strip_suffix("_mm")
+        .or_else(|| name.strip_suffix(" mm"))?;
+    Some((name, "mm"))
+}
+
+/// The first line with its end, and not more; a spreadsheet's own line about the separator, before it,
+/// becomes an empty one, so that lines keep their numbers.
+pub(super) fn first_line(reader: &mut impl Read) -> io::Result<Vec<u8>> {
+    let mut first = line(reader)?;
+    let is_about_separator = first
+        .get(..4)
+        .is_some_and(|head| head.eq_ignore_ascii_case(b"sep="));
+    if is_about_separator {
+        first = vec![b'\n'];
+        first.extend(line(reader)?);
+    }
+    Ok(first)
+}
+
+fn line(reader: &mut impl Read) -> io::Result<Vec<u8>> {
+    let mut line = Vec::new();
+    let mut byte = [0];
+    while line.len() < MAX_HEAD && reader.read(&mut byte)? == 1 {
+        line.push(byte[0]);
+        // Empty lines before the header are none of it.
+        if byte[0] == b'\n' && line.iter().any(|b| !b.is_ascii_whitespace()) {
+            break;
+        }
+    }
+    Ok(line)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_line_says_what_separates() {
+        let of = |head: &str| Dialect::of(head.as_bytes()).separator as char;
+        assert_eq!(of("x,y,z\n"), ',');
+        assert_eq!(of("x;y;z"), ';');
+        assert_eq!(of("x\ty\tz"), '\t');
+        assert_eq!(of("\"a;b;c\",y"), ',');
+        assert_eq!(of("x"), ',');
+    }
+
+    #[test]
+    fn names_are_read_but_for_capitals_spaces_and_units() {
+        for (written, plain, unit) in [
+            ("ideal_x", "ideal_x", None),
+            (" Ideal X ", "ideal_x", None),
+            ("ideal_x (mm)", "ideal_x", None),
+            ("X[mm]", "x", None),
+            ("x_mm", "x", None),
+            ("x (m)", "x", Some("m")),
+            ("x [inch]", "x", Some("inch")),
+            ("x (tracker)", "x_(tracker)", None),
+            ("item_m", "item_m", None),
+        ] {
+            let found = ColumnName::parse(written);
+            assert_eq!((found.plain.as_str(), found.unit.as_deref()), (plain, unit));
+        }
+    }
+
+    #[test]
+    fn decimal_commas_are_told_from_separators() {
+        let cells = |line| {
+            number_cells(line)
+                .map(|cell| decimal(cell).unwrap())
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(cells("1,5;2,5;-3,25"), [1.5, 2.5, -3.25]);
+        assert_eq!(cells("1,5 2 3,0e2"), [1.5, 2.0, 300.0]);
+        assert_eq!(cells("1, 2; 3"), [1.0, 2.0, 3.0]);
+        assert_eq!(cells("1,2,3"), [1.0, 2.0, 3.0]);
+        assert_eq!(cells("1.5,2.5 3"), [1.5, 2.5, 3.0]);
+    }
+}

@@ -1,0 +1,384 @@
+//! Tables that are not what they are read as: refused or warned of, and taken where that is meant.
+
+use crate::support::data::own;
+use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use std::fs;
+use std::process::Output;
+
+const ROOM: &str = "room-a/room-a-fit.csv";
+
+/// A table with every number of some columns changed.
+fn changed(scratch: &Scratch, name: &str, change: impl Fn(usize, f64) -> f64) -> String {
+    let table = fs::read_to_string(own(ROOM)).unwrap();
+    let mut lines = table.lines();
+    let mut out = format!("{}\n", lines.next().unwrap());
+    for line in lines {
+        let cells = line.split(',').enumerate();
+        let cells = cells.map(|(k, cell)| change(k, cell.parse().unwrap()).to_string());
+        out.push_str(&cells.collect::<Vec<_>>().join(","));
+        out.push('\n');
+    }
+    fs::write(scratch.path(name), out).unwrap();
+    scratch.arg(name)
+}
+
+/// Positions are columns 0 to 2 and 7 to 9.
+fn is_position(column: usize) -> bool {
+    column % 7 < 3
+}
+
+fn in_metres(scratch: &Scratch) -> String {
+    changed(scratch, "metres.csv", |k, v| {
+        if is_position(k) { v * 1e-3 } else { v }
+    })
+}
+
+fn fit<'a>(table: &'a str, env: &'a str) -> Vec<&'a str> {
+    vec!["fit", table, "-o", env, "--order", "1", "--directions", "6"]
+}
+
+/// Standard error of a command that succeeds.
+fn notes(args: &[&str]) -> String {
+    let Output { status, stderr, .. } = trackwright(args).output().unwrap();
+    let stderr = String::from_utf8(stderr).unwrap();
+    assert!(status.success(), "{args:?}: {stderr}");
+    stderr
+}
+
+#[test]
+fn metres_are_refused_unless_they_are_meant() {
+    let scratch = Scratch::new();
+    let (table, env) = (in_metres(&scratch), scratch.arg("room.env.ron"));
+    let said = fail(&fit(&table, &env));
+    assert!(
+        said.contains("metres.csv: positions span 0.") && said.contains("are they metres?"),
+        "{said}"
+    );
+    assert!(said.contains("--as-is"), "{said}");
+    assert!(!scratch.path("room.env.ron").exists());
+    let meant = notes(&[&fit(&table, &env)[..], &["--as-is"]].concat());
+    assert!(
+        meant.starts_with("warning: ") && meant.contains("are they metres?"),
+        "{meant}"
+    );
+    assert!(scratch.path("room.env.ron").exists());
+    let learned = scratch.arg("g.generator.ron");
+    for args in [
+        vec!["select", &table],
+        vec!["generator", "learn", &table, "-o", &learned],
+    ] {
+        assert!(fail(&args).contains("are they metres?"), "{args:?}");
+    }
+}
+
+#[test]
+fn inches_are_a_warning_and_good_tables_are_none() {
+    let scratch = Scratch::new();
+    let env = scratch.arg("room.env.ron");
+    let inches = changed(&scratch, "inches.csv", |k, v| {
+        if is_position(k) { v / 25.4 } else { v }
+    });
+    let said = notes(&fit(&inches, &env));
+    assert!(said.contains("are they inches or centimetres?"), "{said}");
+    let good = text(&own(ROOM));
+    let said = notes(&fit(&good, &env));
+    assert!(
+        !said.contains("warning: ") || !said.contains(".csv"),
+        "{said}"
+    );
+}
+
+#[test]
+fn mirrored_and_reordered_sides_are_refused_with_the_evidence() {
+    let scratch = Scratch::new();
+    let env = scratch.arg("room.env.ron");
+    let mirrored = changed(&scratch, "z.csv", |k, v| if k == 9 { -v } else { v });
+    let said = fail(&fit(&mirrored, &env));
+    assert!(said.contains("measured z is ideal −z"), "{said}");
+    let table = fs::read_to_string(own(ROOM)).unwrap();
+    // The names of the measured quaternion's columns go one on.
+    let last = table.replacen(
+        "measured_qw,measured_qx,measured_qy,measured_qz",
+        "measured_qz,measured_qw,measured_qx,measured_qy",
+        1,
+    );
+    fs::write(scratch.path("order.csv"), last).unwrap();
+    let said = fail(&fit(&scratch.arg("order.csv"), &env));
+    assert!(said.contains("the measured quaternions"), "{said}");
+}
+
+#[test]
+fn poses_in_metres_are_refused_as_measurements_are() {
+    let scratch = Scratch::new();
+    let env = scratch.arg("room.env.ron");
+    succeed(&fit(&text(&own(ROOM)), &env));
+    let rows: String = (0..20)
+        .map(|k| format!("0.0{k:02},0.1,-0.3,1,0,0,0\n"))
+        .collect();
+    fs::write(scratch.path("p.csv"), format!("x,y,z,qw,qx,qy,qz\n{rows}")).unwrap();
+    let (poses, out) = (scratch.arg("p.csv"), scratch.arg("out.csv"));
+    for command in ["distort", "compensate"] {
+        let said = fail(&[command, &env, &poses, "-o", &out]);
+        assert!(said.contains("are they metres?"), "{said}");
+        assert!(!scratch.path("out.csv").exists());
+    }
+    let said = fail(&["pivot", &poses]);
+    assert!(said.contains("are they metres?"), "{said}");
+    succeed(&["distort", &env, &poses, "-o", &out, "--as-is"]);
+}
+
+#[test]
+fn poses_on_other_axes_than_the_room_are_told() {
+    let scratch = Scratch::new();
+    let (env, out) = (scratch.arg("room.env.ron"), scratch.arg("out.csv"));
+    succeed(&fit(&text(&own(ROOM)), &env));
+    for (sign, is_told) in [(1, true), (-1, false)] {
+        let rows: String = (0..20)
+            .map(|k| format!("{k},100,{},1,0,0,0\n", sign * 250))
+            .collect();
+        fs::write(scratch.path("p.csv"), format!("x,y,z,qw,qx,qy,qz\n{rows}")).unwrap();
+        for command in ["distort", "compensate"] {
+            let said = notes(&[command, &env, &scratch.arg("p.csv"), "-o", &out]);
+            let has = said.contains("0 of 20 positions are in the room's box, 20 where z is −z");
+            assert_eq!(has, is_told, "{said}");
+        }
+    }
+}
+
+#[test]
+fn every_command_that_reads_a_table_takes_it_as_is() {
+    for command in [
+        &["fit"][..],
+        &["select"],
+        &["generator", "learn"],
+        &["distort"],
+        &["compensate"],
+        &["simulate"],
+        &["import", "jhu-cis"],
+        &["characterize"],
+        &["pivot"],
+        &["verify"],
+        &["register"],
+        &["export", "poses"],
+        &["export", "tips"],
+        &["report"],
+    ] {
+        let help = succeed(&[command, &["--help"]].concat());
+        assert!(help.contains("--as-is"), "{command:?}");
+    }
+}
+
+#[test]
+fn a_spreadsheet_in_a_european_language_is_read() {
+    let scratch = Scratch::new();
+    let table = fs::read_to_string(own(ROOM)).unwrap();
+    let (head, rows) = table.split_once('\n').unwrap();
+    let rows = rows.replace(',', ";").replace('.', ",");
+    let names = head.split(',').map(|name| match name.contains("_q") {
+        true => format!("\"{}\"", name.replace('_', " ").to_uppercase()),
+        false => format!(" {name} (mm) "),
+    });
+    let head = names.collect::<Vec<_>>().join(";");
+    let env = |name: &str, table: &str| {
+        fs::create_dir(scratch.path(name)).unwrap();
+        let file = format!("{name}/room.csv");
+        fs::write(scratch.path(&file), table).unwrap();
+        let env = format!("{name}/room.env.ron");
+        succeed(&fit(&scratch.arg(&file), &scratch.arg(&env)));
+        fs::read(scratch.path(&env)).unwrap()
+    };
+    let plain = env("plain", &table);
+    assert_eq!(
+        env("european", &format!("\u{feff}sep=;\r\n{head}\n{rows}")),
+        plain
+    );
+    assert_eq!(env("tabs", &table.replace(',', "\t")), plain);
+}
+
+#[test]
+fn other_units_and_missing_headers_are_named() {
+    let scratch = Scratch::new();
+    let env = scratch.arg("room.env.ron");
+    let table = fs::read_to_string(own(ROOM)).unwrap();
+    let said = |name: &str, table: &str| {
+        fs::write(scratch.path(name), table).unwrap();
+        fail(&fit(&scratch.arg(name), &env))
+    };
+    let metres = said("m.csv", &table.replacen("ideal_x", "ideal_x (m)", 1));
+    assert!(
+        metres.contains("column \"ideal_x (m)\" is in m, expected mm"),
+        "{metres}"
+    );
+    let headless = said("no.csv", table.split_once('\n').unwrap().1);
+    assert!(
+        headless.contains("found numbers, expected names of columns"),
+        "{headless}"
+    );
+    let both = said(
+        "both.csv",
+        &table.replace(',', ";").replacen("0.5", "0,5", 1),
+    );
+    assert!(
+        both.contains("the decimal mark of the rows before"),
+        "{both}"
+    );
+}
+
+#[test]
+fn files_of_other_kinds_are_named() {
+    let scratch = Scratch::new();
+    let env = scratch.arg("room.env.ron");
+    for (name, bytes, words) in [
+        (
+            "a.csv",
+            &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..],
+            "a PNG image",
+        ),
+        ("a.xlsx", b"PK\x03\x04\x14\0\x06\0", "an Excel workbook"),
+        ("a.tra", b"\x01\x02\x03", "an OptiTrack tool"),
+        (
+            "tool.rom",
+            b"NDI\0\x01\x02\xff\xfe",
+            "an NDI tool definition",
+        ),
+        ("b.csv", b"\xff\xfei\0d\0e\0", "UTF-16 text"),
+    ] {
+        fs::write(scratch.path(name), bytes).unwrap();
+        let file = scratch.arg(name);
+        for args in [
+            fit(&file, &env),
+            vec!["pivot", &file],
+            vec!["register", &file, &file],
+        ] {
+            let said = fail(&args);
+            assert!(said.contains(words) && said.contains("expected"), "{said}");
+        }
+    }
+    fs::write(scratch.path("t.csv"), "x,y,z\n1,2,3\n").unwrap();
+    let said = fail(&[
+        "distort",
+        &scratch.arg("t.csv"),
+        &scratch.arg("t.csv"),
+        "-o",
+        &env,
+    ]);
+    assert!(
+        said.contains("found a table, expected an environment"),
+        "{said}"
+    );
+}
+
+#[test]
+fn mirrored_and_outlying_fiducials_are_named() {
+    let scratch = Scratch::new();
+    let points = [
+        [0.0, 0.0, 0.0],
+        [80.0, 0.0, 10.0],
+        [0.0, 60.0, -5.0],
+        [20.0, 30.0, 90.0],
+        [70.0, 50.0, 40.0],
+        [10.0, 70.0, 55.0],
+    ];
+    let write = |name: &str, map: &dyn Fn(usize, [f64; 3]) -> [f64; 3]| {
+        let rows = points.iter().enumerate().map(|(k, point)| {
+            let [x, y, z] = map(k, *point);
+            format!("{x} {y} {z}\n")
+        });
+        fs::write(scratch.path(name), rows.collect::<String>()).unwrap();
+        scratch.arg(name)
+    };
+    let source = write("source.txt", &|_, p| p);
+    let mirrored = write("mirrored.txt", &|_, [x, y, z]| [x, -y, z]);
+    let said = fail(&["register", &source, &mirrored]);
+    assert!(said.contains("mirrored or left-handed"), "{said}");
+    let metres = write("metres.txt", &|_, p| p.map(|v| 1e-3 * v));
+    let said = fail(&["register", &source, &metres]);
+    assert!(
+        said.contains("are they in metres and millimetres?"),
+        "{said}"
+    );
+    // Half a millimetre of noise, and one point that slipped.
+    let noise = |k: usize| 0.5 * (k as f64 * 2.4).sin();
+    let slipped = write("slipped.txt", &|k, [x, y, z]| {
+        let slip = if k == 3 { 15.0 } else { 0.0 };
+        [x + noise(k), y + noise(k + 7) + slip, z + noise(k + 13)]
+    });
+    let said = notes(&["register", &source, &slipped]);
+    assert!(said.contains("warning: point 4 is 1"), "{said}");
+    assert!(said.contains("--leave-out-outliers"), "{said}");
+    let found = json(&["register", &source, &slipped, "--leave-out-outliers"]);
+    assert_eq!(found["points"], 5);
+    assert_eq!(found["left_out"][0]["point"], 4);
+    let fre = |key: &str| found[key].as_f64().unwrap();
+    assert!(
+        fre("fre_rms_mm") < 0.8 && fre("fre_of_all_rms_mm") > 3.0,
+        "{found}"
+    );
+}
+
+/// A stylus that pivots, in a tracker's frame in which a reference moves.
+#[test]
+fn a_pivot_is_found_relative_to_a_reference_tool() {
+    let scratch = Scratch::new();
+    let mut log = String::from("received_s,time_s,tool,state,x,y,z,qw,qx,qy,qz\n");
+    for k in 0..60 {
+        let t = f64::from(k);
+        // The reference drifts along x; the tip rests at (0, 0, 50) of it, 100 mm along the stylus' z.
+        let (a, b) = (0.5 * (0.7 * t).sin(), 0.5 * (0.7 * t).cos());
+        let angle = a.hypot(b);
+        let (sine, cosine) = (0.5 * angle).sin_cos();
+        let (x, y, w) = (sine * a / angle, sine * b / angle, cosine);
+        let axis = [2.0 * w * y, -2.0 * w * x, w * w - x * x - y * y];
+        let drift = 3.0 * t;
+        let at = [
+            drift - 100.0 * axis[0],
+            -100.0 * axis[1],
+            50.0 - 100.0 * axis[2] - 300.0,
+        ];
+        log.push_str(&format!(
+            "{t},{t},ReferenceToTracker,OK,{drift},0,-300,1,0,0,0\n"
+        ));
+        log.push_str(&format!(
+            "{t},{t},StylusToTracker,OK,{},{},{},{w},{x},{y},0\n",
+            at[0], at[1], at[2]
+        ));
+    }
+    fs::write(scratch.path("live.csv"), log).unwrap();
+    let file = scratch.arg("live.csv");
+    for args in [
+        &["pivot", &file, "--tool", "StylusToReference"][..],
+        &[
+            "pivot",
+            &file,
+            "--tool",
+            "Stylus",
+            "--relative-to",
+            "Reference",
+        ],
+    ] {
+        let found = json(args);
+        let tip = |k: usize| found["tip"][k].as_f64().unwrap();
+        assert!(
+            (tip(2) - 100.0).abs() < 1e-6 && tip(0).abs() < 1e-6,
+            "{found}"
+        );
+        assert!(
+            (found["pivot"][2].as_f64().unwrap() - 50.0).abs() < 1e-6,
+            "{found}"
+        );
+    }
+    let said = fail(&["pivot", &file, "--tool", "Stylus"]);
+    assert!(said.contains("--max-rms-mm"), "{said}");
+}
+
+#[test]
+fn too_few_poses_name_the_option_that_accepts_them() {
+    let scratch = Scratch::new();
+    let rows: String = (0..8).map(|k| format!("{k},0,-300,1,0,0,0\n")).collect();
+    fs::write(scratch.path("p.csv"), format!("x,y,z,qw,qx,qy,qz\n{rows}")).unwrap();
+    let said = fail(&["pivot", &scratch.arg("p.csv")]);
+    assert!(
+        said.contains("too few poses: 8") && said.contains("--min-poses"),
+        "{said}"
+    );
+}

@@ -1,0 +1,541 @@
+//! Mistakes about units, frames, rows and quaternions are seen in every table, and none where there is
+//! none.
+
+use crate::rooms::tracker::{Random, Room};
+use crate::support::data::{own, third_party};
+use nalgebra::{Point3, Quaternion, Unit, UnitQuaternion, Vector3};
+use std::path::{Path, PathBuf};
+use trackwright::calibration::calibration_object;
+use trackwright::calibration::characterisation::{
+    CharacterisationSettings, RecordedPair, characterise,
+};
+use trackwright::calibration::doubts::{self, PairedDoubts, PoseFrame, Suspicion};
+use trackwright::field::OutsidePolicy;
+use trackwright::field::samples::{Measurement, MeasurementContent, MeasurementSet};
+use trackwright::geometry::pose::{Pose, pose_from_parts};
+use trackwright::geometry::rotation::{exp_vector, log_quaternion};
+use trackwright::store;
+use trackwright::task::Task;
+
+/// Thirty poses at least, so that a mistake can be told from the field.
+type Table = (String, MeasurementSet);
+
+fn repository_tables() -> Vec<Table> {
+    let built_in = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data");
+    let files = [
+        own("room-a/room-a-fit.csv"),
+        own("room-a/room-a-holdout.csv"),
+        built_in.join("cube-fit.csv"),
+        built_in.join("cube-holdout.csv"),
+    ];
+    let mut tables: Vec<Table> = files
+        .iter()
+        .map(|file| (name(file), store::read_measurements(file).unwrap()))
+        .collect();
+    for seed in 0..4 {
+        let room = Room::new(seed, seed % 2 == 1);
+        tables.push((format!("simulated room {seed}"), simulated(&room, seed)));
+    }
+    tables.push(("whole rotations in the built-in room".to_owned(), six_dof()));
+    tables
+}
+
+fn name(file: &Path) -> String {
+    file.file_name().unwrap().to_string_lossy().into_owned()
+}
+
+fn turned_onto(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between(&Vector3::z(), axis).unwrap_or_default()
+}
+
+fn simulated(room: &Room, seed: u64) -> MeasurementSet {
+    let mut random = Random::new(seed);
+    let each = (0..300).filter_map(|_| {
+        let sensor = (room.position(&mut random), random.direction());
+        let reading = room.measure(&sensor, &mut random)?;
+        Some(Measurement {
+            tracker_from_ideal: pose_from_parts(sensor.0, turned_onto(&sensor.1)),
+            tracker_from_measured: pose_from_parts(reading.0, turned_onto(&reading.1)),
+        })
+    });
+    MeasurementSet {
+        measurements: each.collect(),
+        content: MeasurementContent::FiveDof,
+    }
+}
+
+fn six_dof() -> MeasurementSet {
+    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let mut random = Random::new(9);
+    let each = (0..200).map(|_| {
+        let at = Vector3::new(
+            random.range(-200.0, 200.0),
+            random.range(-200.0, 200.0),
+            random.range(-500.0, -100.0),
+        );
+        let ideal = pose_from_parts(at, canonical(exp_vector(&(1.5 * random.normal()))));
+        let (measured, _) = world
+            .environment
+            .model
+            .distort(&ideal, OutsidePolicy::Clamp);
+        Measurement {
+            tracker_from_ideal: ideal,
+            tracker_from_measured: pose_from_parts(
+                measured.translation.vector,
+                canonical(measured.rotation),
+            ),
+        }
+    });
+    MeasurementSet {
+        measurements: each.collect(),
+        content: MeasurementContent::SixDof,
+    }
+}
+
+/// The quaternion of a rotation that files have.
+fn canonical(q: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    if q.w < 0.0 {
+        Unit::new_unchecked(-q.into_inner())
+    } else {
+        q
+    }
+}
+
+/// Sets of the course, positions alone.
+fn course_tables() -> Vec<Table> {
+    let Some(folder) = third_party("jhu-cis") else {
+        return Vec::new();
+    };
+    let mut bodies: Vec<PathBuf> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|file| name(file).ends_with("-calbody.txt"))
+        .collect();
+    bodies.sort();
+    let table = |file: &PathBuf| {
+        let readings = file.with_file_name(name(file).replace("calbody", "calreadings"));
+        let body = store::read_calbody(file).unwrap();
+        let frames = store::read_calreadings(&readings).unwrap();
+        let set = calibration_object::measurements(&body, &frames).unwrap();
+        (name(&readings), set)
+    };
+    bodies.iter().map(table).collect()
+}
+
+/// A real Aurora beside a Polaris: still poses, and four paths.
+fn real_tables() -> Vec<Table> {
+    let Some(folder) = third_party("aurora-polaris") else {
+        return Vec::new();
+    };
+    let files = |folder: &Path, first: &str| {
+        let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .filter(|file| name(file).starts_with(first))
+            .collect();
+        files.sort();
+        files
+    };
+    let read = |file: &PathBuf| {
+        let found = store::read_recording(file).unwrap();
+        assert_eq!(found.suspicions, [], "{}", file.display());
+        found.as_it_stands()
+    };
+    let table = |title: &str, em: &[PathBuf], reference: &[PathBuf]| {
+        let pairs: Vec<RecordedPair> = em
+            .iter()
+            .zip(reference)
+            .map(|(em, reference)| RecordedPair {
+                tracker: read(em),
+                reference: read(reference),
+            })
+            .collect();
+        let settings = CharacterisationSettings::default();
+        let found = characterise(&pairs, &settings, &Task::default()).unwrap();
+        let each = found.readings.iter().map(|reading| reading.measurement);
+        let each = each.map(|m| Measurement {
+            tracker_from_ideal: written(&m.tracker_from_ideal),
+            tracker_from_measured: written(&m.tracker_from_measured),
+        });
+        let set = MeasurementSet {
+            measurements: each.collect(),
+            content: MeasurementContent::SixDof,
+        };
+        (title.to_owned(), set)
+    };
+    let still = folder.join("static");
+    let mut tables = vec![table(
+        "still poses",
+        &files(&still, "EM"),
+        &files(&still, "OT"),
+    )];
+    let paths = folder.join("paths");
+    let (em, reference) = (files(&paths, "EM"), files(&paths, "OT"));
+    tables.push(table("paths", &em, &reference));
+    tables
+}
+
+fn written(pose: &Pose) -> Pose {
+    pose_from_parts(pose.translation.vector, canonical(pose.rotation))
+}
+
+fn all_tables() -> Vec<Table> {
+    [repository_tables(), course_tables(), real_tables()].concat()
+}
+
+struct Mistake {
+    name: &'static str,
+    /// Whether it is about quaternions, which a table of positions has none of.
+    is_of_rotations: bool,
+    make: fn(&[Measurement]) -> Vec<Measurement>,
+    is_it: fn(&Suspicion) -> bool,
+}
+
+fn both(rows: &[Measurement], change: impl Fn(&Pose) -> Pose) -> Vec<Measurement> {
+    let each = rows.iter().map(|m| Measurement {
+        tracker_from_ideal: change(&m.tracker_from_ideal),
+        tracker_from_measured: change(&m.tracker_from_measured),
+    });
+    each.collect()
+}
+
+fn measured(rows: &[Measurement], change: impl Fn(&Pose) -> Pose) -> Vec<Measurement> {
+    let each = rows.iter().map(|m| Measurement {
+        tracker_from_measured: change(&m.tracker_from_measured),
+        ..*m
+    });
+    each.collect()
+}
+
+fn scaled(pose: &Pose, factor: f64) -> Pose {
+    pose_from_parts(pose.translation.vector * factor, pose.rotation)
+}
+
+fn placed(pose: &Pose, at: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Pose {
+    pose_from_parts(at(pose.translation.vector), pose.rotation)
+}
+
+fn numbers(pose: &Pose, order: impl Fn([f64; 4]) -> [f64; 4]) -> Pose {
+    let q = pose.rotation.quaternion();
+    let [w, x, y, z] = order([q.w, q.i, q.j, q.k]);
+    let rotation = Unit::new_unchecked(Quaternion::new(w, x, y, z));
+    pose_from_parts(pose.translation.vector, rotation)
+}
+
+/// Another room's frame.
+fn moved(pose: &Pose) -> Pose {
+    let other_from_tracker = pose_from_parts(
+        Vector3::new(120.0, -40.0, -1500.0),
+        exp_vector(&Vector3::new(0.4, 0.9, -0.3)),
+    );
+    other_from_tracker * pose
+}
+
+/// Angles in degrees that a program took for radians.
+fn in_degrees(pose: &Pose) -> Pose {
+    let vector = log_quaternion(&pose.rotation).map(f64::to_degrees);
+    pose_from_parts(pose.translation.vector, canonical(exp_vector(&vector)))
+}
+
+fn late(rows: &[Measurement], ideal: usize, measured: usize) -> Vec<Measurement> {
+    let each = rows[ideal..].iter().zip(&rows[measured..]);
+    each.map(|(ideal, measured)| Measurement {
+        tracker_from_ideal: ideal.tracker_from_ideal,
+        tracker_from_measured: measured.tracker_from_measured,
+    })
+    .collect()
+}
+
+/// Every fortieth reading is off.
+fn outliers(rows: &[Measurement], by: f64) -> Vec<Measurement> {
+    let mut rows = rows.to_vec();
+    for m in rows.iter_mut().skip(7).step_by(40) {
+        m.tracker_from_measured.translation.vector.y += by;
+    }
+    rows
+}
+
+fn is_frame(suspicion: &Suspicion) -> bool {
+    matches!(
+        suspicion,
+        Suspicion::Axes { .. } | Suspicion::Mirrored { .. } | Suspicion::OtherFrame { .. }
+    )
+}
+
+fn mistakes() -> Vec<Mistake> {
+    let mistake = |name, is_of_rotations, make, is_it| Mistake {
+        name,
+        is_of_rotations,
+        make,
+        is_it,
+    };
+    vec![
+        mistake(
+            "metres",
+            false,
+            |rows| both(rows, |p| scaled(p, 1e-3)),
+            |s| matches!(s, Suspicion::Metres { .. }) && s.is_beyond_doubt(),
+        ),
+        mistake(
+            "measured in metres",
+            false,
+            |rows| measured(rows, |p| scaled(p, 1e-3)),
+            |s| matches!(s, Suspicion::Scale { .. }) && s.is_beyond_doubt(),
+        ),
+        mistake(
+            "inches",
+            false,
+            |rows| both(rows, |p| scaled(p, 1.0 / 25.4)),
+            |s| matches!(s, Suspicion::InchesOrCentimetres { .. }),
+        ),
+        mistake(
+            "measured in inches",
+            false,
+            |rows| measured(rows, |p| scaled(p, 1.0 / 25.4)),
+            |s| matches!(s, Suspicion::Scale { .. }) && s.is_beyond_doubt(),
+        ),
+        mistake(
+            "measured in degrees",
+            true,
+            |rows| measured(rows, in_degrees),
+            |s| matches!(s, Suspicion::Orientations { .. }),
+        ),
+        mistake(
+            "mirrored in z",
+            false,
+            |rows| measured(rows, |p| placed(p, |p| Vector3::new(p.x, p.y, -p.z))),
+            |s| is_frame(s) && s.is_beyond_doubt(),
+        ),
+        mistake(
+            "left-handed",
+            false,
+            |rows| {
+                measured(rows, |p| {
+                    let p = placed(p, |p| Vector3::new(p.x, p.y, -p.z));
+                    numbers(&p, |[w, x, y, z]| [w, -x, -y, z])
+                })
+            },
+            |s| is_frame(s) && s.is_beyond_doubt(),
+        ),
+        mistake(
+            "x and y swapped",
+            false,
+            |rows| measured(rows, |p| placed(p, |p| Vector3::new(p.y, p.x, p.z))),
+            |s| is_frame(s),
+        ),
+        mistake(
+            "in another frame",
+            false,
+            |rows| measured(rows, moved),
+            |s| matches!(s, Suspicion::OtherFrame { .. }) && s.is_beyond_doubt(),
+        ),
+        mistake(
+            "measured a row late",
+            false,
+            |rows| late(rows, 0, 1),
+            |s| matches!(s, Suspicion::RowShift { rows: -1, .. }),
+        ),
+        mistake(
+            "measured a row early",
+            false,
+            |rows| late(rows, 1, 0),
+            |s| matches!(s, Suspicion::RowShift { rows: 1, .. }),
+        ),
+        mistake(
+            "measured xyzw",
+            true,
+            |rows| measured(rows, |p| numbers(p, |[w, x, y, z]| [x, y, z, w])),
+            |s| matches!(s, Suspicion::Quaternions { .. }),
+        ),
+        mistake(
+            "xyzw",
+            true,
+            |rows| both(rows, |p| numbers(p, |[w, x, y, z]| [x, y, z, w])),
+            |s| {
+                matches!(
+                    s,
+                    Suspicion::Quaternions { .. } | Suspicion::ScalarLast { .. }
+                )
+            },
+        ),
+        mistake(
+            "measured inverted",
+            true,
+            |rows| measured(rows, |p| numbers(p, |[w, x, y, z]| [w, -x, -y, -z])),
+            |s| matches!(s, Suspicion::Quaternions { .. }),
+        ),
+        mistake(
+            "quaternions of the other hand",
+            true,
+            |rows| measured(rows, |p| numbers(p, |[w, x, y, z]| [w, -x, -y, z])),
+            |s| matches!(s, Suspicion::Quaternions { .. }),
+        ),
+        mistake(
+            "outliers of 1e6 mm",
+            false,
+            |rows| outliers(rows, 1e6 + 1e3),
+            |s| matches!(s, Suspicion::TooFar { .. }),
+        ),
+        mistake(
+            "outliers of 300 mm",
+            false,
+            |rows| outliers(rows, 300.0),
+            |s| matches!(s, Suspicion::Outliers { .. }),
+        ),
+    ]
+}
+
+fn suspicions(rows: &[Measurement], content: MeasurementContent) -> Vec<Suspicion> {
+    PairedDoubts::of(rows, content, PoseFrame::Tracker)
+}
+
+#[test]
+#[expect(clippy::print_stderr, reason = "the counts are for the docs")]
+fn every_mistake_is_seen_in_every_table_and_none_without() {
+    let tables = all_tables();
+    let mut problems = Vec::new();
+    let mut tried = 0;
+    for (name, set) in &tables {
+        for suspicion in suspicions(&set.measurements, set.content) {
+            problems.push(format!("{name}, which is good: {suspicion}"));
+        }
+        for mistake in mistakes() {
+            if mistake.is_of_rotations && set.content == MeasurementContent::PositionOnly {
+                continue;
+            }
+            tried += 1;
+            let found = suspicions(&(mistake.make)(&set.measurements), set.content);
+            if !found.iter().any(mistake.is_it) {
+                let told: Vec<_> = found.iter().map(ToString::to_string).collect();
+                problems.push(format!("{name}, {}: {told:?}", mistake.name));
+            }
+        }
+    }
+    eprintln!(
+        "{} tables, {} mistakes, {tried} of them made: {} missed or false",
+        tables.len(),
+        mistakes().len(),
+        problems.len()
+    );
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+#[test]
+fn few_rows_and_rows_at_one_place_are_left_alone() {
+    let (_, set) = repository_tables().remove(0);
+    let three = measured(&set.measurements[..3], moved);
+    assert_eq!(suspicions(&three, set.content), []);
+    let mut random = Random::new(3);
+    let at_rest: Vec<Measurement> = (0..200)
+        .map(|_| {
+            let mut m = set.measurements[0];
+            m.tracker_from_measured.translation.vector += 0.1 * random.normal();
+            m
+        })
+        .collect();
+    assert_eq!(suspicions(&at_rest, set.content), []);
+}
+
+#[test]
+fn a_long_table_is_judged_by_rows_from_all_of_it() {
+    let (_, set) = repository_tables().remove(2);
+    let long: Vec<Measurement> = set
+        .measurements
+        .iter()
+        .cycle()
+        .take(100_000)
+        .copied()
+        .collect();
+    assert_eq!(suspicions(&long, set.content), []);
+    let found = suspicions(&late(&long, 0, 1), set.content);
+    assert!(
+        matches!(found[..], [Suspicion::RowShift { rows: -1, .. }]),
+        "{found:?}"
+    );
+    let mut off = long;
+    off[90_001].tracker_from_measured.translation.vector.x += 400.0;
+    let found = suspicions(&off, set.content);
+    assert!(
+        matches!(
+            found[..],
+            [Suspicion::Outliers {
+                count: 1,
+                first_row: 90_002,
+                ..
+            }]
+        ),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn poses_by_themselves_show_units_and_the_scalar() {
+    let (mut good, mut seen) = (0, 0);
+    for (name, set) in all_tables() {
+        let poses: Vec<Pose> = set
+            .measurements
+            .iter()
+            .map(|m| m.tracker_from_measured)
+            .collect();
+        let found = |poses: &[Pose]| doubts::with_written_quaternions(poses, PoseFrame::Tracker);
+        assert_eq!(found(&poses), [], "{name}");
+        good += 1;
+        let changed = |change: &dyn Fn(&Pose) -> Pose| -> Vec<Suspicion> {
+            found(&poses.iter().map(change).collect::<Vec<_>>())
+        };
+        let metres = changed(&|p| scaled(p, 1e-3));
+        assert!(
+            matches!(
+                metres[..],
+                [Suspicion::Metres {
+                    is_certain: true,
+                    ..
+                }]
+            ),
+            "{name}: {metres:?}"
+        );
+        let inches = changed(&|p| scaled(p, 1.0 / 25.4));
+        assert!(
+            matches!(inches[..], [Suspicion::InchesOrCentimetres { .. }]),
+            "{name}: {inches:?}"
+        );
+        let far = changed(&|p| scaled(p, 1e6));
+        assert!(
+            matches!(far[..], [Suspicion::TooFar { .. }]),
+            "{name}: {far:?}"
+        );
+        seen += 3;
+        if set.content != MeasurementContent::PositionOnly {
+            let last = changed(&|p| numbers(p, |[w, x, y, z]| [x, y, z, w]));
+            assert!(
+                matches!(last[..], [Suspicion::ScalarLast { .. }]),
+                "{name}: {last:?}"
+            );
+            seen += 1;
+        }
+    }
+    assert!(good >= 9 && seen >= 36, "{good} {seen}");
+}
+
+#[test]
+fn points_are_told_from_their_mirror_image_and_scale() {
+    let mut random = Random::new(5);
+    let source: Vec<Point3<f64>> = (0..6).map(|_| (60.0 * random.normal()).into()).collect();
+    let target = |map: &dyn Fn(&Point3<f64>) -> Point3<f64>| -> Vec<Point3<f64>> {
+        let frame = moved(&Pose::identity());
+        source.iter().map(|p| frame * map(p)).collect()
+    };
+    let found =
+        |map: &dyn Fn(&Point3<f64>) -> Point3<f64>| doubts::of_point_pairs(&source, &target(map));
+    assert_eq!(found(&|p| *p), []);
+    let mirrored = found(&|p| Point3::new(p.x, -p.y, p.z));
+    assert!(
+        matches!(mirrored[..], [Suspicion::Mirrored { .. }]),
+        "{mirrored:?}"
+    );
+    let metres = found(&|p| p * 1e-3);
+    let [Suspicion::Scale { units, .. }] = metres[..] else {
+        panic!("{metres:?}");
+    };
+    assert_eq!(units, Some("metres and millimetres"));
+}
