@@ -3,8 +3,10 @@
 use super::numbers::above_zero;
 use super::output::{self, Format, OutsideArg};
 use crate::field::compensation::Method;
+use crate::formats::printable::printable;
 use crate::live::client::{ClientOptions, server_address};
-use crate::live::relay::{RelayOptions, ToolState};
+use crate::live::latency::LatencySummary;
+use crate::live::relay::{ClockChange, Moment, Reason, RelayOptions, ToolState};
 use crate::live::server::{ServerEvent, ServerOptions};
 use crate::live::session::{
     LiveDesign, LiveRoom, Session, SessionEvent, SessionSettings, SessionState,
@@ -43,7 +45,7 @@ pub struct LiveArgs {
     outside: OutsideArg,
 
     /// The tracker's frame, as in StylusToTracker; transforms to other frames are not compensated
-    #[arg(long, value_name = "NAME", default_value = RelayOptions::TRACKER_FRAME, requires = "room")]
+    #[arg(long, value_name = "NAME", default_value = RelayOptions::TRACKER_FRAME, requires = "room", value_parser = name)]
     frame: String,
 
     /// Port to serve the poses on, for 3D Slicer, PLUS or any other client; 18944 is usual, 0 is any
@@ -63,9 +65,25 @@ pub struct LiveArgs {
     #[arg(long, value_name = "MS")]
     tracking_ms: Option<u32>,
 
-    /// Time without a good sample after which a tool is not good any more
-    #[arg(long, value_name = "MS", default_value_t = 1e3 * RelayOptions::STALE_AFTER.as_secs_f64(), value_parser = above_zero)]
+    /// Age from which a pose is never sent as good: how much later than the fastest of its tool it may
+    /// arrive, how long it may wait for a client, and how long a tool without a newer one is good
+    #[arg(long, visible_alias = "max-latency-ms", value_name = "MS", default_value_t = 1e3 * RelayOptions::STALE_AFTER.as_secs_f64(), value_parser = above_zero)]
     stale_ms: f64,
+
+    /// The tracker's server stamps poses by this machine's clock (it runs here, or both are
+    /// synchronised): a delay that is there from the first pose on counts too
+    #[arg(long)]
+    same_clock: bool,
+
+    /// Take lateness that stays the same for 2 s for a tracker's clock that was set back, and go on by
+    /// it; without this such poses are not sent until the connection is made anew
+    #[arg(long, conflicts_with = "same_clock")]
+    follow_clock: bool,
+
+    /// Header version of the transforms that are served: 2 has metadata with the predicted error, 1 is
+    /// for receivers of OpenIGTLink 1 and 2, which cannot read any other
+    #[arg(long, value_name = "1|2", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2), requires = "serve")]
+    header_version: u8,
 
     /// Stop after this time; without it, at Ctrl+C
     #[arg(long, value_name = "S", value_parser = above_zero)]
@@ -123,12 +141,15 @@ fn settings(args: &LiveArgs, files: &Files) -> anyhow::Result<SessionSettings> {
         client,
         relay: RelayOptions {
             stale_after: Duration::try_from_secs_f64(args.stale_ms / 1e3).unwrap_or(Duration::MAX),
+            shared_clock: args.same_clock.then(Moment::now),
+            follows_clock_steps: args.follow_clock,
             tracker_frame: args.frame.clone(),
         },
         room,
-        server: args
-            .serve
-            .map(|port| ServerOptions::at(SocketAddr::new(args.bind, port))),
+        server: args.serve.map(|port| ServerOptions {
+            is_version_one: args.header_version == 1,
+            ..ServerOptions::at(SocketAddr::new(args.bind, port))
+        }),
         record: args.record.clone(),
     })
 }
@@ -155,6 +176,13 @@ fn room(args: &LiveArgs, files: &Files) -> anyhow::Result<Option<LiveRoom>> {
     }))
 }
 
+fn name(text: &str) -> Result<String, String> {
+    if text.trim().is_empty() {
+        return Err("found an empty name, expected one as Tracker in StylusToTracker".to_owned());
+    }
+    Ok(text.to_owned())
+}
+
 fn warning(address: IpAddr) -> &'static str {
     if address.is_loopback() {
         ", for this machine alone"
@@ -178,16 +206,55 @@ fn in_words(event: &SessionEvent) -> Option<String> {
             format!("{kind} messages are passed over: no poses of a known kind")
         }
         SessionEvent::TrackerSays { device, status } => format!(
-            "the tracker says of {device:?}: {} {} (code {})",
-            status.name, status.text, status.code.0
+            "the tracker says of \"{}\": {} {} (code {})",
+            printable(device),
+            printable(&status.name),
+            printable(&status.text),
+            status.code.0
         ),
         SessionEvent::Tool { tool, state } => match state {
-            ToolState::Good => format!("{tool}: good"),
-            ToolState::NotGood(reason) => format!("{tool}: not good, {reason}"),
+            ToolState::Good => format!("{}: good", printable(tool)),
+            ToolState::NotGood(Reason::SessionEnds) => return None,
+            ToolState::NotGood(reason) => format!("{}: not good, {reason}", printable(tool)),
         },
+        SessionEvent::Clock { tool, change } => {
+            format!("warning: {}: {}", printable(tool), clock_in_words(*change))
+        }
+        SessionEvent::Refused { tool, reason } => {
+            format!(
+                "warning: samples of \"{}\" are not used: {reason}",
+                printable(tool)
+            )
+        }
         SessionEvent::Server(event) => served_in_words(event),
         SessionEvent::NotRecorded { why } => format!("nothing more is recorded: {why}"),
     })
+}
+
+fn clock_in_words(change: ClockChange) -> String {
+    match change {
+        ClockChange::Step { by_s } if by_s > 0.0 => format!(
+            "its clock was set back by {by_s:.3} s, or its poses are as much older from now on: \
+             which of the two cannot be told"
+        ),
+        ClockChange::Step { by_s } => format!(
+            "its clock was set ahead by {:.3} s, or its poses were as much older until now",
+            -by_s
+        ),
+        ClockChange::Drift { shift_s } => format!(
+            "its clock has drifted by {:.0} ms against this machine's, or its poses have become as \
+             much older as slowly: which of the two cannot be told",
+            1e3 * shift_s
+        ),
+        ClockChange::Late { by_s } => format!(
+            "its samples come {by_s:.3} s later than the fastest did, and are not sent: they are held \
+             up, or its clock was set back, in which case this session has to be started anew \
+             (or with --follow-clock)"
+        ),
+        ClockChange::Early { by_s } => format!(
+            "its timestamps are {by_s:.3} s ahead of those before, and its samples are not sent"
+        ),
+    }
 }
 
 fn served_in_words(event: &ServerEvent) -> String {
@@ -198,8 +265,13 @@ fn served_in_words(event: &ServerEvent) -> String {
             why,
             clients,
         } => format!("client {client} left, {clients} now: {why}"),
-        ServerEvent::Refused { client } => {
-            format!("client {client} refused: there are as many as may be")
+        ServerEvent::Refused { client, why } => format!("client {client} refused: {why}"),
+        ServerEvent::FellBehind { client } => format!(
+            "warning: client {client} does not read as fast as poses come: it does not get those \
+             that have become too old"
+        ),
+        ServerEvent::CaughtUp { client, dropped } => {
+            format!("client {client} reads again: it did not get {dropped} messages")
         }
         ServerEvent::NotAccepted { why } => format!("a client cannot be accepted: {why}"),
     }
@@ -213,6 +285,19 @@ fn as_json(state: &SessionState, lasted: Duration) -> Value {
         .map(|(reason, count)| (reason.name().to_lowercase(), json!(count)))
         .collect();
     let ms = |s: f64| 1e3 * s;
+    let times = |times: &LatencySummary| {
+        (times.count > 0).then(|| {
+            json!({
+                "count": times.count,
+                "median": ms(times.median_s),
+                "p99": ms(times.p99_s),
+                "max": ms(times.max_s),
+            })
+        })
+    };
+    let clock_shifts: Map<String, Value> = (state.tools.iter())
+        .map(|(tool, view)| (tool.clone(), json!(ms(view.clock.shift_s))))
+        .collect();
     json!({
         "seconds": lasted.as_secs_f64(),
         "connections": state.connections,
@@ -226,12 +311,9 @@ fn as_json(state: &SessionState, lasted: Duration) -> Value {
         "skipped": state.skipped,
         "slow_clients": state.slow_clients,
         "undelivered": state.undelivered,
-        "latency_ms": (state.latency.count > 0).then(|| json!({
-            "count": state.latency.count,
-            "median": ms(state.latency.median_s),
-            "p99": ms(state.latency.p99_s),
-            "max": ms(state.latency.max_s),
-        })),
+        "latency_ms": times(&state.latency),
+        "age_ms": times(&state.age),
+        "clock_shift_ms": clock_shifts,
         "recorded": state.recording.as_ref().map(|recording| recording.samples),
         "not_recorded": state.recording.as_ref().and_then(|recording| recording.failed.clone()),
         "tools": state.tools.keys().collect::<Vec<_>>(),
@@ -272,7 +354,14 @@ fn as_text(state: &SessionState, lasted: Duration) -> String {
     }
     if state.serving.is_some() {
         rows.push(count("clients dropped as too slow", state.slow_clients));
-        rows.push(count("  messages they did not get", state.undelivered));
+        rows.push(count("messages too old for a client", state.undelivered));
+    }
+    for (tool, view) in &state.tools {
+        let shift_ms = 1e3 * view.clock.shift_s;
+        if shift_ms >= 1.0 {
+            let label = format!("clock shift of {}", printable(tool));
+            rows.push(row(&label, format!("{shift_ms:.0}"), "ms"));
+        }
     }
     if state.latency.count > 0 {
         let mut latency =
@@ -280,6 +369,9 @@ fn as_text(state: &SessionState, lasted: Duration) -> String {
         latency("added latency, median", state.latency.median_s);
         latency("  99 of 100 below", state.latency.p99_s);
         latency("  largest", state.latency.max_s);
+        latency("age when sent, median", state.age.median_s);
+        latency("  99 of 100 below", state.age.p99_s);
+        latency("  largest", state.age.max_s);
     }
     output::aligned(&rows)
 }

@@ -165,7 +165,7 @@ impl<R: Read> TableReader<R> {
 
     fn next_record(&mut self) -> Result<bool, FormatError> {
         let line = self.reader.position().line();
-        self.reader.get_mut().begin_row(line);
+        self.reader.get_mut().get_mut().1.begin_row(line);
         let is_there = self
             .reader
             .read_record(&mut self.record)

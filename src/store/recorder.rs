@@ -1,4 +1,4 @@
-//! A file that grows by what a live session measures, and is whole up to its last line at any time.
+//! A file that grows by what a live session measures, by whole lines at any time.
 
 use super::error::StoreError;
 use crate::formats::recording::live_table::{self, LiveSample};
@@ -13,6 +13,8 @@ pub struct Recorder {
     path: PathBuf,
     file: File,
     line: Vec<u8>,
+    /// Length of the file up to the end of its last whole line.
+    whole_bytes: u64,
     samples: u64,
 }
 
@@ -20,11 +22,16 @@ impl Recorder {
     /// Begins a new file with its header.
     ///
     /// # Errors
-    /// [`StoreError::Write`]; a file that is there already is never written to.
+    /// [`StoreError::Write`]; a file that is there already is never written to, and one without a
+    /// header is not left behind.
     pub fn create(path: &Path) -> Result<Self, StoreError> {
+        let header = format!("{}\n", live_table::HEADER);
         let create = || {
             let mut file = File::options().append(true).create_new(true).open(path)?;
-            file.write_all(format!("{}\n", live_table::HEADER).as_bytes())?;
+            file.write_all(header.as_bytes()).inspect_err(|_| {
+                // Where that fails too, the error is that of the write.
+                let _ = std::fs::remove_file(path);
+            })?;
             Ok(file)
         };
         let file = create().map_err(|cause: io::Error| StoreError::Write {
@@ -35,23 +42,32 @@ impl Recorder {
             path: path.to_owned(),
             file,
             line: Vec::new(),
+            whole_bytes: header.len() as u64,
             samples: 0,
         })
     }
 
-    /// Adds a sample.
+    /// Adds a sample. Where the line cannot be written whole, what was written of it is cut off again.
     ///
     /// # Errors
     /// [`StoreError::Write`].
     pub fn add(&mut self, sample: &LiveSample) -> Result<(), StoreError> {
         self.line.clear();
         live_table::write_row(&mut self.line, sample);
-        self.file
-            .write_all(&self.line)
-            .map_err(|cause| StoreError::Write {
+        if let Err(cause) = self.file.write_all(&self.line) {
+            let cause = match self.file.set_len(self.whole_bytes) {
+                Ok(()) => cause,
+                Err(uncut) => io::Error::new(
+                    cause.kind(),
+                    format!("{cause}; the last line is cut, which cannot be mended: {uncut}"),
+                ),
+            };
+            return Err(StoreError::Write {
                 file: self.path.clone(),
                 cause,
-            })?;
+            });
+        }
+        self.whole_bytes += self.line.len() as u64;
         self.samples += 1;
         Ok(())
     }

@@ -3,6 +3,7 @@
 pub mod agreement;
 pub mod arrows;
 pub mod body_compensation;
+pub mod body_prediction;
 pub mod charted;
 pub mod comparison;
 pub mod expected;

@@ -2,16 +2,15 @@
 
 use crate::support::data::own;
 use crate::support::live_load::tracker;
-use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
-use crate::support::wire::{
-    PATIENCE, Reader, free_address, number_of, numbered, numbered_pose, rest,
-};
+use crate::support::live_program::{Live, address_in};
+use crate::support::program::{Scratch, fail, json, succeed, text};
+use crate::support::wire::{Reader, free_address, number_of, numbered, numbered_pose, rest};
 use serde_json::Value;
-use std::io::{BufRead, BufReader, Read};
-use std::net::{SocketAddr, TcpListener};
+use std::io::Read;
+use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::process::Command;
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 use trackwright::formats::recording::live_table;
 use trackwright::geometry::pose::{Pose, pose_from_array, pose_to_array};
@@ -19,97 +18,6 @@ use trackwright::live::codec::{Content, Matrix, Message, Timestamp, ToolKind};
 use trackwright::live::server::Server;
 use trackwright::store;
 use trackwright::study::look;
-
-/// The program, running, and what it says.
-struct Live {
-    child: Child,
-    notes: Receiver<String>,
-}
-
-/// A machine that does other things is not taken for a tool that is late.
-const PATIENT: [&str; 5] = ["live", "--format", "json", "--stale-ms", "20000"];
-
-impl Live {
-    fn start(args: &[&str]) -> Self {
-        Self::run(trackwright(&[&PATIENT[..], args].concat()))
-    }
-
-    /// With files of a few kilobytes and no more: the system refuses what comes after them.
-    fn start_on_a_small_disk(args: &[&str]) -> Self {
-        let mut shell = Command::new("sh");
-        shell.args(["-c", "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\""]);
-        shell.arg(env!("CARGO_BIN_EXE_trackwright"));
-        shell.args(PATIENT).args(args);
-        Self::run(shell)
-    }
-
-    fn run(mut program: Command) -> Self {
-        let mut child = program
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let stderr = child.stderr.take().unwrap();
-        let (told, notes) = channel();
-        std::thread::spawn(move || {
-            for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-                if told.send(line).is_err() {
-                    return;
-                }
-            }
-        });
-        Self { child, notes }
-    }
-
-    /// The first note with a text in it.
-    #[track_caller]
-    fn says(&self, text: &str) -> String {
-        let end = Instant::now() + PATIENCE;
-        let mut said = Vec::new();
-        loop {
-            let left = end.saturating_duration_since(Instant::now());
-            match self.notes.recv_timeout(left) {
-                Ok(note) if note.contains(text) => return note,
-                Ok(note) => said.push(note),
-                Err(_) => panic!("{text:?} is not in {said:?}"),
-            }
-        }
-    }
-
-    /// As Ctrl+C does.
-    fn interrupt(mut self) -> Value {
-        let id = self.child.id().to_string();
-        assert!(
-            Command::new("kill")
-                .args(["-INT", &id])
-                .status()
-                .unwrap()
-                .success()
-        );
-        let mut out = String::new();
-        self.child
-            .stdout
-            .take()
-            .unwrap()
-            .read_to_string(&mut out)
-            .unwrap();
-        assert!(self.child.wait().unwrap().success());
-        serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}"))
-    }
-}
-
-impl Drop for Live {
-    fn drop(&mut self) {
-        // Gone already is as good.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-fn address_in(note: &str) -> SocketAddr {
-    let address = note.split([' ', ',']).nth(2).unwrap();
-    address.trim_end_matches(':').parse().unwrap()
-}
 
 fn send(server: &Server, tool: &str, number: u32) {
     server
@@ -186,6 +94,10 @@ fn poses_are_recorded_served_on_and_counted_and_ctrl_c_ends_it_well() {
         serde_json::json!(["ProbeToTracker", "StylusToTracker"])
     );
     assert_eq!(end["latency_ms"]["count"], 40);
+    assert_eq!(end["age_ms"]["count"], 40);
+    let shift_ms = end["clock_shift_ms"]["ProbeToTracker"].as_f64().unwrap();
+    // What drift allows for in a minute.
+    assert!((0.0..12.0).contains(&shift_ms), "{shift_ms}");
 
     // What was recorded is a recording for others, the tool named.
     let still = fail(&["pivot", &recording, "--tool", "Probe"]);
@@ -226,7 +138,11 @@ fn a_recording_that_fails_is_said_once_and_everything_else_goes_on() {
     assert_eq!(end["sent"], 149, "{end}");
     let why = end["not_recorded"].as_str().unwrap();
     assert!(why.contains("live.csv") && note.contains(why), "{end}");
-    // All that was said to be recorded is there, and is read without the line that was cut.
+    // All that was said to be recorded is there, and nothing of the line that was not whole.
+    let bytes = std::fs::read(&recording).unwrap();
+    assert!(bytes.ends_with(b"\n"), "the last line is cut");
+    let lines = bytes.split(|byte| *byte == b'\n').count() as u64 - 2;
+    assert_eq!(end["recorded"], lines);
     let found = live_table::parse(&std::fs::read(&recording).unwrap()).unwrap();
     let recorded = found.tools[0].good().count() as u64;
     assert_eq!(end["recorded"], recorded);
@@ -354,6 +270,100 @@ fn an_end_after_seconds_says_that_nothing_came() {
 }
 
 #[test]
+fn at_its_end_clients_hear_that_the_session_ends() {
+    let server = tracker(free_address());
+    let connect = server.address().to_string();
+    let live = Live::start(&["--connect", &connect, "--serve", "0"]);
+    let mut viewer = Reader::connect(address_in(&live.says("serving at")));
+    live.says("joined, 1 now");
+    while server.clients() == 0 {
+        rest(Duration::from_millis(5));
+    }
+    send(&server, "Probe", 1);
+    assert_eq!(number_of(&viewer.next_transform()), Some(1));
+    live.interrupt();
+    let mut said = Vec::new();
+    while let Some(message) = viewer.next() {
+        if let Content::Status(status) = message.content {
+            assert!(status.text.contains("the session ends"), "{status:?}");
+            said.push((message.device, status.name));
+        }
+    }
+    let expected = ["Probe", "trackwright"].map(|of| (of.to_owned(), "SESSION_ENDS".to_owned()));
+    assert_eq!(said, expected);
+}
+
+#[test]
+fn names_are_shown_escaped_and_kept_as_they_are() {
+    let server = tracker(free_address());
+    let connect = server.address().to_string();
+    let live = Live::start(&["--connect", &connect, "--serve", "0"]);
+    let mut viewer = Reader::connect(address_in(&live.says("serving at")));
+    live.says("joined, 1 now");
+    while server.clients() == 0 {
+        rest(Duration::from_millis(5));
+    }
+    let name = "Pro\u{202e}be";
+    send(&server, name, 1);
+    assert_eq!(viewer.next_transform().device, name);
+    live.says(r"Pro\u{202e}be: good");
+    let id = live.child.id();
+    let mut live = live;
+    let mut stdout = live.child.stdout.take().unwrap();
+    Command::new("kill")
+        .args(["-INT", &id.to_string()])
+        .status()
+        .unwrap();
+    let mut out = String::new();
+    stdout.read_to_string(&mut out).unwrap();
+    assert!(out.contains(r"Pro\u202ebe"), "{out}");
+    let end: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(end["tools"], serde_json::json!([name]));
+}
+
+#[test]
+fn clients_beyond_the_file_limit_are_told_and_the_others_served() {
+    let server = tracker(free_address());
+    let connect = server.address().to_string();
+    let live = Live::start_after("ulimit -n 40", &["--connect", &connect, "--serve", "0"]);
+    let address = address_in(&live.says("serving at"));
+    while server.clients() == 0 {
+        rest(Duration::from_millis(5));
+    }
+    let count = 60;
+    let mut clients: Vec<Reader> = (0..count).map(|_| Reader::connect(address)).collect();
+    live.says("a client cannot be accepted");
+    for _ in 0..2 {
+        live.says("refused");
+    }
+    // Every client hears one or the other.
+    let (mut served, mut refused) = (0, 0);
+    let (stop, stopped) = channel::<()>();
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let stopped = stopped;
+            for number in 1.. {
+                send(&server, "Probe", number);
+                if stopped.recv_timeout(Duration::from_millis(20)) != Err(RecvTimeoutError::Timeout)
+                {
+                    break;
+                }
+            }
+        });
+        for client in &mut clients {
+            match client.next().map(|message| message.content) {
+                Some(Content::Transform(_)) => served += 1,
+                Some(Content::Status(status)) if status.name == "TOO_MANY_CLIENTS" => refused += 1,
+                other => panic!("{other:?}"),
+            }
+        }
+        drop(stop);
+    });
+    assert_eq!(served + refused, count);
+    assert!(served >= 10 && refused >= 20, "{served} {refused}");
+}
+
+#[test]
 fn what_cannot_be_done_is_said_before_anything_runs() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
@@ -373,6 +383,11 @@ fn what_cannot_be_done_is_said_before_anything_runs() {
         missing.contains("no.env.ron: found no such file"),
         "{missing}"
     );
+    for empty in ["", " "] {
+        let room = ["--environment", "no.env.ron", "--frame", empty];
+        let said = fail(&[&["live", "--connect", "localhost:1"][..], &room].concat());
+        assert!(said.contains("found an empty name"), "{said}");
+    }
     let server = fail(&["live", "--connect", "localhost"]);
     assert!(server.contains("expected HOST:PORT"), "{server}");
 }

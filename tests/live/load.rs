@@ -1,6 +1,8 @@
-//! Eight tools at 40 Hz to sixteen clients, with a client killed and the tracker's server restarted.
+//! Many tools to many clients, with a client killed and the tracker's server restarted.
 
 use crate::support::live_load::{Load, run, tracker};
+use crate::support::live_program::{Live, address_in};
+use crate::support::program::trackwright;
 use crate::support::wire::{events, rest};
 use std::time::Duration;
 use trackwright::live::client::ClientOptions;
@@ -81,4 +83,69 @@ fn thirty_seconds_of_load_lose_nothing_but_what_was_sent_to_nobody() {
         (end.connections, end.slow_clients, end.unreadable),
         (2, 0, 0)
     );
+}
+
+/// `VmRSS` of a process, in kB.
+fn resident_kb(process: u32) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok())
+        .unwrap_or(0)
+}
+
+/// Growth of the program's memory from the first minute to the last that counts as none: its
+/// allocator's own.
+const FLAT_KB: u64 = 4096;
+
+#[test]
+#[ignore = "takes ten minutes, or TRACKWRIGHT_LOAD_SECONDS"]
+fn ten_minutes_of_load_send_nothing_old_and_keep_memory() {
+    let seconds = std::env::var("TRACKWRIGHT_LOAD_SECONDS").ok();
+    let load = Load {
+        tools: 8,
+        rate_hz: 100,
+        clients: 20,
+        seconds: seconds.and_then(|s| s.parse().ok()).unwrap_or(600),
+    };
+    let server = tracker("127.0.0.1:0".parse().unwrap());
+    let connect = server.address().to_string();
+    let ends = [
+        "live",
+        "--format",
+        "json",
+        "--connect",
+        &connect,
+        "--serve",
+        "0",
+    ];
+    let room = ["--environment", super::peers::ROOM];
+    let live = Live::run(trackwright(&[&ends[..], &room].concat()));
+    let relay_at = address_in(&live.says("serving at"));
+    live.says("connected to");
+    let process = live.child.id();
+    let wait_for_clients = || drop(live.says(&format!("joined, {} now", load.clients)));
+    let outcome = run(load, server, relay_at, wait_for_clients, || {
+        resident_kb(process)
+    });
+    let end = live.interrupt();
+    println!(
+        "{load:?}, {} frames, away {:?}",
+        outcome.frames, outcome.away
+    );
+    for heard in &outcome.heard {
+        let missing: u32 = heard.gaps.iter().map(|gap| gap.last - gap.first + 1).sum();
+        println!(
+            "{} transforms, {missing} missing, {:?}",
+            heard.transforms, heard.latency
+        );
+        assert_eq!((heard.old, heard.late), (0, 0));
+    }
+    println!("memory in kB {:?}\n{end:#}", outcome.memory);
+    // To the histogram's two digits.
+    let bound_ms = 1.01e3 * RelayOptions::STALE_AFTER.as_secs_f64();
+    assert!(end["age_ms"]["max"].as_f64().unwrap() <= bound_ms);
+    let at_first = outcome.memory.get(1).unwrap().1;
+    let (_, at_last) = outcome.memory.last().unwrap();
+    assert!(*at_last <= at_first + FLAT_KB, "{:?}", outcome.memory);
+    assert_eq!(end["connections"], 2);
 }

@@ -1,6 +1,9 @@
 //! Programs that others wrote, at the other end: pyigtl, and the examples of the OpenIGTLink library.
 
+use crate::support::live_load::tracker;
+use crate::support::live_program::{Live, address_in};
 use crate::support::peers::{openigtlink, python};
+use crate::support::program::Scratch;
 use crate::support::wire::{Events, events, free_address, numbered, rest};
 use nalgebra::Vector3;
 use serde_json::Value;
@@ -9,8 +12,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use trackwright::live::client::{Client, ClientEvent, ClientOptions};
 use trackwright::live::codec::{Content, Extension, Message, ToolKind};
-use trackwright::live::relay::{Output, Reason, Relay, RelayOptions, ToolState};
-use trackwright::live::server::{Server, ServerEvent, ServerOptions};
+use trackwright::live::relay::{Output, Reason, Relay, RelayOptions, ToolState, described};
+use trackwright::live::server::{Server, ServerEvent};
 
 /// A program of somebody else, ended with the test.
 struct Peer(Child);
@@ -45,7 +48,7 @@ fn listen(options: ClientOptions) -> (Client, Events<Message>) {
 
 fn serve() -> (Server, Events<ServerEvent>) {
     let (told, events) = events();
-    let options = ServerOptions::at("127.0.0.1:0".parse().unwrap());
+    let options = super::connections::patient("127.0.0.1:0".parse().unwrap());
     let server = Server::start(&options, move |event| drop(told.send(event))).unwrap();
     (server, events)
 }
@@ -105,7 +108,7 @@ fn transforms_of_pyigtl_are_heard_in_both_versions_with_their_status() {
         let found = out.iter().find_map(|output| match output {
             Output::Pose(sent) => Some((ToolState::Good, Some(sent.pose))),
             Output::Said { state, .. } => Some((*state, None)),
-            Output::Measured { .. } => None,
+            _ => None,
         });
         let (found, pose) = found.unwrap();
         assert_eq!(found, state);
@@ -164,6 +167,106 @@ fn pyigtl_hears_our_transforms_in_both_versions() {
             assert_eq!(found["metadata"]["TransformStatus"], "OK");
         }
     }
+}
+
+/// The room that comes with the program, and an inner pose of it.
+pub(super) const ROOM: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/assets/environments/operating-table.env.ron"
+);
+
+/// A tracker's server, the program in between, and where it serves.
+fn relayed(arguments: &[&str]) -> (Server, Live, u16) {
+    let server = tracker(free_address());
+    let connect = server.address().to_string();
+    let ends = ["--connect", &connect, "--serve", "0"];
+    let live = Live::start(&[&ends, arguments].concat());
+    let port = address_in(&live.says("serving at")).port();
+    while server.clients() == 0 {
+        rest(Duration::from_millis(5));
+    }
+    (server, live, port)
+}
+
+#[test]
+fn pyigtl_reads_what_is_known_of_every_pose() {
+    let room = trackwright::store::read_environment(std::path::Path::new(ROOM)).unwrap();
+    let mut without_support = room.clone();
+    (without_support.support, without_support.process) = (None, None);
+    let scratch = Scratch::new();
+    let unknown = scratch.arg("unknown.env.ron");
+    trackwright::store::write_environment(std::path::Path::new(&unknown), &without_support)
+        .unwrap();
+    let middle = room.model.bounds().center_mm();
+    for (environment, has_support) in [(ROOM, true), (unknown.as_str(), false)] {
+        let (server, live, port) = relayed(&["--environment", environment]);
+        let mut command = python("igtl_metadata.py");
+        command.args([&port.to_string(), "ProbeToTracker", "40"]);
+        let mut peer = Peer::start(command);
+        live.says("joined, 1 now");
+        let mut lines = BufReader::new(peer.0.stdout.take().unwrap()).lines();
+        let mut valid = 0;
+        for number in 0..40 {
+            let mut message = numbered("ProbeToTracker", number);
+            let Content::Transform(matrix) = &mut message.content else {
+                panic!("a transform")
+            };
+            // Along a line through the box.
+            let at = middle.coords + 2.0 * (f64::from(number) - 20.0) * Vector3::new(1.0, 0.5, 0.2);
+            for (value, at) in matrix.0[9..].iter_mut().zip(at.iter()) {
+                *value = *at as f32;
+            }
+            server
+                .send_transform(&message, ToolKind::SixDof, Instant::now())
+                .unwrap();
+            // Each is read before the next is sent: pyigtl keeps the last one only.
+            let line = lines.next().expect("a line for every pose").unwrap();
+            let metadata: Value = serde_json::from_str(&line).unwrap();
+            let number = |key: &str| -> Option<f64> {
+                let text = metadata[key]
+                    .as_str()
+                    .unwrap_or_else(|| panic!("{key}: {line}"));
+                (text != described::UNKNOWN).then(|| text.parse().unwrap())
+            };
+            assert!(number(described::LATENCY_MS).unwrap() >= 0.0);
+            assert!(number(described::CLOCK_SHIFT_MS).unwrap() >= 0.0);
+            let [tip_mm, std_mm, std_deg] =
+                [described::TIP_RMS_MM, described::STD_MM, described::STD_DEG].map(number);
+            let validity = metadata[described::VALIDITY].as_str().unwrap();
+            if !has_support {
+                assert_eq!((validity, tip_mm, std_mm), ("unknown", None, None));
+                continue;
+            }
+            let (tip_mm, std_mm) = (tip_mm.unwrap(), std_mm.unwrap());
+            assert!(std_mm > 0.0 && tip_mm > std_mm, "{line}");
+            assert!(std_deg.is_some_and(|deg| deg > 0.0), "{line}");
+            assert!(["valid", "invalid"].contains(&validity), "{line}");
+            valid += u32::from(validity == "valid");
+        }
+        assert_eq!(valid > 0, has_support);
+    }
+}
+
+#[test]
+fn receivers_of_version_one_are_served_by_the_program() {
+    let (server, live, port) = relayed(&["--header-version", "1"]);
+    let mut command = openigtlink("ReceiveClient");
+    command.args(["127.0.0.1", &port.to_string()]);
+    let mut peer = Peer::start(command);
+    live.says("joined, 1 now");
+    send_until(&server, &mut peer, |said| {
+        let count = said.matches("Receiving TRANSFORM data type.").count();
+        (count >= 10).then_some(())
+    });
+    // One that asks is known by its question.
+    let (server, live, port) = relayed(&[]);
+    let mut command = openigtlink("TrackingDataClient");
+    command.args(["127.0.0.1", &port.to_string(), "40"]);
+    let mut peer = Peer::start(command);
+    live.says("joined, 1 now");
+    send_until(&server, &mut peer, |said| {
+        said.contains("Name       : ProbeToTracker").then_some(())
+    });
 }
 
 #[test]

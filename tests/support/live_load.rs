@@ -13,6 +13,7 @@ use std::net::{Shutdown, SocketAddr};
 use std::time::{Duration, Instant};
 use trackwright::live::codec::{Content, Message, Timestamp, ToolKind};
 use trackwright::live::latency::{Latencies, LatencySummary};
+use trackwright::live::relay::{RelayOptions, described};
 use trackwright::live::server::{Server, ServerOptions};
 
 /// How long the tracker's server is away.
@@ -31,6 +32,7 @@ pub fn tracker(address: SocketAddr) -> Server {
     let mut options = ServerOptions::at(address);
     // On a machine that does other things a relay may be away for a while.
     options.queue = 100_000;
+    options.max_age = Duration::from_secs(3600);
     Server::start(&options, |_| {}).unwrap()
 }
 
@@ -45,6 +47,8 @@ pub struct Heard {
     pub old: u64,
     /// Transforms of tools that had been said not to be good and not to be good again.
     pub unsaid: u64,
+    /// Transforms that said to be later than the relay's own bound.
+    pub late: u64,
     /// From the tracker to here.
     pub latency: LatencySummary,
 }
@@ -174,6 +178,13 @@ fn hear(mut reader: Reader, tools: u32, frames: u32) -> Heard {
         let number = frame_of(&message);
         heard.transforms += 1;
         heard.unsaid += u64::from(is_good.get(&message.device) == Some(&false));
+        let latency_ms = message
+            .extension
+            .as_ref()
+            .map(|e| e.get(described::LATENCY_MS));
+        let latency_ms = latency_ms.flatten().and_then(|ms| ms.parse::<f64>().ok());
+        let bound_ms = 1e3 * RelayOptions::STALE_AFTER.as_secs_f64();
+        heard.late += u64::from(latency_ms.is_none_or(|ms| ms > bound_ms));
         let taken_s = Timestamp::now().seconds_since(message.timestamp);
         latencies.record(Duration::try_from_secs_f64(taken_s).unwrap_or_default());
         let last = heard.last.insert(message.device, number).unwrap_or(0);

@@ -6,6 +6,7 @@ pub mod data;
 pub mod golden;
 pub mod jhu_cis;
 pub mod live_load;
+pub mod live_program;
 pub mod peers;
 pub mod program;
 pub mod wire;

@@ -25,6 +25,11 @@ pub fn events<T>() -> (Sender<T>, Events<T>) {
 }
 
 impl<T: std::fmt::Debug> Events<T> {
+    /// What was told and not looked at yet.
+    pub fn try_next(&self) -> Option<T> {
+        self.0.try_recv().ok()
+    }
+
     /// The first thing told that is wanted; everything before it is thrown away.
     #[track_caller]
     pub fn wait_for<R>(&self, what: &str, mut pick: impl FnMut(T) -> Option<R>) -> R {
@@ -65,7 +70,10 @@ pub struct Reader {
 
 impl Reader {
     pub fn connect(address: SocketAddr) -> Self {
-        let stream = TcpStream::connect(address).unwrap();
+        Self::of(TcpStream::connect(address).unwrap())
+    }
+
+    pub fn of(stream: TcpStream) -> Self {
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         stream.set_nodelay(true).unwrap();
         Self {

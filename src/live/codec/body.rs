@@ -45,6 +45,7 @@ impl Position {
 /// One tool of many in a message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackingElement {
+    /// Empty where the sender's was no text.
     pub name: String,
     pub kind: ToolKind,
     pub matrix: Matrix,
@@ -103,28 +104,32 @@ const FRAME_BYTES: usize = 32;
 const POINT_NAME_BYTES: usize = 64;
 const GROUP_BYTES: usize = 32;
 
-/// Whether a type is one of [`Content`].
-pub fn is_known(kind: &str) -> bool {
-    matches!(
-        kind,
-        "TRANSFORM"
-            | "POSITION"
-            | "QTRANS"
-            | "TDATA"
-            | "QTDATA"
-            | "STATUS"
-            | "STRING"
-            | "POINT"
-            | "STT_TDATA"
-            | "STT_QTDATA"
-            | "STP_TDATA"
-            | "STP_QTDATA"
-            | "RTS_TDATA"
-            | "RTS_QTDATA"
-            | "GET_TRANS"
-            | "GET_TRANSFOR"
-            | "GET_STATUS"
-    )
+/// Most tools, or points, in one message.
+const MAX_ELEMENTS: u64 = 1024;
+
+/// Longest text of a status.
+const MAX_STATUS_TEXT_BYTES: u64 = 4096;
+
+/// The limit of types that are shorter than this: a body of a few bytes too many is one wrong message
+/// and not the end of the stream.
+const SHORTEST_LIMIT: u64 = 1024;
+
+/// The longest content that a type of [`Content`] may have; `None` for any other type.
+pub fn longest_content(kind: &str) -> Option<u64> {
+    let bytes = match kind {
+        "TRANSFORM" => 48,
+        "POSITION" | "QTRANS" => 28,
+        "TDATA" => 70 * MAX_ELEMENTS,
+        "QTDATA" => 50 * MAX_ELEMENTS,
+        "POINT" => 136 * MAX_ELEMENTS,
+        "STATUS" => 30 + MAX_STATUS_TEXT_BYTES,
+        "STRING" => 4 + u64::from(u16::MAX),
+        "STT_TDATA" | "STT_QTDATA" => 36,
+        "RTS_TDATA" | "RTS_QTDATA" => 1,
+        "STP_TDATA" | "STP_QTDATA" | "GET_TRANS" | "GET_TRANSFOR" | "GET_STATUS" => 0,
+        _ => return None,
+    };
+    Some(bytes.max(SHORTEST_LIMIT))
 }
 
 impl Content {
@@ -298,6 +303,13 @@ fn text(reader: &mut Reader, width: usize, field: &'static str) -> Result<String
         .ok_or(BodyError::NotText { field })
 }
 
+/// The name of a tool in a list; empty where it is no text, so that the other tools of the list are
+/// not lost with it.
+fn tool_name(reader: &mut Reader) -> String {
+    let text = reader.take(NAME_BYTES).and_then(text_of);
+    text.unwrap_or_default()
+}
+
 /// What cannot be missing, because the length was looked at.
 const CUT: BodyError = BodyError::Length {
     found: 0,
@@ -306,7 +318,7 @@ const CUT: BodyError = BodyError::Length {
 
 fn tracking_element(bytes: &[u8; 70]) -> Result<TrackingElement, BodyError> {
     let mut reader = Reader(bytes);
-    let name = text(&mut reader, NAME_BYTES, "tool name")?;
+    let name = tool_name(&mut reader);
     let [kind, _] = reader.array().ok_or(CUT)?;
     Ok(TrackingElement {
         name,
@@ -317,7 +329,7 @@ fn tracking_element(bytes: &[u8; 70]) -> Result<TrackingElement, BodyError> {
 
 fn quaternion_element(bytes: &[u8; 50]) -> Result<QuaternionElement, BodyError> {
     let mut reader = Reader(bytes);
-    let name = text(&mut reader, NAME_BYTES, "tool name")?;
+    let name = tool_name(&mut reader);
     let [kind, _] = reader.array().ok_or(CUT)?;
     Ok(QuaternionElement {
         name,

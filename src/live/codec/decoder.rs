@@ -1,13 +1,23 @@
 //! Messages out of a stream of bytes that may be anything.
 
-use super::body::{BodyError, is_known};
+use super::body::{BodyError, longest_content};
 use super::header::{HEADER_BYTES, Header, HeaderError, Version, checksum};
-use super::metadata::Extension;
+use super::metadata::{Extension, MAX_METADATA_BYTES};
 use super::{Content, Message};
 
-/// The longest body that is passed over: images come at up to some hundred MB a message. What
-/// announces more is taken for a stream that has lost its beginning of messages.
-pub const MAX_SKIPPED_BYTES: u64 = 1 << 30;
+/// The longest body of a type that is not known here, which is passed over: an image of 4096 x 4096
+/// pixels of 16 bits.
+pub const MAX_SKIPPED_BYTES: u64 = 32 << 20;
+
+/// The longest body that a message of a type may announce. What announces more has lost where messages
+/// begin, or would keep everything after it from being heard: the stream is ended.
+pub fn longest_body(kind: &str, version: Version) -> u64 {
+    let metadata = match version {
+        Version::One => 0,
+        Version::Two => MAX_METADATA_BYTES,
+    };
+    longest_content(kind).map_or(MAX_SKIPPED_BYTES, |content| content + metadata)
+}
 
 /// What came of a header and its body.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,14 +37,22 @@ pub enum Decoded {
 pub enum DecodeError {
     #[error("not OpenIGTLink, or its beginning is lost: {0}")]
     Header(#[from] HeaderError),
+    /// Of a device without a name where that is no text.
     #[error(
-        "{kind} of {device:?}: found a body of {found} bytes announced, expected {MAX_SKIPPED_BYTES} at most"
+        "{kind} of {device:?}: found a body of {found} bytes announced, expected {limit} at most"
     )]
-    Endless {
+    TooLong {
         kind: String,
         device: String,
         found: u64,
+        limit: u64,
     },
+    /// The message is passed over; the next one is found.
+    #[error(
+        "{kind}: found a device name \"{}\", expected UTF-8 without control characters",
+        .device.escape_ascii()
+    )]
+    Name { kind: String, device: Vec<u8> },
     #[error(
         "{kind} of {device:?}: found checksum {found:016x}, expected {expected:016x}, that of its body"
     )]
@@ -55,7 +73,7 @@ pub enum DecodeError {
 impl DecodeError {
     /// Whether no message that follows can be found: the stream is to be closed.
     pub fn ends_the_stream(&self) -> bool {
-        matches!(self, Self::Header(_) | Self::Endless { .. })
+        matches!(self, Self::Header(_) | Self::TooLong { .. })
     }
 }
 
@@ -161,21 +179,32 @@ impl Decoder {
         for (byte, kept) in bytes.iter_mut().zip(self.kept.drain(..)) {
             *byte = kept;
         }
-        let header = Header::decode(&bytes)?;
-        if header.body_bytes > MAX_SKIPPED_BYTES {
-            return Err(DecodeError::Endless {
-                kind: header.kind,
-                device: header.device,
-                found: header.body_bytes,
-            });
+        match Header::decode(&bytes) {
+            Ok(header) => {
+                let limit = longest_body(&header.kind, header.version);
+                within(limit, &header.kind, &header.device, header.body_bytes)?;
+                Ok(header)
+            }
+            Err(HeaderError::Device {
+                kind,
+                device,
+                body_bytes,
+            }) => {
+                // The longer limit: whatever it is, it is passed over.
+                within(longest_body(&kind, Version::Two), &kind, "", body_bytes)?;
+                self.state = State::Skipping {
+                    bytes_left: body_bytes,
+                };
+                Err(DecodeError::Name { kind, device })
+            }
+            Err(error) => Err(error.into()),
         }
-        Ok(header)
     }
 
     /// Decides what happens to the body.
     fn enter(&mut self, header: Header) -> Option<Decoded> {
         let is_short = header.body_bytes <= self.max_body_bytes as u64;
-        if is_short && is_known(&header.kind) {
+        if is_short && longest_content(&header.kind).is_some() {
             self.state = State::Body(header);
             return None;
         }
@@ -188,6 +217,18 @@ impl Decoder {
             body_bytes: header.body_bytes,
         })
     }
+}
+
+fn within(limit: u64, kind: &str, device: &str, found: u64) -> Result<(), DecodeError> {
+    if found <= limit {
+        return Ok(());
+    }
+    Err(DecodeError::TooLong {
+        kind: kind.to_owned(),
+        device: device.to_owned(),
+        found,
+        limit,
+    })
 }
 
 fn message(header: &Header, body: &[u8]) -> Result<Message, DecodeError> {

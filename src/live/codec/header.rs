@@ -75,7 +75,8 @@ pub struct Header {
     pub checksum: u64,
 }
 
-/// Why 58 bytes are no header: what follows them cannot be told apart any more.
+/// Why 58 bytes are no header. Only where the device's name is wrong is it known where the next
+/// message begins.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HeaderError {
     #[error(
@@ -87,8 +88,15 @@ pub enum HeaderError {
         .0.escape_ascii()
     )]
     Kind(Vec<u8>),
-    #[error("{kind}: found a device name \"{}\", expected UTF-8", .device.escape_ascii())]
-    Device { kind: String, device: Vec<u8> },
+    #[error(
+        "{kind}: found a device name \"{}\", expected UTF-8 without control characters",
+        .device.escape_ascii()
+    )]
+    Device {
+        kind: String,
+        device: Vec<u8>,
+        body_bytes: u64,
+    },
 }
 
 impl Header {
@@ -108,20 +116,24 @@ impl Header {
             .filter(|kind| !kind.is_empty() && kind.chars().all(is_of_a_word))
             .ok_or_else(|| HeaderError::Kind(kind_bytes.to_vec()))?;
         let device_bytes = reader.take(NAME_BYTES).unwrap_or_default();
+        let mut number = || reader.array().map_or(0, u64::from_be_bytes);
+        let (timestamp, body_bytes, checksum) = (Timestamp(number()), number(), number());
         let Some(device) = text_of(device_bytes) else {
+            let end = device_bytes.iter().position(|&byte| byte == 0);
+            let named = device_bytes.get(..end.unwrap_or(NAME_BYTES));
             return Err(HeaderError::Device {
                 kind,
-                device: device_bytes.to_vec(),
+                device: named.unwrap_or_default().to_vec(),
+                body_bytes,
             });
         };
-        let mut number = || reader.array().map_or(0, u64::from_be_bytes);
         Ok(Self {
             version,
             kind,
             device,
-            timestamp: Timestamp(number()),
-            body_bytes: number(),
-            checksum: number(),
+            timestamp,
+            body_bytes,
+            checksum,
         })
     }
 

@@ -9,6 +9,12 @@ const EXTENDED_BYTES: u16 = 12;
 /// Bytes of an entry in the metadata's own header.
 const ENTRY_BYTES: usize = 8;
 
+/// Longest metadata of a message, with the extended header: a few values for each of some tools.
+pub const MAX_METADATA_BYTES: u64 = 64 * 1024;
+
+/// Most entries: a message that is sent on has room for a few more in a header of 64 KB.
+const MAX_ENTRIES: u16 = 1024;
+
 /// The number by which US-ASCII goes.
 const ASCII: u16 = 3;
 
@@ -136,6 +142,12 @@ fn decode_metadata(header: &[u8], values: &[u8]) -> Result<Vec<MetadataEntry>, B
     let mut header = Reader(header);
     let mut values = Reader(values);
     let count = header.u16().unwrap_or(0);
+    if count > MAX_ENTRIES {
+        return Err(BodyError::Extension {
+            found: format!("{count} entries of metadata"),
+            expected: format!("{MAX_ENTRIES} at most"),
+        });
+    }
     let mut entries = Vec::new();
     for index in 0..count {
         let entry = |header: &mut Reader, values: &mut Reader| {

@@ -18,7 +18,7 @@ pub use body::{
     BodyError, Content, Point, Position, QuaternionElement, StartTracking, Text, TrackingElement,
 };
 pub use bytes::EncodeError;
-pub use decoder::{DecodeError, Decoded, Decoder, MAX_SKIPPED_BYTES};
+pub use decoder::{DecodeError, Decoded, Decoder, MAX_SKIPPED_BYTES, longest_body};
 pub use header::{HEADER_BYTES, Header, HeaderError, NAME_BYTES, Timestamp, Version};
 pub use metadata::{Extension, MetadataEntry};
 pub use poses::{MAX_OFF, Matrix, NotAPose, Orientation, ToolKind};

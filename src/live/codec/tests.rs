@@ -252,20 +252,28 @@ fn a_stream_cut_anywhere_gives_the_whole_messages_before_the_cut() {
 
 #[test]
 fn announced_bytes_are_neither_allocated_nor_waited_for_without_end() {
-    let mut four_gb = framed(1, "TRANSFORM", &[]);
-    four_gb[42..50].copy_from_slice(&(4_u64 << 30).to_be_bytes());
-    let (found, mut decoder) = decode_in(9, &four_gb);
-    let error = found[0].as_ref().unwrap_err();
-    assert!(error.ends_the_stream());
-    let said = error.to_string();
-    assert!(
-        said.contains("found a body of 4294967296 bytes announced, expected 1073741824"),
-        "{said}"
-    );
-    assert_eq!(decoder.next(&mut &four_gb[..]), None);
+    for (version, kind, limit) in [
+        (1, "TRANSFORM", 1024),
+        (2, "TRANSFORM", 1024 + 65_536),
+        (1, "TDATA", 71_680),
+        (1, "STRING", 65_539),
+        (1, "IMAGE", MAX_SKIPPED_BYTES),
+    ] {
+        for announced in [limit + 1, 900_000_000, 1 << 62, u64::MAX] {
+            let mut stream = framed(version, kind, &[]);
+            stream[42..50].copy_from_slice(&announced.to_be_bytes());
+            let (found, mut decoder) = decode_in(9, &stream);
+            let error = found[0].as_ref().unwrap_err();
+            assert!(error.ends_the_stream());
+            let expected =
+                format!("found a body of {announced} bytes announced, expected {limit} at most");
+            assert!(error.to_string().contains(&expected), "{error}");
+            assert_eq!(decoder.next(&mut &stream[..]), None);
+        }
+    }
 
-    // A pose that announces an image's worth of bytes, and an image: passed over without keeping any.
-    for (kind, bytes) in [("TRANSFORM", MAX_BODY_BYTES as u64 + 1), ("IMAGE", 200_000)] {
+    // Longer than this decoder keeps, and an image: passed over without keeping any.
+    for (kind, bytes) in [("TDATA", MAX_BODY_BYTES as u64 + 1), ("IMAGE", 200_000)] {
         let mut stream = framed(1, kind, &[]);
         stream[42..50].copy_from_slice(&bytes.to_be_bytes());
         stream.resize(HEADER_BYTES + bytes as usize, 0xa5);
@@ -321,11 +329,72 @@ fn lengths_that_lie_are_named() {
         said_of_entry.contains("metadata that end in entry 1, expected 1 entries"),
         "{said_of_entry}"
     );
+    let mut body = vec![0, 12, 0x3e, 0x82, 0, 0, 0, 0, 0, 0, 0, 1];
+    body.extend(2000_u16.to_be_bytes());
+    body.resize(12 + 0x3e82, 0);
+    let said_of_many = said(&framed(2, "STP_TDATA", &body));
+    assert!(
+        said_of_many.contains("found 2000 entries of metadata, expected 1024 at most"),
+        "{said_of_many}"
+    );
+    // An extended header that is shorter than it is, and longer than the body.
+    for extended in [[0, 0], [0, 11], [255, 255]] {
+        let body = [&extended[..], &[0; 60]].concat();
+        let said = said(&framed(2, "TRANSFORM", &body));
+        assert!(said.contains("extended header"), "{said}");
+    }
     let short = said(&framed(2, "TRANSFORM", &[0; 5]));
     assert!(
         short.contains("found 5 bytes, expected 12 at least"),
         "{short}"
     );
+}
+
+#[test]
+fn a_bad_name_costs_its_own_message_only() {
+    let next = Message::new("next", Timestamp::NONE, Content::GetStatus);
+    let names: [&[u8]; 3] = [b"Pr\xffobe", b"Pr\x1b[31m", b"\xc3"];
+    for name in names {
+        let mut stream = framed(1, "TRANSFORM", &[0; 48]);
+        stream[14..34].fill(0);
+        stream[14..14 + name.len()].copy_from_slice(name);
+        stream.extend(next.encode().unwrap());
+        let wrong = DecodeError::Name {
+            kind: "TRANSFORM".to_owned(),
+            device: name.to_vec(),
+        };
+        let said = wrong.to_string();
+        assert!(said.contains(&name.escape_ascii().to_string()), "{said}");
+        for piece in [1, 1000] {
+            let found = decode_in(piece, &stream).0;
+            let expected = [Err(wrong.clone()), Ok(Decoded::Message(next.clone()))];
+            assert_eq!(found, expected);
+        }
+    }
+    // A length that lies is refused behind such a name too.
+    let mut stream = framed(1, "IMAGE", &[]);
+    stream[14] = 0xff;
+    stream[42..50].copy_from_slice(&u64::MAX.to_be_bytes());
+    assert!(messages(&stream)[0].as_ref().unwrap_err().ends_the_stream());
+}
+
+#[test]
+fn a_bad_name_in_a_list_costs_its_own_tool_only() {
+    let element = |name: &str| TrackingElement {
+        name: name.to_owned(),
+        kind: ToolKind::SixDof,
+        matrix: Matrix([1.0; 12]),
+    };
+    let elements = vec![element("a"), element("b"), element("c")];
+    let mut body = Vec::new();
+    Content::Tracking(elements).encode(&mut body).unwrap();
+    body[70] = 0xff;
+    let found = messages(&framed(1, "TDATA", &body));
+    let Ok(Decoded::Message(message)) = &found[0] else {
+        panic!("{found:?}")
+    };
+    let expected = vec![element("a"), element(""), element("c")];
+    assert_eq!(message.content, Content::Tracking(expected));
 }
 
 #[test]

@@ -10,8 +10,10 @@ use crate::geometry::pose::Pose;
 use crate::live::roles::{Assigned, BodyNames, roles};
 use crate::study::Scenario;
 use crate::study::body_compensation::BodyCompensator;
+use crate::study::body_prediction::{BodyPrediction, BodyPredictor};
 use crate::task::Task;
-use crate::tracking::RigidBody;
+use crate::tracking::{RigidBody, Sensor, SensorOrientation};
+use nalgebra::{Point3, UnitQuaternion};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -57,8 +59,10 @@ impl LiveDesign {
 
 /// A room made ready, and the bodies found so far.
 pub struct Correction<'a> {
+    method: Method,
     sensors: Compensator<'a>,
-    bodies: BTreeMap<BodyRole, BodyCompensator<'a>>,
+    sensor_predictor: BodyPredictor<'a>,
+    bodies: BTreeMap<BodyRole, (BodyCompensator<'a>, BodyPredictor<'a>)>,
     names: BodyNames,
     assigned: Assigned,
     heard: BTreeSet<String>,
@@ -70,8 +74,11 @@ impl<'a> Correction<'a> {
     pub fn new(room: &'a LiveRoom) -> Self {
         let environment = &*room.environment;
         let ready = |body: &RigidBody, weight_mm| {
+            let predictor = BodyPredictor::new(body, weight_mm, environment, room.outside);
             let body = body.clone();
-            BodyCompensator::new(body, weight_mm, environment, room.outside, room.method)
+            let compensator =
+                BodyCompensator::new(body, weight_mm, environment, room.outside, room.method);
+            (compensator, predictor)
         };
         let mut bodies = BTreeMap::new();
         if let Some(design) = &room.design {
@@ -82,7 +89,11 @@ impl<'a> Correction<'a> {
             }
         }
         let design = room.design.as_ref();
+        // Its own weight decides nothing where there is one sensor.
+        let sensor_predictor = BodyPredictor::new(&one_sensor(), 1.0, environment, room.outside);
         Self {
+            method: room.method,
+            sensor_predictor,
             sensors: Compensator::new(&environment.model, room.outside, room.method),
             bodies,
             names: design.map(LiveDesign::names).unwrap_or_default(),
@@ -112,10 +123,25 @@ impl<'a> Correction<'a> {
         let mut as_sensors = as_sensors.unwrap_or_default().into_iter();
         (readings.iter())
             .map(|(tool, measured)| match body_of(tool) {
-                Some(body) => certain(&body.compensate(measured, &self.sensors)),
+                Some((body, _)) => certain(&body.compensate(measured, &self.sensors)),
                 None => (as_sensors.next()).map_or(Err(Reason::NotConverged), |c| certain(&c)),
             })
             .collect()
+    }
+
+    /// What is known of a tool's pose, as it was measured and as it was corrected.
+    pub fn predict(
+        &self,
+        tool: &str,
+        (measured, corrected): (&Pose, &Pose),
+    ) -> Option<BodyPrediction> {
+        let body = (self.found.get(tool)).and_then(|role| self.bodies.get(role));
+        let predictor = body.map_or(&self.sensor_predictor, |(_, predictor)| predictor);
+        // A correction map is a function of what was measured.
+        predictor.predict(match self.method {
+            Method::Inverse => corrected,
+            Method::Correction | Method::Shortcut => measured,
+        })
     }
 
     fn hear(&mut self, tool: &str) {
@@ -127,6 +153,20 @@ impl<'a> Correction<'a> {
         self.found = (roles(heard, &self.names, &self.assigned).into_iter())
             .map(|(role, tool)| (tool, role))
             .collect();
+    }
+}
+
+/// What a tool is taken for that is no body of the design: a sensor at its origin.
+fn one_sensor() -> RigidBody {
+    RigidBody {
+        name: String::new(),
+        tip_in_body: None,
+        sensors: vec![Sensor {
+            name: String::new(),
+            position_in_body: Point3::origin(),
+            orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
+            coil: None,
+        }],
     }
 }
 

@@ -12,8 +12,10 @@ pub enum Reason {
     NoPose,
     #[error("it has no orientation")]
     NoOrientation,
-    #[error("it is late")]
+    #[error("its samples are late")]
     Late,
+    #[error("its timestamps are ahead of those before")]
+    Early,
     #[error("a later one came before it")]
     OutOfOrder,
     #[error("it is the last one once more")]
@@ -30,10 +32,14 @@ pub enum Reason {
     NotConverged,
     #[error("too many tools were named before it")]
     TooManyTools,
+    #[error("its name is empty or no text")]
+    NoName,
     #[error("no sample came in time")]
     Stale,
     #[error("the tracker's server is not there")]
     LinkLost,
+    #[error("the session ends")]
+    SessionEnds,
 }
 
 impl Reason {
@@ -44,6 +50,7 @@ impl Reason {
             Self::NoPose => "NO_POSE",
             Self::NoOrientation => "NO_ORIENTATION",
             Self::Late => "LATE",
+            Self::Early => "EARLY",
             Self::OutOfOrder => "OUT_OF_ORDER",
             Self::Repeated => "REPEATED",
             Self::OtherFrame => "OTHER_FRAME",
@@ -52,14 +59,16 @@ impl Reason {
             Self::Ambiguous => "AMBIGUOUS",
             Self::NotConverged => "NOT_CONVERGED",
             Self::TooManyTools => "TOO_MANY_TOOLS",
+            Self::NoName => "NO_NAME",
             Self::Stale => "STALE",
             Self::LinkLost => "LINK_LOST",
+            Self::SessionEnds => "SESSION_ENDS",
         }
     }
 
     pub(super) fn status(self) -> StatusCode {
         match self {
-            Self::Stale => StatusCode::TIME_OUT,
+            Self::Stale | Self::Late | Self::Early => StatusCode::TIME_OUT,
             Self::NotTracked | Self::LinkLost => StatusCode::NOT_PRESENT,
             _ => StatusCode::NOT_READY,
         }
@@ -67,7 +76,10 @@ impl Reason {
 
     /// Whether it speaks of one sample only: the tool is as good as it was until it is stale.
     pub(super) fn is_of_the_sample(self) -> bool {
-        matches!(self, Self::Late | Self::OutOfOrder | Self::Repeated)
+        matches!(
+            self,
+            Self::Late | Self::Early | Self::OutOfOrder | Self::Repeated
+        )
     }
 }
 
@@ -80,7 +92,7 @@ pub struct RelayCounts {
     pub poses: u64,
     pub sent: u64,
     pub dropped: BTreeMap<Reason, u64>,
-    /// How often a tool's timestamps went on from elsewhere.
+    /// How often a tool's clock was taken to have been set.
     pub clock_jumps: u64,
     /// How often a good tool became one that no sample came of in time.
     pub went_stale: u64,

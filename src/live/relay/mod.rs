@@ -9,6 +9,7 @@
 
 mod correction;
 mod counts;
+pub mod described;
 mod incoming;
 #[cfg(test)]
 mod tests;
@@ -16,11 +17,15 @@ mod tool;
 
 pub use correction::{Correction, LiveDesign, LiveRoom};
 pub use counts::{Reason, RelayCounts};
+pub use tool::{ClockChange, ToolClock};
 
+use super::clock::ClockRules;
+pub use super::clock::Moment;
 use super::codec::{Content, Matrix, Message, Timestamp, ToolKind};
 use super::roles::target_frame;
 use crate::design::BodyRole;
 use crate::geometry::pose::Pose;
+use crate::study::body_prediction::BodyPrediction;
 use crate::tracking::recording::Unusable;
 use incoming::{Incoming, incoming};
 use std::collections::BTreeMap;
@@ -36,16 +41,22 @@ const REMINDER: Duration = Duration::from_secs(1);
 /// What a relay is told beforehand.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RelayOptions {
-    /// How long after its last good sample a tool is not good any more, and how much later than the
-    /// fastest of its kind a sample may arrive.
+    /// The age from which a pose is not good: how long after its last good sample a tool is not good
+    /// any more, and how much later than the fastest of its tool a sample may arrive.
     pub stale_after: Duration,
+    /// A moment by both clocks, where the sender stamps by this machine's clock: a delay from the first
+    /// sample on is seen then.
+    pub shared_clock: Option<Moment>,
+    /// Whether lateness that stays the same is taken for a sender's clock that was set back.
+    pub follows_clock_steps: bool,
     /// The frame that the room's map is of, as it stands in `StylusToTracker`; transforms to others
     /// are not compensated. Names without a frame are taken for the tracker's own.
     pub tracker_frame: String,
 }
 
 impl RelayOptions {
-    /// Ten frames of 40 Hz.
+    /// Ten frames of 40 Hz. A packet that is lost is sent again after 200 ms at the earliest, so that a
+    /// shorter limit would take every lost packet for a stale tool.
     pub const STALE_AFTER: Duration = Duration::from_millis(250);
     pub const TRACKER_FRAME: &str = "Tracker";
 }
@@ -54,6 +65,8 @@ impl Default for RelayOptions {
     fn default() -> Self {
         Self {
             stale_after: Self::STALE_AFTER,
+            shared_clock: None,
+            follows_clock_steps: false,
             tracker_frame: Self::TRACKER_FRAME.to_owned(),
         }
     }
@@ -76,6 +89,10 @@ pub enum Output {
         state: ToolState,
         message: Message,
     },
+    /// What a tool's timestamps show, each kind once until it is over.
+    Clock { tool: String, change: ClockChange },
+    /// Samples that no tool is made for, the first of their kind.
+    Refused { tool: String, reason: Reason },
 }
 
 /// A pose to be sent on.
@@ -88,7 +105,11 @@ pub struct SentPose {
     pub measured: Pose,
     /// What the message says: compensated, where there is a map.
     pub pose: Pose,
-    /// TRANSFORM, with the name and the timestamp that it came with.
+    /// What the room's model says of it; `None` without a room, or where it keeps no support.
+    pub known: Option<BodyPrediction>,
+    pub clock: ToolClock,
+    /// TRANSFORM, with the name and the timestamp that it came with, and what is known of it as
+    /// [metadata](described).
     pub message: Message,
 }
 
@@ -102,6 +123,7 @@ pub enum ToolState {
 pub struct Relay<'a> {
     correction: Option<Correction<'a>>,
     options: RelayOptions,
+    clock_rules: ClockRules,
     tools: BTreeMap<String, Tool>,
     counts: RelayCounts,
 }
@@ -109,9 +131,15 @@ pub struct Relay<'a> {
 impl<'a> Relay<'a> {
     /// Without a correction poses are sent on as they are.
     pub fn new(correction: Option<Correction<'a>>, options: RelayOptions) -> Self {
+        let clock_rules = ClockRules {
+            bound: options.stale_after,
+            follows_steps: options.follows_clock_steps,
+            shared: options.shared_clock,
+        };
         Self {
             correction,
             options,
+            clock_rules,
             tools: BTreeMap::new(),
             counts: RelayCounts::default(),
         }
@@ -122,6 +150,7 @@ impl<'a> Relay<'a> {
         Relay {
             correction,
             options: self.options,
+            clock_rules: self.clock_rules,
             tools: self.tools,
             counts: self.counts,
         }
@@ -138,6 +167,7 @@ impl<'a> Relay<'a> {
         for sample in incoming(message) {
             self.counts.poses += 1;
             let pose = self.admit(&sample, message.timestamp, at);
+            self.tell_clock(&sample.tool, out);
             out.push(measured(&sample, message.timestamp, pose));
             match pose {
                 Ok(pose) => readings.push((sample, pose)),
@@ -156,23 +186,40 @@ impl<'a> Relay<'a> {
     /// Marks tools of which no good sample came in time, and reminds of the others that are not good.
     pub fn tick(&mut self, now: Instant, out: &mut Vec<Output>) {
         for (name, tool) in &mut self.tools {
-            let reason = match tool.state {
-                ToolState::Good if tool.is_stale(&self.options, now) => {
+            let reason = match (tool.state, tool.lateness()) {
+                (ToolState::Good, late) if tool.is_stale(&self.options, now) => {
                     self.counts.went_stale += 1;
-                    Reason::Stale
+                    late.unwrap_or(Reason::Stale)
                 }
-                ToolState::Good => continue,
-                ToolState::NotGood(reason) => reason,
+                (ToolState::Good, _) => continue,
+                // It is heard, but not in time.
+                (ToolState::NotGood(Reason::Stale | Reason::LinkLost), Some(late)) => late,
+                (ToolState::NotGood(reason), _) => reason,
             };
+            tool.is_told_late(reason);
+            out.extend(tool.take_change().map(|change| clock(name, change)));
             say(name, tool, reason, now, out);
         }
+    }
+
+    fn tell_clock(&mut self, name: &str, out: &mut Vec<Output>) {
+        let tool = self.tools.get_mut(name);
+        let change = tool.and_then(Tool::take_change);
+        out.extend(change.map(|change| clock(name, change)));
     }
 
     /// The tracker's server is gone: so are all tools. It may come back with another clock.
     pub fn lost(&mut self, now: Instant, out: &mut Vec<Output>) {
         for (name, tool) in &mut self.tools {
-            tool.forget_clock(&self.options);
+            tool.reconnect();
             say(name, tool, Reason::LinkLost, now, out);
+        }
+    }
+
+    /// Nothing more is sent on.
+    pub fn end(&mut self, now: Instant, out: &mut Vec<Output>) {
+        for (name, tool) in &mut self.tools {
+            say(name, tool, Reason::SessionEnds, now, out);
         }
     }
 
@@ -184,10 +231,13 @@ impl<'a> Relay<'a> {
         at: Instant,
     ) -> Result<Pose, Reason> {
         if !self.tools.contains_key(&sample.tool) {
+            if sample.tool.trim().is_empty() {
+                return Err(Reason::NoName);
+            }
             if self.tools.len() >= MAX_TOOLS {
                 return Err(Reason::TooManyTools);
             }
-            let tool = Tool::new(&self.options, at);
+            let tool = Tool::new(self.clock_rules, at);
             self.tools.insert(sample.tool.clone(), tool);
         }
         let pose = sample.pose.as_ref().map_err(|refusal| refusal.reason)?;
@@ -234,6 +284,11 @@ impl<'a> Relay<'a> {
             });
         }
         self.counts.sent += 1;
+        let clock = tool.clock();
+        let known = (self.correction.as_ref())
+            .and_then(|correction| correction.predict(&sample.tool, (&measured, &pose)));
+        let mut extension = message.extension.clone().unwrap_or_default();
+        described::describe(&mut extension, known.as_ref(), &clock);
         // What is not changed stays as it is to the bit.
         let unchanged = sample.matrix.filter(|_| self.correction.is_none());
         let matrix = unchanged.unwrap_or_else(|| Matrix::from_pose(&pose));
@@ -244,23 +299,39 @@ impl<'a> Relay<'a> {
                 device: sample.tool.clone(),
                 timestamp: message.timestamp,
                 content: Content::Transform(matrix),
-                extension: message.extension.clone(),
+                extension: Some(extension),
             },
             tool: sample.tool,
             kind: sample.kind,
             measured,
             pose,
+            known,
+            clock,
         }));
     }
 
     fn drop_sample(&mut self, name: &str, reason: Reason, at: Instant, out: &mut Vec<Output>) {
-        *self.counts.dropped.entry(reason).or_default() += 1;
+        let dropped = self.counts.dropped.entry(reason).or_default();
+        *dropped += 1;
+        if *dropped == 1 && matches!(reason, Reason::NoName | Reason::TooManyTools) {
+            out.push(Output::Refused {
+                tool: name.to_owned(),
+                reason,
+            });
+        }
         if reason.is_of_the_sample() {
             return;
         }
         if let Some(tool) = self.tools.get_mut(name) {
             say(name, tool, reason, at, out);
         }
+    }
+}
+
+fn clock(name: &str, change: ClockChange) -> Output {
+    Output::Clock {
+        tool: name.to_owned(),
+        change,
     }
 }
 

@@ -92,8 +92,28 @@ fn without_a_room_a_transform_is_sent_on_as_it_came() {
     extension.set("Elsewhere", "kept");
     message.extension = Some(extension);
     let out = desk.receive(&message, 0.0);
-    assert_eq!(sent(&out)[0].message, message);
+    let found = &sent(&out)[0].message;
+    assert!(is_same(found, &message), "{found:?}");
+    assert_eq!(value(found, "Elsewhere"), "kept");
+    // Nothing is known of it but that it is the first.
+    for key in described::KEYS {
+        let expected = match key {
+            described::LATENCY_MS | described::CLOCK_SHIFT_MS => "0.000",
+            _ => described::UNKNOWN,
+        };
+        assert_eq!(value(found, key), expected, "{key}");
+    }
     assert_eq!(said(&out), []);
+}
+
+/// But for what is said of it in metadata.
+fn is_same(a: &Message, b: &Message) -> bool {
+    (&a.device, a.timestamp, &a.content) == (&b.device, b.timestamp, &b.content)
+}
+
+fn value<'m>(message: &'m Message, key: &str) -> &'m str {
+    let extension = message.extension.as_ref().expect("metadata");
+    extension.get(key).expect("a value")
 }
 
 /// A room that measures everything 2 mm too far along x.
@@ -181,6 +201,17 @@ fn a_tool_called_like_a_body_of_the_design_is_compensated_by_its_sensors() {
     ] {
         let found = heard(name, seen, 0.0);
         assert_eq!(found.role, Some(role));
+        let known = found.known.expect("a room with support");
+        let tip_rms_mm = known.tip_rms_mm.unwrap();
+        assert!((0.05..10.0).contains(&tip_rms_mm), "{name}: {tip_rms_mm}");
+        let written: f64 = value(&found.message, described::TIP_RMS_MM)
+            .parse()
+            .unwrap();
+        assert!((written - tip_rms_mm).abs() <= 5.1e-5);
+        let std_mm: f64 = value(&found.message, described::STD_MM).parse().unwrap();
+        assert!(std_mm > 0.0 && std_mm < tip_rms_mm, "{name}: {std_mm}");
+        let validity = value(&found.message, described::VALIDITY);
+        assert_eq!(validity, if known.is_valid { "valid" } else { "invalid" });
         // Single precision at half a metre, there and back.
         let off_mm = found.pose.translation.vector - seen.tracker_from_body.translation.vector;
         assert!(off_mm.norm() < 5e-4, "{name}: {off_mm}");
@@ -334,10 +365,92 @@ fn a_server_that_is_gone_takes_its_tools_and_its_clock_with_it() {
         lost.iter()
             .all(|s| s.1 == ToolState::NotGood(Reason::LinkLost))
     );
-    // It comes back with a clock that was set back, which is no jump.
-    let out = desk.receive(&transform("a", 1.0, 3.0), 0.2);
-    assert_eq!(sent(&out).len(), 1);
-    assert_eq!(desk.relay.counts().clock_jumps, 0);
+    // It comes back with a clock that was set back, which is taken once it has lasted, and shown.
+    let mut first = None;
+    for frame in 0..120 {
+        let after = f64::from(frame) / 40.0;
+        let out = desk.receive(&transform("a", after, 3.0 + after), 0.2 + after);
+        if let Some(sent) = sent(&out).first() {
+            first.get_or_insert((frame, sent.clock.shift_s));
+        }
+    }
+    let (frame, shift_s) = first.unwrap();
+    assert!((80..=81).contains(&frame), "{frame}");
+    assert!((shift_s - 97.2).abs() < 1e-3, "{shift_s}");
+    assert_eq!(desk.relay.counts().clock_jumps, 1);
+}
+
+#[test]
+fn late_samples_are_not_sent_and_said_to_be_late() {
+    let mut desk = Desk::new(None);
+    let (mut taken, mut told) = (0, Vec::new());
+    let mut reasons = Vec::new();
+    for frame in 0..400 {
+        let at = f64::from(frame) / 40.0;
+        // After a second everything is two seconds late.
+        let sent_at = if frame < 40 { at } else { at - 2.0 };
+        let mut out = desk.receive(&transform("Probe", at, 10.0 + sent_at), at);
+        out.extend(desk.tick(at));
+        taken += sent(&out).len();
+        reasons.extend(said(&out).into_iter().map(|(_, state, _)| state));
+        told.extend(out.into_iter().filter_map(|output| match output {
+            Output::Clock { change, .. } => Some(change),
+            _ => None,
+        }));
+    }
+    assert_eq!(taken, 40);
+    // At once, and every second.
+    assert!(reasons.len() >= 8, "{reasons:?}");
+    assert!(
+        reasons
+            .iter()
+            .all(|state| *state == ToolState::NotGood(Reason::Late))
+    );
+    assert!(
+        matches!(told[..], [ClockChange::Late { by_s }] if (by_s - 2.0).abs() < 1e-6),
+        "{told:?}"
+    );
+    let out = desk.receive(&transform("Probe", 0.0, 20.0), 10.0);
+    assert_eq!(said(&out)[0].2.code, StatusCode::OK);
+    assert_eq!(desk.relay.counts().dropped[&Reason::Late], 360);
+}
+
+#[test]
+fn latency_is_said_of_every_pose() {
+    let mut desk = Desk::new(None);
+    for frame in 0..40 {
+        let at = f64::from(frame) / 40.0;
+        let delay = if frame % 2 == 0 { 0.0 } else { 0.1 };
+        let out = desk.receive(&transform("Probe", at, at), at + delay);
+        let [sent] = sent(&out)[..] else {
+            panic!("{out:?}")
+        };
+        let found: f64 = value(&sent.message, described::LATENCY_MS).parse().unwrap();
+        // What drift allows for in a second.
+        assert!((found - 1e3 * delay).abs() < 0.3, "{found}");
+    }
+}
+
+#[test]
+fn samples_without_a_name_are_refused_and_told_once() {
+    let mut desk = Desk::new(None);
+    let elements = ["", "b", " "].map(|name| TrackingElement {
+        name: name.to_owned(),
+        kind: ToolKind::SixDof,
+        matrix: Matrix::from_pose(&pose(1.0)),
+    });
+    let mut refused = 0;
+    for frame in 0..10 {
+        let at = f64::from(frame) / 40.0;
+        let content = Content::Tracking(elements.to_vec());
+        let out = desk.receive(&Message::new("", stamp(at), content), at);
+        assert_eq!(sent(&out).len(), 1);
+        let is_refusal = |output: &&Output| matches!(output, Output::Refused { .. });
+        refused += out.iter().filter(is_refusal).count();
+    }
+    assert_eq!(refused, 1);
+    assert_eq!(desk.relay.counts().dropped[&Reason::NoName], 20);
+    assert_eq!(desk.relay.tools.len(), 1);
 }
 
 #[test]
@@ -352,14 +465,14 @@ fn frames_out_of_order_are_dropped_and_a_clock_that_was_set_is_counted() {
     let out = desk.receive(&transform("Probe", -1.0, 0.95), 1.0);
     assert!(sent(&out).is_empty() && said(&out).is_empty());
     assert_eq!(desk.relay.counts().dropped[&Reason::OutOfOrder], 1);
-    // Set back by an hour: late for a second, then taken.
+    // Set ahead by an hour: too early for a quarter of a second, then taken.
     let mut taken = 0;
     for frame in 41..121 {
         let at = f64::from(frame) / 40.0;
         let out = desk.receive(&transform("Probe", f64::from(frame), at + 3600.0), at);
         taken += sent(&out).len();
     }
-    assert!((39..=40).contains(&taken), "{taken}");
+    assert!((69..=70).contains(&taken), "{taken}");
     assert_eq!(desk.relay.counts().clock_jumps, 1);
 }
 
@@ -396,7 +509,7 @@ proptest! {
             for sent in sent(&out) {
                 prop_assert!(is_valid);
                 prop_assert!(matrix.pose().is_ok());
-                prop_assert_eq!(&sent.message, &message);
+                prop_assert!(is_same(&sent.message, &message));
             }
             desk.tick(at);
         }

@@ -1,19 +1,22 @@
 //! One client of a server: what is queued goes out, what it asks for is answered.
 
-use super::{Left, Shared, lock};
+use super::outbox::{Encoded, Item, Outbox, PoseTimes, Tracking};
+use super::{Left, ServerEvent, Shared, Teller, lock};
 use crate::live::codec::{
     Content, Decoded, Decoder, Message, StartTracking, Status, StatusCode, Timestamp,
 };
 use crate::live::keepalive;
 use std::io;
+use std::net::SocketAddr;
+use std::pin::pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::net::tcp::{ReadHalf, WriteHalf};
-use tokio::sync::{mpsc, oneshot};
-use tokio::time::{Interval, MissedTickBehavior, interval};
+use tokio::sync::oneshot;
+use tokio::time::{Interval, MissedTickBehavior, interval, sleep};
 
 /// The longest message that is read from a client: requests have 36 bytes.
 const MAX_REQUEST_BYTES: usize = 4096;
@@ -24,102 +27,164 @@ const READ_BYTES: usize = 4096;
 /// The shortest time between two messages of tracking data, whatever a client asks for.
 const SHORTEST_INTERVAL: Duration = Duration::from_millis(5);
 
-/// What goes through a client's queue.
-pub enum Item {
-    Send {
-        bytes: Arc<[u8]>,
-        /// When what it says came in, where that is to be measured.
-        arrived: Option<Instant>,
-    },
-    /// From now on, tracking data in place of transforms; or no more.
-    Track(Option<Tracking>),
-    /// Nothing more comes.
-    End,
-}
-
-/// Tracking data as a client asked for them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tracking {
-    every: Duration,
-    has_quaternions: bool,
-}
+/// A message is taken by the system once fewer bytes than this wait for being sent: what it has is
+/// sent, however old it has become, so that it is to have one message only, and that one whole.
+#[cfg(any(target_os = "linux", target_os = "android"))]
+const UNSENT_BYTES: u32 = 1;
 
 pub struct Connection {
+    pub client: SocketAddr,
     pub stream: TcpStream,
-    pub items: mpsc::Receiver<Item>,
-    /// For answers; it keeps the queue of a client that was dropped from living on.
-    pub queue: mpsc::WeakSender<Item>,
+    pub outbox: Arc<Outbox>,
     pub is_tracking: Arc<AtomicBool>,
     pub shared: Arc<Shared>,
+    pub tell: Teller,
+    /// A client that takes nothing for so long is dropped.
+    pub stuck_after: Duration,
 }
 
 impl Connection {
     /// Serves until the client leaves or `let_go` says that its place is taken away.
-    pub async fn run(self, let_go: oneshot::Receiver<()>) -> Left {
-        let Self {
-            mut stream,
-            items,
-            queue,
-            is_tracking,
-            shared,
-        } = self;
+    pub async fn run(mut self, let_go: oneshot::Receiver<()>) -> Left {
         // Without it a transform may wait for the next one.
-        if let Err(error) = stream.set_nodelay(true) {
+        if let Err(error) = self.stream.set_nodelay(true) {
             return Left::Failed(error.to_string());
         }
-        keepalive::set(&stream);
-        let (reading, writing) = stream.split();
+        keepalive::set(&self.stream);
+        #[cfg(any(target_os = "linux", target_os = "android"))]
+        {
+            // Where it cannot be set a client that stops reading gets some old poses more.
+            let _ = socket2::SockRef::from(&self.stream).set_tcp_notsent_lowat(UNSENT_BYTES);
+        }
+        let (reading, writing) = self.stream.split();
+        let is_version_one = AtomicBool::new(false);
         let requests = Requests {
-            queue,
-            is_tracking,
-            shared: shared.clone(),
+            outbox: &self.outbox,
+            is_tracking: &self.is_tracking,
+            is_version_one: &is_version_one,
+            shared: &self.shared,
+        };
+        let writer = Writer {
+            client: self.client,
+            outbox: &self.outbox,
+            is_version_one: &is_version_one,
+            shared: &self.shared,
+            tell: &self.tell,
+            stuck_after: self.stuck_after,
         };
         tokio::select! {
             why = requests.read(reading) => why,
-            why = write(writing, items, &shared) => why,
-            _ = let_go => Left::TooSlow,
+            why = writer.run(writing) => why,
+            _ = let_go => Left::Stopped,
         }
     }
 }
 
 /// Writes what is queued, message by message, and tracking data where they were asked for.
-async fn write(mut out: WriteHalf<'_>, mut items: mpsc::Receiver<Item>, shared: &Shared) -> Left {
-    let mut tracking: Option<(Tracking, Interval)> = None;
-    let mut shown = 0;
-    loop {
-        let item = tokio::select! {
-            item = items.recv() => item,
-            () = tick(&mut tracking) => {
-                let Some((wanted, _)) = &tracking else { continue };
-                let Some(bytes) = snapshot(shared, wanted.has_quaternions, &mut shown) else {
-                    continue;
-                };
-                Some(Item::Send { bytes, arrived: None })
-            }
-        };
-        match item {
-            Some(Item::Send { bytes, arrived }) => {
-                if let Err(error) = out.write_all(&bytes).await {
-                    return failed(&error);
+struct Writer<'a> {
+    client: SocketAddr,
+    outbox: &'a Outbox,
+    is_version_one: &'a AtomicBool,
+    shared: &'a Shared,
+    tell: &'a Teller,
+    stuck_after: Duration,
+}
+
+impl Writer<'_> {
+    async fn run(&self, mut out: WriteHalf<'_>) -> Left {
+        let mut tracking: Option<(Tracking, Interval)> = None;
+        let mut shown = 0;
+        loop {
+            let (item, dropped) = tokio::select! {
+                next = self.outbox.next() => next,
+                () = tick(&mut tracking) => {
+                    let Some((wanted, _)) = &tracking else { continue };
+                    let Some(message) = snapshot(self.shared, wanted.has_quaternions, &mut shown)
+                    else {
+                        continue;
+                    };
+                    (Some(Item::Send { message, pose: None }), 0)
                 }
-                if let Some(arrived) = arrived {
-                    lock(&shared.latencies).record(arrived.elapsed());
+            };
+            self.shared.count_dropped(dropped);
+            let Some(item) = item else { continue };
+            match item {
+                Item::Send { message, pose } => {
+                    let bytes = message.bytes(self.is_version_one.load(Ordering::Relaxed));
+                    let now = match self.write(&out, bytes, pose).await {
+                        Ok(Some(taken_at)) => taken_at,
+                        Ok(None) => {
+                            self.shared.count_dropped(self.outbox.dropped_at_write());
+                            continue;
+                        }
+                        Err(why) => return why,
+                    };
+                    if let Some(times) = pose {
+                        let taken = now.saturating_duration_since(times.arrived);
+                        lock(&self.shared.latencies).record(taken);
+                        lock(&self.shared.ages).record(times.age(now));
+                    }
+                    if let Some(dropped) = self.outbox.caught_up(now) {
+                        let client = self.client;
+                        (self.tell)(ServerEvent::CaughtUp { client, dropped });
+                    }
+                }
+                Item::Track(wanted) => {
+                    tracking = wanted.map(|wanted| {
+                        let mut ticks = interval(wanted.every);
+                        ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
+                        (wanted, ticks)
+                    });
+                }
+                Item::End => {
+                    // It is gone either way.
+                    let _ = out.shutdown().await;
+                    return Left::Stopped;
                 }
             }
-            Some(Item::Track(wanted)) => {
-                tracking = wanted.map(|wanted| {
-                    let mut ticks = interval(wanted.every);
-                    ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
-                    (wanted, ticks)
-                });
-            }
-            Some(Item::End) => {
-                // It is gone either way.
-                let _ = out.shutdown().await;
-                return Left::Stopped;
-            }
-            None => return Left::TooSlow,
         }
+    }
+
+    /// Writes one message whole, and tells where what waits behind it has become too old. A pose that
+    /// has become too old before any of it was taken is not written; else when the last of the message
+    /// was given to the system.
+    ///
+    /// # Errors
+    /// Why the client is gone.
+    async fn write(
+        &self,
+        out: &WriteHalf<'_>,
+        mut bytes: &[u8],
+        pose: Option<PoseTimes>,
+    ) -> Result<Option<Instant>, Left> {
+        let whole = bytes.len();
+        let mut stuck = pin!(sleep(self.stuck_after));
+        let mut now = Instant::now();
+        while !bytes.is_empty() {
+            if self.outbox.fell_behind() {
+                let client = self.client;
+                (self.tell)(ServerEvent::FellBehind { client });
+            }
+            tokio::select! {
+                // Most messages are taken at once, which needs no timer.
+                biased;
+                ready = out.writable() => {
+                    now = Instant::now();
+                    let is_too_old = pose.is_some_and(|times| times.is_too_old(now));
+                    if is_too_old && bytes.len() == whole {
+                        return Ok(None);
+                    }
+                    match ready.and_then(|()| out.try_write(bytes)) {
+                        Ok(taken) => bytes = bytes.get(taken..).unwrap_or_default(),
+                        Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                        Err(error) => return Err(failed(&error)),
+                    }
+                }
+                () = self.outbox.filled() => {}
+                () = &mut stuck => return Err(Left::TooSlow),
+            }
+        }
+        Ok(Some(now))
     }
 }
 
@@ -133,13 +198,14 @@ async fn tick(tracking: &mut Option<(Tracking, Interval)>) {
 }
 
 /// All tools in one message, where any has moved since the last.
-fn snapshot(shared: &Shared, has_quaternions: bool, shown: &mut u64) -> Option<Arc<[u8]>> {
+fn snapshot(shared: &Shared, has_quaternions: bool, shown: &mut u64) -> Option<Arc<Encoded>> {
     let served = lock(&shared.served);
     if served.revision == *shown {
         return None;
     }
     *shown = served.revision;
-    Some(served.tracking(has_quaternions)?.encode().ok()?.into())
+    let message = served.tracking(has_quaternions, Instant::now())?;
+    Encoded::of(&message).ok().map(Arc::new)
 }
 
 fn failed(error: &io::Error) -> Left {
@@ -150,13 +216,14 @@ fn failed(error: &io::Error) -> Left {
 }
 
 /// What a client asks for.
-struct Requests {
-    queue: mpsc::WeakSender<Item>,
-    is_tracking: Arc<AtomicBool>,
-    shared: Arc<Shared>,
+struct Requests<'a> {
+    outbox: &'a Outbox,
+    is_tracking: &'a AtomicBool,
+    is_version_one: &'a AtomicBool,
+    shared: &'a Shared,
 }
 
-impl Requests {
+impl Requests<'_> {
     async fn read(self, mut stream: ReadHalf<'_>) -> Left {
         let mut decoder = Decoder::new(MAX_REQUEST_BYTES);
         let mut buffer = vec![0; READ_BYTES];
@@ -168,17 +235,20 @@ impl Requests {
             };
             while let Some(decoded) = decoder.next(&mut arrived) {
                 let answers = match decoded {
-                    Ok(Decoded::Message(message)) => self.answer(&message),
+                    Ok(Decoded::Message(message)) => {
+                        // As PLUS does: whoever writes version 1 is not known to read another.
+                        let is_version_one = message.extension.is_none();
+                        self.is_version_one.store(is_version_one, Ordering::Relaxed);
+                        self.answer(&message)
+                    }
                     Ok(Decoded::Skipped { .. }) => Vec::new(),
                     Err(error) if error.ends_the_stream() => return Left::Unreadable(error),
                     // A request that cannot be read is one that is not answered.
                     Err(_) => Vec::new(),
                 };
                 for answer in answers {
-                    let sent = self.queue.upgrade().map(|queue| queue.try_send(answer));
-                    if !matches!(sent, Some(Ok(()))) {
-                        return Left::TooSlow;
-                    }
+                    let dropped = self.outbox.push(answer, Instant::now());
+                    self.shared.count_dropped(dropped);
                 }
             }
         }
@@ -187,9 +257,9 @@ impl Requests {
     fn answer(&self, request: &Message) -> Vec<Item> {
         let reply = |content| {
             let message = Message::new(request.device.clone(), Timestamp::now(), content);
-            message.encode().ok().map(|bytes| Item::Send {
-                bytes: bytes.into(),
-                arrived: None,
+            Encoded::of(&message).ok().map(|message| Item::Send {
+                message: Arc::new(message),
+                pose: None,
             })
         };
         let start = |start: &StartTracking, has_quaternions| {
@@ -222,7 +292,7 @@ impl Requests {
                 .chain(reply(Content::QuaternionTrackingReply(0)))
                 .collect(),
             Content::GetTransform => {
-                let found = lock(&self.shared.served).transforms(&request.device);
+                let found = lock(&self.shared.served).transforms(&request.device, Instant::now());
                 if found.is_empty() {
                     let status = Status::problem(
                         StatusCode::NOT_FOUND,
@@ -231,9 +301,9 @@ impl Requests {
                     );
                     return reply(Content::Status(status)).into_iter().collect();
                 }
-                let send = |bytes| Item::Send {
-                    bytes,
-                    arrived: None,
+                let send = |message| Item::Send {
+                    message,
+                    pose: None,
                 };
                 found.into_iter().map(send).collect()
             }

@@ -2,16 +2,21 @@
 //!
 //! One thread with an event loop serves them all: a thousand clients at two threads each would be
 //! gigabytes of stacks and ten thousand wakes a second for messages of a hundred bytes. Each client
-//! has a queue of bounded length; whoever sends never waits, and a client whose queue is full is
-//! dropped. What is queued is shared between clients.
+//! has a queue of bounded length; whoever sends never waits, and poses that have waited too long are
+//! thrown away. What is queued is shared between clients.
 
 mod connection;
+mod outbox;
 mod served;
 
 use super::codec::{Content, EncodeError, Message, Status, StatusCode, ToolKind};
 use super::latency::{Latencies, LatencySummary};
-use connection::{Connection, Item};
+use super::relay::RelayOptions;
+use connection::Connection;
+use outbox::{Encoded, Item, Outbox, PoseTimes};
+pub use served::DEVICE;
 use served::Served;
+use std::fs::File;
 use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -20,12 +25,11 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::runtime::{Builder, Runtime};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::oneshot;
 
-/// Bytes that the system keeps for a client that does not read, beside the queue: little, so that
-/// one that has stopped is found within seconds and one that goes on does not get old poses. The
-/// system doubles it.
-const SEND_BUFFER_BYTES: u32 = 32 * 1024;
+/// Bytes that the system keeps for a client until it has confirmed them: little, so that one that
+/// stops reading and goes on gets few old poses. The system doubles it.
+const SEND_BUFFER_BYTES: u32 = 8 * 1024;
 
 /// Clients that may wait for being accepted.
 const BACKLOG: u32 = 1024;
@@ -45,18 +49,28 @@ pub struct ServerOptions {
     pub max_clients: usize,
     /// Messages that may wait for one client.
     pub queue: usize,
+    /// The age from which a pose is not sent any more.
+    pub max_age: Duration,
+    /// How long a client may take nothing until it is dropped.
+    pub stuck_after: Duration,
+    /// Whether all messages have headers of version 1, for receivers that read no others.
+    pub is_version_one: bool,
 }
 
 impl ServerOptions {
     pub const MAX_CLIENTS: usize = 1000;
     /// One and a half seconds of eight tools at 40 Hz.
     pub const QUEUE: usize = 512;
+    pub const STUCK_AFTER: Duration = Duration::from_secs(300);
 
     pub fn at(address: SocketAddr) -> Self {
         Self {
             address,
             max_clients: Self::MAX_CLIENTS,
             queue: Self::QUEUE,
+            max_age: RelayOptions::STALE_AFTER,
+            stuck_after: Self::STUCK_AFTER,
+            is_version_one: false,
         }
     }
 }
@@ -73,9 +87,19 @@ pub enum ServerEvent {
         why: Left,
         clients: usize,
     },
-    /// There are as many clients as may be.
+    /// There are as many clients as may be, or as the system allows.
     Refused {
         client: SocketAddr,
+        why: String,
+    },
+    /// It does not read fast enough: poses that are too old by then are not sent to it.
+    FellBehind {
+        client: SocketAddr,
+    },
+    /// It reads fast enough again; what it did not get meanwhile.
+    CaughtUp {
+        client: SocketAddr,
+        dropped: u64,
     },
     /// The system would not accept a client; tried again soon.
     NotAccepted {
@@ -90,7 +114,7 @@ pub enum Left {
     Closed,
     #[error("the connection failed: {0}")]
     Failed(String),
-    #[error("dropped: it did not read fast enough")]
+    #[error("dropped: it took nothing for too long")]
     TooSlow,
     #[error("dropped: {0}")]
     Unreadable(super::codec::DecodeError),
@@ -119,13 +143,20 @@ struct Shared {
     clients: Mutex<Vec<Slot>>,
     served: Mutex<Served>,
     latencies: Mutex<Latencies>,
+    ages: Mutex<Latencies>,
     dropped_messages: AtomicU64,
+}
+
+impl Shared {
+    fn count_dropped(&self, count: u64) {
+        self.dropped_messages.fetch_add(count, Ordering::Relaxed);
+    }
 }
 
 /// A client, as seen by who publishes.
 struct Slot {
     id: u64,
-    queue: mpsc::Sender<Item>,
+    outbox: Arc<Outbox>,
     /// Whether it has asked for tracking data, and gets them in place of transforms.
     is_tracking: Arc<std::sync::atomic::AtomicBool>,
     /// Its connection ends when this is dropped.
@@ -140,6 +171,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 /// A server that runs as long as this is there.
 pub struct Server {
     address: SocketAddr,
+    max_age: Duration,
+    is_version_one: bool,
     shared: Arc<Shared>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -165,14 +198,15 @@ impl Server {
             clients: Mutex::default(),
             served: Mutex::default(),
             latencies: Mutex::default(),
+            ages: Mutex::default(),
             dropped_messages: AtomicU64::new(0),
         });
         let (stop, stopped) = oneshot::channel();
         let accepting = Accepting {
             listener,
             shared: shared.clone(),
-            max_clients: options.max_clients,
-            queue: options.queue.max(1),
+            options: options.clone(),
+            spare: spare(),
             tell: Arc::new(tell),
         };
         let thread = std::thread::Builder::new()
@@ -184,6 +218,8 @@ impl Server {
             .map_err(ServerError::Thread)?;
         Ok(Self {
             address,
+            max_age: options.max_age,
+            is_version_one: options.is_version_one,
             shared,
             stop: Some(stop),
             thread: Some(thread),
@@ -204,8 +240,14 @@ impl Server {
         lock(&self.shared.latencies).summary()
     }
 
-    /// Messages that were queued for clients that were dropped as too slow, and the ones that no
-    /// longer found a place.
+    /// From the moments that poses were measured, as far as timestamps tell, to those that they were
+    /// written to clients.
+    pub fn ages(&self) -> LatencySummary {
+        lock(&self.shared.ages).summary()
+    }
+
+    /// Messages that were thrown away because they had become too old for a client, or found no place
+    /// in its queue.
     pub fn dropped_messages(&self) -> u64 {
         self.shared.dropped_messages.load(Ordering::Relaxed)
     }
@@ -220,9 +262,24 @@ impl Server {
         kind: ToolKind,
         arrived: Instant,
     ) -> Result<(), EncodeError> {
-        let bytes: Arc<[u8]> = message.encode()?.into();
-        lock(&self.shared.served).set(message, kind, &bytes);
-        self.queue(&bytes, Some(arrived), |slot| {
+        self.send_delayed(message, kind, arrived, Duration::ZERO)
+    }
+
+    /// The same of a pose that had an age already when it arrived.
+    ///
+    /// # Errors
+    /// A name that is too long.
+    pub fn send_delayed(
+        &self,
+        message: &Message,
+        kind: ToolKind,
+        arrived: Instant,
+        latency: Duration,
+    ) -> Result<(), EncodeError> {
+        let encoded = self.encoded(message)?;
+        let times = PoseTimes::new(arrived, latency, self.max_age);
+        lock(&self.shared.served).set(message, kind, &encoded, times);
+        self.queue(&encoded, Some(times), |slot| {
             !slot.is_tracking.load(Ordering::Relaxed)
         });
         Ok(())
@@ -233,9 +290,20 @@ impl Server {
     /// # Errors
     /// A name that is too long.
     pub fn send(&self, message: &Message) -> Result<(), EncodeError> {
-        let bytes: Arc<[u8]> = message.encode()?.into();
-        self.queue(&bytes, None, |_| true);
+        let encoded = self.encoded(message)?;
+        self.queue(&encoded, None, |_| true);
         Ok(())
+    }
+
+    fn encoded(&self, message: &Message) -> Result<Arc<Encoded>, EncodeError> {
+        if self.is_version_one && message.extension.is_some() {
+            let plain = Message {
+                extension: None,
+                ..message.clone()
+            };
+            return Encoded::of(&plain).map(Arc::new);
+        }
+        Encoded::of(message).map(Arc::new)
     }
 
     /// A tool is not good any more: nobody who asks is told where it was.
@@ -243,30 +311,26 @@ impl Server {
         lock(&self.shared.served).remove(tool);
     }
 
-    fn queue(&self, bytes: &Arc<[u8]>, arrived: Option<Instant>, is_for: impl Fn(&Slot) -> bool) {
-        lock(&self.shared.clients).retain(|slot| {
-            if !is_for(slot) {
-                return true;
-            }
-            let item = Item::Send {
-                bytes: bytes.clone(),
-                arrived,
-            };
-            let is_taken = slot.queue.try_send(item).is_ok();
-            if !is_taken {
-                let waiting = slot.queue.max_capacity() - slot.queue.capacity() + 1;
-                self.shared
-                    .dropped_messages
-                    .fetch_add(waiting as u64, Ordering::Relaxed);
-            }
-            is_taken
-        });
+    fn queue(
+        &self,
+        message: &Arc<Encoded>,
+        pose: Option<PoseTimes>,
+        is_for: impl Fn(&Slot) -> bool,
+    ) {
+        let now = Instant::now();
+        let clients = lock(&self.shared.clients);
+        for slot in clients.iter().filter(|slot| is_for(slot)) {
+            let message = Arc::clone(message);
+            let dropped = slot.outbox.push(Item::Send { message, pose }, now);
+            self.shared.count_dropped(dropped);
+        }
     }
 
-    /// Gives clients what is queued for them, for a second at most, and ends; how long all took.
-    pub fn stop(mut self) -> LatencySummary {
+    /// Gives clients what is queued for them, for a second at most, and ends; how long all took, and
+    /// how old it was then.
+    pub fn stop(mut self) -> (LatencySummary, LatencySummary) {
         self.end();
-        self.latencies()
+        (self.latencies(), self.ages())
     }
 
     fn end(&mut self) {
@@ -312,13 +376,14 @@ fn listen(runtime: &Runtime, address: SocketAddr) -> Result<TcpListener, ServerE
 struct Accepting {
     listener: TcpListener,
     shared: Arc<Shared>,
-    max_clients: usize,
-    queue: usize,
+    options: ServerOptions,
+    /// A file descriptor to give away for a client that is refused for want of one.
+    spare: Option<File>,
     tell: Teller,
 }
 
 impl Accepting {
-    async fn run(self, mut stopped: oneshot::Receiver<()>) {
+    async fn run(mut self, mut stopped: oneshot::Receiver<()>) {
         let mut connections = tokio::task::JoinSet::new();
         let mut next_id = 0;
         let mut was_accepting = true;
@@ -332,9 +397,11 @@ impl Accepting {
             match accepted {
                 Ok((stream, client)) => {
                     was_accepting = true;
-                    if lock(&self.shared.clients).len() >= self.max_clients {
-                        refuse(stream, self.max_clients);
-                        (self.tell)(ServerEvent::Refused { client });
+                    let max_clients = self.options.max_clients;
+                    if lock(&self.shared.clients).len() >= max_clients {
+                        let why = format!("{max_clients} clients are served already");
+                        refuse(stream, &why);
+                        (self.tell)(ServerEvent::Refused { client, why });
                         continue;
                     }
                     next_id += 1;
@@ -348,19 +415,41 @@ impl Accepting {
                             (self.tell)(ServerEvent::NotAccepted { why });
                         }
                         was_accepting = false;
-                        tokio::time::sleep(ACCEPT_PAUSE).await;
+                        if !self.refuse_by_spare(&error.to_string()).await {
+                            tokio::time::sleep(ACCEPT_PAUSE).await;
+                        }
                     }
                 }
             }
         }
         drop(self.listener);
         for slot in lock(&self.shared.clients).iter() {
-            // One whose queue is full is not waited for: its place ends below.
-            let _ = slot.queue.try_send(Item::End);
+            slot.outbox.push(Item::End, Instant::now());
         }
         let all_gone = async { while connections.join_next().await.is_some() {} };
         let _ = tokio::time::timeout(FAREWELL, all_gone).await;
         lock(&self.shared.clients).clear();
+    }
+
+    /// Refuses a client that the system has no file descriptor for, with the one that was kept for it;
+    /// whether there was one.
+    async fn refuse_by_spare(&mut self, why: &str) -> bool {
+        if self.spare.take().is_none() {
+            self.spare = spare();
+            return false;
+        }
+        let accepted = tokio::time::timeout(ACCEPT_PAUSE, self.listener.accept()).await;
+        let is_refused = match accepted {
+            Ok(Ok((stream, client))) => {
+                refuse(stream, why);
+                let why = why.to_owned();
+                (self.tell)(ServerEvent::Refused { client, why });
+                true
+            }
+            _ => false,
+        };
+        self.spare = spare();
+        is_refused
     }
 
     fn welcome(
@@ -369,21 +458,23 @@ impl Accepting {
         client: SocketAddr,
         id: u64,
     ) -> impl Future<Output = ()> + use<> {
-        let (queue, items) = mpsc::channel(self.queue);
+        let outbox = Arc::new(Outbox::new(self.options.queue));
         let (hold, let_go) = oneshot::channel();
         let is_tracking = Arc::default();
         let connection = Connection {
+            client,
             stream,
-            items,
-            queue: queue.downgrade(),
+            outbox: Arc::clone(&outbox),
             is_tracking: Arc::clone(&is_tracking),
             shared: self.shared.clone(),
+            tell: self.tell.clone(),
+            stuck_after: self.options.stuck_after,
         };
         let clients = {
             let mut clients = lock(&self.shared.clients);
             clients.push(Slot {
                 id,
-                queue,
+                outbox,
                 is_tracking,
                 _hold: hold,
             });
@@ -408,13 +499,18 @@ impl Accepting {
     }
 }
 
+/// A file descriptor that can be given away, where the system counts them.
+fn spare() -> Option<File> {
+    if cfg!(unix) {
+        File::open("/dev/null").ok()
+    } else {
+        None
+    }
+}
+
 /// Says why and closes; a client that takes no hundred bytes gets none.
-fn refuse(stream: TcpStream, max_clients: usize) {
-    let status = Status::problem(
-        StatusCode::RESOURCE_ERROR,
-        "TOO_MANY_CLIENTS",
-        format!("{max_clients} clients are served already"),
-    );
+fn refuse(stream: TcpStream, why: &str) {
+    let status = Status::problem(StatusCode::RESOURCE_ERROR, "TOO_MANY_CLIENTS", why);
     let message = Message::new("", super::codec::Timestamp::now(), Content::Status(status));
     if let (Ok(mut stream), Ok(bytes)) = (stream.into_std(), message.encode()) {
         let _ = stream.write(&bytes);

@@ -1,14 +1,16 @@
 //! Where the tools are now, for clients that ask instead of listening.
 
+use super::outbox::{Encoded, PoseTimes};
 use crate::geometry::pose::quaternion_to_array;
 use crate::live::codec::{
     Content, Matrix, Message, QuaternionElement, Timestamp, ToolKind, TrackingElement,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// The name of the device that tracking data come from.
-const DEVICE: &str = "trackwright";
+pub const DEVICE: &str = "trackwright";
 
 /// The tools that are good, each with what was last sent of it.
 #[derive(Default)]
@@ -22,11 +24,18 @@ struct ServedTool {
     kind: ToolKind,
     matrix: Matrix,
     timestamp: Timestamp,
-    bytes: Arc<[u8]>,
+    encoded: Arc<Encoded>,
+    times: PoseTimes,
 }
 
 impl Served {
-    pub fn set(&mut self, message: &Message, kind: ToolKind, bytes: &Arc<[u8]>) {
+    pub fn set(
+        &mut self,
+        message: &Message,
+        kind: ToolKind,
+        encoded: &Arc<Encoded>,
+        times: PoseTimes,
+    ) {
         let Content::Transform(matrix) = &message.content else {
             return;
         };
@@ -35,7 +44,8 @@ impl Served {
             kind,
             matrix: *matrix,
             timestamp: message.timestamp,
-            bytes: bytes.clone(),
+            encoded: Arc::clone(encoded),
+            times,
         };
         self.tools.insert(message.device.clone(), tool);
     }
@@ -44,22 +54,24 @@ impl Served {
         self.tools.remove(tool);
     }
 
-    /// The last transform of a tool, as bytes; of all tools where none is named.
-    pub fn transforms(&self, name: &str) -> Vec<Arc<[u8]>> {
-        self.tools
-            .iter()
+    /// The last transform of a tool, of all tools where none is named; none that is too old.
+    pub fn transforms(&self, name: &str, now: Instant) -> Vec<Arc<Encoded>> {
+        self.fresh(now)
             .filter(|(tool, _)| name.is_empty() || name == tool.as_str())
-            .map(|(_, tool)| tool.bytes.clone())
+            .map(|(_, tool)| Arc::clone(&tool.encoded))
             .collect()
     }
 
+    fn fresh(&self, now: Instant) -> impl Iterator<Item = (&String, &ServedTool)> {
+        (self.tools.iter()).filter(move |(_, tool)| !tool.times.is_too_old(now))
+    }
+
     /// All tools in one message; `None` where there is none.
-    pub fn tracking(&self, has_quaternions: bool) -> Option<Message> {
-        let newest = self.tools.values().map(|tool| tool.timestamp).max()?;
+    pub fn tracking(&self, has_quaternions: bool, now: Instant) -> Option<Message> {
+        let newest = self.fresh(now).map(|(_, tool)| tool.timestamp).max()?;
         let content = match has_quaternions {
             false => Content::Tracking(
-                self.tools
-                    .iter()
+                self.fresh(now)
                     .map(|(name, tool)| TrackingElement {
                         name: name.clone(),
                         kind: tool.kind,
@@ -68,8 +80,7 @@ impl Served {
                     .collect(),
             ),
             true => Content::QuaternionTracking(
-                self.tools
-                    .iter()
+                self.fresh(now)
                     .filter_map(|(name, tool)| quaternion_element(name, tool))
                     .collect(),
             ),

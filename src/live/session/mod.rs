@@ -8,7 +8,7 @@ pub use state::{Link, Recording, SessionState, ToolView};
 
 use super::client::{Client, ClientEvent, ClientOptions, LostWhy};
 use super::codec::{DecodeError, Status};
-use super::relay::{RelayOptions, SentPose, ToolState};
+use super::relay::{ClockChange, Reason, RelayOptions, SentPose, ToolState};
 use super::server::{Server, ServerError, ServerEvent, ServerOptions};
 use crate::geometry::pose::Pose;
 use crate::store::{Recorder, StoreError};
@@ -70,6 +70,16 @@ pub enum SessionEvent {
     },
     /// A good pose, as it is sent on.
     Pose(SentPose),
+    /// What a tool's timestamps show, each kind once until it is over.
+    Clock {
+        tool: String,
+        change: ClockChange,
+    },
+    /// Samples that no tool is made for, the first of their kind.
+    Refused {
+        tool: String,
+        reason: Reason,
+    },
     Server(ServerEvent),
     /// Nothing more is recorded; all else goes on.
     NotRecorded {
@@ -120,7 +130,12 @@ impl Session {
             None => None,
             Some(options) => {
                 let inputs = inputs.clone();
-                Some(Server::start(options, move |event| {
+                // One bound for all: what is too old here is too old for every client.
+                let options = ServerOptions {
+                    max_age: settings.relay.stale_after,
+                    ..options.clone()
+                };
+                Some(Server::start(&options, move |event| {
                     // The session is ending.
                     let _ = inputs.send(Input::Server(event));
                 })?)
@@ -248,7 +263,8 @@ fn run(
     client.stop();
     running.finish();
     if let Some(server) = server {
-        let latency = server.stop();
-        state.lock().unwrap_or_else(PoisonError::into_inner).latency = latency;
+        let (latency, age) = server.stop();
+        let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+        (state.latency, state.age) = (latency, age);
     }
 }

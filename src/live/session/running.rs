@@ -4,9 +4,11 @@ use super::state::{Link, Recording, SessionState, ToolView};
 use super::{Input, SessionEvent};
 use crate::formats::recording::live_table::LiveSample;
 use crate::live::client::ClientEvent;
-use crate::live::codec::{Content, DecodeError, Message, StatusCode, Timestamp};
-use crate::live::relay::{Correction, LiveRoom, Output, Relay, RelayOptions, SentPose, ToolState};
-use crate::live::server::{Left, Server, ServerEvent};
+use crate::live::codec::{Content, DecodeError, Message, Status, StatusCode, Timestamp};
+use crate::live::relay::{
+    Correction, LiveRoom, Output, Relay, RelayOptions, SentPose, ToolClock, ToolState,
+};
+use crate::live::server::{DEVICE, Left, Server, ServerEvent};
 use crate::store::Recorder;
 use std::collections::BTreeSet;
 use std::mem::Discriminant;
@@ -105,12 +107,19 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         }
     }
 
-    /// The tracker is not heard any more: clients are told, and nothing is good.
+    /// The session ends: clients are told so, and nothing is good.
     pub fn finish(&mut self) {
         let now = Instant::now();
         let mut outputs = std::mem::take(&mut self.outputs);
-        self.relay.lost(now, &mut outputs);
+        self.relay.end(now, &mut outputs);
         self.act(outputs, now);
+        if let Some(server) = self.server {
+            let text = "the session ends: trackwright stops serving; the tracker may go on";
+            let status = Status::problem(StatusCode::NOT_READY, "SESSION_ENDS", text);
+            let message = Message::new(DEVICE, Timestamp::now(), Content::Status(status));
+            // The name fits.
+            let _ = server.send(&message);
+        }
         self.update();
     }
 
@@ -124,6 +133,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         if let Some(server) = self.server {
             state.serving = Some((server.address(), server.clients()));
             state.latency = server.latencies();
+            state.age = server.ages();
             state.undelivered = server.dropped_messages();
         }
     }
@@ -205,7 +215,11 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
             for output in &outputs {
                 // Names come from messages, where they had a place.
                 let _ = match output {
-                    Output::Pose(sent) => server.send_transform(&sent.message, sent.kind, at),
+                    Output::Pose(sent) => {
+                        let latency_s = sent.clock.latency_s.unwrap_or(0.0);
+                        let latency = Duration::try_from_secs_f64(latency_s).unwrap_or_default();
+                        server.send_delayed(&sent.message, sent.kind, at, latency)
+                    }
                     Output::Said {
                         tool,
                         state,
@@ -216,7 +230,9 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                         }
                         server.send(message)
                     }
-                    Output::Measured { .. } => Ok(()),
+                    Output::Measured { .. } | Output::Clock { .. } | Output::Refused { .. } => {
+                        Ok(())
+                    }
                 };
             }
         }
@@ -239,6 +255,12 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                 }
                 Output::Pose(sent) => self.show(sent, at),
                 Output::Said { tool, state, .. } => self.say(tool, state),
+                Output::Clock { tool, change } => {
+                    (self.tell)(&SessionEvent::Clock { tool, change });
+                }
+                Output::Refused { tool, reason } => {
+                    (self.tell)(&SessionEvent::Refused { tool, reason });
+                }
             }
         }
         self.outputs = outputs;
@@ -275,6 +297,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                 state: ToolState::Good,
                 role: sent.role,
                 last,
+                clock: sent.clock,
             };
             state.tools.insert(sent.tool.clone(), view).is_none()
         };
@@ -295,6 +318,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                 state: ToolState::Good,
                 role: None,
                 last: None,
+                clock: ToolClock::default(),
             });
             std::mem::replace(&mut view.state, new) != new
         };

@@ -5,7 +5,7 @@ use crate::design::BodyRole;
 use crate::geometry::pose::Pose;
 use crate::live::client::LostWhy;
 use crate::live::latency::LatencySummary;
-use crate::live::relay::{RelayCounts, ToolState};
+use crate::live::relay::{RelayCounts, ToolClock, ToolState};
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -28,11 +28,14 @@ pub struct SessionState {
     pub unreadable: u64,
     /// Messages of types that are not known.
     pub skipped: u64,
-    /// Clients that were dropped because they did not read, and the messages they did not get.
+    /// Clients that were dropped because they did not read, and the messages that clients did not get
+    /// because they had become too old.
     pub slow_clients: u64,
     pub undelivered: u64,
     /// From the read off the tracker's connection to the write into a client's.
     pub latency: LatencySummary,
+    /// Of poses when they were written into a client's connection, as far as timestamps tell.
+    pub age: LatencySummary,
 }
 
 /// The connection to the tracker's server.
@@ -77,6 +80,8 @@ pub struct ToolView {
     pub role: Option<BodyRole>,
     /// The last good one, as measured and as sent on, and when it came.
     pub last: Option<(Pose, Pose, Instant)>,
+    /// At the last good one.
+    pub clock: ToolClock,
 }
 
 impl SessionState {
@@ -93,6 +98,7 @@ impl SessionState {
             slow_clients: 0,
             undelivered: 0,
             latency: LatencySummary::default(),
+            age: LatencySummary::default(),
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::design::{BodyRole, Design};
 use crate::editor::live::{LiveDesk, LiveRequest};
 use crate::editor::palette;
 use crate::editor::ui::widgets::{quiet_ui, section_ui};
+use crate::formats::printable::printable;
 use crate::live::relay::ToolState;
 use crate::live::roles::called;
 use crate::live::session::ToolView;
@@ -23,9 +24,10 @@ pub fn tools_ui(ui: &mut Ui, desk: &LiveDesk, design: &Design) -> Vec<LiveReques
     for (name, view) in &seen.tools {
         let said = desk.assigned.get(name);
         ui.horizontal(|ui| {
-            let label = RichText::new(called(name)).color(palette::TEXT_STRONG.color32());
+            let shown = printable(called(name)).into_owned();
+            let label = RichText::new(shown).color(palette::TEXT_STRONG.color32());
             ui.add(egui::Label::new(label).truncate())
-                .on_hover_text(name);
+                .on_hover_text(printable(name).into_owned());
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 asked.extend(role_ui(ui, name, view.role, said, design));
             });
@@ -49,7 +51,13 @@ pub fn tools_ui(ui: &mut Ui, desk: &LiveDesk, design: &Design) -> Vec<LiveReques
 
 fn tool_state_ui(ui: &mut Ui, view: &ToolView) {
     match view.state {
-        ToolState::Good => state_ui(ui, "good", palette::MET),
+        ToolState::Good => {
+            state_ui(ui, "good", palette::MET);
+            let shift_ms = 1e3 * view.clock.shift_s;
+            if shift_ms >= 1.0 {
+                quiet_ui(ui, format!("clock shift {shift_ms:.0} ms: may be latency"));
+            }
+        }
         ToolState::NotGood(reason) => {
             state_ui(ui, &format!("not good: {reason}"), palette::MISSED);
         }
