@@ -142,7 +142,7 @@ const WRITERS: &[Writer] = &[
     ),
     writer(
         "pivot pivot.csv --tips poses.csv -o OUT",
-        &["pivot.csv", "poses.csv"],
+        &["pivot.csv"],
         "a.csv",
     ),
     writer(
