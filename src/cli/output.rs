@@ -64,7 +64,7 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print_as_it_is(&printable_json(&serde_json::to_string_pretty(value)?))
 }
 
-/// Says something beside the result, on standard error, as [`print`] does.
+/// Says something beside the result, on standard error, as [`print()`] does.
 pub fn note(text: &str) {
     // Nowhere to say it is no reason to fail.
     let _ = writeln!(std::io::stderr(), "{}", printable_lines(text));

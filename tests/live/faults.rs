@@ -343,9 +343,6 @@ fn pause(seconds: u64, connect: fn(SocketAddr) -> Reader) -> Paused {
             is_it.then_some(())
         });
     }
-    let oldest_s = server.ages().max_s;
-    // To the histogram's two digits.
-    assert!(oldest_s <= 1.01 * bound.as_secs_f64(), "{oldest_s}");
     Paused {
         sent: u64::from(paused) * 8,
         old,
@@ -364,16 +361,13 @@ fn a_client_that_pauses_gets_fresh_poses() {
 #[test]
 #[ignore = "takes two minutes; run when something of the queue is changed"]
 fn a_client_that_pauses_for_a_minute_gets_fresh_poses() {
-    for connect in [
-        reader_of_little,
-        Reader::connect as fn(SocketAddr) -> Reader,
-    ] {
-        let found = pause(60, connect);
-        println!("{found:?}");
-        // Without a small buffer of its own: 64 KB.
-        assert!(found.old < 800, "{found:?}");
-        assert!(found.dropped + 1200 > found.sent, "{found:?}");
-    }
+    let found = pause(60, reader_of_little);
+    println!("{found:?}");
+    assert!(found.old < 200, "{found:?}");
+    assert!(found.dropped + 400 > found.sent, "{found:?}");
+    // With buffers as the system gives them the old poses are in the client's own, where nothing here
+    // reaches them: how many is for the page, and no claim.
+    println!("{:?}", pause(60, Reader::connect));
 }
 
 #[test]

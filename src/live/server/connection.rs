@@ -28,7 +28,8 @@ const READ_BYTES: usize = 4096;
 const SHORTEST_INTERVAL: Duration = Duration::from_millis(5);
 
 /// A message is taken by the system once fewer bytes than this wait for being sent: what it has is
-/// sent, however old it has become, so that it is to have one message only, and that one whole.
+/// sent, however old it has become, so that it is to have one message only. Where it took a part of
+/// one, the rest has to follow: a stream cannot go on without it.
 #[cfg(any(target_os = "linux", target_os = "android"))]
 const UNSENT_BYTES: u32 = 1;
 
