@@ -49,8 +49,8 @@ pub enum StoreError {
     ChangedOnDisk { file: PathBuf },
     #[error("{}: cannot be locked: {}", file.display(), what_happened(cause))]
     Lock { file: PathBuf, cause: io::Error },
-    /// One of the files that a command reads, to be written by it.
-    #[error("{}: this command reads this file, expected another one to write to", file.display())]
+    /// One of the files that are read, to be written over.
+    #[error("{}: found a file that is read here, expected another one to write to", file.display())]
     IsInput { file: PathBuf },
     #[error("{}: this command writes {} there as well, expected two files", file.display(), other.display())]
     TwoOutputs { file: PathBuf, other: PathBuf },

@@ -112,14 +112,19 @@ fn samples(
     Ok(Doubted::new(set, file, doubts.suspicions()))
 }
 
-/// The beginning of a file; nothing of one that cannot be read.
+/// The beginning of a file; nothing of one that cannot be read, or not twice.
 fn head(file: &Path) -> Vec<u8> {
     let mut head = Vec::new();
-    let opened = File::open(file).map(|file| file.take(foreign::HEAD as u64));
-    match opened.and_then(|mut file| file.read_to_end(&mut head)) {
-        Ok(_) => head,
-        Err(_) => Vec::new(),
+    if let Ok(opened) = open_input(file)
+        && opened.metadata().is_ok_and(|m| m.is_file())
+        && opened
+            .take(foreign::HEAD as u64)
+            .read_to_end(&mut head)
+            .is_err()
+    {
+        head.clear();
     }
+    head
 }
 
 /// Counts the bytes that were read.

@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use trackwright::formats::tool_definition::OnMismatch;
+use trackwright::store::Files;
 
 /// Recordings of a folder whose names begin so, sorted.
 fn files(folder: &Path, first: &str) -> Vec<String> {
@@ -122,7 +123,9 @@ fn the_real_static_room_has_the_known_errors_and_distances() {
         assert!(number(&distance["min"]) < mean - std && number(&distance["max"]) > mean + std);
     }
     // The body's sensors are as far apart as the reference's frame has them.
-    let body = trackwright::store::read_tool(body.as_ref(), OnMismatch::Refuse).unwrap();
+    let body = Files::default()
+        .read_tool(body.as_ref(), OnMismatch::Refuse)
+        .unwrap();
     let [a, b, c] = [0, 1, 2].map(|k: usize| body.body.rigid.sensors[k].position_in_body);
     for ((a, b), mean) in [(a, b), (a, c), (b, c)].into_iter().zip([24.8, 26.9, 24.6]) {
         assert!(((a - b).norm() - mean).abs() < 0.1 * mean, "{a} {b}");

@@ -130,7 +130,7 @@ fn poses_in_metres_are_refused_as_measurements_are() {
 #[test]
 fn poses_on_other_axes_than_the_room_are_told() {
     let scratch = Scratch::new();
-    let (env, out) = (scratch.arg("room.env.ron"), scratch.arg("out.csv"));
+    let env = scratch.arg("room.env.ron");
     succeed(&fit(&text(&own(ROOM)), &env));
     for (sign, is_told) in [(1, true), (-1, false)] {
         let rows: String = (0..20)
@@ -138,6 +138,7 @@ fn poses_on_other_axes_than_the_room_are_told() {
             .collect();
         fs::write(scratch.path("p.csv"), format!("x,y,z,qw,qx,qy,qz\n{rows}")).unwrap();
         for command in ["distort", "compensate"] {
+            let out = scratch.arg(&format!("{command}.csv"));
             let said = notes(&[command, &env, &scratch.arg("p.csv"), "-o", &out]);
             let has = said.contains("0 of 20 positions are in the room's box, 20 where z is −z");
             assert_eq!(has, is_told, "{said}");

@@ -409,7 +409,7 @@ fn a_click_on_a_room_of_the_folder_assigns_it_and_the_own_rooms_file_is_never_re
         panic!("{place:?}")
     };
     ask(&mut app, FieldRequest::Save(RoomToSave::Fitted, file));
-    assert!(error_text(&app).contains("the design itself uses this file"));
+    assert!(error_text(&app).contains("a file that is read here"));
     assert_eq!(std::fs::read(&other).unwrap(), was);
 
     // The built-in room has to become a file of its own for a design on the disk.

@@ -14,7 +14,7 @@ use trackwright::field::OutsidePolicy;
 use trackwright::field::samples::{Measurement, MeasurementContent, MeasurementSet};
 use trackwright::geometry::pose::{Pose, pose_from_parts};
 use trackwright::geometry::rotation::{exp_vector, log_quaternion};
-use trackwright::store;
+use trackwright::store::{self, Files};
 use trackwright::task::Task;
 
 /// Thirty poses at least, so that a mistake can be told from the field.
@@ -30,7 +30,12 @@ fn repository_tables() -> Vec<Table> {
     ];
     let mut tables: Vec<Table> = files
         .iter()
-        .map(|file| (name(file), store::read_measurements(file).unwrap()))
+        .map(|file| {
+            (
+                name(file),
+                Files::default().read_measurements(file).unwrap(),
+            )
+        })
         .collect();
     for seed in 0..4 {
         let room = Room::new(seed, seed % 2 == 1);
@@ -114,8 +119,8 @@ fn course_tables() -> Vec<Table> {
     bodies.sort();
     let table = |file: &PathBuf| {
         let readings = file.with_file_name(name(file).replace("calbody", "calreadings"));
-        let body = store::read_calbody(file).unwrap();
-        let frames = store::read_calreadings(&readings).unwrap();
+        let body = Files::default().read_calbody(file).unwrap();
+        let frames = Files::default().read_calreadings(&readings).unwrap();
         let set = calibration_object::measurements(&body, &frames).unwrap();
         (name(&readings), set)
     };
@@ -137,7 +142,7 @@ fn real_tables() -> Vec<Table> {
         files
     };
     let read = |file: &PathBuf| {
-        let found = store::read_recording(file).unwrap();
+        let found = Files::default().read_recording(file).unwrap();
         assert_eq!(found.suspicions, [], "{}", file.display());
         found.as_it_stands()
     };
@@ -321,7 +326,7 @@ fn mistakes() -> Vec<Mistake> {
             "x and y swapped",
             false,
             |rows| measured(rows, |p| placed(p, |p| Vector3::new(p.y, p.x, p.z))),
-            |s| is_frame(s),
+            is_frame,
         ),
         mistake(
             "in another frame",

@@ -99,6 +99,7 @@ const FLAT_KB: u64 = 4096;
 
 #[test]
 #[ignore = "takes ten minutes, or TRACKWRIGHT_LOAD_SECONDS"]
+#[expect(clippy::print_stdout, reason = "its figures are what it is run for")]
 fn ten_minutes_of_load_send_nothing_old_and_keep_memory() {
     let seconds = std::env::var("TRACKWRIGHT_LOAD_SECONDS").ok();
     let load = Load {

@@ -14,6 +14,7 @@ use trackwright::live::client::{Client, ClientEvent, ClientOptions};
 use trackwright::live::codec::{Content, Extension, Message, ToolKind};
 use trackwright::live::relay::{Output, Reason, Relay, RelayOptions, ToolState, described};
 use trackwright::live::server::{Server, ServerEvent};
+use trackwright::store::Files;
 
 /// A program of somebody else, ended with the test.
 struct Peer(Child);
@@ -190,12 +191,17 @@ fn relayed(arguments: &[&str]) -> (Server, Live, u16) {
 
 #[test]
 fn pyigtl_reads_what_is_known_of_every_pose() {
-    let room = trackwright::store::read_environment(std::path::Path::new(ROOM)).unwrap();
+    let room = Files::default()
+        .read_environment(std::path::Path::new(ROOM))
+        .unwrap();
     let mut without_support = room.clone();
     (without_support.support, without_support.process) = (None, None);
     let scratch = Scratch::new();
     let unknown = scratch.arg("unknown.env.ron");
-    trackwright::store::write_environment(std::path::Path::new(&unknown), &without_support)
+    Files::default()
+        .output(std::path::Path::new(&unknown))
+        .unwrap()
+        .write_environment(&without_support)
         .unwrap();
     let middle = room.model.bounds().center_mm();
     for (environment, has_support) in [(ROOM, true), (unknown.as_str(), false)] {

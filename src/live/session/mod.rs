@@ -69,7 +69,7 @@ pub enum SessionEvent {
         pose: Pose,
     },
     /// A good pose, as it is sent on.
-    Pose(SentPose),
+    Pose(Box<SentPose>),
     /// What a tool's timestamps show, each kind once until it is over.
     Clock {
         tool: String,

@@ -307,7 +307,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                 state: ToolState::Good,
             });
         }
-        (self.tell)(&SessionEvent::Pose(sent));
+        (self.tell)(&SessionEvent::Pose(Box::new(sent)));
     }
 
     /// Told where it is new; clients are reminded, a person is not.

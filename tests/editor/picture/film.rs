@@ -97,6 +97,8 @@ fn an_encoder_gets_every_byte_and_what_it_says_when_it_fails_is_told() {
             "3",
             "--size",
             SIZE,
+            // The first encoder's file begins as no video does.
+            "--overwrite",
         ];
         let path = format!(
             "{}:{}",
