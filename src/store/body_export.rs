@@ -2,8 +2,7 @@
 
 use super::error::StoreError;
 use super::open::{World, home};
-use super::place::Place;
-use super::save::free_name;
+use super::place::{Place, free_name};
 use super::tool::{body_format_of, body_text, is_same_file};
 use super::watch::watched_files;
 use super::write::write_bytes;

@@ -21,6 +21,7 @@ mod read;
 mod recent;
 mod recorder;
 mod recovery;
+mod replace;
 mod report_file;
 mod resolve;
 mod rooms;
@@ -62,6 +63,7 @@ pub use procedure::{ProcedureWish, further_room, procedure, reference_to_file};
 pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
 pub use recorder::Recorder;
 pub use recovery::{Leftover, Recovery, Snapshot, leftovers};
+pub use replace::KeptFile;
 pub use report_file::report_file;
 pub use resolve::{CrfScenario, resolve, resolve_crf};
 pub use rooms::{
@@ -69,7 +71,7 @@ pub use rooms::{
     list_rooms, own_room, reference_to_room, room_name, rooms_of_folder, write_room_for,
 };
 pub use samples::SampleReading;
-pub use save::{KeptFile, SaveReport, save, save_as, save_with_copies};
+pub use save::{SaveReport, save, save_as, save_with_copies};
 pub use shared::{SharedBody, shared_bodies};
 pub use state::{STATE_VARIABLE, recovery_folder, state_folder};
 pub use table::{MeasurementTable, TableGroups};

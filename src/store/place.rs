@@ -227,6 +227,20 @@ pub(super) fn absolute(path: &Path) -> PathBuf {
     }
 }
 
+/// The path, or the first of `name-2.ext`, `name-3.ext`, … that will do.
+pub(super) fn free_name(path: &Path, will_do: impl Fn(&PathBuf) -> bool) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // "pointer.body.ron" is "pointer" and ".body.ron".
+    let (stem, extension) = name.split_at(name.find('.').unwrap_or(name.len()));
+    let mut candidate = path.to_owned();
+    let mut number = 2;
+    while !will_do(&candidate) {
+        candidate = path.with_file_name(format!("{stem}-{number}{extension}"));
+        number += 1;
+    }
+    candidate
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,25 +1,18 @@
 //! Saves a design and its bodies: only what changed, bodies first, each file whole or not at all.
 
 use super::error::StoreError;
-use super::lock::Lock;
 use super::open::{World, home};
-use super::place::{Kind, Place, absolute, relative};
+use super::place::{Kind, Place, absolute, free_name, relative};
+use super::replace::{KeptFile, keep_former, lock_all, replace};
 use super::shared::shared_bodies;
 use super::tool::{body_name, is_definition, parse_body};
 use super::watch::Stamps;
-use super::write::{Draft, folder_of, remove_leftovers, write_bytes, write_error};
+use super::write::{folder_of, write_bytes};
 use crate::design::{BodyRole, Design, DesignBody, Origin, View};
-use crate::formats::signature::holds_more_than_written;
 use crate::formats::{BodyFile, DesignFile, body, design_file};
 use crate::geometry::mesh_reference::MeshReference;
-use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
-
-/// What the name of a file's former version ends in.
-const FORMER: &str = ".old";
 
 /// What Save did.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -28,25 +21,6 @@ pub struct SaveReport {
     pub written: Vec<PathBuf>,
     /// Files that held what this program does not write.
     pub kept: Vec<KeptFile>,
-}
-
-/// A file that held comments, or fields that this version does not use, which its new version lacks.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct KeptFile {
-    pub file: PathBuf,
-    /// The file as it was.
-    pub former: PathBuf,
-}
-
-impl fmt::Display for KeptFile {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}: comments, and fields that this version does not use, are not kept; the file as it was is {}",
-            self.file.display(),
-            self.former.display()
-        )
-    }
 }
 
 /// Saves a design where it came from: changed bodies first, then the design itself if it changed.
@@ -365,53 +339,6 @@ fn write_changes(
     Ok(report)
 }
 
-/// Locks the files that are there, so that nobody else saves them between the look at what they hold
-/// and their replacement. In one order everywhere, so that nobody waits for each other.
-fn lock_all(texts: &[(PathBuf, String)]) -> Result<BTreeMap<PathBuf, Lock>, StoreError> {
-    let files: BTreeSet<PathBuf> = texts.iter().map(|(file, _)| absolute(file)).collect();
-    let mut locks = BTreeMap::new();
-    for file in files {
-        if let Some(lock) = Lock::for_replacing(&file)? {
-            locks.insert(file, lock);
-        }
-    }
-    Ok(locks)
-}
-
-/// Writes a file; one that was not there must not have appeared meanwhile.
-fn replace(file: &Path, bytes: &[u8], was_there: bool) -> Result<(), StoreError> {
-    remove_leftovers(&folder_of(file));
-    let draft = Draft::write(file, |out| out.write_all(bytes));
-    let placed = draft.and_then(|draft| match was_there {
-        true => draft.place(),
-        false => draft.place_new(),
-    });
-    placed.map_err(|cause| match cause.kind() {
-        io::ErrorKind::AlreadyExists => StoreError::ChangedOnDisk {
-            file: file.to_owned(),
-        },
-        _ => write_error(file, cause),
-    })
-}
-
-/// Copies a file of which something is lost when it is written anew.
-fn keep_former(file: &Path) -> Result<Option<KeptFile>, StoreError> {
-    let Ok(bytes) = fs::read(file) else {
-        return Ok(None);
-    };
-    if !holds_more_than_written(&bytes) {
-        return Ok(None);
-    }
-    let mut former = file.as_os_str().to_owned();
-    former.push(FORMER);
-    let former = free_name(Path::new(&former), |path| !path.exists());
-    write_bytes(&former, &bytes)?;
-    Ok(Some(KeptFile {
-        file: file.to_owned(),
-        former,
-    }))
-}
-
 /// Refuses to write a design over its own body or environment.
 fn refuse_own_parts(
     world: &World,
@@ -586,75 +513,4 @@ impl Mover {
 
 fn is_absolute(reference: &str) -> bool {
     Path::new(reference).is_absolute()
-}
-
-/// The path, or the first of `name-2.ext`, `name-3.ext`, … that will do.
-pub(super) fn free_name(path: &Path, will_do: impl Fn(&PathBuf) -> bool) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    // "pointer.body.ron" is "pointer" and ".body.ron".
-    let (stem, extension) = name.split_at(name.find('.').unwrap_or(name.len()));
-    let mut candidate = path.to_owned();
-    let mut number = 2;
-    while !will_do(&candidate) {
-        candidate = path.with_file_name(format!("{stem}-{number}{extension}"));
-        number += 1;
-    }
-    candidate
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::{open_builtin_without_meshes, open_design_without_meshes, save_as};
-    use super::*;
-    use crate::design::Edit;
-    use std::thread;
-
-    /// Saves of each of two threads; more with `TRACKWRIGHT_RUNS`.
-    fn saves() -> usize {
-        let runs = std::env::var("TRACKWRIGHT_RUNS");
-        runs.map_or(40, |runs| runs.parse().unwrap())
-    }
-
-    /// Adds a letter to a design's name, as often as it takes to be the one who saves.
-    fn add_letter(file: &Path, letter: char) {
-        loop {
-            let mut world = open_design_without_meshes(file).unwrap();
-            let name = format!("{}{letter}", world.document.design().name);
-            world.document.apply(Edit::SetName(name)).unwrap();
-            match save(&mut world) {
-                Ok(_) => return,
-                Err(StoreError::ChangedOnDisk { .. }) => {}
-                Err(error) => panic!("{error}"),
-            }
-        }
-    }
-
-    #[test]
-    fn no_save_of_two_at_once_is_lost() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("a.design.ron");
-        let mut world = open_builtin_without_meshes("pointer-on-head").unwrap();
-        world.document.apply(Edit::SetName("n".into())).unwrap();
-        save_as(&mut world, &file).unwrap();
-        thread::scope(|scope| {
-            for letter in ['a', 'b'] {
-                let file = &file;
-                scope.spawn(move || (0..saves()).for_each(|_| add_letter(file, letter)));
-            }
-        });
-        let world = open_design_without_meshes(&file).unwrap();
-        let name = &world.document.design().name;
-        let count = |letter| name.chars().filter(|c| *c == letter).count();
-        assert_eq!((count('a'), count('b')), (saves(), saves()));
-    }
-
-    #[test]
-    fn a_file_that_appears_meanwhile_is_not_replaced() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("a");
-        fs::write(&file, "theirs").unwrap();
-        let error = replace(&file, b"mine", false).unwrap_err();
-        assert!(matches!(error, StoreError::ChangedOnDisk { .. }), "{error}");
-        assert_eq!(fs::read(&file).unwrap(), b"theirs");
-    }
 }

@@ -4,9 +4,9 @@
 use super::error::StoreError;
 use super::mesh_shelf::{ReadMesh, WantedMesh};
 use super::open::{World, home};
-use super::place::{Kind, Place, absolute};
+use super::place::{Kind, Place, absolute, free_name};
 use super::read::read;
-use super::save::{free_name, reach_mesh};
+use super::save::reach_mesh;
 use super::tool::{body_name, extension_of};
 use super::watch::Stamps;
 use super::write::folder_of;
