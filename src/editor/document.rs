@@ -8,6 +8,7 @@ use super::state::{
 };
 use super::ui::dialogs::{Dialog, Dialogs};
 use crate::design::{AnatomyEdit, Design, Edit, Origin};
+use crate::formats::printable::printable;
 use crate::store::{self, SaveReport, Starter, StoreError};
 use crate::study::comparison::REQUIRED;
 use bevy::prelude::*;
@@ -509,7 +510,7 @@ fn show_title(
     let (Some(world), Some(mut window)) = (world, window) else {
         return;
     };
-    let title = title(&world.0.document, &results);
+    let title = printable(&title(&world.0.document, &results)).into_owned();
     if window.title != title {
         window.title = title;
     }

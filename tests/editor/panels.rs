@@ -60,6 +60,29 @@ fn inspector<'a>(design: &'a Design, selected: Option<Selected>) -> (Harness<'a>
 }
 
 #[test]
+fn names_with_hidden_characters_are_shown_escaped_in_one_line() {
+    let hidden = |text: &str| format!("{text}\u{202e}\n{text}");
+    let (mut design, mut environment, view) = (design(), environment(), View::default());
+    design.name = hidden("design");
+    design.tool.body.rigid.name = hidden("tool");
+    design.tool.body.rigid.sensors[0].name = hidden("sensor");
+    environment.name = hidden("room");
+    let (harness, _) = harness(|ui| {
+        outliner_ui(
+            ui,
+            &OutlinerView::new(&design, &environment, &view, &Selection::default()),
+        )
+    });
+    for name in ["design", "tool", "sensor", "room"] {
+        let shown = format!(r"{name}\u{{202e}}\u{{a}}{name}");
+        assert_eq!(harness.query_all_by_label(&shown).count(), 1, "{name}");
+    }
+    for raw in ["\u{202e}", "\n"] {
+        assert_eq!(harness.query_all_by_label_contains(raw).count(), 0);
+    }
+}
+
+#[test]
 fn the_outliner_names_the_volume_and_a_row_of_it_selects_its_sensor() {
     let (design, environment, view) = (design(), environment(), View::default());
     let (mut harness, asked) = harness(|ui| {

@@ -9,6 +9,7 @@ use crate::editor::ui::inspector::determination_text;
 use crate::editor::ui::outliner::{detail, sensor_trouble};
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{THIN_SPACE, length};
+use crate::formats::printable::printable;
 use crate::geometry::orbit::Axis;
 use crate::geometry::outline::DimensionKind;
 use crate::geometry::volume::Volume;
@@ -67,7 +68,7 @@ fn paint_labels(painter: &Painter, view: &OverlayView, labels: &[Label], covered
         .iter()
         .map(|label| {
             painter.layout_no_wrap(
-                label.text.clone(),
+                printable(&label.text).into_owned(),
                 theme::label_font(),
                 label.color.color32(),
             )

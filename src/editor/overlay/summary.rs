@@ -6,6 +6,7 @@ use crate::editor::palette;
 use crate::editor::ui::theme;
 use crate::editor::ui::verdict::{bound_text, figure_color};
 use crate::editor::ui::widgets::{THIN_SPACE, counted, length, with_unit};
+use crate::formats::printable::printable;
 use crate::study::comparison::REQUIRED;
 use crate::study::headline;
 use bevy_egui::egui::{Align2, Painter, Rect, Shape, pos2, vec2};
@@ -17,7 +18,7 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
     // Its plate is as large as what is written, which is not known yet.
     let plate = painter.add(Shape::Noop);
     let mut line = |text: &str, font, color: bevy_egui::egui::Color32| {
-        let rect = painter.text(at, Align2::LEFT_TOP, text, font, color);
+        let rect = painter.text(at, Align2::LEFT_TOP, printable(text), font, color);
         at = pos2(at.x, rect.bottom() + 2.0);
         covered = covered.union(rect);
     };

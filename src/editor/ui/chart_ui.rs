@@ -2,6 +2,7 @@
 
 use super::theme;
 use crate::editor::palette;
+use crate::formats::printable::printable;
 use crate::report::plot::{Axis, Chart, Scale, Series, SeriesStyle};
 use bevy_egui::egui::{Color32, Label, Rangef, RichText, Ui};
 use egui_plot::{
@@ -44,7 +45,7 @@ pub fn chart_ui(ui: &mut Ui, chart: &Chart, height: f32) {
                     ("—", color(number - 1))
                 }
             };
-            let name = RichText::new(format!("{sign} {}", series.name));
+            let name = RichText::new(format!("{sign} {}", printable(&series.name)));
             let name = name.font(theme::label_font()).color(color);
             // A name goes to the next line whole.
             ui.add(Label::new(name).extend());

@@ -6,6 +6,7 @@ use super::inspector::{text_row_ui, vector_ui};
 use super::motion_ui::{motion_ui, requirement_ui};
 use super::widgets::{quiet_ui, section_ui};
 use crate::design::{BodyRole, CrfPlacement, Edit, Target};
+use crate::formats::printable::printable;
 use bevy_egui::egui::Ui;
 use nalgebra::Point3;
 
@@ -48,7 +49,10 @@ fn target_ui(ui: &mut Ui, index: usize, target: &Target, actions: &mut Vec<Panel
             ..target.clone()
         }))
     });
-    if ui.button(format!("Remove {}", target.name)).clicked() {
+    if ui
+        .button(format!("Remove {}", printable(&target.name)))
+        .clicked()
+    {
         actions.push(PanelAction::apply(Edit::RemoveTarget { index }));
     }
     ui.add_space(4.0);

@@ -15,6 +15,7 @@ use crate::editor::palette;
 use crate::editor::state::{Selected, Selection, ViewRequest};
 use crate::editor::tool::SceneTool;
 use crate::field::environment::Environment;
+use crate::formats::printable::printable;
 use crate::study::{BodyDetail, PoseDetail};
 use crate::tracking::SensorOrientation;
 use bevy_egui::egui::{Rect, Response, Ui, vec2};
@@ -190,7 +191,7 @@ fn with_switches_ui(
             let mut after = view.clone();
             let things = things_of(&mut after);
             let is_on = things.has(&thing);
-            if switch_ui(ui, switch, is_on, is_near, row.label).clicked() {
+            if switch_ui(ui, switch, is_on, is_near, &printable(row.label)).clicked() {
                 things.toggle(thing.clone());
                 actions.push(PanelAction::View(ViewRequest::Set(after)));
             }

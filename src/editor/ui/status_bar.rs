@@ -5,6 +5,7 @@ use crate::design::{BodyRole, Design};
 use crate::editor::document::Notice;
 use crate::editor::palette;
 use crate::editor::state::Selected;
+use crate::formats::printable::printable;
 use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
 use std::time::Duration;
 
@@ -60,7 +61,7 @@ pub fn status_bar_ui(ui: &mut Ui, status: &StatusView) {
 }
 
 fn small(text: String) -> RichText {
-    RichText::new(text).font(super::theme::label_font())
+    RichText::new(printable(&text)).font(super::theme::label_font())
 }
 
 /// `4.1 ms`, `2.31 s`.

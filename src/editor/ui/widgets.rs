@@ -2,6 +2,8 @@
 
 use super::theme;
 use crate::editor::palette;
+use crate::formats::printable::printable;
+use crate::formats::printable_text::printable_lines;
 use crate::formats::typed_number::{self, NumberUnit};
 use bevy_egui::egui::{
     self, Color32, DragValue, Pos2, Response, RichText, Sense, Shape, Stroke, StrokeKind, Ui, vec2,
@@ -254,7 +256,7 @@ fn refusal_ui(ui: &Ui, response: &Response, new: Option<String>) {
 pub fn section_ui(ui: &mut Ui, title: &str) {
     ui.add_space(8.0);
     ui.label(
-        RichText::new(title)
+        RichText::new(printable(title))
             .font(theme::label_font())
             .color(palette::TEXT_QUIET.color32()),
     );
@@ -264,7 +266,7 @@ pub fn section_ui(ui: &mut Ui, title: &str) {
 /// Small, quiet text.
 pub fn quiet_ui(ui: &mut Ui, text: impl Into<String>) -> Response {
     ui.label(
-        RichText::new(text)
+        RichText::new(printable_lines(&text.into()))
             .font(theme::label_font())
             .color(palette::TEXT_QUIET.color32()),
     )
@@ -275,7 +277,7 @@ pub fn fact_ui(ui: &mut Ui, name: &str, value: &str) {
     ui.horizontal(|ui| {
         ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            ui.add(egui::Label::new(value).truncate());
+            ui.add(egui::Label::new(printable(value)).truncate());
         });
     });
 }
@@ -290,7 +292,21 @@ pub fn main_button(text: &str) -> egui::Button<'_> {
 /// A warning in words, with a sign before it.
 pub fn warning_ui(ui: &mut Ui, text: &str) -> Response {
     let color = palette::MISSED.color32();
-    ui.add(egui::Label::new(RichText::new(format!("⚠ {text}")).color(color)).wrap())
+    ui.add(
+        egui::Label::new(RichText::new(format!("⚠ {}", printable_lines(text))).color(color)).wrap(),
+    )
+}
+
+/// A name that may be long, with its first letters.
+pub fn short_name(name: &str, most_chars: usize) -> String {
+    let name = printable(name);
+    match name.chars().count() > most_chars {
+        false => name.into_owned(),
+        true => {
+            let kept: String = name.chars().take(most_chars - 1).collect();
+            format!("{}…", kept.trim_end())
+        }
+    }
 }
 
 /// What a row of a list looks like.
@@ -372,12 +388,13 @@ pub fn row_ui(ui: &mut Ui, row: &Row) -> Response {
         vec2(ui.available_width(), theme::ROW_HEIGHT),
         Sense::click(),
     );
+    let label = printable(row.label);
     response.widget_info(|| {
         egui::WidgetInfo::selected(
             egui::WidgetType::SelectableLabel,
             ui.is_enabled(),
             row.is_selected,
-            row.label,
+            &label,
         )
     });
     if !ui.is_rect_visible(rect) {
@@ -411,7 +428,7 @@ pub fn row_ui(ui: &mut Ui, row: &Row) -> Response {
         palette::TEXT
     };
     let mut job = egui::text::LayoutJob::simple_singleline(
-        row.label.to_owned(),
+        label.into_owned(),
         theme::body_font(),
         text_color.color32(),
     );

@@ -9,6 +9,7 @@ use crate::editor::ui::verdict::verdict_text;
 use crate::editor::ui::widgets::{
     decimal, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui, with_unit,
 };
+use crate::formats::printable::printable;
 use crate::study::Figures;
 use crate::study::comparison::{
     Difference, FIGURES, REQUIRED, Verdict, difference_words, notes, values,
@@ -31,7 +32,7 @@ pub fn baseline_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
             ui.add(Label::new(RichText::new(text).color(palette::TEXT_QUIET.color32())).wrap());
         }
         (Some(pinned), None) => {
-            let name = RichText::new(pinned.name()).color(palette::BASELINE.color32());
+            let name = RichText::new(printable(&pinned.name())).color(palette::BASELINE.color32());
             let about = match &pinned.file {
                 Some(file) => file.display().to_string(),
                 None => "A state of the open design".to_owned(),

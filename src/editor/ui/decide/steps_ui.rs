@@ -10,15 +10,19 @@ use crate::editor::palette;
 use crate::editor::ui::theme;
 use crate::editor::ui::verdict::verdict_mark;
 use crate::editor::ui::widgets::{
-    MET_SIGN, MISSED_SIGN, count, decimal, fact_ui, main_button, quiet_ui, section_ui, warning_ui,
-    with_unit,
+    MET_SIGN, MISSED_SIGN, count, decimal, fact_ui, main_button, quiet_ui, section_ui, short_name,
+    warning_ui, with_unit,
 };
+use crate::formats::printable::printable;
 use crate::store::RoomPlace;
 use crate::study::comparison::REQUIRED;
 use crate::study::expected_rows;
 use crate::study::figures::with_minus_signs;
 use crate::study::procedure::{BuiltStanding, Standing, State, Step, StudiesStanding, headline};
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, TextEdit, Ui};
+
+/// Longest name that a row shows whole.
+const MOST_CHARS: usize = 20;
 
 /// Changes since a decision that are told one by one.
 const MOST_CHANGES: usize = 4;
@@ -89,7 +93,7 @@ fn badge(state: State) -> (Option<char>, Color32) {
 
 /// The design's own room, and the further ones that it is judged in.
 fn rooms_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
-    ui.add(Label::new(view.environment).wrap())
+    ui.add(Label::new(printable(view.environment)).wrap())
         .on_hover_text("The design's own room");
     for file in &view.document.design().procedure.further_rooms {
         ui.horizontal(|ui| {
@@ -99,7 +103,8 @@ fn rooms_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
             });
             let name = named.map_or(file.as_str(), |row| row.room.name.as_str());
             let name = if name.is_empty() { file } else { name };
-            ui.add(Label::new(name).truncate()).on_hover_text(file);
+            ui.add(Label::new(printable(name)).truncate())
+                .on_hover_text(printable(file));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let remove = ui.small_button("×").on_hover_text("No longer judged in it");
                 if remove.clicked() {
@@ -123,7 +128,8 @@ fn rooms_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
                 RoomPlace::BuiltIn(_) => "built in".to_owned(),
                 RoomPlace::File(file) => file.display().to_string(),
             };
-            if ui.button(&room.summary.name).on_hover_text(about).clicked() {
+            let name = printable(&room.summary.name);
+            if ui.button(name).on_hover_text(about).clicked() {
                 asked.push(DecideRequest::AddRoom(room.place.clone()));
                 ui.close();
             }
@@ -154,7 +160,7 @@ fn studies_ui(ui: &mut Ui, id: &str, standing: &StudiesStanding) {
                 // Targets stand below the room that they are judged in.
                 if row.target.is_some() && last_room != Some(&row.room.file) {
                     last_room = Some(&row.room.file);
-                    quiet_ui(ui, short(room));
+                    quiet_ui(ui, short_name(room, MOST_CHARS));
                     ui.end_row();
                 }
                 let name = match &row.target {
@@ -162,7 +168,9 @@ fn studies_ui(ui: &mut Ui, id: &str, standing: &StudiesStanding) {
                     None => room,
                 };
                 let about = format!("{room}\n{}", row.room.file);
-                let label = Label::new(RichText::new(short(name)).color(palette::TEXT.color32()));
+                let label = Label::new(
+                    RichText::new(short_name(name, MOST_CHARS)).color(palette::TEXT.color32()),
+                );
                 match &row.studied {
                     Err(why) => {
                         ui.add(label).on_hover_text(format!("{about}\n{why}"));
@@ -313,16 +321,5 @@ fn hindrance(view: &DecideView, step: Step, standing: &Standing) -> Option<Hindr
             "" => standing.objection(step).map(Hindrance::Note),
             _ => None,
         },
-    }
-}
-
-fn short(name: &str) -> String {
-    const MOST: usize = 20;
-    match name.chars().count() > MOST {
-        false => name.to_owned(),
-        true => {
-            let kept: String = name.chars().take(MOST - 1).collect();
-            format!("{}…", kept.trim_end())
-        }
     }
 }

@@ -7,7 +7,9 @@ use crate::editor::decide::table::{Compare, Compared};
 use crate::editor::palette;
 use crate::editor::ui::result::interval_text;
 use crate::editor::ui::verdict::{verdict_mark, verdict_text};
-use crate::editor::ui::widgets::{decimal, main_button, quiet_ui, signed, warning_ui, with_unit};
+use crate::editor::ui::widgets::{
+    decimal, main_button, quiet_ui, short_name, signed, warning_ui, with_unit,
+};
 use crate::formats::comparison_table::Names;
 use crate::study::comparison::{
     REQUIRED, Row, difference_words, notes, worst_place_words, worst_words,
@@ -62,7 +64,7 @@ fn head_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
             asked.push(DecideRequest::ShowAddDesign);
         }
         for file in &view.desk.designs {
-            let name = short(&file_stem(file));
+            let name = short_name(&file_stem(file), MOST_CHARS);
             let chip = ui
                 .button(format!("{name}  ×"))
                 .on_hover_text(format!("{}\nTakes it out of the table", file.display()));
@@ -134,7 +136,7 @@ fn row_ui(
     let what = compared.designs.get(row.design);
     let name = match what {
         Some(Compare::Open) => "this design".to_owned(),
-        _ => short(Names::of(&names.designs, row.design)),
+        _ => short_name(Names::of(&names.designs, row.design), MOST_CHARS),
     };
     let color = match what {
         Some(Compare::Pinned) => palette::BASELINE.color32(),
@@ -153,7 +155,7 @@ fn row_ui(
     if opened.clicked() {
         asked.push(DecideRequest::OpenRow(number));
     }
-    ui.label(short(room)).on_hover_text(room);
+    ui.label(short_name(room, MOST_CHARS)).on_hover_text(room);
     let measured = match &row.measured {
         Ok(measured) => measured,
         Err(why) => {
@@ -250,16 +252,6 @@ fn about(what: Option<&Compare>, is_other_room: bool) -> &'static str {
         (Some(Compare::Pinned), _) => "Opens the baseline's file",
         (_, false) => "Opens this design",
         (_, true) => "Opens this design and puts it into this room",
-    }
-}
-
-fn short(name: &str) -> String {
-    match name.chars().count() > MOST_CHARS {
-        false => name.to_owned(),
-        true => {
-            let kept: String = name.chars().take(MOST_CHARS - 1).collect();
-            format!("{}…", kept.trim_end())
-        }
     }
 }
 

@@ -9,6 +9,7 @@ use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{
     THIN_SPACE, count, counted, decimal, fact_ui, length, quiet_ui, section_ui, warning_ui,
 };
+use crate::formats::printable::printable;
 use bevy_egui::egui::{
     self, Align, ComboBox, Layout, Mesh, ProgressBar, RichText, Sense, Shape, Ui,
 };
@@ -94,7 +95,8 @@ fn facts_ui(ui: &mut Ui, table: &Table, role: TableRole, asked: &mut Vec<FieldRe
                 asked.push(FieldRequest::ShowOpen(role));
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                let name = RichText::new(table.name()).color(palette::TEXT_STRONG.color32());
+                let name =
+                    RichText::new(printable(&table.name())).color(palette::TEXT_STRONG.color32());
                 ui.add(egui::Label::new(name).truncate())
                     .on_hover_text(table.file.display().to_string());
             });
