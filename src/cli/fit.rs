@@ -17,6 +17,7 @@ use crate::field::environment::{HoldoutProvenance, Jitter};
 use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals};
 use crate::field::samples::{MapKind, SampleSet};
 use crate::field::selection::sensors::SensorSpread;
+use crate::formats::signature::ENVIRONMENT;
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::volume::Volume;
 use crate::report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
@@ -176,6 +177,7 @@ pub(super) const DEFAULT_RCOND: f64 = 1e-10;
 /// Files that can't be used, a hold-out that is fitted as well, settings that make no fit.
 pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
+    output.expect_kind(ENVIRONMENT)?;
     let asked = asked(args)?;
     let map = asked.map;
     let model = args.model.model(files)?;

@@ -7,6 +7,7 @@ use super::output::{self, Format, Shown};
 use crate::field::harmonic::learn::{Start, StartReport};
 use crate::field::harmonic::{LearnSettings, LearnedGenerator, learn};
 use crate::field::samples::{MapKind, MeasurementSet};
+use crate::formats::signature::GENERATOR;
 use crate::store::Files;
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
@@ -54,6 +55,7 @@ pub struct LearnArgs {
 pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
     let GeneratorCommand::Learn(args) = command;
     let output = files.output(&args.output)?;
+    output.expect_kind(GENERATOR)?;
     let degree = checked_degree(args.degree)?;
     let mut all: Option<MeasurementSet> = None;
     for file in &args.data {

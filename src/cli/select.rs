@@ -16,6 +16,7 @@ use crate::field::samples::SampleSet;
 use crate::field::selection::{
     DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings,
 };
+use crate::formats::signature::ENVIRONMENT;
 use crate::geometry::directions::DirectionSet;
 use crate::report::room::{map_name, method_name};
 use crate::report::{learning_chart, selection, selection_chart};
@@ -147,6 +148,9 @@ pub struct SelectArgs {
 /// Files that can't be used, lists that name nothing to try, rows that can't be folded.
 pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
     let environment = files.optional_output(args.output.as_deref())?;
+    if let Some(environment) = &environment {
+        environment.expect_kind(ENVIRONMENT)?;
+    }
     let plot = files.optional_output(args.plot.as_deref())?;
     let curve_output = files.optional_output(args.learning_curve.as_deref())?;
     let mut settings = settings(args)?;

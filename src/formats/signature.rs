@@ -22,6 +22,9 @@ const MAGIC: [(&[u8], &str); 8] = [
     (b"\x7fELF", "a program"),
 ];
 
+pub const ENVIRONMENT: &str = "an environment";
+pub const GENERATOR: &str = "a field generator";
+
 /// Its first bytes are a length.
 pub const MP4: &str = "an MP4 video";
 
@@ -29,8 +32,8 @@ pub const MP4: &str = "an MP4 video";
 const DOCUMENTS: [(&str, &str); 4] = [
     ("environment", "a design"),
     ("sensors", "a body"),
-    ("coils", "a field generator"),
-    ("model", "an environment"),
+    ("coils", GENERATOR),
+    ("model", ENVIRONMENT),
 ];
 
 /// Comments that the program writes itself into an environment; its polynomials have one each, that

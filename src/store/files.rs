@@ -184,18 +184,28 @@ impl Output<'_> {
         Ok(())
     }
 
-    /// Refuses what is there before any work is done; for a file that another program writes.
+    /// Refuses what is there before any work is done: for work that takes long, and for a file that
+    /// another program writes.
     ///
     /// # Errors
-    /// [`StoreError::NotOwn`] for anything but that kind.
+    /// [`StoreError::NotOwn`] for anything but that kind as this program writes it.
     pub fn expect_kind(&self, kind: &'static str) -> Result<(), StoreError> {
+        let is_there = std::fs::metadata(&self.file).is_ok_and(|m| m.is_file());
+        if self.files.is_overwriting || !is_there {
+            return Ok(());
+        }
         let mut old = Vec::new();
         let there = File::open(&self.file);
         let read = there.and_then(|f| f.take(signature::BEGINNING as u64).read_to_end(&mut old));
         match Signature::of(&old, "") {
-            _ if self.files.is_overwriting || read.is_err() => Ok(()),
+            // What cannot be read is told by whoever writes there.
+            _ if read.is_err() => Ok(()),
             Signature::Empty => Ok(()),
-            Signature::Kind(found) if found == kind => Ok(()),
+            Signature::Kind(found)
+                if found == kind && !signature::holds_more_than_written(&old) =>
+            {
+                Ok(())
+            }
             found => Err(StoreError::NotOwn {
                 file: self.file.clone(),
                 found,
