@@ -44,6 +44,11 @@ impl MeasurementTable {
             .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     }
 
+    /// Whether no tracker's table is like this; commands take one only with `--as-is`.
+    pub fn is_beyond_doubt(&self) -> bool {
+        self.suspicions.iter().any(Suspicion::is_beyond_doubt)
+    }
+
     /// Edge of the cube that each sample would have to itself, mm; `None` for samples in a plane.
     pub fn spacing_mm(&self) -> Option<f64> {
         let volume_mm3 = self.bounds?.size_mm().product();

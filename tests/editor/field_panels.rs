@@ -3,6 +3,7 @@
 use super::field_workspace::{ask, finish, with_field};
 use super::support::create_app;
 use crate::support::data::own;
+use crate::support::program::Scratch;
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
@@ -135,6 +136,55 @@ fn a_table_shows_its_samples_and_bounds_with_units() {
         |harness| harness.get_by_label("Select and fit").click(),
     );
     assert_eq!(asked, [FieldRequest::Fit]);
+}
+
+#[test]
+fn a_table_in_metres_is_not_fitted_until_somebody_says_that_it_is_meant() {
+    let scratch = Scratch::new();
+    let file = scratch.path("metres.csv");
+    let table = std::fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
+    let (head, rows) = table.split_once('\n').unwrap();
+    let is_length = |name: &str| !name.contains("_q");
+    let names: Vec<&str> = head.split(',').collect();
+    let in_metres = |row: &str| {
+        let cells = row
+            .split(',')
+            .zip(&names)
+            .map(|(cell, name)| match is_length(name) {
+                true => (cell.parse::<f64>().unwrap() / 1e3).to_string(),
+                false => cell.to_owned(),
+            });
+        cells.collect::<Vec<_>>().join(",")
+    };
+    let rows: Vec<String> = rows.lines().map(in_metres).collect();
+    std::fs::write(&file, format!("{head}\n{}\n", rows.join("\n"))).unwrap();
+
+    let mut app = app();
+    ask(
+        &mut app,
+        FieldRequest::Open(TableRole::Training, file.clone()),
+    );
+    ask(&mut app, FieldRequest::Fit);
+    let desk = app.world().resource::<FieldDesk>();
+    assert!(desk.fitted.is_none());
+    let asked = look(
+        |ui| tables_ui(ui, desk, SampleScale::default()),
+        |harness| {
+            assert_eq!(
+                harness
+                    .query_all_by_label_contains("are they metres?")
+                    .count(),
+                1
+            );
+            harness.get_by_label("take it as it stands").click();
+        },
+    );
+    let taken = FieldRequest::TakeAsIs(file, true);
+    assert_eq!(asked, std::slice::from_ref(&taken));
+    ask(&mut app, taken);
+    fit(&mut app, Some(1), Some(DirectionSet::One));
+    finish(&mut app);
+    assert!(app.world().resource::<FieldDesk>().fitted.is_some());
 }
 
 #[test]

@@ -62,6 +62,12 @@ impl Hand<'_> {
                     slot.table = None;
                 }
             }
+            FieldRequest::TakeAsIs(file, is_taken) => {
+                match is_taken {
+                    true => self.desk.as_is.insert(file),
+                    false => self.desk.as_is.remove(&file),
+                };
+            }
             FieldRequest::Set(settings) => self.set(settings),
             FieldRequest::Show(shown) => self.desk.shown = shown,
             FieldRequest::Fit => self.fit(),

@@ -16,6 +16,7 @@ use crate::store::{MeasurementTable, RoomListing, RoomPlace, SampleReading, Stor
 use crate::study::own_study::OwnStudy;
 use crate::task::Cancelled;
 use bevy::prelude::Resource;
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -185,6 +186,8 @@ pub type Listing = Job<Result<Vec<RoomListing>, Cancelled>>;
 pub struct FieldDesk {
     pub training: TableSlot,
     pub held_out: TableSlot,
+    /// Tables that are fitted although they are beyond doubt not what they are read as.
+    pub as_is: BTreeSet<PathBuf>,
     pub settings: FieldSettings,
     pub fitted: Option<Arc<Fitted>>,
     pub fitting: Option<Job<Result<Fitted, Failure>>>,
@@ -248,7 +251,16 @@ impl FieldDesk {
         if self.training.table.is_none() {
             return Some("no measurements to fit, open a table first");
         }
+        let tables = slots.iter().filter_map(|slot| slot.table.as_ref());
+        if tables.clone().any(|table| self.is_refused(table)) {
+            return Some("a table is suspected, see above");
+        }
         None
+    }
+
+    /// Whether a table is not to be used until somebody says that it is meant as it is.
+    fn is_refused(&self, table: &Table) -> bool {
+        table.is_beyond_doubt() && !self.as_is.contains(&table.file)
     }
 
     /// Whether the newest fit is not what a fit would give now.

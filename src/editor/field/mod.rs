@@ -46,6 +46,8 @@ pub enum FieldRequest {
     Drop(PathBuf),
     /// Puts a table away, or gives its reading up.
     Close(TableRole),
+    /// Takes a table that is suspected of being another one as it stands, or no longer.
+    TakeAsIs(PathBuf, bool),
     Set(FieldSettings),
     Show(SamplesShown),
     Fit,

@@ -65,12 +65,14 @@ fn answer(
             }
             FileRequest::ReadInput(path) => {
                 let has_crf = world.0.document.design().crf.is_some();
-                match Files::default().read_input(path, has_crf) {
-                    Ok(found) => {
+                let mut suspected = String::new();
+                let read = Files::default().read_input(path, has_crf);
+                let taken = read.and_then(|found| {
+                    found.take(false, |_, suspicion| suspected += &format!("; {suspicion}"))
+                });
+                match taken {
+                    Ok(trials) => {
                         let name = name_of(path);
-                        let first = found.suspicions.first();
-                        let suspected = first.map(|s| format!("; {s}")).unwrap_or_default();
-                        let trials = found.as_it_stands();
                         let rows = counted(trials.len(), "pose", "poses");
                         *notice = Notice::Done(format!("Read {rows} from {name}{suspected}"));
                         desk.take_input(name, trials.into());

@@ -56,7 +56,10 @@ fn table_ui(ui: &mut Ui, desk: &FieldDesk, role: TableRole, asked: &mut Vec<Fiel
     section_ui(ui, title);
     let slot = desk.slot(role);
     match (&slot.table, &slot.reading) {
-        (Some(table), _) => facts_ui(ui, table, role, asked),
+        (Some(table), _) => {
+            facts_ui(ui, table, role, asked);
+            as_is_ui(ui, table, desk.as_is.contains(&table.file), asked);
+        }
         (None, Some(_)) => {}
         (None, None) => {
             ui.add(egui::Label::new(quiet(what)).wrap());
@@ -148,6 +151,19 @@ fn facts_ui(ui: &mut Ui, table: &Table, role: TableRole, asked: &mut Vec<FieldRe
                 counted(set.ambiguous, "sample has", "samples have")
             ),
         );
+    }
+}
+
+/// A switch for a table that is not fitted otherwise.
+fn as_is_ui(ui: &mut Ui, table: &Table, mut is_taken: bool, asked: &mut Vec<FieldRequest>) {
+    if !table.is_beyond_doubt() {
+        return;
+    }
+    let switch = ui
+        .checkbox(&mut is_taken, "take it as it stands")
+        .on_hover_text("Fits it although no tracker's table is like it");
+    if switch.changed() {
+        asked.push(FieldRequest::TakeAsIs(table.file.clone(), is_taken));
     }
 }
 
