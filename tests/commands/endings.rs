@@ -149,7 +149,14 @@ fn threads_that_cannot_start_are_one_error() {
 fn a_signal_ends_a_long_command() {
     use std::os::unix::process::ExitStatusExt;
     for (signal, number) in [("-INT", 2), ("-TERM", 15)] {
-        let mut child = trackwright(&["stability"]).spawn().unwrap();
+        // What is begun in the background ignores some signals, and hands that on.
+        let program = trackwright(&["stability"]);
+        let mut child = Command::new("env")
+            .arg("--default-signal")
+            .arg(program.get_program())
+            .args(program.get_args())
+            .spawn()
+            .unwrap();
         // It computes for minutes.
         crate::support::program::pause(Duration::from_secs(2));
         let id = child.id().to_string();
