@@ -8,7 +8,7 @@
 //! The reference becomes earlier at once. It becomes later only
 //! - as fast as two honest clocks drift apart ([`DRIFT`]), and not while samples are late;
 //! - by a step after a new connection, whose server may have another clock;
-//! - by a step at any time where the session is told to follow steps of the clock.
+//! - by a step at any time where steps of the clock are to be followed (`--follow-clock`).
 //!
 //! By how much it has become later in all is known (`shift`): as much may be latency that is not seen.
 

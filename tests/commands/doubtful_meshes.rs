@@ -1,27 +1,15 @@
 //! What is wrong with a mesh or a size is told on the command line as it is in the window.
 
-use crate::support::data::own;
-use crate::support::program::{Scratch, succeed, text, trackwright};
+use crate::support::program::{Scratch, trackwright};
 use std::fmt::Write;
 use std::fs;
 
 /// A design whose tool has the mesh and, where it is not 1, sensors so many times as far out.
 fn design(scratch: &Scratch, stl: &str, stretch: f64) -> String {
-    scratch.copy_own("golden/pointer-on-head", "d");
-    let (table, env) = (
-        text(&own("room-a/room-a-fit.csv")),
-        scratch.arg("d/room.env.ron"),
+    scratch.copy_design_with_room(
+        "golden/pointer-on-head",
+        &["--order", "1", "--directions", "6"],
     );
-    succeed(&[
-        "fit",
-        &table,
-        "-o",
-        &env,
-        "--order",
-        "1",
-        "--directions",
-        "6",
-    ]);
     fs::write(scratch.path("d/tool.stl"), stl).unwrap();
     let body = scratch.path("d/tool.body.ron");
     let text = fs::read_to_string(&body).unwrap();

@@ -269,16 +269,22 @@ fn an_end_after_seconds_says_that_nothing_came() {
     assert_eq!(end["latency_ms"], Value::Null);
 }
 
-#[test]
-fn at_its_end_clients_hear_that_the_session_ends() {
+/// A tracker, the program behind it, and a client of the program, all connected.
+fn watched_session() -> (Server, Live, Reader) {
     let server = tracker(free_address());
     let connect = server.address().to_string();
     let live = Live::start(&["--connect", &connect, "--serve", "0"]);
-    let mut viewer = Reader::connect(address_in(&live.says("serving at")));
+    let viewer = Reader::connect(address_in(&live.says("serving at")));
     live.says("joined, 1 now");
     while server.clients() == 0 {
         rest(Duration::from_millis(5));
     }
+    (server, live, viewer)
+}
+
+#[test]
+fn at_its_end_clients_hear_that_the_session_ends() {
+    let (server, live, mut viewer) = watched_session();
     send(&server, "Probe", 1);
     assert_eq!(number_of(&viewer.next_transform()), Some(1));
     live.interrupt();
@@ -295,14 +301,7 @@ fn at_its_end_clients_hear_that_the_session_ends() {
 
 #[test]
 fn names_are_shown_escaped_and_kept_as_they_are() {
-    let server = tracker(free_address());
-    let connect = server.address().to_string();
-    let live = Live::start(&["--connect", &connect, "--serve", "0"]);
-    let mut viewer = Reader::connect(address_in(&live.says("serving at")));
-    live.says("joined, 1 now");
-    while server.clients() == 0 {
-        rest(Duration::from_millis(5));
-    }
+    let (server, live, mut viewer) = watched_session();
     let name = "Pro\u{202e}be";
     send(&server, name, 1);
     assert_eq!(viewer.next_transform().device, name);

@@ -1,7 +1,6 @@
 //! What a study leaves open is no requirement met: a rotation that sensors do not determine, and trials
 //! that were left out, in every command that gives a verdict.
 
-use crate::support::data::own;
 use crate::support::program::{Scratch, json, succeed, text};
 use std::fs;
 
@@ -11,13 +10,8 @@ const ONE_SENSOR: &str = "d/one-sensor.design.ron";
 /// The worked design with bounds that any figure keeps, and the same with a CRF of one 5-DOF sensor.
 fn designs(fit: &[&str]) -> Scratch {
     let scratch = Scratch::new();
-    scratch.copy_own("golden/pointer-on-head", "d");
-    let (table, room) = (
-        text(&own("room-a/room-a-fit.csv")),
-        scratch.arg("d/room.env.ron"),
-    );
     let order = ["--order", "2", "--directions", "14"];
-    succeed(&[&["fit", &table, "-o", &room], &order[..], fit].concat());
+    scratch.copy_design_with_room("golden/pointer-on-head", &[&order, fit].concat());
     let design = fs::read_to_string(scratch.path(DESIGN)).unwrap();
     let design = design.replacen(
         "orientation_weight",
@@ -152,22 +146,10 @@ fn trials_left_out_meet_no_requirement() {
 #[test]
 fn a_rotation_about_the_tips_own_axis_settles() {
     let scratch = Scratch::new();
-    scratch.copy_own("golden/pointer-no-crf", "d");
-    let (table, room) = (
-        text(&own("room-a/room-a-fit.csv")),
-        scratch.arg("d/room.env.ron"),
+    scratch.copy_design_with_room(
+        "golden/pointer-no-crf",
+        &["--order", "1", "--directions", "6", "--no-support"],
     );
-    succeed(&[
-        "fit",
-        &table,
-        "-o",
-        &room,
-        "--order",
-        "1",
-        "--directions",
-        "6",
-        "--no-support",
-    ]);
     let needle = "(version: 1, name: \"needle\", tip: (0, 0, 120), sensors: [
         (name: \"s0\", kind: FiveDof, position: (0, 0, 20), axis: (0, 0, 1))])";
     fs::write(scratch.path("d/tool.body.ron"), needle).unwrap();

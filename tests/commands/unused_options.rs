@@ -1,26 +1,15 @@
 //! Options that another option's choice would leave unused are refused, with what they belong to.
 
 use crate::support::data::own;
-use crate::support::program::{Scratch, fail, json, succeed, text};
+use crate::support::program::{Scratch, fail, json, text};
 
 #[test]
 fn a_table_of_poses_is_the_mode() {
     let scratch = Scratch::new();
-    scratch.copy_own("golden/pointer-on-head", "d");
-    let (table, env) = (
-        text(&own("room-a/room-a-fit.csv")),
-        scratch.arg("d/room.env.ron"),
+    scratch.copy_design_with_room(
+        "golden/pointer-on-head",
+        &["--order", "1", "--directions", "6"],
     );
-    succeed(&[
-        "fit",
-        &table,
-        "-o",
-        &env,
-        "--order",
-        "1",
-        "--directions",
-        "6",
-    ]);
     let design = scratch.arg("d/pointer-on-head.design.ron");
     let input = scratch.arg("d/input.csv");
     let told = json(&["simulate", &design, "--mode", "input", "--input", &input]);

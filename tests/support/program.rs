@@ -94,6 +94,14 @@ impl Scratch {
         text(&self.path(name))
     }
 
+    /// Copies a design's folder of `tests/data` to `d`, in a room fitted to the table of `room-a` as asked.
+    pub fn copy_design_with_room(&self, from: &str, fit: &[&str]) {
+        self.copy_own(from, "d");
+        let table = text(&super::data::own("room-a/room-a-fit.csv"));
+        let room = self.arg("d/room.env.ron");
+        succeed(&[&["fit", &table, "-o", &room], fit].concat());
+    }
+
     /// Copies a file or a flat folder of `tests/data` here.
     pub fn copy_own(&self, from: &str, to: &str) {
         let from = super::data::own(from);
