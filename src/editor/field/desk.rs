@@ -253,7 +253,7 @@ impl FieldDesk {
         }
         let tables = slots.iter().filter_map(|slot| slot.table.as_ref());
         if tables.clone().any(|table| self.is_refused(table)) {
-            return Some("a table is suspected, see above");
+            return Some("a table is suspected, see its warning");
         }
         None
     }
