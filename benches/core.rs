@@ -35,10 +35,7 @@ struct Uniform(u64);
 
 impl Uniform {
     fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
@@ -51,9 +48,7 @@ impl Uniform {
     }
 
     fn axis(&mut self) -> Unit<Vector3<f64>> {
-        Unit::new_normalize(Vector3::from_fn(|_, _| {
-            self.next() + self.next() + self.next() - 1.5
-        }))
+        Unit::new_normalize(Vector3::from_fn(|_, _| self.next() + self.next() + self.next() - 1.5))
     }
 }
 
@@ -78,18 +73,12 @@ fn samples(count: usize) -> SampleSet {
             }
         })
         .collect();
-    SampleSet {
-        samples,
-        has_rotations: true,
-        ambiguous: 0,
-    }
+    SampleSet { samples, has_rotations: true, ambiguous: 0 }
 }
 
 fn model(order: usize) -> DistortionModel {
     let settings = FitSettings::new(order, DirectionSet::Fourteen);
-    fit(&samples(8000), &settings, Some(bounds()))
-        .expect("samples fit")
-        .model
+    fit(&samples(8000), &settings, Some(bounds())).expect("samples fit").model
 }
 
 /// One evaluation of equation (8), triangle search and weights included, on one core.
@@ -98,9 +87,7 @@ fn field_evaluation_14_orientations(bencher: Bencher, order: usize) {
     const POSES: usize = 1000;
     let model = model(order);
     let mut uniform = Uniform(7);
-    let poses: Vec<_> = (0..POSES)
-        .map(|_| (uniform.position(), uniform.axis()))
-        .collect();
+    let poses: Vec<_> = (0..POSES).map(|_| (uniform.position(), uniform.axis())).collect();
     bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
         for (position, axis) in &poses {
             black_box(model.evaluate(black_box(position), axis, OutsidePolicy::Clamp));
@@ -112,9 +99,7 @@ fn field_evaluation_14_orientations(bencher: Bencher, order: usize) {
 fn fit_order_4_14_orientations(bencher: Bencher, count: usize) {
     let set = samples(count);
     let settings = FitSettings::new(4, DirectionSet::Fourteen);
-    bencher
-        .counter(ItemsCount::new(count))
-        .bench_local(|| fit(black_box(&set), &settings, None));
+    bencher.counter(ItemsCount::new(count)).bench_local(|| fit(black_box(&set), &settings, None));
 }
 
 #[divan::bench(sample_count = 5)]
@@ -154,13 +139,7 @@ fn study_of_3375_poses(bencher: Bencher, order: usize) {
 
 #[divan::bench(args = [4], sample_count = 3)]
 fn study_of_1000000_poses(bencher: Bencher, order: usize) {
-    let ten = |reach: f64| {
-        Some(AxisRange {
-            min: -reach,
-            max: reach - 0.1,
-            step: reach / 5.0,
-        })
-    };
+    let ten = |reach: f64| Some(AxisRange { min: -reach, max: reach - 0.1, step: reach / 5.0 });
     let scenario = Scenario {
         motion: Some(Motion {
             x: ten(50.0),

@@ -40,16 +40,10 @@ impl Display {
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()?;
-        let stdout = xvfb
-            .stdout
-            .take()
-            .ok_or_else(|| io::Error::other("no display"))?;
+        let stdout = xvfb.stdout.take().ok_or_else(|| io::Error::other("no display"))?;
         let mut number = String::new();
         BufReader::new(stdout).read_line(&mut number)?;
-        Ok(Self {
-            xvfb,
-            name: format!(":{}", number.trim()),
-        })
+        Ok(Self { xvfb, name: format!(":{}", number.trim()) })
     }
 }
 

@@ -18,10 +18,8 @@ use std::time::Duration;
 
 fn main() -> io::Result<()> {
     // What `cargo bench` itself adds begins with a dash.
-    let arguments: Vec<String> = std::env::args()
-        .skip(1)
-        .filter(|argument| !argument.starts_with('-'))
-        .collect();
+    let arguments: Vec<String> =
+        std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
     let load = Load {
         tools: 8,
         rate_hz: 40,
@@ -34,17 +32,10 @@ fn main() -> io::Result<()> {
     program.arg(server.address().to_string());
     if let Some(file) = arguments.get(1) {
         let is_design = file.ends_with(".design.ron");
-        program.arg(if is_design {
-            "--design"
-        } else {
-            "--environment"
-        });
+        program.arg(if is_design { "--design" } else { "--environment" });
         program.arg(file);
     }
-    let mut child = program
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()?;
+    let mut child = program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
     let notes = notes(&mut child)?;
     let serving = until(&notes, "serving at")?;
     let relay_at = serving
@@ -103,8 +94,7 @@ fn until(notes: &Receiver<String>, text: &str) -> io::Result<String> {
 fn resident_kb(process: u32) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok())
-        .unwrap_or(0)
+    line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok()).unwrap_or(0)
 }
 
 #[expect(clippy::print_stdout, reason = "the figures are what it is run for")]
@@ -114,11 +104,8 @@ fn print(load: &Load, outcome: &Outcome, closing: &str) {
     println!("{load:?}; nobody heard frames {:?}", outcome.away);
     for (client, heard) in outcome.heard.iter().enumerate() {
         let away = outcome.away;
-        let outside = heard
-            .gaps
-            .iter()
-            .filter(|gap| gap.first < away.first || gap.last > away.last)
-            .count();
+        let outside =
+            heard.gaps.iter().filter(|gap| gap.first < away.first || gap.last > away.last).count();
         println!(
             "client {client}: {} of {all}, {} missing ({outside} gaps while the server was there), {} old, {} unsaid; from the tracker {:.3} ms median, {:.3} ms p99, {:.3} ms max",
             heard.transforms,

@@ -37,18 +37,12 @@ pub struct Task {
 impl Task {
     /// Work that can be stopped, without anyone listening.
     pub fn cancelled_by(cancel: CancelToken) -> Self {
-        Self {
-            cancel,
-            listener: None,
-        }
+        Self { cancel, listener: None }
     }
 
     /// Work whose progress is told as a part from 0 to 1.
     pub fn told_to(listener: impl Fn(f64) + Send + Sync + 'static) -> Self {
-        Self {
-            cancel: CancelToken::default(),
-            listener: Some(Arc::new(listener)),
-        }
+        Self { cancel: CancelToken::default(), listener: Some(Arc::new(listener)) }
     }
 
     /// A stretch of this task as a task of its own: its 0 is `from`, its 1 is `to`.

@@ -18,17 +18,11 @@ pub fn assert_sound(model: &Model, low_mm: Vec3, high_mm: Vec3, tolerance_mm: f6
         assert!(volume_mm3(shape) > 0.0, "{name} is inside out");
         for triangle in &shape.triangles {
             let area_mm2 = shape.area_vector(triangle).length();
-            assert!(
-                area_mm2 > MIN_FACE_MM2,
-                "{name} has a sliver of {area_mm2} mm2"
-            );
+            assert!(area_mm2 > MIN_FACE_MM2, "{name} has a sliver of {area_mm2} mm2");
         }
         let shaded = shape.shaded();
         for normal in &shaded.normals {
-            assert!(
-                (normal.length() - 1.0).abs() < 1e-9,
-                "{name} has a normal that is not unit"
-            );
+            assert!((normal.length() - 1.0).abs() < 1e-9, "{name} has a normal that is not unit");
         }
         for triangle in &shaded.triangles {
             let [a, b, c] = triangle.map(|index| shaded.positions[index as usize]);
@@ -45,19 +39,9 @@ pub fn assert_sound(model: &Model, low_mm: Vec3, high_mm: Vec3, tolerance_mm: f6
     }
     let (low, high) = bounds_mm(&points);
     let miss = [(low - low_mm).to_array(), (high - high_mm).to_array()].concat();
-    assert!(
-        miss.iter().all(|d| d.abs() <= tolerance_mm),
-        "bounds are {low:?} to {high:?}"
-    );
-    let triangles: usize = model
-        .parts
-        .iter()
-        .map(|part| part.shape.triangles.len())
-        .sum();
-    assert!(
-        (1_000..=25_000).contains(&triangles),
-        "{triangles} triangles"
-    );
+    assert!(miss.iter().all(|d| d.abs() <= tolerance_mm), "bounds are {low:?} to {high:?}");
+    let triangles: usize = model.parts.iter().map(|part| part.shape.triangles.len()).sum();
+    assert!((1_000..=25_000).contains(&triangles), "{triangles} triangles");
 }
 
 /// How many edges are not shared by exactly two faces that run along them in opposite ways.
@@ -65,17 +49,12 @@ pub fn open_edge_count(shape: &Shape) -> usize {
     let mut uses_of_edge: BTreeMap<(u32, u32), (u32, i32)> = BTreeMap::new();
     for &[a, b, c] in &shape.triangles {
         for (from, to) in [(a, b), (b, c), (c, a)] {
-            let (count, balance) = uses_of_edge
-                .entry((from.min(to), from.max(to)))
-                .or_default();
+            let (count, balance) = uses_of_edge.entry((from.min(to), from.max(to))).or_default();
             *count += 1;
             *balance += if from < to { 1 } else { -1 };
         }
     }
-    uses_of_edge
-        .values()
-        .filter(|&&uses| uses != (2, 0))
-        .count()
+    uses_of_edge.values().filter(|&&uses| uses != (2, 0)).count()
 }
 
 /// Enclosed volume, positive when the faces look outwards.

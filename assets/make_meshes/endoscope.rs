@@ -26,11 +26,7 @@ pub fn endoscope() -> Model {
             Part::new("rod", materials::STEEL, turned(&rod(), 48)),
             Part::new("lens", materials::GLASS, turned(&lens(), 40)),
             Part::new("body", materials::BRUSHED_STEEL, turned(&body(), 54)),
-            Part::new(
-                "angle-ring",
-                materials::ANGLE_GREEN,
-                turned(&angle_ring(), 60),
-            ),
+            Part::new("angle-ring", materials::ANGLE_GREEN, turned(&angle_ring(), 60)),
             Part::new("light-post", materials::STEEL, light_post()),
             Part::new("eyepiece", materials::ANODISED, turned(&eyepiece(), 72)),
             Part::new("coupler", materials::BRUSHED_STEEL, coupler()),
@@ -170,11 +166,7 @@ fn camera_head() -> Shape {
 /// Two keys on the upper side, the forward one longer so that a thumb can tell them apart.
 fn camera_buttons() -> Shape {
     let key = |z_mm: f64, length_mm: f64| Pod {
-        placement: Placement::new(
-            vec3(0.0, CAMERA_HALF_HEIGHT_MM - 0.6, z_mm),
-            Vec3::Y,
-            Vec3::Z,
-        ),
+        placement: Placement::new(vec3(0.0, CAMERA_HALF_HEIGHT_MM - 0.6, z_mm), Vec3::Y, Vec3::Z),
         length_mm,
         width_mm: 7.0,
         height_mm: 1.8,
@@ -186,10 +178,7 @@ fn camera_buttons() -> Shape {
 
 fn camera_cable() -> Shape {
     const RIBS: usize = 4;
-    let mut relief = vec![
-        at(CAMERA_END_Z_MM - 0.5, 5.2, 0.0),
-        at(CAMERA_END_Z_MM + 1.0, 5.2, 0.4),
-    ];
+    let mut relief = vec![at(CAMERA_END_Z_MM - 0.5, 5.2, 0.0), at(CAMERA_END_Z_MM + 1.0, 5.2, 0.4)];
     for rib in 0..RIBS {
         let z_mm = CAMERA_END_Z_MM + 1.4 + rib as f64 * 3.0;
         let radius_mm = 4.8 - 0.4 * rib as f64;
@@ -218,11 +207,6 @@ mod tests {
 
     #[test]
     fn the_endoscope_is_as_long_and_as_thick_as_said() {
-        assert_sound(
-            &endoscope(),
-            vec3(-17.0, -16.7, 0.0),
-            vec3(26.0, 16.7, 330.7),
-            0.1,
-        );
+        assert_sound(&endoscope(), vec3(-17.0, -16.7, 0.0), vec3(26.0, 16.7, 330.7), 0.1);
     }
 }

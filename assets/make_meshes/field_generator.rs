@@ -76,21 +76,11 @@ fn front_mark() -> Shape {
         [low_mm, r + w],
     ];
     let ring = ring_around_z(&ring_section, 96);
-    let dot = turned(
-        &[at(0.0, 0.0, 0.0), at(0.0, 2.2, 0.2), at(low_mm, 2.2, 0.0)],
-        40,
-    );
-    let strokes = [
-        (Vec3::X, 12.0),
-        (Vec3::Y, 30.0),
-        (-Vec3::X, 12.0),
-        (-Vec3::Y, 12.0),
-    ];
-    strokes
-        .iter()
-        .fold(ring.and(dot), |mark, &(direction, length_mm)| {
-            mark.and(stroke(direction, r + 6.0, length_mm, low_mm))
-        })
+    let dot = turned(&[at(0.0, 0.0, 0.0), at(0.0, 2.2, 0.2), at(low_mm, 2.2, 0.0)], 40);
+    let strokes = [(Vec3::X, 12.0), (Vec3::Y, 30.0), (-Vec3::X, 12.0), (-Vec3::Y, 12.0)];
+    strokes.iter().fold(ring.and(dot), |mark, &(direction, length_mm)| {
+        mark.and(stroke(direction, r + 6.0, length_mm, low_mm))
+    })
 }
 
 /// A thin bar from `start_mm` outwards along `direction`.
@@ -102,11 +92,7 @@ fn stroke(direction: Vec3, start_mm: f64, length_mm: f64, low_mm: f64) -> Shape 
         corner_pieces: 5,
         side_pieces: [1, 1],
     };
-    let corners = [
-        at(0.0, -0.15, 0.0),
-        at(0.15, 0.0, 0.0),
-        at(low_mm, 0.0, 0.0),
-    ];
+    let corners = [at(0.0, -0.15, 0.0), at(0.15, 0.0, 0.0), at(low_mm, 0.0, 0.0)];
     let middle = direction * (start_mm + length_mm / 2.0);
     lofted(&corners, |outset_mm| bar.outline(outset_mm)).placed(&Placement::new(
         middle,
@@ -119,10 +105,7 @@ fn stroke(direction: Vec3, start_mm: f64, length_mm: f64, low_mm: f64) -> Shape 
 fn ring_around_z(section: &[[f64; 2]], segments: usize) -> Shape {
     let rings: Vec<Vec<Vec3>> = (section.iter())
         .map(|&[z, r]| {
-            crate::profile::circle(r, segments)
-                .iter()
-                .map(|&[x, y]| vec3(x, y, z))
-                .collect()
+            crate::profile::circle(r, segments).iter().map(|&[x, y]| vec3(x, y, z)).collect()
         })
         .collect();
     crate::profile::skinned_loop(&rings)
@@ -145,9 +128,7 @@ fn generator_cable() -> Shape {
         start + vec3(24.0, -5.0, 3.0),
         start + vec3(32.0, -17.0, 6.0),
     ];
-    turned(&gland, 40)
-        .placed(&out_of_side)
-        .and(cable(&bezier(path, 24), 4.0, 28))
+    turned(&gland, 40).placed(&out_of_side).and(cable(&bezier(path, 24), 4.0, 28))
 }
 
 #[cfg(test)]
@@ -158,12 +139,7 @@ mod tests {
 
     #[test]
     fn the_front_face_is_at_zero_and_the_size_is_right() {
-        assert_sound(
-            &field_generator(),
-            vec3(-100.0, -100.0, 0.0),
-            vec3(155.5, 100.0, 70.0),
-            0.1,
-        );
+        assert_sound(&field_generator(), vec3(-100.0, -100.0, 0.0), vec3(155.5, 100.0, 70.0), 0.1);
     }
 
     #[test]

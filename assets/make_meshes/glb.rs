@@ -20,20 +20,13 @@ const CHUNK_BIN: &[u8; 4] = b"BIN\0";
 /// The file's bytes: one node, mesh and material a part, the axes as they are in the body frame.
 pub fn to_bytes(model: &Model) -> Vec<u8> {
     let mut buffer = Buffer::default();
-    let meshes: Vec<Value> = model
-        .parts
-        .iter()
-        .enumerate()
-        .map(|(i, part)| mesh_of(part, i, &mut buffer))
-        .collect();
+    let meshes: Vec<Value> =
+        model.parts.iter().enumerate().map(|(i, part)| mesh_of(part, i, &mut buffer)).collect();
     let nodes: Vec<Value> = (model.parts.iter().enumerate())
         .map(|(i, part)| json!({ "name": part.name, "mesh": i }))
         .collect();
-    let materials: Vec<Value> = model
-        .parts
-        .iter()
-        .map(|part| material_of(&part.material))
-        .collect();
+    let materials: Vec<Value> =
+        model.parts.iter().map(|part| material_of(&part.material)).collect();
     let root = json!({
         "asset": { "version": "2.0", "generator": "trackwright make-meshes" },
         "scene": 0,
@@ -60,11 +53,7 @@ impl Buffer {
     /// Appends vectors, scaled; returns the accessor's index.
     fn push_vectors(&mut self, vectors: &[Vec3], scale: f64, with_bounds: bool) -> usize {
         let rounded = |v: &Vec3| v.to_array().map(|component| (component * scale) as f32);
-        let bytes = vectors
-            .iter()
-            .flat_map(rounded)
-            .flat_map(f32::to_le_bytes)
-            .collect();
+        let bytes = vectors.iter().flat_map(rounded).flat_map(f32::to_le_bytes).collect();
         let mut accessor = json!({
             "componentType": FLOAT, "type": "VEC3", "count": vectors.len(),
         });
@@ -78,11 +67,7 @@ impl Buffer {
     }
 
     fn push_indices(&mut self, triangles: &[[u32; 3]]) -> usize {
-        let bytes = triangles
-            .iter()
-            .flatten()
-            .flat_map(|index| index.to_le_bytes())
-            .collect();
+        let bytes = triangles.iter().flatten().flat_map(|index| index.to_le_bytes()).collect();
         let accessor = json!({
             "componentType": UNSIGNED_INT, "type": "SCALAR", "count": triangles.len() * 3,
         });
@@ -157,24 +142,14 @@ mod tests {
     #[test]
     fn the_container_says_its_own_lengths() {
         let shape = turned(&[at(0.0, 3.0, 0.0), at(5.0, 3.0, 0.0)], 12);
-        let model = Model {
-            name: "pin",
-            parts: vec![Part::new("pin", materials::STEEL, shape)],
-        };
+        let model = Model { name: "pin", parts: vec![Part::new("pin", materials::STEEL, shape)] };
         let bytes = to_bytes(&model);
-        let word = |at: usize| {
-            bytes[at..at + 4]
-                .iter()
-                .rev()
-                .fold(0, |n, &b| n << 8 | usize::from(b))
-        };
+        let word =
+            |at: usize| bytes[at..at + 4].iter().rev().fold(0, |n, &b| n << 8 | usize::from(b));
         assert_eq!(word(8), bytes.len());
         let json_length = word(12);
         assert_eq!(json_length % 4, 0);
-        assert_eq!(
-            12 + 8 + json_length + 8 + word(20 + json_length),
-            bytes.len()
-        );
+        assert_eq!(12 + 8 + json_length + 8 + word(20 + json_length), bytes.len());
         let root: Value = serde_json::from_slice(&bytes[20..20 + json_length]).unwrap();
         assert_eq!(root["accessors"][0]["max"][2], json!(f64::from(0.005_f32)));
         assert_eq!(root["nodes"][0]["name"], "pin");

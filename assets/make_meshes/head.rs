@@ -22,9 +22,7 @@ impl Head {
         let unshifted = Self { forehead_z_mm: 0.0 };
         let origin = vec3(0.0, 0.0, -WELL_OUTSIDE_MM);
         let hit = unshifted.first_hit_mm(origin, Vec3::Z, 2.0 * WELL_OUTSIDE_MM);
-        Self {
-            forehead_z_mm: hit.map_or(0.0, |mm| mm - WELL_OUTSIDE_MM),
-        }
+        Self { forehead_z_mm: hit.map_or(0.0, |mm| mm - WELL_OUTSIDE_MM) }
     }
 
     /// The skin: fine lines across the face and the ears, wide ones over the skull.
@@ -45,10 +43,7 @@ impl Head {
             ],
             98.0,
         );
-        let zs = grid_lines(
-            &[(-34.0, 3.7), (24.0, 7.2), (84.0, 4.6), (128.0, 10.0)],
-            210.0,
-        );
+        let zs = grid_lines(&[(-34.0, 3.7), (24.0, 7.2), (84.0, 4.6), (128.0, 10.0)], 210.0);
         meshed(self, [&xs, &ys, &zs])
     }
 }
@@ -76,18 +71,12 @@ fn skull(p: Vec3) -> f64 {
 
 fn face(p: Vec3) -> f64 {
     let mid = ellipsoid(p, vec3(0.0, -58.0, 66.0), vec3(58.0, 60.0, 61.0));
-    let cheekbone = mirrored(p, 20.0, |p| {
-        ellipsoid(p, vec3(37.0, -58.0, 36.0), vec3(20.0, 16.0, 20.0))
-    });
-    let cheek = mirrored(p, 20.0, |p| {
-        ellipsoid(p, vec3(30.0, -84.0, 46.0), vec3(22.0, 26.0, 28.0))
-    });
+    let cheekbone =
+        mirrored(p, 20.0, |p| ellipsoid(p, vec3(37.0, -58.0, 36.0), vec3(20.0, 16.0, 20.0)));
+    let cheek =
+        mirrored(p, 20.0, |p| ellipsoid(p, vec3(30.0, -84.0, 46.0), vec3(22.0, 26.0, 28.0)));
     let jaw = mirrored(p, 20.0, |p| {
-        capsule(
-            p,
-            [vec3(44.0, -86.0, 82.0), vec3(13.0, -119.0, 31.0)],
-            [16.0, 13.0],
-        )
+        capsule(p, [vec3(44.0, -86.0, 82.0), vec3(13.0, -119.0, 31.0)], [16.0, 13.0])
     });
     let muzzle = ellipsoid(p, vec3(0.0, -93.0, 34.0), vec3(32.0, 28.0, 30.0));
     let chin = ellipsoid(p, vec3(0.0, -120.0, 25.0), vec3(17.0, 13.0, 15.0));
@@ -98,11 +87,7 @@ fn face(p: Vec3) -> f64 {
 /// Brow, sockets, and closed lids over the eyeballs.
 fn with_eyes(p: Vec3, head: f64) -> f64 {
     let brow = mirrored(p, 14.0, |p| {
-        capsule(
-            p,
-            [vec3(9.0, -25.0, 11.5), vec3(40.0, -23.0, 23.0)],
-            [7.4, 7.0],
-        )
+        capsule(p, [vec3(9.0, -25.0, 11.5), vec3(40.0, -23.0, 23.0)], [7.4, 7.0])
     });
     let head = union(head, brow, 22.0);
     let socket = ellipsoid(p, vec3(31.5, -40.0, 4.0), vec3(16.0, 10.5, 13.0));
@@ -112,21 +97,11 @@ fn with_eyes(p: Vec3, head: f64) -> f64 {
 }
 
 fn nose(p: Vec3) -> f64 {
-    let bridge = capsule(
-        p,
-        [vec3(0.0, -33.0, 13.0), vec3(0.0, -70.0, -5.0)],
-        [5.5, 6.5],
-    );
+    let bridge = capsule(p, [vec3(0.0, -33.0, 13.0), vec3(0.0, -70.0, -5.0)], [5.5, 6.5]);
     let tip = ellipsoid(p, vec3(0.0, -72.0, -5.5), vec3(8.5, 7.5, 8.0));
-    let wing = mirrored(p, 6.0, |p| {
-        ellipsoid(p, vec3(10.5, -76.0, 5.0), vec3(6.5, 6.5, 9.0))
-    });
+    let wing = mirrored(p, 6.0, |p| ellipsoid(p, vec3(10.5, -76.0, 5.0), vec3(6.5, 6.5, 9.0)));
     let flank = mirrored(p, 8.0, |p| {
-        capsule(
-            p,
-            [vec3(5.0, -38.0, 16.0), vec3(10.0, -72.0, 10.0)],
-            [5.0, 7.0],
-        )
+        capsule(p, [vec3(5.0, -38.0, 16.0), vec3(10.0, -72.0, 10.0)], [5.0, 7.0])
     });
     union(union(bridge, flank, 10.0), union(tip, wing, 7.0), 8.0)
 }
@@ -134,28 +109,16 @@ fn nose(p: Vec3) -> f64 {
 /// Two lips whose narrow blend leaves the line between them.
 fn with_mouth(p: Vec3, head: f64) -> f64 {
     let upper = mirrored(p, 8.0, |p| {
-        capsule(
-            p,
-            [vec3(4.5, -92.4, 5.2), vec3(22.0, -96.6, 10.6)],
-            [4.2, 2.4],
-        )
+        capsule(p, [vec3(4.5, -92.4, 5.2), vec3(22.0, -96.6, 10.6)], [4.2, 2.4])
     });
     let lower = mirrored(p, 8.0, |p| {
-        capsule(
-            p,
-            [vec3(0.0, -101.4, 6.2), vec3(21.0, -98.2, 10.8)],
-            [4.9, 2.6],
-        )
+        capsule(p, [vec3(0.0, -101.4, 6.2), vec3(21.0, -98.2, 10.8)], [4.9, 2.6])
     });
     union(head, union(upper, lower, 3.0), 8.0)
 }
 
 fn neck(p: Vec3) -> f64 {
-    let column = capsule(
-        p,
-        [vec3(0.0, -70.0, 110.0), vec3(0.0, -215.0, 122.0)],
-        [46.0, 55.0],
-    );
+    let column = capsule(p, [vec3(0.0, -70.0, 110.0), vec3(0.0, -215.0, 122.0)], [46.0, 55.0]);
     let cut = NECK_END_Y_MM - p.y;
     common(column, cut, 24.0)
 }
@@ -165,11 +128,8 @@ fn with_ear(p: Vec3, head: f64) -> f64 {
     /// Rounding of the rim: thick enough for the mesh.
     const RIM_MM: f64 = 3.6;
     // Its own axes: z out of the dish, x towards the top.
-    let ear = Placement::new(
-        vec3(75.0, -50.0, 105.0),
-        vec3(0.88, 0.08, -0.32),
-        vec3(0.0, 1.0, 0.22),
-    );
+    let ear =
+        Placement::new(vec3(75.0, -50.0, 105.0), vec3(0.88, 0.08, -0.32), vec3(0.0, 1.0, 0.22));
     let q = ear.part_from_body(p);
     let disc = rounded_disc(q - vec3(2.0, 0.0, 0.0), [23.0, 12.5], RIM_MM);
     let lobe = rounded_disc(q - vec3(-20.0, -4.5, 0.0), [7.0, 5.5], RIM_MM);
@@ -183,11 +143,7 @@ fn with_ear(p: Vec3, head: f64) -> f64 {
 fn rounded_disc(q: Vec3, [half_x, half_y]: [f64; 2], rim_mm: f64) -> f64 {
     /// Makes the ellipsoid a long cylinder, whose distance does not depend on z.
     const LONG_MM: f64 = 1e6;
-    let beside = ellipsoid(
-        vec3(q.x, q.y, 0.0),
-        Vec3::default(),
-        vec3(half_x, half_y, LONG_MM),
-    );
+    let beside = ellipsoid(vec3(q.x, q.y, 0.0), Vec3::default(), vec3(half_x, half_y, LONG_MM));
     // Softened, so that the disc's faces bulge a little into its rim.
     let beside = (beside + (beside * beside + 4.0).sqrt()) / 2.0;
     beside.hypot(q.z) - rim_mm

@@ -153,21 +153,12 @@ pub fn meshed(solid: &impl Solid, [xs, ys, zs]: [&[f64]; 3]) -> Shape {
                 neighbour[v] -= 1 - dv;
                 point_of_cell[&neighbour]
             });
-            let [a, b, c, d] = if from < 0.0 {
-                around
-            } else {
-                [around[0], around[3], around[2], around[1]]
-            };
+            let [a, b, c, d] =
+                if from < 0.0 { around } else { [around[0], around[3], around[2], around[1]] };
             push_quad(&mut shape, [a, b, c, d]);
         }
     }
-    shape.normals = Some(
-        shape
-            .points
-            .iter()
-            .map(|&point| solid.outward(point))
-            .collect(),
-    );
+    shape.normals = Some(shape.points.iter().map(|&point| solid.outward(point)).collect());
     shape
 }
 
@@ -215,12 +206,7 @@ mod tests {
         let lines = grid_lines(&[(-12.0, 2.0), (0.0, 1.0)], 12.0);
         let shape = meshed(&Ball, [&lines, &lines, &lines]);
         assert_eq!(open_edge_count(&shape), 0);
-        assert!(
-            shape
-                .points
-                .iter()
-                .all(|point| (point.length() - 10.0).abs() < 1e-9)
-        );
+        assert!(shape.points.iter().all(|point| (point.length() - 10.0).abs() < 1e-9));
         assert!((volume_mm3(&shape) / (4.0 / 3.0 * PI * 1000.0) - 1.0).abs() < 0.02);
     }
 
@@ -228,9 +214,6 @@ mod tests {
     fn a_ray_meets_the_ball_where_it_should() {
         let hit = Ball.first_hit_mm(vec3(0.0, 6.0, -30.0), Vec3::Z, 60.0);
         assert!((hit.unwrap() - 22.0).abs() < 1e-6);
-        assert!(
-            Ball.first_hit_mm(vec3(0.0, 11.0, -30.0), Vec3::Z, 60.0)
-                .is_none()
-        );
+        assert!(Ball.first_hit_mm(vec3(0.0, 11.0, -30.0), Vec3::Z, 60.0).is_none());
     }
 }

@@ -30,25 +30,14 @@ use model::Model;
 const DEFAULT_FOLDER: &str = "assets/meshes";
 
 fn main() -> io::Result<()> {
-    let folder = env::args_os()
-        .nth(1)
-        .map_or_else(|| PathBuf::from(DEFAULT_FOLDER), PathBuf::from);
+    let folder = env::args_os().nth(1).map_or_else(|| PathBuf::from(DEFAULT_FOLDER), PathBuf::from);
     fs::create_dir_all(&folder)?;
     for model in models() {
         let path = folder.join(format!("{}.glb", model.name));
         let bytes = glb::to_bytes(&model);
         fs::write(&path, &bytes)?;
-        let triangles: usize = model
-            .parts
-            .iter()
-            .map(|part| part.shape.triangles.len())
-            .sum();
-        writeln!(
-            io::stdout(),
-            "{}: {triangles} triangles, {} bytes",
-            path.display(),
-            bytes.len()
-        )?;
+        let triangles: usize = model.parts.iter().map(|part| part.shape.triangles.len()).sum();
+        writeln!(io::stdout(), "{}: {triangles} triangles, {} bytes", path.display(), bytes.len())?;
     }
     Ok(())
 }

@@ -28,11 +28,7 @@ pub struct Model {
 
 impl Part {
     pub fn new(name: &'static str, material: Material, shape: Shape) -> Self {
-        Self {
-            name,
-            material,
-            shape,
-        }
+        Self { name, material, shape }
     }
 }
 
@@ -73,11 +69,6 @@ pub mod materials {
         metallic: f64,
         roughness: f64,
     ) -> Material {
-        Material {
-            name,
-            base_color: [r, g, b, 1.0],
-            metallic,
-            roughness,
-        }
+        Material { name, base_color: [r, g, b, 1.0], metallic, roughness }
     }
 }

@@ -33,11 +33,7 @@ pub fn pointer() -> Model {
             Part::new("collar", materials::BRUSHED_STEEL, turned(&collar(), 64)),
             Part::new("handle", materials::ANODISED, turned(&handle(), 52)),
             Part::new("end-cap", materials::BRUSHED_STEEL, turned(&end_cap(), 64)),
-            Part::new(
-                "sensor-housing",
-                materials::HOUSING,
-                sensor_housing().shape(),
-            ),
+            Part::new("sensor-housing", materials::HOUSING, sensor_housing().shape()),
         ],
     }
 }
@@ -49,11 +45,7 @@ fn probe() -> Vec<Corner> {
     let on_ball = |i: usize| {
         let polar_rad = (FRAC_PI_2 - cone_rad) * i as f64 / BALL_PIECES as f64;
         let (sin, cos) = polar_rad.sin_cos();
-        at(
-            TIP_BALL_RADIUS_MM * (1.0 - cos),
-            TIP_BALL_RADIUS_MM * sin,
-            0.0,
-        )
+        at(TIP_BALL_RADIUS_MM * (1.0 - cos), TIP_BALL_RADIUS_MM * sin, 0.0)
     };
     let mut corners: Vec<Corner> = (0..=BALL_PIECES).map(on_ball).collect();
     corners.extend([
@@ -132,12 +124,7 @@ mod tests {
 
     #[test]
     fn the_tip_is_the_origin_and_the_length_is_right() {
-        assert_sound(
-            &pointer(),
-            vec3(-7.0, -7.0, 0.0),
-            vec3(7.0, 8.0, 185.0),
-            0.05,
-        );
+        assert_sound(&pointer(), vec3(-7.0, -7.0, 0.0), vec3(7.0, 8.0, 185.0), 0.05);
     }
 
     #[test]

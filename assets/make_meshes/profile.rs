@@ -24,20 +24,14 @@ pub struct Corner {
 
 /// Shorthand for a [`Corner`]: profiles are tables and should read as such.
 pub const fn at(z_mm: f64, outset_mm: f64, fillet_mm: f64) -> Corner {
-    Corner {
-        z_mm,
-        outset_mm,
-        fillet_mm,
-    }
+    Corner { z_mm, outset_mm, fillet_mm }
 }
 
 /// The profile as a polyline of `[z, outset]`, its corners replaced by arcs.
 ///
 /// Where two fillets want more than the edge between them has, they share it in proportion.
 pub fn rounded(corners: &[Corner]) -> Vec<[f64; 2]> {
-    let reach: Vec<f64> = (0..corners.len())
-        .map(|i| wanted_reach_mm(corners, i))
-        .collect();
+    let reach: Vec<f64> = (0..corners.len()).map(|i| wanted_reach_mm(corners, i)).collect();
     let mut points: Vec<[f64; 2]> = Vec::new();
     for (i, corner) in corners.iter().enumerate() {
         let centre = [corner.z_mm, corner.outset_mm];
@@ -68,12 +62,7 @@ pub fn turned(corners: &[Corner], segments: usize) -> Shape {
 pub fn lofted(corners: &[Corner], outline: impl Fn(f64) -> Vec<[f64; 2]>) -> Shape {
     let rings: Vec<Vec<Vec3>> = rounded(corners)
         .iter()
-        .map(|&[z, outset]| {
-            outline(outset)
-                .iter()
-                .map(|&[x, y]| vec3(x, y, z))
-                .collect()
-        })
+        .map(|&[z, outset]| outline(outset).iter().map(|&[x, y]| vec3(x, y, z)).collect())
         .collect();
     skinned(&rings, 1)
 }
@@ -88,9 +77,7 @@ pub fn skinned(rings: &[Vec<Vec3>], cap_rings: usize) -> Shape {
     let shrunk = |ring: &[Vec3], step: usize| {
         let middle = middle_of(ring);
         let t = step as f64 / cap_rings as f64;
-        ring.iter()
-            .map(|&point| point.lerp(middle, t))
-            .collect::<Vec<_>>()
+        ring.iter().map(|&point| point.lerp(middle, t)).collect::<Vec<_>>()
     };
     for step in (0..cap_rings).rev() {
         add_band(&mut builder, &shrunk(first, step + 1), &shrunk(first, step));
@@ -180,10 +167,8 @@ impl RoundedRectangle {
         /// Corners stay this round, so that neighbouring points never meet.
         const MIN_CORNER_MM: f64 = 0.05;
         let corner = (self.corner_mm + outset_mm).max(MIN_CORNER_MM);
-        let (w, h) = (
-            self.half_width_mm + outset_mm - corner,
-            self.half_height_mm + outset_mm - corner,
-        );
+        let (w, h) =
+            (self.half_width_mm + outset_mm - corner, self.half_height_mm + outset_mm - corner);
         let mut points: Vec<[f64; 2]> = Vec::new();
         for (quarter, [cx, cy]) in [[w, h], [-w, h], [-w, -h], [w, -h]].into_iter().enumerate() {
             for i in 0..=self.corner_pieces {
@@ -196,10 +181,7 @@ impl RoundedRectangle {
             let side_pieces = self.side_pieces[quarter % 2];
             for i in 1..side_pieces {
                 let t = i as f64 / side_pieces as f64;
-                points.push([
-                    end[0] + (to[0] - from[0]) * t,
-                    end[1] + (to[1] - from[1]) * t,
-                ]);
+                points.push([end[0] + (to[0] - from[0]) * t, end[1] + (to[1] - from[1]) * t]);
             }
         }
         points
@@ -229,9 +211,7 @@ fn wanted_reach_mm(corners: &[Corner], i: usize) -> f64 {
 /// The change of direction at `b` on the way from `a` to `c`.
 fn turn_rad(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     let (u, v) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
-    (u[0] * v[1] - u[1] * v[0])
-        .atan2(u[0] * v[0] + u[1] * v[1])
-        .abs()
+    (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1]).abs()
 }
 
 /// Adds the arc that touches `start`-`centre` at `start` and `centre`-`end` at `end`.
@@ -273,10 +253,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 fn towards(from: [f64; 2], to: [f64; 2], step_mm: f64) -> [f64; 2] {
     let t = step_mm / distance(from, to);
-    [
-        from[0] + (to[0] - from[0]) * t,
-        from[1] + (to[1] - from[1]) * t,
-    ]
+    [from[0] + (to[0] - from[0]) * t, from[1] + (to[1] - from[1]) * t]
 }
 
 #[cfg(test)]
@@ -296,12 +273,8 @@ mod tests {
 
     #[test]
     fn a_turned_cylinder_is_closed_and_has_its_volume() {
-        let corners = [
-            at(0.0, 0.0, 0.0),
-            at(0.0, 5.0, 0.0),
-            at(10.0, 5.0, 0.0),
-            at(10.0, 0.0, 0.0),
-        ];
+        let corners =
+            [at(0.0, 0.0, 0.0), at(0.0, 5.0, 0.0), at(10.0, 5.0, 0.0), at(10.0, 0.0, 0.0)];
         let shape = turned(&corners, 90);
         assert_eq!(open_edge_count(&shape), 0);
         let expected_mm3 = PI * 25.0 * 10.0;
@@ -310,12 +283,7 @@ mod tests {
 
     #[test]
     fn crowded_fillets_share_their_edge() {
-        let corners = [
-            at(0.0, 0.0, 0.0),
-            at(0.0, 2.0, 9.0),
-            at(3.0, 2.0, 9.0),
-            at(3.0, 0.0, 0.0),
-        ];
+        let corners = [at(0.0, 0.0, 0.0), at(0.0, 2.0, 9.0), at(3.0, 2.0, 9.0), at(3.0, 0.0, 0.0)];
         let shape = turned(&corners, 24);
         assert_eq!(open_edge_count(&shape), 0);
         let (low, high) = bounds_mm(&shape.points);

@@ -22,11 +22,8 @@ const PLATE_TOP_MM: f64 = PAD_THICKNESS_MM + PLATE_THICKNESS_MM;
 /// Where a housing stands on the plate, and the angle of its coil's axis from +x towards +y.
 ///
 /// A triangle as wide as the plate allows; axes 60 degrees apart, so that no two are parallel.
-pub const HOUSINGS_MM_DEG: [([f64; 2], f64); 3] = [
-    ([13.5, -6.2], 60.0),
-    ([-13.5, -6.2], -60.0),
-    ([0.0, 8.4], 0.0),
-];
+pub const HOUSINGS_MM_DEG: [([f64; 2], f64); 3] =
+    [([13.5, -6.2], 60.0), ([-13.5, -6.2], -60.0), ([0.0, 8.4], 0.0)];
 const HOUSING_LENGTH_MM: f64 = 13.0;
 const HOUSING_WIDTH_MM: f64 = 6.4;
 const HOUSING_HEIGHT_MM: f64 = 4.8;
@@ -64,11 +61,7 @@ fn plate(head: &Head) -> Shape {
 }
 
 fn pad(head: &Head) -> Shape {
-    let corners = [
-        at(0.0, -5.0, 0.0),
-        at(0.0, -1.2, 0.6),
-        at(PAD_THICKNESS_MM, -1.2, 0.0),
-    ];
+    let corners = [at(0.0, -5.0, 0.0), at(0.0, -1.2, 0.6), at(PAD_THICKNESS_MM, -1.2, 0.0)];
     plate_moulding(head, &corners)
 }
 
@@ -83,11 +76,7 @@ fn plate_moulding(head: &Head, corners: &[Corner]) -> Shape {
     };
     let ring = |&[height_mm, outset_mm]: &[f64; 2]| {
         let lift = |&[x, y]: &[f64; 2]| vec3(x, y, height_mm);
-        outline
-            .outline(outset_mm)
-            .iter()
-            .map(lift)
-            .collect::<Vec<_>>()
+        outline.outline(outset_mm).iter().map(lift).collect::<Vec<_>>()
     };
     let rings: Vec<Vec<Vec3>> = rounded(corners).iter().map(ring).collect();
     on_forehead(head, skinned(&rings, 5))
@@ -108,10 +97,7 @@ fn housings(head: &Head) -> Shape {
         };
         on_forehead(head, pod.shape())
     };
-    HOUSINGS_MM_DEG
-        .iter()
-        .map(housing)
-        .fold(Shape::default(), Shape::and)
+    HOUSINGS_MM_DEG.iter().map(housing).fold(Shape::default(), Shape::and)
 }
 
 /// Lays a flat part onto the skin: its heights become heights above the skin, along -z.
@@ -171,9 +157,7 @@ fn strap_y_mm(cos_turn: f64) -> f64 {
 fn skin_point(head: &Head, x_mm: f64, y_mm: f64) -> Vec3 {
     const IN_FRONT_MM: f64 = 40.0;
     let from = vec3(x_mm, y_mm, -IN_FRONT_MM);
-    let reach_mm = head
-        .first_hit_mm(from, Vec3::Z, 2.0 * IN_FRONT_MM)
-        .unwrap_or(IN_FRONT_MM);
+    let reach_mm = head.first_hit_mm(from, Vec3::Z, 2.0 * IN_FRONT_MM).unwrap_or(IN_FRONT_MM);
     from + Vec3::Z * reach_mm
 }
 
@@ -185,12 +169,7 @@ mod tests {
     #[test]
     fn head_and_frame_fit_their_bounds() {
         let model = head_crf();
-        assert_sound(
-            &model,
-            vec3(-82.7, -190.0, -13.2),
-            vec3(82.7, 82.8, 188.8),
-            0.5,
-        );
+        assert_sound(&model, vec3(-82.7, -190.0, -13.2), vec3(82.7, 82.8, 188.8), 0.5);
         let head = &model.parts[4];
         assert!(head.name.starts_with("anatomy") && head.shape.triangles.len() <= 15_000);
     }

@@ -61,9 +61,7 @@ impl ShapeBuilder {
     }
 
     fn weld(&mut self, point: Vec3) -> u32 {
-        let cell = point
-            .to_array()
-            .map(|coordinate| (coordinate / WELD_MM).round() as i64);
+        let cell = point.to_array().map(|coordinate| (coordinate / WELD_MM).round() as i64);
         *self.index_of_cell.entry(cell).or_insert_with(|| {
             self.shape.points.push(point);
             self.shape.points.len() as u32 - 1
@@ -92,8 +90,7 @@ impl Shape {
     pub fn and(mut self, other: Self) -> Self {
         let first = self.points.len() as u32;
         self.points.extend(other.points);
-        self.triangles
-            .extend(other.triangles.iter().map(|t| t.map(|index| index + first)));
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|index| index + first)));
         self.normals = None;
         self
     }
@@ -129,9 +126,7 @@ impl Shape {
                     .filter(|area| area.normalized().dot(direction) >= min_cosine)
                     .fold(Vec3::default(), |sum, area| sum + area)
                     .normalized();
-                let cell = normal
-                    .to_array()
-                    .map(|component| (component * 1e5).round() as i64);
+                let cell = normal.to_array().map(|component| (component * 1e5).round() as i64);
                 *index_of_corner.entry((corner, cell)).or_insert_with(|| {
                     shaded.positions.push(self.points[corner as usize]);
                     shaded.normals.push(normal);
@@ -155,16 +150,8 @@ pub fn bounds_mm(points: &[Vec3]) -> (Vec3, Vec3) {
     let infinite = Vec3::default() + (Vec3::X + Vec3::Y + Vec3::Z) * f64::INFINITY;
     points.iter().fold((infinite, -infinite), |(low, high), p| {
         (
-            Vec3 {
-                x: low.x.min(p.x),
-                y: low.y.min(p.y),
-                z: low.z.min(p.z),
-            },
-            Vec3 {
-                x: high.x.max(p.x),
-                y: high.y.max(p.y),
-                z: high.z.max(p.z),
-            },
+            Vec3 { x: low.x.min(p.x), y: low.y.min(p.y), z: low.z.min(p.z) },
+            Vec3 { x: high.x.max(p.x), y: high.y.max(p.y), z: high.z.max(p.z) },
         )
     })
 }
@@ -178,14 +165,9 @@ mod tests {
     fn unit_cube() -> Shape {
         let corner = |i: usize| vec3((i & 1) as f64, ((i >> 1) & 1) as f64, (i >> 2) as f64);
         let mut builder = ShapeBuilder::default();
-        for quad in [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ] {
+        for quad in
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+        {
             builder.quad(quad.map(corner));
         }
         builder.finish()
@@ -199,10 +181,7 @@ mod tests {
         let shaded = cube.shaded();
         assert_eq!(shaded.positions.len(), 24);
         assert!(
-            shaded
-                .normals
-                .iter()
-                .all(|n| (n.x.abs() + n.y.abs() + n.z.abs() - 1.0).abs() < 1e-12)
+            shaded.normals.iter().all(|n| (n.x.abs() + n.y.abs() + n.z.abs() - 1.0).abs() < 1e-12)
         );
     }
 

@@ -134,10 +134,7 @@ fn grip_band() -> Shape {
         ]);
     }
     let end_mm = start_mm + RIDGES as f64 * PITCH_MM;
-    corners.extend([
-        at(end_mm, radius_mm(end_mm) - 0.5, 0.2),
-        at(end_mm + 0.2, 8.6, 0.0),
-    ]);
+    corners.extend([at(end_mm, radius_mm(end_mm) - 0.5, 0.2), at(end_mm + 0.2, 8.6, 0.0)]);
     bellied(&corners)
 }
 
@@ -182,9 +179,11 @@ fn power_cable() -> Shape {
         start + vec3(0.0, -3.0, 22.0),
         start + vec3(0.0, -9.0, 32.0),
     ];
-    turned(&relief, 36)
-        .mapped(|point| point + Vec3::Y * CABLE_Y_MM)
-        .and(cable(&bezier(path, 18), 1.7, 18))
+    turned(&relief, 36).mapped(|point| point + Vec3::Y * CABLE_Y_MM).and(cable(
+        &bezier(path, 18),
+        1.7,
+        18,
+    ))
 }
 
 /// A body turned around an axis that sags towards -y where the palm lies, and is wider there.
@@ -226,11 +225,6 @@ mod tests {
 
     #[test]
     fn the_shaver_is_as_long_and_as_thick_as_said() {
-        assert_sound(
-            &shaver(),
-            vec3(-11.4, -14.9, 0.0),
-            vec3(11.4, 14.9, 295.1),
-            0.1,
-        );
+        assert_sound(&shaver(), vec3(-11.4, -14.9, 0.0), vec3(11.4, 14.9, 295.1), 0.1);
     }
 }

@@ -39,11 +39,7 @@ impl Vec3 {
     /// The direction of a vector that is not zero; zero stays zero.
     pub fn normalized(self) -> Self {
         let length = self.length();
-        if length > 0.0 {
-            self * (1.0 / length)
-        } else {
-            self
-        }
+        if length > 0.0 { self * (1.0 / length) } else { self }
     }
 
     /// Component by component product.
@@ -103,12 +99,7 @@ impl Placement {
     pub fn new(origin: Vec3, z_axis: Vec3, x_hint: Vec3) -> Self {
         let z_axis = z_axis.normalized();
         let x_axis = (x_hint - z_axis * x_hint.dot(z_axis)).normalized();
-        Self {
-            origin,
-            x_axis,
-            y_axis: z_axis.cross(x_axis),
-            z_axis,
-        }
+        Self { origin, x_axis, y_axis: z_axis.cross(x_axis), z_axis }
     }
 
     pub fn body_from_part(&self, point_in_part: Vec3) -> Vec3 {
@@ -121,11 +112,7 @@ impl Placement {
     /// Coordinates of a body point along this placement's axes.
     pub fn part_from_body(&self, point_in_body: Vec3) -> Vec3 {
         let offset = point_in_body - self.origin;
-        vec3(
-            offset.dot(self.x_axis),
-            offset.dot(self.y_axis),
-            offset.dot(self.z_axis),
-        )
+        vec3(offset.dot(self.x_axis), offset.dot(self.y_axis), offset.dot(self.z_axis))
     }
 }
 

@@ -55,22 +55,14 @@ impl WindowedTube {
             }
             add_strip(&mut builder, FLOOR_COLUMNS, |t, ahead| {
                 let row = if ahead { next } else { row };
-                on_row(
-                    row,
-                    self.floor_radius_mm,
-                    (2.0 * t - 1.0) * row.half_angle_rad,
-                )
+                on_row(row, self.floor_radius_mm, (2.0 * t - 1.0) * row.half_angle_rad)
             });
             for side in [-1.0, 1.0] {
                 add_strip(&mut builder, 1, |t, ahead| {
                     let row = if ahead { next } else { row };
                     let (outer, inner) = (row.radius_mm, self.floor_radius_mm);
                     let depth = if side > 0.0 { t } else { 1.0 - t };
-                    on_row(
-                        row,
-                        inner + (outer - inner) * depth,
-                        side * row.half_angle_rad,
-                    )
+                    on_row(row, inner + (outer - inner) * depth, side * row.half_angle_rad)
                 });
             }
         }
@@ -79,18 +71,11 @@ impl WindowedTube {
     }
 
     fn rows(&self) -> Vec<Row> {
-        let plain = |z_mm: f64, radius_mm: f64| Row {
-            z_mm,
-            radius_mm,
-            half_angle_rad: 0.0,
-        };
+        let plain = |z_mm: f64, radius_mm: f64| Row { z_mm, radius_mm, half_angle_rad: 0.0 };
         let mut rows = Vec::new();
         for i in 0..=TIP_ROWS {
             let (sin, cos) = (i as f64 / TIP_ROWS as f64 * PI / 2.0).sin_cos();
-            rows.push(plain(
-                self.tip_z_mm + self.radius_mm * (1.0 - cos),
-                self.radius_mm * sin,
-            ));
+            rows.push(plain(self.tip_z_mm + self.radius_mm * (1.0 - cos), self.radius_mm * sin));
         }
         let (start, end) = (self.window_start_z_mm, self.window_end_z_mm);
         for i in 0..=WINDOW_ROWS {
@@ -120,11 +105,7 @@ impl WindowedTube {
     }
 
     fn close_end(&self, builder: &mut ShapeBuilder) {
-        let end = Row {
-            z_mm: self.end_z_mm,
-            radius_mm: self.radius_mm,
-            half_angle_rad: 0.0,
-        };
+        let end = Row { z_mm: self.end_z_mm, radius_mm: self.radius_mm, half_angle_rad: 0.0 };
         let middle = vec3(0.0, 0.0, self.end_z_mm);
         for column in 0..OUTSIDE_COLUMNS {
             let angle = |i: usize| i as f64 / OUTSIDE_COLUMNS as f64 * TAU;
@@ -142,12 +123,7 @@ impl WindowedTube {
 fn add_strip(builder: &mut ShapeBuilder, columns: usize, point: impl Fn(f64, bool) -> Vec3) {
     for column in 0..columns {
         let [a, b] = [column, column + 1].map(|i| i as f64 / columns as f64);
-        builder.quad([
-            point(a, false),
-            point(b, false),
-            point(b, true),
-            point(a, true),
-        ]);
+        builder.quad([point(a, false), point(b, false), point(b, true), point(a, true)]);
     }
 }
 
@@ -172,10 +148,7 @@ mod tests {
             floor_radius_mm: 1.0,
             teeth: 0,
         };
-        let cut = WindowedTube {
-            window_half_angle_rad: 1.0,
-            ..plain
-        };
+        let cut = WindowedTube { window_half_angle_rad: 1.0, ..plain };
         assert_eq!(open_edge_count(&cut.shape()), 0);
         let cut_mm3 = volume_mm3(&plain.shape()) - volume_mm3(&cut.shape());
         // Half-angle 1 rad between radii 1 and 2 over 6.5 mm, times the oval's mean width 0.874.

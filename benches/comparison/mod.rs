@@ -23,10 +23,7 @@ fn plan() -> Plan {
     let settings = FitSettings::new(4, DirectionSet::Fourteen);
     let task = Task::default();
     let factored = factor(&set, &settings, Some(bounds()), &task).expect("samples");
-    let model = factored
-        .solve(DEFAULT_RCOND, 0.0)
-        .expect("samples fit")
-        .model;
+    let model = factored.solve(DEFAULT_RCOND, 0.0).expect("samples fit").model;
     let support = Support::of_fit(&set, &factored, &model, &task).expect("support");
     let base = scenario(4);
     let rooms: Vec<Arc<Environment>> = (0..ROOMS)
@@ -39,10 +36,7 @@ fn plan() -> Plan {
         })
         .collect();
     let moved = |design: usize, room: &Arc<Environment>| {
-        let mut scenario = Scenario {
-            environment: Arc::clone(room),
-            ..base.clone()
-        };
+        let mut scenario = Scenario { environment: Arc::clone(room), ..base.clone() };
         for sensor in &mut scenario.tool.sensors {
             sensor.position_in_body.z += design as f64;
         }
@@ -50,17 +44,9 @@ fn plan() -> Plan {
     };
     let pairs = (0..DESIGNS * ROOMS).map(|pair| {
         let (design, room) = (pair / ROOMS, pair % ROOMS);
-        Pair {
-            design,
-            room,
-            scenario: moved(design, &rooms[room]),
-        }
+        Pair { design, room, scenario: moved(design, &rooms[room]) }
     });
-    Plan {
-        pairs: pairs.collect(),
-        rooms: rooms.clone(),
-        baseline: 0,
-    }
+    Plan { pairs: pairs.collect(), rooms: rooms.clone(), baseline: 0 }
 }
 
 #[divan::bench(sample_count = 3, sample_size = 1)]
@@ -76,14 +62,12 @@ fn of_20_designs_in_10_rooms(bencher: Bencher) {
 #[divan::bench(sample_count = 3, sample_size = 1)]
 fn single_studies(bencher: Bencher) {
     let plan = plan();
-    bencher
-        .counter(ItemsCount::new(DESIGNS * ROOMS))
-        .bench_local(|| {
-            for pair in &plan.pairs {
-                let outcome = run(&pair.scenario, &Mode::Motion, &CancelToken::default(), None);
-                let _ = black_box(outcome);
-            }
-        });
+    bencher.counter(ItemsCount::new(DESIGNS * ROOMS)).bench_local(|| {
+        for pair in &plan.pairs {
+            let outcome = run(&pair.scenario, &Mode::Motion, &CancelToken::default(), None);
+            let _ = black_box(outcome);
+        }
+    });
 }
 
 /// The fields that one room might as well have.

@@ -29,18 +29,10 @@ fn inverse<const THREADS: usize>(bencher: Bencher, order: usize) {
     const POSES: usize = 200_000;
     let model = model(order);
     let measured = readings(&model, POSES);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(THREADS)
-        .build()
-        .expect("threads");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(THREADS).build().expect("threads");
     bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
         pool.install(|| {
-            undistort(
-                &model,
-                black_box(&measured),
-                OutsidePolicy::Clamp,
-                &Task::default(),
-            )
+            undistort(&model, black_box(&measured), OutsidePolicy::Clamp, &Task::default())
         })
     });
 }
@@ -62,9 +54,8 @@ fn fixed_point(model: &DistortionModel, reading: &Pose) -> Option<Pose> {
     let mut pose = *reading;
     for _ in 0..50 {
         let axis = pose.rotation * Vector3::z_axis();
-        let error = model
-            .evaluate(&pose.translation.vector.into(), &axis, OutsidePolicy::Clamp)
-            .error;
+        let error =
+            model.evaluate(&pose.translation.vector.into(), &axis, OutsidePolicy::Clamp).error;
         let next = Pose::from_parts(
             (reading.translation.vector - error.position_mm).into(),
             UnitQuaternion::from_scaled_axis(-error.rotation_rad) * reading.rotation,
@@ -92,9 +83,7 @@ fn jacobian(bencher: Bencher, order: usize) {
     const POSES: usize = 1000;
     let model = model(order);
     let mut uniform = Uniform(7);
-    let poses: Vec<_> = (0..POSES)
-        .map(|_| (uniform.position(), uniform.axis()))
-        .collect();
+    let poses: Vec<_> = (0..POSES).map(|_| (uniform.position(), uniform.axis())).collect();
     bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
         for (position, axis) in &poses {
             black_box(model.evaluate_with_jacobian(position, axis, OutsidePolicy::Clamp));

@@ -46,7 +46,5 @@ fn peak_multiply_adds(bencher: Bencher, level: &str) {
         (_, arch) => arch,
     };
     let lanes = arch.dispatch(Lanes);
-    bencher
-        .counter(ItemsCount::new(CHAINS * STEPS * lanes))
-        .bench_local(|| arch.dispatch(Chains));
+    bencher.counter(ItemsCount::new(CHAINS * STEPS * lanes)).bench_local(|| arch.dispatch(Chains));
 }

@@ -32,10 +32,7 @@ impl<'a> Plain<'a> {
                     .expect("a triangle of the sphere"),
             }
         });
-        Self {
-            model,
-            triangles: triangles.collect(),
-        }
+        Self { model, triangles: triangles.collect() }
     }
 
     pub fn evaluate(&self, position_mm: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> [f64; 6] {
@@ -84,7 +81,5 @@ impl<'a> Plain<'a> {
 }
 
 fn half_area(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> f64 {
-    a.dot(&b.cross(c))
-        .abs()
-        .atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+    a.dot(&b.cross(c)).abs().atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
 }

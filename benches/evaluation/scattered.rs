@@ -12,9 +12,7 @@ const POSES: usize = 4096;
 
 pub fn poses() -> (Vec<Point3<f64>>, Vec<Unit<Vector3<f64>>>) {
     let mut uniform = Uniform(7);
-    (0..POSES)
-        .map(|_| (uniform.position(), uniform.axis()))
-        .unzip()
+    (0..POSES).map(|_| (uniform.position(), uniform.axis())).unzip()
 }
 
 #[divan::bench(args = [2, 4, 6])]

@@ -19,11 +19,7 @@ fn settings(order: usize) -> FitSettings {
 }
 
 fn one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .expect("one thread")
-        .install(work)
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread").install(work)
 }
 
 /// Coefficients of one orientation, the singular value decomposition taken of all its rows.
@@ -31,10 +27,7 @@ fn plain(set: &SampleSet, order: usize, direction: usize) -> Mat<f64> {
     let settings = settings(order);
     let mut rows = Vec::new();
     for s in &set.samples {
-        let weight = settings
-            .directions
-            .weights(&s.axis, settings.weighting)
-            .of(direction);
+        let weight = settings.directions.weights(&s.axis, settings.weighting).of(direction);
         if weight > 0.0 {
             rows.push((s, weight));
         }
@@ -44,9 +37,7 @@ fn plain(set: &SampleSet, order: usize, direction: usize) -> Mat<f64> {
         push_products(order, &bounds().to_unit(&s.position_mm), &mut products);
     }
     let unknowns = coefficient_count(order);
-    let a = Mat::from_fn(rows.len(), unknowns, |i, j| {
-        rows[i].1 * products[i * unknowns + j]
-    });
+    let a = Mat::from_fn(rows.len(), unknowns, |i, j| rows[i].1 * products[i * unknowns + j]);
     let b = Mat::from_fn(rows.len(), 6, |i, k| {
         let (s, weight) = rows[i];
         let error = match k {
@@ -59,11 +50,7 @@ fn plain(set: &SampleSet, order: usize, direction: usize) -> Mat<f64> {
     let largest = svd.S().column_vector()[0];
     let mut rotated = svd.U().transpose() * b;
     for (i, &s) in svd.S().column_vector().iter().enumerate() {
-        let gain = if s > DEFAULT_RCOND * largest {
-            1.0 / s
-        } else {
-            0.0
-        };
+        let gain = if s > DEFAULT_RCOND * largest { 1.0 / s } else { 0.0 };
         (0..6).for_each(|k| rotated[(i, k)] *= gain);
     }
     svd.V() * rotated
@@ -73,9 +60,7 @@ fn plain(set: &SampleSet, order: usize, direction: usize) -> Mat<f64> {
 fn plain_svd_of_all_rows_one_thread(bencher: Bencher, (order, count): (usize, usize)) {
     let set = samples(count);
     bencher.counter(ItemsCount::new(count)).bench_local(|| {
-        (0..14)
-            .map(|direction| plain(black_box(&set), order, direction))
-            .collect::<Vec<_>>()
+        (0..14).map(|direction| plain(black_box(&set), order, direction)).collect::<Vec<_>>()
     });
 }
 
@@ -84,13 +69,8 @@ fn per_direction_one_thread(bencher: Bencher, (order, count): (usize, usize)) {
     let set = samples(count);
     bencher.counter(ItemsCount::new(count)).bench_local(|| {
         one_thread(|| {
-            factor(
-                black_box(&set),
-                &settings(order),
-                Some(bounds()),
-                &Task::default(),
-            )
-            .and_then(|f| f.solve(DEFAULT_RCOND, 0.0))
+            factor(black_box(&set), &settings(order), Some(bounds()), &Task::default())
+                .and_then(|f| f.solve(DEFAULT_RCOND, 0.0))
         })
     });
 }
@@ -107,10 +87,7 @@ fn per_direction(bencher: Bencher, (order, count): (usize, usize)) {
 #[divan::bench(args = [(2, 20_000), (4, 20_000), (6, 20_000), (6, 100_000)], sample_count = 1)]
 fn joint(bencher: Bencher, (order, count): (usize, usize)) {
     let set = samples(count);
-    let settings = FitSettings {
-        method: FitMethod::Joint,
-        ..settings(order)
-    };
+    let settings = FitSettings { method: FitMethod::Joint, ..settings(order) };
     bencher
         .counter(ItemsCount::new(count))
         .bench_local(|| fit(black_box(&set), &settings, Some(bounds())));

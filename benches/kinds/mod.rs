@@ -17,29 +17,17 @@ use trackwright::study::expected::expected;
 use trackwright::study::{CancelToken, Mode, Scenario, run};
 use trackwright::task::Task;
 
-const KINDS: [&str; 5] = [
-    "bernstein",
-    "symmetric",
-    "kriging",
-    "harmonic",
-    "harmonic, learned",
-];
+const KINDS: [&str; 5] = ["bernstein", "symmetric", "kriging", "harmonic", "harmonic, learned"];
 
 fn measured() -> SampleSet {
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data/cube-fit.csv");
-    let set = store::Files::default()
-        .read_measurements(&table)
-        .expect("the built-in data");
+    let set = store::Files::default().read_measurements(&table).expect("the built-in data");
     set.samples(MapKind::Distortion)
 }
 
 fn model(kind: &str) -> RoomModel {
     let harmonic = |generator| {
-        RoomModel::Harmonic(HarmonicOrder {
-            generator,
-            degree: Some(6),
-            loss: Loss::Huber,
-        })
+        RoomModel::Harmonic(HarmonicOrder { generator, degree: Some(6), loss: Loss::Huber })
     };
     match kind {
         "bernstein" => RoomModel::PAPER,
@@ -53,24 +41,16 @@ fn model(kind: &str) -> RoomModel {
 fn fitted(kind: &str, samples: &SampleSet, with_support: bool) -> Environment {
     let order = RoomOrder {
         name: "bench",
-        table: RoomTable {
-            name: "cube",
-            samples,
-        },
+        table: RoomTable { name: "cube", samples },
         held_out: None,
         model: &model(kind),
-        settings: FitSettings {
-            ridge: 0.1,
-            ..FitSettings::new(3, DirectionSet::TwentySix)
-        },
+        settings: FitSettings { ridge: 0.1, ..FitSettings::new(3, DirectionSet::TwentySix) },
         volume: None,
         jitter: None,
         with_support,
         sensors: None,
     };
-    fit_room(&order, |_| Task::default())
-        .expect("the built-in data fit")
-        .environment
+    fit_room(&order, |_| Task::default()).expect("the built-in data fit").environment
 }
 
 fn scenario(environment: Environment) -> Scenario {
@@ -98,9 +78,7 @@ fn study_of_3375_poses(bencher: Bencher, kind: &str) {
     let scenario = scenario(fitted(kind, &measured(), false));
     let study = || run(&scenario, &Mode::Motion, &CancelToken::default(), None);
     black_box(study()).expect("the built-in design");
-    bencher
-        .counter(ItemsCount::new(3_375_usize))
-        .bench_local(study);
+    bencher.counter(ItemsCount::new(3_375_usize)).bench_local(study);
 }
 
 /// All cores: 64 drawn fields.

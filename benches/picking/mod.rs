@@ -33,8 +33,7 @@ fn torus() -> SurfaceMesh {
         for j in 0..across {
             let (sine, cosine) = (f64::from(j) / f64::from(across) * TAU).sin_cos();
             let normal = outward * cosine + Vector3::z() * sine;
-            part.positions_mm
-                .push(Point3::from(outward * 60.0 + normal * 15.0));
+            part.positions_mm.push(Point3::from(outward * 60.0 + normal * 15.0));
             part.normals.push(normal);
             let at = |i: u32, j: u32| i % around * across + j % across;
             let [a, b] = [at(i, j), at(i + 1, j)];
@@ -42,10 +41,7 @@ fn torus() -> SurfaceMesh {
             part.triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
-    SurfaceMesh {
-        parts: vec![part],
-        ..SurfaceMesh::default()
-    }
+    SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() }
 }
 
 /// From around the torus to places in its box: two in three meet it.
@@ -62,10 +58,7 @@ fn rays(count: usize) -> Vec<Ray> {
         .map(|_| {
             let origin_mm = within([400.0; 3]);
             let direction = within([150.0, 150.0, 30.0]) - origin_mm;
-            Ray {
-                origin_mm,
-                direction: Unit::new_normalize(direction),
-            }
+            Ray { origin_mm, direction: Unit::new_normalize(direction) }
         })
         .collect()
 }
@@ -87,9 +80,7 @@ fn points(count: usize) -> Vec<Point3<f64>> {
 #[divan::bench(sample_count = 10)]
 fn build(bencher: Bencher) {
     let mesh = torus();
-    bencher
-        .counter(ItemsCount::new(TRIANGLES))
-        .bench_local(|| Surface::new(black_box(&mesh)));
+    bencher.counter(ItemsCount::new(TRIANGLES)).bench_local(|| Surface::new(black_box(&mesh)));
 }
 
 #[divan::bench]
@@ -120,29 +111,27 @@ fn ray_plain_loop(bencher: Bencher) {
     let mesh = torus();
     let part = &mesh.parts[0];
     let rays = rays(PLAIN_QUERIES);
-    bencher
-        .counter(ItemsCount::new(PLAIN_QUERIES))
-        .bench_local(|| {
-            for ray in &rays {
-                let mut nearest_mm = f64::INFINITY;
-                for triangle in 0..TRIANGLES {
-                    let [a, b, c] = part.corners_mm(triangle);
-                    let (ab, ac) = (b - a, c - a);
-                    let p = ray.direction.cross(&ac);
-                    let determinant = ab.dot(&p);
-                    if determinant <= 0.0 {
-                        continue;
-                    }
-                    let from_a = ray.origin_mm - a;
-                    let q = from_a.cross(&ab);
-                    let v = from_a.dot(&p) / determinant;
-                    let w = ray.direction.dot(&q) / determinant;
-                    let distance_mm = ac.dot(&q) / determinant;
-                    if v >= 0.0 && w >= 0.0 && v + w <= 1.0 && distance_mm >= 0.0 {
-                        nearest_mm = nearest_mm.min(distance_mm);
-                    }
+    bencher.counter(ItemsCount::new(PLAIN_QUERIES)).bench_local(|| {
+        for ray in &rays {
+            let mut nearest_mm = f64::INFINITY;
+            for triangle in 0..TRIANGLES {
+                let [a, b, c] = part.corners_mm(triangle);
+                let (ab, ac) = (b - a, c - a);
+                let p = ray.direction.cross(&ac);
+                let determinant = ab.dot(&p);
+                if determinant <= 0.0 {
+                    continue;
                 }
-                black_box(nearest_mm);
+                let from_a = ray.origin_mm - a;
+                let q = from_a.cross(&ab);
+                let v = from_a.dot(&p) / determinant;
+                let w = ray.direction.dot(&q) / determinant;
+                let distance_mm = ac.dot(&q) / determinant;
+                if v >= 0.0 && w >= 0.0 && v + w <= 1.0 && distance_mm >= 0.0 {
+                    nearest_mm = nearest_mm.min(distance_mm);
+                }
             }
-        });
+            black_box(nearest_mm);
+        }
+    });
 }

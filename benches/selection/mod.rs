@@ -37,23 +37,17 @@ fn plain_loop(bencher: Bencher, order: usize) {
     let (set, settings) = (samples(ROWS), settings(order));
     let bounds = Bounds::around(set.samples.iter().map(|s| s.position_mm)).expect("samples");
     let folds = Folds::of_rows(ROWS, settings.folds, settings.seed);
-    bencher
-        .counter(ItemsCount::new(DEFAULT_RIDGES.len()))
-        .bench_local(|| {
-            for ridge in DEFAULT_RIDGES {
-                let candidate = Candidate {
-                    order,
-                    directions: DirectionSet::Fourteen,
-                    ridge,
-                };
-                let fit_settings = settings.fit_settings(&candidate);
-                for held_out in &folds.rows {
-                    let (train, test) = split(&set, held_out);
-                    let fitted = fit(&train, &fit_settings, Some(bounds)).expect("samples fit");
-                    black_box(residuals(&fitted.model, &test, OutsidePolicy::Clamp));
-                }
+    bencher.counter(ItemsCount::new(DEFAULT_RIDGES.len())).bench_local(|| {
+        for ridge in DEFAULT_RIDGES {
+            let candidate = Candidate { order, directions: DirectionSet::Fourteen, ridge };
+            let fit_settings = settings.fit_settings(&candidate);
+            for held_out in &folds.rows {
+                let (train, test) = split(&set, held_out);
+                let fitted = fit(&train, &fit_settings, Some(bounds)).expect("samples fit");
+                black_box(residuals(&fitted.model, &test, OutsidePolicy::Clamp));
             }
-        });
+        }
+    });
 }
 
 fn split(set: &SampleSet, held_out: &[usize]) -> (SampleSet, SampleSet) {

@@ -27,18 +27,12 @@ fn fitted(order: usize) -> Fitted {
     let settings = FitSettings::new(order, DirectionSet::Fourteen);
     let factored = factor(&set, &settings, Some(bounds()), &Task::default()).expect("samples");
     let solved = factored.solve(DEFAULT_RCOND, 0.0).expect("samples fit");
-    Fitted {
-        set,
-        factored,
-        model: solved.model,
-    }
+    Fitted { set, factored, model: solved.model }
 }
 
 fn poses() -> Vec<(Point3<f64>, Unit<Vector3<f64>>)> {
     let mut uniform = Uniform(13);
-    (0..POSES)
-        .map(|_| (uniform.position(), uniform.axis()))
-        .collect()
+    (0..POSES).map(|_| (uniform.position(), uniform.axis())).collect()
 }
 
 /// The fit alone, for the ratio.
@@ -105,9 +99,7 @@ fn leverage(
         let system = &decomposed.systems[direction];
         let mut sum = 0.0;
         for (k, singular_value) in system.singular_values.iter().enumerate() {
-            let along: f64 = (0..row.len())
-                .map(|i| weight * row[i] * system.v[(i, k)])
-                .sum();
+            let along: f64 = (0..row.len()).map(|i| weight * row[i] * system.v[(i, k)]).sum();
             sum += (along / singular_value).powi(2);
         }
         largest = largest.max(sum);

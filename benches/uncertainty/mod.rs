@@ -28,10 +28,7 @@ fn jittering() -> Scenario {
         jitter: Some(Jitter::uniform(JITTER_MM, JITTER_RAD)),
         ..Environment::clone(&quiet.environment)
     };
-    Scenario {
-        environment: Arc::new(room),
-        ..quiet
-    }
+    Scenario { environment: Arc::new(room), ..quiet }
 }
 
 #[divan::bench]
@@ -44,10 +41,7 @@ fn first_order(bencher: Bencher) {
 #[divan::bench(consts = [1, 0], sample_count = 10)]
 fn monte_carlo<const THREADS: usize>(bencher: Bencher) {
     let scenario = jittering();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(THREADS)
-        .build()
-        .expect("threads");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(THREADS).build().expect("threads");
     bencher.counter(ItemsCount::new(SAMPLES)).bench_local(|| {
         pool.install(|| by_sampling(black_box(&scenario), SAMPLES, 1, &Task::default()))
     });
@@ -108,8 +102,6 @@ impl Still {
                 }
             })
             .collect();
-        self.fitter
-            .fit(&readings, &self.tracker_from_body)
-            .tracker_from_body
+        self.fitter.fit(&readings, &self.tracker_from_body).tracker_from_body
     }
 }

@@ -23,9 +23,7 @@ pub fn calibration_files(bytes: &[u8]) -> bool {
     let empivot =
         read(jhu_cis::parse_empivot(bytes)).map(|frames| frames.iter().map(Vec::len).sum());
     let optpivot = read(jhu_cis::parse_optpivot(bytes)).map(|frames| {
-        let counts = frames
-            .iter()
-            .map(|frame| frame.on_base.len() + frame.on_tool.len());
+        let counts = frames.iter().map(|frame| frame.on_base.len() + frame.on_tool.len());
         counts.sum()
     });
     let fiducials = read(jhu_cis::parse_ct_fiducials(bytes)).map(|points| points.len());

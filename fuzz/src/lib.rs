@@ -51,11 +51,7 @@ pub const TARGETS: [Target; 13] = [
 ];
 
 const fn target(name: &'static str, read: fn(&[u8]) -> bool, says_its_end: bool) -> Target {
-    Target {
-        name,
-        read,
-        says_its_end,
-    }
+    Target { name, read, says_its_end }
 }
 
 /// What was read; an error is put into words, since these quote the bytes.

@@ -49,9 +49,7 @@ fn told(piece: usize, stream: &[u8]) -> Vec<Told> {
                     }
                     Told::Message(message.encode().expect("what had a place has one again"))
                 }
-                Ok(Decoded::Skipped {
-                    kind, body_bytes, ..
-                }) => Told::Skipped(kind, body_bytes),
+                Ok(Decoded::Skipped { kind, body_bytes, .. }) => Told::Skipped(kind, body_bytes),
                 Err(error) => Told::Wrong(error.to_string()),
             });
         }

@@ -18,12 +18,7 @@ pub fn recording(bytes: &[u8]) -> bool {
     let poses = poses(&recording);
     let mut table = format!("{HEADER}\n").into_bytes();
     for pose in recording.tools.iter().flat_map(|tool| tool.good()) {
-        let sample = LiveSample {
-            received_s: 0.0,
-            time_s: None,
-            tool: "tool",
-            pose: Ok(*pose),
-        };
+        let sample = LiveSample { received_s: 0.0, time_s: None, tool: "tool", pose: Ok(*pose) };
         write_row(&mut table, &sample);
     }
     if !poses.is_empty() {

@@ -7,39 +7,30 @@ use trackwright::formats::{
 };
 
 pub fn body_file(bytes: &[u8]) -> bool {
-    survives(read(body::parse(bytes)), body::write, |text| {
-        body::parse(text.as_bytes())
-    })
+    survives(read(body::parse(bytes)), body::write, |text| body::parse(text.as_bytes()))
 }
 
 pub fn design_file(bytes: &[u8]) -> bool {
-    survives(
-        read(design_file::parse(bytes)),
-        design_file::write,
-        |text| design_file::parse(text.as_bytes()),
-    )
+    survives(read(design_file::parse(bytes)), design_file::write, |text| {
+        design_file::parse(text.as_bytes())
+    })
 }
 
 pub fn environment_file(bytes: &[u8]) -> bool {
-    survives(
-        read(environment::parse(bytes)),
-        environment::write,
-        |text| environment::parse(text.as_bytes()),
-    )
+    survives(read(environment::parse(bytes)), environment::write, |text| {
+        environment::parse(text.as_bytes())
+    })
 }
 
 /// What the program leaves for its own next start, as each of its kinds.
 pub fn state_file(bytes: &[u8]) -> bool {
-    let is_recovery = survives(
-        read(recovery_file::parse(bytes)),
-        recovery_file::write,
-        |text| recovery_file::parse(text.as_bytes()),
-    );
-    let is_preferences = survives(
-        read(preferences_file::parse(bytes)),
-        preferences_file::write,
-        |text| preferences_file::parse(text.as_bytes()),
-    );
+    let is_recovery = survives(read(recovery_file::parse(bytes)), recovery_file::write, |text| {
+        recovery_file::parse(text.as_bytes())
+    });
+    let is_preferences =
+        survives(read(preferences_file::parse(bytes)), preferences_file::write, |text| {
+            preferences_file::parse(text.as_bytes())
+        });
     let is_recent = survives(
         read(recent_file::parse(bytes)),
         |designs| recent_file::write(designs),

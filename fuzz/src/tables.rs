@@ -49,10 +49,7 @@ pub fn table(bytes: &[u8]) -> bool {
     if let Some(Some(column)) = read(groups::parse(bytes, None)) {
         counts.extend(rows.map(|_| column.labels.len()).filter(|&count| count > 0));
     }
-    assert!(
-        counts.iter().all(|count| Some(*count) == rows),
-        "{counts:?}"
-    );
+    assert!(counts.iter().all(|count| Some(*count) == rows), "{counts:?}");
     // Points may be a table or plain rows.
     if let Some(found) = read(points::parse(bytes)) {
         let mut table = Vec::new();

@@ -101,11 +101,7 @@ impl High {
         } else {
             let quarter = Self::pi() * 0.5;
             let near = with_constants(|c| (x / self).0.atan(BITS, ROUNDING, c));
-            if self.is_negative() {
-                -quarter - near
-            } else {
-                quarter - near
-            }
+            if self.is_negative() { -quarter - near } else { quarter - near }
         }
     }
 }
@@ -243,12 +239,7 @@ mod tests {
     fn assert_good_to_180_bits(found: &High, expected: &High) {
         let difference = (found - expected).abs();
         let allowed = expected.abs() * 2.0_f64.powi(-180);
-        assert!(
-            difference <= allowed,
-            "off by {:e} of {}",
-            difference.to_f64(),
-            expected.to_f64()
-        );
+        assert!(difference <= allowed, "off by {:e} of {}", difference.to_f64(), expected.to_f64());
     }
 
     const PI: &str =

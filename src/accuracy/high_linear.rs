@@ -21,9 +21,7 @@ pub struct HighMatrix {
 impl HighMatrix {
     pub fn from_fn(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> High) -> Self {
         Self {
-            columns: (0..columns)
-                .map(|j| (0..rows).map(|i| entry(i, j)).collect())
-                .collect(),
+            columns: (0..columns).map(|j| (0..rows).map(|i| entry(i, j)).collect()).collect(),
             rows,
         }
     }
@@ -59,9 +57,7 @@ impl HighMatrix {
     }
 
     pub fn minus(&self, other: &Self) -> Self {
-        Self::from_fn(self.rows, self.width(), |i, j| {
-            self.at(i, j) - other.at(i, j)
-        })
+        Self::from_fn(self.rows, self.width(), |i, j| self.at(i, j) - other.at(i, j))
     }
 
     /// Largest and smallest singular value are what a condition number is made of; in `f64` they
@@ -111,11 +107,7 @@ pub fn reduce(mut a: HighMatrix, mut b: HighMatrix) -> Reduced {
         }
     }
     let upper = |i: usize, j: usize| {
-        if i <= j {
-            a.at(i, j).clone()
-        } else {
-            High::zero()
-        }
+        if i <= j { a.at(i, j).clone() } else { High::zero() }
     };
     Reduced {
         r: HighMatrix::from_fn(n, n, upper),
@@ -136,10 +128,7 @@ pub fn least_squares(a: &HighMatrix, b: &HighMatrix) -> HighMatrix {
 }
 
 fn dot_row(r: &HighMatrix, row: usize, x: &[High], first: usize) -> High {
-    x.iter()
-        .enumerate()
-        .map(|(j, x)| r.at(row, first + j) * x)
-        .sum()
+    x.iter().enumerate().map(|(j, x)| r.at(row, first + j) * x).sum()
 }
 
 /// `M = U Λ Vᵀ`, singular values in descending order. Columns of `U` whose singular value is zero
@@ -168,41 +157,25 @@ pub fn svd(matrix: &HighMatrix) -> HighSvd {
     }
     let lengths: Vec<High> = w.columns.iter().map(|c| norm(c)).collect();
     let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&a, &b| {
-        lengths[b]
-            .partial_cmp(&lengths[a])
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
+    order
+        .sort_by(|&a, &b| lengths[b].partial_cmp(&lengths[a]).unwrap_or(std::cmp::Ordering::Equal));
     let unit = |k: &usize| -> Vec<High> {
         let length = &lengths[*k];
         let part = |x: &High| {
-            if length.is_zero() {
-                High::zero()
-            } else {
-                x / length
-            }
+            if length.is_zero() { High::zero() } else { x / length }
         };
         w.columns[*k].iter().map(part).collect()
     };
     HighSvd {
-        u: HighMatrix {
-            columns: order.iter().map(unit).collect(),
-            rows: w.rows,
-        },
+        u: HighMatrix { columns: order.iter().map(unit).collect(), rows: w.rows },
         singular_values: order.iter().map(|&k| lengths[k].clone()).collect(),
-        v: HighMatrix {
-            columns: order.iter().map(|&k| v.columns[k].clone()).collect(),
-            rows: n,
-        },
+        v: HighMatrix { columns: order.iter().map(|&k| v.columns[k].clone()).collect(), rows: n },
     }
 }
 
 /// Rotates columns `p` and `q` until they are orthogonal; whether that was needed.
 fn orthogonalise(w: &mut HighMatrix, v: &mut HighMatrix, p: usize, q: usize) -> bool {
-    let (a, b) = (
-        dot(&w.columns[p], &w.columns[p]),
-        dot(&w.columns[q], &w.columns[q]),
-    );
+    let (a, b) = (dot(&w.columns[p], &w.columns[p]), dot(&w.columns[q], &w.columns[q]));
     let c = dot(&w.columns[p], &w.columns[q]);
     if c.is_zero() || c.abs() <= (&a * &b).sqrt() * ORTHOGONAL {
         return false;
@@ -243,22 +216,11 @@ pub fn truncated_least_squares(a: &HighMatrix, b: &HighMatrix, rcond: f64) -> Tr
     } else {
         (svd(&a.transposed()), b.clone())
     };
-    let (left, right) = if is_tall {
-        (&svd.u, &svd.v)
-    } else {
-        (&svd.v, &svd.u)
-    };
-    let cutoff = svd
-        .singular_values
-        .first()
-        .map_or_else(High::zero, |s| s * rcond);
+    let (left, right) = if is_tall { (&svd.u, &svd.v) } else { (&svd.v, &svd.u) };
+    let cutoff = svd.singular_values.first().map_or_else(High::zero, |s| s * rcond);
     let rank = svd.singular_values.iter().filter(|s| **s > cutoff).count();
     let x = HighMatrix::from_fn(a.width(), b.width(), |_, _| High::zero());
-    let mut truncated = Truncated {
-        x,
-        rank,
-        singular_values: svd.singular_values.clone(),
-    };
+    let mut truncated = Truncated { x, rank, singular_values: svd.singular_values.clone() };
     for (column, b) in truncated.x.columns.iter_mut().zip(&rotated.columns) {
         for k in 0..rank {
             let gain = dot(&left.columns[k], b) / &svd.singular_values[k];
@@ -327,11 +289,7 @@ pub fn determinant33(m: &High33) -> High {
 /// The inverse by cofactors; entries are not finite where there is none.
 pub fn inverse33(m: &High33) -> High33 {
     let determinant = determinant33(m);
-    let cofactors = [
-        cross3(&m[1], &m[2]),
-        cross3(&m[2], &m[0]),
-        cross3(&m[0], &m[1]),
-    ];
+    let cofactors = [cross3(&m[1], &m[2]), cross3(&m[2], &m[0]), cross3(&m[0], &m[1])];
     matrix_from_fn(|i, j| &cofactors[j][i] / &determinant)
 }
 
@@ -346,11 +304,7 @@ mod tests {
     }
 
     fn largest(m: &HighMatrix) -> f64 {
-        m.columns
-            .iter()
-            .flatten()
-            .map(|x| x.abs().to_f64())
-            .fold(0.0, f64::max)
+        m.columns.iter().flatten().map(|x| x.abs().to_f64()).fold(0.0, f64::max)
     }
 
     #[test]
@@ -365,11 +319,7 @@ mod tests {
     #[test]
     fn factors_of_the_svd_multiply_to_the_matrix() {
         let a = HighMatrix::from_fn(7, 4, entry);
-        let HighSvd {
-            mut u,
-            singular_values,
-            v,
-        } = svd(&a);
+        let HighSvd { mut u, singular_values, v } = svd(&a);
         for (column, s) in u.columns.iter_mut().zip(&singular_values) {
             for x in column {
                 *x = &*x * s;
@@ -387,11 +337,7 @@ mod tests {
         let a = left.times(&right);
         let b = a.times(&HighMatrix::from_fn(6, 1, |i, _| entry(i, 4)));
         for a in [a.clone(), stacked_twice(&a)] {
-            let b = if a.rows() > 5 {
-                stacked_twice(&b)
-            } else {
-                b.clone()
-            };
+            let b = if a.rows() > 5 { stacked_twice(&b) } else { b.clone() };
             let found = truncated_least_squares(&a, &b, 1e-30);
             assert_eq!(found.rank, 3);
             assert!(largest(&a.times(&found.x).minus(&b)) < 1e-50);

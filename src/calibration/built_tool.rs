@@ -60,11 +60,7 @@ pub enum BodySource {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BuiltToolError {
     #[error("{column} names {found} rows, expected {expected}, one a row")]
-    Length {
-        column: &'static str,
-        found: usize,
-        expected: usize,
-    },
+    Length { column: &'static str, found: usize, expected: usize },
     #[error("found no sensor {wanted:?} in column sensor, expected one of {}", .names.join("; "))]
     NoSuchSensor { wanted: String, names: Vec<String> },
     #[error("found several sensors with {wanted:?} in their names ({}), expected one", .names.join("; "))]
@@ -73,11 +69,7 @@ pub enum BuiltToolError {
         "found {} in column sensor, expected the tool alone, or a row for each of the sensors of {body} ({}): name the \
          sensors of the design as the recording does, or say which is the whole tool", .names.join("; "), .wanted.join("; ")
     )]
-    Unmatched {
-        body: String,
-        names: Vec<String>,
-        wanted: Vec<String>,
-    },
+    Unmatched { body: String, names: Vec<String>, wanted: Vec<String> },
     #[error("the sensors of {body} leave its rotation free, so that their readings give no pose")]
     FreeRotation { body: String },
     #[error(
@@ -103,24 +95,13 @@ pub fn recorded_body(
 ) -> Result<RecordedBody, BuiltToolError> {
     let columns = [("sensor", &table.sensors), ("pose", &table.groups)];
     for (column, labels) in columns {
-        if let Some(found) = labels
-            .as_ref()
-            .map(Vec::len)
-            .filter(|n| *n != table.rows.len())
-        {
-            return Err(BuiltToolError::Length {
-                column,
-                found,
-                expected: table.rows.len(),
-            });
+        if let Some(found) = labels.as_ref().map(Vec::len).filter(|n| *n != table.rows.len()) {
+            return Err(BuiltToolError::Length { column, found, expected: table.rows.len() });
         }
     }
     let (groups, group_names) = group_numbers(table);
     let found = body_of(table, &groups, body, orientation_weight_mm, whole)?;
-    Ok(RecordedBody {
-        group_names,
-        ..found
-    })
+    Ok(RecordedBody { group_names, ..found })
 }
 
 fn body_of(
@@ -135,11 +116,8 @@ fn body_of(
         let name = one_named(&names, wanted)?;
         return Ok(whole_body(table, groups, Some(name)));
     }
-    let matched: Option<Vec<&str>> = body
-        .sensors
-        .iter()
-        .map(|sensor| one_named(&names, &sensor.name).ok())
-        .collect();
+    let matched: Option<Vec<&str>> =
+        body.sensors.iter().map(|sensor| one_named(&names, &sensor.name).ok()).collect();
     match matched {
         Some(matched) if !matched.is_empty() => {
             let is_twice = distinct(&matched).len() < matched.len();
@@ -177,21 +155,13 @@ fn one_named<'a>(names: &[&'a str], wanted: &str) -> Result<&'a str, BuiltToolEr
     if let Some(same) = names.iter().find(|name| **name == wanted) {
         return Ok(same);
     }
-    let found: Vec<&str> = names
-        .iter()
-        .copied()
-        .filter(|n| n.contains(wanted))
-        .collect();
+    let found: Vec<&str> = names.iter().copied().filter(|n| n.contains(wanted)).collect();
     match found.as_slice() {
         [name] => Ok(name),
-        [] => Err(BuiltToolError::NoSuchSensor {
-            wanted: wanted.to_owned(),
-            names: owned(names),
-        }),
-        several => Err(BuiltToolError::SeveralSensors {
-            wanted: wanted.to_owned(),
-            names: owned(several),
-        }),
+        [] => Err(BuiltToolError::NoSuchSensor { wanted: wanted.to_owned(), names: owned(names) }),
+        several => {
+            Err(BuiltToolError::SeveralSensors { wanted: wanted.to_owned(), names: owned(several) })
+        }
     }
 }
 
@@ -218,11 +188,7 @@ fn whole_body(table: &RecordedTable, groups: &[usize], name: Option<&str>) -> Re
         .map(|row| {
             let place = places.entry(groups[row]).or_default();
             *place += 1;
-            BodyMoment {
-                pose: table.rows[row],
-                group: groups[row],
-                place: *place - 1,
-            }
+            BodyMoment { pose: table.rows[row], group: groups[row], place: *place - 1 }
         })
         .collect();
     RecordedBody {
@@ -242,13 +208,8 @@ fn of_sensors(
     orientation_weight_mm: f64,
     names: &[&str],
 ) -> Result<RecordedBody, BuiltToolError> {
-    if LinearFit::new(body, orientation_weight_mm)
-        .free_motion()
-        .is_some()
-    {
-        return Err(BuiltToolError::FreeRotation {
-            body: body.name.clone(),
-        });
+    if LinearFit::new(body, orientation_weight_mm).free_motion().is_some() {
+        return Err(BuiltToolError::FreeRotation { body: body.name.clone() });
     }
     let fitter = FrameFitter::new(body, orientation_weight_mm);
     let sensors = table.sensors.as_deref().unwrap_or_default();
@@ -256,9 +217,7 @@ fn of_sensors(
     let group_of = |row: usize| table.groups.as_ref().map_or(0, |_| groups[row]);
     let mut by_group = BTreeMap::<usize, Vec<Vec<usize>>>::new();
     for (row, sensor) in sensors.iter().enumerate() {
-        let lists = by_group
-            .entry(group_of(row))
-            .or_insert_with(|| vec![Vec::new(); names.len()]);
+        let lists = by_group.entry(group_of(row)).or_insert_with(|| vec![Vec::new(); names.len()]);
         if let Some(k) = names.iter().position(|name| name == sensor) {
             lists[k].push(row);
         }
@@ -292,10 +251,7 @@ fn of_sensors(
         }
     }
     if moments.is_empty() {
-        return Err(BuiltToolError::NoMoments {
-            body: body.name.clone(),
-            groups: by_group.len(),
-        });
+        return Err(BuiltToolError::NoMoments { body: body.name.clone(), groups: by_group.len() });
     }
     Ok(RecordedBody {
         moments,
@@ -335,8 +291,7 @@ pub fn same_moments(first: &RecordedBody, second: &RecordedBody) -> Vec<(BodyMom
     };
     let others: HashMap<_, _> = second.moments.iter().map(|m| (key(second, m), m)).collect();
     let all = first.moments.iter();
-    all.filter_map(|m| others.get(&key(first, m)).map(|other| (*m, **other)))
-        .collect()
+    all.filter_map(|m| others.get(&key(first, m)).map(|other| (*m, **other))).collect()
 }
 
 #[cfg(test)]
@@ -392,9 +347,7 @@ mod tests {
 
     fn poses() -> Vec<(Pose, Pose)> {
         let mut noise = Noise::new(7);
-        (0..6)
-            .map(|_| (noise.pose(200.0), noise.pose(200.0)))
-            .collect()
+        (0..6).map(|_| (noise.pose(200.0), noise.pose(200.0))).collect()
     }
 
     #[test]
@@ -414,11 +367,7 @@ mod tests {
                 assert!(rotation_angle_rad(&a.rotation.rotation_to(&b.rotation)) < 1e-12);
             }
         }
-        let BodySource::Sensors {
-            count,
-            misfit_rms_mm,
-        } = found.source
-        else {
+        let BodySource::Sensors { count, misfit_rms_mm } = found.source else {
             panic!("{:?}", found.source);
         };
         assert!(count == 2 && misfit_rms_mm < 1e-10);
@@ -428,10 +377,7 @@ mod tests {
     fn a_name_that_is_a_part_of_two_is_said_not_guessed() {
         // "Port 1" is a part of "Port 10: …" too.
         let refused = recorded_body(&table(&poses()), &body(), 100.0, None).unwrap_err();
-        assert!(
-            matches!(refused, BuiltToolError::Unmatched { .. }),
-            "{refused}"
-        );
+        assert!(matches!(refused, BuiltToolError::Unmatched { .. }), "{refused}");
         let refused = recorded_body(&table(&poses()), &body(), 100.0, Some("Port 1")).unwrap_err();
         assert!(refused.to_string().contains("several"), "{refused}");
     }
@@ -458,10 +404,7 @@ mod tests {
                 tracker_from_measured: *measured,
             })
             .collect();
-        let mut table = RecordedTable {
-            rows,
-            ..RecordedTable::default()
-        };
+        let mut table = RecordedTable { rows, ..RecordedTable::default() };
         let plain = recorded_body(&table, &body(), 100.0, None).unwrap();
         table.sensors = Some(vec!["my pointer".to_owned(); 6]);
         let named = recorded_body(&table, &body(), 100.0, None).unwrap();

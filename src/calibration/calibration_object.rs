@@ -32,17 +32,9 @@ pub struct CalibrationFrame {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
     #[error("frame {frame}, {markers}: {source}")]
-    Registration {
-        frame: usize,
-        markers: &'static str,
-        source: RegistrationError,
-    },
+    Registration { frame: usize, markers: &'static str, source: RegistrationError },
     #[error("frame {frame}: {found} EM readings, expected {expected}")]
-    MarkerCount {
-        frame: usize,
-        found: usize,
-        expected: usize,
-    },
+    MarkerCount { frame: usize, found: usize, expected: usize },
     #[error("no frames")]
     NoFrames,
 }
@@ -56,13 +48,7 @@ pub fn expected_positions(
     readings: &CalibrationFrame,
     frame: usize,
 ) -> Result<Vec<Point3<f64>>, CalibrationError> {
-    let named = |markers| {
-        move |source| CalibrationError::Registration {
-            frame,
-            markers,
-            source,
-        }
-    };
+    let named = |markers| move |source| CalibrationError::Registration { frame, markers, source };
     let optical_from_em = register(&body.optical_on_base, &readings.optical_on_base)
         .map_err(named("optical markers on the base"))?
         .target_from_source;
@@ -70,11 +56,7 @@ pub fn expected_positions(
         .map_err(named("optical markers on the object"))?
         .target_from_source;
     let em_from_object = optical_from_em.inverse() * optical_from_object;
-    Ok(body
-        .em_on_object
-        .iter()
-        .map(|c| em_from_object * c)
-        .collect())
+    Ok(body.em_on_object.iter().map(|c| em_from_object * c).collect())
 }
 
 /// A position-only measurement set: one row an EM marker and frame, frame by frame.
@@ -98,18 +80,12 @@ pub fn measurements(
                 expected: expected.len(),
             });
         }
-        measurements.extend(
-            expected
-                .iter()
-                .zip(&readings.em_on_object)
-                .map(|(ideal, read)| Measurement {
-                    tracker_from_ideal: Pose::translation(ideal.x, ideal.y, ideal.z),
-                    tracker_from_measured: Pose::translation(read.x, read.y, read.z),
-                }),
-        );
+        measurements.extend(expected.iter().zip(&readings.em_on_object).map(|(ideal, read)| {
+            Measurement {
+                tracker_from_ideal: Pose::translation(ideal.x, ideal.y, ideal.z),
+                tracker_from_measured: Pose::translation(read.x, read.y, read.z),
+            }
+        }));
     }
-    Ok(MeasurementSet {
-        measurements,
-        content: MeasurementContent::PositionOnly,
-    })
+    Ok(MeasurementSet { measurements, content: MeasurementContent::PositionOnly })
 }

@@ -109,9 +109,7 @@ impl CoverageSummary {
     /// The highest order, up to 6, for which every basis orientation has as many samples as unknowns,
     /// below which a fit is not determined.
     pub fn highest_order(&self) -> Option<usize> {
-        (0..=6)
-            .take_while(|order| self.samples_per_unknown(*order) >= 1.0)
-            .last()
+        (0..=6).take_while(|order| self.samples_per_unknown(*order) >= 1.0).last()
     }
 }
 
@@ -199,12 +197,7 @@ impl Coverage {
             distinct: self.taken.len() as u64,
             outside: self.outside,
             cells: self.cells.iter().flatten().count(),
-            cells_sampled: self
-                .cells
-                .iter()
-                .flatten()
-                .filter(|taken| taken.samples > 0)
-                .count(),
+            cells_sampled: self.cells.iter().flatten().filter(|taken| taken.samples > 0).count(),
             by_direction: (directions.iter().copied())
                 .zip(self.by_direction.iter().copied())
                 .collect(),
@@ -214,9 +207,8 @@ impl Coverage {
     /// Where to go next: the middle of the empty cell that is farthest from any sampled one, the
     /// one nearest to the middle of the volume while nothing is sampled; `None` once all are.
     pub fn next_mm(&self) -> Option<Point3<f64>> {
-        let sampled: Vec<_> = (self.cells().filter(|cell| cell.samples > 0))
-            .map(|cell| cell.center_mm)
-            .collect();
+        let sampled: Vec<_> =
+            (self.cells().filter(|cell| cell.samples > 0)).map(|cell| cell.center_mm).collect();
         let middle = self.bounds.center_mm();
         let from_sampled = |at: &Point3<f64>| {
             (sampled.iter().map(|s| (s - at).norm_squared())).fold(f64::INFINITY, f64::min)
@@ -224,11 +216,7 @@ impl Coverage {
         let empty = self.cells().filter(|cell| cell.samples == 0);
         let worth = |cell: &Cell| {
             let at = &cell.center_mm;
-            if sampled.is_empty() {
-                -(at - middle).norm_squared()
-            } else {
-                from_sampled(at)
-            }
+            if sampled.is_empty() { -(at - middle).norm_squared() } else { from_sampled(at) }
         };
         // Of several alike the first, so that it stays where it is.
         let best = empty
@@ -260,9 +248,7 @@ impl Coverage {
 /// The basis orientation nearest to an axis.
 fn nearest(directions: DirectionSet, axis: &Unit<Vector3<f64>>) -> usize {
     let along = directions.directions().iter().map(|d| d.dot(axis));
-    let best = along
-        .enumerate()
-        .reduce(|best, next| if next.1 > best.1 { next } else { best });
+    let best = along.enumerate().reduce(|best, next| if next.1 > best.1 { next } else { best });
     best.map_or(0, |(index, _)| index)
 }
 

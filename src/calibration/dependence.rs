@@ -31,10 +31,7 @@ impl Dependence {
 
     /// Of vectors of any length, a column each.
     pub fn of_columns(series: &DMatrix<f64>) -> Self {
-        let independent = Self {
-            block: 1.0,
-            inflation: 1.0,
-        };
+        let independent = Self { block: 1.0, inflation: 1.0 };
         let count = series.ncols();
         // Of fewer there are no five lags in a row.
         if count < 6 {
@@ -62,17 +59,11 @@ impl Dependence {
         let bound = INSIGNIFICANT * (n.log10() / n).sqrt();
         let correlations: Vec<f64> = (1..=farthest).map(|k| covariance(k) / variance).collect();
         // The first lag of `run` in a row without correlation; else the last that has one.
-        let quiet = (0..=farthest.saturating_sub(run)).find(|&first| {
-            correlations[first..first + run]
-                .iter()
-                .all(|r| r.abs() < bound)
-        });
+        let quiet = (0..=farthest.saturating_sub(run))
+            .find(|&first| correlations[first..first + run].iter().all(|r| r.abs() < bound));
         let last = match quiet {
             Some(first) => first + 1,
-            None => correlations
-                .iter()
-                .rposition(|r| r.abs() > bound)
-                .map_or(1, |k| k + 1),
+            None => correlations.iter().rposition(|r| r.abs() > bound).map_or(1, |k| k + 1),
         };
         let reach = (2 * last).min(farthest);
         let (mut weighted, mut long_run) = (0.0, 1.0);
@@ -88,10 +79,7 @@ impl Dependence {
             // A window that cuts a slow oscillation may leave nothing: the longest blocks then.
             false => most,
         };
-        Self {
-            block: block.clamp(1.0, most),
-            inflation: long_run.max(1.0),
-        }
+        Self { block: block.clamp(1.0, most), inflation: long_run.max(1.0) }
     }
 }
 
@@ -118,19 +106,13 @@ mod tests {
     fn blocks_are_as_long_as_another_program_has_them() {
         for (count, expected) in ARCH {
             let found = Dependence::of(&smoothed(count)).block;
-            assert!(
-                (found / expected - 1.0).abs() < 1e-9,
-                "{count}: {found} {expected}"
-            );
+            assert!((found / expected - 1.0).abs() < 1e-9, "{count}: {found} {expected}");
         }
     }
 
     /// `optimal_block_length(x)["stationary"]` of Python's `arch` 8.0.0 for `smoothed`.
-    const ARCH: [(usize, f64); 3] = [
-        (120, 6.163041557040422),
-        (500, 14.121226450919256),
-        (2000, 25.495274340047597),
-    ];
+    const ARCH: [(usize, f64); 3] =
+        [(120, 6.163041557040422), (500, 14.121226450919256), (2000, 25.495274340047597)];
 
     #[test]
     fn an_autoregressive_series_is_worth_what_its_coefficient_says() {

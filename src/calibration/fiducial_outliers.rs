@@ -85,10 +85,7 @@ fn worst(source: &[Point3<f64>], target: &[Point3<f64>], stay: &[usize]) -> Opti
         Some((place, ratio))
     });
     let (place, ratio) = judged.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some((
-        place,
-        (stay.len() as f64 * upper_tail_of_f3(ratio, freedom)).min(1.0),
-    ))
+    Some((place, (stay.len() as f64 * upper_tail_of_f3(ratio, freedom)).min(1.0)))
 }
 
 /// How often Fisher's F with 3 and `freedom` degrees of freedom is above `ratio`:
@@ -137,27 +134,18 @@ mod tests {
 
     fn points(count: usize, rng: &mut ChaCha8Rng) -> Vec<Point3<f64>> {
         let wide = Normal::new(0.0, 60.0).unwrap();
-        (0..count)
-            .map(|_| Vector3::from_fn(|_, _| wide.sample(rng)).into())
-            .collect()
+        (0..count).map(|_| Vector3::from_fn(|_, _| wide.sample(rng)).into()).collect()
     }
 
     fn noisy(points: &[Point3<f64>], rng: &mut ChaCha8Rng) -> Vec<Point3<f64>> {
         let noise = Normal::new(0.0, 0.4).unwrap();
-        points
-            .iter()
-            .map(|p| p + Vector3::from_fn(|_, _| noise.sample(rng)))
-            .collect()
+        points.iter().map(|p| p + Vector3::from_fn(|_, _| noise.sample(rng))).collect()
     }
 
     #[test]
     fn tails_of_f_are_those_of_tables() {
         // Upper 5 % and 1 % points of F(3, m).
-        for (m, five, one) in [
-            (3, 9.2766, 29.457),
-            (6, 4.7571, 9.7795),
-            (12, 3.4903, 5.9525),
-        ] {
+        for (m, five, one) in [(3, 9.2766, 29.457), (6, 4.7571, 9.7795), (12, 3.4903, 5.9525)] {
             assert!((upper_tail_of_f3(five, m) - 0.05).abs() < 1e-5, "{m}");
             assert!((upper_tail_of_f3(one, m) - 0.01).abs() < 1e-5, "{m}");
         }
@@ -208,10 +196,7 @@ mod tests {
     fn exact_points_are_no_outliers() {
         let mut rng = ChaCha8Rng::seed_from_u64(14);
         let source = points(7, &mut rng);
-        let target: Vec<_> = source
-            .iter()
-            .map(|p| p + Vector3::new(1.0, 2.0, 3.0))
-            .collect();
+        let target: Vec<_> = source.iter().map(|p| p + Vector3::new(1.0, 2.0, 3.0)).collect();
         assert_eq!(register_without_outliers(&source, &target).unwrap().1, []);
     }
 }

@@ -65,9 +65,7 @@ impl KindScored {
     /// The scores that decide.
     pub fn deciding(&self) -> &HeldOutScores {
         // Every hold-out that can decide was made.
-        self.scores
-            .held_out_by(self.scores.decided_by)
-            .unwrap_or(&self.scores.hold_outs[0].1)
+        self.scores.held_out_by(self.scores.decided_by).unwrap_or(&self.scores.hold_outs[0].1)
     }
 
     /// The settings of the fit.
@@ -129,11 +127,7 @@ pub fn choose_kind(
         task.stretch(i as f64 / parts, (i + 1) as f64 / parts)
     };
     let chosen = choose_by(samples, labels.clone(), tried.clone(), &stretch(0))?;
-    let judge = Judge {
-        samples,
-        labels: &labels,
-        tried,
-    };
+    let judge = Judge { samples, labels: &labels, tried };
     let (mut scored, mut left_out) = (Vec::new(), Vec::new());
     for (i, kind) in kinds.iter().enumerate() {
         match judge.judged(kind, &chosen, &stretch(i + 1)) {
@@ -147,11 +141,7 @@ pub fn choose_kind(
         rms(a).total_cmp(&rms(b))
     });
     let best = best_of(&scored).ok_or(SelectError::NothingToTry("kinds of models"))?;
-    let choice = KindChoice {
-        kinds: scored,
-        best,
-        left_out,
-    };
+    let choice = KindChoice { kinds: scored, best, left_out };
     Ok((chosen, choice))
 }
 
@@ -203,19 +193,13 @@ impl Judge<'_> {
             TriedKind::Bernstein => {
                 let best = chosen.selection.best();
                 let scores = self.polynomials(&best.candidate, false, task)?;
-                Ok(KindScored {
-                    model: RoomModel::PAPER,
-                    candidate: Some(best.candidate),
-                    scores,
-                })
+                Ok(KindScored { model: RoomModel::PAPER, candidate: Some(best.candidate), scores })
             }
             TriedKind::Symmetric => self.symmetric(chosen.selection.decided_by, task),
             TriedKind::Kriging => self.kriging(task),
-            TriedKind::Harmonic {
-                generator,
-                degrees,
-                loss,
-            } => self.harmonic(generator, degrees, *loss, task),
+            TriedKind::Harmonic { generator, degrees, loss } => {
+                self.harmonic(generator, degrees, *loss, task)
+            }
         }
     }
 
@@ -231,10 +215,8 @@ impl Judge<'_> {
             self.samples.samples.iter().map(|s| s.position_mm),
         );
         score(self.samples, &self.hold_outs(), self.tried, |folds| {
-            let refit = super::room_process::Refit::Polynomials {
-                settings: &settings,
-                is_symmetric,
-            };
+            let refit =
+                super::room_process::Refit::Polynomials { settings: &settings, is_symmetric };
             self.each_fold(folds, |out, rest| {
                 let bounds = bounds.ok_or(SelectError::NoSamples)?;
                 let errors = refit
@@ -255,11 +237,8 @@ impl Judge<'_> {
             HoldOutBy::Sensors => self.labels.sensors.clone().unwrap_or_default(),
         };
         let twins = [labels.as_slice(), labels.as_slice()].concat();
-        let hold_outs = HoldOuts {
-            groups: Some(&twins),
-            has_few_groups: true,
-            ..HoldOuts::default()
-        };
+        let hold_outs =
+            HoldOuts { groups: Some(&twins), has_few_groups: true, ..HoldOuts::default() };
         let turned = self.samples.with_turned_axes();
         let selection = select_by(&turned, &hold_outs, self.tried, &task.stretch(0.0, 0.8))?;
         let candidate = selection.best().candidate;
@@ -296,11 +275,7 @@ impl Judge<'_> {
             }
             Ok::<_, KindError>(residuals)
         })?;
-        Ok(KindScored {
-            model: RoomModel::Kriging,
-            candidate: None,
-            scores,
-        })
+        Ok(KindScored { model: RoomModel::Kriging, candidate: None, scores })
     }
 
     /// The best degree by the hold-out that decides. A generator that is learned is learned in every
@@ -317,12 +292,9 @@ impl Judge<'_> {
         }
         let most = degrees.iter().copied().max().unwrap_or(1);
         let table = match generator {
-            GeneratorChoice::Known(_) => Some(HarmonicTable::new(
-                self.samples,
-                generator,
-                most,
-                &quiet(task),
-            )?),
+            GeneratorChoice::Known(_) => {
+                Some(HarmonicTable::new(self.samples, generator, most, &quiet(task))?)
+            }
             GeneratorChoice::Learned => None,
         };
         let mut learned = LearnedTables::default();
@@ -371,9 +343,8 @@ impl Judge<'_> {
         let rows = self.samples.samples.len();
         let mut residuals = vec![None; rows];
         for out in &folds.rows {
-            let rest: Vec<usize> = (0..rows)
-                .filter(|row| out.binary_search(row).is_err())
-                .collect();
+            let rest: Vec<usize> =
+                (0..rows).filter(|row| out.binary_search(row).is_err()).collect();
             for (&row, given) in out.iter().zip(predict(out, &rest)?) {
                 let measured = &self.samples.samples[row].error;
                 let p = measured.position_mm - given.position_mm;

@@ -52,10 +52,7 @@ pub fn learning_curve(
         };
         let task = task.stretch(part(before), part(before + size));
         let (_, choice) = choose_kind(&some, of_rows(labels, &rows), tried, kinds, &task)?;
-        points.push(LearningPoint {
-            rows: rows.len(),
-            choice,
-        });
+        points.push(LearningPoint { rows: rows.len(), choice });
         before += size;
     }
     Ok(points)
@@ -65,10 +62,10 @@ pub fn learning_curve(
 fn of_rows(labels: &RowLabels, rows: &[usize]) -> RowLabels {
     let of = |all: &[usize]| -> Vec<usize> { rows.iter().map(|&row| all[row]).collect() };
     RowLabels {
-        grouping: labels.grouping.as_ref().map(|grouping| Grouping {
-            groups: of(&grouping.groups),
-            ..grouping.clone()
-        }),
+        grouping: labels
+            .grouping
+            .as_ref()
+            .map(|grouping| Grouping { groups: of(&grouping.groups), ..grouping.clone() }),
         sensors: labels.sensors.as_deref().map(of),
         deciding: labels.deciding,
     }

@@ -78,10 +78,7 @@ pub fn long_run_along(
     let count = scores.ncols();
     let as_independent = || LongRun {
         covariance: independent.clone(),
-        worth: Worth {
-            effective: count as f64,
-            freedom: None,
-        },
+        worth: Worth { effective: count as f64, freedom: None },
     };
     let Some(axes) = Axes::of(metric) else {
         return as_independent();
@@ -99,20 +96,14 @@ pub fn long_run_along(
     let Some(cosines) = cosines(units.ncols(), n / inflation) else {
         return LongRun {
             covariance: independent * inflation,
-            worth: Worth {
-                effective: n / inflation,
-                freedom: None,
-            },
+            worth: Worth { effective: n / inflation, freedom: None },
         };
     };
     let target = &axes.whitened * independent * axes.whitened.transpose();
     let found = spectrum(&units, cosines, n, &target);
     let at_least = (target.trace() / found.trace()).max(1.0);
     LongRun {
-        worth: Worth {
-            effective: n / (found.trace() / of_one).max(1.0),
-            freedom: Some(cosines),
-        },
+        worth: Worth { effective: n / (found.trace() / of_one).max(1.0), freedom: Some(cosines) },
         covariance: axes.unwhitened(&(found * at_least)),
     }
 }
@@ -252,10 +243,7 @@ mod tests {
             // A part of 1,200 of 0.95 has a standard deviation of 0.0063; four of them. With 0.9 the
             // spectrum up to 17 cosines is some 8 % below that at zero.
             assert!((within - 0.95).abs() < 0.025, "{autocorrelation}: {within}");
-            assert!(
-                (0.85..1.1).contains(&variance),
-                "{autocorrelation}: {variance}"
-            );
+            assert!((0.85..1.1).contains(&variance), "{autocorrelation}: {variance}");
         }
     }
 
@@ -278,11 +266,8 @@ mod tests {
 
     #[test]
     fn directions_without_variance_and_bad_numbers_stay() {
-        let scores = DMatrix::from_fn(
-            2,
-            100,
-            |row, k| if row == 0 { (k as f64).sin() } else { 0.0 },
-        );
+        let scores =
+            DMatrix::from_fn(2, 100, |row, k| if row == 0 { (k as f64).sin() } else { 0.0 });
         let mut independent = DMatrix::zeros(2, 2);
         independent[(0, 0)] = 50.0;
         let found = long_run(&scores, &independent).covariance;
@@ -290,12 +275,7 @@ mod tests {
         let zeros = DMatrix::zeros(2, 2);
         assert_eq!(long_run(&scores, &zeros).covariance, zeros);
         let nan = DMatrix::from_element(2, 2, f64::NAN);
-        assert!(
-            long_run(&scores, &nan)
-                .covariance
-                .iter()
-                .all(|v| v.is_nan())
-        );
+        assert!(long_run(&scores, &nan).covariance.iter().all(|v| v.is_nan()));
     }
 
     #[test]
@@ -308,9 +288,7 @@ mod tests {
         let scale = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1e-4, 1e3]));
         let scaled = long_run(&(&scale * &scores), &(&scale * &independent * &scale));
         let expected = &scale * &found.covariance * &scale;
-        let off = (&scaled.covariance - &expected)
-            .component_div(&expected)
-            .amax();
+        let off = (&scaled.covariance - &expected).component_div(&expected).amax();
         assert!(off < 1e-9, "{off}");
         let reversed = DMatrix::from_fn(3, 300, |row, k| scores[(row, 299 - k)]);
         let off = (long_run(&reversed, &independent).covariance - &found.covariance).amax();

@@ -25,9 +25,7 @@ impl MarkerBody {
     pub fn seen_at(markers: &[Point3<f64>]) -> Self {
         let sum: Vector3<f64> = markers.iter().map(|marker| marker.coords).sum();
         let mean = sum / markers.len().max(1) as f64;
-        Self {
-            markers_in_body: markers.iter().map(|marker| marker - mean).collect(),
-        }
+        Self { markers_in_body: markers.iter().map(|marker| marker - mean).collect() }
     }
 
     /// `tracker_from_body` in each frame.
@@ -71,11 +69,7 @@ pub fn in_base(
                 .map_err(|source| MarkerPoseError { frame, source })?
                 .target_from_source;
             let base_from_optical = optical_from_base.inverse();
-            Ok(seen
-                .on_tool
-                .iter()
-                .map(|at| base_from_optical * at)
-                .collect())
+            Ok(seen.on_tool.iter().map(|at| base_from_optical * at).collect())
         })
         .collect()
 }
@@ -89,10 +83,7 @@ mod tests {
     fn the_first_frame_has_its_own_axes_and_moved_markers_move_the_pose() {
         let markers = [[0.0, 0.0, 0.0], [30.0, 0.0, 0.0], [0.0, 30.0, 6.0]].map(Point3::from);
         let moved = pose_from_array([1.0, -2.0, 300.0, 0.8, 0.0, 0.6, 0.0]).unwrap();
-        let frames = [
-            markers.to_vec(),
-            markers.iter().map(|marker| moved * marker).collect(),
-        ];
+        let frames = [markers.to_vec(), markers.iter().map(|marker| moved * marker).collect()];
         let poses = MarkerBody::seen_at(&markers).poses(&frames).unwrap();
         let mean = Vector3::new(10.0, 10.0, 2.0);
         assert!((poses[0].translation.vector - mean).norm() < 1e-12);

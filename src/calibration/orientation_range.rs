@@ -12,23 +12,18 @@ pub(super) fn orientation_range_rad(poses: &[Pose]) -> f64 {
     let angle = |a: &Pose, b: &Pose| rotation_angle_rad(&a.rotation.rotation_to(&b.rotation));
     let farther =
         |best: (f64, usize), next: (f64, usize)| if next.0 > best.0 { next } else { best };
-    let chosen: Vec<usize> = (0..poses.len())
-        .step_by(poses.len().div_ceil(ALL_PAIRS).max(1))
-        .collect();
+    let chosen: Vec<usize> =
+        (0..poses.len()).step_by(poses.len().div_ceil(ALL_PAIRS).max(1)).collect();
     let mut range = (0.0, 0);
     for (k, &a) in chosen.iter().enumerate() {
         let others = chosen[k + 1..].iter();
-        range = others.fold(range, |best, &b| {
-            farther(best, (angle(&poses[a], &poses[b]), b))
-        });
+        range = others.fold(range, |best, &b| farther(best, (angle(&poses[a], &poses[b]), b)));
     }
     if chosen.len() < poses.len() {
         for _ in 0..2 {
             let end = &poses[range.1];
             let all = poses.iter().enumerate();
-            range = all.fold(range, |best, (b, pose)| {
-                farther(best, (angle(end, pose), b))
-            });
+            range = all.fold(range, |best, (b, pose)| farther(best, (angle(end, pose), b)));
         }
     }
     range.0

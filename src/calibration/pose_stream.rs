@@ -161,10 +161,7 @@ impl PoseStream {
         let part = (time_s - last_s) / gap_s;
         let at = last.translation.vector.lerp(&next.translation.vector, part);
         let turn = log_quaternion(&(last.rotation.inverse() * next.rotation));
-        Some(pose_from_parts(
-            at,
-            last.rotation * exp_vector(&(turn * part)),
-        ))
+        Some(pose_from_parts(at, last.rotation * exp_vector(&(turn * part))))
     }
 }
 
@@ -220,15 +217,9 @@ mod tests {
     #[test]
     fn a_clock_is_the_files_own_or_its_counter_or_none() {
         let with = |samples: Vec<TrackSample>| Recording {
-            tools: vec![ToolTrack {
-                name: "t".to_owned(),
-                samples,
-            }],
+            tools: vec![ToolTrack { name: "t".to_owned(), samples }],
         };
-        let bad = TrackSample {
-            pose: Err(Unusable::Missing),
-            ..sample(None, None)
-        };
+        let bad = TrackSample { pose: Err(Unusable::Missing), ..sample(None, None) };
         let both = with(vec![bad.clone(), sample(Some(1), Some(0.5))]);
         assert_eq!(Clock::of(&both, 40.0), Some(Clock::Times));
         let one_without = with(vec![sample(Some(1), Some(0.5)), sample(Some(2), None)]);
@@ -242,9 +233,7 @@ mod tests {
     fn poses_in_between_move_evenly_and_none_are_made_up_in_gaps_or_beyond_the_ends() {
         let turn = Vector3::new(0.0, 1.2, 0.4);
         let end = pose_from_parts(Vector3::new(10.0, -4.0, 2.0), exp_vector(&turn));
-        let stream = PoseStream {
-            samples: vec![(1.0, Pose::identity()), (3.0, end), (9.0, end)],
-        };
+        let stream = PoseStream { samples: vec![(1.0, Pose::identity()), (3.0, end), (9.0, end)] };
         let between = stream.at(1.5, 2.0).unwrap();
         assert!((between.translation.vector - Vector3::new(2.5, -1.0, 0.5)).norm() < 1e-14);
         assert!((log_quaternion(&between.rotation) - turn / 4.0).norm() < 1e-15);

@@ -23,10 +23,7 @@ pub struct Registration {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RegistrationError {
     #[error("{source_len} source points but {target_len} target points")]
-    LengthMismatch {
-        source_len: usize,
-        target_len: usize,
-    },
+    LengthMismatch { source_len: usize, target_len: usize },
     #[error("{0} points, expected at least {MIN_PAIRS}")]
     TooFewPoints(usize),
     #[error(
@@ -67,15 +64,9 @@ pub fn register(
     }
     let rotation = svd.best_rotation();
     let target_from_source = pose_from_parts(target_mean - rotation * source_mean, rotation);
-    let squares: f64 = source
-        .iter()
-        .zip(target)
-        .map(|(s, t)| (target_from_source * s - t).norm_squared())
-        .sum();
-    Ok(Registration {
-        target_from_source,
-        fre_rms_mm: (squares / source.len() as f64).sqrt(),
-    })
+    let squares: f64 =
+        source.iter().zip(target).map(|(s, t)| (target_from_source * s - t).norm_squared()).sum();
+    Ok(Registration { target_from_source, fre_rms_mm: (squares / source.len() as f64).sqrt() })
 }
 
 fn mean(points: &[Point3<f64>]) -> Vector3<f64> {
@@ -88,14 +79,9 @@ mod tests {
     use nalgebra::UnitQuaternion;
 
     fn points() -> Vec<Point3<f64>> {
-        [
-            [0.0, 0.0, 0.0],
-            [100.0, 0.0, 0.0],
-            [0.0, 50.0, 0.0],
-            [10.0, 20.0, 30.0],
-        ]
-        .map(Point3::from)
-        .to_vec()
+        [[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 50.0, 0.0], [10.0, 20.0, 30.0]]
+            .map(Point3::from)
+            .to_vec()
     }
 
     #[test]
@@ -112,10 +98,7 @@ mod tests {
 
     #[test]
     fn mirrored_points_give_a_rotation_and_an_error() {
-        let target: Vec<_> = points()
-            .iter()
-            .map(|p| Point3::new(-p.x, p.y, p.z))
-            .collect();
+        let target: Vec<_> = points().iter().map(|p| Point3::new(-p.x, p.y, p.z)).collect();
         let found = register(&points(), &target).unwrap();
         let r = found.target_from_source.rotation.to_rotation_matrix();
         assert!((r.matrix().determinant() - 1.0).abs() < 1e-12);
@@ -125,28 +108,14 @@ mod tests {
     #[test]
     fn what_cannot_be_registered_says_why() {
         let p = points();
-        assert_eq!(
-            register(&p[..2], &p[..2]),
-            Err(RegistrationError::TooFewPoints(2))
-        );
+        assert_eq!(register(&p[..2], &p[..2]), Err(RegistrationError::TooFewPoints(2)));
         assert!(matches!(
             register(&p, &p[..3]),
-            Err(RegistrationError::LengthMismatch {
-                source_len: 4,
-                target_len: 3
-            })
+            Err(RegistrationError::LengthMismatch { source_len: 4, target_len: 3 })
         ));
-        let line: Vec<_> = (0..4)
-            .map(|i| Point3::new(f64::from(i), 0.0, 0.0))
-            .collect();
-        assert!(matches!(
-            register(&line, &line),
-            Err(RegistrationError::Collinear { .. })
-        ));
+        let line: Vec<_> = (0..4).map(|i| Point3::new(f64::from(i), 0.0, 0.0)).collect();
+        assert!(matches!(register(&line, &line), Err(RegistrationError::Collinear { .. })));
         let same = vec![Point3::origin(); 4];
-        assert!(matches!(
-            register(&same, &same),
-            Err(RegistrationError::Collinear { .. })
-        ));
+        assert!(matches!(register(&same, &same), Err(RegistrationError::Collinear { .. })));
     }
 }

@@ -23,10 +23,8 @@ impl PointSpread {
     pub fn of(points: &[Point3<f64>]) -> Self {
         let count = points.len().max(1) as f64;
         let mean = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / count;
-        let scatter: Matrix3<f64> = points
-            .iter()
-            .map(|p| (p.coords - mean) * (p.coords - mean).transpose())
-            .sum();
+        let scatter: Matrix3<f64> =
+            points.iter().map(|p| (p.coords - mean) * (p.coords - mean).transpose()).sum();
         let eigen = (scatter / count).symmetric_eigen();
         let along = eigen.eigenvalues.map(|value| value.max(0.0));
         Self {
@@ -39,11 +37,7 @@ impl PointSpread {
 
     /// RMS distance of the points from the line that they are nearest to.
     pub fn off_line_mm(&self) -> f64 {
-        let least = self
-            .from_axis_mm2
-            .iter()
-            .copied()
-            .fold(f64::INFINITY, f64::min);
+        let least = self.from_axis_mm2.iter().copied().fold(f64::INFINITY, f64::min);
         least.sqrt()
     }
 
@@ -93,18 +87,10 @@ mod tests {
     /// Markers of NDI's tools 8700340 and 8700339.
     fn tool(number: u32) -> Vec<Point3<f64>> {
         let markers = match number {
-            8_700_340 => [
-                [0.0, 0.0, 0.0],
-                [0.0, 0.0, 50.0],
-                [0.0, 25.0, 100.0],
-                [0.0, -25.0, 135.0],
-            ],
-            _ => [
-                [0.0, 0.0, 0.0],
-                [0.0, 28.59, 41.02],
-                [0.0, 0.0, 88.0],
-                [0.0, -44.32, 40.45],
-            ],
+            8_700_340 => {
+                [[0.0, 0.0, 0.0], [0.0, 0.0, 50.0], [0.0, 25.0, 100.0], [0.0, -25.0, 135.0]]
+            }
+            _ => [[0.0, 0.0, 0.0], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]],
         };
         markers.map(Point3::from).to_vec()
     }
@@ -112,10 +98,9 @@ mod tests {
     #[test]
     fn tools_of_a_catalogue_have_the_errors_that_another_program_computed() {
         let fle_mm = 0.25 * 3.0_f64.sqrt();
-        for (number, target, expected_mm) in [
-            (8_700_340, [0.0, 0.0, -150.0], 0.7881),
-            (8_700_339, [120.0, 30.0, -60.0], 0.9575),
-        ] {
+        for (number, target, expected_mm) in
+            [(8_700_340, [0.0, 0.0, -150.0], 0.7881), (8_700_339, [120.0, 30.0, -60.0], 0.9575)]
+        {
             let found = PointSpread::of(&tool(number)).tre_rms_mm(fle_mm, &target.into());
             assert!((found - expected_mm).abs() < 0.5e-4, "{number}: {found}");
         }
@@ -150,9 +135,7 @@ mod tests {
 
     #[test]
     fn points_on_a_line_leave_the_turn_about_it_open_and_targets_on_it_known() {
-        let line: Vec<_> = (0..4)
-            .map(|i| Point3::new(f64::from(i), 0.0, 0.0))
-            .collect();
+        let line: Vec<_> = (0..4).map(|i| Point3::new(f64::from(i), 0.0, 0.0)).collect();
         let spread = PointSpread::of(&line);
         assert!(spread.off_line_mm() < 1e-7);
         assert!(spread.turn_std_error_rad(0.1) > 1e5);

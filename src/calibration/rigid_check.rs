@@ -26,12 +26,10 @@ pub struct RigidCheck {
 
 /// From what the tracker read of both at the same moments; `None` without any.
 pub fn rigid_check(moments: &[(Pose, Pose)]) -> Option<RigidCheck> {
-    let distances = moments
-        .iter()
-        .map(|(a, b)| (a.translation.vector - b.translation.vector).norm());
-    let angles = moments
-        .iter()
-        .map(|(a, b)| rotation_angle_rad(&(a.rotation.inverse() * b.rotation)));
+    let distances =
+        moments.iter().map(|(a, b)| (a.translation.vector - b.translation.vector).norm());
+    let angles =
+        moments.iter().map(|(a, b)| rotation_angle_rad(&(a.rotation.inverse() * b.rotation)));
     Some(RigidCheck {
         moments: moments.len(),
         distance_mm: range(&distances.collect::<Vec<_>>())?,
@@ -63,10 +61,8 @@ mod tests {
     fn a_rigid_body_keeps_its_distances_wherever_it_is() {
         let mut noise = Noise::new(1);
         let between = noise.pose(20.0);
-        let moments: Vec<_> = (0..50)
-            .map(|_| noise.pose(400.0))
-            .map(|a| (a, a * between))
-            .collect();
+        let moments: Vec<_> =
+            (0..50).map(|_| noise.pose(400.0)).map(|a| (a, a * between)).collect();
         let found = rigid_check(&moments).unwrap();
         let distance_mm = between.translation.vector.norm();
         assert!((found.distance_mm.mean - distance_mm).abs() < 1e-11);

@@ -98,9 +98,8 @@ impl AskedModel {
     /// orientations, but for what was said.
     pub fn wanted(&self, samples: &SampleSet) -> WantedModel {
         // Without orientations there is only one set of them: no choice.
-        let directions = self
-            .directions
-            .or_else(|| (!samples.has_rotations).then_some(DirectionSet::One));
+        let directions =
+            self.directions.or_else(|| (!samples.has_rotations).then_some(DirectionSet::One));
         let tried = SelectSettings {
             method: self.method,
             map: self.map,
@@ -149,11 +148,7 @@ pub fn row_groups(
     // Clusters that are more than the places have taken some places to pieces.
     let is_better = |places: &Places| clusters.as_ref().is_none_or(|c| places.count < count(c));
     let found = match places::find(samples).filter(is_better) {
-        Some(places) => Some((
-            "places found from the data",
-            places.groups.clone(),
-            Some(places),
-        )),
+        Some(places) => Some(("places found from the data", places.groups.clone(), Some(places))),
         None => clusters.map(|clusters| ("clusters of positions", clusters, None)),
     };
     Ok(found.map(|(by, groups, places)| Grouping {
@@ -175,11 +170,7 @@ pub fn numbered_labels(
 ) -> Result<Vec<usize>, GroupRowsError> {
     match labels.len() == rows {
         true => Ok(folds::numbered(labels).0),
-        false => Err(GroupRowsError {
-            name: name.to_owned(),
-            found: labels.len(),
-            expected: rows,
-        }),
+        false => Err(GroupRowsError { name: name.to_owned(), found: labels.len(), expected: rows }),
     }
 }
 
@@ -193,10 +184,7 @@ pub fn choose(
     tried: SelectSettings,
     task: &Task,
 ) -> Result<Chosen, SelectError> {
-    let labels = RowLabels {
-        grouping,
-        ..RowLabels::default()
-    };
+    let labels = RowLabels { grouping, ..RowLabels::default() };
     choose_by(samples, labels, tried, task)
 }
 
@@ -213,12 +201,7 @@ pub fn choose_by(
     let hold_outs = labels.hold_outs();
     let selection = select_by(samples, &hold_outs, &tried, task)?;
     let (by, places) = labels.grouping.map(|g| (g.by, g.places)).unzip();
-    Ok(Chosen {
-        selection,
-        tried,
-        by,
-        places: places.flatten(),
-    })
+    Ok(Chosen { selection, tried, by, places: places.flatten() })
 }
 
 impl Chosen {

@@ -78,12 +78,7 @@ pub enum RoomError {
     #[error(
         "{held_out} shares {shared} of its {rows} rows with {table}, which the model is fitted to; expected other measurements (select holds out rows of one table)"
     )]
-    SharedRows {
-        held_out: String,
-        table: String,
-        shared: usize,
-        rows: usize,
-    },
+    SharedRows { held_out: String, table: String, shared: usize, rows: usize },
 }
 
 impl RoomError {
@@ -177,12 +172,7 @@ fn polynomials(
     let turned = is_symmetric.then(|| measured.with_turned_axes());
     let samples = turned.as_ref().unwrap_or(measured);
     let fitting = task_of(RoomStage::Fitting);
-    let factored = factor(
-        samples,
-        settings,
-        None,
-        &fitting.stretch(0.0, FACTORING_PART),
-    )?;
+    let factored = factor(samples, settings, None, &fitting.stretch(0.0, FACTORING_PART))?;
     let solved = factored.solve_with(
         settings.rcond,
         settings.ridge,
@@ -190,32 +180,20 @@ fn polynomials(
     )?;
     let fit = solved.judged(samples);
     let (support, support_left_out) = match order.with_support {
-        true => kept(Support::of_fit(
-            samples,
-            &factored,
-            &fit.model,
-            &task_of(RoomStage::Support),
-        ))?,
+        true => {
+            kept(Support::of_fit(samples, &factored, &fit.model, &task_of(RoomStage::Support)))?
+        }
         false => (None, None),
     };
     let process = match order.with_support {
         true => {
-            let refit = Refit::Polynomials {
-                settings,
-                is_symmetric,
-            };
+            let refit = Refit::Polynomials { settings, is_symmetric };
             let task = task_of(RoomStage::Process);
             kept_process(room_process(measured, &fit, &refit, &task))?
         }
         false => None,
     };
-    Ok(Made {
-        fit,
-        support,
-        support_left_out,
-        process: process.map(Arc::new),
-        harmonic: None,
-    })
+    Ok(Made { fit, support, support_left_out, process: process.map(Arc::new), harmonic: None })
 }
 
 fn kriging(
@@ -224,13 +202,7 @@ fn kriging(
 ) -> Result<Made, RoomError> {
     let task = task_of(RoomStage::Process);
     let (fit, process) = fit_kriging(order.table.samples, order.settings.map, &task)?;
-    Ok(Made {
-        fit,
-        support: None,
-        support_left_out: None,
-        process: Some(process),
-        harmonic: None,
-    })
+    Ok(Made { fit, support: None, support_left_out: None, process: Some(process), harmonic: None })
 }
 
 fn harmonics(
@@ -243,11 +215,8 @@ fn harmonics(
     let (fit, report, table) = fit_harmonic(samples, harmonic, order.settings.map, &fitting)?;
     let process = match order.with_support {
         true => {
-            let refit = Refit::Harmonic {
-                table: &table,
-                degree: report.degree,
-                loss: harmonic.loss,
-            };
+            let refit =
+                Refit::Harmonic { table: &table, degree: report.degree, loss: harmonic.loss };
             let task = task_of(RoomStage::Process);
             kept_process(room_process(samples, &fit, &refit, &task))?
         }

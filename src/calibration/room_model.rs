@@ -30,9 +30,7 @@ pub enum RoomModel {
 
 impl RoomModel {
     /// The paper's.
-    pub const PAPER: Self = Self::Bernstein {
-        is_symmetric: false,
-    };
+    pub const PAPER: Self = Self::Bernstein { is_symmetric: false };
 
     pub fn kind(&self) -> ModelKind {
         match self {
@@ -189,19 +187,14 @@ impl HarmonicTable {
         loss: Loss,
         task: &Task,
     ) -> Result<HarmonicFit, HarmonicFitError> {
-        let settings = HarmonicFitSettings {
-            loss,
-            ..HarmonicFitSettings::new(degree)
-        };
+        let settings = HarmonicFitSettings { loss, ..HarmonicFitSettings::new(degree) };
         self.rows.fit(task, used, &settings)
     }
 }
 
 /// What a harmonic model gives at a sample's pose; nothing where the tracker would read none.
 pub fn predicted(model: &HarmonicModel, sample: &Sample) -> PoseError {
-    model
-        .axis_error_at(&sample.position_mm, &sample.axis)
-        .unwrap_or_default()
+    model.axis_error_at(&sample.position_mm, &sample.axis).unwrap_or_default()
 }
 
 /// Fits a harmonic model.
@@ -217,9 +210,7 @@ pub fn fit_harmonic(
     if map != MapKind::Distortion {
         return Err(RoomModelError::CorrectionMap);
     }
-    let degree = order
-        .degree
-        .unwrap_or_else(|| degree_for(samples.samples.len()));
+    let degree = order.degree.unwrap_or_else(|| degree_for(samples.samples.len()));
     let table = HarmonicTable::new(samples, &order.generator, degree, &task.stretch(0.0, 0.7))?;
     let found = table.fit(None, degree, order.loss, &task.stretch(0.7, 1.0))?;
     let report = HarmonicReport {

@@ -28,15 +28,8 @@ const ROWS_AN_UNKNOWN: usize = 3;
 
 /// How a room's model is fitted again to some of its rows.
 pub enum Refit<'a> {
-    Polynomials {
-        settings: &'a FitSettings,
-        is_symmetric: bool,
-    },
-    Harmonic {
-        table: &'a HarmonicTable,
-        degree: usize,
-        loss: Loss,
-    },
+    Polynomials { settings: &'a FitSettings, is_symmetric: bool },
+    Harmonic { table: &'a HarmonicTable, degree: usize, loss: Loss },
 }
 
 /// Fits the process of a room's field to the samples that its model was fitted to.
@@ -86,13 +79,7 @@ fn trend(model: &DistortionModel, samples: &SampleSet) -> Vec<PoseError> {
     let positions_mm: Vec<_> = samples.samples.iter().map(|s| s.position_mm).collect();
     let axes: Vec<_> = samples.samples.iter().map(|s| s.axis).collect();
     let mut evaluations = Vec::new();
-    Batch::default().evaluate(
-        model,
-        &positions_mm,
-        &axes,
-        OutsidePolicy::Clamp,
-        &mut evaluations,
-    );
+    Batch::default().evaluate(model, &positions_mm, &axes, OutsidePolicy::Clamp, &mut evaluations);
     evaluations.iter().map(|e| e.error).collect()
 }
 
@@ -110,9 +97,7 @@ fn held_out(
     let folds = Folds::of_rows(rows, DEFAULT_FOLDS, DEFAULT_SEED);
     let mut given = vec![PoseError::default(); rows];
     for out in &folds.rows {
-        let rest: Vec<usize> = (0..rows)
-            .filter(|i| out.binary_search(i).is_err())
-            .collect();
+        let rest: Vec<usize> = (0..rows).filter(|i| out.binary_search(i).is_err()).collect();
         let Some(errors) = refit.at(samples, out, &rest, model.bounds(), task)? else {
             return Ok(None);
         };
@@ -146,10 +131,7 @@ impl Refit<'_> {
     ) -> Result<Option<Vec<PoseError>>, GaussianError> {
         let quiet = Task::cancelled_by(task.cancel.clone());
         match *self {
-            Self::Polynomials {
-                settings,
-                is_symmetric,
-            } => {
+            Self::Polynomials { settings, is_symmetric } => {
                 let part = |indices: &[usize]| SampleSet {
                     samples: indices.iter().map(|&i| samples.samples[i]).collect(),
                     has_rotations: samples.has_rotations,
@@ -165,18 +147,16 @@ impl Refit<'_> {
                     Err(_) => Ok(None),
                 }
             }
-            Self::Harmonic {
-                table,
-                degree,
-                loss,
-            } => match table.fit(Some(rest), degree, loss, &quiet) {
-                Ok(fitted) => {
-                    let each = out.iter().map(|&i| &samples.samples[i]);
-                    Ok(Some(each.map(|s| predicted(&fitted.model, s)).collect()))
+            Self::Harmonic { table, degree, loss } => {
+                match table.fit(Some(rest), degree, loss, &quiet) {
+                    Ok(fitted) => {
+                        let each = out.iter().map(|&i| &samples.samples[i]);
+                        Ok(Some(each.map(|s| predicted(&fitted.model, s)).collect()))
+                    }
+                    Err(HarmonicFitError::Cancelled(cancelled)) => Err(cancelled.into()),
+                    Err(_) => Ok(None),
                 }
-                Err(HarmonicFitError::Cancelled(cancelled)) => Err(cancelled.into()),
-                Err(_) => Ok(None),
-            },
+            }
         }
     }
 }

@@ -28,20 +28,14 @@ pub struct Left {
 
 /// Judges a model on samples as `fit` does, positions outside its box taken at its border.
 pub fn worth(model: &DistortionModel, samples: &SampleSet) -> Worth {
-    Worth {
-        before: measured(samples),
-        after: left(model, samples),
-    }
+    Worth { before: measured(samples), after: left(model, samples) }
 }
 
 /// The samples' errors as they were measured.
 pub fn measured(samples: &SampleSet) -> Left {
     let origin = [0.0; 3];
     let nowhere = crate::geometry::bounds::Bounds::from((origin, origin));
-    left(
-        &DistortionModel::zero(nowhere, crate::field::samples::MapKind::Distortion),
-        samples,
-    )
+    left(&DistortionModel::zero(nowhere, crate::field::samples::MapKind::Distortion), samples)
 }
 
 fn left(model: &DistortionModel, samples: &SampleSet) -> Left {

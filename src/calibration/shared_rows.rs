@@ -98,11 +98,7 @@ mod tests {
     }
 
     fn set(samples: Vec<Sample>) -> SampleSet {
-        SampleSet {
-            samples,
-            has_rotations: true,
-            ambiguous: 0,
-        }
+        SampleSet { samples, has_rotations: true, ambiguous: 0 }
     }
 
     fn table(rows: usize, seed: f64) -> SampleSet {

@@ -101,10 +101,7 @@ pub fn spin(poses: &[Pose], limits: &SpinLimits) -> Result<Spin, SpinError> {
     // Two poses have an axis, whatever was turned: nothing is left over to judge it by.
     let needed = limits.min_poses.max(3);
     if poses.len() < needed {
-        return Err(SpinError::TooFewPoses {
-            found: poses.len(),
-            needed,
-        });
+        return Err(SpinError::TooFewPoses { found: poses.len(), needed });
     }
     let orientation_range_rad = orientation_range_rad(poses);
     if orientation_range_rad < limits.min_range_rad {
@@ -114,10 +111,8 @@ pub fn spin(poses: &[Pose], limits: &SpinLimits) -> Result<Spin, SpinError> {
         });
     }
     let count = poses.len() as f64;
-    let sum: Matrix3<f64> = poses
-        .iter()
-        .map(|pose| pose.rotation.to_rotation_matrix().into_inner())
-        .sum();
+    let sum: Matrix3<f64> =
+        poses.iter().map(|pose| pose.rotation.to_rotation_matrix().into_inner()).sum();
     // `Σ (R − R̄)ᵀ (R − R̄) / n = I − R̄ᵀ R̄`, whose least eigenvalue is of the largest value here.
     let mean = svd3(&(sum / count));
     let [largest, second, third] = mean.singular_values.into();
@@ -149,9 +144,8 @@ pub fn spin(poses: &[Pose], limits: &SpinLimits) -> Result<Spin, SpinError> {
     }
     // Two components a pose, less those of the two directions.
     let variance = squares / (2.0 * count - 4.0) / count;
-    let across: Vec<(usize, f64)> = [(1, second), (2, third)]
-        .map(|(k, value)| (k, largest * largest - value * value))
-        .into();
+    let across: Vec<(usize, f64)> =
+        [(1, second), (2, third)].map(|(k, value)| (k, largest * largest - value * value)).into();
     // What a pose's residual moves the shaft by, along both directions across it.
     let influences = DMatrix::from_fn(2, poses.len(), |row, pose| {
         let (k, information) = across[row];
@@ -194,11 +188,7 @@ impl Spin {
             false => [self.shaft_in_tool, self.shaft_in_tracker],
         };
         let [shaft_in_tool, shaft_in_tracker] = turned;
-        sure.then_some(Self {
-            shaft_in_tool,
-            shaft_in_tracker,
-            ..*self
-        })
+        sure.then_some(Self { shaft_in_tool, shaft_in_tracker, ..*self })
     }
 }
 
@@ -209,11 +199,7 @@ const NEAR_X_DEG: f64 = 20.0;
 /// out of it, x the tool's own as nearly as can be (its y where the shaft is nearly along x).
 pub fn tool_from_tip(tip_in_tool: &Point3<f64>, towards_tip: &Unit<Vector3<f64>>) -> Pose {
     let is_near_x = towards_tip.x.abs() > NEAR_X_DEG.to_radians().cos();
-    let beside = if is_near_x {
-        Vector3::y()
-    } else {
-        Vector3::x()
-    };
+    let beside = if is_near_x { Vector3::y() } else { Vector3::x() };
     let z = towards_tip.into_inner();
     let x = (beside - z * z.dot(&beside)).normalize();
     let turn = quaternion_from_matrix(&Matrix3::from_columns(&[x, z.cross(&x), z]));
@@ -242,9 +228,7 @@ mod tests {
     }
 
     fn turned_by(count: usize, sweep_rad: f64) -> Vec<Pose> {
-        (0..count)
-            .map(|i| spun(sweep_rad * i as f64 / (count - 1) as f64))
-            .collect()
+        (0..count).map(|i| spun(sweep_rad * i as f64 / (count - 1) as f64)).collect()
     }
 
     fn off_rad(found: &Spin) -> f64 {
@@ -298,13 +282,7 @@ mod tests {
         let limits = SpinLimits::default();
         let refused = |poses: &[Pose]| spin(poses, &limits).unwrap_err();
         let few = refused(&turned_by(9, 3.0));
-        assert_eq!(
-            few,
-            SpinError::TooFewPoses {
-                found: 9,
-                needed: 10
-            }
-        );
+        assert_eq!(few, SpinError::TooFewPoses { found: 9, needed: 10 });
         let still = refused(&turned_by(50, 0.2));
         let SpinError::TooSmallRange { found_deg, .. } = still else {
             panic!("{still}");
@@ -329,16 +307,9 @@ mod tests {
         // Axes of swings lie across z: what lies there too moves by 0.5 rad times the sine between.
         let expected_deg = (0.5 / 2.0_f64.sqrt()).to_degrees();
         assert!((rms_deg - expected_deg).abs() < 1.0, "{rms_deg}");
-        let lenient = SpinLimits {
-            max_rms_rad: 1.0,
-            min_poses: 0,
-            ..limits
-        };
+        let lenient = SpinLimits { max_rms_rad: 1.0, min_poses: 0, ..limits };
         assert!(spin(&swung, &lenient).is_ok());
-        let none = SpinError::TooFewPoses {
-            found: 2,
-            needed: 3,
-        };
+        let none = SpinError::TooFewPoses { found: 2, needed: 3 };
         assert_eq!(spin(&swung[..2], &lenient), Err(none));
     }
 
@@ -401,10 +372,7 @@ mod tests {
             let [within, simple] = [within, simple].map(|n| f64::from(n) / (2 * RUNS) as f64);
             // Of 400 the standard deviation of a part of 0.95 is 0.011; four of them.
             assert!(within > 0.95 - 0.044, "{correlation}: {within}");
-            assert!(
-                correlation == 0.0 || simple < 0.9,
-                "{correlation}: {simple}"
-            );
+            assert!(correlation == 0.0 || simple < 0.9, "{correlation}: {simple}");
         }
     }
 

@@ -47,10 +47,7 @@ impl StillPose {
 const OUTLIER: f64 = 5.0;
 
 /// Least scales: the last digits that trackers write.
-const RESOLUTION: Spread = Spread {
-    position_mm: 1e-3,
-    angle_rad: 1e-6,
-};
+const RESOLUTION: Spread = Spread { position_mm: 1e-3, angle_rad: 1e-6 };
 
 /// Readings that the start is looked for among; evenly spread.
 const STARTS: usize = 32;
@@ -73,12 +70,8 @@ pub fn still_pose(readings: &[Pose]) -> Option<StillPose> {
     let is_good = |(mm, rad): &(f64, f64)| {
         *mm <= OUTLIER * scale.position_mm && *rad <= OUTLIER * scale.angle_rad
     };
-    let kept: Vec<Pose> = readings
-        .iter()
-        .zip(&off)
-        .filter(|(_, off)| is_good(off))
-        .map(|(pose, _)| *pose)
-        .collect();
+    let kept: Vec<Pose> =
+        readings.iter().zip(&off).filter(|(_, off)| is_good(off)).map(|(pose, _)| *pose).collect();
     // The median is on nobody's side: where positions and rotations name different outliers, none
     // may be left.
     let kept = if kept.is_empty() { readings } else { &kept };
@@ -95,10 +88,7 @@ pub fn still_pose(readings: &[Pose]) -> Option<StillPose> {
         pose,
         used: kept.len(),
         outliers: readings.len() - kept.len(),
-        jitter: Spread {
-            position_mm: (mm2 / degrees).sqrt(),
-            angle_rad: (rad2 / degrees).sqrt(),
-        },
+        jitter: Spread { position_mm: (mm2 / degrees).sqrt(), angle_rad: (rad2 / degrees).sqrt() },
         half_within: Spread {
             position_mm: middle(off.iter().map(|d| d.0).collect()),
             angle_rad: middle(off.iter().map(|d| d.1).collect()),
@@ -123,10 +113,7 @@ fn nearest_to_all(readings: &[Pose]) -> Option<Pose> {
             let others = candidates.iter();
             others.map(|b| distance(distances(a, b))).sum()
         };
-        candidates
-            .iter()
-            .copied()
-            .min_by(|a, b| sum(a).total_cmp(&sum(b)))
+        candidates.iter().copied().min_by(|a, b| sum(a).total_cmp(&sum(b)))
     };
     let at = least(|d| d.0)?.translation.vector;
     let rotation = least(|d| d.1)?.rotation;
@@ -140,10 +127,8 @@ fn geometric_median(readings: &[Pose], start: Pose) -> Pose {
             readings.iter().map(|p| p.translation.vector - at),
             RESOLUTION.position_mm,
         );
-        let step_rad = weiszfeld_step(
-            readings.iter().map(|p| tangent(&rotation, p)),
-            RESOLUTION.angle_rad,
-        );
+        let step_rad =
+            weiszfeld_step(readings.iter().map(|p| tangent(&rotation, p)), RESOLUTION.angle_rad);
         at += step_mm;
         rotation *= exp_vector(&step_rad);
         if step_mm.norm() <= RESOLUTION.position_mm && step_rad.norm() <= RESOLUTION.angle_rad {
@@ -167,11 +152,7 @@ fn weiszfeld_step(ways: impl Iterator<Item = Vector3<f64>>, least: f64) -> Vecto
 /// Arithmetic mean of positions; mean of rotations on the sphere (Karcher), from near it.
 fn mean(readings: &[Pose], near: &Pose) -> Pose {
     let count = readings.len().max(1) as f64;
-    let at = readings
-        .iter()
-        .map(|p| p.translation.vector)
-        .sum::<Vector3<f64>>()
-        / count;
+    let at = readings.iter().map(|p| p.translation.vector).sum::<Vector3<f64>>() / count;
     let mut rotation = near.rotation;
     // Converges with the square of the scatter, which is far below a radian.
     for _ in 0..5 {
@@ -200,20 +181,12 @@ mod tests {
     #[test]
     fn jitter_and_error_of_the_mean_are_what_was_put_in() {
         let mut noise = Noise::new(3);
-        let readings: Vec<_> = (0..400)
-            .map(|_| noise.around(&truth(), 0.05, 0.002))
-            .collect();
+        let readings: Vec<_> = (0..400).map(|_| noise.around(&truth(), 0.05, 0.002)).collect();
         let found = still_pose(&readings).unwrap();
         // A standard deviation from 1200 normal numbers is within 1 / √2400 of the truth; four of
         // those. One of 70,000 normal readings is an outlier.
-        assert!(
-            (found.jitter.position_mm / 0.05 - 1.0).abs() < 0.082,
-            "{found:?}"
-        );
-        assert!(
-            (found.jitter.angle_rad / 0.002 - 1.0).abs() < 0.082,
-            "{found:?}"
-        );
+        assert!((found.jitter.position_mm / 0.05 - 1.0).abs() < 0.082, "{found:?}");
+        assert!((found.jitter.angle_rad / 0.002 - 1.0).abs() < 0.082, "{found:?}");
         assert!(found.outliers <= 1);
         let (mm, rad) = distances(&found.pose, &truth());
         let error = found.mean_error();
@@ -239,10 +212,7 @@ mod tests {
         assert_eq!((found.used, found.outliers), (120, 80));
         let (mm, rad) = distances(&found.pose, &truth());
         assert!(mm < 4.0 * 0.05 / 120.0_f64.sqrt() * 3.0_f64.sqrt(), "{mm}");
-        assert!(
-            rad < 4.0 * 0.002 / 120.0_f64.sqrt() * 3.0_f64.sqrt(),
-            "{rad}"
-        );
+        assert!(rad < 4.0 * 0.002 / 120.0_f64.sqrt() * 3.0_f64.sqrt(), "{rad}");
     }
 
     #[test]

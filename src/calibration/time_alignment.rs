@@ -26,9 +26,7 @@ impl AlignmentSettings {
 
 impl Default for AlignmentSettings {
     fn default() -> Self {
-        Self {
-            max_gap_s: Self::MAX_GAP_S,
-        }
+        Self { max_gap_s: Self::MAX_GAP_S }
     }
 }
 
@@ -103,21 +101,11 @@ pub fn align(
     reference: &PoseStream,
     settings: &AlignmentSettings,
 ) -> Result<TimeAlignment, AlignmentError> {
-    let found_s = sensors
-        .iter()
-        .map(length_s)
-        .fold(0.0, f64::max)
-        .min(length_s(reference));
+    let found_s = sensors.iter().map(length_s).fold(0.0, f64::max).min(length_s(reference));
     if found_s < MIN_S {
-        return Err(AlignmentError::TooShort {
-            found_s,
-            needed_s: MIN_S,
-        });
+        return Err(AlignmentError::TooShort { found_s, needed_s: MIN_S });
     }
-    let longest_s = sensors
-        .iter()
-        .map(length_s)
-        .fold(length_s(reference), f64::max);
+    let longest_s = sensors.iter().map(length_s).fold(length_s(reference), f64::max);
     let coarse = Speeds::new(
         sensors,
         reference,
@@ -125,10 +113,8 @@ pub fn align(
         settings,
     );
     let all = coarse.likelihoods(coarse.every_shift());
-    let best = peak(&all).ok_or(AlignmentError::NothingInCommon {
-        found: 0.0,
-        needed: MIN_CORRELATION,
-    })?;
+    let best = peak(&all)
+        .ok_or(AlignmentError::NothingInCommon { found: 0.0, needed: MIN_CORRELATION })?;
     if best.correlation < MIN_CORRELATION {
         return Err(AlignmentError::NothingInCommon {
             found: best.correlation,
@@ -141,16 +127,11 @@ pub fn align(
             second_s: second as f64 * coarse.step_s,
         });
     }
-    let fine = Speeds::new(
-        sensors,
-        reference,
-        (longest_s / FINE_POINTS).max(FINE_STEP_S),
-        settings,
-    );
+    let fine =
+        Speeds::new(sensors, reference, (longest_s / FINE_POINTS).max(FINE_STEP_S), settings);
     let near_s = best.shift as f64 * coarse.step_s;
-    let (offset_s, correlation) = fine
-        .refined(near_s, 2.0 * coarse.step_s, None)
-        .unwrap_or((near_s, best.correlation));
+    let (offset_s, correlation) =
+        fine.refined(near_s, 2.0 * coarse.step_s, None).unwrap_or((near_s, best.correlation));
     let half = |second: bool| fine.refined(offset_s, WINDOW_S, Some(second));
     let drift_s = match (half(false), half(true)) {
         (Some((first_s, a)), Some((second_s, b))) if a.min(b) >= MIN_CORRELATION => {
@@ -158,11 +139,7 @@ pub fn align(
         }
         _ => None,
     };
-    Ok(TimeAlignment {
-        offset_s,
-        correlation,
-        drift_s,
-    })
+    Ok(TimeAlignment { offset_s, correlation, drift_s })
 }
 
 fn length_s(stream: &PoseStream) -> f64 {
@@ -178,9 +155,7 @@ struct Shift {
 }
 
 fn peak(all: &[Shift]) -> Option<Shift> {
-    let top = all
-        .iter()
-        .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood));
+    let top = all.iter().max_by(|a, b| a.likelihood.total_cmp(&b.likelihood));
     top.copied().filter(|top| top.likelihood > 0.0)
 }
 
@@ -219,11 +194,7 @@ impl Speeds {
     ) -> Self {
         let window_s = WINDOW_S.max(2.0 * step_s);
         let of = |stream: &PoseStream| speeds(stream, step_s, window_s, settings.max_gap_s);
-        Self {
-            step_s,
-            sensors: sensors.iter().map(of).collect(),
-            reference: of(reference),
-        }
+        Self { step_s, sensors: sensors.iter().map(of).collect(), reference: of(reference) }
     }
 
     fn every_shift(&self) -> std::ops::RangeInclusive<i64> {
@@ -263,11 +234,7 @@ impl Speeds {
                 correlation = correlation.max(c);
             }
         }
-        Shift {
-            shift,
-            likelihood,
-            correlation,
-        }
+        Shift { shift, likelihood, correlation }
     }
 
     /// The best offset within `around_s` of another, and the correlation there.
@@ -275,18 +242,13 @@ impl Speeds {
         let steps = |s: f64| (s / self.step_s).round() as i64;
         let reach = steps(around_s).max(2);
         let near = steps(near_s);
-        let all: Vec<Shift> = (near - reach..=near + reach)
-            .map(|shift| self.shifted(shift, second_half))
-            .collect();
+        let all: Vec<Shift> =
+            (near - reach..=near + reach).map(|shift| self.shifted(shift, second_half)).collect();
         let best = peak(&all)?;
         let of = |shift: i64| self.shifted(shift, second_half).likelihood;
         let (before, after) = (of(best.shift - 1), of(best.shift + 1));
         let bend = before - 2.0 * best.likelihood + after;
-        let part = if bend < 0.0 {
-            (0.5 * (before - after) / bend).clamp(-0.5, 0.5)
-        } else {
-            0.0
-        };
+        let part = if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
         Some(((best.shift as f64 + part) * self.step_s, best.correlation))
     }
 }
@@ -300,9 +262,8 @@ fn speeds(stream: &PoseStream, step_s: f64, window_s: f64, max_gap_s: f64) -> [S
     let [mut turning, mut moving] = [Vec::new(), Vec::new()];
     for point in first..=last {
         let time_s = point as f64 * step_s;
-        let ends: Option<(Pose, Pose)> = stream
-            .at(time_s - half_s, max_gap_s)
-            .zip(stream.at(time_s + half_s, max_gap_s));
+        let ends: Option<(Pose, Pose)> =
+            stream.at(time_s - half_s, max_gap_s).zip(stream.at(time_s + half_s, max_gap_s));
         let (turn, way) = ends.map_or((f64::NAN, f64::NAN), |(a, b)| {
             (
                 rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
@@ -324,10 +285,7 @@ fn correlate(a: &Signal, b: &Signal, shift: i64, part: std::ops::Range<usize>) -
     let to = (part.end as i64).min(a.values.len() as i64 - by);
     let pairs = || {
         (from..to).filter_map(move |k| {
-            let (x, y) = (
-                *a.values.get((k + by) as usize)?,
-                *b.values.get(k as usize)?,
-            );
+            let (x, y) = (*a.values.get((k + by) as usize)?, *b.values.get(k as usize)?);
             (x.is_finite() && y.is_finite()).then_some((x, y))
         })
     };
@@ -392,10 +350,7 @@ mod tests {
                 pose: Ok(read(of(start_s + time_s))),
             })
             .collect();
-        let track = ToolTrack {
-            name: "t".to_owned(),
-            samples,
-        };
+        let track = ToolTrack { name: "t".to_owned(), samples };
         Clock::Times.stream(&track, &track.samples[0]).0
     }
 
@@ -417,10 +372,7 @@ mod tests {
             // A speed over 0.3 s has noise √2 σ / 0.3, of 0.005 and 0.26 rad/s² and mm/s; speeds here
             // change by 0.3 rad/s² and 60 mm/s². 20 s have some 60 independent windows, so the speed of
             // turning alone tells the offset to 0.005 / 0.3 / √60 = 2 ms.
-            assert!(
-                (found.offset_s - offset_s).abs() < 0.008,
-                "{offset_s}: {found:?}"
-            );
+            assert!((found.offset_s - offset_s).abs() < 0.008, "{offset_s}: {found:?}");
             assert!(found.correlation > 0.99);
             // Halves have a few independent windows less, and two of them are compared.
             assert!(found.drift_s.unwrap().abs() < 0.016, "{found:?}");
@@ -446,11 +398,7 @@ mod tests {
             Err(AlignmentError::TooShort { found_s, .. }) if found_s < 0.8
         ));
         let mut noise = Noise::new(1);
-        let still = stream(
-            span,
-            |_| Pose::identity(),
-            |p| noise.around(&p, 0.05, 0.001),
-        );
+        let still = stream(span, |_| Pose::identity(), |p| noise.around(&p, 0.05, 0.001));
         assert!(matches!(
             align(&[still], &reference, &SETTINGS),
             Err(AlignmentError::NothingInCommon { found, .. }) if found < 0.7

@@ -239,11 +239,7 @@ fn body_of(file: &Path, found: &Characterisation) -> BodyFile {
         coil: None,
     });
     BodyFile {
-        rigid: RigidBody {
-            name: name.to_owned(),
-            tip_in_body: None,
-            sensors: sensors.collect(),
-        },
+        rigid: RigidBody { name: name.to_owned(), tip_in_body: None, sensors: sensors.collect() },
         mesh: None,
         definition: None,
     }
@@ -297,9 +293,7 @@ fn settings(args: &CharacterizeArgs) -> CharacterisationSettings {
         reference_tool: args.reference_tool.clone(),
         tracker_ticks_per_s: args.em_tick_hz,
         reference_ticks_per_s: args.reference_tick_hz,
-        alignment: AlignmentSettings {
-            max_gap_s: args.max_gap_s,
-        },
+        alignment: AlignmentSettings { max_gap_s: args.max_gap_s },
         max_error: Spread {
             position_mm: args.max_error_mm,
             angle_rad: args.max_error_deg.to_radians(),

@@ -121,11 +121,7 @@ pub(super) fn row_labels(
             file.display()
         );
     }
-    Ok(RowLabels {
-        grouping,
-        sensors,
-        deciding,
-    })
+    Ok(RowLabels { grouping, sensors, deciding })
 }
 
 /// The groups of a table's rows: by the named column, by one that is known to mean so, or by the
@@ -137,9 +133,7 @@ fn grouping(
     column: Option<&str>,
 ) -> anyhow::Result<Option<Grouping>> {
     let column = files.read_groups(file, column)?;
-    let column = column
-        .as_ref()
-        .map(|c| (c.name.as_str(), c.labels.as_slice()));
+    let column = column.as_ref().map(|c| (c.name.as_str(), c.labels.as_slice()));
     row_groups(samples, column).with_context(|| file.display().to_string())
 }
 
@@ -207,12 +201,7 @@ pub(super) fn add_hold_outs(value: &mut Value, chosen: &Chosen) {
             })
         })
         .collect();
-    value["groups"] = json!(
-        chosen
-            .by
-            .as_ref()
-            .map(|by| json!({"by": by, "count": found.groups}))
-    );
+    value["groups"] = json!(chosen.by.as_ref().map(|by| json!({"by": by, "count": found.groups})));
     value["hold_out"] = json!(hold_out_name(found.decided_by));
     value["hold_outs"] = json!(hold_outs);
     value["sensors"] = json!(found.sensors.as_ref().map(sensors_json));

@@ -99,10 +99,7 @@ pub fn run(args: &CompareArgs, files: &Files) -> anyhow::Result<()> {
         }
     }
     let settings = Settings {
-        least: Least {
-            mm: args.least_mm,
-            deg: args.least_deg,
-        },
+        least: Least { mm: args.least_mm, deg: args.least_deg },
         seed: args.seed,
         ..Settings::default()
     };
@@ -130,10 +127,7 @@ fn print(args: &CompareArgs, found: &Comparison, names: &Names) -> anyhow::Resul
 /// The second of two names of one file.
 fn named_once(files: &[PathBuf], what: &str) -> anyhow::Result<()> {
     for (number, file) in files.iter().enumerate() {
-        if let Some(first) = files[..number]
-            .iter()
-            .find(|first| store::is_same_file(first, file))
-        {
+        if let Some(first) = files[..number].iter().find(|first| store::is_same_file(first, file)) {
             bail!(
                 "{}: found the same {what} named twice (as {} before), expected each once",
                 file.display(),
@@ -146,9 +140,7 @@ fn named_once(files: &[PathBuf], what: &str) -> anyhow::Result<()> {
 
 /// The number of the design that is meant.
 fn baseline(named: &Path, designs: &[ComparedDesign]) -> anyhow::Result<usize> {
-    let by_file = designs
-        .iter()
-        .position(|d| store::is_same_file(&d.file, named));
+    let by_file = designs.iter().position(|d| store::is_same_file(&d.file, named));
     if let Some(number) = by_file {
         return Ok(number);
     }
@@ -161,17 +153,10 @@ fn baseline(named: &Path, designs: &[ComparedDesign]) -> anyhow::Result<usize> {
         ),
         (None, _) => {}
     }
-    let files: Vec<String> = designs
-        .iter()
-        .map(|d| d.file.display().to_string())
-        .collect();
+    let files: Vec<String> = designs.iter().map(|d| d.file.display().to_string()).collect();
     let found = match named.exists() {
         true => "a design that is not compared",
         false => "no such file, and no design of this name",
     };
-    bail!(
-        "--baseline {}: found {found}, expected one of {}",
-        named.display(),
-        files.join(", ")
-    )
+    bail!("--baseline {}: found {found}, expected one of {}", named.display(), files.join(", "))
 }

@@ -75,18 +75,12 @@ pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
     let environment = files.read_environment(&args.environment)?;
     let method = method(args, environment.model.map())?;
     let room = environment.model.bounds();
-    let poses = files
-        .read_poses(&args.poses)?
-        .and(|poses| doubts::in_room(poses, room));
+    let poses = files.read_poses(&args.poses)?.and(|poses| doubts::in_room(poses, room));
     let measured = args.as_is.take(poses)?;
     let (compensated, shortcut) =
         compensated(&environment.model, &measured, args.outside.into(), method)?;
     output.write(|out| poses::write_compensated(out, compensated.iter().map(row)))?;
-    let outcome = Outcome {
-        method,
-        tally: Tally::of(&measured, &compensated),
-        shortcut,
-    };
+    let outcome = Outcome { method, tally: Tally::of(&measured, &compensated), shortcut };
     match args.format {
         Format::Json => output::print_json(&as_json(&outcome)),
         Format::Text => output::print(&as_text(args, &outcome)),
@@ -128,11 +122,7 @@ fn compensated(
         Method::Inverse | Method::Shortcut => {
             let (inverse, shortcut) = (by(Method::Inverse)?, by(Method::Shortcut)?);
             let difference = Difference::between(&inverse, &shortcut);
-            let wanted = if method == Method::Inverse {
-                inverse
-            } else {
-                shortcut
-            };
+            let wanted = if method == Method::Inverse { inverse } else { shortcut };
             (wanted, difference)
         }
     };
@@ -197,16 +187,8 @@ fn as_text(args: &CompensateArgs, outcome: &Outcome) -> String {
         count("not converged", t.not_converged),
         count("rejected", t.rejected),
         count("outside the model's box", t.outside),
-        figure(
-            "largest correction",
-            format!("{:.4}", t.largest_correction_mm),
-            "mm",
-        ),
-        figure(
-            "",
-            format!("{:.4}", t.largest_correction_rad.to_degrees()),
-            "°",
-        ),
+        figure("largest correction", format!("{:.4}", t.largest_correction_mm), "mm"),
+        figure("", format!("{:.4}", t.largest_correction_rad.to_degrees()), "°"),
     ];
     if let Some(d) = &outcome.shortcut {
         let mut length = |label: &str, mm: f64| rows.push(figure(label, format!("{mm:.6}"), "mm"));

@@ -55,9 +55,7 @@ pub fn run(args: &DistortArgs, files: &Files) -> anyhow::Result<()> {
         );
     }
     let room = environment.model.bounds();
-    let poses = files
-        .read_poses(&args.poses)?
-        .and(|poses| doubts::in_room(poses, room));
+    let poses = files.read_poses(&args.poses)?.and(|poses| doubts::in_room(poses, room));
     let ideal = args.as_is.take(poses)?;
     let outside = OutsidePolicy::from(args.outside);
     let validity = match args.support {

@@ -66,9 +66,7 @@ pub(super) fn add_json(value: &mut Value, expected: &Expected, bounds: &[JudgedB
     value["expected"] = both(&|k| json!(expected.figures[k]));
     value["intervals"] = both(&|k| json!(expected.intervals[k]));
     if let Some(verdict) = verdict_of(bounds) {
-        let named = bounds
-            .iter()
-            .map(|bound| (bound.name.to_owned(), json!(bound.verdict)));
+        let named = bounds.iter().map(|bound| (bound.name.to_owned(), json!(bound.verdict)));
         value["verdict"] = json!(verdict);
         value["verdicts"] = Value::Object(named.collect());
     }
@@ -83,11 +81,7 @@ pub(super) fn as_text(expected: &Expected) -> String {
 pub(super) fn rows(expected: &Expected) -> Vec<(String, String, String)> {
     let each = expected_rows(expected).into_iter();
     each.map(|row| {
-        (
-            row.label(),
-            row.value.clone(),
-            format!("{} {}", row.figure.unit(), row.interval_words()),
-        )
+        (row.label(), row.value.clone(), format!("{} {}", row.figure.unit(), row.interval_words()))
     })
     .collect()
 }
@@ -121,20 +115,13 @@ pub(super) fn needed(
     figures: &Figures,
 ) -> anyhow::Result<Vec<MoreMeasuring>> {
     let bounds = judged(figures, expected);
-    Ok(more_measuring(
-        scenario,
-        mode,
-        &bounds,
-        &CancelToken::default(),
-    )?)
+    Ok(more_measuring(scenario, mode, &bounds, &CancelToken::default())?)
 }
 
 /// `measurements_needed`, a number a bound, null where there is none.
 pub(super) fn add_needed(value: &mut Value, needed: &[MoreMeasuring]) {
     if !needed.is_empty() {
-        let named = needed
-            .iter()
-            .map(|more| (more.name.to_owned(), json!(more.measurements)));
+        let named = needed.iter().map(|more| (more.name.to_owned(), json!(more.measurements)));
         value["measurements_needed"] = Value::Object(named.collect());
     }
 }

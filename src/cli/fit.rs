@@ -183,11 +183,8 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     let model = args.model.model(files)?;
     refuse_what_others_have(args, model.kind())?;
     let set = read(files, &args.data, args.sensors, map, args.as_is)?;
-    let holdout_set = args
-        .holdout
-        .as_ref()
-        .map(|f| read(files, f, args.sensors, map, args.as_is))
-        .transpose()?;
+    let holdout_set =
+        args.holdout.as_ref().map(|f| read(files, f, args.sensors, map, args.as_is)).transpose()?;
     let (settings, chosen) = match model.kind() {
         ModelKind::Bernstein => {
             choose::settings(files, &args.data, &set, &asked, args.hold_out.as_ref())?
@@ -252,19 +249,12 @@ pub(super) fn fit_and_write(
     samples: &SampleSet,
     holdout: Option<(&Path, &SampleSet)>,
 ) -> anyhow::Result<FittedRoom> {
-    let (table, held_out) = (
-        file_name(target.data),
-        holdout.map(|(file, set)| (file_name(file), set)),
-    );
+    let (table, held_out) =
+        (file_name(target.data), holdout.map(|(file, set)| (file_name(file), set)));
     let order = RoomOrder {
         name: &store::room_name(target.output.file()),
-        table: RoomTable {
-            name: &table,
-            samples,
-        },
-        held_out: held_out
-            .as_ref()
-            .map(|(name, samples)| RoomTable { name, samples }),
+        table: RoomTable { name: &table, samples },
+        held_out: held_out.as_ref().map(|(name, samples)| RoomTable { name, samples }),
         model,
         settings: *settings,
         volume: target.volume.into(),
@@ -315,10 +305,7 @@ fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()
         ("--weights", args.weights != WeightsArg::default()),
         ("--rcond", args.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
         ("--hold-out", args.hold_out.is_some()),
-        (
-            "--no-support",
-            args.no_support && kind == ModelKind::Kriging,
-        ),
+        ("--no-support", args.no_support && kind == ModelKind::Kriging),
     ];
     match said.into_iter().find(|(_, is_said)| *is_said) {
         Some((name, _)) if kind != ModelKind::Bernstein => bail!(
@@ -388,17 +375,13 @@ pub(super) fn read(
     map: MapKind,
     as_is: AsIsArgs,
 ) -> anyhow::Result<SampleSet> {
-    let reading = SampleReading {
-        has_rolls: matches!(sensors, SensorsArg::SixDof),
-        map,
-    };
+    let reading = SampleReading { has_rolls: matches!(sensors, SensorsArg::SixDof), map };
     as_is.take(files.read_samples(file, reading, &Shown::new("reading").task)?)
 }
 
 /// A file's name without its folder.
 pub(super) fn file_name(file: &Path) -> String {
-    file.file_name()
-        .map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+    file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
 }
 
 pub(super) fn as_json(settings: &FitSettings, room: &FittedRoom) -> Value {
@@ -435,14 +418,7 @@ pub(super) fn as_json(settings: &FitSettings, room: &FittedRoom) -> Value {
     let kind = fitted.model.kind();
     value["model"] = json!(kind.name());
     if kind != ModelKind::Bernstein {
-        for key in [
-            "order",
-            "directions",
-            "method",
-            "rank",
-            "condition",
-            "system_samples",
-        ] {
+        for key in ["order", "directions", "method", "rank", "condition", "system_samples"] {
             value[key] = Value::Null;
         }
     }
@@ -490,11 +466,7 @@ fn as_text(target: &Target, settings: &FitSettings, room: &FittedRoom) -> String
             "order {}, {} orientation{}, {}",
             settings.order,
             settings.directions.len(),
-            if settings.directions.len() == 1 {
-                ""
-            } else {
-                "s"
-            },
+            if settings.directions.len() == 1 { "" } else { "s" },
             method_name(settings.method),
         ),
     };
@@ -526,14 +498,8 @@ fn as_text(target: &Target, settings: &FitSettings, room: &FittedRoom) -> String
         rows("held out", &h.before, &h.after);
     }
     if let (Some(least), Some(most)) = (
-        fitted
-            .systems
-            .iter()
-            .min_by(|a, b| a.condition.total_cmp(&b.condition)),
-        fitted
-            .systems
-            .iter()
-            .max_by(|a, b| a.condition.total_cmp(&b.condition)),
+        fitted.systems.iter().min_by(|a, b| a.condition.total_cmp(&b.condition)),
+        fitted.systems.iter().max_by(|a, b| a.condition.total_cmp(&b.condition)),
     ) {
         let rank = fitted.systems.iter().map(|s| s.rank).min().unwrap_or(0);
         let samples = fitted.systems.iter().map(|s| s.samples).min().unwrap_or(0);

@@ -59,31 +59,18 @@ pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
     let degree = checked_degree(args.degree)?;
     let mut all: Option<MeasurementSet> = None;
     for file in &args.data {
-        let set = read(
-            files,
-            file,
-            SensorsArg::FiveDof,
-            MapKind::Distortion,
-            args.as_is,
-        )?
-        .measurements();
+        let set =
+            read(files, file, SensorsArg::FiveDof, MapKind::Distortion, args.as_is)?.measurements();
         match &mut all {
             None => all = Some(set),
             Some(all) if all.content != set.content => {
-                bail!(
-                    "{}: found no orientations, expected them as in the others",
-                    file.display()
-                )
+                bail!("{}: found no orientations, expected them as in the others", file.display())
             }
             Some(all) => all.measurements.extend(set.measurements),
         }
     }
     let set = all.context("found no table")?;
-    let settings = LearnSettings {
-        degree,
-        max_rows: args.rows,
-        ..LearnSettings::default()
-    };
+    let settings = LearnSettings { degree, max_rows: args.rows, ..LearnSettings::default() };
     let shown = Shown::new("learning");
     let name = file_name(&args.output);
     let name = name.split('.').next().unwrap_or(&name);
@@ -149,11 +136,7 @@ fn as_text(args: &LearnArgs, files: &[String], learned: &LearnedGenerator) -> St
             .held_out
             .angle_rms_rad
             .map_or_else(String::new, |a| format!(", {:.4}°", a.to_degrees()));
-        let mark = if report.start == learned.start {
-            '*'
-        } else {
-            ' '
-        };
+        let mark = if report.start == learned.start { '*' } else { ' ' };
         lines.push(format!(
             "{mark} {:<28}{:.4} mm{angle} held out of {} samples",
             start_name(report.start),

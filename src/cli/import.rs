@@ -47,19 +47,14 @@ pub fn run(command: &ImportCommand, files: &Files) -> anyhow::Result<()> {
     let set = calibration_object::measurements(&body, &frames)
         .with_context(|| args.calreadings.display().to_string())?;
     let doubts = PairedDoubts::of(&set.measurements, set.content, PoseFrame::Tracker);
-    let set = args
-        .as_is
-        .take(Doubted::new(set, &args.calreadings, doubts))?;
+    let set = args.as_is.take(Doubted::new(set, &args.calreadings, doubts))?;
     let frame_of_row: Vec<usize> = frames
         .iter()
         .enumerate()
         .flat_map(|(i, frame)| frame.em_on_object.iter().map(move |_| i))
         .collect();
-    let ideal: Vec<_> = set
-        .measurements
-        .iter()
-        .map(|m| m.tracker_from_ideal.translation.vector.into())
-        .collect();
+    let ideal: Vec<_> =
+        set.measurements.iter().map(|m| m.tracker_from_ideal.translation.vector.into()).collect();
     let clusters = clusters::find(&ideal);
     let mut columns = vec![("frame", frame_of_row.as_slice())];
     columns.extend(clusters.as_ref().map(|c| ("cluster", c.as_slice())));

@@ -50,10 +50,6 @@ impl JitterArgs {
     pub fn jitter(&self) -> Option<Jitter> {
         let (position_mm, angle_deg) = self.jitter_position_mm.zip(self.jitter_angle_deg)?;
         let growth_mm = self.jitter_growth_mm;
-        Some(Jitter::stated(
-            position_mm,
-            angle_deg.to_radians(),
-            growth_mm,
-        ))
+        Some(Jitter::stated(position_mm, angle_deg.to_radians(), growth_mm))
     }
 }

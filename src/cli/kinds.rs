@@ -31,11 +31,7 @@ pub(super) fn lines(choice: &KindChoice, groups: Option<&str>) -> Vec<String> {
     let held_out: Vec<HoldOutBy> = first.scores.hold_outs.iter().map(|(by, _)| *by).collect();
     let mut lines = Vec::new();
     for by in held_out {
-        let decides = if by == first.scores.decided_by {
-            ", which decides"
-        } else {
-            ""
-        };
+        let decides = if by == first.scores.decided_by { ", which decides" } else { "" };
         let groups = match (by, groups) {
             (HoldOutBy::Groups, Some(groups)) => format!(" by {groups}"),
             _ => String::new(),
@@ -136,10 +132,7 @@ pub(super) fn as_json(choice: &KindChoice) -> Value {
             value
         })
         .collect();
-    let left_out: Vec<Value> = choice
-        .left_out
-        .iter()
-        .map(|(kind, why)| json!({"model": kind, "reason": why}))
-        .collect();
+    let left_out: Vec<Value> =
+        choice.left_out.iter().map(|(kind, why)| json!({"model": kind, "reason": why})).collect();
     json!({"kinds": kinds, "left_out": left_out})
 }

@@ -221,10 +221,7 @@ fn in_words(event: &SessionEvent) -> Option<String> {
             format!("warning: {}: {}", printable(tool), clock_in_words(*change))
         }
         SessionEvent::Refused { tool, reason } => {
-            format!(
-                "warning: samples of \"{}\" are not used: {reason}",
-                printable(tool)
-            )
+            format!("warning: samples of \"{}\" are not used: {reason}", printable(tool))
         }
         SessionEvent::Server(event) => served_in_words(event),
         SessionEvent::NotRecorded { why } => format!("nothing more is recorded: {why}"),
@@ -260,11 +257,9 @@ fn clock_in_words(change: ClockChange) -> String {
 fn served_in_words(event: &ServerEvent) -> String {
     match event {
         ServerEvent::Joined { client, clients } => format!("client {client} joined, {clients} now"),
-        ServerEvent::Left {
-            client,
-            why,
-            clients,
-        } => format!("client {client} left, {clients} now: {why}"),
+        ServerEvent::Left { client, why, clients } => {
+            format!("client {client} left, {clients} now: {why}")
+        }
         ServerEvent::Refused { client, why } => format!("client {client} refused: {why}"),
         ServerEvent::FellBehind { client } => format!(
             "warning: client {client} does not read as fast as poses come: it does not get those \
@@ -323,11 +318,7 @@ fn as_json(state: &SessionState, lasted: Duration) -> Value {
 fn as_text(state: &SessionState, lasted: Duration) -> String {
     let row = |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
     let count = |label: &str, count: u64| {
-        row(
-            label,
-            with_separators(usize::try_from(count).unwrap_or(usize::MAX)),
-            "",
-        )
+        row(label, with_separators(usize::try_from(count).unwrap_or(usize::MAX)), "")
     };
     let mut rows = vec![
         row("time", format!("{:.1}", lasted.as_secs_f64()), "s"),

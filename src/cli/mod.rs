@@ -191,9 +191,7 @@ fn open_editor(cli: &Cli, files: &Files) -> anyhow::Result<()> {
     };
     #[cfg(not(feature = "editor"))]
     let missing = "this program was built without the editor";
-    output::note(&format!(
-        "no editor: {missing}; simulating the design instead"
-    ));
+    output::note(&format!("no editor: {missing}; simulating the design instead"));
     simulate::main_job(cli.design.as_deref(), files)
 }
 

@@ -88,9 +88,9 @@ impl ModelArgs {
             bail!("--symmetric belongs to --model bernstein; the other kinds always are");
         }
         Ok(match kind {
-            KindArg::Bernstein => RoomModel::Bernstein {
-                is_symmetric: self.symmetric == YesNo::Yes,
-            },
+            KindArg::Bernstein => {
+                RoomModel::Bernstein { is_symmetric: self.symmetric == YesNo::Yes }
+            }
             KindArg::Kriging => RoomModel::Kriging,
             KindArg::Harmonic => {
                 let Some(generator) = &self.generator else {

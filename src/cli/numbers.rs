@@ -40,13 +40,9 @@ fn list<const N: usize>(
     expected: &str,
     is_fine: fn(f64) -> bool,
 ) -> Result<[f64; N], String> {
-    let values: Result<Vec<f64>, String> = text
-        .split(',')
-        .map(|cell| number(cell.trim(), expected, is_fine))
-        .collect();
-    values?
-        .try_into()
-        .map_err(|_| format!("expected {expected}"))
+    let values: Result<Vec<f64>, String> =
+        text.split(',').map(|cell| number(cell.trim(), expected, is_fine)).collect();
+    values?.try_into().map_err(|_| format!("expected {expected}"))
 }
 
 fn number(text: &str, expected: &str, is_fine: fn(f64) -> bool) -> Result<f64, String> {

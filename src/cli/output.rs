@@ -103,11 +103,7 @@ pub fn aligned(rows: &[(String, String, String)]) -> String {
     let label = rows.iter().map(|r| r.0.chars().count()).max().unwrap_or(0);
     let value = rows.iter().map(|r| r.1.chars().count()).max().unwrap_or(0);
     rows.iter()
-        .map(|(l, v, u)| {
-            format!("{l:<label$}  {v:>value$} {u}")
-                .trim_end()
-                .to_owned()
-        })
+        .map(|(l, v, u)| format!("{l:<label$}  {v:>value$} {u}").trim_end().to_owned())
         .collect::<Vec<_>>()
         .join("\n")
 }
@@ -115,10 +111,8 @@ pub fn aligned(rows: &[(String, String, String)]) -> String {
 /// Lines of a table of which every row has as many cells as the first; so many columns from the left
 /// are text, the others numbers.
 pub fn columns(rows: &[Vec<String>], left: usize) -> Vec<String> {
-    let rows: Vec<Vec<Cow<str>>> = rows
-        .iter()
-        .map(|row| row.iter().map(|cell| printable(cell)).collect())
-        .collect();
+    let rows: Vec<Vec<Cow<str>>> =
+        rows.iter().map(|row| row.iter().map(|cell| printable(cell)).collect()).collect();
     let count = rows.first().map_or(0, Vec::len);
     let width = |column: usize| {
         let cells = rows.iter().filter_map(|row| row.get(column));

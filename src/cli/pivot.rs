@@ -37,12 +37,7 @@ pub struct PivotArgs {
 
     /// The tool in whose frame poses are taken, where a recording has several: a part of its name. A
     /// --tool such as StylusToReference means the same
-    #[arg(
-        long,
-        value_name = "NAME",
-        requires = "tool",
-        conflicts_with = "environment"
-    )]
+    #[arg(long, value_name = "NAME", requires = "tool", conflicts_with = "environment")]
     relative_to: Option<String>,
 
     /// Fewest poses that are accepted; 3 are needed
@@ -252,11 +247,7 @@ fn text_rows(found: &Pivot) -> Vec<(String, String, String)> {
     };
     let mut rows = vec![
         row("poses", with_separators(found.poses), ""),
-        row(
-            "  worth independent poses",
-            format!("{:.1}", found.worth.effective),
-            "",
-        ),
+        row("  worth independent poses", format!("{:.1}", found.worth.effective), ""),
         row(
             "largest angle between two",
             format!("{:.1}", found.orientation_range_rad.to_degrees()),
@@ -264,37 +255,17 @@ fn text_rows(found: &Pivot) -> Vec<(String, String, String)> {
         ),
         row("tip in the tool's frame", point(&found.tip_in_tool), "mm"),
         row("  95 % interval, ±", around(0), "mm"),
-        row(
-            "  standard error, worst direction",
-            mm(found.tip_std_error_mm),
-            "mm",
-        ),
-        row(
-            "pivot in the tracker's frame",
-            point(&found.pivot_in_tracker),
-            "mm",
-        ),
+        row("  standard error, worst direction", mm(found.tip_std_error_mm), "mm"),
+        row("pivot in the tracker's frame", point(&found.pivot_in_tracker), "mm"),
         row("  95 % interval, ±", around(1), "mm"),
-        row(
-            "  standard error, worst direction",
-            mm(found.pivot_std_error_mm()),
-            "mm",
-        ),
+        row("  standard error, worst direction", mm(found.pivot_std_error_mm()), "mm"),
         row("distance of the tip from it, RMS", mm(found.rms_mm), "mm"),
         row("  of a component", mm(found.rms_component_mm()), "mm"),
         row("  largest", mm(found.worst_mm), "mm"),
     ];
     if let Some(quarters) = &found.quarters {
-        rows.push(row(
-            "tips of two quarters differ by up to",
-            mm(quarters.apart_mm),
-            "mm",
-        ));
-        rows.push(row(
-            "  standard error of that, worst direction",
-            mm(quarters.expected_mm),
-            "mm",
-        ));
+        rows.push(row("tips of two quarters differ by up to", mm(quarters.apart_mm), "mm"));
+        rows.push(row("  standard error of that, worst direction", mm(quarters.expected_mm), "mm"));
     }
     rows
 }

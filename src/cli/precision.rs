@@ -51,11 +51,7 @@ pub fn run(args: &PrecisionArgs, files: &Files) -> anyhow::Result<()> {
         let bar = bar.clone();
         move |part| bar.set_position((part * PROGRESS as f64) as u64)
     });
-    let settings = if args.quick {
-        Settings::quick()
-    } else {
-        Settings::default()
-    };
+    let settings = if args.quick { Settings::quick() } else { Settings::default() };
     let report = precision::run(&scenario, &settings, &task)?;
     bar.finish_and_clear();
     if let Some(folder) = &args.output {

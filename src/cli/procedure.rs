@@ -46,13 +46,7 @@ pub struct ProcedureArgs {
     crf: Option<PathBuf>,
 
     /// Frame of a table's poses
-    #[arg(
-        long,
-        value_enum,
-        default_value_t,
-        requires = "built",
-        conflicts_with = "crf"
-    )]
+    #[arg(long, value_enum, default_value_t, requires = "built", conflicts_with = "crf")]
     frame: FrameArg,
 
     /// The true poses were registered to this very recording, as `characterize` does
@@ -188,10 +182,7 @@ fn change_rooms(args: &ProcedureArgs, files: &Files, world: &mut World) -> anyho
                 true => "it has no further rooms".to_owned(),
                 false => format!("expected one of {}", rooms.join(", ")),
             };
-            bail!(
-                "--remove-room {}: the design is not judged in it; {expected}",
-                file.display()
-            );
+            bail!("--remove-room {}: the design is not judged in it; {expected}", file.display());
         };
         apply(args, world, ProcedureEdit::RemoveRoom(room))?;
     }
@@ -200,10 +191,7 @@ fn change_rooms(args: &ProcedureArgs, files: &Files, world: &mut World) -> anyho
         files.read_environment(file)?;
         let is_own = store::own_room(world)? == store::RoomPlace::of_file(file);
         if is_own || store::further_room(world, file)?.is_some() {
-            bail!(
-                "--add-room {}: the design is judged in it already",
-                file.display()
-            );
+            bail!("--add-room {}: the design is judged in it already", file.display());
         }
         let reference = store::reference_to_file(world, file)?;
         apply(args, world, ProcedureEdit::AddRoom(reference))?;
@@ -244,16 +232,9 @@ fn decide(
     let grounds = found.grounds(step).with_context(named)?;
     let note = args.note.clone().unwrap_or_default();
     if let (Some(objection), "") = (found.objection(step), note.trim()) {
-        bail!(
-            "{}: {objection}, expected --note with why that is good enough",
-            named()
-        );
+        bail!("{}: {objection}, expected --note with why that is good enough", named());
     }
-    let decision = Decision {
-        date: store::today()?,
-        note,
-        grounds,
-    };
+    let decision = Decision { date: store::today()?, note, grounds };
     let decision = Box::new(decision);
     apply(args, world, ProcedureEdit::Decide { step, decision })
 }

@@ -78,8 +78,7 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
     let named = || format!("{} and {}", args.source.display(), args.target.display());
     let all = register(&source, &target).with_context(named)?;
     let suspicions = doubts::of_point_pairs(&source, &target);
-    args.as_is
-        .take(Doubted::new((), &args.target, suspicions))?;
+    args.as_is.take(Doubted::new((), &args.target, suspicions))?;
     let (cleaned, outlying) = register_without_outliers(&source, &target).with_context(named)?;
     if !args.leave_out_outliers {
         for point in &outlying {
@@ -97,13 +96,9 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
         false => (all, Vec::new()),
     };
     let is_used = |index: usize| left_out.iter().all(|point| point.index != index);
-    let used: Vec<Point3<f64>> = (0..source.len())
-        .filter(|&k| is_used(k))
-        .map(|k| source[k])
-        .collect();
-    let fle_mm = args
-        .fle_mm
-        .unwrap_or_else(|| fle_rms_mm(registration.fre_rms_mm, used.len()));
+    let used: Vec<Point3<f64>> =
+        (0..source.len()).filter(|&k| is_used(k)).map(|k| source[k]).collect();
+    let fle_mm = args.fle_mm.unwrap_or_else(|| fle_rms_mm(registration.fre_rms_mm, used.len()));
     let found = Registered {
         residuals_mm: source
             .iter()
@@ -129,9 +124,7 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
     }
     if let (Some(at), Some(output)) = (&args.at, &args.output) {
         let points = args.as_is.take(files.read_points(at)?)?;
-        files
-            .output(output)?
-            .write(|out| found.write_moved(out, &points))?;
+        files.output(output)?.write(|out| found.write_moved(out, &points))?;
     }
     if let Some(file) = &args.transform {
         let pose = [&found.registration.target_from_source];
@@ -201,28 +194,12 @@ impl Registered {
         let count = self.residuals_mm.len() - self.left_out.len();
         let mut rows = vec![
             row("points", with_separators(count), ""),
-            row(
-                "shift to the target frame",
-                [x, y, z].map(mm).join(" "),
-                "mm",
-            ),
-            row(
-                "rotation, scalar first",
-                quaternion.map(|v| format!("{v:.6}")).join(" "),
-                "",
-            ),
-            row(
-                "left at the points, RMS (FRE)",
-                mm(self.registration.fre_rms_mm),
-                "mm",
-            ),
+            row("shift to the target frame", [x, y, z].map(mm).join(" "), "mm"),
+            row("rotation, scalar first", quaternion.map(|v| format!("{v:.6}")).join(" "), ""),
+            row("left at the points, RMS (FRE)", mm(self.registration.fre_rms_mm), "mm"),
             row("  largest", mm(worst), "mm"),
             row("localisation of a point, RMS (FLE)", mm(self.fle_mm), "mm"),
-            row(
-                "points from one line, RMS",
-                mm(self.spread.off_line_mm()),
-                "mm",
-            ),
+            row("points from one line, RMS", mm(self.spread.off_line_mm()), "mm"),
             row(
                 "standard error of the rotation about it",
                 format!("{:.3}", self.turn_error_deg()),

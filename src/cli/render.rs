@@ -155,11 +155,7 @@ impl FromStr for PictureSize {
         let (width, height) = text.split_once('x').ok_or_else(expected)?;
         let side = |text: &str| {
             let side: u32 = text.parse().map_err(|_| expected())?;
-            if (LEAST_PX..=MOST_PX).contains(&side) {
-                Ok(side)
-            } else {
-                Err(expected())
-            }
+            if (LEAST_PX..=MOST_PX).contains(&side) { Ok(side) } else { Err(expected()) }
         };
         Ok(Self([side(width)?, side(height)?]))
     }
@@ -181,10 +177,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
     let is_png = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("png");
     if !args.video.is_wanted() && !args.output.extension().is_some_and(is_png) {
-        bail!(
-            "{}: expected a name that ends in .png",
-            args.output.display()
-        );
+        bail!("{}: expected a name that ends in .png", args.output.display());
     }
     refuse_unused(args)?;
     let mut world = open_named(files, &args.design)?;
@@ -207,10 +200,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
         Some(name) => Some(thing_named(&world, name)?),
         None => None,
     };
-    let tables = [
-        (TableRole::Training, &args.measurements),
-        (TableRole::HeldOut, &args.holdout),
-    ];
+    let tables = [(TableRole::Training, &args.measurements), (TableRole::HeldOut, &args.holdout)];
     let slide = match args.slide {
         None => 0,
         Some(number) => slide_numbered(&world, number)?,
@@ -222,10 +212,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
         slide,
         has_panels: args.window || args.workspace.is_some(),
         workspace: args.workspace.map(Workspace::from).unwrap_or_default(),
-        tables: tables
-            .into_iter()
-            .filter_map(|(role, file)| Some((role, file.clone()?)))
-            .collect(),
+        tables: tables.into_iter().filter_map(|(role, file)| Some((role, file.clone()?))).collect(),
         compared: ComparedDesigns {
             baseline: args.baseline.clone(),
             designs: args.beside.clone(),
@@ -242,9 +229,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
         return args.video.run(world, size, desk, &output);
     }
     let png = picture::png(world, size, desk)?;
-    output
-        .write_bytes(&png)
-        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    output.write_bytes(&png).with_context(|| format!("cannot write {}", args.output.display()))?;
     Ok(())
 }
 
@@ -253,32 +238,12 @@ fn refuse_unused(args: &RenderArgs) -> anyhow::Result<()> {
     let (field, decide) = (WorkspaceName::Field, WorkspaceName::Decide);
     let (study, present) = (WorkspaceName::Study, WorkspaceName::Present);
     let all = [
-        (
-            "--measurements",
-            args.measurements.is_some(),
-            vec![field],
-            "field",
-        ),
+        ("--measurements", args.measurements.is_some(), vec![field], "field"),
         ("--holdout", args.holdout.is_some(), vec![field], "field"),
-        (
-            "--baseline",
-            args.baseline.is_some(),
-            vec![decide],
-            "decide",
-        ),
+        ("--baseline", args.baseline.is_some(), vec![decide], "decide"),
         ("--beside", !args.beside.is_empty(), vec![decide], "decide"),
-        (
-            "--recorded",
-            args.recorded.is_some(),
-            vec![decide],
-            "decide",
-        ),
-        (
-            "--trial",
-            args.trial.is_some(),
-            vec![study, present],
-            "study",
-        ),
+        ("--recorded", args.recorded.is_some(), vec![decide], "decide"),
+        ("--trial", args.trial.is_some(), vec![study, present], "study"),
         ("--slide", args.slide.is_some(), vec![present], "present"),
     ];
     for (name, is_given, shown_by, expected) in all {
@@ -297,10 +262,7 @@ fn missing_layers(
     slide: usize,
     selected: Option<Selected>,
 ) -> Vec<MissingLayer> {
-    let (design, is_slide) = (
-        world.document.design(),
-        workspace == Some(WorkspaceName::Present),
-    );
+    let (design, is_slide) = (world.document.design(), workspace == Some(WorkspaceName::Present));
     let slide = design.slides.get(slide).filter(|_| is_slide);
     let view = slide.map_or(world.document.view(), |slide| &slide.view);
     let is_sensor_selected = is_slide || matches!(selected, Some(Selected::Sensor(..)));
@@ -340,10 +302,7 @@ fn thing_named(world: &World, name: &str) -> anyhow::Result<Selected> {
     let found = (things.iter().find(is_named)).or_else(|| things.iter().find(is_sensor));
     found.map(|thing| thing.1).with_context(|| {
         let names: Vec<&str> = things.iter().map(|thing| thing.0.as_str()).collect();
-        format!(
-            "nothing is named {name}, expected one of {}",
-            names.join(", ")
-        )
+        format!("nothing is named {name}, expected one of {}", names.join(", "))
     })
 }
 
@@ -388,15 +347,7 @@ mod tests {
     #[test]
     fn sizes_are_two_numbers_within_what_adapters_paint() {
         assert_eq!("320x240".parse(), Ok(PictureSize([320, 240])));
-        for wrong in [
-            "320",
-            "0x240",
-            "320x",
-            "9000x240",
-            "axb",
-            "-1x2",
-            "320x240x3",
-        ] {
+        for wrong in ["320", "0x240", "320x", "9000x240", "axb", "-1x2", "320x240x3"] {
             assert!(wrong.parse::<PictureSize>().is_err(), "{wrong}");
         }
     }
@@ -406,9 +357,6 @@ mod tests {
         let LayerList(layers) = "slice, ghost".parse().unwrap();
         assert!(layers.slice && layers.ghost && !layers.volume && !layers.labels);
         assert!("all".parse::<LayerList>().unwrap().0.labels);
-        assert_eq!(
-            "sliec".parse::<LayerList>(),
-            Err("no layer sliec".to_owned())
-        );
+        assert_eq!("sliec".parse::<LayerList>(), Err("no layer sliec".to_owned()));
     }
 }

@@ -97,10 +97,7 @@ impl VideoArgs {
         let to = output.file();
         let what = self.what(&world)?;
         let frames = self.frames(what)?;
-        let shape = VideoShape {
-            size,
-            frames_per_s: self.fps,
-        };
+        let shape = VideoShape { size, frames_per_s: self.fps };
         shape.check().context("--size")?;
         check_name(to)?;
         if !is_folder(to) {
@@ -137,9 +134,9 @@ impl VideoArgs {
         }
         filmed.with_context(|| format!("cannot write {}", to.display()))?;
         match begun {
-            Some((Frames::Video(file), _)) => file
-                .finish()
-                .with_context(|| format!("cannot write {}", to.display())),
+            Some((Frames::Video(file), _)) => {
+                file.finish().with_context(|| format!("cannot write {}", to.display()))
+            }
             Some((Frames::Pictures(folder), video)) => {
                 output::print(&folder.command(&video, frames, self.fps))
             }
@@ -190,9 +187,7 @@ fn is_folder(to: &Path) -> bool {
 
 /// Refuses a name that says neither video nor folder.
 fn check_name(to: &Path) -> anyhow::Result<()> {
-    let is_mp4 = to
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("mp4"));
+    let is_mp4 = to.extension().is_some_and(|e| e.eq_ignore_ascii_case("mp4"));
     if !is_mp4 && !is_folder(to) {
         bail!(
             "{}: expected a name that ends in .mp4, or a folder that ends in / for numbered pictures",
@@ -220,10 +215,7 @@ fn output_at(to: &Path, shape: VideoShape) -> anyhow::Result<(Frames, PathBuf)> 
         // Beside the folder, under its name.
         let mut video = to.file_name().unwrap_or("video".as_ref()).to_owned();
         video.push(".mp4");
-        return Ok((
-            Frames::Pictures(FrameFolder::new(to)?),
-            to.with_file_name(video),
-        ));
+        return Ok((Frames::Pictures(FrameFolder::new(to)?), to.with_file_name(video)));
     }
     if let Some(file) = VideoFile::start(ENCODER, to, shape)? {
         return Ok((Frames::Video(file), to.to_owned()));

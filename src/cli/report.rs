@@ -73,28 +73,19 @@ pub fn run(args: &ReportArgs, files: &Files) -> anyhow::Result<()> {
         scene_glb: scene_glb(&world),
         manufacturing: workshop(&study)?,
     };
-    let html = Report {
-        world: &world,
-        study: &study,
-        extras,
-    }
-    .to_html();
+    let html = Report { world: &world, study: &study, extras }.to_html();
     output.write_bytes(html.as_bytes())?;
     let megabytes = html.len() as f64 / 1e6;
     output::print(&format!("{}: {megabytes:.2} MB", file.display()))
 }
 
 fn name_of(file: &Path) -> Option<String> {
-    file.file_name()
-        .map(|name| name.to_string_lossy().into_owned())
+    file.file_name().map(|name| name.to_string_lossy().into_owned())
 }
 
 /// The scene that turns. Without one the page has its drawing.
 fn scene_glb(world: &World) -> Option<Vec<u8>> {
-    let wish = SceneWish {
-        ground: Ground::Light,
-        ..SceneWish::default()
-    };
+    let wish = SceneWish { ground: Ground::Light, ..SceneWish::default() };
     let shown = Shown::new("computing what the layers show");
     match scene::glb(world, &wish, &shown.task) {
         Ok(scene) => Some(scene.glb),

@@ -165,13 +165,8 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
         args.group.as_deref(),
         args.hold_out.as_ref(),
     )?;
-    let kinds = tried_kinds(
-        files,
-        &args.models,
-        args.generator.as_deref(),
-        args.degree,
-        args.loss,
-    )?;
+    let kinds =
+        tried_kinds(files, &args.models, args.generator.as_deref(), args.degree, args.loss)?;
     refuse_unused(args, &kinds)?;
     let curve = learning_points(args, &samples, &labels, &settings, &kinds)?;
     let (chosen, choice) = if kinds == [TriedKind::Bernstein] {
@@ -403,11 +398,7 @@ fn as_text(args: &SelectArgs, chosen: &Chosen, samples: usize) -> String {
     )];
     let head = selection::head(found).into_iter().map(str::to_owned);
     let mut rows = vec![(false, head.collect())];
-    rows.extend(
-        selection::rows(found)
-            .into_iter()
-            .map(|row| (row.is_chosen, row.cells)),
-    );
+    rows.extend(selection::rows(found).into_iter().map(|row| (row.is_chosen, row.cells)));
     lines.push(right_aligned(&rows));
     lines.extend(selection::notes(found));
     lines.extend(choose::lines(chosen));
@@ -426,11 +417,7 @@ fn right_aligned(rows: &[(bool, Vec<String>)]) -> String {
     let line = |(is_marked, cells): &(bool, Vec<String>)| {
         let cells = cells.iter().zip(&widths);
         let cells: Vec<_> = cells.map(|(cell, &w)| format!("{cell:>w$}")).collect();
-        format!(
-            "{} {}",
-            if *is_marked { '*' } else { ' ' },
-            cells.join("  ")
-        )
+        format!("{} {}", if *is_marked { '*' } else { ' ' }, cells.join("  "))
     };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }

@@ -102,9 +102,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let environment = args.uncertainty.environment(&world.environment)?;
     let mut scenario = store::resolve(design, &environment);
     scenario.outside = args.outside.into();
-    args.uncertainty
-        .check(&scenario, &mode)
-        .with_context(|| args.design.display().to_string())?;
+    args.uncertainty.check(&scenario, &mode).with_context(|| args.design.display().to_string())?;
     note_world(&world);
     let uncertainty = args
         .uncertainty
@@ -224,11 +222,7 @@ pub fn main_job(design: Option<&Path>, files: &Files) -> anyhow::Result<()> {
         None => store::open_builtin_without_meshes(store::DEFAULT_BUILTIN)?,
     };
     let scenario = store::resolve(world.document.design(), &world.environment);
-    let mode = if scenario.motion.is_some() {
-        Mode::Motion
-    } else {
-        Mode::Single
-    };
+    let mode = if scenario.motion.is_some() { Mode::Motion } else { Mode::Single };
     let (outcome, last) = simulate(&scenario, &mode, None)?;
     let single = last.filter(|_| matches!(mode, Mode::Single));
     let expected = expected::of(&scenario, &mode)?;
@@ -314,9 +308,7 @@ fn as_json(figures: &Figures, single: Option<&Trial>) -> Value {
 
 /// Rows as they are aligned.
 fn rows(rows: Vec<FigureRow>) -> Vec<(String, String, String)> {
-    rows.into_iter()
-        .map(|r| (r.label.to_owned(), r.value, r.unit.to_owned()))
-        .collect()
+    rows.into_iter().map(|r| (r.label.to_owned(), r.value, r.unit.to_owned())).collect()
 }
 
 /// What the figures are of.
@@ -351,20 +343,13 @@ fn as_text(
     if let Some(trial) = single {
         let e = trial.tip_error_in_crf_mm;
         for (axis, value) in ["x", "y", "z"].into_iter().zip([e.x, e.y, e.z]) {
-            rows.push((
-                format!("tip error {axis}"),
-                format!("{value:.4}"),
-                "mm".to_owned(),
-            ));
+            rows.push((format!("tip error {axis}"), format!("{value:.4}"), "mm".to_owned()));
         }
     }
     let mut lines = vec![title.to_owned()];
     lines.push(output::aligned(&rows));
     for (name, pose) in single.into_iter().flat_map(|t| {
-        [
-            ("true pose", &t.crf_from_tool),
-            ("simulated pose", &t.crf_from_tool_simulated),
-        ]
+        [("true pose", &t.crf_from_tool), ("simulated pose", &t.crf_from_tool_simulated)]
     }) {
         let [x, y, z, qw, qx, qy, qz] = pose_to_array(pose);
         lines.push(format!(

@@ -44,26 +44,12 @@ pub fn run(args: &StabilityArgs, files: &Files) -> anyhow::Result<Ending> {
         let bar = bar.clone();
         move |part| bar.set_position((part * PROGRESS_STEPS as f64) as u64)
     });
-    let families = families(if args.quick {
-        Extent::Reduced
-    } else {
-        Extent::Full
-    });
+    let families = families(if args.quick { Extent::Reduced } else { Extent::Full });
     let rows = run_battery(&families, &Own, &task)?;
     bar.finish_and_clear();
     if let Some(folder) = &args.output {
-        write(
-            files,
-            folder,
-            "stability.md",
-            page::markdown(&families, &rows).as_bytes(),
-        )?;
-        write(
-            files,
-            folder,
-            "stability.json",
-            serde_json::to_string_pretty(&rows)?.as_bytes(),
-        )?;
+        write(files, folder, "stability.md", page::markdown(&families, &rows).as_bytes())?;
+        write(files, folder, "stability.json", serde_json::to_string_pretty(&rows)?.as_bytes())?;
         write(files, folder, "stability.csv", &page::csv(&rows)?)?;
     }
     match args.format {
@@ -74,11 +60,7 @@ pub fn run(args: &StabilityArgs, files: &Files) -> anyhow::Result<Ending> {
 }
 
 fn ending(rows: &[Row]) -> Ending {
-    if rows.iter().all(|r| r.holds) {
-        Ending::Done
-    } else {
-        Ending::DoesNotHold
-    }
+    if rows.iter().all(|r| r.holds) { Ending::Done } else { Ending::DoesNotHold }
 }
 
 fn write(files: &Files, folder: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {

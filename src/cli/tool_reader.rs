@@ -175,11 +175,8 @@ impl<'a> ToolReader<'a> {
                 file.display()
             );
         }
-        let read: Vec<Pose> = frames
-            .iter()
-            .flatten()
-            .map(|at| Pose::translation(at.x, at.y, at.z))
-            .collect();
+        let read: Vec<Pose> =
+            frames.iter().flatten().map(|at| Pose::translation(at.x, at.y, at.z)).collect();
         let Some(found) = self.compensated(file, &read, "markers")? else {
             return Ok(frames);
         };

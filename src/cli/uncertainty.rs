@@ -65,10 +65,9 @@ impl UncertaintyArgs {
             Some(_) if self.uncertainty.is_empty() => {
                 bail!("--jitter-position-mm needs --uncertainty")
             }
-            Some(jitter) => Ok(Arc::new(Environment {
-                jitter: Some(jitter),
-                ..(**environment).clone()
-            })),
+            Some(jitter) => {
+                Ok(Arc::new(Environment { jitter: Some(jitter), ..(**environment).clone() }))
+            }
         }
     }
 
@@ -89,27 +88,21 @@ impl UncertaintyArgs {
             ),
             Mode::Motion | Mode::Single => {}
         }
-        for (name, is_given) in [
-            ("--samples", self.samples.is_some()),
-            ("--seed", self.seed.is_some()),
-        ] {
+        for (name, is_given) in
+            [("--samples", self.samples.is_some()), ("--seed", self.seed.is_some())]
+        {
             if is_given && !has_monte_carlo {
                 bail!("{name} needs --uncertainty monte-carlo");
             }
         }
-        if let Some(found) = self
-            .samples
-            .filter(|n| !(MIN_SAMPLES..=MAX_SAMPLES).contains(n))
-        {
+        if let Some(found) = self.samples.filter(|n| !(MIN_SAMPLES..=MAX_SAMPLES).contains(n)) {
             bail!("--samples: {}", UncertaintyError::Samples { found });
         }
         if scenario.environment.jitter.is_none() {
             bail!(
                 "{}; state it with --jitter-position-mm MM --jitter-angle-deg DEG, here or when \
                  `trackwright fit` writes the environment",
-                UncertaintyError::NoJitter {
-                    environment: scenario.environment.name.clone()
-                }
+                UncertaintyError::NoJitter { environment: scenario.environment.name.clone() }
             );
         }
         Ok(())
@@ -125,10 +118,7 @@ impl UncertaintyArgs {
         design_weight_mm: Option<f64>,
         mode: &Mode,
     ) -> anyhow::Result<Option<Report>> {
-        let Some(jitter) = scenario
-            .environment
-            .jitter
-            .filter(|_| !self.uncertainty.is_empty())
+        let Some(jitter) = scenario.environment.jitter.filter(|_| !self.uncertainty.is_empty())
         else {
             return Ok(None);
         };
@@ -303,12 +293,7 @@ impl Report {
             "mm",
         );
         if let Some(m) = sampled {
-            row(
-                "tip error median",
-                None,
-                Some((m.median_mm.value, m.median_mm.std_error)),
-                "mm",
-            );
+            row("tip error median", None, Some((m.median_mm.value, m.median_mm.std_error)), "mm");
             row(
                 "tip error 95th percentile",
                 None,
@@ -337,18 +322,13 @@ impl Report {
 /// Rows of label, two values and unit, aligned.
 fn columns(rows: &[(String, String, String, String)]) -> String {
     let width = |of: fn(&(String, String, String, String)) -> &String| {
-        rows.iter()
-            .map(|r| of(r).chars().count())
-            .max()
-            .unwrap_or(0)
+        rows.iter().map(|r| of(r).chars().count()).max().unwrap_or(0)
     };
     let (label, a, b) = (width(|r| &r.0), width(|r| &r.1), width(|r| &r.2));
     rows.iter()
         .map(|(l, v, s, u)| {
             let gap = if a > 0 && b > 0 { "  " } else { "" };
-            format!("{l:<label$}  {v:>a$}{gap}{s:>b$} {u}")
-                .trim_end()
-                .to_owned()
+            format!("{l:<label$}  {v:>a$}{gap}{s:>b$} {u}").trim_end().to_owned()
         })
         .collect::<Vec<_>>()
         .join("\n")
@@ -401,11 +381,7 @@ fn motion_rows(over: &MotionUncertainty, total_rms_mm: f64) -> String {
         row("tip scatter RMS, first order", over.rms_mm.rms, "mm"),
         row("tip scatter mean", over.rms_mm.mean, "mm"),
         row("tip scatter max", over.rms_mm.max, "mm"),
-        row(
-            "rotation scatter RMS, first order",
-            over.rotation_rms_deg.rms,
-            "°",
-        ),
+        row("rotation scatter RMS, first order", over.rotation_rms_deg.rms, "°"),
         row("tip error RMS, shift and scatter", total_rms_mm, "mm"),
     ])
 }

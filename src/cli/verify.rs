@@ -221,10 +221,9 @@ fn paired(
 fn in_flags(args: &VerifyArgs, failure: BuiltToolFailure) -> anyhow::Error {
     let design = args.design.display();
     match failure {
-        BuiltToolFailure::NoCrf { file } => anyhow!(
-            "{design}: the design has no CRF, which --crf {} would be of",
-            file.display()
-        ),
+        BuiltToolFailure::NoCrf { file } => {
+            anyhow!("{design}: the design has no CRF, which --crf {} would be of", file.display())
+        }
         BuiltToolFailure::NoCrfFrame => {
             anyhow!("{design}: found no CRF, expected one for --frame crf")
         }
@@ -272,7 +271,5 @@ fn pivoted(
 }
 
 fn shown_weight(design: &Design, scenario: &Scenario) -> OrientationWeight {
-    scenario
-        .environment
-        .orientation_weight(design.orientation_weight_mm)
+    scenario.environment.orientation_weight(design.orientation_weight_mm)
 }

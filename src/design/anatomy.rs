@@ -169,9 +169,7 @@ fn check_name<'a>(
     mut others: impl Iterator<Item = &'a Anatomy>,
 ) -> Result<(), EditError> {
     match others.any(|other| other.name == name) {
-        true => Err(EditError::DuplicateAnatomyName {
-            name: name.to_owned(),
-        }),
+        true => Err(EditError::DuplicateAnatomyName { name: name.to_owned() }),
         false => Ok(()),
     }
 }
@@ -199,10 +197,7 @@ mod tests {
     }
 
     fn set(index: usize, anatomy: Anatomy) -> Edit {
-        Edit::Anatomy(AnatomyEdit::Set {
-            index,
-            anatomy: Box::new(anatomy),
-        })
+        Edit::Anatomy(AnatomyEdit::Set { index, anatomy: Box::new(anatomy) })
     }
 
     #[test]
@@ -221,9 +216,7 @@ mod tests {
         document.apply(set(0, present.clone())).unwrap();
         present.color = Some([0.0, 0.5, 1.0]);
         document.apply(set(0, present.clone())).unwrap();
-        document
-            .apply(Edit::Anatomy(AnatomyEdit::Remove { index: 1 }))
-            .unwrap();
+        document.apply(Edit::Anatomy(AnatomyEdit::Remove { index: 1 })).unwrap();
         assert_eq!(document.design().anatomy, [present]);
         let undone: Vec<_> = std::iter::from_fn(|| document.undo()).collect();
         let expected = [
@@ -250,18 +243,9 @@ mod tests {
             Edit::Anatomy(AnatomyEdit::Add(Box::new(wrong)))
         };
         for (edit, why) in [
-            (
-                add("head"),
-                "the design already has anatomy named \"head\", expected another name",
-            ),
-            (
-                changed(|a| a.name = " ".into()),
-                "the anatomy's name is empty, expected a name",
-            ),
-            (
-                changed(|a| a.mesh.file.clear()),
-                "the mesh's file is empty, expected a name",
-            ),
+            (add("head"), "the design already has anatomy named \"head\", expected another name"),
+            (changed(|a| a.name = " ".into()), "the anatomy's name is empty, expected a name"),
+            (changed(|a| a.mesh.file.clear()), "the mesh's file is empty, expected a name"),
             (
                 changed(|a| a.frame_from_mesh.translation.vector.x = f64::NAN),
                 "the position is NaN, expected a finite number",
@@ -270,10 +254,7 @@ mod tests {
                 changed(|a| a.color = Some([0.0, 1.5, 0.0])),
                 "a part of the colour is 1.5, expected a number from 0 to 1",
             ),
-            (
-                set(1, anatomy("face")),
-                "the design has no anatomy at 1, it has 1",
-            ),
+            (set(1, anatomy("face")), "the design has no anatomy at 1, it has 1"),
             (
                 Edit::Anatomy(AnatomyEdit::Remove { index: 7 }),
                 "the design has no anatomy at 7, it has 1",

@@ -94,18 +94,14 @@ impl Arrangement {
         let mut names: HashSet<String> = sensors.iter().map(|s| s.name.clone()).collect();
         for index in as_set(indices) {
             let count = sensors.len();
-            let sensor = sensors
-                .get(index)
-                .ok_or(ArrangeError::NoSuchSensor { index, count })?;
+            let sensor = sensors.get(index).ok_or(ArrangeError::NoSuchSensor { index, count })?;
             match self {
                 Self::Duplicate => arranged.push(sensor.clone()),
                 Self::Mirror(plane) => arranged[index] = mirrored(sensor, *plane),
                 Self::MirrorCopy(plane) => arranged.push(mirrored(sensor, *plane)),
-                Self::Array {
-                    count,
-                    spacing_mm,
-                    direction_in_body,
-                } => arranged.extend(row(sensor, *count, *spacing_mm, direction_in_body)?),
+                Self::Array { count, spacing_mm, direction_in_body } => {
+                    arranged.extend(row(sensor, *count, *spacing_mm, direction_in_body)?)
+                }
                 Self::MakeMarker => arranged[index] = as_marker(sensor),
                 Self::MakeFiveDof => arranged[index].orientation = five_dof(&sensor.orientation),
                 Self::MakeSixDof => arranged[index].orientation = six_dof(&sensor.orientation),
@@ -245,11 +241,7 @@ fn direction(vector: &Vector3<f64>) -> Result<Unit<Vector3<f64>>, ArrangeError> 
 
 /// A marker has no coil.
 fn as_marker(sensor: &Sensor) -> Sensor {
-    Sensor {
-        orientation: SensorOrientation::Marker,
-        coil: None,
-        ..sensor.clone()
-    }
+    Sensor { orientation: SensorOrientation::Marker, coil: None, ..sensor.clone() }
 }
 
 fn five_dof(orientation: &SensorOrientation) -> SensorOrientation {
@@ -297,12 +289,7 @@ mod tests {
     const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
     fn sensor(name: &str, position: [f64; 3], orientation: SensorOrientation) -> Sensor {
-        Sensor {
-            name: name.to_owned(),
-            position_in_body: position.into(),
-            orientation,
-            coil: None,
-        }
+        Sensor { name: name.to_owned(), position_in_body: position.into(), orientation, coil: None }
     }
 
     fn along_z(name: &str) -> Sensor {
@@ -316,11 +303,7 @@ mod tests {
         (any::<bool>(), position, turn).prop_filter_map("no turn", |(is_six, position, turn)| {
             let rotation = number::rotation(turn)?;
             let orientation = SensorOrientation::SixDof(rotation);
-            let orientation = if is_six {
-                orientation
-            } else {
-                five_dof(&orientation)
-            };
+            let orientation = if is_six { orientation } else { five_dof(&orientation) };
             Some(sensor("a", position, orientation))
         })
     }
@@ -421,9 +404,7 @@ mod tests {
     #[test]
     fn copies_get_the_first_free_number() {
         let sensors = [along_z("shaft"), along_z("shaft 3"), along_z("tip")];
-        let copies = Arrangement::Duplicate
-            .arranged(&sensors, &[1, 0, 1, 2])
-            .unwrap();
+        let copies = Arrangement::Duplicate.arranged(&sensors, &[1, 0, 1, 2]).unwrap();
         assert_eq!(
             names(&copies[3..]),
             ["shaft 2", "shaft 4", "tip 2"],
@@ -457,15 +438,9 @@ mod tests {
             spacing_mm,
             direction_in_body: Vector3::new(x, 0.0, 0.0),
         };
-        let align = |x| Arrangement::Align {
-            direction_in_body: Vector3::new(x, 0.0, 0.0),
-        };
+        let align = |x| Arrangement::Align { direction_in_body: Vector3::new(x, 0.0, 0.0) };
         for (arrangement, index, message) in [
-            (
-                array(1, 1.0, 1.0),
-                0,
-                "the row has 1 sensors, expected 2 to 1000",
-            ),
+            (array(1, 1.0, 1.0), 0, "the row has 1 sensors, expected 2 to 1000"),
             (
                 array(usize::MAX, 1.0, 1.0),
                 0,
@@ -481,21 +456,9 @@ mod tests {
                 0,
                 "the spacing is NaN mm, expected a finite number other than zero",
             ),
-            (
-                align(0.0),
-                0,
-                "the direction is (0, 0, 0), expected one with a length",
-            ),
-            (
-                align(f64::INFINITY),
-                0,
-                "the direction is (inf, 0, 0), expected one with a length",
-            ),
-            (
-                Arrangement::Duplicate,
-                1,
-                "there is no sensor 1, the body has 1",
-            ),
+            (align(0.0), 0, "the direction is (0, 0, 0), expected one with a length"),
+            (align(f64::INFINITY), 0, "the direction is (inf, 0, 0), expected one with a length"),
+            (Arrangement::Duplicate, 1, "there is no sensor 1, the body has 1"),
         ] {
             let error = arrangement.arranged(&[along_z("a")], &[index]).unwrap_err();
             assert_eq!(error.to_string(), message);

@@ -14,11 +14,7 @@ use std::collections::HashSet;
 const UNIT_TOLERANCE: f64 = 1e-9;
 
 pub(super) fn check_not_empty(what: &'static str, text: &str) -> Result<(), EditError> {
-    if text.trim().is_empty() {
-        Err(EditError::Empty { what })
-    } else {
-        Ok(())
-    }
+    if text.trim().is_empty() { Err(EditError::Empty { what }) } else { Ok(()) }
 }
 
 /// Checks a list of sensors in which those at `changed` are new or were changed: what they hold,
@@ -35,10 +31,7 @@ pub(super) fn check_sensors(
     let mut names = HashSet::with_capacity(sensors.len());
     match sensors.iter().find(|s| !names.insert(s.name.as_str())) {
         None => Ok(()),
-        Some(sensor) => Err(EditError::DuplicateSensorName {
-            body,
-            name: sensor.name.clone(),
-        }),
+        Some(sensor) => Err(EditError::DuplicateSensorName { body, name: sensor.name.clone() }),
     }
 }
 
@@ -102,11 +95,7 @@ pub(super) fn check_position<'a>(
     coordinates_mm.try_for_each(|&value| match position_problem(&[value]) {
         None => Ok(()),
         Some(_) if !value.is_finite() => Err(EditError::NotFinite { what, value }),
-        Some(expected) => Err(EditError::Number {
-            what,
-            value,
-            expected,
-        }),
+        Some(expected) => Err(EditError::Number { what, value, expected }),
     })
 }
 
@@ -150,11 +139,7 @@ fn check_number(
 ) -> Result<(), EditError> {
     match problem {
         None => Ok(()),
-        Some(expected) => Err(EditError::Number {
-            what,
-            value,
-            expected,
-        }),
+        Some(expected) => Err(EditError::Number { what, value, expected }),
     }
 }
 

@@ -114,9 +114,7 @@ impl Design {
 
     /// The bodies that there are, the tool first.
     pub fn bodies(&self) -> impl Iterator<Item = (BodyRole, &DesignBody)> {
-        BodyRole::ALL
-            .into_iter()
-            .filter_map(|role| self.body(role).map(|body| (role, body)))
+        BodyRole::ALL.into_iter().filter_map(|role| self.body(role).map(|body| (role, body)))
     }
 
     /// The design with its bodies where a tracker has them. What is not given stays: the CRF where it

@@ -75,10 +75,7 @@ mod tests {
         ] {
             assert_eq!(text.parse::<Day>(), Err(NoDay), "{text}");
         }
-        assert_eq!(
-            "2004-02-29".parse::<Day>().unwrap().to_string(),
-            "2004-02-29"
-        );
+        assert_eq!("2004-02-29".parse::<Day>().unwrap().to_string(), "2004-02-29");
         assert_eq!(Day::of_unix_seconds(0).unwrap().to_string(), "1970-01-01");
         assert_eq!(Day::of_unix_seconds(i64::MAX), None);
     }

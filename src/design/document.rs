@@ -52,10 +52,7 @@ impl Document {
     pub fn new(design: Design, view: View, origin: Origin) -> Self {
         let design = Arc::new(design);
         Self {
-            saved: Some(Saved {
-                design: Arc::clone(&design),
-                view: view.clone(),
-            }),
+            saved: Some(Saved { design: Arc::clone(&design), view: view.clone() }),
             design,
             view,
             presented: None,
@@ -75,10 +72,7 @@ impl Document {
         saved: Option<(Design, View)>,
     ) -> Self {
         let mut document = Self::new(design, view, origin);
-        document.saved = saved.map(|(design, view)| Saved {
-            design: Arc::new(design),
-            view,
-        });
+        document.saved = saved.map(|(design, view)| Saved { design: Arc::new(design), view });
         document
     }
 
@@ -144,10 +138,7 @@ impl Document {
     /// Begins a step; one that is still open is committed first.
     pub fn begin(&mut self, label: impl Into<String>) {
         self.commit();
-        self.step = Some(OpenStep {
-            label: label.into(),
-            before: Arc::clone(&self.design),
-        });
+        self.step = Some(OpenStep { label: label.into(), before: Arc::clone(&self.design) });
     }
 
     /// Ends the open step; whether it changed anything.
@@ -214,8 +205,7 @@ impl Document {
     /// Every state that undo and redo can reach. A step that is open is not listed: the present is
     /// then still the state that it began from, or an edit of it.
     pub fn history(&self) -> HistoryList<'_> {
-        self.history
-            .list(&self.design, |state| self.is_saved(state))
+        self.history.list(&self.design, |state| self.is_saved(state))
     }
 
     /// Undoes or redoes as many steps as lead to a state of [`Self::history`], as one change.
@@ -241,17 +231,12 @@ impl Document {
 
     /// The design and view that the files hold, where that is known.
     pub(crate) fn saved(&self) -> Option<(&Design, &View)> {
-        self.saved
-            .as_ref()
-            .map(|saved| (&*saved.design, &saved.view))
+        self.saved.as_ref().map(|saved| (&*saved.design, &saved.view))
     }
 
     /// States that the files now hold the present design and view.
     pub(crate) fn mark_saved(&mut self) {
-        self.saved = Some(Saved {
-            design: Arc::clone(&self.design),
-            view: self.view.clone(),
-        });
+        self.saved = Some(Saved { design: Arc::clone(&self.design), view: self.view.clone() });
     }
 
     /// Moves the document to another place: `rewrite` gives each state, past ones too, the

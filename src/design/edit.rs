@@ -109,11 +109,7 @@ pub enum EditError {
     #[error("the design has no CRF")]
     NoCrf,
     #[error("the {body} has no sensor {index}, it has {count}")]
-    NoSuchSensor {
-        body: BodyRole,
-        index: usize,
-        count: usize,
-    },
+    NoSuchSensor { body: BodyRole, index: usize, count: usize },
     #[error("the CRF has no target {index}, it has {count}")]
     NoSuchTarget { index: usize, count: usize },
     #[error("the CRF already has a target named {name:?}, expected another name")]
@@ -129,11 +125,7 @@ pub enum EditError {
     #[error("{what} is {value}, expected a number above zero")]
     NotPositive { what: &'static str, value: f64 },
     #[error("{what} is {}, expected {expected}", short(*value))]
-    Number {
-        what: &'static str,
-        value: f64,
-        expected: &'static str,
-    },
+    Number { what: &'static str, value: f64, expected: &'static str },
     #[error("the {what} has length {length}, expected 1")]
     NotUnit { what: &'static str, length: f64 },
     #[error(transparent)]
@@ -183,21 +175,15 @@ impl Edit {
                 check_not_empty("body's name", &name)?;
                 body_of(design, body)?.rigid.name = name;
             }
-            Self::SetSensor {
-                body,
-                index,
-                sensor,
-            } => set_sensors(design, body, vec![(index, sensor)])?,
+            Self::SetSensor { body, index, sensor } => {
+                set_sensors(design, body, vec![(index, sensor)])?
+            }
             Self::SetSensors { body, sensors } => set_sensors(design, body, sensors)?,
             Self::AddSensor { body, sensor } => add_sensors(design, body, vec![sensor])?,
             Self::AddSensors { body, sensors } => add_sensors(design, body, sensors)?,
             Self::RemoveSensor { body, index } => remove_sensors(design, body, &[index])?,
             Self::RemoveSensors { body, indices } => remove_sensors(design, body, &indices)?,
-            Self::Arrange {
-                body,
-                indices,
-                arrangement,
-            } => {
+            Self::Arrange { body, indices, arrangement } => {
                 let sensors = &mut body_of(design, body)?.rigid.sensors;
                 let arranged = arrangement.arranged(sensors, &indices)?;
                 check_sensors(body, &arranged, 0..arranged.len())?;
@@ -336,28 +322,18 @@ fn remove_sensors(design: &mut Design, body: BodyRole, indices: &[usize]) -> Res
 }
 
 fn check_index(body: BodyRole, index: usize, count: usize) -> Result<(), EditError> {
-    if index < count {
-        Ok(())
-    } else {
-        Err(EditError::NoSuchSensor { body, index, count })
-    }
+    if index < count { Ok(()) } else { Err(EditError::NoSuchSensor { body, index, count }) }
 }
 
 fn check_target_index(index: usize, targets: &[Target]) -> Result<(), EditError> {
     let count = targets.len();
-    if index < count {
-        Ok(())
-    } else {
-        Err(EditError::NoSuchTarget { index, count })
-    }
+    if index < count { Ok(()) } else { Err(EditError::NoSuchTarget { index, count }) }
 }
 
 fn check_target_name(name: &str, others: &[Target]) -> Result<(), EditError> {
     check_not_empty("target's name", name)?;
     if others.iter().any(|other| other.name == name) {
-        return Err(EditError::DuplicateTargetName {
-            name: name.to_owned(),
-        });
+        return Err(EditError::DuplicateTargetName { name: name.to_owned() });
     }
     Ok(())
 }

@@ -25,11 +25,9 @@ impl Edit {
             Self::RemoveSensors { indices, .. } => {
                 format!("Remove {} sensors", as_set(indices).len())
             }
-            Self::Arrange {
-                indices,
-                arrangement,
-                ..
-            } => arrangement.label(as_set(indices).len(), None),
+            Self::Arrange { indices, arrangement, .. } => {
+                arrangement.label(as_set(indices).len(), None)
+            }
             Self::SetTip { body, .. } => format!("Move {body} tip"),
             Self::SetCrfPose(_) => "Move CRF".into(),
             Self::SetToolPose(_) => "Move tool".into(),
@@ -55,11 +53,9 @@ impl Edit {
     /// What undo calls it, knowing what it changes.
     pub fn label_for(&self, design: &Design) -> String {
         match self {
-            Self::SetSensor {
-                body,
-                index,
-                sensor,
-            } => change_of_sensor(design, *body, *index, sensor),
+            Self::SetSensor { body, index, sensor } => {
+                change_of_sensor(design, *body, *index, sensor)
+            }
             Self::SetSensors { body, sensors } => match &sensors[..] {
                 [(index, sensor)] => change_of_sensor(design, *body, *index, sensor),
                 _ => self.label(),
@@ -72,11 +68,7 @@ impl Edit {
                 [index] => Self::RemoveSensor { body: *body, index }.label_for(design),
                 _ => self.label(),
             },
-            Self::Arrange {
-                body,
-                indices,
-                arrangement,
-            } => {
+            Self::Arrange { body, indices, arrangement } => {
                 let first = indices.first().and_then(|i| sensor_at(design, *body, *i));
                 arrangement.label(as_set(indices).len(), first.map(|s| s.name.as_str()))
             }

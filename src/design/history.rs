@@ -42,10 +42,7 @@ impl History {
     /// Remembers what was before a step that is done; what had been undone is forgotten.
     pub(super) fn push(&mut self, label: String, before: Arc<Design>) {
         self.redo.clear();
-        self.undo.push(Step {
-            label,
-            state: before,
-        });
+        self.undo.push(Step { label, state: before });
         if self.undo.len() > MAX_STEPS {
             self.undo.remove(0);
         }
@@ -82,18 +79,12 @@ impl History {
         // A step keeps the state on its far side as seen from the present: an undone step the one
         // that it leads to, any other the one that it led away from.
         let labels = undo.clone().chain(redo.clone()).map(|s| Some(&*s.label));
-        let states = undo
-            .map(|s| &s.state)
-            .chain([present])
-            .chain(redo.map(|s| &s.state));
+        let states = undo.map(|s| &s.state).chain([present]).chain(redo.map(|s| &s.state));
         HistoryList {
             states: std::iter::once(None)
                 .chain(labels)
                 .zip(states)
-                .map(|(label, state)| HistoryState {
-                    label,
-                    is_saved: is_saved(state),
-                })
+                .map(|(label, state)| HistoryState { label, is_saved: is_saved(state) })
                 .collect(),
             present: self.present(),
         }
@@ -112,10 +103,7 @@ impl History {
 
     /// Every remembered state, to be changed where files moved.
     pub(super) fn states_mut(&mut self) -> impl Iterator<Item = &mut Arc<Design>> {
-        self.undo
-            .iter_mut()
-            .chain(&mut self.redo)
-            .map(|step| &mut step.state)
+        self.undo.iter_mut().chain(&mut self.redo).map(|step| &mut step.state)
     }
 }
 
@@ -126,9 +114,6 @@ fn swap_step(
 ) -> Option<String> {
     let step = from.pop()?;
     let left = std::mem::replace(present, step.state);
-    to.push(Step {
-        label: step.label.clone(),
-        state: left,
-    });
+    to.push(Step { label: step.label.clone(), state: left });
     Some(step.label)
 }

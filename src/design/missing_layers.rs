@@ -25,10 +25,7 @@ impl fmt::Display for MissingLayer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unknown(name) => {
-                write!(
-                    f,
-                    "layer {name:?}, which this version of the program does not have"
-                )
+                write!(f, "layer {name:?}, which this version of the program does not have")
             }
             Self::Region => f.write_str("usable region, as the design has no requirement"),
             Self::Support => f.write_str("model support, as the room has no model validity"),
@@ -46,25 +43,15 @@ impl View {
         is_sensor_selected: bool,
     ) -> Vec<MissingLayer> {
         let layers = &self.layers;
-        let has_requirement = design
-            .requirement
-            .is_some_and(|r| r != Requirement::default());
+        let has_requirement = design.requirement.is_some_and(|r| r != Requirement::default());
         let missing = [
             (layers.region && !has_requirement, MissingLayer::Region),
-            (
-                layers.support && environment.support.is_none(),
-                MissingLayer::Support,
-            ),
-            (
-                layers.placement && !is_sensor_selected,
-                MissingLayer::Placement,
-            ),
+            (layers.support && environment.support.is_none(), MissingLayer::Support),
+            (layers.placement && !is_sensor_selected, MissingLayer::Placement),
         ];
         let unknown = self.unknown_layers.iter().cloned();
         let missing = missing.into_iter().filter(|(is_missing, _)| *is_missing);
-        (unknown.map(MissingLayer::Unknown))
-            .chain(missing.map(|(_, layer)| layer))
-            .collect()
+        (unknown.map(MissingLayer::Unknown)).chain(missing.map(|(_, layer)| layer)).collect()
     }
 }
 

@@ -89,10 +89,6 @@ impl Design {
         if turn != UnitQuaternion::identity() {
             sensor.orientation = sensor.orientation.rotated_by(&turn);
         }
-        Some(Edit::SetSensor {
-            body: role,
-            index,
-            sensor,
-        })
+        Some(Edit::SetSensor { body: role, index, sensor })
     }
 }

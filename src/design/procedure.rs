@@ -54,17 +54,9 @@ pub enum ProcedureEdit {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DecisionError {
     #[error("the {step} is decided on {expected}, found {found}")]
-    Grounds {
-        step: Step,
-        found: &'static str,
-        expected: &'static str,
-    },
+    Grounds { step: Step, found: &'static str, expected: &'static str },
     #[error("{field} is {found}, expected {expected}")]
-    Field {
-        field: String,
-        found: String,
-        expected: &'static str,
-    },
+    Field { field: String, found: String, expected: &'static str },
 }
 
 impl Procedure {
@@ -89,10 +81,8 @@ impl Procedure {
     /// Every file that it refers to, to be rewritten where the design moves.
     pub(crate) fn references_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let decisions = [&mut self.crf, &mut self.tool, &mut self.built];
-        let of_decisions = decisions
-            .into_iter()
-            .flatten()
-            .flat_map(|decision| decision.grounds.references_mut());
+        let of_decisions =
+            decisions.into_iter().flatten().flat_map(|decision| decision.grounds.references_mut());
         self.further_rooms.iter_mut().chain(of_decisions)
     }
 
@@ -111,9 +101,7 @@ impl ProcedureEdit {
         match self {
             Self::AddRoom(file) => {
                 if file.trim().is_empty() {
-                    return Err(EditError::Empty {
-                        what: "further room's file",
-                    });
+                    return Err(EditError::Empty { what: "further room's file" });
                 }
                 let rooms = &mut design.procedure.further_rooms;
                 if file == design.environment || rooms.contains(&file) {
@@ -174,11 +162,7 @@ impl Decision {
                     Grounds::Studies(_) => (STUDIES, RECORDING),
                     Grounds::Recording(_) => (RECORDING, STUDIES),
                 };
-                Err(DecisionError::Grounds {
-                    step,
-                    found,
-                    expected,
-                })
+                Err(DecisionError::Grounds { step, found, expected })
             }
         }
     }
@@ -188,11 +172,7 @@ impl Decision {
 const MAX_FIGURE: f64 = 1e9;
 
 fn wrong<T>(field: &str, found: impl ToString, expected: &'static str) -> Result<T, DecisionError> {
-    Err(DecisionError::Field {
-        field: field.to_owned(),
-        found: found.to_string(),
-        expected,
-    })
+    Err(DecisionError::Field { field: field.to_owned(), found: found.to_string(), expected })
 }
 
 fn check_studies(studies: &DecidedStudies) -> Result<(), DecisionError> {
@@ -215,15 +195,9 @@ fn check_studies(studies: &DecidedStudies) -> Result<(), DecisionError> {
 
 fn within(place: &str, error: DecisionError) -> DecisionError {
     match error {
-        DecisionError::Field {
-            field,
-            found,
-            expected,
-        } => DecisionError::Field {
-            field: format!("{place}.{field}"),
-            found,
-            expected,
-        },
+        DecisionError::Field { field, found, expected } => {
+            DecisionError::Field { field: format!("{place}.{field}"), found, expected }
+        }
         other => other,
     }
 }
@@ -233,12 +207,7 @@ fn check_row(row: &DecidedRow, studies: &DecidedStudies) -> Result<(), DecisionE
     let Ok(figures) = &row.figures else {
         return Ok(());
     };
-    let DecidedFigures {
-        trials,
-        without_field,
-        met,
-        ..
-    } = *figures;
+    let DecidedFigures { trials, without_field, met, .. } = *figures;
     if trials == 0 {
         return wrong("trials", trials, "one at least");
     }
@@ -259,10 +228,7 @@ fn check_row(row: &DecidedRow, studies: &DecidedStudies) -> Result<(), DecisionE
 fn check_recording(decided: &DecidedRecording) -> Result<(), DecisionError> {
     check_room(&decided.room)?;
     let recording = &decided.recording;
-    let files = [
-        ("table", Some(&recording.table)),
-        ("crf_table", recording.crf_table.as_ref()),
-    ];
+    let files = [("table", Some(&recording.table)), ("crf_table", recording.crf_table.as_ref())];
     for (name, file) in files {
         if file.is_some_and(|file| file.trim().is_empty()) {
             return wrong(name, "empty", "a file");

@@ -34,12 +34,8 @@ pub enum SlideFigure {
 }
 
 impl SlideFigure {
-    pub const ALL: [Self; 4] = [
-        Self::WithinLimit,
-        Self::TypicalTipError,
-        Self::LargestTipError,
-        Self::TypicalAngleError,
-    ];
+    pub const ALL: [Self; 4] =
+        [Self::WithinLimit, Self::TypicalTipError, Self::LargestTipError, Self::TypicalAngleError];
 
     /// What a list of them calls it.
     pub fn name(self) -> &'static str {
@@ -81,11 +77,7 @@ impl SlideEdit {
         let slides = &mut design.slides;
         let count = slides.len();
         let check = |index: usize| {
-            if index < count {
-                Ok(())
-            } else {
-                Err(EditError::NoSuchSlide { index, count })
-            }
+            if index < count { Ok(()) } else { Err(EditError::NoSuchSlide { index, count }) }
         };
         match self {
             Self::Add { index, slide } => {
@@ -148,10 +140,7 @@ mod tests {
     use super::*;
 
     fn slide(title: &str) -> Box<Slide> {
-        Box::new(Slide {
-            title: title.to_owned(),
-            ..Slide::default()
-        })
+        Box::new(Slide { title: title.to_owned(), ..Slide::default() })
     }
 
     #[test]
@@ -159,16 +148,10 @@ mod tests {
         let mut document = document();
         let mut edit = |edit| document.apply(Edit::Slides(edit)).unwrap();
         for (index, title) in [(0, "b"), (0, "a"), (2, "c")] {
-            edit(SlideEdit::Add {
-                index,
-                slide: slide(title),
-            });
+            edit(SlideEdit::Add { index, slide: slide(title) });
         }
         edit(SlideEdit::Move { from: 0, to: 2 });
-        edit(SlideEdit::Set {
-            index: 0,
-            slide: slide("B"),
-        });
+        edit(SlideEdit::Set { index: 0, slide: slide("B") });
         edit(SlideEdit::Remove { index: 1 });
         let titles = |document: &super::super::Document| {
             let slides = &document.design().slides;
@@ -196,19 +179,13 @@ mod tests {
         let mut document = document();
         let mut refused = |edit| document.apply(Edit::Slides(edit)).unwrap_err().to_string();
         let index = 1;
-        let add = SlideEdit::Add {
-            index,
-            slide: slide("late"),
-        };
+        let add = SlideEdit::Add { index, slide: slide("late") };
         assert_eq!(refused(add), "the design has no slide at 1, it has 0");
         let remove = SlideEdit::Remove { index: 0 };
         assert_eq!(refused(remove), "the design has no slide at 0, it has 0");
         let mut blind = slide("blind");
         blind.view.placement_range_mm = Some(-1.0);
-        let add = SlideEdit::Add {
-            index: 0,
-            slide: blind,
-        };
+        let add = SlideEdit::Add { index: 0, slide: blind };
         let why = refused(add);
         assert!(why.contains("placement_range_mm is -1"), "{why}");
         assert!(document.design().slides.is_empty() && document.undo_label().is_none());

@@ -284,18 +284,13 @@ impl ArrowsView {
 
     /// What a file says, within what can be drawn.
     pub fn per_side(&self) -> usize {
-        self.per_side
-            .clamp(*Self::PER_SIDE.start(), *Self::PER_SIDE.end())
+        self.per_side.clamp(*Self::PER_SIDE.start(), *Self::PER_SIDE.end())
     }
 }
 
 impl Default for ArrowsView {
     fn default() -> Self {
-        Self {
-            per_side: 9,
-            of_tool: false,
-            range_mm: None,
-        }
+        Self { per_side: 9, of_tool: false, range_mm: None }
     }
 }
 
@@ -320,43 +315,27 @@ impl SliceAxis {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ViewError {
     #[error("view.{field} is {}, expected {expected}", short(*value))]
-    Number {
-        field: &'static str,
-        value: f64,
-        expected: &'static str,
-    },
+    Number { field: &'static str, value: f64, expected: &'static str },
 }
 
 impl View {
     /// Whether it says anything that a file without a view would not.
     pub fn is_worth_writing(&self) -> bool {
-        let default = Self {
-            unknown_layers: self.unknown_layers.clone(),
-            ..Self::default()
-        };
+        let default = Self { unknown_layers: self.unknown_layers.clone(), ..Self::default() };
         *self != default
     }
 
     /// # Errors
     /// The first number that is not finite, too large, or not positive where it has to be.
     pub fn check(&self) -> Result<(), ViewError> {
-        let error = |field, value, expected| {
-            Err(ViewError::Number {
-                field,
-                value,
-                expected,
-            })
-        };
+        let error = |field, value, expected| Err(ViewError::Number { field, value, expected });
         let (slice, free, camera) = (&self.slice, self.slice.free, self.camera);
         let position = |value: f64| position_problem(&[value]);
         // Any length of a direction will do that can be squared.
         let finite = [
             ("slice.position_mm", Some(slice.position_mm)),
             ("slice.free.offset_mm", free.map(|free| free.offset_mm)),
-            (
-                "slice.free.normal",
-                free.and_then(|free| worst(&free.normal)),
-            ),
+            ("slice.free.normal", free.and_then(|free| worst(&free.normal))),
             ("camera.focus_mm", camera.and_then(|c| worst(&c.focus_mm))),
             ("slice.sensor_axis", worst(&slice.sensor_axis)),
         ];
@@ -434,22 +413,13 @@ mod tests {
         assert_eq!(view.check(), Ok(()));
         view.magnification = Magnification::Times(0.0);
         let message = view.check().unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "view.magnification is 0, expected a number above zero"
-        );
+        assert_eq!(message, "view.magnification is 0, expected a number above zero");
         view.magnification = Magnification::Auto;
         view.slice.sensor_axis = [0.0, f64::NAN, 0.0];
         let message = view.check().unwrap_err().to_string();
-        assert!(
-            message.starts_with("view.slice.sensor_axis is NaN"),
-            "{message}"
-        );
+        assert!(message.starts_with("view.slice.sensor_axis is NaN"), "{message}");
         view.slice.sensor_axis = [0.0, 0.0, 1.0];
-        let mut free = FreePlane {
-            normal: [0.0; 3],
-            offset_mm: -250.0,
-        };
+        let mut free = FreePlane { normal: [0.0; 3], offset_mm: -250.0 };
         view.slice.free = Some(free);
         let message = view.check().unwrap_err().to_string();
         assert_eq!(message, "view.slice.free.normal is 0, expected a direction");

@@ -164,11 +164,8 @@ pub(super) fn offscreen(
     prepare: impl FnOnce(&mut App),
 ) -> (App, Handle<Image>) {
     let mut app = App::new();
-    let window = WindowPlugin {
-        primary_window: None,
-        exit_condition: ExitCondition::DontExit,
-        ..default()
-    };
+    let window =
+        WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
     let plugins = DefaultPlugins
         .set(window)
         .set(render())
@@ -187,18 +184,11 @@ pub(super) fn offscreen(
     let image = Image::new_target_texture(size.x, size.y, TextureFormat::Rgba8UnormSrgb, None);
     let image = app.world_mut().resource_mut::<Assets<Image>>().add(image);
     let target = RenderTarget::Image(image.clone().into());
-    app.insert_resource(SceneTarget(target.clone()))
-        .insert_resource(EguiTarget(target));
+    app.insert_resource(SceneTarget(target.clone())).insert_resource(EguiTarget(target));
     if !has_panels {
-        app.insert_resource(ViewportRect {
-            min: Vec2::ZERO,
-            size: size.as_vec2(),
-        });
+        app.insert_resource(ViewportRect { min: Vec2::ZERO, size: size.as_vec2() });
     }
-    let presentation = Presentation {
-        panels: has_panels,
-        window: false,
-    };
+    let presentation = Presentation { panels: has_panels, window: false };
     prepare(&mut app);
     add_editor(&mut app, world, presentation);
     (app, image)
@@ -230,11 +220,7 @@ fn render() -> RenderPlugin {
 /// Without what only lamps and shadows need: the scene has none, and a software renderer pays for
 /// each pass that finds nothing to do.
 fn meshes() -> PbrPlugin {
-    PbrPlugin {
-        prepass_enabled: false,
-        add_default_deferred_lighting_plugin: false,
-        ..default()
-    }
+    PbrPlugin { prepass_enabled: false, add_default_deferred_lighting_plugin: false, ..default() }
 }
 
 /// No lamps, nothing to sort into clusters.

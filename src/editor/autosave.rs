@@ -97,10 +97,7 @@ fn start(folder: &Path, waker: Waker) -> Result<(Autosave, Vec<Leftover>), Store
     let thread = std::thread::Builder::new()
         .name("autosave".into())
         .spawn(move || write(recovery, &words, &report, &waker))
-        .map_err(|cause| StoreError::Write {
-            file: folder.to_owned(),
-            cause,
-        })?;
+        .map_err(|cause| StoreError::Write { file: folder.to_owned(), cause })?;
     let autosave = Autosave {
         sender: Some(sender),
         problems: Mutex::new(problems),
@@ -196,20 +193,14 @@ fn keep(
         return;
     }
     autosave.tell(match is_unsaved {
-        true => Word::Keep(
-            Box::new(Snapshot::of(&world.0)),
-            std::mem::take(&mut leftovers.1),
-        ),
+        true => Word::Keep(Box::new(Snapshot::of(&world.0)), std::mem::take(&mut leftovers.1)),
         false => Word::Clear,
     });
     autosave.sent = Some(now);
 }
 
 fn hear(autosave: Res<Autosave>, mut notice: ResMut<Notice>) {
-    let problems = autosave
-        .problems
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner);
+    let problems = autosave.problems.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(problem) = problems.try_iter().last() {
         *notice = Notice::Refused(not_kept(&problem));
     }

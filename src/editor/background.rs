@@ -55,17 +55,11 @@ impl<T: Send + 'static> Job<T> {
         });
         let cancel = task.cancel.clone();
         let waker = waker.clone();
-        std::thread::Builder::new()
-            .name(name.to_owned())
-            .spawn(move || {
-                let answer = work(&task);
-                tell(&sender, Told::Done(answer), &waker);
-            })?;
-        Ok(Self {
-            cancel,
-            told: Mutex::new(told),
-            part: 0.0,
-        })
+        std::thread::Builder::new().name(name.to_owned()).spawn(move || {
+            let answer = work(&task);
+            tell(&sender, Told::Done(answer), &waker);
+        })?;
+        Ok(Self { cancel, told: Mutex::new(told), part: 0.0 })
     }
 
     /// How far it is, from 0 to 1.

@@ -37,18 +37,20 @@ pub enum BodyFileRequest {
     /// Shows the dialog that chooses where a body is written, and as what.
     ShowSave(BodyRole),
     /// Says what is lost, or writes where nothing is.
-    Save { body: BodyRole, file: PathBuf },
+    Save {
+        body: BodyRole,
+        file: PathBuf,
+    },
     /// Writes: the person knows what is lost.
-    Write { body: BodyRole, file: PathBuf },
+    Write {
+        body: BodyRole,
+        file: PathBuf,
+    },
 }
 
 impl BodyFileRequest {
     pub fn open(body: BodyRole, file: PathBuf) -> Self {
-        Self::Open {
-            body,
-            file,
-            on_mismatch: OnMismatch::Refuse,
-        }
+        Self::Open { body, file, on_mismatch: OnMismatch::Refuse }
     }
 }
 
@@ -151,11 +153,7 @@ impl Hand<'_> {
                     (None, true) => self.dialogs.show(Dialog::ToolOrCrf { file }),
                 }
             }
-            BodyFileRequest::Open {
-                body,
-                file,
-                on_mismatch,
-            } => self.open(body, file, on_mismatch),
+            BodyFileRequest::Open { body, file, on_mismatch } => self.open(body, file, on_mismatch),
             BodyFileRequest::GiveUp => {
                 self.loading.0 = None;
                 *self.notice = Notice::Nothing;
@@ -235,10 +233,8 @@ impl Hand<'_> {
         } else {
             // Nothing that is shown changes before the edit does it.
             world.bypass_change_detection().0.keep_body(&taken);
-            self.edits.write(EditRequest::Apply(Edit::SetBody {
-                body,
-                content: Box::new(taken.body),
-            }));
+            self.edits
+                .write(EditRequest::Apply(Edit::SetBody { body, content: Box::new(taken.body) }));
         }
         let selected = Selection::of(Some(Selected::Body(body)));
         self.selection.set_if_neq(selected);

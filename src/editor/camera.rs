@@ -133,10 +133,7 @@ impl OrbitRig {
     }
 
     pub fn eye(&self) -> Eye {
-        Eye {
-            camera: self.camera,
-            view_px: self.view_px,
-        }
+        Eye { camera: self.camera, view_px: self.view_px }
     }
 
     /// Millimetres a pixel spans at a point; of the focus for what is behind the camera.
@@ -150,10 +147,7 @@ fn spawn(mut commands: Commands, target: Option<Res<SceneTarget>>) {
         Name::new("3D camera"),
         MainCamera,
         Camera3d::default(),
-        Camera {
-            clear_color: ClearColorConfig::Custom(palette::BACKGROUND.color()),
-            ..default()
-        },
+        Camera { clear_color: ClearColorConfig::Custom(palette::BACKGROUND.color()), ..default() },
         Projection::Perspective(PerspectiveProjection {
             fov: convert::length(VERTICAL_FOV_RAD),
             near: 5.0,
@@ -252,10 +246,7 @@ impl ScenePointer<'_, '_> {
     pub fn over_scene(&self) -> Option<Vec2> {
         let at = self.in_window()?;
         let view = self.view.as_ref()?;
-        let is_egui = self
-            .egui
-            .as_ref()
-            .is_some_and(|egui| egui.wants_any_pointer_input());
+        let is_egui = self.egui.as_ref().is_some_and(|egui| egui.wants_any_pointer_input());
         (view.contains(at) && !is_egui).then_some(at)
     }
 }
@@ -426,11 +417,7 @@ fn answer_requests(
 }
 
 fn start_glide(rig: &mut OrbitRig, to: OrbitCamera) {
-    rig.glide = Some(Glide {
-        from: rig.camera,
-        to,
-        elapsed: Duration::ZERO,
-    });
+    rig.glide = Some(Glide { from: rig.camera, to, elapsed: Duration::ZERO });
 }
 
 fn glide(
@@ -492,10 +479,7 @@ fn place(
 /// The view's rectangle in physical pixels, within the window; `None` where nothing is left.
 fn physical_viewport(view: &ViewportRect, scale: f32, most: Option<UVec2>) -> Option<Viewport> {
     let min = (view.min * scale).round().max(Vec2::ZERO).as_uvec2();
-    let mut max = ((view.min + view.size) * scale)
-        .round()
-        .max(Vec2::ZERO)
-        .as_uvec2();
+    let mut max = ((view.min + view.size) * scale).round().max(Vec2::ZERO).as_uvec2();
     if let Some(most) = most {
         max = max.min(most);
     }
@@ -513,10 +497,7 @@ mod tests {
 
     #[test]
     fn the_viewport_never_leaves_the_window_and_is_never_empty() {
-        let view = ViewportRect {
-            min: Vec2::new(240.0, 36.0),
-            size: Vec2::new(900.0, 700.0),
-        };
+        let view = ViewportRect { min: Vec2::new(240.0, 36.0), size: Vec2::new(900.0, 700.0) };
         let inside = physical_viewport(&view, 2.0, Some(UVec2::new(2000, 3000))).unwrap();
         assert_eq!(inside.physical_position, UVec2::new(480, 72));
         assert_eq!(inside.physical_size, UVec2::new(1520, 1400));

@@ -16,13 +16,7 @@ const fn info(
     keys: &'static [Keys],
     about: &'static str,
 ) -> CommandInfo {
-    CommandInfo {
-        command,
-        group,
-        name,
-        about,
-        keys,
-    }
+    CommandInfo { command, group, name, about, keys }
 }
 
 /// All commands, in the order of menus.
@@ -507,11 +501,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         Command::LargerInterface,
         Group::View,
         "Larger interface",
-        &[
-            Keys::control("+"),
-            Keys::control("="),
-            Keys::control_shift("+"),
-        ],
+        &[Keys::control("+"), Keys::control("="), Keys::control_shift("+")],
         "Makes everything that is written larger",
     ),
     info(

@@ -116,14 +116,8 @@ pub enum Group {
 }
 
 impl Group {
-    pub const ALL: [Self; 6] = [
-        Self::File,
-        Self::Edit,
-        Self::View,
-        Self::Study,
-        Self::Present,
-        Self::Help,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::File, Self::Edit, Self::View, Self::Study, Self::Present, Self::Help];
 
     /// The one workspace in which its commands are there; their keys may be others' elsewhere.
     pub fn workspace(self) -> Option<Workspace> {
@@ -178,14 +172,7 @@ impl Command {
             Self::CancelDrag => is_dragging,
             // Nothing else happens in the middle of a drag.
             _ if is_dragging => false,
-            _ if self
-                .info()
-                .group
-                .workspace()
-                .is_some_and(|own| own != workspace) =>
-            {
-                false
-            }
+            _ if self.info().group.workspace().is_some_and(|own| own != workspace) => false,
             Self::PlayMotion => document.is_some_and(|d| d.design().motion.is_some()),
             Self::Undo => document.is_some_and(|d| d.undo_label().is_some()),
             Self::Redo => document.is_some_and(|d| d.redo_label().is_some()),
@@ -435,10 +422,7 @@ fn toggled_magnification(view: &View) -> View {
         Magnification::Times(1.0) => Magnification::Auto,
         _ => Magnification::Times(1.0),
     };
-    View {
-        magnification,
-        ..view.clone()
-    }
+    View { magnification, ..view.clone() }
 }
 
 #[cfg(test)]
@@ -458,17 +442,11 @@ mod tests {
     fn a_key_is_the_shown_workspaces_own_before_it_is_anybodys() {
         let command = |key, workspace| command_of(key, false, false, workspace);
         assert_eq!(command("right", Workspace::Study), Some(Command::NextTrial));
-        assert_eq!(
-            command("right", Workspace::Present),
-            Some(Command::NextSlide)
-        );
+        assert_eq!(command("right", Workspace::Present), Some(Command::NextSlide));
         assert_eq!(command("right", Workspace::Design), None);
         let leave = Some(Command::LeavePresentation);
         assert_eq!(command("escape", Workspace::Present), leave);
-        assert_eq!(
-            command("escape", Workspace::Field),
-            Some(Command::CancelDrag)
-        );
+        assert_eq!(command("escape", Workspace::Field), Some(Command::CancelDrag));
     }
 
     #[test]

@@ -74,13 +74,10 @@ pub fn triangle_mesh(
 ) -> Mesh {
     let positions: Vec<[f32; 3]> = positions_mm.iter().map(|p| point(p).to_array()).collect();
     let normals: Vec<[f32; 3]> = normals.iter().map(|n| vec3(n).to_array()).collect();
-    Mesh::new(
-        PrimitiveTopology::TriangleList,
-        RenderAssetUsages::default(),
-    )
-    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
-    .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
-    .with_inserted_indices(Indices::U32(triangles.iter().flatten().copied().collect()))
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
+        .with_inserted_indices(Indices::U32(triangles.iter().flatten().copied().collect()))
 }
 
 /// An sRGB colour of eight bits a channel as a mesh's corners have it.
@@ -120,8 +117,7 @@ impl Painted {
         let count = foot.len() as u32;
         for (k, (at_mm, normal)) in (0..count).zip(foot) {
             self.corner(at_mm, normal, color);
-            self.corners
-                .extend([first + k, first + (k + 1) % count, tip]);
+            self.corners.extend([first + k, first + (k + 1) % count, tip]);
         }
     }
 
@@ -140,13 +136,10 @@ impl Painted {
     }
 
     pub fn mesh(self) -> Mesh {
-        Mesh::new(
-            PrimitiveTopology::TriangleList,
-            RenderAssetUsages::default(),
-        )
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.positions)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, self.normals)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, self.colors)
-        .with_inserted_indices(Indices::U32(self.corners))
+        Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.positions)
+            .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, self.normals)
+            .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, self.colors)
+            .with_inserted_indices(Indices::U32(self.corners))
     }
 }

@@ -42,13 +42,8 @@ impl Explain {
 
     /// The counters of the work done so far.
     pub fn counters(&mut self, diagnostics: &Diagnostics) {
-        let Work {
-            study_evaluations,
-            pose_evaluations,
-            slice_evaluations,
-            frame_fits,
-            ..
-        } = diagnostics.work;
+        let Work { study_evaluations, pose_evaluations, slice_evaluations, frame_fits, .. } =
+            diagnostics.work;
         self.line(&format!(
             "counters frames={} uploads={} studies={} studies_cancelled={} expected={} poses={} slices={} \
              study_evaluations={study_evaluations} pose_evaluations={pose_evaluations} \
@@ -179,12 +174,7 @@ fn count_uploads<A: Asset>(
 ) {
     let uploads = events
         .read()
-        .filter(|event| {
-            matches!(
-                event,
-                AssetEvent::Added { .. } | AssetEvent::Modified { .. }
-            )
-        })
+        .filter(|event| matches!(event, AssetEvent::Added { .. } | AssetEvent::Modified { .. }))
         .count() as u64;
     if uploads > 0 {
         diagnostics.uploads += uploads;

@@ -192,11 +192,7 @@ fn apply_views(mut requests: MessageReader<ViewRequest>, world: Option<ResMut<Op
     };
     for request in requests.read() {
         if let ViewRequest::Set(view) = request
-            && world
-                .bypass_change_detection()
-                .0
-                .document
-                .set_view(view.clone())
+            && world.bypass_change_detection().0.document.set_view(view.clone())
         {
             world.set_changed();
         }
@@ -296,9 +292,7 @@ impl Desk<'_> {
                 *self.selection = Selection::default();
                 self.remember();
             }
-            Err(error) => self
-                .dialogs
-                .show(Dialog::error("The design cannot be opened", &error)),
+            Err(error) => self.dialogs.show(Dialog::error("The design cannot be opened", &error)),
         }
     }
 
@@ -412,10 +406,7 @@ impl Desk<'_> {
     }
 
     fn name(&self) -> String {
-        self.world
-            .as_ref()
-            .map(|w| file_name(w.0.document.origin()))
-            .unwrap_or_default()
+        self.world.as_ref().map(|w| file_name(w.0.document.origin())).unwrap_or_default()
     }
 
     fn folder(&self) -> PathBuf {
@@ -445,9 +436,7 @@ pub fn file_folder(world: &store::World) -> PathBuf {
         Origin::File(path) => path.parent().map(Path::to_path_buf),
         Origin::BuiltIn(_) => None,
     };
-    of_file
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or_else(working_folder)
+    of_file.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(working_folder)
 }
 
 fn working_folder() -> PathBuf {
@@ -457,10 +446,9 @@ fn working_folder() -> PathBuf {
 /// What the file of a design is called, or would be.
 pub fn default_file_name(origin: &Origin) -> String {
     match origin {
-        Origin::File(path) => path
-            .file_name()
-            .map(|n| n.to_string_lossy().into_owned())
-            .unwrap_or_default(),
+        Origin::File(path) => {
+            path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+        }
         Origin::BuiltIn(_) if Starter::of(origin).is_some() => {
             format!("untitled{DESIGN_EXTENSION}")
         }
@@ -486,10 +474,9 @@ pub fn file_name(origin: &Origin) -> String {
     match origin {
         Origin::BuiltIn(_) if Starter::of(origin).is_some() => "untitled".to_owned(),
         Origin::BuiltIn(name) => format!("{name} (built in)"),
-        Origin::File(path) => path.file_name().map_or_else(
-            || path.display().to_string(),
-            |n| n.to_string_lossy().into_owned(),
-        ),
+        Origin::File(path) => path
+            .file_name()
+            .map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned()),
     }
 }
 
@@ -540,13 +527,7 @@ mod tests {
 
     #[test]
     fn a_name_without_extension_becomes_a_design() {
-        assert_eq!(
-            with_extension(Path::new("a/b")),
-            Path::new("a/b.design.ron")
-        );
-        assert_eq!(
-            with_extension(Path::new("a/b.design.ron")),
-            Path::new("a/b.design.ron")
-        );
+        assert_eq!(with_extension(Path::new("a/b")), Path::new("a/b.design.ron"));
+        assert_eq!(with_extension(Path::new("a/b.design.ron")), Path::new("a/b.design.ron"));
     }
 }

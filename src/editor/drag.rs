@@ -55,11 +55,7 @@ impl Held {
     fn edit(&self, sensor: Sensor, start: &Pose, now: &Pose) -> Edit {
         let (body, index) = (self.body, self.index);
         if self.others.is_empty() {
-            return Edit::SetSensor {
-                body,
-                index,
-                sensor,
-            };
+            return Edit::SetSensor { body, index, sensor };
         }
         let others = self.others.iter();
         let sensors = others
@@ -138,12 +134,8 @@ fn on_out(
 }
 
 /// Held with a click they add to what is selected, or take away from it.
-const ADD_KEYS: [KeyCode; 4] = [
-    KeyCode::ControlLeft,
-    KeyCode::ControlRight,
-    KeyCode::ShiftLeft,
-    KeyCode::ShiftRight,
-];
+const ADD_KEYS: [KeyCode; 4] =
+    [KeyCode::ControlLeft, KeyCode::ControlRight, KeyCode::ShiftLeft, KeyCode::ShiftRight];
 
 /// What a click means.
 #[derive(SystemParam)]
@@ -160,9 +152,7 @@ impl Clicks<'_> {
     }
 
     fn adds(&self) -> bool {
-        self.keys
-            .as_ref()
-            .is_some_and(|keys| keys.any_pressed(ADD_KEYS))
+        self.keys.as_ref().is_some_and(|keys| keys.any_pressed(ADD_KEYS))
     }
 }
 
@@ -279,10 +269,7 @@ impl Grip<'_> {
         let long_axis = mesh_of(world, mark.body).map_or_else(Vector3::z, |mesh| mesh.long_axis());
         let on_surface = self.surfaces.of(mark.body).map(|surface| {
             let grabbed = surface.under(&ray, &start.position_in_body);
-            (
-                Arc::clone(surface),
-                SurfaceDrag::new(pose, &grabbed, long_axis),
-            )
+            (Arc::clone(surface), SurfaceDrag::new(pose, &grabbed, long_axis))
         });
         let forward = self.sight.rig.camera.tracker_from_camera().rotation * -Vector3::z_axis();
         Some(Held {
@@ -388,12 +375,8 @@ fn let_go_on_escape(
 fn readout_text(held: &Held, sensor: &Sensor) -> String {
     let along = |sensor: &Sensor| sensor.position_in_body.coords.dot(&held.long_axis);
     let moved_mm = (sensor.position_in_body - held.start.position_in_body).norm();
-    format!(
-        "{:.2}\u{2009}mm along   moved {:.2}\u{2009}mm",
-        along(sensor),
-        moved_mm
-    )
-    .replace('-', "\u{2212}")
+    format!("{:.2}\u{2009}mm along   moved {:.2}\u{2009}mm", along(sensor), moved_mm)
+        .replace('-', "\u{2212}")
 }
 
 /// A hand over what can be dragged.

@@ -28,16 +28,8 @@ pub const WHAT_CAN_BE_DROPPED: &str = "designs (.design.ron), rooms (.env.ron), 
 /// The kind of a file by the end of its name, in any case.
 pub fn kind_of(file: &Path) -> Option<FileKind> {
     let name = file.file_name()?.to_string_lossy().to_lowercase();
-    let kinds = [
-        FileKind::Design,
-        FileKind::Room,
-        FileKind::Mesh,
-        FileKind::Table,
-        FileKind::Body,
-    ];
-    kinds
-        .into_iter()
-        .find(|kind| kind.extensions().iter().any(|end| name.ends_with(end)))
+    let kinds = [FileKind::Design, FileKind::Room, FileKind::Mesh, FileKind::Table, FileKind::Body];
+    kinds.into_iter().find(|kind| kind.extensions().iter().any(|end| name.ends_with(end)))
 }
 
 /// Whether a dropped file is one for the workspaces that read tables.

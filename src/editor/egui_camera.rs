@@ -30,10 +30,8 @@ fn over_the_scene() -> CameraOutputMode {
 /// Whether both cameras paint one picture that goes to the screen once, instead of one each: they
 /// can while neither is smoothed, since they then share their textures.
 pub fn share_a_picture(scene: &mut Camera, egui: &mut Camera, do_share: bool) {
-    let to_screen = CameraOutputMode::Write {
-        blend_state: None,
-        clear_color: ClearColorConfig::None,
-    };
+    let to_screen =
+        CameraOutputMode::Write { blend_state: None, clear_color: ClearColorConfig::None };
     (scene.output_mode, egui.output_mode, egui.clear_color) = match do_share {
         true => (CameraOutputMode::Skip, to_screen, ClearColorConfig::None),
         false => (CameraOutputMode::default(), over_the_scene(), CLEAR),
@@ -46,10 +44,8 @@ pub struct EguiTarget(pub RenderTarget);
 
 impl Plugin for EguiCameraPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Presentation>().add_systems(
-            PreStartup,
-            spawn_camera.before(EguiStartupSet::InitContexts),
-        );
+        app.init_resource::<Presentation>()
+            .add_systems(PreStartup, spawn_camera.before(EguiStartupSet::InitContexts));
     }
 }
 
@@ -69,12 +65,7 @@ fn spawn_camera(
         // A full-screen resolve is dear in software.
         Msaa::Off,
         EguiCamera,
-        Camera {
-            order: 1,
-            output_mode: over_the_scene(),
-            clear_color: CLEAR,
-            ..default()
-        },
+        Camera { order: 1, output_mode: over_the_scene(), clear_color: CLEAR, ..default() },
     ));
     if let Some(target) = target {
         camera.insert(target.0.clone());

@@ -22,11 +22,7 @@ pub struct FinePointer {
 
 impl FinePointer {
     pub fn new(at: Vec2) -> Self {
-        Self {
-            is_fine: false,
-            since: at,
-            effective: at,
-        }
+        Self { is_fine: false, since: at, effective: at }
     }
 
     /// Where the pointer counts to be.
@@ -65,9 +61,7 @@ impl DragKeys<'_> {
     }
 
     fn is_held(&self, either: [KeyCode; 2]) -> bool {
-        self.keys
-            .as_ref()
-            .is_some_and(|keys| keys.any_pressed(either))
+        self.keys.as_ref().is_some_and(|keys| keys.any_pressed(either))
     }
 }
 
@@ -78,19 +72,10 @@ mod tests {
     #[test]
     fn shift_slows_the_pointer_down_without_a_jump() {
         let mut pointer = FinePointer::new(Vec2::ZERO);
-        assert_eq!(
-            pointer.at(Vec2::new(10.0, 0.0), false),
-            Vec2::new(10.0, 0.0)
-        );
+        assert_eq!(pointer.at(Vec2::new(10.0, 0.0), false), Vec2::new(10.0, 0.0));
         assert_eq!(pointer.at(Vec2::new(10.0, 0.0), true), Vec2::new(10.0, 0.0));
         assert_eq!(pointer.at(Vec2::new(20.0, 0.0), true), Vec2::new(11.0, 0.0));
-        assert_eq!(
-            pointer.at(Vec2::new(30.0, 0.0), false),
-            Vec2::new(12.0, 0.0)
-        );
-        assert_eq!(
-            pointer.at(Vec2::new(31.0, 0.0), false),
-            Vec2::new(13.0, 0.0)
-        );
+        assert_eq!(pointer.at(Vec2::new(30.0, 0.0), false), Vec2::new(12.0, 0.0));
+        assert_eq!(pointer.at(Vec2::new(31.0, 0.0), false), Vec2::new(13.0, 0.0));
     }
 }

@@ -77,28 +77,14 @@ pub fn ball(
 
 /// What balls of a colour are made of; they shine through whatever hides them.
 pub fn material(color: Rgb) -> GlowMaterial {
-    GlowMaterial::translucent(color, ALPHA, ALPHA)
-        .shown(Shown::Always)
-        .order(ORDER_MM)
+    GlowMaterial::translucent(color, ALPHA, ALPHA).shown(Shown::Always).order(ORDER_MM)
 }
 
 fn size(handle: &BallHandle, is_hovered: bool) -> ScreenSized {
-    let radius_px = if is_hovered {
-        HANDLE_PX
-    } else {
-        handle.radius_px
-    };
-    let radius = SizeBounds {
-        true_mm: 0.1,
-        least_px: radius_px,
-        most_px: radius_px,
-        extra_px: 0.0,
-    };
-    ScreenSized {
-        at_mm: handle.at_mm,
-        across: radius,
-        along: radius,
-    }
+    let radius_px = if is_hovered { HANDLE_PX } else { handle.radius_px };
+    let radius =
+        SizeBounds { true_mm: 0.1, least_px: radius_px, most_px: radius_px, extra_px: 0.0 };
+    ScreenSized { at_mm: handle.at_mm, across: radius, along: radius }
 }
 
 fn follow(

@@ -11,25 +11,15 @@ pub struct Keys {
 
 impl Keys {
     pub(super) const fn plain(key: &'static str) -> Self {
-        Self {
-            key,
-            control: false,
-            shift: false,
-        }
+        Self { key, control: false, shift: false }
     }
 
     pub(super) const fn control(key: &'static str) -> Self {
-        Self {
-            control: true,
-            ..Self::plain(key)
-        }
+        Self { control: true, ..Self::plain(key) }
     }
 
     pub(super) const fn control_shift(key: &'static str) -> Self {
-        Self {
-            shift: true,
-            ..Self::control(key)
-        }
+        Self { shift: true, ..Self::control(key) }
     }
 }
 

@@ -44,10 +44,7 @@ impl Shapes {
     /// A coarser one beside it, where the part has many triangles.
     pub fn with_coarse(part: &MeshPart, fine: Handle<Mesh>, meshes: &mut Assets<Mesh>) -> Self {
         let coarse = coarser(part, MOVING_TRIANGLES);
-        Self {
-            fine,
-            coarse: coarse.map(|coarse| meshes.add(convert::mesh(&coarse))),
-        }
+        Self { fine, coarse: coarse.map(|coarse| meshes.add(convert::mesh(&coarse))) }
     }
 
     /// What is to be drawn.
@@ -63,11 +60,7 @@ impl Plugin for LightDrawingPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<LightDrawing>().add_systems(
             Update,
-            (
-                notice,
-                smooth.run_if(resource_changed::<LightDrawing>),
-                choose_shapes,
-            )
+            (notice, smooth.run_if(resource_changed::<LightDrawing>), choose_shapes)
                 .chain()
                 .run_if(paints_in_software)
                 .in_set(EditorSystems::Draw),

@@ -31,8 +31,7 @@ impl Failure {
 
 impl Plugin for LostDevicePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Failure>()
-            .insert_resource(RenderErrorHandler(end));
+        app.init_resource::<Failure>().insert_resource(RenderErrorHandler(end));
     }
 }
 
@@ -101,12 +100,11 @@ mod tests {
             open.0.document.design().tool.body.rigid.sensors[0].clone()
         };
         sensor.position_in_body.z += 7.0;
-        app.world_mut()
-            .write_message(EditRequest::Apply(Edit::SetSensor {
-                body: BodyRole::Tool,
-                index: 0,
-                sensor,
-            }));
+        app.world_mut().write_message(EditRequest::Apply(Edit::SetSensor {
+            body: BodyRole::Tool,
+            index: 0,
+            sensor,
+        }));
         app.update();
         let device = app.world().resource::<RenderDevice>();
         device.wgpu_device().destroy();
@@ -123,9 +121,7 @@ mod tests {
     fn a_lost_adapter_ends_the_program_with_the_reason_and_what_is_unsaved_is_recovered() {
         let folder = tempfile::tempdir().unwrap();
         let world = store::open_builtin("pointer-on-head").unwrap();
-        let before_mm = world.document.design().tool.body.rigid.sensors[0]
-            .position_in_body
-            .z;
+        let before_mm = world.document.design().tool.body.rigid.sensors[0].position_in_body.z;
         let (mut app, _) = app::offscreen(world, UVec2::new(320, 240), true, |app| {
             app.insert_resource(RecoveryFolder(folder.path().to_owned()));
         });
@@ -135,9 +131,7 @@ mod tests {
         assert!(said.starts_with("the graphics adapter"), "{said}");
         let left = store::leftovers(folder.path()).unwrap();
         let world = left.first().expect("a recovery file").open().unwrap();
-        let after_mm = world.document.design().tool.body.rigid.sensors[0]
-            .position_in_body
-            .z;
+        let after_mm = world.document.design().tool.body.rigid.sensors[0].position_in_body.z;
         assert!((after_mm - before_mm - 7.0).abs() < 1e-12);
     }
 }

@@ -37,21 +37,14 @@ pub enum MeshRequest {
         unit: Option<MeshUnit>,
     },
     /// Reads the present mesh in another unit, or in that of its format.
-    SetUnit {
-        whose: MeshOwner,
-        unit: Option<MeshUnit>,
-    },
+    SetUnit { whose: MeshOwner, unit: Option<MeshUnit> },
     /// Gives the reading up.
     GiveUp,
 }
 
 impl MeshRequest {
     pub fn load(whose: impl Into<MeshOwner>, file: PathBuf) -> Self {
-        Self::Load {
-            whose: whose.into(),
-            file,
-            unit: None,
-        }
+        Self::Load { whose: whose.into(), file, unit: None }
     }
 }
 
@@ -291,10 +284,7 @@ impl Hand<'_> {
 fn edit_of(design: &Design, loading: &Loading, mesh: &MeshReference) -> Option<Edit> {
     let mesh = mesh.clone();
     Some(match loading.whose {
-        MeshOwner::Body(body) => Edit::SetMesh {
-            body,
-            mesh: Some(mesh),
-        },
+        MeshOwner::Body(body) => Edit::SetMesh { body, mesh: Some(mesh) },
         MeshOwner::Anatomy(Some(_)) => {
             let name = loading.name.as_ref()?;
             let index = design.anatomy.iter().position(|a| a.name == *name)?;
@@ -305,11 +295,7 @@ fn edit_of(design: &Design, loading: &Loading, mesh: &MeshReference) -> Option<E
             })
         }
         MeshOwner::Anatomy(None) => {
-            let stem = loading
-                .file
-                .file_stem()
-                .unwrap_or_default()
-                .to_string_lossy();
+            let stem = loading.file.file_stem().unwrap_or_default().to_string_lossy();
             let name = match stem.trim() {
                 "" => "anatomy",
                 stem => stem,
@@ -356,8 +342,6 @@ fn mesh_folder(world: &crate::store::World, whose: MeshOwner) -> PathBuf {
 
 /// A file's name without its folder.
 pub fn name_of(file: &Path) -> String {
-    file.file_name().map_or_else(
-        || file.display().to_string(),
-        |name| name.to_string_lossy().into_owned(),
-    )
+    file.file_name()
+        .map_or_else(|| file.display().to_string(), |name| name.to_string_lossy().into_owned())
 }

@@ -81,9 +81,7 @@ impl Plugin for MotionPlugin {
                     let_go_on_escape
                         .run_if(resource_exists::<ButtonInput<KeyCode>>)
                         .in_set(EditorSystems::Input),
-                    (draw_lines, place_balls)
-                        .run_if(needs_drawing)
-                        .in_set(EditorSystems::Draw),
+                    (draw_lines, place_balls).run_if(needs_drawing).in_set(EditorSystems::Draw),
                 ),
             );
     }
@@ -118,35 +116,21 @@ impl Shown<'_> {
         self.presentation.window
             && self.workspace.is_edited_in()
             && self.selection.primary().is_none()
-            && self
-                .design
-                .as_ref()
-                .is_none_or(|shown| shown.trial.is_none())
+            && self.design.as_ref().is_none_or(|shown| shown.trial.is_none())
     }
 }
 
 fn outline_of(design: &Design) -> Option<MotionOutline> {
-    let tracker_from_crf = design
-        .tracker_from_body(BodyRole::Crf)
-        .unwrap_or_else(Pose::identity);
+    let tracker_from_crf = design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
     let tool = &design.tool;
     let motion = design.motion.as_ref()?;
-    motion_outline(
-        motion,
-        &tool.body.rigid,
-        &tool.crf_from_tool,
-        &tracker_from_crf,
-    )
-    .ok()
+    motion_outline(motion, &tool.body.rigid, &tool.crf_from_tool, &tracker_from_crf).ok()
 }
 
 fn needs_drawing(shown: Shown) -> bool {
     let is_changed = |world: &Res<OpenWorld>| world.is_changed();
     shown.world.as_ref().is_some_and(is_changed)
-        || shown
-            .design
-            .as_ref()
-            .is_some_and(|design| design.is_changed())
+        || shown.design.as_ref().is_some_and(|design| design.is_changed())
         || shown.selection.is_changed()
         || shown.workspace.is_changed()
         || shown.theme.is_changed()
@@ -158,10 +142,7 @@ fn draw_lines(
     drawn: Query<(Entity, &MotionLines)>,
     mut gizmos: ResMut<Assets<GizmoAsset>>,
 ) {
-    let wanted = shown.outline().map(|outline| MotionLines {
-        outline,
-        theme: *shown.theme,
-    });
+    let wanted = shown.outline().map(|outline| MotionLines { outline, theme: *shown.theme });
     if drawn.iter().next().map(|(_, lines)| lines) == wanted.as_ref() {
         return;
     }
@@ -192,10 +173,7 @@ fn draw_lines(
     }
     let lines = Gizmo {
         handle: gizmos.add(asset),
-        line_config: GizmoLineConfig {
-            width: 1.2,
-            ..default()
-        },
+        line_config: GizmoLineConfig { width: 1.2, ..default() },
         ..default()
     };
     commands.spawn((Name::new("range of motion"), wanted, lines));
@@ -235,10 +213,7 @@ fn place_balls(
 }
 
 fn place_of(handle: &MotionHandle) -> BallHandle {
-    BallHandle {
-        at_mm: handle.at_mm,
-        radius_px: handle::SMALL_PX,
-    }
+    BallHandle { at_mm: handle.at_mm, radius_px: handle::SMALL_PX }
 }
 
 fn on_drag_start(
@@ -256,18 +231,14 @@ fn on_drag_start(
         return;
     }
     let design = sight.world.as_ref().map(|world| world.0.document.design());
-    let (Some(motion), Some(ray)) = (
-        design.and_then(|design| design.motion),
-        sight.ray(drag.pointer_location.position),
-    ) else {
+    let (Some(motion), Some(ray)) =
+        (design.and_then(|design| design.motion), sight.ray(drag.pointer_location.position))
+    else {
         return;
     };
     if let Some(end) = ball.0.take(&motion, &ray) {
         edits.take_hold();
-        held.0 = Some(Held {
-            end,
-            has_begun: false,
-        });
+        held.0 = Some(Held { end, has_begun: false });
     }
 }
 
@@ -293,9 +264,8 @@ fn on_drag(
         0..3 => ROUND_MM,
         _ => ROUND_DEG,
     };
-    let Some(motion) = sight
-        .ray(at)
-        .and_then(|ray| held.end.motion_at(&ray, is_rounded.then_some(round_to)))
+    let Some(motion) =
+        sight.ray(at).and_then(|ray| held.end.motion_at(&ray, is_rounded.then_some(round_to)))
     else {
         return;
     };
@@ -379,11 +349,8 @@ mod tests {
     #[test]
     fn the_number_beside_the_pointer_names_axis_end_and_unit() {
         let range = |min, max, step| Some(AxisRange { min, max, step });
-        let motion = Motion {
-            x: range(-50.0, 45.0, 5.0),
-            rz: range(-22.5, 0.0, 22.5),
-            ..Motion::default()
-        };
+        let motion =
+            Motion { x: range(-50.0, 45.0, 5.0), rz: range(-22.5, 0.0, 22.5), ..Motion::default() };
         let text = |axis, end| {
             let handle = MotionHandle {
                 axis,

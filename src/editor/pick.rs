@@ -167,11 +167,7 @@ impl Targets<'_, '_> {
         // Whoever selected something reaches for its handles, whatever lies behind them.
         let held = self.gizmo.as_ref().and_then(|gizmo| {
             let (handle, distance) = gizmo.0?.gizmo.under(pixel, &sight.eye())?;
-            let entity = self
-                .gizmo_handles
-                .iter()
-                .find(|(_, own)| own.0 == handle)?
-                .0;
+            let entity = self.gizmo_handles.iter().find(|(_, own)| own.0 == handle)?.0;
             Some((entity, distance - GIZMO_BEFORE))
         });
         let handles = self.handles.iter().filter_map(|(entity, handle)| {

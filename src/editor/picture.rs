@@ -127,11 +127,7 @@ impl Studio {
         let trial = desk.trial;
         let has_table = desk.compared.baseline.is_some() || !desk.compared.designs.is_empty();
         let (app, target, answers) = start(world, size, desk);
-        let mut studio = Self {
-            app,
-            target,
-            answers,
-        };
+        let mut studio = Self { app, target, answers };
         wait_for_results(&mut studio.app, &studio.answers)?;
         if has_table {
             // What is pinned is read by now.
@@ -169,13 +165,11 @@ impl Studio {
         for _ in 0..SETTLING_FRAMES {
             frame(app);
         }
-        app.world_mut()
-            .spawn(Screenshot::image(self.target.clone()))
-            .observe(
-                |on: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
-                    captured.0 = Some(on.image.clone());
-                },
-            );
+        app.world_mut().spawn(Screenshot::image(self.target.clone())).observe(
+            |on: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
+                captured.0 = Some(on.image.clone());
+            },
+        );
         for _ in 0..READBACK_FRAMES {
             frame(app);
             if let Some(image) = app.world_mut().resource_mut::<Captured>().0.take() {
@@ -213,15 +207,11 @@ fn start(world: World, size: [u32; 2], desk: Desk) -> (App, Handle<Image>, Recei
         app.insert_resource(desk.theme)
             .insert_resource(desk.workspace)
             .insert_resource(Selection::of(desk.selected))
-            .insert_resource(Presenter {
-                slide: desk.slide,
-                ..Presenter::default()
-            })
+            .insert_resource(Presenter { slide: desk.slide, ..Presenter::default() })
             .init_resource::<Captured>();
     });
     for (role, file) in desk.tables {
-        app.world_mut()
-            .write_message(FieldRequest::Open(role, file));
+        app.world_mut().write_message(FieldRequest::Open(role, file));
     }
     for request in desk.compared.requests() {
         app.world_mut().write_message(request);
@@ -289,9 +279,7 @@ fn is_reading(world: &bevy::prelude::World) -> bool {
 }
 
 fn is_idle(world: &bevy::prelude::World) -> bool {
-    world
-        .get_resource::<SolverHandle>()
-        .is_none_or(|handle| handle.solver.is_idle())
+    world.get_resource::<SolverHandle>().is_none_or(|handle| handle.solver.is_idle())
         && layers::are_idle(world)
         && decide::is_idle(world)
 }
@@ -312,22 +300,16 @@ fn is_complete(world: &bevy::prelude::World) -> bool {
 fn frame(app: &mut App) {
     app.update();
     // A device that is lost shows as a picture that never comes.
-    let _ = app
-        .world()
-        .resource::<RenderDevice>()
-        .wgpu_device()
-        .poll(PollType::wait_indefinitely());
+    let _ =
+        app.world().resource::<RenderDevice>().wgpu_device().poll(PollType::wait_indefinitely());
 }
 
 fn encode(image: Image) -> Result<Vec<u8>, PictureError> {
     let error = |error: &dyn std::fmt::Display| PictureError::Encode(error.to_string());
     let picture = image.try_into_dynamic().map_err(|e| error(&e))?.to_rgb8();
     let mut bytes = Cursor::new(Vec::new());
-    let format = ImageFormat::Png
-        .as_image_crate_format()
-        .ok_or_else(|| error(&"this build has no PNG"))?;
-    picture
-        .write_to(&mut bytes, format)
-        .map_err(|e| error(&e))?;
+    let format =
+        ImageFormat::Png.as_image_crate_format().ok_or_else(|| error(&"this build has no PNG"))?;
+    picture.write_to(&mut bytes, format).map_err(|e| error(&e))?;
     Ok(bytes.into_inner())
 }

@@ -15,15 +15,13 @@ pub struct PointerHintPlugin;
 
 impl Plugin for PointerHintPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<PointerHint>()
-            .init_resource::<HoveredBall>()
-            .add_systems(
-                Update,
-                say.run_if(is_due)
-                    .in_set(EditorSystems::Draw)
-                    .after(super::gizmo::GizmoSystems)
-                    .after(super::tool::AimSystems),
-            );
+        app.init_resource::<PointerHint>().init_resource::<HoveredBall>().add_systems(
+            Update,
+            say.run_if(is_due)
+                .in_set(EditorSystems::Draw)
+                .after(super::gizmo::GizmoSystems)
+                .after(super::tool::AimSystems),
+        );
     }
 }
 

@@ -83,10 +83,7 @@ impl Plugin for PrecisionPlugin {
             .add_message::<PrecisionRequest>()
             .add_systems(
                 Update,
-                (
-                    answer.run_if(on_message::<PrecisionRequest>),
-                    hear.run_if(is_measuring),
-                )
+                (answer.run_if(on_message::<PrecisionRequest>), hear.run_if(is_measuring))
                     .chain()
                     .in_set(EditorSystems::Solve),
             );
@@ -150,33 +147,23 @@ fn measure(page: &mut PrecisionPage, world: &OpenWorld, generation: u64, waker: 
     });
     let cancel = task.cancel.clone();
     let (settings, waker) = (page.settings, waker.clone());
-    let started = std::thread::Builder::new()
-        .name("precision".into())
-        .spawn(move || {
-            let show = |family: &Family| {
-                tell(&sender, Told::Family(Box::new(family.clone())), &waker);
-            };
-            let end = match run_each(&scenario, &settings, &task, show) {
-                Ok(report) => Told::Done(Box::new(report)),
-                Err(_) => Told::Cancelled,
-            };
-            tell(&sender, end, &waker);
-        });
+    let started = std::thread::Builder::new().name("precision".into()).spawn(move || {
+        let show = |family: &Family| {
+            tell(&sender, Told::Family(Box::new(family.clone())), &waker);
+        };
+        let end = match run_each(&scenario, &settings, &task, show) {
+            Ok(report) => Told::Done(Box::new(report)),
+            Err(_) => Told::Cancelled,
+        };
+        tell(&sender, end, &waker);
+    });
     page.families.clear();
     page.machine = None;
-    page.of = Some((
-        document.design().name.clone(),
-        generation,
-        document.revision(),
-    ));
+    page.of = Some((document.design().name.clone(), generation, document.revision()));
     match started {
         Ok(_) => {
             page.problem = None;
-            page.measuring = Some(Measuring {
-                cancel,
-                told: Mutex::new(told),
-                part: 0.0,
-            });
+            page.measuring = Some(Measuring { cancel, told: Mutex::new(told), part: 0.0 });
         }
         Err(error) => page.problem = Some(format!("cannot start a thread: {error}")),
     }

@@ -73,19 +73,10 @@ impl Recalled {
             Ok(preferences) => (preferences.unwrap_or_default(), None, true),
             Err(error) => {
                 let problem = format!("Window and layout are the program's own: {error}");
-                (
-                    Preferences::default(),
-                    Some(problem),
-                    !error.is_other_version(),
-                )
+                (Preferences::default(), Some(problem), !error.is_other_version())
             }
         };
-        Self {
-            folder,
-            preferences,
-            problem,
-            is_kept,
-        }
+        Self { folder, preferences, problem, is_kept }
     }
 }
 
@@ -124,10 +115,7 @@ impl Plugin for PreferencesPlugin {
         };
         app.insert_resource(keeper).add_systems(
             Update,
-            (
-                shrink_to_screen.run_if(any_with_component::<Monitor>),
-                keep.run_if(has_changed),
-            )
+            (shrink_to_screen.run_if(any_with_component::<Monitor>), keep.run_if(has_changed))
                 .chain()
                 .in_set(EditorSystems::Draw),
         );
@@ -147,19 +135,11 @@ fn apply(app: &mut App, recalled: &Recalled) {
         .find(|workspace| workspace.name() == preferences.workspace)
         // Nobody wants to begin without panels.
         .filter(|workspace| *workspace != Workspace::Present);
-    let ShownPanels {
-        left,
-        right,
-        history,
-    } = preferences.panels;
+    let ShownPanels { left, right, history } = preferences.panels;
     app.insert_resource(theme)
         .insert_resource(workspace.unwrap_or_default())
         .insert_resource(InterfaceScale(preferences.scale))
-        .insert_resource(PanelsShown {
-            left,
-            right,
-            history,
-        });
+        .insert_resource(PanelsShown { left, right, history });
     if let Some(problem) = &recalled.problem {
         app.insert_resource(Notice::Refused(problem.clone()));
     }
@@ -226,22 +206,13 @@ fn keep(now: Now, mut keeper: ResMut<Keeper>, _main_thread: NonSendMarker) {
             window = Some([size.x.max(1), size.y.max(1)]);
         }
     }
-    let PanelsShown {
-        left,
-        right,
-        history,
-        ..
-    } = *now.panels;
+    let PanelsShown { left, right, history, .. } = *now.panels;
     let preferences = Preferences {
         window,
         is_maximised,
         is_light: *now.theme == Theme::Light,
         scale: now.scale.0,
-        panels: ShownPanels {
-            left,
-            right,
-            history,
-        },
+        panels: ShownPanels { left, right, history },
         workspace: now.workspace.name().to_owned(),
     };
     if preferences == keeper.last {
@@ -257,9 +228,7 @@ fn keep(now: Now, mut keeper: ResMut<Keeper>, _main_thread: NonSendMarker) {
 /// `false` where the window system does not say.
 fn is_window_maximised(window: Entity) -> bool {
     WINIT_WINDOWS.with_borrow(|windows| {
-        windows
-            .get_window(window)
-            .is_some_and(|window| window.is_maximized())
+        windows.get_window(window).is_some_and(|window| window.is_maximized())
     })
 }
 
@@ -273,12 +242,9 @@ fn shrink_to_screen(
         return;
     };
     *is_done = true;
-    let screens = monitors.iter().map(|monitor| {
-        Vec2::new(
-            monitor.physical_width as f32,
-            monitor.physical_height as f32,
-        )
-    });
+    let screens = monitors
+        .iter()
+        .map(|monitor| Vec2::new(monitor.physical_width as f32, monitor.physical_height as f32));
     let size = window.resolution.size();
     let scale = window.scale_factor();
     let fitting = fitting(size, screens.map(|physical| physical / scale));

@@ -15,18 +15,10 @@ type Load = fn() -> bool;
 #[cfg(target_os = "linux")]
 const LIBRARIES: [(&str, &str, Load); 6] = [
     ("libX11", "libx11-6", || x11_dl::xlib::Xlib::open().is_ok()),
-    ("libX11-xcb", "libx11-xcb1", || {
-        x11_dl::xlib_xcb::Xlib_xcb::open().is_ok()
-    }),
-    ("libXcursor", "libxcursor1", || {
-        x11_dl::xcursor::Xcursor::open().is_ok()
-    }),
-    ("libXi", "libxi6", || {
-        x11_dl::xinput2::XInput2::open().is_ok()
-    }),
-    ("libxkbcommon", "libxkbcommon0", || {
-        xkbcommon_dl::xkbcommon_option().is_some()
-    }),
+    ("libX11-xcb", "libx11-xcb1", || x11_dl::xlib_xcb::Xlib_xcb::open().is_ok()),
+    ("libXcursor", "libxcursor1", || x11_dl::xcursor::Xcursor::open().is_ok()),
+    ("libXi", "libxi6", || x11_dl::xinput2::XInput2::open().is_ok()),
+    ("libxkbcommon", "libxkbcommon0", || xkbcommon_dl::xkbcommon_option().is_some()),
     ("libxkbcommon-x11", "libxkbcommon-x11-0", || {
         xkbcommon_dl::x11::xkbcommon_x11_option().is_some()
     }),
@@ -38,10 +30,7 @@ pub enum Missing {
     #[error("no display: {0}")]
     Display(String),
     #[error("no {library} (Debian package {package})")]
-    Library {
-        library: &'static str,
-        package: &'static str,
-    },
+    Library { library: &'static str, package: &'static str },
     #[error(
         "no graphics adapter with Vulkan (a software one is enough: Debian package mesa-vulkan-drivers)"
     )]
@@ -101,9 +90,7 @@ fn display() -> Result<Display, Missing> {
             return Err(Missing::Library { library, package });
         }
     }
-    Ok(Display {
-        _connection: Some(connection),
-    })
+    Ok(Display { _connection: Some(connection) })
 }
 
 #[cfg(not(target_os = "linux"))]
@@ -126,10 +113,7 @@ mod tests {
     fn what_is_missing_is_one_line_that_names_the_cure() {
         for missing in [
             Missing::Display("DISPLAY is not set".to_owned()),
-            Missing::Library {
-                library: "libXi",
-                package: "libxi6",
-            },
+            Missing::Library { library: "libXi", package: "libxi6" },
             Missing::Adapter,
         ] {
             assert!(!missing.to_string().contains('\n'), "{missing}");

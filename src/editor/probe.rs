@@ -135,9 +135,7 @@ impl Colored<'_> {
             };
             Some((along_mm, Some(named(name, value_mm))))
         });
-        let bodies = BodyRole::ALL
-            .into_iter()
-            .filter(|role| !view.hidden.has_body(*role));
+        let bodies = BodyRole::ALL.into_iter().filter(|role| !view.hidden.has_body(*role));
         let of_bodies = bodies.filter_map(|role| self.body(sight, role, ray));
         [of_slice, of_arrows, of_samples]
             .into_iter()
@@ -152,10 +150,7 @@ impl Colored<'_> {
         let pose = sight.design()?.tracker_from_body(role)?;
         let in_body = ray.transformed_by(&pose.inverse());
         let own = self.surfaces.of(role);
-        let painted = self
-            .placement
-            .as_ref()
-            .and_then(|layer| layer.under(role, own, &in_body));
+        let painted = self.placement.as_ref().and_then(|layer| layer.under(role, own, &in_body));
         match painted {
             Some((distance_mm, value)) => {
                 let words = match value {

@@ -15,10 +15,7 @@ impl RecentDesigns {
     /// The list in a state folder. One that cannot be read is empty: it only saves a walk through
     /// folders.
     pub fn in_folder(folder: PathBuf) -> Self {
-        Self {
-            designs: recent_designs(&folder).unwrap_or_default(),
-            folder: Some(folder),
-        }
+        Self { designs: recent_designs(&folder).unwrap_or_default(), folder: Some(folder) }
     }
 
     /// Puts a design at its head.

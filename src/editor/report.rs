@@ -68,9 +68,7 @@ impl Plugin for ReportPlugin {
             .add_systems(
                 Update,
                 (
-                    answer
-                        .run_if(on_message::<FileRequest>)
-                        .in_set(EditorSystems::Solve),
+                    answer.run_if(on_message::<FileRequest>).in_set(EditorSystems::Solve),
                     hear.run_if(is_writing).in_set(EditorSystems::Solve),
                 ),
             );
@@ -138,10 +136,7 @@ fn hear(
         Ended::Lost => "the work ended without an answer".to_owned(),
     };
     notice.set_if_neq(Notice::Nothing);
-    dialogs.show(Dialog::Error {
-        title: "The report cannot be written".to_owned(),
-        text: why,
-    });
+    dialogs.show(Dialog::Error { title: "The report cannot be written".to_owned(), text: why });
 }
 
 /// Beside the design, under its name.
@@ -153,18 +148,13 @@ fn beside(world: &store::World) -> (PathBuf, String) {
     };
     let name = default_file_name(origin);
     let stem = name.strip_suffix(DESIGN_EXTENSION).unwrap_or(&name);
-    (
-        folder.map_or_else(|| PathBuf::from("."), Path::to_path_buf),
-        format!("{stem}.html"),
-    )
+    (folder.map_or_else(|| PathBuf::from("."), Path::to_path_buf), format!("{stem}.html"))
 }
 
 /// What the command line says of the page.
 fn write(mut world: store::World, file: &Path, program: &Path) -> Result<String, ReportError> {
     let folder = tempfile::tempdir().map_err(ReportError::Start)?;
-    let copy = folder
-        .path()
-        .join(default_file_name(world.document.origin()));
+    let copy = folder.path().join(default_file_name(world.document.origin()));
     store::save_as(&mut world, &copy)?;
     let output = Command::new(program)
         .arg("report")
@@ -178,8 +168,6 @@ fn write(mut world: store::World, file: &Path, program: &Path) -> Result<String,
         .map(|bytes| String::from_utf8_lossy(&bytes).trim().to_owned());
     match output.status.success() {
         true => Ok(said),
-        false => Err(ReportError::Told(
-            complained.trim_start_matches("error: ").to_owned(),
-        )),
+        false => Err(ReportError::Told(complained.trim_start_matches("error: ").to_owned())),
     }
 }

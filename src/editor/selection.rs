@@ -18,22 +18,14 @@ pub struct Selection {
 impl Selection {
     /// One thing, or nothing.
     pub fn of(primary: Option<Selected>) -> Self {
-        Self {
-            primary,
-            others: Vec::new(),
-        }
+        Self { primary, others: Vec::new() }
     }
 
     /// Sensors of one body; the last one is the primary.
     pub fn of_sensors(body: BodyRole, indices: impl IntoIterator<Item = usize>) -> Self {
-        let mut others: Vec<Selected> = indices
-            .into_iter()
-            .map(|index| Selected::Sensor(body, index))
-            .collect();
-        Self {
-            primary: others.pop(),
-            others,
-        }
+        let mut others: Vec<Selected> =
+            indices.into_iter().map(|index| Selected::Sensor(body, index)).collect();
+        Self { primary: others.pop(), others }
     }
 
     /// What the inspector shows, selected last.
@@ -91,10 +83,8 @@ impl Selection {
     /// Goes with a change of the design: a sensor whose place in the list changed stays selected,
     /// and what is gone no longer is.
     pub fn follow(&mut self, before: &Design, after: &Design) {
-        let followed: Vec<Selected> = self
-            .all()
-            .filter_map(|selected| same_in(before, after, selected))
-            .collect();
+        let followed: Vec<Selected> =
+            self.all().filter_map(|selected| same_in(before, after, selected)).collect();
         if !followed.iter().copied().eq(self.all()) {
             let mut others = followed;
             self.primary = others.pop();

@@ -150,9 +150,7 @@ impl<'a> Picked<'a> {
             EditRequest::Apply(Edit::Arrange {
                 body: self.body,
                 indices: vec![index],
-                arrangement: Arrangement::Align {
-                    direction_in_body: direction(&at),
-                },
+                arrangement: Arrangement::Align { direction_in_body: direction(&at) },
             })
         };
         let mut requests: Vec<EditRequest> = self.sensors().map(align).collect();

@@ -23,12 +23,7 @@ impl Plugin for ShortcutsPlugin {
             .add_message::<KeyboardInput>()
             .add_message::<KeyboardFocusLost>()
             .add_message::<RunCommand>()
-            .add_systems(
-                Update,
-                press_keys
-                    .in_set(EditorSystems::Input)
-                    .before(CommandsSystems),
-            );
+            .add_systems(Update, press_keys.in_set(EditorSystems::Input).before(CommandsSystems));
     }
 }
 

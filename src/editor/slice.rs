@@ -51,10 +51,7 @@ struct HeldSlice {
 impl Plugin for SlicePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<SliceDrag>()
-            .insert_resource(ColorScale {
-                map: ColorMap::default(),
-                max_mm: 0.0,
-            })
+            .insert_resource(ColorScale { map: ColorMap::default(), max_mm: 0.0 })
             .add_observer(on_drag_start)
             .add_observer(on_drag)
             .add_observer(on_drag_end)
@@ -75,14 +72,9 @@ fn needs_drawing(world: Option<Res<OpenWorld>>, results: Res<Results>) -> bool {
 
 fn choose_scale(world: Res<OpenWorld>, results: Res<Results>, mut scale: ResMut<ColorScale>) {
     let view = &world.0.document.view().slice;
-    let max_mm = view
-        .range_mm
-        .or(results.slice.as_ref().map(|slice| slice.value.p95))
-        .unwrap_or(0.0);
-    scale.set_if_neq(ColorScale {
-        map: view.color_map,
-        max_mm,
-    });
+    let max_mm =
+        view.range_mm.or(results.slice.as_ref().map(|slice| slice.value.p95)).unwrap_or(0.0);
+    scale.set_if_neq(ColorScale { map: view.color_map, max_mm });
 }
 
 /// What a slice is made of.
@@ -116,10 +108,7 @@ fn draw(
         scale: *scale,
         level: requirement.and_then(|of| slice.value.quantity.limit(&of)),
     };
-    if last
-        .as_ref()
-        .is_some_and(|(old, with)| *with == look && is_same(old, &slice.value))
-    {
+    if last.as_ref().is_some_and(|(old, with)| *with == look && is_same(old, &slice.value)) {
         return;
     }
     for entity in &drawn {
@@ -130,9 +119,11 @@ fn draw(
         Name::new("slice"),
         Slice,
         Mesh3d(assets.meshes.add(plane(&slice.value))),
-        MeshMaterial3d(assets.materials.add(MapMaterial {
-            picture: assets.images.add(picture(&slice.value, &look)),
-        })),
+        MeshMaterial3d(
+            assets
+                .materials
+                .add(MapMaterial { picture: assets.images.add(picture(&slice.value, &look)) }),
+        ),
     ));
 }
 
@@ -156,22 +147,14 @@ fn plane(slice: &SliceOutcome) -> Mesh {
     let [inset_u, inset_v] = [nu, nv].map(inset);
     let (lo, hi) = ([inset_u, inset_v], [1.0 - inset_u, 1.0 - inset_v]);
     let normal = convert::vec3(&slice.plan.plane.normal()).to_array();
-    Mesh::new(
-        PrimitiveTopology::TriangleList,
-        RenderAssetUsages::default(),
-    )
-    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners.to_vec())
-    .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![normal; 4])
-    .with_inserted_attribute(
-        Mesh::ATTRIBUTE_UV_0,
-        vec![
-            [lo[0], lo[1]],
-            [hi[0], lo[1]],
-            [hi[0], hi[1]],
-            [lo[0], hi[1]],
-        ],
-    )
-    .with_inserted_indices(Indices::U32(vec![0, 1, 2, 0, 2, 3]))
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners.to_vec())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![normal; 4])
+        .with_inserted_attribute(
+            Mesh::ATTRIBUTE_UV_0,
+            vec![[lo[0], lo[1]], [hi[0], lo[1]], [hi[0], hi[1]], [lo[0], hi[1]]],
+        )
+        .with_inserted_indices(Indices::U32(vec![0, 1, 2, 0, 2, 3]))
 }
 
 /// In the middle of the edge where the first of the plane's axes ends.
@@ -205,10 +188,7 @@ fn place_handle(
         return;
     };
     let handle = handle_of(&slice.value);
-    let place = BallHandle {
-        at_mm: handle.at_mm,
-        radius_px: handle::LARGE_PX,
-    };
+    let place = BallHandle { at_mm: handle.at_mm, radius_px: handle::LARGE_PX };
     if let Some((_, mut old, mut ball)) = drawn.iter_mut().next() {
         old.set_if_neq(handle);
         ball.set_if_neq(place);
@@ -266,9 +246,8 @@ fn on_drag(
     }
     drag.propagate(false);
     let at = drag.pointer_location.position;
-    let Some(now) = sight
-        .ray(at)
-        .and_then(|ray| ray.nearest_on_line(&held.handle.at_mm, &held.handle.normal))
+    let Some(now) =
+        sight.ray(at).and_then(|ray| ray.nearest_on_line(&held.handle.at_mm, &held.handle.normal))
     else {
         return;
     };

@@ -62,11 +62,7 @@ pub fn picture(slice: &SliceOutcome, look: &SliceLook) -> Image {
         })
         .collect();
     let mut image = Image::new(
-        Extent3d {
-            width: width as u32,
-            height: height as u32,
-            depth_or_array_layers: 1,
-        },
+        Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 },
         TextureDimension::D2,
         data,
         TextureFormat::Rgba8UnormSrgb,
@@ -90,11 +86,7 @@ struct Painter<'a> {
 
 impl<'a> Painter<'a> {
     fn new(slice: &'a SliceOutcome, look: &'a SliceLook) -> Self {
-        Self {
-            slice,
-            look,
-            texel_mm: slice.plan.cell_mm().map(|mm| mm / TEXELS_PER_CELL as f64),
-        }
+        Self { slice, look, texel_mm: slice.plan.cell_mm().map(|mm| mm / TEXELS_PER_CELL as f64) }
     }
 
     fn color_at(&self, x: usize, y: usize) -> [u8; 3] {
@@ -151,13 +143,8 @@ mod tests {
     use crate::study::{Quantity, SlicePlan, SlicePlane, Work};
     use nalgebra::Vector3;
 
-    const LOOK: SliceLook = SliceLook {
-        scale: ColorScale {
-            map: ColorMap::Viridis,
-            max_mm: 4.0,
-        },
-        level: None,
-    };
+    const LOOK: SliceLook =
+        SliceLook { scale: ColorScale { map: ColorMap::Viridis, max_mm: 4.0 }, level: None };
 
     /// Cells of 12 mm, and so texels of 2 mm.
     fn slice() -> SliceOutcome {
@@ -185,9 +172,7 @@ mod tests {
     fn colors(slice: &SliceOutcome, look: &SliceLook) -> Vec<([usize; 2], [u8; 3])> {
         let painter = Painter::new(slice, look);
         let places = (0..texels(2)).flat_map(|y| (0..texels(3)).map(move |x| [x, y]));
-        places
-            .map(|at| (at, painter.color_at(at[0], at[1])))
-            .collect()
+        places.map(|at| (at, painter.color_at(at[0], at[1]))).collect()
     }
 
     #[test]
@@ -220,14 +205,11 @@ mod tests {
     #[test]
     fn what_should_not_be_believed_is_the_map_with_lines() {
         let plain = slice();
-        let hatched = SliceOutcome {
-            is_supported: vec![false, true, true, false, true, true],
-            ..slice()
-        };
+        let hatched =
+            SliceOutcome { is_supported: vec![false, true, true, false, true, true], ..slice() };
         let (mut lines, mut left) = (0, 0);
-        for ((at, color), (_, map)) in colors(&hatched, &LOOK)
-            .into_iter()
-            .zip(colors(&plain, &LOOK))
+        for ((at, color), (_, map)) in
+            colors(&hatched, &LOOK).into_iter().zip(colors(&plain, &LOOK))
         {
             assert!(color == map || at[0] < 3, "{at:?}");
             // Never so much that the map cannot be read.
@@ -248,10 +230,7 @@ mod tests {
         // 0 to 2 along the first axis, the same along the second.
         slice.values = vec![0.0, 1.0, 2.0, 0.0, 1.0, 2.0];
         slice.is_inside[5] = true;
-        let look = SliceLook {
-            level: Some(1.0),
-            ..LOOK
-        };
+        let look = SliceLook { level: Some(1.0), ..LOOK };
         for ((at, color), (_, map)) in colors(&slice, &look).into_iter().zip(colors(&slice, &LOOK))
         {
             match at[0].abs_diff(TEXELS_PER_CELL) {

@@ -123,16 +123,9 @@ fn submit(
     mut explain: Option<ResMut<Explain>>,
 ) {
     let Some(world) = world else { return };
-    let LookedAt {
-        desk,
-        wanted,
-        workspace,
-    } = looked_at;
+    let LookedAt { desk, wanted, workspace } = looked_at;
     let document = &world.0.document;
-    let stamp = Stamp {
-        generation: generation.0,
-        revision: document.revision(),
-    };
+    let stamp = Stamp { generation: generation.0, revision: document.revision() };
     let wish = PoseWish {
         scatter: document.view().layers.tip_scatter && world.0.environment.jitter.is_some(),
         trial: wanted.as_ref().and_then(|wanted| wanted.number),
@@ -197,9 +190,7 @@ fn submit(
             // A preview's trials are not those of the whole.
             profile: profile && extent == Extent::Whole,
         };
-        handle
-            .solver
-            .submit(stamp, Job::Study(Arc::clone(&scenario), wish));
+        handle.solver.submit(stamp, Job::Study(Arc::clone(&scenario), wish));
     }
     if is_run {
         handle.expected = None;
@@ -215,12 +206,7 @@ fn submit(
             explain.line(&format!("expected revision={} computing", stamp.revision));
         }
     }
-    handle.submitted = Some(Submitted {
-        stamp,
-        wish,
-        extent,
-        profile,
-    });
+    handle.submitted = Some(Submitted { stamp, wish, extent, profile });
     if is_slice_new {
         match &key {
             Some(key) => {
@@ -336,11 +322,7 @@ fn accept(answer: Answer, wanted: Wanted, newest: &mut Newest, results: &mut Res
                 results.scatter = scatter.map(|scatter| *scatter);
                 results.pose_trial = wish.trial;
                 results.pose_serial = wish.serial;
-                results.pose = Some(Stamped {
-                    revision,
-                    value: *value,
-                    took,
-                });
+                results.pose = Some(Stamped { revision, value: *value, took });
             }
             is_new
         }
@@ -349,11 +331,7 @@ fn accept(answer: Answer, wanted: Wanted, newest: &mut Newest, results: &mut Res
         | Solved::Slice(Err(_), _) => false,
         Solved::Expected(Ok(value)) => {
             // One for an older study has been dropped, with the newer one's submission.
-            results.expected = Some(Stamped {
-                revision,
-                value,
-                took,
-            });
+            results.expected = Some(Stamped { revision, value, took });
             true
         }
         Solved::Study(result, of) => {
@@ -366,17 +344,10 @@ fn accept(answer: Answer, wanted: Wanted, newest: &mut Newest, results: &mut Res
                 // A preview leaves the profile as it was: it has none of its own.
                 if of.extent == Extent::Whole {
                     let profile = profile.flatten().filter(|_| wanted.profile);
-                    results.profile = profile.map(|value| Stamped {
-                        revision,
-                        value: *value,
-                        took,
-                    });
+                    results.profile =
+                        profile.map(|value| Stamped { revision, value: *value, took });
                 }
-                results.study = study.map(|value| Stamped {
-                    revision,
-                    value,
-                    took,
-                });
+                results.study = study.map(|value| Stamped { revision, value, took });
             }
             is_new
         }
@@ -390,11 +361,7 @@ fn accept(answer: Answer, wanted: Wanted, newest: &mut Newest, results: &mut Res
         Solved::Slice(Ok(Some(value)), quantity) => {
             let is_wanted = wanted.slice == Some((value.plan, quantity));
             if is_wanted {
-                results.slice = Some(Stamped {
-                    revision,
-                    value,
-                    took,
-                });
+                results.slice = Some(Stamped { revision, value, took });
             }
             is_wanted
         }

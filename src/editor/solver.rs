@@ -97,10 +97,7 @@ pub struct Answer {
 /// A result by kind. Cancelled work says so, in order that it can be counted.
 pub enum Solved {
     Pose(Box<PoseDetail>, Option<Box<Scatter>>, PoseWish),
-    Study(
-        Result<(Outcome, Option<Box<ChartedProfile>>), StudyError>,
-        StudyOf,
-    ),
+    Study(Result<(Outcome, Option<Box<ChartedProfile>>), StudyError>, StudyOf),
     /// `None` where the room keeps no measurements to draw fields from.
     Expected(Result<Option<Box<Expected>>, Cancelled>),
     /// `None` where the room has no model validity.
@@ -180,11 +177,7 @@ impl Solver {
             let shared = Arc::clone(&shared);
             move || work(&shared, &sender)
         })?;
-        Ok(Self {
-            shared,
-            answers: Mutex::new(answers),
-            thread: Some(thread),
-        })
+        Ok(Self { shared, answers: Mutex::new(answers), thread: Some(thread) })
     }
 
     /// Names whom to wake after each answer; only the first name counts.
@@ -338,10 +331,7 @@ fn work(shared: &Shared, sender: &Sender<Answer>) {
                     });
                     break (waiting, cancel);
                 }
-                slots = shared
-                    .changed
-                    .wait(slots)
-                    .unwrap_or_else(PoisonError::into_inner);
+                slots = shared.changed.wait(slots).unwrap_or_else(PoisonError::into_inner);
             }
         };
         let start = Instant::now();
@@ -360,11 +350,7 @@ fn work(shared: &Shared, sender: &Sender<Answer>) {
                 Solved::Slice(slice(&scenario, &wish, &cancel), wish.quantity)
             }
         };
-        let answer = Answer {
-            stamp: waiting.stamp,
-            took: start.elapsed(),
-            result,
-        };
+        let answer = Answer { stamp: waiting.stamp, took: start.elapsed(), result };
         if sender.send(answer).is_err() {
             return;
         }

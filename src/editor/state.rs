@@ -252,10 +252,7 @@ pub struct Presentation {
 
 impl Default for Presentation {
     fn default() -> Self {
-        Self {
-            panels: true,
-            window: true,
-        }
+        Self { panels: true, window: true }
     }
 }
 
@@ -278,14 +275,8 @@ pub enum Workspace {
 }
 
 impl Workspace {
-    pub const ALL: [Self; 6] = [
-        Self::Design,
-        Self::Field,
-        Self::Study,
-        Self::Live,
-        Self::Decide,
-        Self::Present,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::Design, Self::Field, Self::Study, Self::Live, Self::Decide, Self::Present];
 
     pub fn is_live(self) -> bool {
         self == Self::Live

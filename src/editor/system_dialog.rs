@@ -23,10 +23,7 @@ impl Plugin for SystemDialogPlugin {
             .init_resource::<Dialogs>()
             .init_resource::<Waker>()
             .add_message::<RequestRedraw>()
-            .add_systems(
-                Update,
-                follow.run_if(is_any_open).in_set(EditorSystems::Input),
-            );
+            .add_systems(Update, follow.run_if(is_any_open).in_set(EditorSystems::Input));
     }
 }
 
@@ -74,12 +71,8 @@ const NOTHING: &str = "the system dialog was closed without a choice, or this sy
 const LOST: &str = "this system's dialog ended badly";
 
 fn start(wish: &Wish, waker: &Waker) -> std::io::Result<Job<Option<PathBuf>>> {
-    let extensions: Vec<String> = wish
-        .kind
-        .extensions()
-        .iter()
-        .map(|end| end.trim_start_matches('.').to_owned())
-        .collect();
+    let extensions: Vec<String> =
+        wish.kind.extensions().iter().map(|end| end.trim_start_matches('.').to_owned()).collect();
     let dialog = rfd::FileDialog::new()
         .set_title(wish.title)
         .set_directory(&wish.folder)

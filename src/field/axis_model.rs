@@ -45,9 +45,7 @@ impl DistortionModel {
             return self.of_one_axis(computed.at_axis(Some(axis)));
         }
         let weights = self.directions().weights(axis, self.weighting());
-        let [a, b, c] = weights
-            .directions
-            .map(|d| self.of_direction(d).as_flattened());
+        let [a, b, c] = weights.directions.map(|d| self.of_direction(d).as_flattened());
         let [wa, wb, wc] = weights.weights;
         let mut blended = vec![[0.0; 6]; a.len() / 6];
         let sums = blended.as_flattened_mut();
@@ -60,9 +58,7 @@ impl DistortionModel {
     }
 
     fn of_one_axis(&self, field: ComputedField) -> AxisModel {
-        AxisModel {
-            model: Self::of_computed(field, self.map(), *self.bounds()),
-        }
+        AxisModel { model: Self::of_computed(field, self.map(), *self.bounds()) }
     }
 
     fn of_blended(&self, coefficients: Vec<Coefficient>) -> AxisModel {
@@ -101,8 +97,7 @@ impl AxisModel {
 
     /// What [`DistortionModel::evaluate`] gives at a position for this axis.
     pub fn evaluate(&self, position_mm: &Point3<f64>, outside: OutsidePolicy) -> Evaluation {
-        self.model
-            .evaluate(position_mm, &Vector3::z_axis(), outside)
+        self.model.evaluate(position_mm, &Vector3::z_axis(), outside)
     }
 
     /// What [`DistortionModel::evaluate_with_jacobian`] gives at a position for this axis, without
@@ -112,8 +107,7 @@ impl AxisModel {
         position_mm: &Point3<f64>,
         outside: OutsidePolicy,
     ) -> Linearization {
-        self.model
-            .evaluate_with_jacobian(position_mm, &Vector3::z_axis(), outside)
+        self.model.evaluate_with_jacobian(position_mm, &Vector3::z_axis(), outside)
     }
 
     /// What [`AxisModel::evaluate`] gives at each position, with the buffers of a batch.
@@ -194,11 +188,7 @@ mod tests {
         let model = model(3, DirectionSet::Six);
         let axis = Unit::new_normalize(Vector3::new(0.3, -0.7, 0.2));
         let at_axis = model.at_axis(&axis);
-        for level in [
-            Instructions::Best,
-            Instructions::Avx2,
-            Instructions::Portable,
-        ] {
+        for level in [Instructions::Best, Instructions::Avx2, Instructions::Portable] {
             let mut out = Vec::new();
             let outside = OutsidePolicy::Extrapolate;
             let mut batch = Batch::with_instructions(level);

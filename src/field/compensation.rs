@@ -92,11 +92,7 @@ impl<'a> Compensator<'a> {
         let found = inverse.undistort(measured, task)?;
         Ok(found
             .into_iter()
-            .map(|u| Compensated {
-                pose: u.pose,
-                state: u.state,
-                is_inside: u.is_inside,
-            })
+            .map(|u| Compensated { pose: u.pose, state: u.state, is_inside: u.is_inside })
             .collect())
     }
 }
@@ -109,37 +105,24 @@ fn correct_all(
     task: &Task,
 ) -> Result<Vec<Compensated>, Cancelled> {
     let all = measured.len();
-    let mut corrected = vec![
-        Compensated {
-            pose: None,
-            state: InverseState::NotConverged,
-            is_inside: false,
-        };
-        measured.len()
-    ];
-    corrected
-        .par_chunks_mut(CHUNK)
-        .zip(measured.par_chunks(CHUNK))
-        .enumerate()
-        .try_for_each_init(
-            || (Batch::default(), Vec::new()),
-            |(batch, evaluations), (index, (corrected, measured))| {
-                task.step(index * CHUNK, all)?;
-                let positions: Vec<_> = measured
-                    .iter()
-                    .map(|p| p.translation.vector.into())
-                    .collect();
-                let axes: Vec<_> = measured
-                    .iter()
-                    .map(|p| p.rotation * Vector3::z_axis())
-                    .collect();
-                batch.evaluate(model, &positions, &axes, outside, evaluations);
-                for ((out, pose), at) in corrected.iter_mut().zip(measured).zip(&*evaluations) {
-                    *out = corrected_by(pose, &at.error, at.is_inside, outside);
-                }
-                Ok(())
-            },
-        )?;
+    let mut corrected =
+        vec![
+            Compensated { pose: None, state: InverseState::NotConverged, is_inside: false };
+            measured.len()
+        ];
+    corrected.par_chunks_mut(CHUNK).zip(measured.par_chunks(CHUNK)).enumerate().try_for_each_init(
+        || (Batch::default(), Vec::new()),
+        |(batch, evaluations), (index, (corrected, measured))| {
+            task.step(index * CHUNK, all)?;
+            let positions: Vec<_> = measured.iter().map(|p| p.translation.vector.into()).collect();
+            let axes: Vec<_> = measured.iter().map(|p| p.rotation * Vector3::z_axis()).collect();
+            batch.evaluate(model, &positions, &axes, outside, evaluations);
+            for ((out, pose), at) in corrected.iter_mut().zip(measured).zip(&*evaluations) {
+                *out = corrected_by(pose, &at.error, at.is_inside, outside);
+            }
+            Ok(())
+        },
+    )?;
     Ok(corrected)
 }
 
@@ -161,11 +144,7 @@ fn corrected_by(
         (true, false, OutsidePolicy::Reject) => InverseState::Rejected,
         (true, ..) => InverseState::Converged,
     };
-    Compensated {
-        pose: (state == InverseState::Converged).then_some(pose),
-        state,
-        is_inside,
-    }
+    Compensated { pose: (state == InverseState::Converged).then_some(pose), state, is_inside }
 }
 
 /// What became of a table.

@@ -26,10 +26,7 @@ pub enum FieldSource {
 #[derive(Clone, Debug, PartialEq)]
 pub enum MeanOverAxes {
     Compiled(CompiledField),
-    Harmonic {
-        model: Arc<HarmonicModel>,
-        axes: Vec<Unit<Vector3<f64>>>,
-    },
+    Harmonic { model: Arc<HarmonicModel>, axes: Vec<Unit<Vector3<f64>>> },
 }
 
 /// A field over a box. Beyond the box it is that of the nearest point.
@@ -51,11 +48,7 @@ pub struct ComputedBatch {
 
 impl ComputedField {
     pub fn new(source: FieldSource, bounds: Bounds) -> Self {
-        Self {
-            source,
-            bounds,
-            compiled: OnceLock::new(),
-        }
+        Self { source, bounds, compiled: OnceLock::new() }
     }
 
     pub fn source(&self) -> &FieldSource {
@@ -84,10 +77,8 @@ impl ComputedField {
             (_, Some(field)) => MeanOverAxes::Compiled(field.at_axis(axis.map(Unit::as_ref))),
             (FieldSource::Harmonic(model), None) => MeanOverAxes::Harmonic {
                 model: model.clone(),
-                axes: axis.map_or_else(
-                    || DirectionSet::Twelve.directions().to_vec(),
-                    |axis| vec![*axis],
-                ),
+                axes: axis
+                    .map_or_else(|| DirectionSet::Twelve.directions().to_vec(), |axis| vec![*axis]),
             },
             (FieldSource::Of(_) | FieldSource::Kriging(_), None) => return self.clone(),
         };
@@ -149,14 +140,8 @@ impl ComputedField {
     }
 
     pub fn evaluate(&self, position_mm: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Evaluation {
-        let mut out = [Evaluation {
-            error: error_of([0.0; 6]),
-            is_inside: false,
-        }];
-        let (p, n) = (
-            std::slice::from_ref(position_mm),
-            std::slice::from_ref(axis),
-        );
+        let mut out = [Evaluation { error: error_of([0.0; 6]), is_inside: false }];
+        let (p, n) = (std::slice::from_ref(position_mm), std::slice::from_ref(axis));
         self.evaluate_all(&mut ComputedBatch::default(), p, n, &mut out);
         out[0]
     }
@@ -173,10 +158,7 @@ impl ComputedField {
         let mut there = match self.compiled() {
             Some(field) => {
                 let there = field.evaluate_with_slopes(&self.bounds.to_unit(&place), axis);
-                let per_mm = self
-                    .bounds
-                    .size_mm()
-                    .map(|s| if s > 0.0 { 1.0 / s } else { 0.0 });
+                let per_mm = self.bounds.size_mm().map(|s| if s > 0.0 { 1.0 / s } else { 0.0 });
                 Linearization {
                     at: self.evaluate(position_mm, axis),
                     by_position: there.by_unit * Matrix3::from_diagonal(&per_mm),
@@ -205,9 +187,7 @@ impl ComputedField {
         for tangent in tangents {
             for sign in [1.0, -1.0] {
                 places.push(*place);
-                axes.push(Unit::new_normalize(
-                    axis.as_ref() + tangent * (sign * STEP_RAD),
-                ));
+                axes.push(Unit::new_normalize(axis.as_ref() + tangent * (sign * STEP_RAD)));
             }
         }
         let mut read = [None; 10];

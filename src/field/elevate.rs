@@ -51,9 +51,7 @@ fn along_axis(coefficients: &[Coefficient], n: usize, stride: usize) -> Vec<Coef
                 let value = |i: usize| block.get(i * stride + k).copied().unwrap_or([0.0; 6]);
                 let before = if i == 0 { [0.0; 6] } else { value(i - 1) };
                 let here = value(i);
-                elevated.push(std::array::from_fn(|c| {
-                    part * before[c] + (1.0 - part) * here[c]
-                }));
+                elevated.push(std::array::from_fn(|c| part * before[c] + (1.0 - part) * here[c]));
             }
         }
     }
@@ -82,9 +80,7 @@ mod tests {
                     .component_mul(&(high - low));
                 let axis = Unit::new_normalize(Vector3::new(part(0.7) - 0.5, part(0.9) - 0.5, 0.4));
                 let of = |model: &DistortionModel| {
-                    let error = model
-                        .evaluate(&(low + at), &axis, OutsidePolicy::Clamp)
-                        .error;
+                    let error = model.evaluate(&(low + at), &axis, OutsidePolicy::Clamp).error;
                     (error.position_mm, error.rotation_rad)
                 };
                 let (before, after) = (of(model), of(&elevated));

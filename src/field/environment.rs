@@ -91,11 +91,7 @@ pub struct LocalJitter {
 impl Jitter {
     /// The same everywhere.
     pub fn uniform(position_mm: f64, angle_rad: f64) -> Self {
-        Self {
-            position_mm,
-            angle_rad,
-            growth: None,
-        }
+        Self { position_mm, angle_rad, growth: None }
     }
 
     /// The same everywhere, or with a dipole's growth beyond a distance.
@@ -115,9 +111,7 @@ impl Jitter {
                 1.0_f64.hypot(ratio.powf(exponent))
             }
         };
-        let exponents = self
-            .growth
-            .map_or((0.0, 0.0), |g| (g.position_exponent, g.angle_exponent));
+        let exponents = self.growth.map_or((0.0, 0.0), |g| (g.position_exponent, g.angle_exponent));
         LocalJitter {
             position_mm: self.position_mm * factor(exponents.0),
             angle_rad: self.angle_rad * factor(exponents.1),
@@ -140,30 +134,26 @@ impl Jitter {
         };
         let growth = self.growth.as_ref();
         let (position_mm, angle_rad) = (self.position_mm, self.angle_rad);
-        named(
-            "jitter.position_mm",
-            position_mm,
-            length_problem(position_mm),
-        )
-        .or_else(|| {
-            let problem = angle_problem(angle_rad.to_degrees());
-            named("jitter.angle_rad", angle_rad, problem)
-        })
-        .or_else(|| {
-            let distance_mm = growth?.distance_mm;
-            let problem = length_above_zero_problem(distance_mm);
-            named("jitter.growth.distance_mm", distance_mm, problem)
-        })
-        .or_else(|| {
-            let exponents = [
-                ("jitter.growth.position_exponent", growth?.position_exponent),
-                ("jitter.growth.angle_exponent", growth?.angle_exponent),
-            ];
-            exponents
-                .into_iter()
-                .find(|(_, value)| !(0.0..=MAX_GROWTH_EXPONENT).contains(value))
-                .map(|(name, value)| (name, value, "0 to 8"))
-        })
+        named("jitter.position_mm", position_mm, length_problem(position_mm))
+            .or_else(|| {
+                let problem = angle_problem(angle_rad.to_degrees());
+                named("jitter.angle_rad", angle_rad, problem)
+            })
+            .or_else(|| {
+                let distance_mm = growth?.distance_mm;
+                let problem = length_above_zero_problem(distance_mm);
+                named("jitter.growth.distance_mm", distance_mm, problem)
+            })
+            .or_else(|| {
+                let exponents = [
+                    ("jitter.growth.position_exponent", growth?.position_exponent),
+                    ("jitter.growth.angle_exponent", growth?.angle_exponent),
+                ];
+                exponents
+                    .into_iter()
+                    .find(|(_, value)| !(0.0..=MAX_GROWTH_EXPONENT).contains(value))
+                    .map(|(name, value)| (name, value, "0 to 8"))
+            })
     }
 }
 
@@ -253,10 +243,8 @@ mod tests {
 
     #[test]
     fn jitter_is_the_floor_at_the_generator_and_a_dipoles_power_law_far_away() {
-        let jitter = Jitter {
-            growth: Some(JitterGrowth::dipole(200.0)),
-            ..Jitter::uniform(0.1, 0.002)
-        };
+        let jitter =
+            Jitter { growth: Some(JitterGrowth::dipole(200.0)), ..Jitter::uniform(0.1, 0.002) };
         let at = |r: f64| jitter.at(&Point3::new(0.0, 0.6 * r, -0.8 * r));
         assert_eq!(at(0.0).position_mm, 0.1);
         assert!((at(200.0).position_mm - 0.1 * 2.0_f64.sqrt()).abs() < 1e-15);
@@ -282,23 +270,14 @@ mod tests {
             let weight = room.orientation_weight(design);
             (weight.value_mm, weight.source)
         };
-        assert_eq!(
-            weight(&room, None),
-            (100.0, OrientationWeightSource::Default)
-        );
+        assert_eq!(weight(&room, None), (100.0, OrientationWeightSource::Default));
         room.jitter = Some(Jitter::uniform(0.5, 0.3_f64.to_radians()));
         let (derived_mm, source) = weight(&room, None);
         assert!((derived_mm - 95.493).abs() < 1e-3, "{derived_mm}");
         assert_eq!(source, OrientationWeightSource::Jitter);
-        assert_eq!(
-            weight(&room, Some(30.0)),
-            (30.0, OrientationWeightSource::Design)
-        );
+        assert_eq!(weight(&room, Some(30.0)), (30.0, OrientationWeightSource::Design));
         // Without a scatter of the angles there is no ratio.
         room.jitter = Some(Jitter::uniform(0.5, 0.0));
-        assert_eq!(
-            weight(&room, None),
-            (100.0, OrientationWeightSource::Default)
-        );
+        assert_eq!(weight(&room, None), (100.0, OrientationWeightSource::Default));
     }
 }

@@ -82,12 +82,7 @@ pub(super) fn factor_in(
             }
         }
     };
-    Ok(Factored {
-        settings: *settings,
-        bounds,
-        samples: set.samples.len(),
-        parts,
-    })
+    Ok(Factored { settings: *settings, bounds, samples: set.samples.len(), parts })
 }
 
 impl Factored {
@@ -133,10 +128,7 @@ impl Factored {
         Ok(Decomposed {
             settings: self.settings,
             bounds: self.bounds,
-            systems: systems
-                .par_iter()
-                .map(Triangle::decompose)
-                .collect::<Result<_, _>>()?,
+            systems: systems.par_iter().map(Triangle::decompose).collect::<Result<_, _>>()?,
         })
     }
 

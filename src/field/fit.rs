@@ -64,10 +64,7 @@ impl FitSettings {
 
     /// Of kinds of models that have neither order nor orientations.
     pub fn without_polynomials(map: MapKind) -> Self {
-        Self {
-            map,
-            ..Self::new(0, DirectionSet::One)
-        }
+        Self { map, ..Self::new(0, DirectionSet::One) }
     }
 }
 
@@ -221,10 +218,8 @@ pub fn remainders(
 ) -> Vec<Remainder> {
     let mut remainders = Vec::with_capacity(set.samples.len());
     each_remainder(model, set, outside, |position_mm, rotation_rad| {
-        remainders.push(Remainder {
-            position_mm: position_mm.norm(),
-            angle_rad: rotation_rad.norm(),
-        });
+        remainders
+            .push(Remainder { position_mm: position_mm.norm(), angle_rad: rotation_rad.norm() });
     });
     remainders
 }

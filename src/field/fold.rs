@@ -69,21 +69,10 @@ pub fn fold(mut triangle: MatMut<'_, f64>, block: Block<'_>, scratch: &mut Scrat
         }
         let (panel, rest) = rows.rb_mut().get_mut(..active, ..).split_at_col_mut(end);
         let mut panel = panel.get_mut(.., start..);
-        let (head, head_rest) = triangle
-            .rb_mut()
-            .get_mut(start..end, ..)
-            .split_at_col_mut(end);
+        let (head, head_rest) = triangle.rb_mut().get_mut(start..end, ..).split_at_col_mut(end);
         let mut t = t.get_mut(..end - start, ..end - start);
-        factor_panel(
-            head.get_mut(.., start..),
-            panel.rb_mut(),
-            t.rb_mut(),
-            scratch,
-        );
-        let reflectors = Reflectors {
-            v: panel.rb(),
-            t: t.rb(),
-        };
+        factor_panel(head.get_mut(.., start..), panel.rb_mut(), t.rb_mut(), scratch);
+        let reflectors = Reflectors { v: panel.rb(), t: t.rb() };
         reflectors.apply(head_rest, rest, scratch);
     }
 }
@@ -119,23 +108,9 @@ impl Reflectors<'_> {
         }
         let mut product = matrix(&mut scratch.product, k, columns);
         product.copy_from(head.rb());
-        matmul(
-            product.rb_mut(),
-            Accum::Add,
-            self.v.transpose(),
-            rows.rb(),
-            1.0,
-            Par::Seq,
-        );
+        matmul(product.rb_mut(), Accum::Add, self.v.transpose(), rows.rb(), 1.0, Par::Seq);
         let mut turned = matrix(&mut scratch.turned, k, columns);
-        matmul(
-            turned.rb_mut(),
-            Accum::Replace,
-            self.t.transpose(),
-            product.rb(),
-            1.0,
-            Par::Seq,
-        );
+        matmul(turned.rb_mut(), Accum::Replace, self.t.transpose(), product.rb(), 1.0, Par::Seq);
         head -= turned.rb();
         matmul(rows, Accum::Add, self.v, turned.rb(), -1.0, Par::Seq);
     }
@@ -167,44 +142,15 @@ fn factor_panel(
     let (mut t_left, mut t_corner) = t_top.split_at_col_mut(left);
     let mut t_right = t_bottom.get_mut(.., left..);
     factor_panel(head_left, v_left.rb_mut(), t_left.rb_mut(), scratch);
-    let reflectors = Reflectors {
-        v: v_left.rb(),
-        t: t_left.rb(),
-    };
+    let reflectors = Reflectors { v: v_left.rb(), t: t_left.rb() };
     reflectors.apply_here(head_right, v_right.rb_mut(), scratch);
-    factor_panel(
-        head_bottom.get_mut(.., left..),
-        v_right.rb_mut(),
-        t_right.rb_mut(),
-        scratch,
-    );
+    factor_panel(head_bottom.get_mut(.., left..), v_right.rb_mut(), t_right.rb_mut(), scratch);
     // The product of two groups: their off-diagonal block of T is -T₁ V₁ᵀ V₂ T₂.
     let mut product = matrix(&mut scratch.product, left, k - left);
-    matmul(
-        product.rb_mut(),
-        Accum::Replace,
-        v_left.transpose(),
-        v_right.rb(),
-        1.0,
-        Par::Seq,
-    );
+    matmul(product.rb_mut(), Accum::Replace, v_left.transpose(), v_right.rb(), 1.0, Par::Seq);
     let mut turned = matrix(&mut scratch.turned, left, k - left);
-    matmul(
-        turned.rb_mut(),
-        Accum::Replace,
-        t_left.rb(),
-        product.rb(),
-        1.0,
-        Par::Seq,
-    );
-    matmul(
-        t_corner.rb_mut(),
-        Accum::Replace,
-        turned.rb(),
-        t_right.rb(),
-        -1.0,
-        Par::Seq,
-    );
+    matmul(turned.rb_mut(), Accum::Replace, t_left.rb(), product.rb(), 1.0, Par::Seq);
+    matmul(t_corner.rb_mut(), Accum::Replace, turned.rb(), t_right.rb(), -1.0, Par::Seq);
 }
 
 /// At most [`LEAF`] columns, reflector by reflector.
@@ -214,9 +160,9 @@ fn factor_leaf(mut head: MatMut<'_, f64>, panel: MatMut<'_, f64>, mut t: MatMut<
     let mut fillers = filler.chunks_exact_mut(panel.nrows());
     let mut columns = panel.col_iter_mut();
     let columns: [&mut [f64]; LEAF] = array::from_fn(|_| match columns.next() {
-        Some(column) => column
-            .try_as_col_major_mut()
-            .map_or_else(Default::default, faer::ColMut::as_slice_mut),
+        Some(column) => {
+            column.try_as_col_major_mut().map_or_else(Default::default, faer::ColMut::as_slice_mut)
+        }
         None => fillers.next().unwrap_or_default(),
     });
     let mut leaf = Leaf {
@@ -226,10 +172,7 @@ fn factor_leaf(mut head: MatMut<'_, f64>, panel: MatMut<'_, f64>, mut t: MatMut<
         t: [[0.0; LEAF]; LEAF],
         count: k,
     };
-    pulp::Arch::new().dispatch(LeafTask {
-        leaf: &mut leaf,
-        columns,
-    });
+    pulp::Arch::new().dispatch(LeafTask { leaf: &mut leaf, columns });
     for j in 0..k {
         for i in 0..k {
             head[(i, j)] = leaf.head[i][j];
@@ -308,10 +251,7 @@ fn products_with_first<S: Simd>(simd: S, columns: &mut [&mut [S::f64s]; LEAF]) -
     let rows = columns[0].len();
     let columns = columns.each_mut().map(|column| &column[..rows]);
     let mut sums = [simd.splat_f64s(0.0); LEAF];
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "one row of all columns at a time"
-    )]
+    #[expect(clippy::needless_range_loop, reason = "one row of all columns at a time")]
     for i in 0..rows {
         let x = columns[0][i];
         for l in 0..LEAF {
@@ -340,10 +280,7 @@ fn turn<S: Simd, const J: usize>(
     let columns = columns.each_mut().map(|column| &mut column[..rows]);
     let next = (J + 1).min(LEAF - 1);
     let mut sums = [simd.splat_f64s(0.0); LEAF];
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "one row of all columns at a time"
-    )]
+    #[expect(clippy::needless_range_loop, reason = "one row of all columns at a time")]
     for i in 0..rows {
         let x = columns[J][i];
         let mut turned = [x; LEAF];
@@ -375,9 +312,7 @@ mod tests {
     fn numbers(rows: usize, columns: usize) -> Mat<f64> {
         let mut state = 1_u64;
         Mat::from_fn(rows, columns, |_, _| {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         })
     }
@@ -395,10 +330,7 @@ mod tests {
             let mut scratch = Scratch::default();
             for start in [0, 160] {
                 let mut part = a.get(start..start + 160, ..).to_owned();
-                let block = Block {
-                    rows: part.as_mut(),
-                    leads: None,
-                };
+                let block = Block { rows: part.as_mut(), leads: None };
                 fold(r.as_mut(), block, &mut scratch);
             }
             for j in 0..columns {
@@ -423,10 +355,7 @@ mod tests {
         }
         let triangle = |leads| {
             let (mut r, mut rows) = (Mat::zeros(columns, columns), a.clone());
-            let block = Block {
-                rows: rows.as_mut(),
-                leads,
-            };
+            let block = Block { rows: rows.as_mut(), leads };
             fold(r.as_mut(), block, &mut Scratch::default());
             r
         };
@@ -439,10 +368,7 @@ mod tests {
     fn what_pivots_do_not_clear_is_left_in_the_rows() {
         let (a, pivots) = (numbers(64, 40), 24);
         let (mut r, mut rows) = (Mat::zeros(pivots, 40), a.clone());
-        let block = Block {
-            rows: rows.as_mut(),
-            leads: None,
-        };
+        let block = Block { rows: rows.as_mut(), leads: None };
         fold(r.as_mut(), block, &mut Scratch::default());
         let left = Mat::from_fn(64, 40, |i, j| if j < pivots { 0.0 } else { rows[(i, j)] });
         let both = r.transpose() * &r + left.transpose() * &left;
@@ -457,10 +383,7 @@ mod tests {
             a[(i, 9)] = a[(i, 8)];
         }
         let (mut r, mut rows) = (Mat::zeros(20, 20), a.clone());
-        let block = Block {
-            rows: rows.as_mut(),
-            leads: None,
-        };
+        let block = Block { rows: rows.as_mut(), leads: None };
         fold(r.as_mut(), block, &mut Scratch::default());
         assert_eq!(r[(3, 3)], 0.0);
         assert!(r[(9, 9)].abs() < 1e-14);

@@ -37,10 +37,7 @@ impl DistortionModel {
         }
         if self.order() == 0 {
             return Linearization {
-                at: Evaluation {
-                    error: PoseError::default(),
-                    is_inside,
-                },
+                at: Evaluation { error: PoseError::default(), is_inside },
                 by_position: Matrix6x3::zeros(),
                 by_axis: Matrix6x3::zeros(),
             };
@@ -199,10 +196,7 @@ mod tests {
 
     /// Far enough from the triangle's edges for steps of 1e-3 radians to stay inside.
     fn is_off_edges(model: &DistortionModel, axis: &Unit<Vector3<f64>>) -> bool {
-        let weights = model
-            .directions()
-            .weights(axis, Weighting::Gnomonic)
-            .weights;
+        let weights = model.directions().weights(axis, Weighting::Gnomonic).weights;
         model.directions() == DirectionSet::One || weights.iter().all(|&w| w > 0.02)
     }
 
@@ -235,10 +229,7 @@ mod tests {
                         let step = along * (h * size);
                         (value(&(p + step), &n) - value(&(p - step), &n)) / (2.0 * h)
                     });
-                    assert!(
-                        worst < 3e-8,
-                        "{order} {set:?} {weighting:?} by {k}: {worst:e}"
-                    );
+                    assert!(worst < 3e-8, "{order} {set:?} {weighting:?} by {k}: {worst:e}");
                 }
                 let reference = Unit::new_normalize(n.cross(&Vector3::new(0.3, 0.5, -0.8)));
                 for tangent in [reference.into_inner(), n.cross(&reference)] {
@@ -246,10 +237,7 @@ mod tests {
                         let ahead = value(&p, &turned(&n, &tangent, h));
                         (ahead - value(&p, &turned(&n, &tangent, -h))) / (2.0 * h)
                     });
-                    assert!(
-                        worst < 3e-8,
-                        "{order} {set:?} {weighting:?} turned: {worst:e}"
-                    );
+                    assert!(worst < 3e-8, "{order} {set:?} {weighting:?} turned: {worst:e}");
                 }
                 assert!((there.by_axis * n.as_ref()).amax() < 1e-13);
             }
@@ -267,10 +255,8 @@ mod tests {
                     let axis = Unit::new_normalize(axis);
                     // The weights may come from the triangle on the other side.
                     let corners = set.weights(&axis, weighting).directions;
-                    let middle: Vector3<f64> = corners
-                        .iter()
-                        .map(|&d| set.directions()[d].into_inner())
-                        .sum();
+                    let middle: Vector3<f64> =
+                        corners.iter().map(|&d| set.directions()[d].into_inner()).sum();
                     let inward = middle - axis.as_ref() * axis.dot(&middle);
                     let tangent = inward.normalize();
                     let there = model.evaluate_with_jacobian(&p, &axis, OutsidePolicy::Clamp);

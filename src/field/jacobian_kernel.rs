@@ -36,14 +36,7 @@ impl WithSimd for Contraction<'_> {
         for (net, sums) in self.nets.iter().zip(&mut sums).take(self.count) {
             // In vectors of one lane the last two would be for nothing.
             for vector in 0..6_usize.div_ceil(S::F64_LANES) {
-                contract(
-                    simd,
-                    self.order + 1,
-                    net.as_flattened(),
-                    self.bases,
-                    vector,
-                    sums,
-                );
+                contract(simd, self.order + 1, net.as_flattened(), self.bases, vector, sums);
             }
         }
         sums

@@ -58,33 +58,23 @@ fn next_round(parts: &[Vec<usize>]) -> Option<Vec<FrontPlan>> {
     let others_of = |pivot: usize| -> Vec<usize> {
         let is_neighbour = |&other: &usize| {
             other != pivot
-                && parts
-                    .iter()
-                    .any(|part| part.contains(&pivot) && part.contains(&other))
+                && parts.iter().any(|part| part.contains(&pivot) && part.contains(&other))
         };
         left.iter().copied().filter(is_neighbour).collect()
     };
     let plans: Vec<_> = left
         .iter()
-        .map(|&pivot| FrontPlan {
-            pivots: vec![pivot],
-            others: others_of(pivot),
-        })
+        .map(|&pivot| FrontPlan { pivots: vec![pivot], others: others_of(pivot) })
         .collect();
     let fewest = plans.iter().map(|plan| plan.others.len()).min()?;
     if fewest + 1 == left.len() {
-        return Some(vec![FrontPlan {
-            pivots: left,
-            others: Vec::new(),
-        }]);
+        return Some(vec![FrontPlan { pivots: left, others: Vec::new() }]);
     }
     let mut round: Vec<FrontPlan> = Vec::new();
     for plan in plans {
         let shares = |other: &FrontPlan| {
             let both = [plan.pivots[0], other.pivots[0]];
-            parts
-                .iter()
-                .any(|part| both.iter().all(|p| part.contains(p)))
+            parts.iter().any(|part| both.iter().all(|p| part.contains(p)))
         };
         if plan.others.len() == fewest && !round.iter().any(shares) {
             round.push(plan);
@@ -168,10 +158,7 @@ impl JointSystem<'_> {
             false => None,
         };
         Ok(Solution {
-            unknowns: damped
-                .as_ref()
-                .unwrap_or(&triangle)
-                .solutions(self.set.len()),
+            unknowns: damped.as_ref().unwrap_or(&triangle).solutions(self.set.len()),
             rank: self.set.len() * self.block,
             condition: found.largest / found.smallest,
         })
@@ -219,10 +206,7 @@ impl JointSystem<'_> {
                 if plan.others.is_empty() {
                     triangle.tail = left;
                 } else {
-                    parts.push(Part {
-                        blocks: plan.others.clone(),
-                        rows: Cow::Owned(left),
-                    });
+                    parts.push(Part { blocks: plan.others.clone(), rows: Cow::Owned(left) });
                 }
                 plans.push((plan, rows));
             }
@@ -250,21 +234,15 @@ impl JointSystem<'_> {
         for (blocks, face) in blocks.iter().zip(self.faces) {
             for (b, &direction) in blocks.iter().enumerate() {
                 let columns = b * self.block..(b + 1) * self.block;
-                is_touched[direction] |= columns
-                    .flat_map(|j| face.reduced().col(j).iter())
-                    .any(|&entry| entry != 0.0);
+                is_touched[direction] |=
+                    columns.flat_map(|j| face.reduced().col(j).iter()).any(|&entry| entry != 0.0);
             }
         }
         let faces = blocks.iter().zip(self.faces).map(|(blocks, face)| {
-            let kept: Vec<_> = (0..blocks.len())
-                .filter(|&b| is_touched[blocks[b]])
-                .collect();
+            let kept: Vec<_> = (0..blocks.len()).filter(|&b| is_touched[blocks[b]]).collect();
             let rows = face.reduced();
             if kept.len() == blocks.len() {
-                return Part {
-                    blocks: blocks.clone(),
-                    rows: Cow::Borrowed(rows),
-                };
+                return Part { blocks: blocks.clone(), rows: Cow::Borrowed(rows) };
             }
             let mut own = Mat::zeros(rows.nrows(), kept.len() * self.block + VALUES);
             for (to, &from) in kept.iter().enumerate() {
@@ -273,26 +251,20 @@ impl JointSystem<'_> {
             }
             own.subcols_mut(kept.len() * self.block, VALUES)
                 .copy_from(rows.subcols(blocks.len() * self.block, VALUES));
-            Part {
-                blocks: kept.iter().map(|&b| blocks[b]).collect(),
-                rows: Cow::Owned(own),
-            }
+            Part { blocks: kept.iter().map(|&b| blocks[b]).collect(), rows: Cow::Owned(own) }
         });
         let damped = damping.into_iter().flat_map(|damping| {
-            (0..self.set.len())
-                .filter(|&direction| is_touched[direction])
-                .map(move |direction| Part {
+            (0..self.set.len()).filter(|&direction| is_touched[direction]).map(move |direction| {
+                Part {
                     blocks: vec![direction],
                     rows: Cow::Owned(Mat::from_fn(self.block, self.block + VALUES, |i, j| {
                         if i == j { damping } else { 0.0 }
                     })),
-                })
+                }
+            })
         });
         let damped: Vec<_> = damped.collect();
-        faces
-            .filter(|part| part.rows.nrows() > 0)
-            .chain(damped)
-            .collect()
+        faces.filter(|part| part.rows.nrows() > 0).chain(damped).collect()
     }
 
     /// The triangle with all its blocks, orientations in their own order.
@@ -308,13 +280,7 @@ impl JointSystem<'_> {
         for front in &triangle.fronts {
             for (k, place) in front.places(self.block).enumerate() {
                 let direction = triangle.order[place / self.block];
-                copy(
-                    &front.rows,
-                    front.start,
-                    k * self.block,
-                    direction * self.block,
-                    self.block,
-                );
+                copy(&front.rows, front.start, k * self.block, direction * self.block, self.block);
             }
             let from = front.rows.ncols() - VALUES;
             copy(&front.rows, front.start, from, unknowns, VALUES);
@@ -325,11 +291,7 @@ impl JointSystem<'_> {
 }
 
 fn blocks_of(parts: &[Part<'_>]) -> Vec<Vec<usize>> {
-    parts
-        .iter()
-        .map(|part| part.blocks.clone())
-        .filter(|blocks| !blocks.is_empty())
-        .collect()
+    parts.iter().map(|part| part.blocks.clone()).filter(|blocks| !blocks.is_empty()).collect()
 }
 
 /// Eliminates a front's pivots: their rows of the triangle, and the rows that are left on the
@@ -343,10 +305,7 @@ fn factor_front(plan: &FrontPlan, parts: Vec<Part<'_>>, block: usize) -> (Mat<f6
     let is_reduced = leads.len() > width || plan.others.is_empty();
     let cleared = if is_reduced { width } else { pivots };
     let mut triangle = Mat::zeros(cleared, width);
-    let rows = Block {
-        rows: stacked.as_mut(),
-        leads: Some(&leads),
-    };
+    let rows = Block { rows: stacked.as_mut(), leads: Some(&leads) };
     fold(triangle.as_mut(), rows, &mut Scratch::default());
     if is_reduced {
         let left = triangle.get(pivots.., pivots..).to_owned();
@@ -372,10 +331,7 @@ fn stack(
                 let place = columns.iter().position(|&c| c == direction);
                 place.unwrap_or_default() * block
             };
-            part.blocks
-                .iter()
-                .map(|&direction| place(direction))
-                .collect()
+            part.blocks.iter().map(|&direction| place(direction)).collect()
         })
         .collect();
     let mut order = Vec::new();
@@ -392,19 +348,14 @@ fn stack(
                 }
             }
         }
-        let used = leads
-            .into_iter()
-            .enumerate()
-            .filter(|&(_, lead)| lead < width);
+        let used = leads.into_iter().enumerate().filter(|&(_, lead)| lead < width);
         order.extend(used.map(|(i, lead)| (lead, p, i)));
     }
     order.sort_unstable();
     let mut stacked = Mat::zeros(order.len().next_multiple_of(ROW_UNIT), width);
     for (b, &direction) in columns.iter().enumerate() {
-        let from: Vec<_> = parts
-            .iter()
-            .map(|part| part.blocks.iter().position(|&d| d == direction))
-            .collect();
+        let from: Vec<_> =
+            parts.iter().map(|part| part.blocks.iter().position(|&d| d == direction)).collect();
         for j in 0..block {
             let mut column = stacked.col_mut(b * block + j);
             for (row, &(_, p, i)) in order.iter().enumerate() {
@@ -438,9 +389,7 @@ impl Front {
     fn beside(&self, block: usize) -> impl Iterator<Item = (usize, &[f64])> {
         let places = self.others.iter().flat_map(move |&at| at..at + block);
         let first = self.pivots();
-        places
-            .enumerate()
-            .map(move |(j, place)| (place, self.rows.col_as_slice(first + j)))
+        places.enumerate().map(move |(j, place)| (place, self.rows.col_as_slice(first + j)))
     }
 
     fn triangle(&self) -> Dense<'_> {
@@ -458,10 +407,7 @@ impl SparseTriangle {
     /// Solutions for all values, orientations in their own order.
     fn solutions(&self, directions: usize) -> Vec<[f64; VALUES]> {
         let mut unknowns = vec![[0.0; VALUES]; directions * self.block];
-        #[expect(
-            clippy::needless_range_loop,
-            reason = "k is a column of all fronts too"
-        )]
+        #[expect(clippy::needless_range_loop, reason = "k is a column of all fronts too")]
         for k in 0..VALUES {
             let mut x: Vec<f64> = self
                 .fronts

@@ -123,13 +123,8 @@ pub(super) struct LaneBounds<V> {
 impl<V: Copy> LaneBounds<V> {
     #[inline(always)]
     pub fn new<S: Simd<f64s = V>>(simd: S, bounds: &Bounds) -> Self {
-        let splat = |v: Vector3<f64>| {
-            [
-                simd.splat_f64s(v.x),
-                simd.splat_f64s(v.y),
-                simd.splat_f64s(v.z),
-            ]
-        };
+        let splat =
+            |v: Vector3<f64>| [simd.splat_f64s(v.x), simd.splat_f64s(v.y), simd.splat_f64s(v.z)];
         let size = bounds.size_mm();
         let slack = size * INSIDE_TOLERANCE;
         Self {
@@ -191,11 +186,7 @@ pub(super) fn weights<S: Simd>(
         Weighting::Area => {
             let [a, b, c] = triangle.corners;
             let (a, b, c) = (dot(simd, a, axis), dot(simd, b, axis), dot(simd, c, axis));
-            let sums = [
-                simd.add_f64s(b, c),
-                simd.add_f64s(c, a),
-                simd.add_f64s(a, b),
-            ];
+            let sums = [simd.add_f64s(b, c), simd.add_f64s(c, a), simd.add_f64s(a, b)];
             for k in 0..3 {
                 let triple = simd.abs_f64s(dot(simd, triangle.normals[k], axis));
                 let rest = simd.splat_f64s(1.0 + triangle.opposite_cosines[k]);

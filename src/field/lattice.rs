@@ -40,10 +40,7 @@ impl AxisModel {
         out: &mut Vec<Evaluation>,
     ) {
         let [nx, ny, nz] = coordinates_mm.map(<[f64]>::len);
-        let nothing = Evaluation {
-            error: PoseError::default(),
-            is_inside: false,
-        };
+        let nothing = Evaluation { error: PoseError::default(), is_inside: false };
         out.clear();
         out.resize(nx * ny * nz, nothing);
         let clamp = outside != OutsidePolicy::Extrapolate;
@@ -99,10 +96,7 @@ impl Coordinate {
         let mut point = bounds.min_mm;
         point[axis] = value_mm;
         let at = if clamp { bounds.clamp(&point) } else { point };
-        Self {
-            unit: bounds.to_unit(&at)[axis],
-            is_inside: bounds.contains(&point),
-        }
+        Self { unit: bounds.to_unit(&at)[axis], is_inside: bounds.contains(&point) }
     }
 }
 
@@ -248,9 +242,7 @@ mod tests {
     }
 
     fn places(count: usize, from: f64, to: f64) -> Vec<f64> {
-        (0..count)
-            .map(|i| from + (to - from) * i as f64 / count.max(2) as f64)
-            .collect()
+        (0..count).map(|i| from + (to - from) * i as f64 / count.max(2) as f64).collect()
     }
 
     #[test]
@@ -269,11 +261,7 @@ mod tests {
                     // Outside the box a basis of order 9 reaches some ten.
                     (OutsidePolicy::Extrapolate, 1e-11),
                 ] {
-                    for level in [
-                        Instructions::Best,
-                        Instructions::Avx2,
-                        Instructions::Portable,
-                    ] {
+                    for level in [Instructions::Best, Instructions::Avx2, Instructions::Portable] {
                         let mut out = Vec::new();
                         let lists = [&xs[..], &ys, &zs];
                         let at_axis = model.at_axis(&axis);

@@ -145,10 +145,7 @@ impl LeastSquares {
         if self.pending.is_empty() {
             self.pending = vec![0.0; stride * self.width()];
         }
-        fill(&mut Lanes {
-            columns: self.pending.chunks_exact_mut(stride),
-            at: self.pending_rows,
-        });
+        fill(&mut Lanes { columns: self.pending.chunks_exact_mut(stride), at: self.pending_rows });
         self.pending_rows += count;
         self.rows += count;
     }
@@ -174,10 +171,7 @@ impl LeastSquares {
         let mut rows = Mat::zeros(width.next_multiple_of(ROW_UNIT), width);
         rows.get_mut(..width, ..).copy_from(&other.reduced);
         let leads: Vec<_> = (0..width).collect();
-        let block = Block {
-            rows: rows.as_mut(),
-            leads: Some(&leads),
-        };
+        let block = Block { rows: rows.as_mut(), leads: Some(&leads) };
         fold(triangle.as_mut(), block, &mut self.scratch);
     }
 
@@ -189,16 +183,9 @@ impl LeastSquares {
             self.triangle.unwrap_or_else(|| Mat::zeros(0, 0))
         } else {
             let stride = self.stride();
-            Mat::from_fn(self.pending_rows, self.width(), |i, j| {
-                self.pending[j * stride + i]
-            })
+            Mat::from_fn(self.pending_rows, self.width(), |i, j| self.pending[j * stride + i])
         };
-        Triangle {
-            unknowns: self.unknowns,
-            rows: self.rows,
-            reduced,
-            is_triangular,
-        }
+        Triangle { unknowns: self.unknowns, rows: self.rows, reduced, is_triangular }
     }
 
     /// [`Triangle::solve`] of all rows.
@@ -236,13 +223,8 @@ impl LeastSquares {
         }
         let pending =
             MatMut::from_column_major_slice_with_stride_mut(&mut self.pending, rows, width, stride);
-        let triangle = self
-            .triangle
-            .get_or_insert_with(|| Mat::zeros(width, width));
-        let block = Block {
-            rows: pending,
-            leads: None,
-        };
+        let triangle = self.triangle.get_or_insert_with(|| Mat::zeros(width, width));
+        let block = Block { rows: pending, leads: None };
         fold(triangle.as_mut(), block, &mut self.scratch);
         self.pending_rows = 0;
     }
@@ -268,12 +250,7 @@ impl Triangle {
     pub(super) fn from_rows(unknowns: usize, count: usize, reduced: Mat<f64>) -> Self {
         debug_assert_eq!(reduced.ncols(), unknowns + VALUES);
         debug_assert!(reduced.nrows() <= unknowns + VALUES);
-        Self {
-            unknowns,
-            rows: count,
-            reduced,
-            is_triangular: false,
-        }
+        Self { unknowns, rows: count, reduced, is_triangular: false }
     }
 
     /// Rows that say the same as all rows: unknowns, then values.
@@ -308,9 +285,7 @@ impl Triangle {
         if !self.is_triangular || p == 0 {
             return None;
         }
-        let found = determined(&Dense::leading(&self.reduced, p), rcond, |i| {
-            self.reduced[(i, i)]
-        })?;
+        let found = determined(&Dense::leading(&self.reduced, p), rcond, |i| self.reduced[(i, i)])?;
         let damped = (ridge > 0.0).then(|| self.damped(ridge * found.largest));
         let reduced = damped.as_ref().unwrap_or(&self.reduced);
         let triangle = Dense::leading(reduced, p);
@@ -322,11 +297,7 @@ impl Triangle {
                 unknown[k] = x;
             }
         }
-        Some(Solution {
-            unknowns,
-            rank: p,
-            condition: found.largest / found.smallest,
-        })
+        Some(Solution { unknowns, rank: p, condition: found.largest / found.smallest })
     }
 
     /// The triangle with a row more for each unknown, `damping` times it and 0.
@@ -338,10 +309,7 @@ impl Triangle {
             rows[(i, i)] = damping;
         }
         let leads: Vec<_> = (0..p).collect();
-        let block = Block {
-            rows: rows.as_mut(),
-            leads: Some(&leads),
-        };
+        let block = Block { rows: rows.as_mut(), leads: Some(&leads) };
         fold(triangle.as_mut(), block, &mut Scratch::default());
         triangle
     }
@@ -367,10 +335,7 @@ impl Triangle {
                 unreachable_squares: [0.0; VALUES],
             });
         }
-        let svd = a.thin_svd().map_err(|_| NoConvergence {
-            rows: self.rows,
-            unknowns: p,
-        })?;
+        let svd = a.thin_svd().map_err(|_| NoConvergence { rows: self.rows, unknowns: p })?;
         // Of fewer rows than unknowns, the values beyond are round-off of the reduction.
         let kept = svd.S().dim().min(self.rows);
         let u = svd.U().get(.., ..kept);
@@ -396,10 +361,7 @@ impl Decomposition {
     /// Singular values above `rcond` times the largest.
     pub fn rank(&self, rcond: f64) -> usize {
         let largest = self.largest();
-        self.singular_values
-            .iter()
-            .filter(|&&s| s > rcond * largest)
-            .count()
+        self.singular_values.iter().filter(|&&s| s > rcond * largest).count()
     }
 
     /// Largest singular value; 0 where there is none.
@@ -415,20 +377,14 @@ impl Decomposition {
         let rank = self.rank(rcond);
         let mut damped = self.rotated.clone();
         for (i, &s) in self.singular_values.iter().enumerate() {
-            let gain = if i < rank {
-                s / (s * s + damping * damping)
-            } else {
-                0.0
-            };
+            let gain = if i < rank { s / (s * s + damping * damping) } else { 0.0 };
             for k in 0..VALUES {
                 damped[(i, k)] *= gain;
             }
         }
         let x = &self.v * damped;
         Solution {
-            unknowns: (0..self.unknowns)
-                .map(|i| std::array::from_fn(|k| x[(i, k)]))
-                .collect(),
+            unknowns: (0..self.unknowns).map(|i| std::array::from_fn(|k| x[(i, k)])).collect(),
             rank,
             condition: match rank {
                 0 => 0.0,
@@ -447,9 +403,8 @@ pub(super) fn determined(
 ) -> Option<Extremes> {
     // The smallest singular value is below, the largest above every entry of the diagonal.
     let sizes = (0..triangle.len()).map(|i| diagonal(i).abs());
-    let (least, most) = sizes.fold((f64::INFINITY, 0.0_f64), |(least, most), size| {
-        (least.min(size), most.max(size))
-    });
+    let (least, most) = sizes
+        .fold((f64::INFINITY, 0.0_f64), |(least, most), size| (least.min(size), most.max(size)));
     if least.partial_cmp(&(rcond * most)) != Some(std::cmp::Ordering::Greater) {
         return None;
     }
@@ -464,17 +419,11 @@ mod tests {
     fn problem(rows: usize, unknowns: usize) -> (Vec<Vec<f64>>, Vec<[f64; VALUES]>) {
         let mut state = 1_u64;
         let mut next = move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
-        let a = (0..rows)
-            .map(|_| (0..unknowns).map(|_| next()).collect())
-            .collect();
-        let x = (0..unknowns)
-            .map(|_| std::array::from_fn(|_| next()))
-            .collect();
+        let a = (0..rows).map(|_| (0..unknowns).map(|_| next()).collect()).collect();
+        let x = (0..unknowns).map(|_| std::array::from_fn(|_| next())).collect();
         (a, x)
     }
 
@@ -544,10 +493,7 @@ mod tests {
     fn triangles_of_parts_make_the_triangle_of_all_rows() {
         let (a, x) = problem(300, 12);
         let whole = system(&a, &x).into_triangle().decompose().unwrap();
-        let parts: Vec<_> = a
-            .chunks(70)
-            .map(|rows| system(rows, &x).into_triangle())
-            .collect();
+        let parts: Vec<_> = a.chunks(70).map(|rows| system(rows, &x).into_triangle()).collect();
         let merged = Triangle::merged(&parts).unwrap();
         assert_eq!(merged.rows(), 300);
         let merged = merged.decompose().unwrap();
@@ -577,10 +523,7 @@ mod tests {
                 ((i % 7) as f64 - model).powi(2)
             })
             .sum();
-        assert!(
-            (d.unreachable_squares[3] - squares).abs() < 1e-12 * squares,
-            "{x:?}"
-        );
+        assert!((d.unreachable_squares[3] - squares).abs() < 1e-12 * squares, "{x:?}");
     }
 
     #[test]

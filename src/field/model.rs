@@ -57,12 +57,7 @@ pub enum ModelError {
     #[error(
         "{found} coefficients, expected {expected} for {directions} orientations of order {order}"
     )]
-    CoefficientCount {
-        found: usize,
-        expected: usize,
-        directions: usize,
-        order: usize,
-    },
+    CoefficientCount { found: usize, expected: usize, directions: usize, order: usize },
     #[error("coefficient {0} is not finite")]
     NotFinite(usize),
     #[error("box: {0}")]
@@ -97,22 +92,11 @@ impl DistortionModel {
                 order,
             });
         }
-        if let Some(i) = coefficients
-            .iter()
-            .position(|c| c.iter().any(|v| !v.is_finite()))
-        {
+        if let Some(i) = coefficients.iter().position(|c| c.iter().any(|v| !v.is_finite())) {
             return Err(ModelError::NotFinite(i));
         }
         bounds.check_finite()?;
-        Ok(Self {
-            order,
-            directions,
-            weighting,
-            map,
-            bounds,
-            coefficients,
-            computed: None,
-        })
+        Ok(Self { order, directions, weighting, map, bounds, coefficients, computed: None })
     }
 
     /// A model that is no polynomial, over a box. Beyond the box it is that of the nearest point,
@@ -122,10 +106,7 @@ impl DistortionModel {
     }
 
     pub(super) fn of_computed(field: ComputedField, map: MapKind, bounds: Bounds) -> Self {
-        Self {
-            computed: Some(Arc::new(field)),
-            ..Self::zero(bounds, map)
-        }
+        Self { computed: Some(Arc::new(field)), ..Self::zero(bounds, map) }
     }
 
     /// A model from parts of another, which were checked for that one.
@@ -137,15 +118,7 @@ impl DistortionModel {
         bounds: Bounds,
         coefficients: Vec<Coefficient>,
     ) -> Self {
-        Self {
-            order,
-            directions,
-            weighting,
-            map,
-            bounds,
-            coefficients,
-            computed: None,
-        }
+        Self { order, directions, weighting, map, bounds, coefficients, computed: None }
     }
 
     /// A field without distortion.
@@ -229,20 +202,14 @@ impl DistortionModel {
             return computed.evaluate(position_mm, axis);
         }
         if self.order == 0 {
-            return Evaluation {
-                error: PoseError::default(),
-                is_inside,
-            };
+            return Evaluation { error: PoseError::default(), is_inside };
         }
         let at = match outside {
             OutsidePolicy::Extrapolate => *position_mm,
             OutsidePolicy::Clamp | OutsidePolicy::Reject => self.bounds.clamp(position_mm),
         };
         let weights = self.directions.weights(axis, self.weighting);
-        Evaluation {
-            error: self.blend(&self.bounds.to_unit(&at), &weights),
-            is_inside,
-        }
+        Evaluation { error: self.blend(&self.bounds.to_unit(&at), &weights), is_inside }
     }
 
     /// The pose a tracker would report for a sensor: equations (6) and (7).
@@ -317,10 +284,7 @@ pub(super) fn values_of(error: &PoseError) -> Coefficient {
 
 /// The error of six values.
 pub(super) fn error_of([x, y, z, rx, ry, rz]: Coefficient) -> PoseError {
-    PoseError {
-        position_mm: Vector3::new(x, y, z),
-        rotation_rad: Vector3::new(rx, ry, rz),
-    }
+    PoseError { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }
 }
 
 /// A model as it stands in a file.
@@ -341,14 +305,7 @@ impl TryFrom<ModelParts> for DistortionModel {
 
     fn try_from(p: ModelParts) -> Result<Self, ModelError> {
         p.bounds.check()?;
-        Self::new(
-            p.order,
-            p.directions,
-            p.weighting,
-            p.map,
-            p.bounds,
-            p.coefficients,
-        )
+        Self::new(p.order, p.directions, p.weighting, p.map, p.bounds, p.coefficients)
     }
 }
 
@@ -428,18 +385,12 @@ mod tests {
                 vec![[0.0; 6]; count],
             )
         };
-        assert!(matches!(
-            new(13, 2744, bounds()),
-            Err(ModelError::Order(13))
-        ));
+        assert!(matches!(new(13, 2744, bounds()), Err(ModelError::Order(13))));
         assert!(matches!(
             new(2, 26, bounds()),
             Err(ModelError::CoefficientCount { expected: 27, .. })
         ));
         let upside_down = Bounds::from(([1.0; 3], [0.0; 3]));
-        assert!(matches!(
-            new(1, 8, upside_down),
-            Err(ModelError::Bounds { .. })
-        ));
+        assert!(matches!(new(1, 8, upside_down), Err(ModelError::Bounds { .. })));
     }
 }

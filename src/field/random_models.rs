@@ -59,13 +59,6 @@ pub fn random_model(
     let coefficients = (0..directions.len() * coefficient_count(order))
         .map(|_| std::array::from_fn(|k| seeded.normal() * if k < 3 { size_mm } else { size_rad }))
         .collect();
-    DistortionModel::new(
-        order,
-        directions,
-        weighting,
-        MapKind::Distortion,
-        room(),
-        coefficients,
-    )
-    .unwrap()
+    DistortionModel::new(order, directions, weighting, MapKind::Distortion, room(), coefficients)
+        .unwrap()
 }

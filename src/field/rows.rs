@@ -69,11 +69,7 @@ pub struct Progress<'a> {
 
 impl<'a> Progress<'a> {
     pub fn new(task: &'a Task, all: usize) -> Self {
-        Self {
-            task,
-            done: AtomicUsize::new(0),
-            all,
-        }
+        Self { task, done: AtomicUsize::new(0), all }
     }
 
     /// More is done.
@@ -101,13 +97,13 @@ impl<'a> Rows<'a> {
         let (corners, face_of) = faces_of(set);
         let mut weights = vec![[0.0; 3]; samples.len()];
         let mut faces = vec![0_u8; samples.len()];
-        (weights.par_iter_mut(), faces.par_iter_mut(), samples)
-            .into_par_iter()
-            .for_each(|(weights, face, sample)| {
+        (weights.par_iter_mut(), faces.par_iter_mut(), samples).into_par_iter().for_each(
+            |(weights, face, sample)| {
                 let found = set.weights(&sample.axis, settings.weighting);
                 let [a, b, _] = found.directions;
                 (*weights, *face) = (found.weights, face_of[a * set.len() + b]);
-            });
+            },
+        );
         let mut ends = vec![0; corners.len() + 1];
         for &face in &faces {
             ends[usize::from(face) + 1] += 1;
@@ -135,10 +131,7 @@ impl<'a> Rows<'a> {
                 .map(|((corners, range), blocks)| Face {
                     corners,
                     order: std::array::from_fn(|b| {
-                        corners
-                            .iter()
-                            .position(|c| blocks.get(b) == Some(c))
-                            .unwrap_or_default()
+                        corners.iter().position(|c| blocks.get(b) == Some(c)).unwrap_or_default()
                     }),
                     range,
                 })
@@ -148,10 +141,7 @@ impl<'a> Rows<'a> {
 
     /// Rows of all per-direction systems together, those of weight 0 counted too.
     pub fn count_each_direction(&self) -> usize {
-        self.faces
-            .iter()
-            .map(|face| distinct(face.corners) * face.range.len())
-            .sum()
+        self.faces.iter().map(|face| distinct(face.corners) * face.range.len()).sum()
     }
 
     /// Rows of all faces together.
@@ -218,13 +208,10 @@ impl<'a> Rows<'a> {
 
     fn push(&self, system: &mut LeastSquares, columns: Columns, places: &[u32]) {
         let mut counted =
-            places
-                .iter()
-                .map(|&place| place as usize)
-                .filter(|&place| match columns {
-                    Columns::Corner(corner) => self.weights[place][corner] > 0.0,
-                    Columns::Corners(_) => true,
-                });
+            places.iter().map(|&place| place as usize).filter(|&place| match columns {
+                Columns::Corner(corner) => self.weights[place][corner] > 0.0,
+                Columns::Corners(_) => true,
+            });
         loop {
             let mut group = [0; LANES];
             let mut count = 0;
@@ -274,9 +261,7 @@ impl<'a> Rows<'a> {
                 weights[corner]
             }
             Columns::Corners(order) => {
-                order
-                    .iter()
-                    .for_each(|&corner| push_block(&weights[corner]));
+                order.iter().for_each(|&corner| push_block(&weights[corner]));
                 [1.0; LANES]
             }
         };
@@ -383,10 +368,7 @@ mod tests {
         let cut = chunks(pieces, 8);
         let flat: Vec<_> = cut.iter().flatten().flat_map(|(_, r)| r.clone()).collect();
         assert_eq!(flat, (0..5).chain(9..30).collect::<Vec<_>>());
-        assert!(
-            cut.iter()
-                .all(|c| c.iter().map(|(_, r)| r.len()).sum::<usize>() <= 8)
-        );
+        assert!(cut.iter().all(|c| c.iter().map(|(_, r)| r.len()).sum::<usize>() <= 8));
     }
 
     #[test]

@@ -112,10 +112,7 @@ impl SampleSet {
     /// The samples and, of each, one whose axis is turned round: a 5-DOF coil reads the same there.
     #[must_use]
     pub fn with_turned_axes(&self) -> Self {
-        let turned = self.samples.iter().map(|sample| Sample {
-            axis: -sample.axis,
-            ..*sample
-        });
+        let turned = self.samples.iter().map(|sample| Sample { axis: -sample.axis, ..*sample });
         Self {
             samples: self.samples.iter().copied().chain(turned).collect(),
             has_rotations: self.has_rotations,

@@ -131,12 +131,7 @@ fn normalise(x: &mut [f64]) -> Option<()> {
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = a_chunks
-        .remainder()
-        .iter()
-        .zip(b_chunks.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
+    let rest: f64 = a_chunks.remainder().iter().zip(b_chunks.remainder()).map(|(a, b)| a * b).sum();
     for (a, b) in a_chunks.zip(b_chunks) {
         for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
             *sum += a * b;
@@ -164,10 +159,7 @@ impl<'a> Dense<'a> {
 
     /// Column `j` down to and with the diagonal.
     fn column(&self, j: usize) -> &'a [f64] {
-        self.0
-            .col(j)
-            .try_as_col_major()
-            .map_or(&[], |column| &column.as_slice()[..=j])
+        self.0.col(j).try_as_col_major().map_or(&[], |column| &column.as_slice()[..=j])
     }
 }
 

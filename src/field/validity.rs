@@ -63,23 +63,18 @@ impl Environment {
         let model_errors: Vec<PoseError> = points
             .par_iter()
             .map(|point| {
-                let at = self
-                    .model
-                    .evaluate(&point.position_mm, &point.axis, outside);
+                let at = self.model.evaluate(&point.position_mm, &point.axis, outside);
                 at.error
             })
             .collect();
         let errors = process.reading_errors(points, &model_errors)?;
-        let each = points
-            .par_iter()
-            .zip(errors)
-            .map(|(point, error)| Validity {
-                position_error_mm: error.position_mm.rms,
-                angle_error_rad: error.angle_rad.map(|angle| angle.rms),
-                position_95_mm: Some(error.position_mm.within_95),
-                angle_95_rad: error.angle_rad.map(|angle| angle.within_95),
-                support: support.map(|support| support_at(support, point)),
-            });
+        let each = points.par_iter().zip(errors).map(|(point, error)| Validity {
+            position_error_mm: error.position_mm.rms,
+            angle_error_rad: error.angle_rad.map(|angle| angle.rms),
+            position_95_mm: Some(error.position_mm.within_95),
+            angle_95_rad: error.angle_rad.map(|angle| angle.within_95),
+            support: support.map(|support| support_at(support, point)),
+        });
         Ok(Some(each.collect()))
     }
 }

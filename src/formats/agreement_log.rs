@@ -27,9 +27,7 @@ pub fn write(out: &mut dyn Write, rows: &[AgreementRow]) -> io::Result<()> {
         }
         let deg = |turn_rad: f64| shortest(turn_rad.to_degrees());
         let measured = row.measured_rad.map(|m| deg(m.norm()));
-        let residual = row
-            .measured_rad
-            .map(|m| deg((m - row.predicted_rad).norm()));
+        let residual = row.measured_rad.map(|m| deg((m - row.predicted_rad).norm()));
         writeln!(
             out,
             ",{},{},{},{},{},{},{}",
@@ -38,8 +36,7 @@ pub fn write(out: &mut dyn Write, rows: &[AgreementRow]) -> io::Result<()> {
             residual.unwrap_or_default(),
             row.group,
             row.outside,
-            row.is_unsupported
-                .map_or("", |is_unsupported| if is_unsupported { "0" } else { "1" }),
+            row.is_unsupported.map_or("", |is_unsupported| if is_unsupported { "0" } else { "1" }),
             u8::from(row.is_used)
         )?;
     }

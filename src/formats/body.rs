@@ -92,11 +92,7 @@ enum SensorKind {
 pub fn parse(bytes: &[u8]) -> Result<BodyFile, FormatError> {
     let entry: BodyEntry = ron_text::parse(bytes)?;
     if entry.sensors.is_empty() {
-        return Err(FormatError::field(
-            "sensors",
-            "empty",
-            "at least one sensor",
-        ));
+        return Err(FormatError::field("sensors", "empty", "at least one sensor"));
     }
     let mut names = HashMap::new();
     let mut sensors = Vec::with_capacity(entry.sensors.len());
@@ -111,16 +107,9 @@ pub fn parse(bytes: &[u8]) -> Result<BodyFile, FormatError> {
         }
         sensors.push(sensor);
     }
-    let tip_in_body = entry
-        .tip
-        .map(|tip| ron_text::point("tip", tip))
-        .transpose()?;
+    let tip_in_body = entry.tip.map(|tip| ron_text::point("tip", tip)).transpose()?;
     Ok(BodyFile {
-        rigid: RigidBody {
-            name: entry.name,
-            tip_in_body,
-            sensors,
-        },
+        rigid: RigidBody { name: entry.name, tip_in_body, sensors },
         mesh: read_mesh(entry.mesh, entry.mesh_unit)?,
         definition: entry.tool_definition.map(read_definition).transpose()?,
     })
@@ -137,10 +126,7 @@ fn read_definition(entry: DefinitionEntry) -> Result<Arc<ToolDefinition>, Format
     // Whoever made the body was told of a sum that does not match, and wanted it all the same.
     ToolDefinition::parse(entry.kind, &bytes, OnMismatch::Accept)
         .map(Arc::new)
-        .map_err(|cause| FormatError::Part {
-            part: "tool_definition",
-            cause: Box::new(cause),
-        })
+        .map_err(|cause| FormatError::Part { part: "tool_definition", cause: Box::new(cause) })
 }
 
 fn read_mesh(
@@ -222,11 +208,7 @@ pub fn write(body: &BodyFile) -> String {
         // As in Rust: `NdiOptical`.
         let kind = definition.kind();
         let file = BASE64.encode(&definition.write());
-        push_field(
-            &mut out,
-            "tool_definition",
-            &format!("(kind: {kind:?}, file: \"{file}\")"),
-        );
+        push_field(&mut out, "tool_definition", &format!("(kind: {kind:?}, file: \"{file}\")"));
     }
     out.push_str(")\n");
     out
@@ -241,29 +223,20 @@ fn push_sensor(out: &mut String, sensor: &Sensor) {
     let position = ron_text::tuple(sensor.position_in_body.coords.as_slice());
     let (kind, turn) = match &sensor.orientation {
         SensorOrientation::Marker => ("Marker", String::new()),
-        SensorOrientation::FiveDof(axis) => (
-            "FiveDof",
-            format!(", axis: {}", ron_text::tuple(axis.as_slice())),
-        ),
+        SensorOrientation::FiveDof(axis) => {
+            ("FiveDof", format!(", axis: {}", ron_text::tuple(axis.as_slice())))
+        }
         SensorOrientation::SixDof(rotation) => {
             let numbers = crate::geometry::pose::quaternion_to_array(rotation);
-            (
-                "SixDof",
-                format!(", rotation: {}", ron_text::tuple(&numbers)),
-            )
+            ("SixDof", format!(", rotation: {}", ron_text::tuple(&numbers)))
         }
     };
     let coil = sensor.coil.map_or_else(String::new, |coil| {
-        format!(
-            ", coil: (diameter: {:?}, length: {:?})",
-            coil.diameter_mm, coil.length_mm
-        )
+        format!(", coil: (diameter: {:?}, length: {:?})", coil.diameter_mm, coil.length_mm)
     });
     let name = ron_text::string(&sensor.name);
-    let _ = writeln!(
-        out,
-        "        (name: {name}, kind: {kind}, position: {position}{turn}{coil}),"
-    );
+    let _ =
+        writeln!(out, "        (name: {name}, kind: {kind}, position: {position}{turn}{coil}),");
 }
 
 #[cfg(test)]
@@ -297,22 +270,11 @@ mod tests {
     #[test]
     fn the_example_of_the_contract_is_read_and_normalised() {
         let body = parse(EXAMPLE.as_bytes()).unwrap();
-        assert_eq!(
-            body.mesh,
-            Some(MeshReference::new("../../assets/meshes/pointer.glb"))
-        );
+        assert_eq!(body.mesh, Some(MeshReference::new("../../assets/meshes/pointer.glb")));
         assert_eq!(body.rigid.tip_in_body, Some(Point3::origin()));
-        let [shaft, handle] = &body.rigid.sensors[..] else {
-            panic!("{:?}", body.rigid.sensors)
-        };
-        assert_eq!(
-            shaft.orientation,
-            SensorOrientation::FiveDof(Vector3::z_axis())
-        );
-        assert_eq!(
-            handle.orientation,
-            SensorOrientation::SixDof(UnitQuaternion::identity())
-        );
+        let [shaft, handle] = &body.rigid.sensors[..] else { panic!("{:?}", body.rigid.sensors) };
+        assert_eq!(shaft.orientation, SensorOrientation::FiveDof(Vector3::z_axis()));
+        assert_eq!(handle.orientation, SensorOrientation::SixDof(UnitQuaternion::identity()));
         assert_eq!(handle.coil.unwrap().length_mm, 9.0);
     }
 
@@ -341,17 +303,9 @@ mod tests {
     #[test]
     fn every_wrong_field_is_named_with_what_was_found_and_expected() {
         for (from, to, message) in [
-            (
-                "version: 1",
-                "version: 2",
-                "version is 2, expected 1; a newer trackwright wrote it",
-            ),
+            ("version: 1", "version: 2", "version is 2, expected 1; a newer trackwright wrote it"),
             ("version: 1", "version: 0", "version is 0, expected 1"),
-            (
-                "version: 1,",
-                "",
-                "line 10, column 1: found no field `version`, expected it",
-            ),
+            ("version: 1,", "", "line 10, column 1: found no field `version`, expected it"),
             (
                 "axis: (0, 0, 2)",
                 "axis: (0, 0, 0)",
@@ -382,11 +336,7 @@ mod tests {
                 "\"shaft\"",
                 "sensors[1]: name is \"shaft\", the name of sensors[0], expected each name once",
             ),
-            (
-                "\"handle\"",
-                "\" \"",
-                "sensors[1]: name is empty, expected a name",
-            ),
+            ("\"handle\"", "\" \"", "sensors[1]: name is empty, expected a name"),
             (
                 "diameter: 0.8",
                 "diameter: 0",
@@ -418,18 +368,11 @@ mod tests {
             ("kind: FiveDof", "kind: SevenDof", "line 7, column "),
             ("name: \"Pointer\",", "name: \"Pointer\"", "line 4, column "),
             ("axis: (0, 0, 2)", "axis: (0, 2)", "line 7, column "),
-            (
-                "position: (0.0, 0.0, 120.0)",
-                "position: (0.0, 0.0, \"a\")",
-                "line 7, column ",
-            ),
+            ("position: (0.0, 0.0, 120.0)", "position: (0.0, 0.0, \"a\")", "line 7, column "),
         ] {
             let message = error(&example_with(from, to));
             assert!(message.starts_with(start), "{message}");
-            assert!(
-                message.contains("found ") && message.contains("expected "),
-                "{message}"
-            );
+            assert!(message.contains("found ") && message.contains("expected "), "{message}");
         }
         let message = error(&EXAMPLE[..EXAMPLE.len() / 2]);
         assert!(message.contains("found the end of the file"), "{message}");
@@ -438,10 +381,7 @@ mod tests {
             "sensors is empty, expected at least one sensor"
         );
         let message = parse(b"(\n  \xff").unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "line 2, column 3: found a byte that is not UTF-8, expected text"
-        );
+        assert_eq!(message, "line 2, column 3: found a byte that is not UTF-8, expected text");
     }
 
     fn any_coordinate() -> impl Strategy<Value = f64> {
@@ -465,10 +405,7 @@ mod tests {
                         SensorOrientation::SixDof(UnitQuaternion::new_normalize(q))
                     }
                 },
-                coil: coil.map(|(diameter_mm, length_mm)| Coil {
-                    diameter_mm,
-                    length_mm,
-                }),
+                coil: coil.map(|(diameter_mm, length_mm)| Coil { diameter_mm, length_mm }),
             }
         })
     }

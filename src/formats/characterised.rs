@@ -42,11 +42,7 @@ fn write_readings(
             .flat_map(pose_to_array)
             .map(shortest);
         let sensor = found.sensors.get(reading.sensor).cloned();
-        let rest = [
-            sensor.unwrap_or_default(),
-            reading.pair.to_string(),
-            reading.pose.to_string(),
-        ];
+        let rest = [sensor.unwrap_or_default(), reading.pair.to_string(), reading.pose.to_string()];
         table.write_record(numbers.chain(rest)).map_err(io_error)?;
     }
     table.flush()
@@ -88,10 +84,7 @@ mod tests {
                 body_from_sensor: Vec::new(),
                 covariance: DMatrix::zeros(0, 0),
                 poses: 0,
-                worth: Worth {
-                    effective: 0.0,
-                    freedom: None,
-                },
+                worth: Worth { effective: 0.0, freedom: None },
                 scales: Vec::new(),
                 motion: Motion {
                     largest_rad: 0.0,

@@ -25,12 +25,7 @@ impl Names {
     ) -> Self {
         let (design_files, designs) = distinct(designs);
         let (room_files, rooms) = distinct(rooms);
-        Self {
-            designs,
-            design_files,
-            rooms,
-            room_files,
-        }
+        Self { designs, design_files, rooms, room_files }
     }
 
     /// The name of this number in one of the lists.
@@ -201,8 +196,8 @@ fn io_error(error: csv::Error) -> io::Error {
 fn requirement_cell(figures: &Figures) -> String {
     match requirement_figures(figures) {
         None => String::new(),
-        Some(requirement) => requirement
-            .met
-            .map_or("cannot_tell".to_owned(), |met| u8::from(met).to_string()),
+        Some(requirement) => {
+            requirement.met.map_or("cannot_tell".to_owned(), |met| u8::from(met).to_string())
+        }
     }
 }

@@ -51,25 +51,15 @@ pub(super) fn check(
         let found = format!("order {} beside another model", model.order());
         return Err(FormatError::field("model.order", found, "0"));
     }
-    Ok(DistortionModel::of_source(
-        source,
-        model.map(),
-        *model.bounds(),
-    ))
+    Ok(DistortionModel::of_source(source, model.map(), *model.bounds()))
 }
 
 impl KrigingEntry {
     fn check(self, process: Option<&Arc<GaussianField>>) -> Result<Kriging, FormatError> {
-        let process = process
-            .filter(|process| process.trend == Trend::None)
-            .ok_or_else(|| {
-                FormatError::field("kriging", "no process without a trend", "the rows it is of")
-            })?;
-        if let Some(index) = self
-            .weights
-            .iter()
-            .position(|w| w.iter().any(|v| !v.is_finite()))
-        {
+        let process = process.filter(|process| process.trend == Trend::None).ok_or_else(|| {
+            FormatError::field("kriging", "no process without a trend", "the rows it is of")
+        })?;
+        if let Some(index) = self.weights.iter().position(|w| w.iter().any(|v| !v.is_finite())) {
             let name = format!("kriging.weights[{index}]");
             return Err(FormatError::field(name, "not finite", "finite numbers"));
         }
@@ -161,11 +151,7 @@ pub(super) mod tests {
                 },
             }
         });
-        let samples = SampleSet {
-            samples: samples.collect(),
-            has_rotations: true,
-            ambiguous: 0,
-        };
+        let samples = SampleSet { samples: samples.collect(), has_rotations: true, ambiguous: 0 };
         let process = GaussianField::fit(&samples, None, &Task::default()).unwrap();
         let process = Arc::new(process);
         let kriging = Kriging::new(process.clone(), &Task::default()).unwrap();
@@ -199,43 +185,13 @@ pub(super) mod tests {
     fn what_is_no_model_is_refused_with_its_field_and_what_was_expected() {
         let [kriging, harmonic] = environments().map(|e| write(&e));
         for (text, from, to, part) in [
-            (
-                &harmonic,
-                "degree: 1,",
-                "degree: 2,",
-                "27 coefficients, expected 72",
-            ),
-            (
-                &harmonic,
-                "degree: 1,",
-                "degree: 99,",
-                "degree is 99, expected 1 to 10",
-            ),
+            (&harmonic, "degree: 1,", "degree: 2,", "27 coefficients, expected 72"),
+            (&harmonic, "degree: 1,", "degree: 99,", "degree is 99, expected 1 to 10"),
             (&harmonic, "scale_mm: 433", "scale_mm: 0", "scale is 0 mm"),
-            (
-                &harmonic,
-                "map: Distortion",
-                "map: Correction",
-                "model.map is Correction",
-            ),
-            (
-                &kriging,
-                "trend: None",
-                "trend: Model",
-                "no process without a trend",
-            ),
-            (
-                &kriging,
-                "weights: [",
-                "weights: [(0, 0, 0, 0, 0, 0), ",
-                "kriging.weights is 13",
-            ),
-            (
-                &kriging,
-                "weights: [",
-                "weights: [(NaN, 0, 0, 0, 0, 0), ",
-                "kriging.weights[0]",
-            ),
+            (&harmonic, "map: Distortion", "map: Correction", "model.map is Correction"),
+            (&kriging, "trend: None", "trend: Model", "no process without a trend"),
+            (&kriging, "weights: [", "weights: [(0, 0, 0, 0, 0, 0), ", "kriging.weights is 13"),
+            (&kriging, "weights: [", "weights: [(NaN, 0, 0, 0, 0, 0), ", "kriging.weights[0]"),
         ] {
             assert!(text.contains(from), "{from}");
             let found = parse(text.replacen(from, to, 1).as_bytes());

@@ -64,10 +64,7 @@ fn read_one(index: usize, entry: AnatomyEntry) -> Result<Anatomy, FormatError> {
         frame_from_mesh,
         on: entry.on,
         color: entry.color,
-        mesh: MeshReference {
-            file: entry.mesh,
-            unit: entry.mesh_unit,
-        },
+        mesh: MeshReference { file: entry.mesh, unit: entry.mesh_unit },
         name: entry.name,
     })
 }
@@ -82,10 +79,7 @@ pub(super) fn line(anatomy: &Anatomy) -> String {
         fields.push(format!("mesh_unit: {unit:?}"));
     }
     fields.push(format!("on: {:?}", anatomy.on));
-    fields.push(format!(
-        "pose: {}",
-        ron_text::pose(&anatomy.frame_from_mesh)
-    ));
+    fields.push(format!("pose: {}", ron_text::pose(&anatomy.frame_from_mesh)));
     if let Some(color) = &anatomy.color {
         fields.push(format!("color: {}", ron_text::tuple(color)));
     }
@@ -140,18 +134,12 @@ mod tests {
     #[test]
     fn what_is_wrong_with_a_mesh_is_said_with_its_name() {
         for (anatomy, why) in [
-            (
-                r#"(name: "", mesh: "a.stl")"#,
-                "anatomy[0]: name is empty, expected a name",
-            ),
+            (r#"(name: "", mesh: "a.stl")"#, "anatomy[0]: name is empty, expected a name"),
             (
                 r#"(name: "a", mesh: "a.stl"), (name: "a", mesh: "b.stl")"#,
                 "anatomy[1]: name is \"a\", the name of anatomy[0], expected each name once",
             ),
-            (
-                r#"(name: "a", mesh: " ")"#,
-                "anatomy[0] \"a\": mesh is empty, expected a file",
-            ),
+            (r#"(name: "a", mesh: " ")"#, "anatomy[0] \"a\": mesh is empty, expected a file"),
             (
                 r#"(name: "a", mesh: "a.stl", mesh_unit: Factor(-1))"#,
                 "anatomy[0] \"a\": mesh_unit is -1 mm, expected a length above zero",
@@ -168,9 +156,6 @@ mod tests {
             assert_eq!(read(anatomy).unwrap_err(), why);
         }
         let on = read(r#"(name: "a", mesh: "a.stl", on: Table)"#).unwrap_err();
-        assert!(
-            on.contains("found `Table`, expected `Crf` or `Tracker`"),
-            "{on}"
-        );
+        assert!(on.contains("found `Table`, expected `Crf` or `Tracker`"), "{on}");
     }
 }

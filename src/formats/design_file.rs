@@ -84,22 +84,11 @@ impl DesignFile {
         mut body: impl FnMut(&str) -> Result<BodyFile, E>,
     ) -> Result<(Design, View), E> {
         let mut inlined = |reference: String| {
-            let BodyFile {
-                rigid,
-                mesh,
-                definition,
-            } = body(&reference)?;
-            Ok(DesignBody {
-                reference,
-                mesh,
-                rigid,
-                definition,
-            })
+            let BodyFile { rigid, mesh, definition } = body(&reference)?;
+            Ok(DesignBody { reference, mesh, rigid, definition })
         };
-        let tool = ToolPlacement {
-            body: inlined(self.tool_body)?,
-            crf_from_tool: self.crf_from_tool,
-        };
+        let tool =
+            ToolPlacement { body: inlined(self.tool_body)?, crf_from_tool: self.crf_from_tool };
         let crf = match self.crf {
             None => None,
             Some(crf) => Some(CrfPlacement {
@@ -204,11 +193,7 @@ pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
         motion: entry.motion,
         orientation_weight_mm: entry.orientation_weight,
         requirement: entry.requirement,
-        procedure: entry
-            .procedure
-            .map(ProcedureEntry::check)
-            .transpose()?
-            .unwrap_or_default(),
+        procedure: entry.procedure.map(ProcedureEntry::check).transpose()?.unwrap_or_default(),
         anatomy: design_anatomy::read(entry.anatomy.unwrap_or_default())?,
         slides,
         view,
@@ -220,10 +205,7 @@ fn read_crf(entry: CrfEntry) -> Result<CrfReference, FormatError> {
     check_requirement("crf.requirement", entry.requirement.as_ref())?;
     let read_target = |(index, target): (usize, TargetEntry)| {
         let field = format!("crf.targets[{index}] {:?}: position", target.name);
-        Ok(Target {
-            position_in_crf: ron_text::point(&field, target.position)?,
-            name: target.name,
-        })
+        Ok(Target { position_in_crf: ron_text::point(&field, target.position)?, name: target.name })
     };
     Ok(CrfReference {
         body: file_name("crf.body", entry.body)?,
@@ -267,9 +249,7 @@ fn check_requirement(field: &str, requirement: Option<&Requirement>) -> Result<(
 }
 
 fn check_number(field: &str, value: f64, problem: Option<&'static str>) -> Result<(), FormatError> {
-    problem.map_or(Ok(()), |expected| {
-        Err(FormatError::number(field, value, expected))
-    })
+    problem.map_or(Ok(()), |expected| Err(FormatError::number(field, value, expected)))
 }
 
 /// Writes a design; what is absent or has its default is left out.

@@ -173,19 +173,14 @@ fn documents() -> Vec<Document> {
     let mut room = environment::tests::room();
     room.support = Some(environment::tests::support(&room));
     room.process = Some(Arc::new(environment::tests::process(true)));
-    room.volume = Some(Volume::Box(Bounds::from((
-        [-1.0, -2.0, -300.5],
-        [1.0, 2.0, -0.1],
-    ))));
+    room.volume = Some(Volume::Box(Bounds::from(([-1.0, -2.0, -300.5], [1.0, 2.0, -0.1]))));
     let [kriging, mut harmonic] = computed_model::tests::environments();
     harmonic.name = "harmonic".to_owned();
     let mut generator = Generator::planar_nine();
     generator.coils.extend(Generator::anser().coils);
     let definition = data_encoding::BASE64.encode(DEFINITION.as_bytes());
     vec![
-        document("design", DESIGN.to_owned(), |bytes| {
-            design_file::parse(bytes).map(drop)
-        }),
+        document("design", DESIGN.to_owned(), |bytes| design_file::parse(bytes).map(drop)),
         document("body", BODY.replace("DEFINITION", &definition), |bytes| {
             body::parse(bytes).map(drop)
         }),
@@ -198,16 +193,12 @@ fn documents() -> Vec<Document> {
         document("preferences", PREFERENCES.to_owned(), |bytes| {
             preferences_file::parse(bytes).map(drop)
         }),
-        document(
-            "recent designs",
-            recent_file::write(&["/a".into()]),
-            |bytes| recent_file::parse(bytes).map(drop),
-        ),
-        document(
-            "recovery",
-            String::from_utf8(recovery_file::tests::good()).unwrap(),
-            |bytes| recovery_file::parse(bytes).map(drop),
-        ),
+        document("recent designs", recent_file::write(&["/a".into()]), |bytes| {
+            recent_file::parse(bytes).map(drop)
+        }),
+        document("recovery", String::from_utf8(recovery_file::tests::good()).unwrap(), |bytes| {
+            recovery_file::parse(bytes).map(drop)
+        }),
     ]
 }
 
@@ -318,11 +309,7 @@ fn the_documents_have_every_field() {
             let Some(message) = stranger else {
                 // A layer that is like none is one that this program was built without.
                 let name = document.text[field].to_owned();
-                assert!(
-                    Layers::fields().contains(&name),
-                    "{}: {name}",
-                    document.kind
-                );
+                assert!(Layers::fields().contains(&name), "{}: {name}", document.kind);
                 continue;
             };
             let (_, known) = match message.split_once("field `qqqqqqqqqq`, expected ") {
@@ -425,9 +412,7 @@ fn a_field_twice_is_refused() {
 #[test]
 fn newer_versions_say_so_before_their_fields() {
     for document in documents() {
-        let newer = document
-            .text
-            .replacen("version: 1", "qqq: (7), version: 9", 1);
+        let newer = document.text.replacen("version: 1", "qqq: (7), version: 9", 1);
         let error = (document.parse)(newer.as_bytes()).unwrap_err().to_string();
         let expected = "version is 9, expected 1; a newer trackwright wrote it";
         assert_eq!(error, expected, "{}", document.kind);
@@ -456,13 +441,8 @@ const NO_LENGTHS: [&str; 17] = [
 ];
 
 /// Likewise, of which only some numbers are lengths.
-const NOT_ALL_LENGTHS: [&str; 5] = [
-    "rows",
-    "angle_rms_rad",
-    "axis_sine",
-    "sensor_variance",
-    "sensor_axis",
-];
+const NOT_ALL_LENGTHS: [&str; 5] =
+    ["rows", "angle_rms_rad", "axis_sine", "sensor_variance", "sensor_axis"];
 
 #[test]
 fn absurd_numbers_are_refused_one_by_one() {
@@ -484,11 +464,7 @@ fn absurd_numbers_are_refused_one_by_one() {
             // Below what no number may be, and more than any length.
             let message = document.refusal(&number, "1e29");
             let may_be = NO_LENGTHS.contains(&field) || NOT_ALL_LENGTHS.contains(&field);
-            assert!(
-                message.is_some() || may_be,
-                "{} {field}: 1e29 mm",
-                document.at(&number)
-            );
+            assert!(message.is_some() || may_be, "{} {field}: 1e29 mm", document.at(&number));
         }
     }
     assert!(tried > 1000, "{tried}");
@@ -499,13 +475,8 @@ fn ranges(document: &Document) -> Vec<(Range<usize>, Range<usize>)> {
     let tokens: Vec<_> = Tokens::of(&document.text).collect();
     let text = |at: usize| &document.text[tokens[at].1.clone()];
     let numbers_from = |at: usize, count: usize| -> Vec<Range<usize>> {
-        let numbers = tokens[at..]
-            .iter()
-            .filter(|(token, _)| *token == Token::Number);
-        numbers
-            .take(count)
-            .map(|(_, range)| range.clone())
-            .collect()
+        let numbers = tokens[at..].iter().filter(|(token, _)| *token == Token::Number);
+        numbers.take(count).map(|(_, range)| range.clone()).collect()
     };
     let mut found = Vec::new();
     for at in 0..tokens.len().saturating_sub(1) {

@@ -67,22 +67,10 @@ pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
 
 /// What a fit was like is only shown, but numbers that no fit has are none to show.
 fn check_provenance(provenance: &Provenance) -> Result<(), FormatError> {
-    let Provenance {
-        ridge,
-        train_before,
-        train_after,
-        holdout,
-        ..
-    } = provenance;
-    let mut figures = vec![
-        ("train_before", *train_before),
-        ("train_after", *train_after),
-    ];
+    let Provenance { ridge, train_before, train_after, holdout, .. } = provenance;
+    let mut figures = vec![("train_before", *train_before), ("train_after", *train_after)];
     if let Some(holdout) = holdout {
-        figures.extend([
-            ("holdout.before", holdout.before),
-            ("holdout.after", holdout.after),
-        ]);
+        figures.extend([("holdout.before", holdout.before), ("holdout.after", holdout.after)]);
     }
     let mut numbers = vec![("ridge".to_owned(), *ridge)];
     for (name, figures) in figures {
@@ -198,10 +186,8 @@ pub(super) mod tests {
             Bounds::from(([-1.0, -2.0, -300.5], [1.0, 2.0, -0.1])),
             coefficients,
         );
-        let residuals = |position_rms_mm, angle_rms_rad| Residuals {
-            position_rms_mm,
-            angle_rms_rad,
-        };
+        let residuals =
+            |position_rms_mm, angle_rms_rad| Residuals { position_rms_mm, angle_rms_rad };
         Environment {
             name: "A \"room\"".to_owned(),
             model: model.unwrap(),
@@ -262,13 +248,7 @@ pub(super) mod tests {
             cells: Cells::new(
                 [-0.1, 1.0 / 3.0, -300.0].into(),
                 0.125,
-                vec![
-                    Cell {
-                        index: [0, 4095, 7],
-                        directions: 63,
-                    };
-                    20
-                ],
+                vec![Cell { index: [0, 4095, 7], directions: 63 }; 20],
             ),
         };
         Support::from_parts(parts, &room.model).unwrap()
@@ -298,23 +278,12 @@ pub(super) mod tests {
         };
         let scale = |length_mm| KernelScale {
             length_mm,
-            axis_sine: if has_rotations {
-                1.0 / 3.0
-            } else {
-                f64::INFINITY
-            },
+            axis_sine: if has_rotations { 1.0 / 3.0 } else { f64::INFINITY },
             variance: 0.1,
         };
         GaussianField {
-            trend: if has_rotations {
-                Trend::Model
-            } else {
-                Trend::None
-            },
-            kernel: Kernel {
-                scales: [scale(100.0 / 3.0), scale(11.0)],
-                nugget: 1e-6,
-            },
+            trend: if has_rotations { Trend::Model } else { Trend::None },
+            kernel: Kernel { scales: [scale(100.0 / 3.0), scale(11.0)], nugget: 1e-6 },
             amplitude: Amplitude {
                 log_variance: [0.1; 10],
                 ..Amplitude::flat(&Bounds::from(([0.0; 3], [1.0 / 3.0; 3])))
@@ -352,9 +321,7 @@ pub(super) mod tests {
             ("trend: Model", "trend: Mean", "`None` or `Model`"),
         ] {
             assert!(text.contains(from), "{from}");
-            let message = parse(text.replacen(from, to, 1).as_bytes())
-                .unwrap_err()
-                .to_string();
+            let message = parse(text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
             assert!(message.contains(part), "{message}");
         }
     }
@@ -365,36 +332,12 @@ pub(super) mod tests {
         room.support = Some(support(&room));
         let text = write(&room);
         for (from, to, part) in [
-            (
-                "std_mm: [0.1,",
-                "std_mm: [-0.1,",
-                "position_std_mm holds -0.1",
-            ),
-            (
-                "std_mm: [0.1,",
-                "std_mm: [NaN,",
-                "position_std_mm holds NaN",
-            ),
-            (
-                "std_mm: [0.1,",
-                "std_mm: [",
-                "position_std_mm has 5 entries, expected 6",
-            ),
-            (
-                "std_rad: [0,",
-                "std_rad: [",
-                "angle_std_rad has 5 entries, expected 6",
-            ),
-            (
-                "leverage: [0.7,",
-                "leverage: [inf,",
-                "greatest_leverage holds inf",
-            ),
-            (
-                "undetermined: [1e-17,",
-                "undetermined: [",
-                "greatest_undetermined has 5",
-            ),
+            ("std_mm: [0.1,", "std_mm: [-0.1,", "position_std_mm holds -0.1"),
+            ("std_mm: [0.1,", "std_mm: [NaN,", "position_std_mm holds NaN"),
+            ("std_mm: [0.1,", "std_mm: [", "position_std_mm has 5 entries, expected 6"),
+            ("std_rad: [0,", "std_rad: [", "angle_std_rad has 5 entries, expected 6"),
+            ("leverage: [0.7,", "leverage: [inf,", "greatest_leverage holds inf"),
+            ("undetermined: [1e-17,", "undetermined: [", "greatest_undetermined has 5"),
             (
                 "variance: [\n            [-9,",
                 "variance: [\n            [NaN,",
@@ -405,82 +348,37 @@ pub(super) mod tests {
                 "variance: [\n            [",
                 "variance has 26 entries",
             ),
-            (
-                "variance: [",
-                "variance: [[],",
-                "variance has 19 entries, expected 18",
-            ),
-            (
-                "leverage: [\n",
-                "leverage: [[],\n",
-                "leverage has 7 entries, expected 6",
-            ),
-            (
-                "undetermined: [\n",
-                "undetermined: [[1],\n",
-                "undetermined has 7 entries",
-            ),
-            (
-                "origin: (-0.1,",
-                "origin: (NaN,",
-                "support.samples.origin is (NaN,",
-            ),
-            (
-                "edge: 0.125",
-                "edge: -0.125",
-                "cells holds -0.125, expected an edge in mm",
-            ),
-            (
-                "(0,4095,7,63)",
-                "(0,4095,7,64)",
-                "cells holds 64, expected bits",
-            ),
+            ("variance: [", "variance: [[],", "variance has 19 entries, expected 18"),
+            ("leverage: [\n", "leverage: [[],\n", "leverage has 7 entries, expected 6"),
+            ("undetermined: [\n", "undetermined: [[1],\n", "undetermined has 7 entries"),
+            ("origin: (-0.1,", "origin: (NaN,", "support.samples.origin is (NaN,"),
+            ("edge: 0.125", "edge: -0.125", "cells holds -0.125, expected an edge in mm"),
+            ("(0,4095,7,63)", "(0,4095,7,64)", "cells holds 64, expected bits"),
             ("(0,4095,7,63)", "(0,-1,7,63)", "integer is out of bounds"),
-            (
-                "variance:",
-                "varience:",
-                "found the unknown field `varience`, expected `variance`",
-            ),
+            ("variance:", "varience:", "found the unknown field `varience`, expected `variance`"),
         ] {
             assert!(text.contains(from), "{from}");
-            let message = parse(text.replacen(from, to, 1).as_bytes())
-                .unwrap_err()
-                .to_string();
+            let message = parse(text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
             assert!(message.contains(part), "{message}");
         }
-        let crowded = text.replacen(
-            "cells: [",
-            &format!("cells: [{}", "(0,0,0,1),".repeat(4096)),
-            1,
-        );
+        let crowded =
+            text.replacen("cells: [", &format!("cells: [{}", "(0,0,0,1),".repeat(4096)), 1);
         let message = parse(crowded.as_bytes()).unwrap_err().to_string();
-        assert!(
-            message.contains("cells has 4116 entries, expected 4096"),
-            "{message}"
-        );
+        assert!(message.contains("cells has 4116 entries, expected 4096"), "{message}");
         room.model = DistortionModel::zero(*room.model.bounds(), MapKind::Distortion);
         let message = parse(write(&room).as_bytes()).unwrap_err().to_string();
-        assert!(
-            message.contains("support: a model of order 0 has none"),
-            "{message}"
-        );
+        assert!(message.contains("support: a model of order 0 has none"), "{message}");
     }
 
     #[test]
     fn a_jitter_that_does_not_say_how_it_grows_is_the_same_everywhere_or_grows_as_a_dipole() {
         let text = write(&room());
-        let (start, end) = (
-            text.find("jitter: ").unwrap(),
-            text.find("    provenance").unwrap(),
-        );
+        let (start, end) = (text.find("jitter: ").unwrap(), text.find("    provenance").unwrap());
         let with = |jitter: &str| {
             let text = format!("{}jitter: {jitter},\n{}", &text[..start], &text[end..]);
             parse(text.as_bytes()).unwrap().jitter.unwrap()
         };
-        assert_eq!(
-            with("(position_mm: 0.2, angle_rad: 0.003)"),
-            Jitter::uniform(0.2, 0.003)
-        );
+        assert_eq!(with("(position_mm: 0.2, angle_rad: 0.003)"), Jitter::uniform(0.2, 0.003));
         assert_eq!(
             with("(position_mm: 0.2, angle_rad: 0.003, growth: (distance_mm: 300))").growth,
             Some(JitterGrowth::dipole(300.0))
@@ -503,34 +401,14 @@ pub(super) mod tests {
     fn rooms_that_cannot_be_are_refused() {
         let text = write(&room());
         for (from, to, part) in [
-            (
-                "version: 1",
-                "version: 3",
-                "version is 3, expected 1; a newer trackwright wrote it",
-            ),
-            (
-                "directions: 6",
-                "directions: 12",
-                "48 coefficients, expected 96",
-            ),
-            (
-                "directions: 6",
-                "directions: 7",
-                "no set of 7 basis orientations",
-            ),
+            ("version: 1", "version: 3", "version is 3, expected 1; a newer trackwright wrote it"),
+            ("directions: 6", "directions: 12", "48 coefficients, expected 96"),
+            ("directions: 6", "directions: 7", "no set of 7 basis orientations"),
             ("order: 1", "order: 99", "order is 99, expected 0 to"),
             ("order: 1", "order: 99999999999", "order is 99999999999"),
             ("(-40.0,", "(NaN,", "coefficient 0 is not finite"),
-            (
-                "-300.5",
-                "300.5",
-                "box: min z is 300.5, max z is -0.1, expected min at most max",
-            ),
-            (
-                "position_mm: 0.1",
-                "position_mm: -0.1",
-                "jitter.position_mm is -0.1",
-            ),
+            ("-300.5", "300.5", "box: min z is 300.5, max z is -0.1, expected min at most max"),
+            ("position_mm: 0.1", "position_mm: -0.1", "jitter.position_mm is -0.1"),
             (
                 "distance_mm: 250.0",
                 "distance_mm: 0",
@@ -556,16 +434,10 @@ pub(super) mod tests {
                 "volume: AuroraBall",
                 "`AuroraDome` or `AuroraTabletop` or `AuroraCompact` or `Box`",
             ),
-            (
-                "volume: AuroraCube",
-                "volume: AuroraDome(480.0)",
-                "found `(`",
-            ),
+            ("volume: AuroraCube", "volume: AuroraDome(480.0)", "found `(`"),
         ] {
             assert!(text.contains(from), "{from}");
-            let message = parse(text.replacen(from, to, 1).as_bytes())
-                .unwrap_err()
-                .to_string();
+            let message = parse(text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
             assert!(message.contains(part), "{message}");
         }
     }

@@ -26,29 +26,13 @@ pub enum FormatError {
         problem: String,
     },
     #[error("{field} is {found}, expected {expected}")]
-    Field {
-        field: String,
-        found: String,
-        expected: &'static str,
-    },
+    Field { field: String, found: String, expected: &'static str },
     #[error("line {line}: {field} is {found}, expected {expected}")]
-    Cell {
-        line: u64,
-        field: String,
-        found: String,
-        expected: &'static str,
-    },
+    Cell { line: u64, field: String, found: String, expected: &'static str },
     #[error("line {line}: found {found}, expected {expected}")]
-    Line {
-        line: u64,
-        found: String,
-        expected: String,
-    },
+    Line { line: u64, found: String, expected: String },
     #[error("line 1: found no column {}, expected {expected}", missing.join(", "))]
-    MissingColumns {
-        missing: Vec<&'static str>,
-        expected: &'static str,
-    },
+    MissingColumns { missing: Vec<&'static str>, expected: &'static str },
     #[error("line 1: found numbers, expected names of columns above them: {expected}")]
     NoHeader { expected: &'static str },
     #[error("line 1: column {column:?} is in {unit}, expected mm and unit quaternions")]
@@ -72,10 +56,7 @@ pub enum FormatError {
     },
     /// In a file within the file.
     #[error("{part}: {cause}")]
-    Part {
-        part: &'static str,
-        cause: Box<FormatError>,
-    },
+    Part { part: &'static str, cause: Box<FormatError> },
     #[error("{prefix}{cause}")]
     Motion {
         /// "crf." for the motion of the CRF's own study, else nothing.
@@ -105,11 +86,7 @@ impl FormatError {
         found: impl ToString,
         expected: &'static str,
     ) -> Self {
-        Self::Field {
-            field: field.into(),
-            found: found.to_string(),
-            expected,
-        }
+        Self::Field { field: field.into(), found: found.to_string(), expected }
     }
 
     /// A field with a number that it cannot have.

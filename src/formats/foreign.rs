@@ -39,134 +39,49 @@ const KINDS: [Kind; 33] = [
     ),
     kind("an Apple Numbers sheet", &[], &[".numbers"], AS_CSV),
     kind("a zip archive", &[(0, b"PK\x03\x04")], &[".zip"], UNPACK),
-    kind(
-        "a gzip archive",
-        &[(0, b"\x1f\x8b")],
-        &[".gz", ".tgz"],
-        UNPACK,
-    ),
-    kind(
-        "a 7-Zip archive",
-        &[(0, b"7z\xbc\xaf\x27\x1c")],
-        &[".7z"],
-        UNPACK,
-    ),
+    kind("a gzip archive", &[(0, b"\x1f\x8b")], &[".gz", ".tgz"], UNPACK),
+    kind("a 7-Zip archive", &[(0, b"7z\xbc\xaf\x27\x1c")], &[".7z"], UNPACK),
     kind("a PNG image", &[(0, b"\x89PNG\r\n\x1a\n")], &[".png"], ""),
-    kind(
-        "a JPEG image",
-        &[(0, b"\xff\xd8\xff")],
-        &[".jpg", ".jpeg"],
-        "",
-    ),
-    kind(
-        "a TIFF image",
-        &[(0, b"II*\0"), (0, b"MM\0*")],
-        &[".tif", ".tiff"],
-        "",
-    ),
+    kind("a JPEG image", &[(0, b"\xff\xd8\xff")], &[".jpg", ".jpeg"], ""),
+    kind("a TIFF image", &[(0, b"II*\0"), (0, b"MM\0*")], &[".tif", ".tiff"], ""),
     kind("a DICOM file", &[(128, b"DICM")], &[".dcm", ".ima"], ""),
-    kind(
-        "a NIfTI image",
-        &[(344, b"n+1\0"), (344, b"ni1\0")],
-        &[".nii"],
-        "",
-    ),
+    kind("a NIfTI image", &[(344, b"n+1\0"), (344, b"ni1\0")], &[".nii"], ""),
     kind("an NRRD image", &[(0, b"NRRD000")], &[".nrrd", ".nhdr"], ""),
     kind("a PDF document", &[(0, b"%PDF-")], &[".pdf"], ""),
-    kind(
-        "a MATLAB file",
-        &[(0, b"MATLAB ")],
-        &[".mat"],
-        "; write its numbers as CSV",
-    ),
+    kind("a MATLAB file", &[(0, b"MATLAB ")], &[".mat"], "; write its numbers as CSV"),
     kind(
         "an HDF5 file",
         &[(0, b"\x89HDF\r\n\x1a\n")],
         &[".h5", ".hdf5"],
         "; write its numbers as CSV",
     ),
-    kind(
-        "a NumPy array",
-        &[(0, b"\x93NUMPY")],
-        &[".npy", ".npz"],
-        "; write its numbers as CSV",
-    ),
-    kind(
-        "a Parquet table",
-        &[(0, b"PAR1")],
-        &[".parquet"],
-        "; write it as CSV",
-    ),
-    kind(
-        "a SQLite database",
-        &[(0, b"SQLite format 3\0")],
-        &[".sqlite", ".db"],
-        "",
-    ),
+    kind("a NumPy array", &[(0, b"\x93NUMPY")], &[".npy", ".npz"], "; write its numbers as CSV"),
+    kind("a Parquet table", &[(0, b"PAR1")], &[".parquet"], "; write it as CSV"),
+    kind("a SQLite database", &[(0, b"SQLite format 3\0")], &[".sqlite", ".db"], ""),
     kind(
         "a ROS bag",
         &[(0, b"#ROSBAG"), (0, b"\x89MCAP0\r\n")],
         &[".bag", ".mcap"],
         "; write its poses as CSV",
     ),
-    kind(
-        "a C3D motion-capture file",
-        &[],
-        &[".c3d"],
-        "; write its poses as CSV",
-    ),
+    kind("a C3D motion-capture file", &[], &[".c3d"], "; write its poses as CSV"),
     kind(
         "an OptiTrack tool or take, which is not read",
         &[],
         &[".tra", ".tak", ".ttp", ".motive"],
         "",
     ),
-    kind(
-        "a Vicon file, which is not read",
-        &[],
-        &[".vsk", ".vst", ".x2d"],
-        "",
-    ),
-    kind(
-        "a STEP model",
-        &[(0, b"ISO-10303-21")],
-        &[".step", ".stp"],
-        "; export it as STL",
-    ),
-    kind(
-        "a CAD model",
-        &[],
-        &[".iges", ".igs", ".sldprt", ".ipt", ".f3d"],
-        "; export it as STL",
-    ),
-    kind(
-        "UTF-16 text",
-        &[(0, b"\xff\xfe"), (0, b"\xfe\xff")],
-        &[],
-        "; save it as UTF-8",
-    ),
-    read(
-        "an NDI tool definition",
-        &[(0, b"NDI\0")],
-        &[".rom"],
-        &["body", "tool"],
-    ),
-    read(
-        "a glTF mesh",
-        &[(0, b"glTF")],
-        &[".glb", ".gltf"],
-        &["mesh"],
-    ),
+    kind("a Vicon file, which is not read", &[], &[".vsk", ".vst", ".x2d"], ""),
+    kind("a STEP model", &[(0, b"ISO-10303-21")], &[".step", ".stp"], "; export it as STL"),
+    kind("a CAD model", &[], &[".iges", ".igs", ".sldprt", ".ipt", ".f3d"], "; export it as STL"),
+    kind("UTF-16 text", &[(0, b"\xff\xfe"), (0, b"\xfe\xff")], &[], "; save it as UTF-8"),
+    read("an NDI tool definition", &[(0, b"NDI\0")], &[".rom"], &["body", "tool"]),
+    read("a glTF mesh", &[(0, b"glTF")], &[".glb", ".gltf"], &["mesh"]),
     read("a mesh", &[], &[".stl", ".obj", ".ply"], &["mesh"]),
     read("a design", &[], &[".design.ron"], &["design"]),
     read("a body", &[], &[".body.ron"], &["body"]),
     read("an environment", &[], &[".env.ron"], &["environment"]),
-    read(
-        "a field generator",
-        &[],
-        &[".generator.ron"],
-        &["generator"],
-    ),
+    read("a field generator", &[], &[".generator.ron"], &["generator"]),
     read("a table", &[], &[".csv", ".tsv"], TABLES),
 ];
 
@@ -176,13 +91,7 @@ const fn kind(
     endings: &'static [&'static str],
     advice: &'static str,
 ) -> Kind {
-    Kind {
-        name,
-        signatures,
-        endings,
-        read_as: &[],
-        advice,
-    }
+    Kind { name, signatures, endings, read_as: &[], advice }
 }
 
 const fn read(
@@ -191,20 +100,13 @@ const fn read(
     endings: &'static [&'static str],
     read_as: &'static [&'static str],
 ) -> Kind {
-    Kind {
-        name,
-        signatures,
-        endings,
-        read_as,
-        advice: "",
-    }
+    Kind { name, signatures, endings, read_as, advice: "" }
 }
 
 impl Kind {
     fn has_signature(&self, head: &[u8]) -> bool {
         let is_there = |(place, bytes): &(usize, &[u8])| {
-            head.get(*place..)
-                .is_some_and(|rest| rest.starts_with(bytes))
+            head.get(*place..).is_some_and(|rest| rest.starts_with(bytes))
         };
         self.signatures.iter().any(is_there)
     }
@@ -247,32 +149,16 @@ mod tests {
     #[test]
     fn files_are_named_by_their_bytes_before_their_names() {
         let png = said(b"\x89PNG\r\n\x1a\n....", "a.csv", "a measurement table");
-        assert_eq!(
-            png.unwrap(),
-            "found a PNG image, expected a measurement table"
-        );
+        assert_eq!(png.unwrap(), "found a PNG image, expected a measurement table");
         let workbook = said(b"PK\x03\x04....", "A.XLSX", "points");
-        assert_eq!(
-            workbook.unwrap(),
-            "found an Excel workbook, expected points; save it as CSV"
-        );
+        assert_eq!(workbook.unwrap(), "found an Excel workbook, expected points; save it as CSV");
         let archive = said(b"PK\x03\x04....", "a", "a mesh").unwrap();
-        assert_eq!(
-            archive,
-            "found a zip archive, expected a mesh; unpack it first"
-        );
+        assert_eq!(archive, "found a zip archive, expected a mesh; unpack it first");
         let mut dicom = vec![0; 140];
         dicom[128..132].copy_from_slice(b"DICM");
-        assert!(
-            said(&dicom, "x", "a mesh")
-                .unwrap()
-                .contains("a DICOM file")
-        );
+        assert!(said(&dicom, "x", "a mesh").unwrap().contains("a DICOM file"));
         let optitrack = said(b"\x01\x02", "tool.tra", "a body or a tool definition").unwrap();
-        assert!(
-            optitrack.contains("an OptiTrack tool or take, which is not read"),
-            "{optitrack}"
-        );
+        assert!(optitrack.contains("an OptiTrack tool or take, which is not read"), "{optitrack}");
     }
 
     #[test]

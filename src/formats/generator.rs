@@ -31,15 +31,8 @@ pub(super) struct GeneratorEntry {
 #[derive(Deserialize)]
 #[serde(rename = "Coil", deny_unknown_fields)]
 enum CoilEntry {
-    Dipole {
-        position: [f64; 3],
-        moment: [f64; 3],
-    },
-    SquareLoop {
-        center: [f64; 3],
-        normal: [f64; 3],
-        side: f64,
-    },
+    Dipole { position: [f64; 3], moment: [f64; 3] },
+    SquareLoop { center: [f64; 3], normal: [f64; 3], side: f64 },
 }
 
 /// Reads a generator. Normals are normalised, moments kept: they are relative strengths.
@@ -55,21 +48,13 @@ impl GeneratorEntry {
     pub(super) fn check(self) -> Result<Generator, FormatError> {
         let coils = self.coils.into_iter().enumerate();
         let coils = coils.map(|(index, coil)| coil.check(index));
-        let generator = Generator {
-            name: self.name,
-            coils: coils.collect::<Result<_, _>>()?,
-        };
+        let generator = Generator { name: self.name, coils: coils.collect::<Result<_, _>>()? };
         match generator.problem() {
             None => Ok(generator),
             Some(GeneratorError::Coils(count)) => {
                 Err(FormatError::field("coils", count, "5 to 32 coils"))
             }
-            Some(GeneratorError::Coil {
-                coil,
-                field,
-                found,
-                expected,
-            }) => {
+            Some(GeneratorError::Coil { coil, field, found, expected }) => {
                 let field = format!("coils[{coil}]: {field}");
                 Err(FormatError::field(field, found, expected))
             }
@@ -80,15 +65,10 @@ impl GeneratorEntry {
 impl CoilEntry {
     fn check(self, index: usize) -> Result<Coil, FormatError> {
         Ok(match self {
-            Self::Dipole { position, moment } => Coil::Dipole {
-                at_mm: position.into(),
-                moment: moment.into(),
-            },
-            Self::SquareLoop {
-                center,
-                normal,
-                side,
-            } => Coil::SquareLoop {
+            Self::Dipole { position, moment } => {
+                Coil::Dipole { at_mm: position.into(), moment: moment.into() }
+            }
+            Self::SquareLoop { center, normal, side } => Coil::SquareLoop {
                 center_mm: center.into(),
                 normal: ron_text::axis(&format!("coils[{index}]: normal"), normal)?,
                 side_mm: side,
@@ -109,12 +89,7 @@ pub fn write(generator: &Generator) -> String {
 pub(super) fn push_parts(out: &mut String, depth: usize, generator: &Generator) {
     let indent = 4 * depth;
     // Writing to a string cannot fail.
-    let _ = writeln!(
-        out,
-        "{:indent$}name: {},",
-        "",
-        ron_text::string(&generator.name)
-    );
+    let _ = writeln!(out, "{:indent$}name: {},", "", ron_text::string(&generator.name));
     let _ = writeln!(out, "{:indent$}coils: [", "");
     for coil in &generator.coils {
         let text = match coil {
@@ -123,11 +98,7 @@ pub(super) fn push_parts(out: &mut String, depth: usize, generator: &Generator) 
                 ron_text::tuple(at_mm.coords.as_slice()),
                 ron_text::tuple(moment.as_slice())
             ),
-            Coil::SquareLoop {
-                center_mm,
-                normal,
-                side_mm,
-            } => format!(
+            Coil::SquareLoop { center_mm, normal, side_mm } => format!(
                 "SquareLoop(center: {}, normal: {}, side: {side_mm:?})",
                 ron_text::tuple(center_mm.coords.as_slice()),
                 ron_text::tuple(normal.as_slice())
@@ -174,10 +145,7 @@ mod tests {
             panic!("{:?}", generator.coils[1])
         };
         assert_eq!(moment.z, 2.0);
-        let Coil::SquareLoop {
-            normal, side_mm, ..
-        } = generator.coils[4]
-        else {
+        let Coil::SquareLoop { normal, side_mm, .. } = generator.coils[4] else {
             panic!("{:?}", generator.coils[4])
         };
         assert_eq!((normal.z, side_mm), (1.0, 70.0));
@@ -185,11 +153,8 @@ mod tests {
 
     #[test]
     fn what_is_written_reads_back_to_the_bit() {
-        let mut generators = vec![
-            Generator::planar_nine(),
-            Generator::anser(),
-            parse(EXAMPLE.as_bytes()).unwrap(),
-        ];
+        let mut generators =
+            vec![Generator::planar_nine(), Generator::anser(), parse(EXAMPLE.as_bytes()).unwrap()];
         generators[0].name = "a \"name\" \\ \n\u{1}".to_owned();
         if let Coil::Dipole { at_mm, moment } = &mut generators[0].coils[2] {
             *at_mm = [1.0 / 3.0, 1e-300, -1e6].into();
@@ -206,11 +171,7 @@ mod tests {
     #[test]
     fn every_wrong_field_is_named_with_what_was_found_and_expected() {
         for (from, to, message) in [
-            (
-                "version: 1",
-                "version: 2",
-                "version is 2, expected 1; a newer trackwright wrote it",
-            ),
+            ("version: 1", "version: 2", "version is 2, expected 1; a newer trackwright wrote it"),
             (
                 "(-120, 0, 0)",
                 "(NaN, 0, 0)",
@@ -231,21 +192,9 @@ mod tests {
                 "(0, inf, 2)",
                 "coils[1]: moment is (0, inf, 2), expected a finite vector above zero",
             ),
-            (
-                "(0.0, 0.0, 3.0)",
-                "(0, 0, 0)",
-                "coils[4]: normal is (0, 0, 0), expected a direction",
-            ),
-            (
-                "side: 70.0",
-                "side: -70",
-                "coils[4]: side is -70, expected a length above zero",
-            ),
-            (
-                "side: 70.0",
-                "side: NaN",
-                "coils[4]: side is NaN, expected a length above zero",
-            ),
+            ("(0.0, 0.0, 3.0)", "(0, 0, 0)", "coils[4]: normal is (0, 0, 0), expected a direction"),
+            ("side: 70.0", "side: -70", "coils[4]: side is -70, expected a length above zero"),
+            ("side: 70.0", "side: NaN", "coils[4]: side is NaN, expected a length above zero"),
             (
                 "center: (0.0, 68.55, 0.0)",
                 "center: (0.0, -inf, 0.0)",
@@ -265,10 +214,7 @@ mod tests {
         );
         let one = "Dipole(position: (0, 0, 0), moment: (0, 0, 1)),";
         let many = format!("coils: [{}", one.repeat(MAX_COILS));
-        assert_eq!(
-            error(&example_with("coils: [", &many)),
-            "coils is 37, expected 5 to 32 coils"
-        );
+        assert_eq!(error(&example_with("coils: [", &many)), "coils is 37, expected 5 to 32 coils");
     }
 
     #[test]

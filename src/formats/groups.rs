@@ -47,10 +47,7 @@ fn column(
     let mut table = TableReader::new(bytes)?;
     let found = match name {
         Some(name) => Some(name),
-        None => known
-            .iter()
-            .copied()
-            .find(|known| table.header().has(known)),
+        None => known.iter().copied().find(|known| table.header().has(known)),
     };
     let Some(name) = found else {
         return Ok(None);
@@ -70,10 +67,7 @@ fn column(
             label => labels.push(label.to_owned()),
         }
     }
-    Ok(Some(GroupColumn {
-        name: name.to_owned(),
-        labels,
-    }))
+    Ok(Some(GroupColumn { name: name.to_owned(), labels }))
 }
 
 /// Writes a table of lines with columns of numbers added: a name and one number a row each.
@@ -107,9 +101,7 @@ mod tests {
     use super::*;
 
     fn labels(table: &str, name: Option<&str>) -> Option<(String, Vec<String>)> {
-        parse(table.as_bytes(), name)
-            .unwrap()
-            .map(|column| (column.name, column.labels))
+        parse(table.as_bytes(), name).unwrap().map(|column| (column.name, column.labels))
     }
 
     #[test]

@@ -7,9 +7,7 @@ use crate::study::InputTrial;
 const EXPECTED: &str =
     "the columns of an input table (tool_x, tool_y, tool_z, tool_qw, …, tool_qz)";
 const EXPECTED_CRF: &str = "all of crf_x … crf_qz, or none of them";
-const CRF: [&str; 7] = [
-    "crf_x", "crf_y", "crf_z", "crf_qw", "crf_qx", "crf_qy", "crf_qz",
-];
+const CRF: [&str; 7] = ["crf_x", "crf_y", "crf_z", "crf_qw", "crf_qx", "crf_qy", "crf_qz"];
 
 /// Reads input data; the CRF's columns only for a design that has one.
 ///
@@ -18,9 +16,7 @@ const CRF: [&str; 7] = [
 pub fn parse(bytes: &[u8], design_has_crf: bool) -> Result<Vec<InputTrial>, FormatError> {
     let table = Table::parse(bytes)?;
     let tool = pose_columns(table.columns(
-        [
-            "tool_x", "tool_y", "tool_z", "tool_qw", "tool_qx", "tool_qy", "tool_qz",
-        ],
+        ["tool_x", "tool_y", "tool_z", "tool_qw", "tool_qx", "tool_qy", "tool_qz"],
         EXPECTED,
     )?);
     let crf = if design_has_crf && CRF.iter().any(|name| table.has(name)) {
@@ -40,8 +36,5 @@ pub fn parse(bytes: &[u8], design_has_crf: bool) -> Result<Vec<InputTrial>, Form
 }
 
 fn pose_columns([x, y, z, qw, qx, qy, qz]: [super::table::Column; 7]) -> PoseColumns {
-    PoseColumns {
-        position: [x, y, z],
-        rotation: Some([qw, qx, qy, qz]),
-    }
+    PoseColumns { position: [x, y, z], rotation: Some([qw, qx, qy, qz]) }
 }

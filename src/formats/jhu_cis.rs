@@ -59,9 +59,7 @@ pub fn parse_empivot(bytes: &[u8]) -> Result<Vec<Vec<Point3<f64>>>, FormatError>
     let mut file = Points::open(bytes)?;
     let [markers, frames] = file.counts("two counts and a name (N_G, N_frames, name)")?;
     file.expect_total([markers, 0, 0, frames])?;
-    let frames = (0..frames)
-        .map(|_| file.take(markers))
-        .collect::<Result<_, FormatError>>()?;
+    let frames = (0..frames).map(|_| file.take(markers)).collect::<Result<_, FormatError>>()?;
     file.finish()?;
     Ok(frames)
 }
@@ -77,12 +75,7 @@ pub fn parse_optpivot(bytes: &[u8]) -> Result<Vec<BaseAndTool>, FormatError> {
         file.counts("three counts and a name (N_D, N_H, N_frames, name)")?;
     file.expect_total([base, probe, 0, frames])?;
     let frames = (0..frames)
-        .map(|_| {
-            Ok(BaseAndTool {
-                on_base: file.take(base)?,
-                on_tool: file.take(probe)?,
-            })
-        })
+        .map(|_| Ok(BaseAndTool { on_base: file.take(base)?, on_tool: file.take(probe)? }))
         .collect::<Result<_, FormatError>>()?;
     file.finish()?;
     Ok(frames)
@@ -193,10 +186,7 @@ impl<'a> Points<'a> {
             Some((index, line)) => Err(FormatError::Line {
                 line: index as u64 + 1,
                 found: format!("{:?}", shortened(line)),
-                expected: format!(
-                    "the end of the file: line 1 says {:?}",
-                    shortened(self.header)
-                ),
+                expected: format!("the end of the file: line 1 says {:?}", shortened(self.header)),
             }),
         }
     }

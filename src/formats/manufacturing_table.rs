@@ -71,10 +71,7 @@ fn row(body: &SheetBody, sensor: &SheetSensor) -> Vec<String> {
     numbers(&each(sensor.position_from_tip_mm));
     numbers(&[sensor.distance_from_tip_mm]);
     numbers(&each(sensor.axis.map(|a| a.direction)));
-    numbers(&[
-        sensor.axis.map(|a| a.polar_deg),
-        sensor.axis.and_then(|a| a.azimuth_deg),
-    ]);
+    numbers(&[sensor.axis.map(|a| a.polar_deg), sensor.axis.and_then(|a| a.azimuth_deg)]);
     numbers(&each(sensor.rotation));
     let coil = sensor.coil;
     numbers(&[coil.map(|c| c.diameter_mm), coil.map(|c| c.length_mm)]);

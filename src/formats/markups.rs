@@ -100,10 +100,7 @@ pub fn parse_json(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
                 position => {
                     let found = position.map_or(0, <[f64]>::len);
                     return Err(FormatError::field(
-                        of_list(&format!(
-                            "controlPoints[{index}] {:?} position",
-                            point.label
-                        )),
+                        of_list(&format!("controlPoints[{index}] {:?} position", point.label)),
                         format!("{found} numbers"),
                         "x, y, z",
                     ));
@@ -136,11 +133,7 @@ pub fn parse_fcsv(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
         }
     };
     let columns = comments(text).find_map(|(_, comment)| option(comment, "columns"));
-    let names: Vec<&str> = columns
-        .unwrap_or("id,x,y,z")
-        .split(',')
-        .map(str::trim)
-        .collect();
+    let names: Vec<&str> = columns.unwrap_or("id,x,y,z").split(',').map(str::trim).collect();
     let mut points = Vec::new();
     for (line, content) in (1..).zip(text.lines()) {
         if content.starts_with('#') || content.trim().is_empty() {
@@ -193,11 +186,7 @@ fn is_defined(record: &csv::StringRecord, named: usize) -> bool {
 
 fn some(points: Vec<Point3<f64>>) -> Result<Vec<Point3<f64>>, FormatError> {
     match points.is_empty() {
-        true => Err(FormatError::field(
-            "the number of points that are defined",
-            0,
-            "one at least",
-        )),
+        true => Err(FormatError::field("the number of points that are defined", 0, "one at least")),
         false => Ok(points),
     }
 }
@@ -209,13 +198,7 @@ fn comments(text: &str) -> impl Iterator<Item = (u64, &str)> {
 }
 
 fn option<'a>(comment: &'a str, name: &str) -> Option<&'a str> {
-    Some(
-        comment
-            .strip_prefix(name)?
-            .trim_start()
-            .strip_prefix('=')?
-            .trim(),
-    )
+    Some(comment.strip_prefix(name)?.trim_start().strip_prefix('=')?.trim())
 }
 
 #[cfg(test)]
@@ -258,43 +241,21 @@ mod tests {
         for (older, same) in [("1", "LPS"), ("0", "RAS")] {
             let [older, same] =
                 [older, same].map(|name| FCSV.replace("= LPS", &format!("= {name}")));
-            assert_eq!(
-                points::parse(older.as_bytes()),
-                points::parse(same.as_bytes())
-            );
+            assert_eq!(points::parse(older.as_bytes()), points::parse(same.as_bytes()));
         }
         // Columns have no fixed places.
         let turned = "# CoordinateSystem = RAS\n# columns = label,z,y,x\nF-1,3,2,1\n";
-        assert_eq!(
-            points::parse(turned.as_bytes()),
-            Ok(vec![Point3::new(1.0, 2.0, 3.0)])
-        );
+        assert_eq!(points::parse(turned.as_bytes()), Ok(vec![Point3::new(1.0, 2.0, 3.0)]));
     }
 
     #[test]
     fn what_is_no_point_is_named() {
         let said = |text: &str| points::parse(text.as_bytes()).unwrap_err().to_string();
         for (from, to, expected) in [
-            (
-                "\"LPS\"",
-                "\"IJK\"",
-                "markups[0].coordinateSystem is \"IJK\", expected LPS or RAS",
-            ),
-            (
-                "\"coordinateSystem\": \"LPS\",",
-                "",
-                "markups[0].coordinateSystem is not there",
-            ),
-            (
-                "\"mm\"",
-                "\"m\"",
-                "markups[0].coordinateUnits is \"m\", expected mm",
-            ),
-            (
-                "2.0, 3.0]",
-                "2.0]",
-                "markups[0].controlPoints[0] \"nasion\" position is 2 numbers",
-            ),
+            ("\"LPS\"", "\"IJK\"", "markups[0].coordinateSystem is \"IJK\", expected LPS or RAS"),
+            ("\"coordinateSystem\": \"LPS\",", "", "markups[0].coordinateSystem is not there"),
+            ("\"mm\"", "\"m\"", "markups[0].coordinateUnits is \"m\", expected mm"),
+            ("2.0, 3.0]", "2.0]", "markups[0].controlPoints[0] \"nasion\" position is 2 numbers"),
             ("\"markups\":", "\"other\":", "line 6"),
             ("-1.5", "NaN", "line 3"),
             ("-1.5", "1e999", "line 3"),
@@ -303,16 +264,8 @@ mod tests {
             assert!(error.contains(expected), "{error}");
         }
         for (from, to, expected) in [
-            (
-                "= LPS",
-                "= IJK",
-                "line 2: found \"IJK\" as coordinate system",
-            ),
-            (
-                "# CoordinateSystem = LPS\n",
-                "",
-                "line 1: found \"nothing\" as coordinate system",
-            ),
+            ("= LPS", "= IJK", "line 2: found \"IJK\" as coordinate system"),
+            ("# CoordinateSystem = LPS\n", "", "line 1: found \"nothing\" as coordinate system"),
             ("-1.5", "left", "line 4: x is \"left\", expected a number"),
             ("-1.5", "inf", "line 4: x is \"inf\""),
             (",x,y,z,", ",r,a,s,", "line 4: x is \"\""),

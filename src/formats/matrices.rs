@@ -83,12 +83,8 @@ const LAST_ROW: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 /// How many numbers a matrix has: 12 where no line is a last row, and lines are whole matrices or
 /// their rows.
 fn numbers_each(content: &str) -> usize {
-    let lines = content
-        .lines()
-        .filter(|line| !line.trim_start().starts_with('#'));
-    let mut counts = lines
-        .map(|line| number_cells(line).count())
-        .filter(|n| *n > 0);
+    let lines = content.lines().filter(|line| !line.trim_start().starts_with('#'));
+    let mut counts = lines.map(|line| number_cells(line).count()).filter(|n| *n > 0);
     let Some(first) = counts.next() else {
         return 16;
     };
@@ -124,19 +120,14 @@ fn pose(cells: &[f64]) -> Result<Pose, String> {
     }
     let last = matrix.row(3) - Matrix4::<f64>::identity().row(3);
     if last.amax() > MAX_OFF {
-        return Err(format!(
-            "a last row {} {} {} {}",
-            cells[12], cells[13], cells[14], cells[15]
-        ));
+        return Err(format!("a last row {} {} {} {}", cells[12], cells[13], cells[14], cells[15]));
     }
     let turn: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into();
     // The nearest rotation: digits that were cut off are nobody's measurement.
     let rotation = svd3(&turn.transpose()).best_rotation();
     let off = (rotation.to_rotation_matrix().matrix() - turn).amax();
     if off > MAX_OFF {
-        return Err(format!(
-            "a 3x3 part that differs from a rotation by {off:.2e}"
-        ));
+        return Err(format!("a 3x3 part that differs from a rotation by {off:.2e}"));
     }
     let shift = Vector3::new(matrix[(0, 3)], matrix[(1, 3)], matrix[(2, 3)]);
     Ok(pose_from_parts(shift, rotation))
@@ -180,14 +171,8 @@ mod tests {
     fn what_is_no_matrix_is_named_with_its_line() {
         for (text, expected) in [
             (QUARTER.replace("20", "x"), "line 2: found \"x\""),
-            (
-                format!("{QUARTER}1 0 0"),
-                "line 5: found the end of the file after 3 numbers",
-            ),
-            (
-                QUARTER.replace("0 0 0 1", "0 0 0 2"),
-                "line 1: found a last row 0 0 0 2",
-            ),
+            (format!("{QUARTER}1 0 0"), "line 5: found the end of the file after 3 numbers"),
+            (QUARTER.replace("0 0 0 1", "0 0 0 2"), "line 1: found a last row 0 0 0 2"),
             (
                 QUARTER.replace("0 0 1 30", "0 0 -1 30"),
                 "line 1: found a 3x3 part that differs from a rotation by 2",

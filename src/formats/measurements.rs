@@ -11,14 +11,8 @@ const EXPECTED: &str =
     "the columns of a measurement table (ideal_x, ideal_y, ideal_z, …, measured_x, …)";
 const EXPECTED_QUATERNIONS: &str =
     "all of ideal_qw … ideal_qz and measured_qw … measured_qz, or none of them";
-const POSITIONS: [&str; 6] = [
-    "ideal_x",
-    "ideal_y",
-    "ideal_z",
-    "measured_x",
-    "measured_y",
-    "measured_z",
-];
+const POSITIONS: [&str; 6] =
+    ["ideal_x", "ideal_y", "ideal_z", "measured_x", "measured_y", "measured_z"];
 const QUATERNIONS: [&str; 8] = [
     "ideal_qw",
     "ideal_qx",
@@ -60,11 +54,7 @@ impl<R: Read> MeasurementReader<R> {
             position: [mx, my, mz],
             rotation: quaternions.map(|[.., w, x, y, z]| [w, x, y, z]),
         };
-        Ok(Self {
-            table,
-            ideal,
-            measured,
-        })
+        Ok(Self { table, ideal, measured })
     }
 
     /// What the table's columns can hold.
@@ -98,10 +88,7 @@ pub fn parse(bytes: &[u8]) -> Result<MeasurementSet, FormatError> {
     // A byte that is no text is named before anything else.
     text(bytes)?;
     let mut reader = MeasurementReader::new(bytes)?;
-    let mut set = MeasurementSet {
-        measurements: Vec::new(),
-        content: reader.content(),
-    };
+    let mut set = MeasurementSet { measurements: Vec::new(), content: reader.content() };
     while let Some(measurement) = reader.next_measurement()? {
         set.measurements.push(measurement);
     }

@@ -22,9 +22,7 @@ pub(super) fn nearest<'a>(found: &str, known: &[&'a str]) -> Vec<&'a str> {
         return Vec::new();
     };
     let each = known.iter().zip(&distances);
-    each.filter(|(_, distance)| distance.as_ref() == Some(least))
-        .map(|(name, _)| *name)
-        .collect()
+    each.filter(|(_, distance)| distance.as_ref() == Some(least)).map(|(name, _)| *name).collect()
 }
 
 /// Insertions, deletions, other letters and exchanges of two neighbours that make one name of the

@@ -51,11 +51,7 @@ fn scaled_down<const N: usize>(components: &[f64; N]) -> Option<[f64; N]> {
     if components.iter().any(|v| !v.is_finite()) {
         return None;
     }
-    Some(if largest > 1e100 {
-        components.map(|v| v / largest)
-    } else {
-        *components
-    })
+    Some(if largest > 1e100 { components.map(|v| v / largest) } else { *components })
 }
 
 #[cfg(test)]

@@ -60,12 +60,9 @@ pub fn parse(bytes: &[u8]) -> Result<PivotRecording, FormatError> {
 
 /// Whether a line is the header of a poses table, whatever is between its cells.
 fn names_pose_columns(line: &str) -> bool {
-    let names = line
-        .split([',', ';', '\t'])
-        .map(|name| ColumnName::parse(name.trim().trim_matches('"')));
-    names
-        .map(|name| name.plain)
-        .any(|plain| ["x", "qw"].contains(&plain.as_str()))
+    let names =
+        line.split([',', ';', '\t']).map(|name| ColumnName::parse(name.trim().trim_matches('"')));
+    names.map(|name| name.plain).any(|plain| ["x", "qw"].contains(&plain.as_str()))
 }
 
 #[cfg(test)]
@@ -78,10 +75,7 @@ mod tests {
         let table = b"x,y,z,qw,qx,qy,qz\n4,5,6,1,0,0,0\n";
         for bytes in [&matrix[..], &table[..]] {
             let found = parse(bytes).unwrap();
-            assert_eq!(
-                found,
-                PivotRecording::Poses(vec![Pose::translation(4.0, 5.0, 6.0)])
-            );
+            assert_eq!(found, PivotRecording::Poses(vec![Pose::translation(4.0, 5.0, 6.0)]));
         }
         let ndi = b"Tools\tPort 1\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\n1\tPort 1\tOK\t1\t0\t0\t0\t4\t5\t6\n";
         assert!(matches!(parse(ndi), Ok(PivotRecording::Tools(found)) if found.tools.len() == 1));
@@ -95,10 +89,7 @@ mod tests {
         let said = |bytes: &[u8]| parse(bytes).unwrap_err().to_string();
         assert_eq!(said(b""), "found no rows, expected at least one");
         let no_poses = said(b"time,x,y\n0,1,2\n");
-        assert!(
-            no_poses.contains("expected the columns of a poses table"),
-            "{no_poses}"
-        );
+        assert!(no_poses.contains("expected the columns of a poses table"), "{no_poses}");
         let prose = said(b"# Title\n\nSome words, and more.\n");
         assert!(
             prose.starts_with("line 3: found \"Some words, and more.\", expected the beginning of"),
@@ -107,9 +98,6 @@ mod tests {
         let other_counts = said(b"8, 8, 27, 8, pa1-calreadings.txt\n");
         assert!(other_counts.contains("N_G, N_frames"), "{other_counts}");
         let cut = said(b"8, 6, 12, pa1-optpivot.txt\n");
-        assert!(
-            cut.contains("the end of the file, expected more points"),
-            "{cut}"
-        );
+        assert!(cut.contains("the end of the file, expected more points"), "{cut}");
     }
 }

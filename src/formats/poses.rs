@@ -17,10 +17,7 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Pose>, FormatError> {
     let table = Table::parse(bytes)?;
     let [x, y, z, qw, qx, qy, qz] =
         table.columns(["x", "y", "z", "qw", "qx", "qy", "qz"], EXPECTED)?;
-    let columns = PoseColumns {
-        position: [x, y, z],
-        rotation: Some([qw, qx, qy, qz]),
-    };
+    let columns = PoseColumns { position: [x, y, z], rotation: Some([qw, qx, qy, qz]) };
     table.rows()?.map(|row| row.pose(&columns)).collect()
 }
 
@@ -41,15 +38,13 @@ pub enum WhosePoses {
 impl WhosePoses {
     fn columns(self) -> [&'static str; 7] {
         match self {
-            Self::True => [
-                "true_x", "true_y", "true_z", "true_qw", "true_qx", "true_qy", "true_qz",
-            ],
-            Self::Simulated => [
-                "sim_x", "sim_y", "sim_z", "sim_qw", "sim_qx", "sim_qy", "sim_qz",
-            ],
-            Self::Ideal => [
-                "ideal_x", "ideal_y", "ideal_z", "ideal_qw", "ideal_qx", "ideal_qy", "ideal_qz",
-            ],
+            Self::True => {
+                ["true_x", "true_y", "true_z", "true_qw", "true_qx", "true_qy", "true_qz"]
+            }
+            Self::Simulated => ["sim_x", "sim_y", "sim_z", "sim_qw", "sim_qx", "sim_qy", "sim_qz"],
+            Self::Ideal => {
+                ["ideal_x", "ideal_y", "ideal_z", "ideal_qw", "ideal_qx", "ideal_qy", "ideal_qz"]
+            }
             Self::Measured => [
                 "measured_x",
                 "measured_y",
@@ -59,12 +54,10 @@ impl WhosePoses {
                 "measured_qy",
                 "measured_qz",
             ],
-            Self::Tool => [
-                "tool_x", "tool_y", "tool_z", "tool_qw", "tool_qx", "tool_qy", "tool_qz",
-            ],
-            Self::Crf => [
-                "crf_x", "crf_y", "crf_z", "crf_qw", "crf_qx", "crf_qy", "crf_qz",
-            ],
+            Self::Tool => {
+                ["tool_x", "tool_y", "tool_z", "tool_qw", "tool_qx", "tool_qy", "tool_qz"]
+            }
+            Self::Crf => ["crf_x", "crf_y", "crf_z", "crf_qw", "crf_qx", "crf_qy", "crf_qz"],
         }
     }
 }

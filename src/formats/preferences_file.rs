@@ -41,11 +41,7 @@ impl Default for Preferences {
             is_maximised: false,
             is_light: false,
             scale: 1.0,
-            panels: ShownPanels {
-                left: true,
-                right: true,
-                history: false,
-            },
+            panels: ShownPanels { left: true, right: true, history: false },
             workspace: "Design".to_owned(),
         }
     }
@@ -108,15 +104,8 @@ pub fn write(preferences: &Preferences) -> String {
     let _ = writeln!(out, "    is_maximised: {},", preferences.is_maximised);
     let _ = writeln!(out, "    is_light: {},", preferences.is_light);
     let _ = writeln!(out, "    scale: {:?},", preferences.scale);
-    let ShownPanels {
-        left,
-        right,
-        history,
-    } = preferences.panels;
-    let _ = writeln!(
-        out,
-        "    panels: (left: {left}, right: {right}, history: {history}),"
-    );
+    let ShownPanels { left, right, history } = preferences.panels;
+    let _ = writeln!(out, "    panels: (left: {left}, right: {right}, history: {history}),");
     let workspace = ron_text::string(&preferences.workspace);
     let _ = writeln!(out, "    workspace: {workspace},");
     out.push_str(")\n");
@@ -135,11 +124,7 @@ mod tests {
             is_maximised: true,
             is_light: true,
             scale: 1.25,
-            panels: ShownPanels {
-                left: false,
-                right: true,
-                history: true,
-            },
+            panels: ShownPanels { left: false, right: true, history: true },
             workspace: "a \"name\"\n".to_owned(),
         };
         for preferences in [Preferences::default(), other] {
@@ -151,10 +136,7 @@ mod tests {
     #[test]
     fn values_that_no_window_has_are_refused_with_the_value() {
         let refused = |from: &str, to: &str| {
-            let preferences = Preferences {
-                window: Some([1280, 720]),
-                ..Preferences::default()
-            };
+            let preferences = Preferences { window: Some([1280, 720]), ..Preferences::default() };
             let text = write(&preferences).replace(from, to);
             parse(text.as_bytes()).unwrap_err().to_string()
         };

@@ -32,12 +32,7 @@ pub(super) struct ProcessEntry {
 
 /// Position, axis, error, and the noise of an outlier (1 of others).
 #[derive(Deserialize)]
-struct RowEntry(
-    [f64; 3],
-    [f64; 3],
-    ErrorValues,
-    #[serde(default = "usual_noise")] f64,
-);
+struct RowEntry([f64; 3], [f64; 3], ErrorValues, #[serde(default = "usual_noise")] f64);
 
 fn usual_noise() -> f64 {
     1.0
@@ -71,11 +66,7 @@ impl ProcessEntry {
         problem(name, left_out_mm, length_problem(left_out_mm))?;
         if let Some((name, found)) = self.amplitude.problem() {
             let name = format!("process.{name}");
-            return Err(FormatError::number(
-                name,
-                found,
-                "a finite number, at most 1e6",
-            ));
+            return Err(FormatError::number(name, found, "a finite number, at most 1e6"));
         }
         let is_variance = |c: usize| self.covariance[c][c] >= 0.0;
         let is_finite = self.covariance.as_flattened().iter().all(|v| v.is_finite());
@@ -89,12 +80,8 @@ impl ProcessEntry {
             let (name, expected) = ("process.sensor_variance", "finite numbers of zero or more");
             return Err(FormatError::field(name, "not that", expected));
         }
-        let rows: Result<Vec<Row>, FormatError> = self
-            .rows
-            .into_iter()
-            .enumerate()
-            .map(|(index, row)| row.check(index))
-            .collect();
+        let rows: Result<Vec<Row>, FormatError> =
+            self.rows.into_iter().enumerate().map(|(index, row)| row.check(index)).collect();
         let rows = rows?;
         if rows.is_empty() {
             return Err(FormatError::field("process.rows", "none", "at least one"));
@@ -179,14 +166,9 @@ pub(super) fn push(out: &mut String, process: &GaussianField) {
     for line in &process.component_covariance {
         let _ = writeln!(out, "            {},", ron_text::tuple(line));
     }
-    let sensors = process
-        .sensor_variance
-        .map_or_else(String::new, |variance| {
-            format!(
-                "        sensor_variance: Some({}),\n",
-                ron_text::tuple(&variance)
-            )
-        });
+    let sensors = process.sensor_variance.map_or_else(String::new, |variance| {
+        format!("        sensor_variance: Some({}),\n", ron_text::tuple(&variance))
+    });
     let _ = writeln!(
         out,
         "        ),\n        has_rotations: {},\n        measured_rows: {},\n        left_out_rms_mm: {},\n{sensors}        \

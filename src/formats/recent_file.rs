@@ -26,11 +26,7 @@ impl ron_text::Versioned for RecentEntry {
 /// See [`FormatError`].
 pub fn parse(bytes: &[u8]) -> Result<Vec<PathBuf>, FormatError> {
     let entry: RecentEntry = ron_text::parse(bytes)?;
-    Ok(entry
-        .designs
-        .into_iter()
-        .map(PathEntry::into_path)
-        .collect())
+    Ok(entry.designs.into_iter().map(PathEntry::into_path).collect())
 }
 
 /// Writes the list, one file a line.

@@ -39,10 +39,7 @@ mod tests {
     #[test]
     fn sensors_and_poses_are_read_where_the_table_names_them() {
         let plain = parse(format!("{HEAD}\n{ROW}\n").as_bytes()).unwrap();
-        assert_eq!(
-            (plain.rows.len(), plain.sensors, plain.groups),
-            (1, None, None)
-        );
+        assert_eq!((plain.rows.len(), plain.sensors, plain.groups), (1, None, None));
         let named = format!("{HEAD},sensor,pose\n{ROW},\"a, b\",7\n{ROW},c,7\n");
         let named = parse(named.as_bytes()).unwrap();
         assert_eq!(named.sensors.unwrap(), ["a, b", "c"]);

@@ -93,9 +93,7 @@ impl ron_text::Versioned for RecoveryEntry {
 
 impl RecoveryFile {
     pub fn written(&self) -> SystemTime {
-        UNIX_EPOCH
-            .checked_add(Duration::from_millis(self.written_unix_ms))
-            .unwrap_or(UNIX_EPOCH)
+        UNIX_EPOCH.checked_add(Duration::from_millis(self.written_unix_ms)).unwrap_or(UNIX_EPOCH)
     }
 }
 
@@ -106,11 +104,8 @@ impl RecoveryFile {
 pub fn parse(bytes: &[u8]) -> Result<RecoveryFile, FormatError> {
     let entry: RecoveryEntry = ron_text::parse(bytes)?;
     let design: DesignFile = part("design", design_file::parse(entry.design.as_bytes()))?;
-    let mut bodies = [
-        ("tool_body", Some(entry.tool_body)),
-        ("crf_body", entry.crf_body),
-    ]
-    .into_iter();
+    let mut bodies =
+        [("tool_body", Some(entry.tool_body)), ("crf_body", entry.crf_body)].into_iter();
     let (design, view) = design.into_design(|_| -> Result<BodyFile, FormatError> {
         // The tool's first, as `into_design` asks for them.
         match bodies.next() {
@@ -137,10 +132,7 @@ pub fn parse(bytes: &[u8]) -> Result<RecoveryFile, FormatError> {
 }
 
 fn part<T>(part: &'static str, parsed: Result<T, FormatError>) -> Result<T, FormatError> {
-    parsed.map_err(|cause| FormatError::Part {
-        part,
-        cause: Box::new(cause),
-    })
+    parsed.map_err(|cause| FormatError::Part { part, cause: Box::new(cause) })
 }
 
 /// Writes a recovery file.
@@ -165,12 +157,7 @@ pub fn write(file: &RecoveryFile) -> String {
     }
     out.push_str("    stamps: [\n");
     for (path, stamp) in &file.stamps {
-        let FileStamp {
-            length,
-            modified_ns,
-            taken_ns,
-            hash,
-        } = stamp;
+        let FileStamp { length, modified_ns, taken_ns, hash } = stamp;
         let _ = writeln!(
             out,
             "        (file: {}, stamp: (length: {length}, modified_ns: {modified_ns}, \
@@ -241,12 +228,7 @@ pub(super) mod tests {
             view,
             stamps: vec![(
                 "/a b/c".into(),
-                FileStamp {
-                    length: u64::MAX,
-                    modified_ns: 1,
-                    taken_ns: 2,
-                    hash: 3,
-                },
+                FileStamp { length: u64::MAX, modified_ns: 1, taken_ns: 2, hash: 3 },
             )],
         }
     }
@@ -275,16 +257,8 @@ pub(super) mod tests {
     fn what_is_wrong_is_named_with_the_part_that_it_is_in() {
         let good = String::from_utf8(good()).unwrap();
         for (from, to, message) in [
-            (
-                "version: 1,\n    w",
-                "version: 2,\n    w",
-                "version is 2, expected 1",
-            ),
-            (
-                "crf_body:",
-                "crf:",
-                "line 9, column 5: found the unknown field `crf`, expected ",
-            ),
+            ("version: 1,\n    w", "version: 2,\n    w", "version is 2, expected 1"),
+            ("crf_body:", "crf:", "line 9, column 5: found the unknown field `crf`, expected "),
             (
                 "design: \"(\\n    version: 1",
                 "design: \"(\\n    version: 3",

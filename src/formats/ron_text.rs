@@ -40,10 +40,7 @@ pub(super) fn parse<T: DeserializeOwned + Versioned>(bytes: &[u8]) -> Result<T, 
         return Err(FormatError::Syntax {
             line,
             column,
-            problem: format!(
-                "found {}, expected a number of at most 1e30",
-                shown(&text[range])
-            ),
+            problem: format!("found {}, expected a number of at most 1e30", shown(&text[range])),
         });
     }
     Ok(entry)
@@ -52,17 +49,12 @@ pub(super) fn parse<T: DeserializeOwned + Versioned>(bytes: &[u8]) -> Result<T, 
 /// Reads a part of a file, whatever its version.
 pub(super) fn from_text<T: DeserializeOwned>(text: &str) -> Result<T, FormatError> {
     let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-    options
-        .from_str(text)
-        .map_err(|error| located(text, &error))
+    options.from_str(text).map_err(|error| located(text, &error))
 }
 
 fn check_version(found: Option<u64>) -> Result<(), FormatError> {
     match found {
-        Some(found) if found != VERSION => Err(FormatError::Version {
-            found,
-            expected: VERSION,
-        }),
+        Some(found) if found != VERSION => Err(FormatError::Version { found, expected: VERSION }),
         _ => Ok(()),
     }
 }
@@ -74,10 +66,7 @@ pub(super) fn unknown_field(found: &str, known: &[&str]) -> String {
         true => one_of(known),
         false => one_of(&near),
     };
-    format!(
-        "found the unknown field {}, expected {expected}",
-        shown(found)
-    )
+    format!("found the unknown field {}, expected {expected}", shown(found))
 }
 
 /// A RON error in this program's words.
@@ -107,13 +96,10 @@ fn located(text: &str, error: &SpannedError) -> FormatError {
         E::Message(message) => message.clone(),
         E::Eof => "found the end of the file, expected more: it is cut short".to_owned(),
         E::InvalidValueForType { expected, found } => format!("found {found}, expected {expected}"),
-        E::ExpectedDifferentLength {
-            expected,
-            found: count,
-        } => format!("found {count} elements, expected {expected}"),
-        E::NoSuchEnumVariant {
-            expected, found, ..
-        } => {
+        E::ExpectedDifferentLength { expected, found: count } => {
+            format!("found {count} elements, expected {expected}")
+        }
+        E::NoSuchEnumVariant { expected, found, .. } => {
             let near = nearest(found, expected);
             let expected = match near.is_empty() {
                 true => one_of(expected),
@@ -121,9 +107,7 @@ fn located(text: &str, error: &SpannedError) -> FormatError {
             };
             format!("found {}, expected {expected}", shown(found))
         }
-        E::NoSuchStructField {
-            expected, found, ..
-        } => unknown_field(found, expected),
+        E::NoSuchStructField { expected, found, .. } => unknown_field(found, expected),
         E::ExpectedDifferentStructName { expected, found } => {
             format!("found {}, expected `{expected}` or no name", shown(found))
         }
@@ -142,19 +126,11 @@ fn located(text: &str, error: &SpannedError) -> FormatError {
             }
         }
     };
-    FormatError::Syntax {
-        line: at.line,
-        column: at.col,
-        problem,
-    }
+    FormatError::Syntax { line: at.line, column: at.col, problem }
 }
 
 fn one_of(names: &[&str]) -> String {
-    names
-        .iter()
-        .map(|name| format!("`{name}`"))
-        .collect::<Vec<_>>()
-        .join(" or ")
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" or ")
 }
 
 /// A word of a file between quotes, no more of it than a line holds.

@@ -158,9 +158,7 @@ fn raw_string(text: &str) -> Option<usize> {
     let hashes = rest.len() - rest.trim_start_matches('#').len();
     let content = rest[hashes..].strip_prefix('"')?;
     let end = format!("\"{}", "#".repeat(hashes));
-    let length = content
-        .find(&end)
-        .map_or(content.len(), |at| at + end.len());
+    let length = content.find(&end).map_or(content.len(), |at| at + end.len());
     Some(prefix.len() + hashes + 1 + length)
 }
 
@@ -245,10 +243,7 @@ mod tests {
 
     #[test]
     fn a_version_is_found_in_what_is_no_document() {
-        assert_eq!(
-            stated_version("D(a: (version: 3), version: 9, b: (("),
-            Some(9)
-        );
+        assert_eq!(stated_version("D(a: (version: 3), version: 9, b: (("), Some(9));
         assert_eq!(stated_version("(a: \"version: 9\", version: x)"), None);
         assert_eq!(stated_version("(version: 99999999999999999999)"), None);
     }

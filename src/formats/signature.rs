@@ -89,9 +89,7 @@ impl Signature {
             return Self::Markup(root_element(text));
         }
         if let Some(inside) = text.strip_prefix(['{', '[']) {
-            let key = inside
-                .trim_start()
-                .trim_start_matches(['[', '{', '\n', ' ']);
+            let key = inside.trim_start().trim_start_matches(['[', '{', '\n', ' ']);
             let key = key.split([':', ',']).next().unwrap_or_default();
             return Self::Json(key.trim().trim_matches('"').to_owned());
         }
@@ -99,13 +97,7 @@ impl Signature {
         if let Some(kind) = document_kind(&fields) {
             return Self::Kind(kind);
         }
-        Self::Text(
-            text.lines()
-                .next()
-                .unwrap_or_default()
-                .trim_end()
-                .to_owned(),
-        )
+        Self::Text(text.lines().next().unwrap_or_default().trim_end().to_owned())
     }
 }
 
@@ -277,15 +269,9 @@ mod tests {
         assert_eq!(name("// (sensors: 1)\n(model: ())"), "an environment");
         assert_eq!(name("(coils: [])"), "a field generator");
         assert_eq!(name("(x: 1)"), "text that begins with \"(x: 1)\"");
-        assert_eq!(
-            name("<?xml?><!-- <a> --><svg x=\"1\"/>"),
-            "a <svg> document"
-        );
+        assert_eq!(name("<?xml?><!-- <a> --><svg x=\"1\"/>"), "a <svg> document");
         assert_eq!(name("<!DOCTYPE html><html>"), "a <html> document");
-        assert_eq!(
-            name("{\n  \"@schema\": 1}"),
-            "JSON that begins with \"@schema\""
-        );
+        assert_eq!(name("{\n  \"@schema\": 1}"), "JSON that begins with \"@schema\"");
         assert_eq!(Signature::of(b"\xff\xfe\x00", ""), Signature::Binary);
         assert_eq!(name(""), "an empty file");
     }
@@ -295,9 +281,7 @@ mod tests {
         assert!(holds_more_than_written(b"(sensors: [], // mine\n)"));
         assert!(holds_more_than_written(b"(sensors: [] /* mine */)"));
         assert!(holds_more_than_written(b"(sensors: [], keep_out: [])"));
-        assert!(!holds_more_than_written(
-            br#"(name: "a \" // b", sensors: [])"#
-        ));
+        assert!(!holds_more_than_written(br#"(name: "a \" // b", sensors: [])"#));
     }
 
     #[test]

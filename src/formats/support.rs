@@ -36,12 +36,8 @@ impl SupportEntry {
     pub(super) fn check(self, model: &DistortionModel) -> Result<Support, FormatError> {
         let origin = ron_text::point("support.samples.origin", self.samples.origin)?;
         let cells = self.samples.cells.into_iter();
-        let cells = cells
-            .map(|(i, j, k, directions)| Cell {
-                index: [i, j, k],
-                directions,
-            })
-            .collect();
+        let cells =
+            cells.map(|(i, j, k, directions)| Cell { index: [i, j, k], directions }).collect();
         let parts = SupportParts {
             position_std_mm: self.position_std_mm,
             angle_std_rad: self.angle_std_rad,
@@ -64,11 +60,7 @@ pub(super) fn push(out: &mut String, parts: &SupportParts) {
         push_list(out, "angle_std_rad", &stds(std));
     }
     push_list(out, "greatest_leverage", &numbers(&parts.greatest_leverage));
-    push_list(
-        out,
-        "greatest_undetermined",
-        &numbers(&parts.greatest_undetermined),
-    );
+    push_list(out, "greatest_undetermined", &numbers(&parts.greatest_undetermined));
     push_forms(out, "variance", &parts.variance);
     push_forms(out, "leverage", &parts.leverage);
     push_forms(out, "undetermined", &parts.undetermined);
@@ -77,9 +69,7 @@ pub(super) fn push(out: &mut String, parts: &SupportParts) {
 }
 
 fn stds(std: &[Option<f64>]) -> Vec<String> {
-    std.iter()
-        .map(|s| s.map_or_else(|| "None".to_owned(), shortest))
-        .collect()
+    std.iter().map(|s| s.map_or_else(|| "None".to_owned(), shortest)).collect()
 }
 
 fn numbers(values: &[f64]) -> Vec<String> {

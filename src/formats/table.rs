@@ -76,11 +76,7 @@ impl Table {
         while reader.next_record()? {
             records.push(reader.record.clone());
         }
-        Ok(Self {
-            header: reader.header,
-            records,
-            marks: reader.marks,
-        })
+        Ok(Self { header: reader.header, records, marks: reader.marks })
     }
 
     pub fn has(&self, name: &str) -> bool {
@@ -107,10 +103,7 @@ impl Table {
         if self.records.is_empty() {
             return Err(FormatError::NoRows);
         }
-        Ok(self
-            .records
-            .iter()
-            .map(|record| Row::of(record, &self.marks)))
+        Ok(self.records.iter().map(|record| Row::of(record, &self.marks)))
     }
 }
 
@@ -137,10 +130,7 @@ impl<R: Read> TableReader<R> {
             reader,
             record: StringRecord::new(),
             has_rows: false,
-            marks: Marks {
-                dialect,
-                seen: Cell::new(None),
-            },
+            marks: Marks { dialect, seen: Cell::new(None) },
         })
     }
 
@@ -166,10 +156,7 @@ impl<R: Read> TableReader<R> {
     fn next_record(&mut self) -> Result<bool, FormatError> {
         let line = self.reader.position().line();
         self.reader.get_mut().get_mut().1.begin_row(line);
-        let is_there = self
-            .reader
-            .read_record(&mut self.record)
-            .map_err(error_of)?;
+        let is_there = self.reader.read_record(&mut self.record).map_err(error_of)?;
         if is_there && self.record.len() != self.header.0.len() {
             let (found, expected) = (self.record.len(), self.header.0.len());
             let is_doubled = self.marks.dialect.separator == b',' && found > expected;
@@ -249,10 +236,7 @@ impl Header {
             }
             let ColumnName { written, unit, .. } = &self.0[column.index];
             if let Some(unit) = unit {
-                return Err(FormatError::Unit {
-                    column: written.clone(),
-                    unit: unit.clone(),
-                });
+                return Err(FormatError::Unit { column: written.clone(), unit: unit.clone() });
             }
         }
         Ok(columns)
@@ -261,11 +245,7 @@ impl Header {
 
 impl<'a> Row<'a> {
     fn of(record: &'a StringRecord, marks: &'a Marks) -> Self {
-        Self {
-            line: line_of(record),
-            record,
-            marks,
-        }
+        Self { line: line_of(record), record, marks }
     }
 
     /// Where the row begins.
@@ -347,12 +327,7 @@ impl<'a> Row<'a> {
     }
 
     fn cell_error(&self, field: &str, found: String, expected: &'static str) -> FormatError {
-        FormatError::Cell {
-            line: self.line,
-            field: field.to_owned(),
-            found,
-            expected,
-        }
+        FormatError::Cell { line: self.line, field: field.to_owned(), found, expected }
     }
 }
 

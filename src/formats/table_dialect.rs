@@ -51,9 +51,7 @@ impl Dialect {
         }
         // The first of equals.
         let most = counts.iter().rev().max_by_key(|(_, count)| *count);
-        Self {
-            separator: most.map_or(b',', |(separator, _)| *separator),
-        }
+        Self { separator: most.map_or(b',', |(separator, _)| *separator) }
     }
 
     pub(super) fn may_have_decimal_commas(self) -> bool {
@@ -99,9 +97,8 @@ pub(super) fn number_cells(line: &str) -> impl Iterator<Item = &str> + Clone {
 
 /// `1,5;2,5` and `1,5 2` are two numbers each, `1,2,3` and `1, 2` are as many as they have commas and one.
 fn has_decimal_commas(line: &str) -> bool {
-    let mut cells = line
-        .split(|c: char| c.is_whitespace() || c == ';')
-        .filter(|cell| !cell.is_empty());
+    let mut cells =
+        line.split(|c: char| c.is_whitespace() || c == ';').filter(|cell| !cell.is_empty());
     let is_decimal = |cell: &str| match cell.split_once(',') {
         None => !cell.contains('.') && cell.parse::<f64>().is_ok(),
         Some((whole, rest)) => {
@@ -136,18 +133,14 @@ fn split_unit(name: &str) -> Option<(&str, &str)> {
     let is_unit =
         |unit: &str| OWN_UNITS.contains(&unit) || OTHER_UNITS.contains(&unit) || unit.is_empty();
     for (open, close) in [('(', ')'), ('[', ']')] {
-        if let Some((name, unit)) = name
-            .strip_suffix(close)
-            .and_then(|name| name.rsplit_once(open))
+        if let Some((name, unit)) = name.strip_suffix(close).and_then(|name| name.rsplit_once(open))
             && is_unit(unit.trim())
         {
             return Some((name, unit.trim()));
         }
     }
     // `ideal_m` may be any name, `ideal_mm` is a length.
-    let name = name
-        .strip_suffix("_mm")
-        .or_else(|| name.strip_suffix(" mm"))?;
+    let name = name.strip_suffix("_mm").or_else(|| name.strip_suffix(" mm"))?;
     Some((name, "mm"))
 }
 
@@ -155,9 +148,7 @@ fn split_unit(name: &str) -> Option<(&str, &str)> {
 /// becomes an empty one, so that lines keep their numbers.
 pub(super) fn first_line(reader: &mut impl Read) -> io::Result<Vec<u8>> {
     let mut first = line(reader)?;
-    let is_about_separator = first
-        .get(..4)
-        .is_some_and(|head| head.eq_ignore_ascii_case(b"sep="));
+    let is_about_separator = first.get(..4).is_some_and(|head| head.eq_ignore_ascii_case(b"sep="));
     if is_about_separator {
         first = vec![b'\n'];
         first.extend(line(reader)?);
@@ -212,11 +203,8 @@ mod tests {
 
     #[test]
     fn decimal_commas_are_told_from_separators() {
-        let cells = |line| {
-            number_cells(line)
-                .map(|cell| decimal(cell).unwrap())
-                .collect::<Vec<_>>()
-        };
+        let cells =
+            |line| number_cells(line).map(|cell| decimal(cell).unwrap()).collect::<Vec<_>>();
         assert_eq!(cells("1,5;2,5;-3,25"), [1.5, 2.5, -3.25]);
         assert_eq!(cells("1,5 2 3,0e2"), [1.5, 2.0, 300.0]);
         assert_eq!(cells("1, 2; 3"), [1.0, 2.0, 3.0]);

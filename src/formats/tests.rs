@@ -38,9 +38,7 @@ fn parse_all(bytes: &[u8]) {
 
 /// One good file of each kind.
 fn good_files() -> Vec<Vec<u8>> {
-    let input = POSES
-        .replace(",x,y,z,q", ",tool_x,tool_y,tool_z,q")
-        .replace(",q", ",tool_q");
+    let input = POSES.replace(",x,y,z,q", ",tool_x,tool_y,tool_z,q").replace(",q", ",tool_q");
     let mut files = vec![
         include_bytes!("../../assets/bodies/pointer.body.ron").to_vec(),
         include_bytes!("../../designs/pointer-on-head.design.ron").to_vec(),
@@ -66,10 +64,7 @@ fn an_optical_pivot_has_base_and_probe_frame_by_frame_and_is_whole_or_nothing() 
     assert_eq!((frames[1].on_base[0].x, frames[1].on_tool[1].z), (1.0, 0.0));
     // Up to its last number, whatever is cut off.
     for end in 0..OPTPIVOT.len() - "0\n".len() {
-        assert!(
-            jhu_cis::parse_optpivot(&OPTPIVOT.as_bytes()[..end]).is_err(),
-            "{end}"
-        );
+        assert!(jhu_cis::parse_optpivot(&OPTPIVOT.as_bytes()[..end]).is_err(), "{end}");
     }
 }
 
@@ -153,13 +148,8 @@ fn a_table_without_quaternions_is_position_only_and_with_some_of_them_an_error()
     let text = "measured_x,measured_y,measured_z,ideal_x,ideal_y,ideal_z\r\n1,2,3,4,5,6\r\n";
     let set = measurements::parse(text.as_bytes()).unwrap();
     assert_eq!(set.content, MeasurementContent::PositionOnly);
-    assert_eq!(
-        set.measurements[0].tracker_from_ideal,
-        Pose::translation(4.0, 5.0, 6.0)
-    );
-    let text = MEASUREMENTS
-        .replace("ideal_qy", "ideal_q2")
-        .replace("measured_qw", "w");
+    assert_eq!(set.measurements[0].tracker_from_ideal, Pose::translation(4.0, 5.0, 6.0));
+    let text = MEASUREMENTS.replace("ideal_qy", "ideal_q2").replace("measured_qw", "w");
     assert_eq!(
         message(measurements::parse(text.as_bytes())),
         "line 1: found no column ideal_qy, measured_qw, expected all of ideal_qw … ideal_qz and \
@@ -170,31 +160,11 @@ fn a_table_without_quaternions_is_position_only_and_with_some_of_them_an_error()
 #[test]
 fn wrong_tables_name_line_and_column() {
     for (from, to, expected) in [
-        (
-            "first,1,",
-            "first,one,",
-            "line 2: x is \"one\", expected a finite number",
-        ),
-        (
-            "first,1,",
-            "first,,",
-            "line 2: x is empty, expected a finite number",
-        ),
-        (
-            "first,1,",
-            "first,NaN,",
-            "line 2: x is \"NaN\", expected a finite number",
-        ),
-        (
-            "first,1,",
-            "first,-inf,",
-            "line 2: x is \"-inf\", expected a finite number",
-        ),
-        (
-            "first,1,",
-            "first,1e999,",
-            "line 2: x is \"1e999\", expected a finite number",
-        ),
+        ("first,1,", "first,one,", "line 2: x is \"one\", expected a finite number"),
+        ("first,1,", "first,,", "line 2: x is empty, expected a finite number"),
+        ("first,1,", "first,NaN,", "line 2: x is \"NaN\", expected a finite number"),
+        ("first,1,", "first,-inf,", "line 2: x is \"-inf\", expected a finite number"),
+        ("first,1,", "first,1e999,", "line 2: x is \"1e999\", expected a finite number"),
         (
             "0,-1,0,0",
             "0,-1.0011,0,0",
@@ -205,21 +175,9 @@ fn wrong_tables_name_line_and_column() {
             "0,0,0,0",
             "line 2: length of the quaternion qw … qz is 0, expected 1 within 0.001",
         ),
-        (
-            "first,1",
-            "1",
-            "line 2: found 7 cells, expected 8, as in line 1",
-        ),
-        (
-            "first,1,2,3,0,-1,0,0\n",
-            "",
-            "found no rows, expected at least one",
-        ),
-        (
-            "note",
-            "x",
-            "line 1: found column x twice, expected it once",
-        ),
+        ("first,1", "1", "line 2: found 7 cells, expected 8, as in line 1"),
+        ("first,1,2,3,0,-1,0,0\n", "", "found no rows, expected at least one"),
+        ("note", "x", "line 1: found column x twice, expected it once"),
         (
             "qx,qy",
             "qx,q2",
@@ -227,10 +185,7 @@ fn wrong_tables_name_line_and_column() {
         ),
     ] {
         assert!(POSES.contains(from), "{from}");
-        assert_eq!(
-            message(poses::parse(POSES.replace(from, to).as_bytes())),
-            expected
-        );
+        assert_eq!(message(poses::parse(POSES.replace(from, to).as_bytes())), expected);
     }
     assert!(message(poses::parse(b"")).starts_with("line 1: found no column x, y, z, qw"));
 }
@@ -245,25 +200,13 @@ fn quaternions_within_a_thousandth_are_renormalised() {
 fn the_crf_of_input_data_counts_only_for_a_design_with_one() {
     let tool = "tool_x,tool_y,tool_z,tool_qw,tool_qx,tool_qy,tool_qz";
     let alone = format!("{tool}\n1,2,3,1,0,0,0\n");
-    assert_eq!(
-        input::parse(alone.as_bytes(), true).unwrap()[0].tracker_from_crf,
-        None
-    );
-    let both = format!(
-        "{},{tool}\n4,5,6,1,0,0,0,1,2,3,1,0,0,0\n",
-        tool.replace("tool", "crf")
-    );
+    assert_eq!(input::parse(alone.as_bytes(), true).unwrap()[0].tracker_from_crf, None);
+    let both = format!("{},{tool}\n4,5,6,1,0,0,0,1,2,3,1,0,0,0\n", tool.replace("tool", "crf"));
     let trial = input::parse(both.as_bytes(), true).unwrap()[0];
-    assert_eq!(
-        trial.tracker_from_crf,
-        Some(Pose::translation(4.0, 5.0, 6.0))
-    );
+    assert_eq!(trial.tracker_from_crf, Some(Pose::translation(4.0, 5.0, 6.0)));
     assert_eq!(trial.crf_from_tool, Pose::translation(1.0, 2.0, 3.0));
     let broken = both.replace("crf_x", "elsewhere");
-    assert_eq!(
-        input::parse(broken.as_bytes(), false).unwrap()[0].tracker_from_crf,
-        None
-    );
+    assert_eq!(input::parse(broken.as_bytes(), false).unwrap()[0].tracker_from_crf, None);
     assert_eq!(
         message(input::parse(broken.as_bytes(), true)),
         "line 1: found no column crf_x, expected all of crf_x … crf_qz, or none of them"
@@ -274,20 +217,13 @@ fn the_crf_of_input_data_counts_only_for_a_design_with_one() {
 fn calibration_files_are_split_into_their_markers() {
     let body = jhu_cis::parse_calbody(CALBODY.as_bytes()).unwrap();
     assert_eq!(
-        (
-            body.optical_on_base.len(),
-            body.optical_on_object.len(),
-            body.em_on_object.len()
-        ),
+        (body.optical_on_base.len(), body.optical_on_object.len(), body.em_on_object.len()),
         (1, 1, 2)
     );
     assert_eq!(body.em_on_object[1].coords, Vector3::new(10.0, 11.0, 12.0));
     let frames = jhu_cis::parse_calreadings(CALREADINGS.as_bytes()).unwrap();
     assert_eq!(frames.len(), 2);
-    assert_eq!(
-        frames[1].em_on_object[0].coords,
-        Vector3::new(7.0, 8.0, 9.0)
-    );
+    assert_eq!(frames[1].em_on_object[0].coords, Vector3::new(7.0, 8.0, 9.0));
 }
 
 #[test]
@@ -359,24 +295,15 @@ fn the_log_is_one_row_a_trial_with_a_positive_scalar() {
     let (header, row) = text.split_once('\n').unwrap();
     assert_eq!(row, "1,2,3,1,0,0,0,1.5,2,3,1,0,0,0,0.5,0,0,0.5,0,2,0\n");
     assert_eq!(header.split(',').count(), row.split(',').count());
-    assert!(
-        header.starts_with("true_x,true_y,true_z,true_qw"),
-        "{header}"
-    );
+    assert!(header.starts_with("true_x,true_y,true_z,true_qw"), "{header}");
     assert!(header.ends_with("sim_qz,err_x,err_y,err_z,err_mm,err_deg,outside,out_of_volume"));
 }
 
 #[test]
 fn distorted_poses_say_whether_they_were_outside() {
     let mut out = Vec::new();
-    let rows = [
-        (Some(Pose::translation(1.0, 2.0, 3.0)), false),
-        (None, true),
-    ];
+    let rows = [(Some(Pose::translation(1.0, 2.0, 3.0)), false), (None, true)];
     poses::write_with_outside(&mut out, rows).unwrap();
     let text = String::from_utf8(out).unwrap();
-    assert_eq!(
-        text,
-        "x,y,z,qw,qx,qy,qz,outside\n1,2,3,1,0,0,0,0\n,,,,,,,1\n"
-    );
+    assert_eq!(text, "x,y,z,qw,qx,qy,qz,outside\n1,2,3,1,0,0,0,0\n,,,,,,,1\n");
 }

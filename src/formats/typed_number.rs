@@ -44,34 +44,17 @@ pub enum TypedNumberError {
     #[error("found nothing, expected a number")]
     Empty,
     #[error("column {column}: found {found}, expected {expected}")]
-    Unexpected {
-        column: usize,
-        found: String,
-        expected: &'static str,
-    },
+    Unexpected { column: usize, found: String, expected: &'static str },
     #[error("column {column}: found no `)` for this `(`, expected one")]
     Unclosed { column: usize },
     #[error("column {column}: found `{found}`, expected {expected}")]
-    UnknownUnit {
-        column: usize,
-        found: String,
-        expected: &'static str,
-    },
+    UnknownUnit { column: usize, found: String, expected: &'static str },
     #[error("column {column}: found {found}, expected {expected}")]
-    WrongDimension {
-        column: usize,
-        found: Dimension,
-        expected: Dimension,
-    },
+    WrongDimension { column: usize, found: Dimension, expected: Dimension },
     #[error(
         "column {column}: found `{found}`, which can mean {decimal} or {thousands}, expected a decimal point or no comma"
     )]
-    AmbiguousComma {
-        column: usize,
-        found: String,
-        decimal: String,
-        thousands: String,
-    },
+    AmbiguousComma { column: usize, found: String, decimal: String, thousands: String },
     #[error("column {column}: found a division by zero, expected another divisor")]
     DivisionByZero { column: usize },
     #[error("column {column}: found a number that is too large, expected one below 1.8e308")]
@@ -155,11 +138,7 @@ impl NumberUnit {
 /// # Errors
 /// See [`TypedNumberError`].
 pub fn parse(text: &str, unit: NumberUnit) -> Result<f64, TypedNumberError> {
-    let mut parser = Parser {
-        chars: text.chars().collect(),
-        at: 0,
-        unit,
-    };
+    let mut parser = Parser { chars: text.chars().collect(), at: 0, unit };
     if parser.peek().is_none() {
         return Err(TypedNumberError::Empty);
     }
@@ -264,10 +243,9 @@ impl Parser {
                 }
                 sum
             }
-            Some(c) if c.is_ascii_digit() || is_decimal_mark(c) => Value {
-                number: self.number()?,
-                dimension: Dimension::Plain,
-            },
+            Some(c) if c.is_ascii_digit() || is_decimal_mark(c) => {
+                Value { number: self.number()?, dimension: Dimension::Plain }
+            }
             _ => return Err(self.unexpected("a number")),
         };
         if let Some((name, column)) = self.name() {
@@ -309,10 +287,7 @@ impl Parser {
                 expected: "one",
             });
         }
-        Ok(Value {
-            number: unit.convert(value.number, self.unit),
-            dimension: expected,
-        })
+        Ok(Value { number: unit.convert(value.number, self.unit), dimension: expected })
     }
 
     /// A value as one of the field's: what is plain is in its unit.
@@ -333,11 +308,7 @@ impl Parser {
     fn number(&mut self) -> Result<f64, TypedNumberError> {
         let start = self.at;
         let whole = self.digits();
-        let mark = self
-            .chars
-            .get(self.at)
-            .copied()
-            .filter(|c| is_decimal_mark(*c));
+        let mark = self.chars.get(self.at).copied().filter(|c| is_decimal_mark(*c));
         let fraction = match mark {
             None => String::new(),
             Some(_) => {
@@ -348,13 +319,7 @@ impl Parser {
         if whole.is_empty() && fraction.is_empty() || mark == Some(',') && fraction.is_empty() {
             return Err(self.unexpected("a digit"));
         }
-        if mark.is_some()
-            && self
-                .chars
-                .get(self.at)
-                .copied()
-                .is_some_and(is_decimal_mark)
-        {
+        if mark.is_some() && self.chars.get(self.at).copied().is_some_and(is_decimal_mark) {
             return Err(self.unexpected("one decimal point or comma"));
         }
         let exponent = self.exponent();
@@ -440,11 +405,7 @@ impl Parser {
                 format!("`{}`", shortened(&word))
             }
         };
-        TypedNumberError::Unexpected {
-            column: self.at + 1,
-            found,
-            expected,
-        }
+        TypedNumberError::Unexpected { column: self.at + 1, found, expected }
     }
 }
 

@@ -63,10 +63,7 @@ pub fn error_of(error: &io::Error) -> FormatError {
             expected: "shorter rows, and an end to each quote".to_owned(),
         };
     }
-    FormatError::Unreadable {
-        kind: error.kind(),
-        found: error.to_string(),
-    }
+    FormatError::Unreadable { kind: error.kind(), found: error.to_string() }
 }
 
 impl<R: Read> Utf8Reader<R> {
@@ -119,10 +116,7 @@ impl<R: Read> Utf8Reader<R> {
             Err(error) => {
                 self.advance(error.valid_up_to());
                 let (line, column) = (self.line, self.column);
-                return Err(io::Error::new(
-                    io::ErrorKind::InvalidData,
-                    NotUtf8 { line, column },
-                ));
+                return Err(io::Error::new(io::ErrorKind::InvalidData, NotUtf8 { line, column }));
             }
         };
         self.advance(self.end);
@@ -208,10 +202,7 @@ mod tests {
         let short = format!("x,y\n{}", "1,2\n".repeat(MAX_ROW / 2));
         assert!(Table::parse(short.as_bytes()).is_ok());
         let header = Table::parse(long.as_bytes()).unwrap_err().to_string();
-        assert!(
-            header.starts_with("line 1: found a row of more"),
-            "{header}"
-        );
+        assert!(header.starts_with("line 1: found a row of more"), "{header}");
     }
 
     #[test]

@@ -31,11 +31,7 @@ pub enum BoundsError {
         short(*min_mm),
         short(*max_mm)
     )]
-    Reversed {
-        axis: char,
-        min_mm: f64,
-        max_mm: f64,
-    },
+    Reversed { axis: char, min_mm: f64, max_mm: f64 },
 }
 
 fn list(values: &[f64; 3]) -> String {
@@ -79,11 +75,7 @@ impl Bounds {
         for (k, axis) in ['x', 'y', 'z'].into_iter().enumerate() {
             let (min_mm, max_mm) = (self.min_mm[k], self.max_mm[k]);
             if min_mm > max_mm {
-                return Err(BoundsError::Reversed {
-                    axis,
-                    min_mm,
-                    max_mm,
-                });
+                return Err(BoundsError::Reversed { axis, min_mm, max_mm });
             }
         }
         Ok(())
@@ -93,27 +85,16 @@ impl Bounds {
     pub fn around(points: impl IntoIterator<Item = Point3<f64>>) -> Option<Self> {
         points.into_iter().fold(None, |bounds: Option<Self>, p| {
             Some(match bounds {
-                None => Self {
-                    min_mm: p,
-                    max_mm: p,
-                },
-                Some(b) => Self {
-                    min_mm: b.min_mm.inf(&p),
-                    max_mm: b.max_mm.sup(&p),
-                },
+                None => Self { min_mm: p, max_mm: p },
+                Some(b) => Self { min_mm: b.min_mm.inf(&p), max_mm: b.max_mm.sup(&p) },
             })
         })
     }
 
     /// What two boxes have in common, if only a face; `None` where they are apart.
     pub fn intersection(&self, other: &Self) -> Option<Self> {
-        let (min_mm, max_mm) = (
-            self.min_mm.sup(&other.min_mm),
-            self.max_mm.inf(&other.max_mm),
-        );
-        (0..3)
-            .all(|k| min_mm[k] <= max_mm[k])
-            .then_some(Self { min_mm, max_mm })
+        let (min_mm, max_mm) = (self.min_mm.sup(&other.min_mm), self.max_mm.inf(&other.max_mm));
+        (0..3).all(|k| min_mm[k] <= max_mm[k]).then_some(Self { min_mm, max_mm })
     }
 
     pub fn size_mm(&self) -> Vector3<f64> {
@@ -159,9 +140,7 @@ impl Bounds {
 
     /// From where to where the box reaches along a direction, from the frame's origin.
     pub fn span_mm(&self, direction: &Unit<Vector3<f64>>) -> [f64; 2] {
-        let along = self
-            .corners_mm()
-            .map(|corner| direction.dot(&corner.coords));
+        let along = self.corners_mm().map(|corner| direction.dot(&corner.coords));
         [
             along.iter().copied().fold(f64::INFINITY, f64::min),
             along.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -172,11 +151,7 @@ impl Bounds {
     pub fn corners_mm(&self) -> [Point3<f64>; 8] {
         std::array::from_fn(|i| {
             Point3::from(Vector3::from_fn(|k, _| {
-                if i >> k & 1 == 0 {
-                    self.min_mm[k]
-                } else {
-                    self.max_mm[k]
-                }
+                if i >> k & 1 == 0 { self.min_mm[k] } else { self.max_mm[k] }
             }))
         })
     }
@@ -184,10 +159,7 @@ impl Bounds {
 
 impl From<([f64; 3], [f64; 3])> for Bounds {
     fn from((min, max): ([f64; 3], [f64; 3])) -> Self {
-        Self {
-            min_mm: min.into(),
-            max_mm: max.into(),
-        }
+        Self { min_mm: min.into(), max_mm: max.into() }
     }
 }
 
@@ -210,17 +182,11 @@ mod tests {
         let bounds = |min: f64, max: f64| Bounds::from(([0.0, min, 0.0], [1.0, max, 0.0]));
         assert_eq!(bounds(-1.0, -1.0).check(), Ok(()));
         let reversed = bounds(2.5, -1.0).check().unwrap_err().to_string();
-        assert_eq!(
-            reversed,
-            "min y is 2.5, max y is -1, expected min at most max"
-        );
+        assert_eq!(reversed, "min y is 2.5, max y is -1, expected min at most max");
         let far = bounds(1e6, 1e6 + 300.0);
         assert_eq!(far.check_finite(), Ok(()));
         let far = far.check().unwrap_err().to_string();
-        assert_eq!(
-            far,
-            "max is (1, 1000300, 0), expected coordinates of at most 1e6 mm"
-        );
+        assert_eq!(far, "max is (1, 1000300, 0), expected coordinates of at most 1e6 mm");
         for (min, max) in [(-1.5e308, 1.5e308), (0.0, f64::INFINITY), (f64::NAN, 1.0)] {
             assert!(bounds(min, max).check_finite().is_err());
         }
@@ -243,9 +209,6 @@ mod tests {
     #[test]
     fn a_flat_box_still_normalises() {
         let flat = Bounds::from(([0.0; 3], [1.0, 0.0, 1.0]));
-        assert_eq!(
-            flat.to_unit(&Point3::new(0.5, 0.0, 1.0)),
-            Vector3::new(0.5, 0.0, 1.0)
-        );
+        assert_eq!(flat.to_unit(&Point3::new(0.5, 0.0, 1.0)), Vector3::new(0.5, 0.0, 1.0));
     }
 }

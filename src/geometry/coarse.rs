@@ -27,9 +27,7 @@ pub fn coarser(part: &MeshPart, most: usize) -> Option<MeshPart> {
     if part.triangles.len() <= most {
         return None;
     }
-    let extent_mm = Bounds::around(part.positions_mm.iter().copied())?
-        .size_mm()
-        .amax();
+    let extent_mm = Bounds::around(part.positions_mm.iter().copied())?.size_mm().amax();
     let mut cell_mm = (TRIANGLES_A_CELL * area_mm2(part) / most.max(1) as f64).sqrt();
     if !(cell_mm.is_finite() && cell_mm > 0.0) {
         return None;
@@ -100,10 +98,7 @@ fn clustered(part: &MeshPart, cell_mm: f64) -> MeshPart {
     triangles.dedup();
     MeshPart {
         triangles,
-        positions_mm: sums
-            .iter()
-            .map(|(at, _, count)| Point3::from(at / *count))
-            .collect(),
+        positions_mm: sums.iter().map(|(at, _, count)| Point3::from(at / *count)).collect(),
         normals: sums
             .iter()
             .map(|(_, normal, _)| normal.try_normalize(1e-9).unwrap_or_else(Vector3::z))
@@ -166,19 +161,14 @@ mod tests {
         let cell_mm = (TRIANGLES_A_CELL * area / most as f64).sqrt();
         // Cells grew at most a few times.
         let far_mm = cell_mm * GROWTH.powi(3) * 3.0_f64.sqrt();
-        let surface = Surface::new(&SurfaceMesh {
-            parts: vec![fine.clone()],
-            ..SurfaceMesh::default()
-        });
+        let surface =
+            Surface::new(&SurfaceMesh { parts: vec![fine.clone()], ..SurfaceMesh::default() });
         let surface = surface.unwrap();
         for at in &coarse.positions_mm {
             assert!((surface.closest(at).position_mm - at).norm() <= far_mm);
         }
         assert!((area_mm2(&coarse) / area - 1.0).abs() < 0.1);
-        assert_eq!(
-            (coarse.base_color, coarse.metallic),
-            (fine.base_color, fine.metallic)
-        );
+        assert_eq!((coarse.base_color, coarse.metallic), (fine.base_color, fine.metallic));
     }
 
     /// A flat strip along x, of squares whose normals are all the same.
@@ -191,12 +181,7 @@ mod tests {
             normals: vec![Vector3::z(); positions_mm.len()],
             positions_mm,
             triangles: (0..squares)
-                .flat_map(|k| {
-                    [
-                        [2 * k, 2 * k + 2, 2 * k + 1],
-                        [2 * k + 1, 2 * k + 2, 2 * k + 3],
-                    ]
-                })
+                .flat_map(|k| [[2 * k, 2 * k + 2, 2 * k + 1], [2 * k + 1, 2 * k + 2, 2 * k + 3]])
                 .collect(),
             ..sphere(1.0)
         }

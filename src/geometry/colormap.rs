@@ -82,11 +82,7 @@ mod tests {
     fn lightness(srgb: [u8; 3]) -> f64 {
         let linear = srgb.map(|c| {
             let c = f64::from(c) / 255.0;
-            if c <= 0.04045 {
-                c / 12.92
-            } else {
-                ((c + 0.055) / 1.055).powf(2.4)
-            }
+            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
         });
         let y = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
         116.0 * y.cbrt() - 16.0
@@ -102,10 +98,7 @@ mod tests {
                 assert!(now > last - 0.3, "{map:?} at {i}: {now} after {last}");
                 last = now;
             }
-            assert!(
-                lightness(map.srgb(1.0)) - lightness(map.srgb(0.0)) > 60.0,
-                "{map:?}"
-            );
+            assert!(lightness(map.srgb(1.0)) - lightness(map.srgb(0.0)) > 60.0, "{map:?}");
         }
     }
 
@@ -119,13 +112,7 @@ mod tests {
     #[test]
     fn what_is_no_number_is_grey() {
         assert_eq!(ColorMap::Inferno.srgb(f64::NAN), NO_VALUE_SRGB);
-        assert_eq!(
-            ColorMap::Inferno.srgb_of_value(f64::INFINITY, 1.0),
-            NO_VALUE_SRGB
-        );
-        assert_eq!(
-            ColorMap::Inferno.srgb_of_value(0.5, 0.0),
-            ColorMap::Inferno.srgb(0.0)
-        );
+        assert_eq!(ColorMap::Inferno.srgb_of_value(f64::INFINITY, 1.0), NO_VALUE_SRGB);
+        assert_eq!(ColorMap::Inferno.srgb_of_value(0.5, 0.0), ColorMap::Inferno.srgb(0.0));
     }
 }

@@ -95,11 +95,7 @@ pub(super) fn cell_codes<S: Simd>(simd: S, [x, y, z]: [S::f64s; 3]) -> S::u64s {
     let major = simd.select_f64s(is_x, x, simd.select_f64s(is_y, y, z));
     let column = simd.select_f64s(is_x, y, x);
     let row = simd.select_f64s(is_x, z, simd.select_f64s(is_y, z, y));
-    let face = simd.select_f64s(
-        is_x,
-        splat(0.0),
-        simd.select_f64s(is_y, splat(2.0), splat(4.0)),
-    );
+    let face = simd.select_f64s(is_x, splat(0.0), simd.select_f64s(is_y, splat(2.0), splat(4.0)));
     let is_negative = simd.less_than_f64s(major, splat(0.0));
     let face = simd.add_f64s(face, simd.select_f64s(is_negative, splat(1.0), splat(0.0)));
     let half = CELLS as f64 / 2.0;
@@ -153,10 +149,7 @@ mod tests {
         for cell in 0..6 * CELLS * CELLS {
             for corner in cell_corners(cell) {
                 let found = cell_corners(code(corner * 0.11));
-                assert!(
-                    found.iter().any(|c| (c - corner).norm() < 1e-14),
-                    "{corner}"
-                );
+                assert!(found.iter().any(|c| (c - corner).norm() < 1e-14), "{corner}");
             }
         }
     }

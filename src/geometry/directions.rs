@@ -53,10 +53,7 @@ impl DirectionWeights {
     /// The weight of one basis orientation, 0 for one that is not a corner.
     pub fn of(&self, direction: usize) -> f64 {
         // The set of one names its only orientation three times, with one weight that counts.
-        (0..3)
-            .filter(|&k| self.directions[k] == direction)
-            .map(|k| self.weights[k])
-            .sum()
+        (0..3).filter(|&k| self.directions[k] == direction).map(|k| self.weights[k]).sum()
     }
 }
 
@@ -65,14 +62,8 @@ impl DirectionWeights {
 pub struct UnknownDirectionSet(pub usize);
 
 impl DirectionSet {
-    pub const ALL: [Self; 6] = [
-        Self::One,
-        Self::Six,
-        Self::Twelve,
-        Self::Fourteen,
-        Self::TwentySix,
-        Self::FortyTwo,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::One, Self::Six, Self::Twelve, Self::Fourteen, Self::TwentySix, Self::FortyTwo];
 
     pub fn len(self) -> usize {
         match self {
@@ -103,10 +94,7 @@ impl DirectionSet {
     /// The weights of an axis in its triangle.
     pub fn weights(self, axis: &Unit<Vector3<f64>>, weighting: Weighting) -> DirectionWeights {
         if self == Self::One {
-            return DirectionWeights {
-                directions: [0; 3],
-                weights: [1.0, 0.0, 0.0],
-            };
+            return DirectionWeights { directions: [0; 3], weights: [1.0, 0.0, 0.0] };
         }
         let sphere = self.sphere();
         let triangle = sphere.find(axis);
@@ -119,17 +107,10 @@ impl DirectionSet {
             Weighting::Area => {
                 let [a, b, c] = directions.map(|d| sphere.directions[d].as_ref());
                 let n = axis.as_ref();
-                normalised([
-                    half_area_rad(n, b, c),
-                    half_area_rad(a, n, c),
-                    half_area_rad(a, b, n),
-                ])
+                normalised([half_area_rad(n, b, c), half_area_rad(a, n, c), half_area_rad(a, b, n)])
             }
         };
-        DirectionWeights {
-            directions,
-            weights,
-        }
+        DirectionWeights { directions, weights }
     }
 
     pub(crate) fn sphere(self) -> &'static Sphere {
@@ -143,10 +124,7 @@ impl TryFrom<usize> for DirectionSet {
     type Error = UnknownDirectionSet;
 
     fn try_from(len: usize) -> Result<Self, Self::Error> {
-        Self::ALL
-            .into_iter()
-            .find(|set| set.len() == len)
-            .ok_or(UnknownDirectionSet(len))
+        Self::ALL.into_iter().find(|set| set.len() == len).ok_or(UnknownDirectionSet(len))
     }
 }
 
@@ -252,11 +230,8 @@ impl Sphere {
             for (((axis, x), y), z) in axes.iter().zip(&mut *xs).zip(&mut *ys).zip(&mut *zs) {
                 [*x, *y, *z] = [axis.x, axis.y, axis.z];
             }
-            let (xs, ys, zs) = (
-                S::as_simd_f64s(xs).0,
-                S::as_simd_f64s(ys).0,
-                S::as_simd_f64s(zs).0,
-            );
+            let (xs, ys, zs) =
+                (S::as_simd_f64s(xs).0, S::as_simd_f64s(ys).0, S::as_simd_f64s(zs).0);
             let vectors = axes.len().div_ceil(S::F64_LANES);
             let found = S::as_mut_simd_u64s(&mut codes).0;
             for (((code, &x), &y), &z) in found.iter_mut().zip(xs).zip(ys).zip(zs).take(vectors) {
@@ -336,10 +311,9 @@ fn corners(set: DirectionSet) -> Vec<Unit<Vector3<f64>>> {
         DirectionSet::Six => axes().collect(),
         DirectionSet::Twelve => icosahedron(),
         DirectionSet::Fourteen => axes().chain(cube_corners()).collect(),
-        DirectionSet::TwentySix => axes()
-            .chain(cube_corners())
-            .chain(cube_edge_middles())
-            .collect(),
+        DirectionSet::TwentySix => {
+            axes().chain(cube_corners()).chain(cube_edge_middles()).collect()
+        }
         DirectionSet::FortyTwo => {
             let corners = icosahedron();
             let middles = icosahedron_edge_middles(&corners);

@@ -135,11 +135,7 @@ impl DomedCylinder {
         let [along_x, along_y] = [[FRAC_PI_2, -FRAC_PI_2], [0.0, PI]];
         let [a, b] = self.radii_mm;
         let mut dimensions = match a == b {
-            true => vec![across(
-                DimensionKind::Diameter,
-                &[along_x, along_y].concat(),
-                2.0 * a,
-            )],
+            true => vec![across(DimensionKind::Diameter, &[along_x, along_y].concat(), 2.0 * a)],
             false => vec![
                 across(DimensionKind::Side, &along_x, 2.0 * a),
                 across(DimensionKind::Side, &along_y, 2.0 * b),

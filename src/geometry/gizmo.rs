@@ -92,11 +92,8 @@ impl Handle {
     ];
 
     /// To turn only.
-    pub const RINGS: &'static [Self] = &[
-        Self::ring(Axis::X),
-        Self::ring(Axis::Y),
-        Self::ring(Axis::Z),
-    ];
+    pub const RINGS: &'static [Self] =
+        &[Self::ring(Axis::X), Self::ring(Axis::Y), Self::ring(Axis::Z)];
 
     /// To turn what has an axis, its z, and no roll about it.
     pub const RINGS_OF_AXIS: &'static [Self] = &[Self::ring(Axis::X), Self::ring(Axis::Y)];
@@ -186,9 +183,7 @@ impl Gizmo {
                 .map(|k| self.on_ring(handle.axis, k * FRAC_PI_4, RING_PX * mm_per_px))
                 .to_vec(),
         };
-        let pixels = points
-            .iter()
-            .filter_map(|point| eye.camera.project(point, eye.view_px));
+        let pixels = points.iter().filter_map(|point| eye.camera.project(point, eye.view_px));
         let room = |pixel: &[f64; 2]| {
             let others = self.handles.iter().filter(|other| **other != handle);
             others
@@ -240,17 +235,9 @@ enum Grip {
     /// Where along the axis.
     Line { grabbed_mm: f64 },
     /// In which direction from the pivot, and the turn since.
-    Plane {
-        grabbed: Vector3<f64>,
-        latest_rad: f64,
-    },
+    Plane { grabbed: Vector3<f64>, latest_rad: f64 },
     /// A ring seen on its edge.
-    Tangent {
-        point_mm: Point3<f64>,
-        tangent: Unit<Vector3<f64>>,
-        radius_mm: f64,
-        grabbed_mm: f64,
-    },
+    Tangent { point_mm: Point3<f64>, tangent: Unit<Vector3<f64>>, radius_mm: f64, grabbed_mm: f64 },
 }
 
 impl HandleDrag {
@@ -258,9 +245,7 @@ impl HandleDrag {
     pub fn new(gizmo: &Gizmo, handle: Handle, ray: &Ray, eye: &Eye) -> Option<Self> {
         let (pivot_mm, axis) = (gizmo.pivot_mm(), gizmo.axis(handle.axis));
         let grip = match handle.kind {
-            HandleKind::Arrow => Grip::Line {
-                grabbed_mm: along(ray, &pivot_mm, &axis)?,
-            },
+            HandleKind::Arrow => Grip::Line { grabbed_mm: along(ray, &pivot_mm, &axis)? },
             HandleKind::Ring if ray.direction.dot(&axis).abs() > EDGE_ON => Grip::Plane {
                 grabbed: ray.meets_plane(&pivot_mm, &axis)? - pivot_mm,
                 latest_rad: 0.0,
@@ -283,30 +268,19 @@ impl HandleDrag {
                 }
             }
         };
-        Some(Self {
-            pivot_mm,
-            axis,
-            grip,
-        })
+        Some(Self { pivot_mm, axis, grip })
     }
 
     /// What the handle did since, with the pointer on `ray`; `None` where that says nothing.
     pub fn movement_at(&mut self, ray: &Ray) -> Option<Movement> {
         let (pivot_mm, axis) = (self.pivot_mm, self.axis);
-        let turn = |by_rad| Movement::Turn {
-            axis,
-            pivot_mm,
-            by_rad,
-        };
+        let turn = |by_rad| Movement::Turn { axis, pivot_mm, by_rad };
         Some(match &mut self.grip {
             Grip::Line { grabbed_mm } => Movement::Slide {
                 direction: axis,
                 by_mm: along(ray, &pivot_mm, &axis)? - *grabbed_mm,
             },
-            Grip::Plane {
-                grabbed,
-                latest_rad,
-            } => {
+            Grip::Plane { grabbed, latest_rad } => {
                 let now = ray.meets_plane(&pivot_mm, &axis)? - pivot_mm;
                 let angle_rad = axis.dot(&grabbed.cross(&now)).atan2(grabbed.dot(&now));
                 // More than half a turn goes on and does not jump back.
@@ -314,12 +288,9 @@ impl HandleDrag {
                 *latest_rad = angle_rad + turns * TAU;
                 turn(*latest_rad)
             }
-            Grip::Tangent {
-                point_mm,
-                tangent,
-                radius_mm,
-                grabbed_mm,
-            } => turn((along(ray, point_mm, tangent)? - *grabbed_mm) / *radius_mm),
+            Grip::Tangent { point_mm, tangent, radius_mm, grabbed_mm } => {
+                turn((along(ray, point_mm, tangent)? - *grabbed_mm) / *radius_mm)
+            }
         })
     }
 }

@@ -52,14 +52,8 @@ const LEAST_AREA_MM2: f64 = 1e-100;
 
 /// Corners of a cell as bits, 1 for x, 2 for y, 4 for z: the paths along its edges from the first
 /// to the last.
-const TETRAHEDRA: [[usize; 4]; 6] = [
-    [0, 1, 3, 7],
-    [0, 2, 3, 7],
-    [0, 2, 6, 7],
-    [0, 4, 6, 7],
-    [0, 4, 5, 7],
-    [0, 1, 5, 7],
-];
+const TETRAHEDRA: [[usize; 4]; 6] =
+    [[0, 1, 3, 7], [0, 2, 3, 7], [0, 2, 6, 7], [0, 4, 6, 7], [0, 4, 5, 7], [0, 1, 5, 7]];
 
 impl ScalarLattice {
     /// A point of the lattice; the last one along an axis is the box's own number.
@@ -149,10 +143,7 @@ impl ScalarLattice {
         for normal in &mut out.normals {
             *normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::z);
         }
-        ClippedSurface {
-            surface: out,
-            whole_mm3,
-        }
+        ClippedSurface { surface: out, whole_mm3 }
     }
 }
 
@@ -396,9 +387,7 @@ mod tests {
         let radius = 7.0_f64;
         let lattice = lattice([25, 31, 28], |p| (p - center).norm_squared());
         let surface = lattice.isosurface(radius * radius);
-        let h2: f64 = (0..3)
-            .map(|k| (24.0 / (lattice.counts[k] - 1) as f64).powi(2))
-            .sum();
+        let h2: f64 = (0..3).map(|k| (24.0 / (lattice.counts[k] - 1) as f64).powi(2)).sum();
         // Between the lattice points the scalar is too large by at most Σ h² / 4.
         let least = (radius * radius - h2 / 4.0).sqrt();
         for (p, n) in surface.positions_mm.iter().zip(&surface.normals) {
@@ -429,10 +418,7 @@ mod tests {
         assert!(all.triangles.is_empty());
         assert_eq!(all.volume_mm3, lattice.bounds.size_mm().product());
         assert_eq!(lattice.isosurface(-10.1), Isosurface::default());
-        assert_eq!(
-            self::lattice([1, 3, 3], |p| p.x).isosurface(0.0),
-            Isosurface::default()
-        );
+        assert_eq!(self::lattice([1, 3, 3], |p| p.x).isosurface(0.0), Isosurface::default());
     }
 
     #[test]

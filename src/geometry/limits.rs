@@ -53,11 +53,7 @@ fn too_long(length_mm: f64) -> Option<&'static str> {
 
 /// A number for a message: `1e308`, not three hundred digits.
 pub fn short(value: f64) -> String {
-    if value.is_finite() && value.abs() >= LONG {
-        format!("{value:e}")
-    } else {
-        value.to_string()
-    }
+    if value.is_finite() && value.abs() >= LONG { format!("{value:e}") } else { value.to_string() }
 }
 
 #[cfg(test)]

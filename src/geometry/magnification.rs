@@ -20,23 +20,14 @@ pub fn automatic_magnification(error_mm: f64, view_height_mm: f64) -> f64 {
     }
     let decade = wanted.log10().floor() as i32;
     let distance = |m: &f64| (m / wanted).ln().abs();
-    [
-        (1.0, decade),
-        (2.0, decade),
-        (5.0, decade),
-        (1.0, decade + 1),
-    ]
-    .map(|(digit, exponent)| {
-        // Powers below one as quotients, so that a half is 0.5 to the bit.
-        if exponent < 0 {
-            digit / 10f64.powi(-exponent)
-        } else {
-            digit * 10f64.powi(exponent)
-        }
-    })
-    .into_iter()
-    .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-    .unwrap_or(1.0)
+    [(1.0, decade), (2.0, decade), (5.0, decade), (1.0, decade + 1)]
+        .map(|(digit, exponent)| {
+            // Powers below one as quotients, so that a half is 0.5 to the bit.
+            if exponent < 0 { digit / 10f64.powi(-exponent) } else { digit * 10f64.powi(exponent) }
+        })
+        .into_iter()
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .unwrap_or(1.0)
 }
 
 /// The largest of 1, 2 or 5 times a power of ten that is not above `limit`.
@@ -107,17 +98,9 @@ mod tests {
             let error_mm = 10f64.powf(-4.0 + f64::from(i) * 0.002);
             let m = automatic_magnification(error_mm, 400.0);
             let share = m * error_mm / 400.0;
-            assert!(
-                (0.05..=0.15).contains(&share),
-                "{error_mm}: {m} gives {share}"
-            );
+            assert!((0.05..=0.15).contains(&share), "{error_mm}: {m} gives {share}");
             let digit = m / 10f64.powf(m.log10().floor());
-            assert!(
-                [1.0, 2.0, 5.0, 10.0]
-                    .iter()
-                    .any(|d| (digit - d).abs() < 1e-9),
-                "{m}"
-            );
+            assert!([1.0, 2.0, 5.0, 10.0].iter().any(|d| (digit - d).abs() < 1e-9), "{m}");
         }
     }
 

@@ -26,11 +26,7 @@ pub struct MeshReading {
 
 impl Default for MeshReading {
     fn default() -> Self {
-        Self {
-            mm_per_unit: 1.0,
-            normals_made: false,
-            triangles_left_out: 0,
-        }
+        Self { mm_per_unit: 1.0, normals_made: false, triangles_left_out: 0 }
     }
 }
 
@@ -58,10 +54,7 @@ impl SurfaceMesh {
 
     /// The box around the instrument, without anatomy; `None` for an empty mesh.
     pub fn body_bounds(&self) -> Option<Bounds> {
-        Bounds::around(
-            self.body_parts()
-                .flat_map(|part| part.positions_mm.iter().copied()),
-        )
+        Bounds::around(self.body_parts().flat_map(|part| part.positions_mm.iter().copied()))
     }
 
     /// Direction in which the instrument is longest: a unit axis of the body frame, its sign the
@@ -75,11 +68,7 @@ impl SurfaceMesh {
         };
         let longest = bounds.size_mm().imax();
         let mut axis = Vector3::zeros();
-        axis[longest] = if bounds.center_mm()[longest] < 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
+        axis[longest] = if bounds.center_mm()[longest] < 0.0 { -1.0 } else { 1.0 };
         axis
     }
 }
@@ -117,10 +106,7 @@ mod tests {
         let mesh = SurfaceMesh {
             parts: vec![
                 part("shaft", &[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 0.0, 90.0]]),
-                part(
-                    "anatomy-head",
-                    &[[0.0; 3], [500.0, 0.0, 0.0], [0.0, 9.0, 0.0]],
-                ),
+                part("anatomy-head", &[[0.0; 3], [500.0, 0.0, 0.0], [0.0, 9.0, 0.0]]),
             ],
             ..SurfaceMesh::default()
         };

@@ -28,10 +28,7 @@ pub enum MeshUnit {
 impl MeshReference {
     /// A mesh in the unit of its format.
     pub fn new(file: impl Into<String>) -> Self {
-        Self {
-            file: file.into(),
-            unit: None,
-        }
+        Self { file: file.into(), unit: None }
     }
 }
 

@@ -53,16 +53,10 @@ pub fn length_doubt(found_mm: f64) -> Option<String> {
     }
     let in_mm = found_mm / 1000.0;
     let guess = match (PLAUSIBLE_MM[0]..=longest_mm).contains(&in_mm) {
-        true => format!(
-            ": are its coordinates in µm? It is {} mm long then",
-            figure(in_mm)
-        ),
+        true => format!(": are its coordinates in µm? It is {} mm long then", figure(in_mm)),
         false => String::new(),
     };
-    Some(format!(
-        "{} mm long, expected at most {longest_mm} mm{guess}",
-        figure(found_mm)
-    ))
+    Some(format!("{} mm long, expected at most {longest_mm} mm{guess}", figure(found_mm)))
 }
 
 /// A unit in which the instrument would have a plausible size.
@@ -107,17 +101,11 @@ pub struct Finding {
 
 impl Finding {
     fn fault(text: String) -> Self {
-        Self {
-            text,
-            is_fault: true,
-        }
+        Self { text, is_fault: true }
     }
 
     fn fact(text: &str) -> Self {
-        Self {
-            text: text.to_owned(),
-            is_fault: false,
-        }
+        Self { text: text.to_owned(), is_fault: false }
     }
 }
 
@@ -200,24 +188,9 @@ impl MeshReport {
             found.push(Finding::fault(text));
         }
         let faults = [
-            (
-                self.non_manifold_edges,
-                "edge has",
-                "edges have",
-                "more than two triangles",
-            ),
-            (
-                self.turned_edges,
-                "edge has",
-                "edges have",
-                "triangles that face opposite ways",
-            ),
-            (
-                self.without_area,
-                "triangle has",
-                "triangles have",
-                "no area",
-            ),
+            (self.non_manifold_edges, "edge has", "edges have", "more than two triangles"),
+            (self.turned_edges, "edge has", "edges have", "triangles that face opposite ways"),
+            (self.without_area, "triangle has", "triangles have", "no area"),
         ];
         for (count, one, many, what) in faults {
             if count > 0 {
@@ -271,9 +244,7 @@ fn figure(value: f64) -> String {
 /// The instrument alone decides, unless there is only anatomy.
 fn suggestion(mesh: &SurfaceMesh) -> Option<UnitSuggestion> {
     let all = || mesh.parts.iter().flat_map(|part| part.positions_mm.iter());
-    let bounds = mesh
-        .body_bounds()
-        .or_else(|| Bounds::around(all().copied()))?;
+    let bounds = mesh.body_bounds().or_else(|| Bounds::around(all().copied()))?;
     let found_mm = bounds.size_mm().amax();
     let is_plausible = |mm: f64| (PLAUSIBLE_MM[0]..=PLAUSIBLE_MM[1]).contains(&mm);
     let mm_per_unit = mesh.reading.mm_per_unit;
@@ -335,10 +306,7 @@ impl Places {
             triangles.extend(part.triangles.iter().map(of_part));
             first += part.positions_mm.len();
         }
-        Self {
-            positions_mm,
-            triangles,
-        }
+        Self { positions_mm, triangles }
     }
 
     fn corners(&self, triangle: &[u32; 3]) -> [Point3<f64>; 3] {
@@ -348,9 +316,7 @@ impl Places {
     fn has_area(&self, triangle: &[u32; 3]) -> bool {
         let [a, b, c] = self.corners(triangle);
         let sides = [b - a, c - b, a - c];
-        let longest2 = sides
-            .iter()
-            .fold(0.0_f64, |most, side| most.max(side.norm_squared()));
+        let longest2 = sides.iter().fold(0.0_f64, |most, side| most.max(side.norm_squared()));
         sides[0].cross(&sides[1]).norm() > NO_AREA * longest2
     }
 
@@ -445,10 +411,7 @@ mod tests {
             length_doubt(20_000.0).unwrap(),
             "20000 mm long, expected at most 1500 mm: are its coordinates in µm? It is 20 mm long then"
         );
-        assert_eq!(
-            length_doubt(2e7).unwrap(),
-            "20000000 mm long, expected at most 1500 mm"
-        );
+        assert_eq!(length_doubt(2e7).unwrap(), "20000000 mm long, expected at most 1500 mm");
     }
 
     fn scaled(mesh: &SurfaceMesh, factor: f64, read_in: MeshUnit) -> SurfaceMesh {
@@ -469,11 +432,7 @@ mod tests {
         assert_eq!((report.components, report.without_area), (1, 0));
         assert_eq!((report.non_manifold_edges, report.turned_edges), (0, 0));
         assert_eq!(report.suggestion, None);
-        let expected = [
-            "64 triangles and 34 vertices in 1 piece",
-            "4 × 4 × 150 mm",
-            "Closed",
-        ];
+        let expected = ["64 triangles and 34 vertices in 1 piece", "4 × 4 × 150 mm", "Closed"];
         assert_eq!(report.lines(), expected);
     }
 
@@ -491,11 +450,7 @@ mod tests {
         let axis = mesh.parts[0].triangles[2][0];
         mesh.parts[0].triangles.extend([[a, b, axis], [a, a, b]]);
         mesh.parts.push(copy);
-        mesh.reading = MeshReading {
-            normals_made: true,
-            triangles_left_out: 1,
-            ..mesh.reading
-        };
+        mesh.reading = MeshReading { normals_made: true, triangles_left_out: 1, ..mesh.reading };
         let report = MeshReport::of(&mesh);
         assert_eq!(report.components, 2);
         // The rim's edge gets a third triangle, or its neighbour from the cap to the centre.
@@ -546,10 +501,7 @@ mod tests {
             let report = MeshReport::of(&scaled(&pointer, factor, read_in));
             let found = report.suggestion.unwrap();
             let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
-            assert!(
-                near(found.unit.mm_per_unit(), unit.mm_per_unit()),
-                "{found}"
-            );
+            assert!(near(found.unit.mm_per_unit(), unit.mm_per_unit()), "{found}");
             assert!(near(found.suggested_mm, suggested_mm), "{found}");
             assert!(near(found.factor() * found.found_mm, suggested_mm));
             assert_eq!(report.lines().last(), Some(&found.to_string()));

@@ -11,30 +11,18 @@ pub const STEP_DEG: f64 = 5.0;
 /// How a thing is moved in some frame, from where it was.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Movement {
-    Slide {
-        direction: Unit<Vector3<f64>>,
-        by_mm: f64,
-    },
-    Turn {
-        axis: Unit<Vector3<f64>>,
-        pivot_mm: Point3<f64>,
-        by_rad: f64,
-    },
+    Slide { direction: Unit<Vector3<f64>>, by_mm: f64 },
+    Turn { axis: Unit<Vector3<f64>>, pivot_mm: Point3<f64>, by_rad: f64 },
 }
 
 impl Movement {
     /// By a whole number of steps.
     pub fn snapped(self) -> Self {
         match self {
-            Self::Slide { direction, by_mm } => Self::Slide {
-                direction,
-                by_mm: (by_mm / STEP_MM).round() * STEP_MM,
-            },
-            Self::Turn {
-                axis,
-                pivot_mm,
-                by_rad,
-            } => Self::Turn {
+            Self::Slide { direction, by_mm } => {
+                Self::Slide { direction, by_mm: (by_mm / STEP_MM).round() * STEP_MM }
+            }
+            Self::Turn { axis, pivot_mm, by_rad } => Self::Turn {
                 axis,
                 pivot_mm,
                 by_rad: ((by_rad.to_degrees() / STEP_DEG).round() * STEP_DEG).to_radians(),
@@ -45,15 +33,10 @@ impl Movement {
     /// The same movement in another frame.
     pub fn transformed_by(&self, target_from_source: &Pose) -> Self {
         match *self {
-            Self::Slide { direction, by_mm } => Self::Slide {
-                direction: target_from_source.rotation * direction,
-                by_mm,
-            },
-            Self::Turn {
-                axis,
-                pivot_mm,
-                by_rad,
-            } => Self::Turn {
+            Self::Slide { direction, by_mm } => {
+                Self::Slide { direction: target_from_source.rotation * direction, by_mm }
+            }
+            Self::Turn { axis, pivot_mm, by_rad } => Self::Turn {
                 axis: target_from_source.rotation * axis,
                 pivot_mm: target_from_source * pivot_mm,
                 by_rad,
@@ -115,10 +98,8 @@ mod tests {
             let near = f64::from(count) * 5.0 + 2.3;
             let snapped = amount(turn(near.to_radians()).snapped());
             assert_eq!(snapped, (f64::from(count) * 5.0).to_radians());
-            let slide = Movement::Slide {
-                direction: Vector3::x_axis(),
-                by_mm: f64::from(count) - 0.4,
-            };
+            let slide =
+                Movement::Slide { direction: Vector3::x_axis(), by_mm: f64::from(count) - 0.4 };
             assert_eq!(amount(slide.snapped()), f64::from(count));
         }
     }
@@ -148,17 +129,11 @@ mod tests {
             UnitQuaternion::from_euler_angles(-1.0, 0.4, 0.2),
         );
         let pose = Pose::translation(1.0, 2.0, 3.0);
-        for movement in [
-            turn(0.9),
-            Movement::Slide {
-                direction: Vector3::y_axis(),
-                by_mm: -12.5,
-            },
-        ] {
+        for movement in [turn(0.9), Movement::Slide { direction: Vector3::y_axis(), by_mm: -12.5 }]
+        {
             let inside = outer_from_inner * movement.moved(&pose);
-            let outside = movement
-                .transformed_by(&outer_from_inner)
-                .moved(&(outer_from_inner * pose));
+            let outside =
+                movement.transformed_by(&outer_from_inner).moved(&(outer_from_inner * pose));
             let apart = (inside.translation.vector - outside.translation.vector).norm();
             assert!(apart < 1e-12 * 200.0, "{apart}");
             assert!(inside.rotation.angle_to(&outside.rotation) < 1e-7);

@@ -29,10 +29,8 @@ pub struct Smoothed {
 /// normals weighted by their angles there (Thürmer & Wüthrich, J. Graphics Tools 3(1), 1998), which
 /// does not depend on how faces were cut into triangles. Triangles without area count for nothing.
 pub fn smoothed(positions_mm: &[Point3<f64>], triangles: &[[u32; 3]]) -> Smoothed {
-    let faces: Vec<_> = triangles
-        .iter()
-        .map(|t| face_normal(t.map(|i| positions_mm[i as usize])))
-        .collect();
+    let faces: Vec<_> =
+        triangles.iter().map(|t| face_normal(t.map(|i| positions_mm[i as usize]))).collect();
     let incident = Incident::new(positions_mm.len(), triangles);
     let mut out = Smoothed {
         positions_mm: Vec::with_capacity(positions_mm.len()),
@@ -81,10 +79,7 @@ pub fn unit_or_z(vector: Vector3<f64>) -> Vector3<f64> {
 
 /// Zero for a triangle without area.
 fn face_normal([a, b, c]: [Point3<f64>; 3]) -> Vector3<f64> {
-    (b - a)
-        .cross(&(c - a))
-        .try_normalize(MIN_NORMAL)
-        .unwrap_or_default()
+    (b - a).cross(&(c - a)).try_normalize(MIN_NORMAL).unwrap_or_default()
 }
 
 fn corner_angle(corners: [Point3<f64>; 3], corner: usize) -> f64 {
@@ -101,13 +96,7 @@ struct Incident {
 impl Incident {
     fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
         let once = |[a, b, c]: [u32; 3]| {
-            [
-                Some(a),
-                (b != a).then_some(b),
-                (c != a && c != b).then_some(c),
-            ]
-            .into_iter()
-            .flatten()
+            [Some(a), (b != a).then_some(b), (c != a && c != b).then_some(c)].into_iter().flatten()
         };
         let mut starts = vec![0; vertices + 1];
         for vertex in triangles.iter().flat_map(|&t| once(t)) {
@@ -125,10 +114,7 @@ impl Incident {
                 *slot += 1;
             }
         }
-        Self {
-            starts,
-            triangles: sorted,
-        }
+        Self { starts, triangles: sorted }
     }
 
     fn around(&self, vertex: usize) -> &[u32] {
@@ -160,11 +146,8 @@ impl Groups {
         self.edges.clear();
         for (local, &triangle) in around.iter().enumerate() {
             let others = triangles[triangle as usize].into_iter();
-            self.edges.extend(
-                others
-                    .filter(|&other| other != vertex)
-                    .map(|other| (other, local as u32)),
-            );
+            self.edges
+                .extend(others.filter(|&other| other != vertex).map(|other| (other, local as u32)));
         }
         // Sorting keeps this quick where a file lets millions of triangles meet in one vertex.
         self.edges.sort_unstable();
@@ -201,17 +184,9 @@ mod tests {
         let corners = (0..8)
             .map(|i| Point3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)))
             .collect();
-        let sides = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let triangles = sides
-            .iter()
-            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let sides =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
         (corners, triangles.collect())
     }
 
@@ -239,10 +214,8 @@ mod tests {
                 let (sine, cosine) = (TAU * f64::from(i) / f64::from(sides)).sin_cos();
                 Point3::new(2.0 * cosine, 2.0 * sine, z)
             };
-            let corners: Vec<_> = [0.0, 50.0]
-                .iter()
-                .flat_map(|&z| (0..sides).map(move |i| rim(i, z)))
-                .collect();
+            let corners: Vec<_> =
+                [0.0, 50.0].iter().flat_map(|&z| (0..sides).map(move |i| rim(i, z))).collect();
             let triangles: Vec<_> = (0..sides)
                 .flat_map(|i| {
                     let j = (i + 1) % sides;
@@ -271,12 +244,7 @@ mod tests {
             assert_eq!(out.normals[i as usize], Vector3::z());
         }
         assert!(out.normals.iter().all(|n| (n.norm() - 1.0).abs() < 1e-12));
-        assert!(
-            out.triangles
-                .iter()
-                .flatten()
-                .all(|&i| (i as usize) < out.normals.len())
-        );
+        assert!(out.triangles.iter().flatten().all(|&i| (i as usize) < out.normals.len()));
     }
 
     #[test]
@@ -290,10 +258,6 @@ mod tests {
         let triangles: Vec<_> = (1..=COUNT).map(|i| [0, i, i + 1]).collect();
         let out = smoothed(&corners, &triangles);
         assert_eq!(out.positions_mm.len(), corners.len());
-        assert!(
-            out.normals
-                .iter()
-                .all(|n| (n - Vector3::z()).norm() < 1e-12)
-        );
+        assert!(out.normals.iter().all(|n| (n - Vector3::z()).norm() < 1e-12));
     }
 }

@@ -117,14 +117,10 @@ impl OrbitCamera {
         self.distance_mm = clamped_distance(before * ZOOM_PER_STEP.powf(steps));
         let ray = self.ray(pointer_px, view_px);
         // The point under the pointer in the focus' plane keeps its pixel.
-        let old = Self {
-            distance_mm: before,
-            ..*self
-        };
+        let old = Self { distance_mm: before, ..*self };
         let normal = self.tracker_from_camera().rotation * Vector3::z();
         let (Some(wanted), Some(now)) = (
-            old.ray(pointer_px, view_px)
-                .meets_plane(&self.focus_mm, &normal),
+            old.ray(pointer_px, view_px).meets_plane(&self.focus_mm, &normal),
             ray.meets_plane(&self.focus_mm, &normal),
         ) else {
             return;
@@ -209,11 +205,7 @@ impl OrbitCamera {
         let along = b - a;
         let fraction = (Vector2::from(pixel) - a).dot(&along) / along.norm_squared();
         // Both ends on one pixel: that pixel.
-        let fraction = if fraction.is_finite() {
-            fraction.clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
+        let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
         Some((Vector2::from(pixel) - a - along * fraction).norm())
     }
 
@@ -266,13 +258,8 @@ mod tests {
         let pose = camera().tracker_from_camera();
         let m = pose.rotation.to_rotation_matrix();
         assert!((m.matrix().determinant() - 1.0).abs() < 1e-12);
-        let above = camera()
-            .project(&Point3::new(20.0, -10.0, -350.0), VIEW)
-            .unwrap();
-        assert!(
-            (above[0] - 450.0).abs() < 1e-9 && above[1] < 300.0,
-            "{above:?}"
-        );
+        let above = camera().project(&Point3::new(20.0, -10.0, -350.0), VIEW).unwrap();
+        assert!((above[0] - 450.0).abs() < 1e-9 && above[1] < 300.0, "{above:?}");
     }
 
     #[test]
@@ -291,10 +278,7 @@ mod tests {
         let mut moved = camera();
         moved.pan([120.0, -45.0], VIEW);
         let pixel = moved.project(&camera().focus_mm, VIEW).unwrap();
-        assert!(
-            (pixel[0] - 570.0).abs() < 1e-6 && (pixel[1] - 255.0).abs() < 1e-6,
-            "{pixel:?}"
-        );
+        assert!((pixel[0] - 570.0).abs() < 1e-6 && (pixel[1] - 255.0).abs() < 1e-6, "{pixel:?}");
     }
 
     #[test]
@@ -307,10 +291,7 @@ mod tests {
         nearer.zoom(4.0, pointer, VIEW);
         let pixel = nearer.project(&point, VIEW).unwrap();
         assert!(nearer.distance_mm < 500.0);
-        assert!(
-            (pixel[0] - 700.0).abs() < 1e-6 && (pixel[1] - 140.0).abs() < 1e-6,
-            "{pixel:?}"
-        );
+        assert!((pixel[0] - 700.0).abs() < 1e-6 && (pixel[1] - 140.0).abs() < 1e-6, "{pixel:?}");
     }
 
     #[test]
@@ -371,10 +352,7 @@ mod tests {
 
     #[test]
     fn distances_on_the_screen_are_to_the_segment_and_not_to_its_line() {
-        let [a, b] = [
-            Point3::new(20.0, 0.0, -300.0),
-            Point3::new(60.0, 40.0, -250.0),
-        ];
+        let [a, b] = [Point3::new(20.0, 0.0, -300.0), Point3::new(60.0, 40.0, -250.0)];
         let [pa, pb] = [a, b].map(|p| camera().project(&p, VIEW).unwrap());
         let at = |t: f64| [pa[0] + (pb[0] - pa[0]) * t, pa[1] + (pb[1] - pa[1]) * t];
         let length = ((pb[0] - pa[0]).powi(2) + (pb[1] - pa[1]).powi(2)).sqrt();
@@ -386,21 +364,12 @@ mod tests {
 
     #[test]
     fn a_glide_takes_the_short_way_round() {
-        let from = OrbitCamera {
-            azimuth_rad: 3.0,
-            ..camera()
-        };
-        let to = OrbitCamera {
-            azimuth_rad: -3.0,
-            ..camera()
-        };
+        let from = OrbitCamera { azimuth_rad: 3.0, ..camera() };
+        let to = OrbitCamera { azimuth_rad: -3.0, ..camera() };
         let middle = from.towards(&to, 0.5);
         assert!((middle.azimuth_rad.abs() - std::f64::consts::PI).abs() < 1e-9);
         assert!(
-            (from
-                .towards(&to, 1.0)
-                .project(&Point3::origin(), VIEW)
-                .unwrap()[0]
+            (from.towards(&to, 1.0).project(&Point3::origin(), VIEW).unwrap()[0]
                 - to.project(&Point3::origin(), VIEW).unwrap()[0])
                 .abs()
                 < 1e-9

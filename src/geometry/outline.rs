@@ -36,10 +36,7 @@ impl Outline {
     pub fn of_box(bounds: &Bounds) -> Self {
         let corners = bounds.corners_mm();
         let edges = (0..8usize).flat_map(|i| {
-            [1, 2, 4]
-                .into_iter()
-                .filter(move |bit| i & bit == 0)
-                .map(move |bit| [i, i | bit])
+            [1, 2, 4].into_iter().filter(move |bit| i & bit == 0).map(move |bit| [i, i | bit])
         });
         let mut outline = Self::default();
         for [i, j] in edges {

@@ -29,10 +29,7 @@ impl Ray {
             true => (-from_across.dot(&across) / across.norm_squared()).clamp(0.0, 1.0),
             false => 0.0,
         };
-        [
-            direction.dot(&(from + along * part)),
-            (from_across + across * part).norm(),
-        ]
+        [direction.dot(&(from + along * part)), (from_across + across * part).norm()]
     }
 }
 
@@ -88,10 +85,7 @@ mod tests {
         ];
         assert_eq!(first_pointed_at(&RAY, 0.0, all), Some((80.0, 2)));
         // A hundredth of a radian is half a millimetre at 50 mm and a whole one at 100 mm.
-        assert_eq!(
-            first_pointed_at(&RAY, 0.01, [all[1], all[3]]),
-            Some((100.0, 3))
-        );
+        assert_eq!(first_pointed_at(&RAY, 0.01, [all[1], all[3]]), Some((100.0, 3)));
         assert_eq!(first_pointed_at(&RAY, 0.07, all), Some((50.0, 1)));
     }
 }

@@ -40,12 +40,7 @@ pub fn quaternion_to_array(rotation: &UnitQuaternion<f64>) -> [f64; 4] {
     let q = rotation.quaternion();
     // Adding zero turns a negative zero into a plain one.
     let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
-    [
-        sign * q.w + 0.0,
-        sign * q.i + 0.0,
-        sign * q.j + 0.0,
-        sign * q.k + 0.0,
-    ]
+    [sign * q.w + 0.0, sign * q.i + 0.0, sign * q.j + 0.0, sign * q.k + 0.0]
 }
 
 /// The quaternion of a rotation matrix.

@@ -19,11 +19,7 @@ const ANTIPODAL_SINE: f64 = 1e-12;
 /// The angle comes from `atan2`, so it is accurate at both ends, near 0 and near π.
 pub fn log_quaternion(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let q = rotation.quaternion();
-    let (w, v) = if q.w < 0.0 {
-        (-q.w, -q.imag())
-    } else {
-        (q.w, q.imag())
-    };
+    let (w, v) = if q.w < 0.0 { (-q.w, -q.imag()) } else { (q.w, q.imag()) };
     let sine = v.norm();
     if sine < SMALL_ANGLE_RAD {
         // 2 atan2(s, w) / s -> 2 / w
@@ -78,15 +74,8 @@ pub fn axis_rotation(from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f64>>) -> Axis
             is_ambiguous: true,
         };
     }
-    let scale = if sine > 0.0 {
-        sine.atan2(cosine) / sine
-    } else {
-        0.0
-    };
-    AxisRotation {
-        vector_rad: cross * scale,
-        is_ambiguous: false,
-    }
+    let scale = if sine > 0.0 { sine.atan2(cosine) / sine } else { 0.0 };
+    AxisRotation { vector_rad: cross * scale, is_ambiguous: false }
 }
 
 /// A unit vector perpendicular to `axis`, the same one each time.

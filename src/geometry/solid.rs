@@ -100,9 +100,7 @@ impl Solid {
                 let (sine, cosine) = (f64::from(i) / f64::from(SIDES) * TAU).sin_cos();
                 let normal = Vector3::new(cosine * out, sine * out, up).normalize();
                 for (r, z) in [(r0, z0), (r1, z1)] {
-                    solid
-                        .positions_mm
-                        .push(Point3::new(cosine * r, sine * r, z));
+                    solid.positions_mm.push(Point3::new(cosine * r, sine * r, z));
                     solid.normals.push(normal);
                 }
             }
@@ -140,11 +138,7 @@ impl Solid {
         let neck = start_mm + axis.into_inner() * (length - head);
         if length < whole {
             let second = axis.into_inner() * (0.8 * head);
-            self.push_cone(
-                [neck - second, neck - second],
-                &axis,
-                [shaft_radius, head_radius],
-            );
+            self.push_cone([neck - second, neck - second], &axis, [shaft_radius, head_radius]);
             self.push_cone([neck - second, end - second], &axis, [head_radius, 0.0]);
         }
         self.push_cone([*start_mm, neck], &axis, [0.0, shaft_radius]);
@@ -180,8 +174,7 @@ impl Solid {
         }
         for i in 0..ARROW_SIDES {
             let a = base + 2 * i;
-            self.triangles
-                .extend([[a, a + 2, a + 1], [a + 1, a + 2, a + 3]]);
+            self.triangles.extend([[a, a + 2, a + 1], [a + 1, a + 2, a + 3]]);
         }
     }
 
@@ -193,12 +186,10 @@ impl Solid {
         normal: impl Fn(&Vector3<f64>) -> Vector3<f64>,
     ) {
         let base = self.positions_mm.len() as u32;
-        self.positions_mm
-            .extend(other.positions_mm.iter().map(point));
+        self.positions_mm.extend(other.positions_mm.iter().map(point));
         self.normals.extend(other.normals.iter().map(normal));
         let triangles = other.triangles.iter();
-        self.triangles
-            .extend(triangles.map(|corners| corners.map(|corner| corner + base)));
+        self.triangles.extend(triangles.map(|corners| corners.map(|corner| corner + base)));
     }
 }
 
@@ -232,12 +223,8 @@ mod tests {
 
     #[test]
     fn an_arrow_reaches_from_its_start_to_its_end_or_to_where_it_is_cut() {
-        let size = ArrowSize {
-            shaft_mm: 1.0,
-            head_width_mm: 3.0,
-            head_length_mm: 4.0,
-            most_mm: 50.0,
-        };
+        let size =
+            ArrowSize { shaft_mm: 1.0, head_width_mm: 3.0, head_length_mm: 4.0, most_mm: 50.0 };
         let start = Point3::new(1.0, 2.0, 3.0);
         for (length, reach) in [(2.0, 2.0), (30.0, 30.0), (80.0, 50.0)] {
             let along = Vector3::new(2.0, -1.0, 2.0) / 3.0;
@@ -245,10 +232,7 @@ mod tests {
             arrow.push_arrow(&start, &(along * length), &size);
             let heights = arrow.positions_mm.iter().map(|p| (p - start).dot(&along));
             let (low, high) = heights.fold((f64::MAX, f64::MIN), |(a, b), h| (a.min(h), b.max(h)));
-            assert!(
-                (low.abs() < 1e-12) && (high - reach).abs() < 1e-12,
-                "{length}"
-            );
+            assert!((low.abs() < 1e-12) && (high - reach).abs() < 1e-12, "{length}");
             assert!(volume_mm3(&arrow) > 0.0);
         }
         let mut none = Solid::default();

@@ -22,16 +22,8 @@ pub fn farthest_first(places: &[Place], count: usize) -> Vec<usize> {
     let finite = places.iter().filter(|p| is_finite(p));
     let n = finite.clone().count();
     let mean: Place = std::array::from_fn(|k| finite.clone().map(|p| p[k] / n.max(1) as f64).sum());
-    let mut away: Vec<f64> = places
-        .iter()
-        .map(|p| {
-            if is_finite(p) {
-                distance2(p, &mean)
-            } else {
-                -1.0
-            }
-        })
-        .collect();
+    let mut away: Vec<f64> =
+        places.iter().map(|p| if is_finite(p) { distance2(p, &mean) } else { -1.0 }).collect();
     let mut order = Vec::with_capacity(count.min(n));
     while order.len() < count.min(n) {
         let mut next = 0;

@@ -46,9 +46,7 @@ pub fn stand_in(tip_mm: &Point3<f64>, sensors_mm: &[Point3<f64>]) -> SurfaceMesh
     let (low, high) = sensors_mm
         .iter()
         .map(along)
-        .fold((0.0_f64, 0.0_f64), |(low, high), at| {
-            (low.min(at), high.max(at))
-        });
+        .fold((0.0_f64, 0.0_f64), |(low, high), at| (low.min(at), high.max(at)));
     let at = |distance: f64| tip_mm + axis.into_inner() * distance;
     let [least, most] = RADIUS_LIMITS_MM;
     let radius_mm = (SLENDERNESS * (high - low)).clamp(least, most);
@@ -68,10 +66,7 @@ pub fn stand_in(tip_mm: &Point3<f64>, sensors_mm: &[Point3<f64>]) -> SurfaceMesh
             push_capsule(&mut part, foot, *sensor, SPOKE * radius_mm);
         }
     }
-    SurfaceMesh {
-        parts: vec![part],
-        ..SurfaceMesh::default()
-    }
+    SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() }
 }
 
 /// Adds a cylinder with half balls at its ends.
@@ -105,8 +100,7 @@ fn push_capsule(part: &mut MeshPart, from_mm: Point3<f64>, to_mm: Point3<f64>, r
     let last = base + 1 + rings * SIDES;
     for side in 0..SIDES {
         part.triangles.push([base, at(0, side + 1), at(0, side)]);
-        part.triangles
-            .push([last, at(rings - 1, side), at(rings - 1, side + 1)]);
+        part.triangles.push([last, at(rings - 1, side), at(rings - 1, side + 1)]);
         for ring in 1..rings {
             let [a, b] = [at(ring - 1, side), at(ring - 1, side + 1)];
             let [c, d] = [at(ring, side + 1), at(ring, side)];
@@ -154,12 +148,7 @@ mod tests {
 
     #[test]
     fn every_sensor_is_within_reach_of_the_surface() {
-        let sensors = [
-            [20.0, 0.0, 0.0],
-            [-20.0, 0.0, 0.0],
-            [0.0, 30.0, 5.0],
-            [0.0, -30.0, -5.0],
-        ];
+        let sensors = [[20.0, 0.0, 0.0], [-20.0, 0.0, 0.0], [0.0, 30.0, 5.0], [0.0, -30.0, -5.0]];
         let sensors = sensors.map(Point3::from);
         let tip = Point3::new(3.0, 0.0, 0.0);
         for tip in [tip, Point3::origin()] {
@@ -175,10 +164,7 @@ mod tests {
     fn sensors_in_one_place_make_a_ball() {
         for sensors in [&[][..], &[Point3::origin(); 3]] {
             let bounds = stand_in(&Point3::origin(), sensors).body_bounds().unwrap();
-            assert!(
-                (bounds.size_mm() - Vector3::repeat(1.6)).norm() < 1e-9,
-                "{bounds:?}"
-            );
+            assert!((bounds.size_mm() - Vector3::repeat(1.6)).norm() < 1e-9, "{bounds:?}");
         }
     }
 }

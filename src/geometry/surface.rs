@@ -149,11 +149,7 @@ impl Surface {
     /// interpolated with.
     pub fn hit(&self, ray: &Ray) -> Option<SurfaceHit> {
         let (distance_mm, triangle, weights) = self.first_met(ray)?;
-        Some(SurfaceHit {
-            distance_mm,
-            corners: triangle.normals.map(|i| i as usize),
-            weights,
-        })
+        Some(SurfaceHit { distance_mm, corners: triangle.normals.map(|i| i as usize), weights })
     }
 
     fn first_met(&self, ray: &Ray) -> Option<(f64, &Triangle, [f64; 3])> {
@@ -262,10 +258,7 @@ impl Surface {
 impl Triangle {
     fn bounds(&self) -> Bounds {
         let [a, b, c] = self.corners;
-        Bounds {
-            min_mm: a.inf(&b).inf(&c),
-            max_mm: a.sup(&b).sup(&c),
-        }
+        Bounds { min_mm: a.inf(&b).inf(&c), max_mm: a.sup(&b).sup(&c) }
     }
 
     fn cross(&self) -> Vector3<f64> {
@@ -349,12 +342,7 @@ fn build(own: &mut [Triangle], first: usize) -> Vec<Node> {
         let middle = halve(own, &bounds);
         let (left, right) = own.split_at_mut(middle);
         let (left, right) = rayon::join(|| build(left, first), || build(right, first + middle));
-        nodes.push(Node {
-            bounds,
-            content: NodeContent::Inner {
-                right: 1 + left.len() as u32,
-            },
-        });
+        nodes.push(Node { bounds, content: NodeContent::Inner { right: 1 + left.len() as u32 } });
         nodes.extend(left);
         nodes.extend(right);
     } else {
@@ -369,10 +357,7 @@ fn push_subtree(own: &mut [Triangle], first: usize, nodes: &mut Vec<Node>) {
     let bounds = bounds_of(own);
     nodes.push(Node {
         bounds,
-        content: NodeContent::Leaf {
-            first: first as u32,
-            len: own.len() as u32,
-        },
+        content: NodeContent::Leaf { first: first as u32, len: own.len() as u32 },
     });
     if own.len() <= LEAF_TRIANGLES {
         return;
@@ -380,9 +365,7 @@ fn push_subtree(own: &mut [Triangle], first: usize, nodes: &mut Vec<Node>) {
     let middle = halve(own, &bounds);
     let (left, right) = own.split_at_mut(middle);
     push_subtree(left, first, nodes);
-    nodes[index].content = NodeContent::Inner {
-        right: (nodes.len() - index) as u32,
-    };
+    nodes[index].content = NodeContent::Inner { right: (nodes.len() - index) as u32 };
     push_subtree(right, first + middle, nodes);
 }
 
@@ -399,10 +382,7 @@ fn bounds_of(triangles: &[Triangle]) -> Bounds {
     triangles
         .iter()
         .map(Triangle::bounds)
-        .reduce(|a, b| Bounds {
-            min_mm: a.min_mm.inf(&b.min_mm),
-            max_mm: a.max_mm.sup(&b.max_mm),
-        })
+        .reduce(|a, b| Bounds { min_mm: a.min_mm.inf(&b.min_mm), max_mm: a.max_mm.sup(&b.max_mm) })
         .expect("a node has triangles")
 }
 

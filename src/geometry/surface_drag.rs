@@ -70,12 +70,7 @@ impl SurfaceDrag {
             normal: grabbed.normal,
             rotation: projected_frame(&grabbed.normal, &long_axis),
         };
-        Self {
-            start_body_from_sensor: body_from_sensor,
-            start,
-            latest: start,
-            long_axis,
-        }
+        Self { start_body_from_sensor: body_from_sensor, start, latest: start, long_axis }
     }
 
     pub fn start_body_from_sensor(&self) -> &Pose {
@@ -156,10 +151,7 @@ impl SurfaceDrag {
 
 impl SurfaceFrame {
     fn as_point(&self) -> SurfacePoint {
-        SurfacePoint {
-            position_mm: self.origin_mm,
-            normal: self.normal,
-        }
+        SurfacePoint { position_mm: self.origin_mm, normal: self.normal }
     }
 }
 
@@ -241,10 +233,7 @@ impl PlaneDrag {
         if let Some(step_mm) = snap_mm {
             position = position.map(|x| (x / step_mm).round() * step_mm);
         }
-        Some(Pose::from_parts(
-            Translation3::from(position),
-            start.rotation,
-        ))
+        Some(Pose::from_parts(Translation3::from(position), start.rotation))
     }
 }
 
@@ -255,10 +244,7 @@ mod tests {
     use crate::geometry::surface::tests::cylinder;
 
     fn ray_along_x(y: f64, z: f64) -> Ray {
-        Ray {
-            origin_mm: Point3::new(200.0, y, z),
-            direction: -Vector3::x_axis(),
-        }
+        Ray { origin_mm: Point3::new(200.0, y, z), direction: -Vector3::x_axis() }
     }
 
     fn shaft() -> Surface {
@@ -286,10 +272,8 @@ mod tests {
         let start = pose_from_parts(Vector3::new(2.5, 0.0, 60.0), UnitQuaternion::identity());
         let grabbed = surface.cast(&ray_along_x(0.0, 60.0)).unwrap();
         let mut drag = SurfaceDrag::new(start, &grabbed, Vector3::z());
-        let from_above = Ray {
-            origin_mm: Point3::new(0.0, 100.0, 60.0),
-            direction: -Vector3::y_axis(),
-        };
+        let from_above =
+            Ray { origin_mm: Point3::new(0.0, 100.0, 60.0), direction: -Vector3::y_axis() };
         let pose = drag.pose_at(&surface.cast(&from_above).unwrap(), None);
         // Half a millimetre above the surface it was, and half a millimetre it stays; the
         // corners of 96 sides lie 0.001 mm above their middles.
@@ -323,9 +307,7 @@ mod tests {
         let mut wandering = straight.clone();
         for i in 0..200 {
             let y = (f64::from(i) * 0.37).sin() * 1.8;
-            let hit = surface
-                .cast(&ray_along_x(y, 20.0 + f64::from(i) * 0.5))
-                .unwrap();
+            let hit = surface.cast(&ray_along_x(y, 20.0 + f64::from(i) * 0.5)).unwrap();
             let _ = wandering.pose_at(&hit, None);
         }
         assert_eq!(straight.pose_at(&end, None), wandering.pose_at(&end, None));
@@ -334,15 +316,11 @@ mod tests {
     #[test]
     fn over_an_end_cap_the_frame_turns_by_the_smallest_rotation() {
         let start = pose_from_parts(Vector3::new(0.0, 0.0, 149.0), UnitQuaternion::identity());
-        let side = SurfacePoint {
-            position_mm: Point3::new(2.0, 0.0, 149.0),
-            normal: Vector3::x_axis(),
-        };
+        let side =
+            SurfacePoint { position_mm: Point3::new(2.0, 0.0, 149.0), normal: Vector3::x_axis() };
         let mut drag = SurfaceDrag::new(start, &side, Vector3::z());
-        let cap = SurfacePoint {
-            position_mm: Point3::new(0.5, 0.0, 150.0),
-            normal: Vector3::z_axis(),
-        };
+        let cap =
+            SurfacePoint { position_mm: Point3::new(0.5, 0.0, 150.0), normal: Vector3::z_axis() };
         let pose = drag.pose_at(&cap, None);
         // x to z is a quarter turn about -y.
         let expected =
@@ -370,24 +348,16 @@ mod tests {
     fn on_flat_faces_snapping_rounds_both_ways() {
         // The end of a thick shaft.
         let surface = Surface::new(&cylinder(30.0, 150.0, 96)).unwrap();
-        let above = Ray {
-            origin_mm: Point3::new(7.3, -11.6, 300.0),
-            direction: -Vector3::z_axis(),
-        };
+        let above =
+            Ray { origin_mm: Point3::new(7.3, -11.6, 300.0), direction: -Vector3::z_axis() };
         let hit = surface.cast(&above).unwrap();
         let grid = Grid::at(&surface, &hit, 1.0);
         assert!(grid.is_flat);
         let start = pose_from_parts(Vector3::new(7.1, -11.2, 150.0), UnitQuaternion::identity());
-        let grabbed = SurfacePoint {
-            position_mm: Point3::new(7.1, -11.2, 150.0),
-            ..hit
-        };
+        let grabbed = SurfacePoint { position_mm: Point3::new(7.1, -11.2, 150.0), ..hit };
         let mut drag = SurfaceDrag::new(start, &grabbed, Vector3::z());
         let snapped = drag.pose_at(&hit, Some(grid)).translation.vector;
-        assert!(
-            (snapped - Vector3::new(7.0, -12.0, 150.0)).norm() < 1e-12,
-            "{snapped}"
-        );
+        assert!((snapped - Vector3::new(7.0, -12.0, 150.0)).norm() < 1e-12, "{snapped}");
     }
 
     #[test]

@@ -66,11 +66,7 @@ fn svd3_of_safe_size(matrix: &Matrix3<f64>) -> Svd3 {
     let singular_values = Vector3::from(order.map(|k| norms[k]));
     let v = Matrix3::from_columns(&order.map(|k| v.column(k).into_owned()));
     let u = complete_basis(order.map(|k| w.column(k).into_owned()), &singular_values);
-    Svd3 {
-        u,
-        singular_values,
-        v,
-    }
+    Svd3 { u, singular_values, v }
 }
 
 /// Rotates columns `p` and `q` until they are orthogonal; whether that was needed.

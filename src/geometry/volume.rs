@@ -30,30 +30,17 @@ pub enum Volume {
 
 impl Volume {
     /// Those of trackers, which have a name.
-    pub const NAMED: [Self; 4] = [
-        Self::AuroraCube,
-        Self::AuroraDome,
-        Self::AuroraTabletop,
-        Self::AuroraCompact,
-    ];
+    pub const NAMED: [Self; 4] =
+        [Self::AuroraCube, Self::AuroraDome, Self::AuroraTabletop, Self::AuroraCompact];
 
     pub const AURORA_CUBE: ([f64; 3], [f64; 3]) = ([-250.0, -250.0, -550.0], [250.0, 250.0, -50.0]);
 
-    pub(super) const DOME: DomedCylinder = DomedCylinder {
-        radii_mm: [480.0, 480.0],
-        top_mm: -50.0,
-        reach_mm: 660.0,
-    };
-    pub(super) const TABLETOP: DomedCylinder = DomedCylinder {
-        radii_mm: [210.0, 300.0],
-        top_mm: -120.0,
-        reach_mm: 600.0,
-    };
-    pub(super) const COMPACT: DomedCylinder = DomedCylinder {
-        radii_mm: [110.0, 110.0],
-        top_mm: -10.0,
-        reach_mm: 185.0,
-    };
+    pub(super) const DOME: DomedCylinder =
+        DomedCylinder { radii_mm: [480.0, 480.0], top_mm: -50.0, reach_mm: 660.0 };
+    pub(super) const TABLETOP: DomedCylinder =
+        DomedCylinder { radii_mm: [210.0, 300.0], top_mm: -120.0, reach_mm: 600.0 };
+    pub(super) const COMPACT: DomedCylinder =
+        DomedCylinder { radii_mm: [110.0, 110.0], top_mm: -10.0, reach_mm: 185.0 };
 
     /// The smallest box around the volume.
     pub fn bounds(&self) -> Bounds {

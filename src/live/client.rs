@@ -126,19 +126,11 @@ impl Client {
         options: ClientOptions,
         tell: impl FnMut(ClientEvent) + Send + 'static,
     ) -> io::Result<Self> {
-        let runtime = Builder::new_current_thread()
-            .enable_io()
-            .enable_time()
-            .build()?;
+        let runtime = Builder::new_current_thread().enable_io().enable_time().build()?;
         let (stop, stopped) = oneshot::channel();
-        let listening = Listening {
-            options,
-            tell,
-            buffer: vec![0; READ_BYTES],
-        };
-        let thread = std::thread::Builder::new()
-            .name("live client".to_owned())
-            .spawn(move || {
+        let listening = Listening { options, tell, buffer: vec![0; READ_BYTES] };
+        let thread =
+            std::thread::Builder::new().name("live client".to_owned()).spawn(move || {
                 runtime.block_on(async {
                     tokio::select! {
                         // Also when the client was dropped.
@@ -149,10 +141,7 @@ impl Client {
                 // A name that is still being looked up is not waited for.
                 runtime.shutdown_background();
             })?;
-        Ok(Self {
-            stop: Some(stop),
-            thread: Some(thread),
-        })
+        Ok(Self { stop: Some(stop), thread: Some(thread) })
     }
 
     /// Closes the connection; returns once nothing more is told.
@@ -227,9 +216,8 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
         let mut begun: Option<Instant> = None;
         loop {
             // Only part of a message has a time to end.
-            let longest = begun.map_or(Duration::MAX, |begun| {
-                WHOLE_WITHIN.saturating_sub(begun.elapsed())
-            });
+            let longest =
+                begun.map_or(Duration::MAX, |begun| WHOLE_WITHIN.saturating_sub(begun.elapsed()));
             let count = match timeout(longest, stream.read(&mut self.buffer)).await {
                 Err(_) => return LostWhy::Unfinished,
                 Ok(Ok(0)) if decoder.is_between_messages() => return LostWhy::Closed,
@@ -244,10 +232,9 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
             while let Some(decoded) = decoder.next(&mut arrived) {
                 is_another = true;
                 let event = match decoded {
-                    Ok(Decoded::Message(message)) => ClientEvent::Received {
-                        message,
-                        arrived: now,
-                    },
+                    Ok(Decoded::Message(message)) => {
+                        ClientEvent::Received { message, arrived: now }
+                    }
                     Ok(Decoded::Skipped { kind, .. }) => ClientEvent::Skipped { kind },
                     Err(error) if error.ends_the_stream() => {
                         (self.tell)(ClientEvent::Unreadable(error));
@@ -269,10 +256,8 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
 
     /// The request for tracking data.
     fn request(&self) -> Option<Vec<u8>> {
-        let start = StartTracking {
-            resolution_ms: self.options.tracking_ms?,
-            frame: String::new(),
-        };
+        let start =
+            StartTracking { resolution_ms: self.options.tracking_ms?, frame: String::new() };
         let content = Content::StartTracking(start);
         Message::new("", Timestamp::now(), content).encode().ok()
     }
@@ -284,24 +269,10 @@ mod tests {
 
     #[test]
     fn a_server_is_a_host_and_a_port() {
-        for good in [
-            "localhost:18944",
-            "10.0.0.7:1",
-            "[::1]:18944",
-            "tracker.or-3:65535",
-        ] {
+        for good in ["localhost:18944", "10.0.0.7:1", "[::1]:18944", "tracker.or-3:65535"] {
             assert_eq!(server_address(good).as_deref(), Ok(good));
         }
-        for bad in [
-            "localhost",
-            ":18944",
-            "a:0",
-            "a:65536",
-            "::1:x",
-            "a b:1",
-            "http://a:1",
-            "",
-        ] {
+        for bad in ["localhost", ":18944", "a:0", "a:65536", "::1:x", "a b:1", "http://a:1", ""] {
             assert!(server_address(bad).is_err(), "{bad}");
         }
     }

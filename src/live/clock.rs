@@ -52,10 +52,7 @@ pub struct Moment {
 impl Moment {
     /// Now, by this machine's clock.
     pub fn now() -> Self {
-        Self {
-            timestamp: Timestamp::now(),
-            at: Instant::now(),
-        }
+        Self { timestamp: Timestamp::now(), at: Instant::now() }
     }
 
     /// How much longer a sample took than this one, in seconds; negative where it was faster.
@@ -226,11 +223,8 @@ mod tests {
 
     const BOUND_S: f64 = 0.25;
 
-    const RULES: ClockRules = ClockRules {
-        bound: Duration::from_millis(250),
-        follows_steps: false,
-        shared: None,
-    };
+    const RULES: ClockRules =
+        ClockRules { bound: Duration::from_millis(250), follows_steps: false, shared: None };
 
     /// A sender whose clock is 1,000 s ahead of ours, and what is judged of its samples.
     struct Stream {
@@ -262,10 +256,7 @@ mod tests {
             for frame in 0..frames {
                 let at_s = from_s + f64::from(frame) / 40.0;
                 let judged = self.judge(at_s, at_s + lag_s(at_s));
-                count += u32::from(!matches!(
-                    judged,
-                    Judged::Late { .. } | Judged::Early { .. }
-                ));
+                count += u32::from(!matches!(judged, Judged::Late { .. } | Judged::Early { .. }));
             }
             count
         }
@@ -339,10 +330,7 @@ mod tests {
         assert_eq!(stream.in_time(1.0, 4000, |_| 500.0), 0);
 
         let follows_steps = true;
-        let mut stream = Stream::new(ClockRules {
-            follows_steps,
-            ..RULES
-        });
+        let mut stream = Stream::new(ClockRules { follows_steps, ..RULES });
         assert_eq!(stream.in_time(0.0, 40, |_| 0.0), 40);
         let late = 400 - stream.in_time(1.0, 400, |_| 500.0);
         assert!((80..=81).contains(&late), "{late}");
@@ -375,9 +363,7 @@ mod tests {
         });
         assert_eq!(stream.in_time(0.0, 4000, |_| 2.0), 0);
         assert_eq!(stream.in_time(200.0, 40, |_| 0.1), 40);
-        let Judged::InTime { latency_s } = stream.judge(202.0, 202.1) else {
-            panic!("in time")
-        };
+        let Judged::InTime { latency_s } = stream.judge(202.0, 202.1) else { panic!("in time") };
         assert!((latency_s - 0.1).abs() < 1e-6, "{latency_s}");
         // Ahead of our clock: it is no shared one.
         assert_eq!(stream.in_time(203.0, 400, |_| -1.0), 0);

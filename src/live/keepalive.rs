@@ -14,9 +14,7 @@ const QUESTIONS: u32 = 3;
 
 /// Has the system look after a connection. Where it cannot, the connection is as good as any.
 pub fn set(stream: &TcpStream) {
-    let keepalive = TcpKeepalive::new()
-        .with_time(ASK_AFTER)
-        .with_interval(ASK_EVERY);
+    let keepalive = TcpKeepalive::new().with_time(ASK_AFTER).with_interval(ASK_EVERY);
     #[cfg(unix)]
     let keepalive = keepalive.with_retries(QUESTIONS);
     let _ = SockRef::from(stream).set_tcp_keepalive(&keepalive);

@@ -33,10 +33,7 @@ pub fn roles<'n>(
     let roles_there =
         (BodyRole::ALL.into_iter()).filter(|role| *role == BodyRole::Tool || names.crf.is_some());
     for role in roles_there.clone() {
-        if let Some(name) = heard
-            .clone()
-            .find(|name| assigned.get(*name) == Some(&Some(role)))
-        {
+        if let Some(name) = heard.clone().find(|name| assigned.get(*name) == Some(&Some(role))) {
             roles.insert(role, name.to_owned());
         }
     }
@@ -75,9 +72,7 @@ fn is_called_as_usual(called: &str, role: BodyRole, _: &BodyNames) -> bool {
 }
 
 fn plain(name: &str) -> String {
-    (name.chars().filter(|c| c.is_alphanumeric()))
-        .flat_map(char::to_lowercase)
-        .collect()
+    (name.chars().filter(|c| c.is_alphanumeric())).flat_map(char::to_lowercase).collect()
 }
 
 /// `Tracker` of `StylusToTracker`.
@@ -103,37 +98,23 @@ mod tests {
     use BodyRole::{Crf, Tool};
 
     fn of(heard: &[&str], assigned: &[(&str, Option<BodyRole>)]) -> Vec<(BodyRole, String)> {
-        let names = BodyNames {
-            tool: "Long pointer".to_owned(),
-            crf: Some("Head frame".to_owned()),
-        };
-        let assigned = (assigned.iter())
-            .map(|(name, role)| ((*name).to_owned(), *role))
-            .collect();
+        let names =
+            BodyNames { tool: "Long pointer".to_owned(), crf: Some("Head frame".to_owned()) };
+        let assigned = (assigned.iter()).map(|(name, role)| ((*name).to_owned(), *role)).collect();
         (roles(heard.iter().copied(), &names, &assigned).into_iter()).collect()
     }
 
     fn pairs(expected: &[(BodyRole, &str)]) -> Vec<(BodyRole, String)> {
-        (expected.iter())
-            .map(|(role, name)| (*role, (*name).to_owned()))
-            .collect()
+        (expected.iter()).map(|(role, name)| (*role, (*name).to_owned())).collect()
     }
 
     #[test]
     fn a_tool_called_like_a_body_goes_before_one_of_a_usual_name() {
-        let heard = [
-            "LongPointerToTracker",
-            "HeadFrame",
-            "StylusToTracker",
-            "Reference",
-        ];
+        let heard = ["LongPointerToTracker", "HeadFrame", "StylusToTracker", "Reference"];
         let expected = pairs(&[(Tool, "LongPointerToTracker"), (Crf, "HeadFrame")]);
         assert_eq!(of(&heard, &[]), expected);
         let expected = pairs(&[(Tool, "StylusToTracker"), (Crf, "ReferenceToTracker")]);
-        assert_eq!(
-            of(&["ReferenceToTracker", "StylusToTracker"], &[]),
-            expected
-        );
+        assert_eq!(of(&["ReferenceToTracker", "StylusToTracker"], &[]), expected);
         assert_eq!(of(&["Something", "To", "", "ToTracker"], &[]), []);
     }
 
@@ -151,10 +132,7 @@ mod tests {
 
     #[test]
     fn a_design_without_a_crf_finds_none() {
-        let names = BodyNames {
-            tool: "x".to_owned(),
-            crf: None,
-        };
+        let names = BodyNames { tool: "x".to_owned(), crf: None };
         let found = roles(["Reference", "Ref"].into_iter(), &names, &Assigned::new());
         assert_eq!(found, BTreeMap::new());
     }

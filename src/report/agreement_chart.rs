@@ -10,28 +10,19 @@ const MOST_POINTS: usize = 300;
 /// Three series over the number of the pose; `design` names what was built. Only poses that count are
 /// drawn.
 pub fn chart(design: &str, found: &Agreement) -> Chart {
-    let used: Vec<(usize, &AgreementRow)> = found
-        .rows
-        .iter()
-        .enumerate()
-        .filter(|(_, row)| row.is_used)
-        .collect();
+    let used: Vec<(usize, &AgreementRow)> =
+        found.rows.iter().enumerate().filter(|(_, row)| row.is_used).collect();
     let each = used.len().div_ceil(MOST_POINTS).max(1);
     let chosen: Vec<(usize, &AgreementRow)> = used
         .chunks(each)
         .filter_map(|some| {
             let length = |(_, row): &&(usize, &AgreementRow)| row.measured_mm.norm();
-            some.iter()
-                .max_by(|a, b| length(a).total_cmp(&length(b)))
-                .copied()
+            some.iter().max_by(|a, b| length(a).total_cmp(&length(b))).copied()
         })
         .collect();
     let series = |name: &str, style, length: fn(&AgreementRow) -> f64| Series {
         name: name.to_owned(),
-        points: chosen
-            .iter()
-            .map(|(index, row)| (*index as f64, length(row)))
-            .collect(),
+        points: chosen.iter().map(|(index, row)| (*index as f64, length(row))).collect(),
         style,
     };
     let label = match each {
@@ -40,14 +31,8 @@ pub fn chart(design: &str, found: &Agreement) -> Chart {
     };
     Chart {
         title: format!("{design}: tip error of the built tool"),
-        x: Axis {
-            label,
-            scale: Scale::Linear,
-        },
-        y: Axis {
-            label: "tip error, mm".to_owned(),
-            scale: Scale::Linear,
-        },
+        x: Axis { label, scale: Scale::Linear },
+        y: Axis { label: "tip error, mm".to_owned(), scale: Scale::Linear },
         series: vec![
             series("measured", SeriesStyle::Points, |r| r.measured_mm.norm()),
             series("predicted", SeriesStyle::Points, |r| r.predicted_mm.norm()),

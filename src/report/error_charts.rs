@@ -18,22 +18,11 @@ pub fn charts(profile: &Profile, requirement: Option<&Requirement>) -> Vec<Chart
     let requirement = requirement.copied().unwrap_or_default();
     let mut charts = Vec::new();
     for (axes, moved, label) in [
-        (
-            ["x", "y", "z"],
-            "position",
-            "moved from the design's pose, mm",
-        ),
-        (
-            ["rx", "ry", "rz"],
-            "orientation",
-            "turned from the design's pose, °",
-        ),
+        (["x", "y", "z"], "position", "moved from the design's pose, mm"),
+        (["rx", "ry", "rz"], "orientation", "turned from the design's pose, °"),
     ] {
-        let shown: Vec<&AxisProfile> = profile
-            .axes
-            .iter()
-            .filter(|profile| axes.contains(&profile.axis))
-            .collect();
+        let shown: Vec<&AxisProfile> =
+            profile.axes.iter().filter(|profile| axes.contains(&profile.axis)).collect();
         if shown.is_empty() {
             continue;
         }
@@ -71,24 +60,14 @@ fn over_axes(
         .iter()
         .map(|axis| Series {
             name: axis.axis.to_owned(),
-            points: axis
-                .values
-                .iter()
-                .copied()
-                .zip(values(axis).iter().copied())
-                .collect(),
+            points: axis.values.iter().copied().zip(values(axis).iter().copied()).collect(),
             style: SeriesStyle::Line,
         })
         .collect();
     // Without a name, for the axis alone: errors are read against zero.
     series.push(bound(0.0, ""));
     series.extend(limit_mm.map(|limit_mm| bound(limit_mm, "asked for")));
-    Chart {
-        title,
-        x: axis(label),
-        y: axis("tip error, mm"),
-        series,
-    }
+    Chart { title, x: axis(label), y: axis("tip error, mm"), series }
 }
 
 /// Errors in the order of the poses; of many the worst of neighbours stands for them.
@@ -99,19 +78,12 @@ fn over_trials(profile: &Profile) -> Chart {
         0 | 1 => "pose".to_owned(),
         _ => format!("pose; of each {each} the one with the largest error"),
     };
-    let points = columns
-        .iter()
-        .map(|column| (column.worst_trial as f64, column.max_mm))
-        .collect();
+    let points = columns.iter().map(|column| (column.worst_trial as f64, column.max_mm)).collect();
     Chart {
         title: "Tip error pose by pose".to_owned(),
         x: axis(&label),
         y: axis("tip error, mm"),
-        series: vec![Series {
-            name: String::new(),
-            points,
-            style: SeriesStyle::Points,
-        }],
+        series: vec![Series { name: String::new(), points, style: SeriesStyle::Points }],
     }
 }
 
@@ -142,18 +114,11 @@ fn spread(profile: &Profile, requirement: &Requirement) -> Chart {
 }
 
 fn bound(level_mm: f64, name: &str) -> Series {
-    Series {
-        name: name.to_owned(),
-        points: vec![(0.0, level_mm)],
-        style: SeriesStyle::Bound,
-    }
+    Series { name: name.to_owned(), points: vec![(0.0, level_mm)], style: SeriesStyle::Bound }
 }
 
 fn axis(label: &str) -> Axis {
-    Axis {
-        label: label.to_owned(),
-        scale: Scale::Linear,
-    }
+    Axis { label: label.to_owned(), scale: Scale::Linear }
 }
 
 #[cfg(test)]

@@ -20,10 +20,7 @@ pub fn chart(data: &str, points: &[LearningPoint]) -> Chart {
         }
     }
     series.sort_by(|a, b| a.name.cmp(&b.name));
-    let axis = |label: &str| Axis {
-        label: label.to_owned(),
-        scale: Scale::Logarithmic,
-    };
+    let axis = |label: &str| Axis { label: label.to_owned(), scale: Scale::Logarithmic };
     Chart {
         title: format!("{data}: residual of held-out measurements by kind of model"),
         x: axis("measurements, four fifths of them fitted"),

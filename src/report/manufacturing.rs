@@ -88,11 +88,7 @@ fn bound_label(name: &'static str) -> &'static str {
 /// A figure against its bound: "position RMS 0.980 of 1 mm".
 pub fn check_words(check: &Check) -> String {
     let name = bound_label(check.name);
-    let unit = if check.name.starts_with("angle") {
-        "°"
-    } else {
-        " mm"
-    };
+    let unit = if check.name.starts_with("angle") { "°" } else { " mm" };
     format!("{name} {:.4} of {}{unit}", check.value, check.limit)
 }
 
@@ -115,12 +111,10 @@ pub fn tolerance_value(tolerance: &Tolerance) -> String {
 /// What limits a tolerance, or why there is none.
 pub fn tolerance_words(tolerance: &Tolerance) -> String {
     match tolerance {
-        Tolerance::None {
-            none: NoTolerance::NoAxis,
-        } => "a marker has no axis".to_owned(),
-        Tolerance::None {
-            none: NoTolerance::NothingLeft,
-        } => "the requirement leaves less than 0.001".to_owned(),
+        Tolerance::None { none: NoTolerance::NoAxis } => "a marker has no axis".to_owned(),
+        Tolerance::None { none: NoTolerance::NothingLeft } => {
+            "the requirement leaves less than 0.001".to_owned()
+        }
         Tolerance::Within(within) => match &within.limited_by {
             Some(check) => check_words(check),
             None => "no bound reached so far; not looked further".to_owned(),
@@ -133,10 +127,9 @@ pub fn built_check_words(check: &BuiltCheck) -> Vec<String> {
     let draws = with_separators(check.draws);
     let found = match check.holds() {
         true => format!("all {draws} drawn tools meet the requirement"),
-        false => format!(
-            "{} of {draws} drawn tools meet the requirement",
-            with_separators(check.met)
-        ),
+        false => {
+            format!("{} of {draws} drawn tools meet the requirement", with_separators(check.met))
+        }
     };
     vec![
         format!(
@@ -168,10 +161,7 @@ pub fn expected_words(sheet: &ManufacturingSheet) -> Vec<String> {
             bound.label()
         )
     });
-    let mut words = vec![format!(
-        "expected as drawn: {}",
-        each.collect::<Vec<_>>().join("; ")
-    )];
+    let mut words = vec![format!("expected as drawn: {}", each.collect::<Vec<_>>().join("; "))];
     let what = match verdict {
         BoundVerdict::Met => return words,
         BoundVerdict::CannotTell => {
@@ -189,11 +179,7 @@ pub fn expected_words(sheet: &ManufacturingSheet) -> Vec<String> {
 pub fn sheet_text(sheet: &ManufacturingSheet) -> String {
     let mut lines = Vec::new();
     if !sheet.as_drawn.is_empty() {
-        lines.push(format!(
-            "as drawn: {}, over {}",
-            checks_words(&sheet.as_drawn),
-            poses(sheet)
-        ));
+        lines.push(format!("as drawn: {}, over {}", checks_words(&sheet.as_drawn), poses(sheet)));
     }
     lines.extend(expected_words(sheet));
     for body in &sheet.bodies {
@@ -222,27 +208,19 @@ fn poses(sheet: &ManufacturingSheet) -> String {
 }
 
 fn geometry(body: &SheetBody) -> Vec<String> {
-    let mut lines = vec![format!(
-        "{} {:?}",
-        capitalised(role_name(body.role)),
-        body.name
-    )];
+    let mut lines = vec![format!("{} {:?}", capitalised(role_name(body.role)), body.name)];
     lines.extend(frame_words(body));
     let three = |v: [f64; 3], decimals: usize| v.map(|c| format!("{:.decimals$}", c + 0.0));
     let empty = || [const { String::new() }; 3];
-    let has_tip = body
-        .sensors
-        .iter()
-        .any(|s| s.position_from_tip_mm.is_some());
+    let has_tip = body.sensors.iter().any(|s| s.position_from_tip_mm.is_some());
     let mut head = vec!["sensor", "kind", "coil mm", "x mm", "y mm", "z mm"];
     if has_tip {
         head.extend(["from tip x", "y", "z", "distance"]);
     }
     let mut rows = vec![head.into_iter().map(str::to_owned).collect::<Vec<_>>()];
     rows.extend(body.sensors.iter().map(|s| {
-        let coil = s.coil.map_or_else(String::new, |c| {
-            format!("⌀ {} × {}", c.diameter_mm, c.length_mm)
-        });
+        let coil =
+            s.coil.map_or_else(String::new, |c| format!("⌀ {} × {}", c.diameter_mm, c.length_mm));
         let mut row = vec![s.name.clone(), s.kind.to_owned(), coil];
         row.extend(three(s.position_in_body_mm, 3));
         if has_tip {
@@ -258,15 +236,7 @@ fn geometry(body: &SheetBody) -> Vec<String> {
             "Axes of the sensors: unit vectors; the angle from the body's z, and about it from x towards y."
                 .to_owned(),
         );
-        let head = [
-            "axis of",
-            "x",
-            "y",
-            "z",
-            "from z °",
-            "about z °",
-            "rotation w x y z",
-        ];
+        let head = ["axis of", "x", "y", "z", "from z °", "about z °", "rotation w x y z"];
         let mut rows = vec![head.map(str::to_owned).to_vec()];
         rows.extend(with_axis.into_iter().filter_map(|s| {
             let axis = s.axis?;
@@ -313,12 +283,7 @@ fn tolerances(sheet: &ManufacturingSheet) -> Vec<String> {
     }
     let cells = |tolerances: &Tolerances| -> Vec<String> {
         let (p, a) = (&tolerances.position_mm, &tolerances.angle_deg);
-        vec![
-            tolerance_value(p),
-            tolerance_value(a),
-            tolerance_words(p),
-            tolerance_words(a),
-        ]
+        vec![tolerance_value(p), tolerance_value(a), tolerance_words(p), tolerance_words(a)]
     };
     let each_body = || sheet.bodies.iter();
     let mut rows = vec![head("all sensors of all bodies at once", true)];
@@ -349,13 +314,7 @@ fn tolerances(sheet: &ManufacturingSheet) -> Vec<String> {
 }
 
 fn head(what: &str, is_short: bool) -> Vec<String> {
-    let head = [
-        what,
-        "position mm",
-        "angle °",
-        "position limited by",
-        "angle limited by",
-    ];
+    let head = [what, "position mm", "angle °", "position limited by", "angle limited by"];
     let count = if is_short { 3 } else { 5 };
     head.into_iter().take(count).map(str::to_owned).collect()
 }
@@ -367,9 +326,7 @@ fn table(rows: &[Vec<String>]) -> Vec<String> {
     let width = |k: usize| cells(k).map(|c| c.chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns).map(width).collect();
     let is_number = |c: &String| c.is_empty() || c == "–" || c.parse::<f64>().is_ok();
-    let is_right: Vec<bool> = (0..columns)
-        .map(|k| cells(k).skip(1).all(is_number))
-        .collect();
+    let is_right: Vec<bool> = (0..columns).map(|k| cells(k).skip(1).all(is_number)).collect();
     let line = |row: &Vec<String>| {
         let cells = row.iter().enumerate().map(|(k, cell)| {
             let width = widths[k];
@@ -406,10 +363,7 @@ mod tests {
             "{words}"
         );
         let words = frame_words(&body(Some([1.0, 0.0, 0.0]), [1.0, 50.0, 50.0])).join(" ");
-        assert!(
-            words.contains("the tip is at (1.000, 0.000, 0.000)"),
-            "{words}"
-        );
+        assert!(words.contains("the tip is at (1.000, 0.000, 0.000)"), "{words}");
         assert!(!words.contains("direction"), "{words}");
         let words = frame_words(&body(None, [0.0; 3])).join(" ");
         assert!(words.contains("states no tip"), "{words}");

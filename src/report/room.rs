@@ -47,10 +47,8 @@ pub fn support_note(why: &SupportError) -> String {
 
 /// `harmonic, generator planar-nine, degree 6, 12 samples weighed down`.
 pub fn harmonic_text(harmonic: &HarmonicReport) -> String {
-    let mut text = format!(
-        "harmonic, generator {}, degree {}",
-        harmonic.generator.name, harmonic.degree
-    );
+    let mut text =
+        format!("harmonic, generator {}, degree {}", harmonic.generator.name, harmonic.degree);
     if harmonic.down_weighted > 0 {
         let count = with_separators(harmonic.down_weighted);
         text.push_str(&format!(", {count} samples weighed down"));
@@ -61,11 +59,7 @@ pub fn harmonic_text(harmonic: &HarmonicReport) -> String {
 /// What is not as it should be about a fit.
 pub fn fit_warnings(fitted: &Fit) -> Vec<String> {
     let mut warnings = Vec::new();
-    let few: Vec<_> = fitted
-        .systems
-        .iter()
-        .filter(|s| s.is_underdetermined())
-        .collect();
+    let few: Vec<_> = fitted.systems.iter().filter(|s| s.is_underdetermined()).collect();
     if let Some(least) = few.iter().min_by_key(|s| s.samples) {
         warnings.push(format!(
             "{} of {} orientations have fewer samples than the {} coefficients, the least {}; \
@@ -76,11 +70,8 @@ pub fn fit_warnings(fitted: &Fit) -> Vec<String> {
             with_separators(least.samples),
         ));
     }
-    let deficient = fitted
-        .systems
-        .iter()
-        .filter(|s| !s.is_underdetermined() && s.rank < s.unknowns)
-        .count();
+    let deficient =
+        fitted.systems.iter().filter(|s| !s.is_underdetermined() && s.rank < s.unknowns).count();
     if deficient > 0 {
         warnings.push(format!(
             "{deficient} of {} orientations do not determine all their coefficients; the solution \

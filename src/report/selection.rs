@@ -17,11 +17,7 @@ pub fn candidate_text(candidate: &Candidate) -> String {
     if candidate.order == 0 {
         return "order 0, no correction".to_owned();
     }
-    let plural = if candidate.directions.len() == 1 {
-        ""
-    } else {
-        "s"
-    };
+    let plural = if candidate.directions.len() == 1 { "" } else { "s" };
     let ridge = match candidate.ridge {
         0.0 => "no ridge".to_owned(),
         ridge => format!("ridge {}", ridge_text(ridge)),
@@ -95,10 +91,8 @@ fn cautions(selection: &Selection) -> Vec<String> {
         cautions.push("it has at least as many coefficients as places to fit them to".to_owned());
     }
     let uncorrected = selection.table.iter().find(|row| row.candidate.order == 0);
-    let angles = (
-        best.deciding().angle_rms_rad,
-        uncorrected.and_then(|row| row.deciding().angle_rms_rad),
-    );
+    let angles =
+        (best.deciding().angle_rms_rad, uncorrected.and_then(|row| row.deciding().angle_rms_rad));
     if let (Some(after), Some(before)) = angles
         && after > before * (1.0 + selection::TOLERANCE)
     {
@@ -132,16 +126,8 @@ pub fn hold_out_lines(selection: &Selection, groups: Option<&str>) -> Vec<String
     let line = |by: HoldOutBy| {
         let scores = best.held_out_by(by)?;
         let how = hold_out_text(selection, by, groups)?;
-        let decides = if by == selection.decided_by {
-            "; this decides"
-        } else {
-            ""
-        };
-        Some(format!(
-            "held out by {}: {} ({how}{decides})",
-            hold_out_name(by),
-            scores_text(scores)
-        ))
+        let decides = if by == selection.decided_by { "; this decides" } else { "" };
+        Some(format!("held out by {}: {} ({how}{decides})", hold_out_name(by), scores_text(scores)))
     };
     let hold_outs = selection.hold_outs.iter();
     hold_outs.filter_map(|h| line(h.by)).collect()
@@ -168,9 +154,9 @@ fn scores_text(scores: &Scores) -> String {
 pub fn sensors_line(spread: &SensorSpread) -> String {
     let [x, y, z] = spread.position_std_dev_mm();
     let [low, high] = spread.position_interval_mm(SENSOR_INTERVAL);
-    let angle = spread.angle_rms_rad().map_or_else(String::new, |angle| {
-        format!(" and by {:.2}°", angle.to_degrees())
-    });
+    let angle = spread
+        .angle_rms_rad()
+        .map_or_else(String::new, |angle| format!(" and by {:.2}°", angle.to_degrees()));
     format!(
         "sensors: {} differ among themselves by {x:.2}, {y:.2}, {z:.2} mm along x, y, z{angle} ({:.2} mm RMS, 95 % {low:.2} to {high:.2}; {} degrees of freedom)",
         spread.sensors,
@@ -192,15 +178,8 @@ pub fn grouped_line(places: &Places) -> String {
 
 /// The table's head.
 pub fn head(selection: &Selection) -> Vec<&'static str> {
-    let mut head = vec![
-        "order",
-        "orientations",
-        "coefficients ",
-        "RMS, no ridge",
-        "best ridge",
-        "RMS",
-        "max",
-    ];
+    let mut head =
+        vec!["order", "orientations", "coefficients ", "RMS, no ridge", "best ridge", "RMS", "max"];
     if has_angles(selection) {
         head.push("angle RMS");
     }
@@ -243,16 +222,9 @@ pub fn rows(selection: &Selection) -> Vec<SelectionRow> {
         }
         let scores = others(selection).filter_map(|by| row.held_out_by(by));
         cells.extend(scores.map(|scores| mm(scores.position_rms_mm)));
-        SelectionRow {
-            is_chosen: i == selection.best,
-            cells,
-        }
+        SelectionRow { is_chosen: i == selection.best, cells }
     };
-    selection
-        .best_of_each_system()
-        .into_iter()
-        .map(row)
-        .collect()
+    selection.best_of_each_system().into_iter().map(row).collect()
 }
 
 /// What a reader of the table has to know.
@@ -264,11 +236,7 @@ pub fn notes(selection: &Selection) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if selection
-        .table
-        .iter()
-        .any(|row| row.is_determined && row.is_under_sampled())
-    {
+    if selection.table.iter().any(|row| row.is_determined && row.is_under_sampled()) {
         notes.push(
             "‡ most orientations have fewer places than coefficients: not to be chosen".to_owned(),
         );

@@ -18,28 +18,20 @@ pub fn chart(data: &str, selection: &Selection) -> Chart {
     let top_mm = TOP * reference.max(best.deciding().position_rms_mm);
     // A line ends where it leaves the chart: what comes after cannot be joined to it.
     let line = |rows: &mut dyn Iterator<Item = &Scored>| -> Vec<(f64, f64)> {
-        rows.map(point)
-            .take_while(|&(_, rms)| rms <= top_mm)
-            .collect()
+        rows.map(point).take_while(|&(_, rms)| rms <= top_mm).collect()
     };
     let mut series = Vec::new();
     let mut push = |name: String, points: Vec<(f64, f64)>, style| {
         if points.len() > 1 || style == SeriesStyle::Marked {
-            series.push(Series {
-                name,
-                points,
-                style,
-            });
+            series.push(Series { name, points, style });
         }
     };
     let is_of = |row: &Scored, set: DirectionSet| {
         row.candidate.order == 0 || row.candidate.directions == set
     };
     for set in DirectionSet::ALL {
-        let mut plain = selection
-            .table
-            .iter()
-            .filter(|row| row.candidate.ridge == 0.0 && is_of(row, set));
+        let mut plain =
+            selection.table.iter().filter(|row| row.candidate.ridge == 0.0 && is_of(row, set));
         push(set_text(set), line(&mut plain), SeriesStyle::Line);
     }
     let set = best.candidate.directions;
@@ -49,17 +41,9 @@ pub fn chart(data: &str, selection: &Selection) -> Chart {
             .into_iter()
             .map(|i| &selection.table[i])
             .filter(|row| is_of(row, set));
-        push(
-            format!("{}, best ridge", set_text(set)),
-            line(&mut ridged),
-            SeriesStyle::Line,
-        );
+        push(format!("{}, best ridge", set_text(set)), line(&mut ridged), SeriesStyle::Line);
     }
-    push(
-        candidate_text(&best.candidate),
-        vec![point(best)],
-        SeriesStyle::Marked,
-    );
+    push(candidate_text(&best.candidate), vec![point(best)], SeriesStyle::Marked);
     Chart {
         title: format!(
             "{data}: residual on held-out {}",

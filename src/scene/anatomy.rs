@@ -24,8 +24,7 @@ impl Drawing<'_> {
     pub(super) fn anatomy(&mut self) -> Vec<NodeId> {
         let stage = self.stage;
         let list = stage.design().anatomy.iter().zip(&stage.anatomy);
-        list.filter_map(|(anatomy, mesh)| self.one_mesh(anatomy, mesh.as_deref()?))
-            .collect()
+        list.filter_map(|(anatomy, mesh)| self.one_mesh(anatomy, mesh.as_deref()?)).collect()
     }
 
     fn one_mesh(&mut self, anatomy: &Anatomy, mesh: &SurfaceMesh) -> Option<NodeId> {
@@ -79,10 +78,7 @@ mod tests {
         let file = folder.join("face.obj");
         fs::write(&file, OBJ).unwrap();
         let mut world = open_builtin("pointer-on-head").unwrap();
-        for (name, on) in [
-            ("patient", AnatomyFrame::Crf),
-            ("table", AnatomyFrame::Tracker),
-        ] {
+        for (name, on) in [("patient", AnatomyFrame::Crf), ("table", AnatomyFrame::Tracker)] {
             let anatomy = Anatomy {
                 name: name.to_owned(),
                 mesh: MeshReference::new(file.to_string_lossy()),
@@ -98,10 +94,8 @@ mod tests {
     }
 
     fn scene(world: &World, layers: &str) -> Vec<u8> {
-        let wish = SceneWish {
-            layers: Some(Layers::named(layers).unwrap()),
-            ..SceneWish::default()
-        };
+        let wish =
+            SceneWish { layers: Some(Layers::named(layers).unwrap()), ..SceneWish::default() };
         glb(world, &wish, &Task::default()).unwrap().glb
     }
 
@@ -110,11 +104,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let world = world(folder.path());
         let read = parse(&scene(&world, "anatomy"), 1000.0).unwrap();
-        let faces: Vec<_> = read
-            .parts
-            .iter()
-            .filter(|part| part.name == "face")
-            .collect();
+        let faces: Vec<_> = read.parts.iter().filter(|part| part.name == "face").collect();
         let tracker_from_crf = world.document.design().tracker_from_body(BodyRole::Crf);
         let frames = [tracker_from_crf.unwrap(), Pose::identity()];
         for (face, frame) in faces.iter().zip(frames) {

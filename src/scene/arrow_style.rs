@@ -19,18 +19,10 @@ pub struct ArrowStyle {
 
 impl ArrowStyle {
     /// A sensor's error.
-    pub const OF_SENSOR: Self = Self {
-        shaft_px: 2.6,
-        head_width_px: 9.0,
-        head_length_px: 11.0,
-    };
+    pub const OF_SENSOR: Self = Self { shaft_px: 2.6, head_width_px: 9.0, head_length_px: 11.0 };
 
     /// The tip's.
-    pub const OF_TIP: Self = Self {
-        shaft_px: 4.5,
-        head_width_px: 15.0,
-        head_length_px: 17.0,
-    };
+    pub const OF_TIP: Self = Self { shaft_px: 4.5, head_width_px: 15.0, head_length_px: 17.0 };
 
     /// Of a vector where a pixel spans so much, in a view so many pixels high; `None` where it is too
     /// short to be seen, or no vector.

@@ -79,11 +79,7 @@ impl Drawing<'_> {
             }
         }
         children.extend(self.sensors(role));
-        self.group(
-            &format!("{role} {}", body.rigid.name),
-            place_of(&pose),
-            children,
-        )
+        self.group(&format!("{role} {}", body.rigid.name), place_of(&pose), children)
     }
 
     /// Parts keep what their file says of metal, roughness and lightness; the hue is the role's.
@@ -124,9 +120,9 @@ impl Drawing<'_> {
         ));
         let places = painted.outcome.places.iter();
         let colors = places.map(|place| {
-            let srgb = place.shown_mm().map_or(NO_VALUE_SRGB, |value| {
-                map.srgb_of_value(value - min, max - min)
-            });
+            let srgb = place
+                .shown_mm()
+                .map_or(NO_VALUE_SRGB, |value| map.srgb_of_value(value - min, max - min));
             let [r, g, b] = linear(srgb);
             [r, g, b, 1.0]
         });
@@ -146,10 +142,8 @@ impl Drawing<'_> {
             .filter(|(part, _)| !part.is_anatomy())
             .filter_map(|(_, shape)| Some((shape.clone()?, look)))
             .collect();
-        let name = format!(
-            "ghost: the tool where the tracker says, errors {}",
-            self.times_in_words()
-        );
+        let name =
+            format!("ghost: the tool where the tracker says, errors {}", self.times_in_words());
         let mesh = self.writer.mesh("ghost", parts)?;
         let ghost = self.tool.ghost(self.times);
         let extras = json!({

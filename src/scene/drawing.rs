@@ -66,9 +66,8 @@ impl<'a> Stage<'a> {
     pub fn draw(&'a self, sampled: &'a Sampled) -> Result<Scene, SceneError> {
         let design = self.design();
         // The believed pose is relative to where the CRF truly is, as the surgeon sees it.
-        let tracker_from_crf = design
-            .tracker_from_body(BodyRole::Crf)
-            .unwrap_or_else(Pose::identity);
+        let tracker_from_crf =
+            design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
         let trial = &sampled.pose.trial;
         let tool = ToolErrors {
             tracker_from_tool: tracker_from_crf * trial.crf_from_tool,
@@ -128,10 +127,7 @@ impl Drawing<'_> {
         let material = Material {
             name: name.to_owned(),
             color: self.linear(color, alpha),
-            light: Light::Lit {
-                metallic: 0.0,
-                roughness: 0.8,
-            },
+            light: Light::Lit { metallic: 0.0, roughness: 0.8 },
             both_faces: true,
             fades: false,
         };
@@ -190,12 +186,7 @@ impl Drawing<'_> {
     /// A node that holds others; `None` around none.
     pub fn group(&mut self, name: &str, place: Place, children: Vec<NodeId>) -> Option<NodeId> {
         (!children.is_empty()).then(|| {
-            self.writer.node(Node {
-                name: name.to_owned(),
-                place,
-                children,
-                ..Node::default()
-            })
+            self.writer.node(Node { name: name.to_owned(), place, children, ..Node::default() })
         })
     }
 
@@ -267,12 +258,7 @@ impl Drawing<'_> {
         let glb = self.writer.finish(&design.name, &[root, camera], &extras)?;
         let mut notes = self.stage.notes.clone();
         notes.extend(self.sampled.missing.iter().cloned());
-        Ok(Scene {
-            glb,
-            magnification: self.times,
-            colors: self.colors,
-            notes,
-        })
+        Ok(Scene { glb, magnification: self.times, colors: self.colors, notes })
     }
 }
 

@@ -118,21 +118,16 @@ impl Drawing<'_> {
             };
             (0..=CHORDS).map(point).collect::<Vec<_>>()
         });
-        let name = format!(
-            "requirement of {limit_mm} mm at the tip, {word}, {}",
-            self.times_in_words()
-        );
+        let name =
+            format!("requirement of {limit_mm} mm at the tip, {word}, {}", self.times_in_words());
         self.lines(&name, circles.iter().map(Vec::as_slice), material)
     }
 
     /// The ellipsoid that holds 95 % of where jitter puts the tip, around the ghost's.
     fn scatter(&mut self) -> Option<NodeId> {
         let scatter = self.sampled.scatter.as_ref()?;
-        let tracker_from_crf = self
-            .stage
-            .design()
-            .tracker_from_body(BodyRole::Crf)
-            .unwrap_or_else(Pose::identity);
+        let tracker_from_crf =
+            self.stage.design().tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
         let tip = self.tool.ghost(self.times).world_from_body * self.tool.tip_in_tool;
         let (turn, lengths_mm) = axes_of(&scatter.ellipsoid, &tracker_from_crf);
         let sphere = Solid::sphere(1.0);
@@ -144,10 +139,7 @@ impl Drawing<'_> {
             scale: lengths_mm * self.times,
             ..place_of(&Pose::translation(tip.x, tip.y, tip.z))
         };
-        let name = format!(
-            "95 % of where jitter puts the tip, {}",
-            self.times_in_words()
-        );
+        let name = format!("95 % of where jitter puts the tip, {}", self.times_in_words());
         let extras = json!({"rms_mm": scatter.rms_mm, "magnification": self.times});
         Some(self.node(&name, place, mesh, extras))
     }
@@ -156,9 +148,7 @@ impl Drawing<'_> {
 /// An ellipsoid's axes as the columns of a rotation, tracker frame, and their half lengths, mm; one
 /// of no size has no axes.
 fn axes_of(ellipsoid: &Ellipsoid, tracker_from_crf: &Pose) -> (Matrix3<f64>, Vector3<f64>) {
-    let axes_mm = ellipsoid
-        .semi_axes_in_crf_mm
-        .map(|axis| tracker_from_crf * axis);
+    let axes_mm = ellipsoid.semi_axes_in_crf_mm.map(|axis| tracker_from_crf * axis);
     let unit = |k: usize| axes_mm[k].try_normalize(0.0);
     let turn = match (unit(0), unit(1)) {
         (Some(a), Some(b)) => Matrix3::from_columns(&[a, b, a.cross(&b)]),

@@ -103,14 +103,8 @@ pub fn arrow_triangles(
         triangle([foot_a, foot_b, neck_b], &normal);
         triangle([foot_a, neck_b, neck_a], &normal);
         let slope = (normal + along * HEAD_WIDTH_SHARE / HEAD_SHARE).normalize();
-        triangle(
-            [ring(&neck, &a, head_mm), ring(&neck, &b, head_mm), tip],
-            &slope,
-        );
+        triangle([ring(&neck, &a, head_mm), ring(&neck, &b, head_mm), tip], &slope);
         // Seen from behind: the head's floor.
-        triangle(
-            [ring(&neck, &b, head_mm), ring(&neck, &a, head_mm), neck],
-            &-along,
-        );
+        triangle([ring(&neck, &b, head_mm), ring(&neck, &a, head_mm), neck], &-along);
     }
 }

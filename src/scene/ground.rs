@@ -24,10 +24,8 @@ pub fn grid() -> Vec<[(Point3<f64>, f64); 2]> {
         for j in -LINES_EACH_WAY..LINES_EACH_WAY {
             let across = f64::from(i) * SPACING_MM;
             let (from, to) = (f64::from(j) * SPACING_MM, f64::from(j + 1) * SPACING_MM);
-            for line in [
-                [end(across, from), end(across, to)],
-                [end(from, across), end(to, across)],
-            ] {
+            for line in [[end(across, from), end(across, to)], [end(from, across), end(to, across)]]
+            {
                 if line.iter().any(|(_, alpha)| *alpha > 0.0) {
                     lines.push(line);
                 }

@@ -158,20 +158,10 @@ impl<'a> Stage<'a> {
             // What is not shown need not be made light.
             let mesh = world.anatomy_mesh(&anatomy.mesh);
             let mesh = mesh.filter(|_| view.layers.anatomy)?;
-            Some(drawn(
-                Arc::clone(mesh),
-                &format!("the anatomy {:?}", anatomy.name),
-            ))
+            Some(drawn(Arc::clone(mesh), &format!("the anatomy {:?}", anatomy.name)))
         });
         let anatomy = anatomy.collect();
-        Self {
-            world,
-            view,
-            wish: *wish,
-            meshes,
-            anatomy,
-            notes,
-        }
+        Self { world, view, wish: *wish, meshes, anatomy, notes }
     }
 
     fn design(&self) -> &'a Design {
@@ -185,10 +175,7 @@ impl<'a> Stage<'a> {
 
     /// From where the design is first seen.
     fn eye(&self) -> Eye {
-        Eye {
-            camera: opening_view::opening_camera(self.world, VIEW_PX),
-            view_px: VIEW_PX,
-        }
+        Eye { camera: opening_view::opening_camera(self.world, VIEW_PX), view_px: VIEW_PX }
     }
 }
 
@@ -226,8 +213,5 @@ fn light(mesh: Arc<SurfaceMesh>, most: usize) -> Arc<SurfaceMesh> {
         let own = (part.triangles.len() as f64 * share) as usize;
         coarser(part, own.max(1)).unwrap_or_else(|| part.clone())
     });
-    Arc::new(SurfaceMesh {
-        parts: parts.collect(),
-        reading: mesh.reading,
-    })
+    Arc::new(SurfaceMesh { parts: parts.collect(), reading: mesh.reading })
 }

@@ -51,11 +51,7 @@ pub fn points_of(world: &World, design: &Design, role: BodyRole) -> Vec<Point3<f
         .into_iter()
         .flat_map(|mesh| mesh.parts.iter().flat_map(|part| part.positions_mm.iter()));
     let sensors = body.rigid.sensors.iter().map(|s| &s.position_in_body);
-    corners
-        .chain(sensors)
-        .chain(body.rigid.tip_in_body.iter())
-        .map(|p| pose * p)
-        .collect()
+    corners.chain(sensors).chain(body.rigid.tip_in_body.iter()).map(|p| pose * p).collect()
 }
 
 /// Where a camera is before there is anything to see.

@@ -14,10 +14,6 @@ pub fn placement_range(found: &PlacementOutcome, wanted_mm: Option<f64>) -> Opti
 }
 
 fn upper(found: &PlacementOutcome) -> Option<f64> {
-    let mut values: Vec<f64> = found
-        .places
-        .iter()
-        .filter_map(Placement::shown_mm)
-        .collect();
+    let mut values: Vec<f64> = found.places.iter().filter_map(Placement::shown_mm).collect();
     (!values.is_empty()).then(|| percentile(&mut values, 0.95))
 }

@@ -21,10 +21,7 @@ pub struct Rgb {
 impl Rgb {
     /// The same on both.
     pub const fn same(srgb: [u8; 3]) -> Self {
-        Self {
-            dark: srgb,
-            light: srgb,
-        }
+        Self { dark: srgb, light: srgb }
     }
 
     pub const fn hex(code: u32) -> Self {
@@ -32,10 +29,7 @@ impl Rgb {
     }
 
     pub const fn pair(dark: u32, light: u32) -> Self {
-        Self {
-            dark: channels(dark),
-            light: channels(light),
-        }
+        Self { dark: channels(dark), light: channels(light) }
     }
 
     pub fn on(self, ground: Ground) -> [u8; 3] {

@@ -87,10 +87,7 @@ impl Drawing<'_> {
                 nodes.extend(self.lines(name, lines.iter().map(Vec::as_slice), look));
             }
         }
-        if environment
-            .volume
-            .is_none_or(|volume| !is_same_box(&volume, &own))
-        {
+        if environment.volume.is_none_or(|volume| !is_same_box(&volume, &own)) {
             let name = "box of the room's model";
             let look = self.unlit(name, MODEL_BOX, BOX_ALPHA);
             let lines = Outline::of_box(&own).lines;
@@ -174,9 +171,8 @@ impl Drawing<'_> {
     /// What the tool's range of motion runs through; nothing of one that cannot be visited.
     fn motion(&mut self) -> Vec<NodeId> {
         let design = self.stage.design();
-        let tracker_from_crf = design
-            .tracker_from_body(BodyRole::Crf)
-            .unwrap_or_else(Pose::identity);
+        let tracker_from_crf =
+            design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
         let (tool, pose) = (&design.tool.body.rigid, &design.tool.crf_from_tool);
         let outline = design
             .motion
@@ -224,10 +220,7 @@ impl Drawing<'_> {
     pub(super) fn field_arrows(&mut self) -> Option<NodeId> {
         let found = self.sampled.arrows.as_ref()?;
         let view = &self.stage.view;
-        let (map, max_mm) = (
-            view.slice.color_map,
-            view.arrows.range_mm.unwrap_or(found.p95_mm),
-        );
+        let (map, max_mm) = (view.slice.color_map, view.arrows.range_mm.unwrap_or(found.p95_mm));
         let scale = Scale::of(found);
         let (mut positions, mut colors, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
         for (from, error) in found.arrows() {

@@ -137,10 +137,6 @@ impl Stage<'_> {
             candidates: vertices(mesh).into(),
         };
         let outcome = place(scenario, &plan, task, &mut |_| ());
-        Ok(PaintedBody {
-            body,
-            sensor,
-            outcome: outcome.map_err(|error| error.to_string())?,
-        })
+        Ok(PaintedBody { body, sensor, outcome: outcome.map_err(|error| error.to_string())? })
     }
 }

@@ -6,10 +6,7 @@ use crate::tracking::body::{Coil, Sensor};
 use nalgebra::{Point3, Vector3};
 
 /// The coil that is drawn where a body file says none: a common 5-DOF sensor.
-const USUAL_COIL: Coil = Coil {
-    diameter_mm: 0.8,
-    length_mm: 9.0,
-};
+const USUAL_COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };
 
 /// Diameter of the ball that a marker is drawn as: the common passive sphere.
 const MARKER_MM: f64 = 11.5;
@@ -52,12 +49,7 @@ impl SizeBounds {
     }
 
     fn of(true_mm: f64, [least_px, most_px]: [f64; 2]) -> Self {
-        Self {
-            true_mm,
-            least_px,
-            most_px,
-            extra_px: 0.0,
-        }
+        Self { true_mm, least_px, most_px, extra_px: 0.0 }
     }
 }
 
@@ -143,10 +135,7 @@ mod tests {
         assert_eq!(coil.mm(0.05), 0.8);
         // Nearer than true size it never shrinks.
         assert_eq!(coil.mm(0.001), 0.8);
-        let outline = SizeBounds {
-            extra_px: 4.0,
-            ..coil
-        };
+        let outline = SizeBounds { extra_px: 4.0, ..coil };
         assert_eq!(outline.mm(0.5), 6.0);
     }
 }

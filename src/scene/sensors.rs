@@ -62,9 +62,7 @@ impl Drawing<'_> {
         let coil = mesh("coil", Solid::coil(), SENSOR, has_coils);
         let ball = mesh("marker", Solid::sphere(0.5), SENSOR, has_markers);
         let hatch = mesh("outside", hatch_solid(), OUTSIDE, is_any_outside);
-        let axis = has_coils
-            .then(|| self.solid("axis", &axis_solid()))
-            .flatten();
+        let axis = has_coils.then(|| self.solid("axis", &axis_solid())).flatten();
         let mut colored = |name: &str, color, is_needed: bool| {
             let shape = axis.clone().filter(|_| is_needed)?;
             let material = self.unlit(name, color, 1.0);
@@ -91,11 +89,7 @@ impl Drawing<'_> {
         let mm_per_px = self.eye.mm_per_px(&(pose * sensor.position_in_body));
         let (across, along) = look.drawn_size();
         let [across, along] = [across.mm(mm_per_px), along.mm(mm_per_px)];
-        let sized = |scale: Vector3<f64>, rotation| Place {
-            scale,
-            rotation,
-            ..Place::default()
-        };
+        let sized = |scale: Vector3<f64>, rotation| Place { scale, rotation, ..Place::default() };
         let still = UnitQuaternion::identity();
         let coil = sized(Vector3::new(across, across, along), still);
         let mut children = Vec::new();

@@ -44,21 +44,13 @@ impl<'a> Cells<'a> {
         let [nu, nv] = slice.plan.counts;
         let places = (0..nv).flat_map(|v| (0..nu).map(move |u| [u, v]));
         let values = places.map(|[u, v]| slice.value_at([u as f64, v as f64]));
-        Self {
-            values: values.collect(),
-            slice,
-        }
+        Self { values: values.collect(), slice }
     }
 
     /// Corners in turn around a cell, as numbers of the lattice's points.
     fn corners(&self, [u, v]: [usize; 2]) -> [usize; 4] {
         let nu = self.slice.plan.counts[0];
-        [
-            v * nu + u,
-            v * nu + u + 1,
-            (v + 1) * nu + u + 1,
-            (v + 1) * nu + u,
-        ]
+        [v * nu + u, v * nu + u + 1, (v + 1) * nu + u + 1, (v + 1) * nu + u]
     }
 
     fn all(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
@@ -75,9 +67,7 @@ impl<'a> Cells<'a> {
     fn is_supported(&self, cell: [usize; 2]) -> bool {
         let supported = &self.slice.is_supported;
         let corners = self.corners(cell);
-        corners
-            .iter()
-            .all(|corner| supported.get(*corner).copied().unwrap_or(true))
+        corners.iter().all(|corner| supported.get(*corner).copied().unwrap_or(true))
     }
 
     fn point_mm(&self, corner: usize) -> Point3<f64> {
@@ -96,8 +86,7 @@ impl<'a> Cells<'a> {
                 false => [b, d],
             }
         });
-        ends.map(|ends| ends.map(|corner| self.point_mm(corner)))
-            .collect()
+        ends.map(|ends| ends.map(|corner| self.point_mm(corner))).collect()
     }
 
     /// Where values pass a level, linear in each half of a cell.
@@ -166,11 +155,8 @@ impl Drawing<'_> {
         let grey = |_: Option<f64>| color(None);
         let name = "slice, no value";
         nodes.extend(self.cells(name, (&cells, &empty), grey, material, Value::Null));
-        let unsupported: Vec<_> = colored
-            .iter()
-            .copied()
-            .filter(|cell| !cells.is_supported(*cell))
-            .collect();
+        let unsupported: Vec<_> =
+            colored.iter().copied().filter(|cell| !cells.is_supported(*cell)).collect();
         let requirement = self.stage.design().requirement;
         let level = requirement.and_then(|of| quantity.limit(&of));
         let lines = [

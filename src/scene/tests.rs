@@ -17,10 +17,7 @@ fn world(name: &str) -> World {
 }
 
 fn with_layers(list: &str) -> SceneWish {
-    SceneWish {
-        layers: Some(Layers::named(list).unwrap()),
-        ..SceneWish::default()
-    }
+    SceneWish { layers: Some(Layers::named(list).unwrap()), ..SceneWish::default() }
 }
 
 fn scene(world: &World, wish: &SceneWish) -> (Scene, File) {
@@ -38,10 +35,7 @@ struct File {
 impl File {
     fn of(bytes: &[u8]) -> Self {
         let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
-        assert_eq!(
-            (&bytes[..4], word(4), word(8)),
-            (&b"glTF"[..], 2, bytes.len())
-        );
+        assert_eq!((&bytes[..4], word(4), word(8)), (&b"glTF"[..], 2, bytes.len()));
         let end = 20 + word(12);
         assert_eq!(
             (end % 4, &bytes[16..20], &bytes[end + 4..end + 8]),
@@ -66,10 +60,7 @@ impl File {
     /// The one node whose name begins so.
     fn node(&self, name: &str) -> usize {
         let mut found = self.names().into_iter().enumerate();
-        let found: Vec<_> = found
-            .by_ref()
-            .filter(|(_, own)| own.starts_with(name))
-            .collect();
+        let found: Vec<_> = found.by_ref().filter(|(_, own)| own.starts_with(name)).collect();
         assert_eq!(found.len(), 1, "{name}: {found:?}");
         found[0].0
     }
@@ -83,12 +74,10 @@ impl File {
                 Vector3::from_fn(|k, _| list[k].as_f64().unwrap())
             })
         };
-        let turn = own["rotation"]
-            .as_array()
-            .map_or(UnitQuaternion::identity(), |q| {
-                let [x, y, z, w] = [0, 1, 2, 3].map(|k| q[k].as_f64().unwrap());
-                UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
-            });
+        let turn = own["rotation"].as_array().map_or(UnitQuaternion::identity(), |q| {
+            let [x, y, z, w] = [0, 1, 2, 3].map(|k| q[k].as_f64().unwrap());
+            UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
+        });
         let place = Translation3::from(three("translation", 0.0)).to_homogeneous()
             * turn.to_homogeneous()
             * Matrix4::new_nonuniform_scaling(&three("scale", 1.0));
@@ -207,16 +196,9 @@ fn slice_vertices_have_the_color_that_the_map_gives_the_field_there() {
         let value = slice.values[v * slice.plan.counts[0] + u];
         let at = model.evaluate(point, &axis, OutsidePolicy::Clamp);
         let error_mm = at.error.position_mm.norm();
-        assert!(
-            (value - error_mm).abs() < 1e-4,
-            "{point}: {value} for {error_mm}"
-        );
+        assert!((value - error_mm).abs() < 1e-4, "{point}: {value} for {error_mm}");
         let found = [0, 1, 2].map(|k| srgb8(color[k]));
-        assert_eq!(
-            found,
-            view.color_map.srgb(value / max),
-            "{point}: {value} of {max}"
-        );
+        assert_eq!(found, view.color_map.srgb(value / max), "{point}: {value} of {max}");
         assert_eq!(color[3], 1.0);
         seen.insert(found);
     }
@@ -232,20 +214,13 @@ fn vectors_and_ghost_are_the_simulated_errors_times_the_views_magnification() {
     let (scene, file) = scene(&world, &with_layers("sensor-errors,tip-error,ghost"));
     assert_eq!(scene.magnification, 10.0);
     let detail = look(&store::resolve(world.document.design(), &world.environment));
-    let crf = world
-        .document
-        .design()
-        .tracker_from_body(BodyRole::Crf)
-        .unwrap();
+    let crf = world.document.design().tracker_from_body(BodyRole::Crf).unwrap();
     let tip = world.document.design().tool.body.rigid.judged_tip_in_body();
     let is = crf * detail.trial.crf_from_tool * tip;
     let told = crf * detail.trial.crf_from_tool_simulated * tip;
     let arrow = file.points_mm(file.node("error of the tip, × 10"));
     let farthest = arrow.iter().map(|p| (p - is).norm()).fold(0.0, f64::max);
-    assert!(
-        (farthest - 10.0 * (told - is).norm()).abs() < CLOSE_MM,
-        "{farthest}"
-    );
+    assert!((farthest - 10.0 * (told - is).norm()).abs() < CLOSE_MM, "{farthest}");
     for sensor in detail.crf.iter().flat_map(|body| &body.sensors) {
         let error = sensor.tracker_from_measured.translation.vector
             - sensor.tracker_from_sensor.translation.vector;
@@ -290,25 +265,13 @@ const MOST: &str = "volume,generator,grid,anatomy,sensor-errors,tip-error,ghost,
 fn layers_decide_what_is_there_and_what_is_hidden_is_not() {
     let mut world = world("shaver-on-head");
     let (_, file) = scene(&world, &with_layers("none"));
-    let others = [
-        "slice",
-        "ghost",
-        "error",
-        "anatomy",
-        "measurement",
-        "field",
-        "ground",
-        "range",
-    ];
+    let others = ["slice", "ghost", "error", "anatomy", "measurement", "field", "ground", "range"];
     for other in others {
         assert!(!file.has(other), "{other}");
     }
     assert!(file.has("tool ") && file.has("CRF ") && file.has("sensor "));
     let (_, file) = scene(&world, &with_layers(MOST));
-    for layer in others
-        .iter()
-        .chain(&["requirement", "region where the room"])
-    {
+    for layer in others.iter().chain(&["requirement", "region where the room"]) {
         assert!(file.has(layer), "{layer}");
     }
     let mut view = world.document.view().clone();
@@ -321,10 +284,7 @@ fn layers_decide_what_is_there_and_what_is_hidden_is_not() {
 #[test]
 fn a_body_is_painted_by_what_the_study_finds_for_a_sensor_there() {
     let world = world("pointer-on-head");
-    let wish = SceneWish {
-        painted: Some((BodyRole::Crf, 1)),
-        ..with_layers("placement")
-    };
+    let wish = SceneWish { painted: Some((BodyRole::Crf, 1)), ..with_layers("placement") };
     let stage = Stage::new(&world, &wish);
     let sampled = stage.sample(&Task::default()).unwrap();
     let file = File::of(&stage.draw(&sampled).unwrap().glb);
@@ -357,18 +317,11 @@ fn a_slice_outside_the_room_is_grey_and_one_beyond_all_numbers_is_refused() {
     assert!(!file.has("slice, position error"));
     let colors = file.attribute(file.node("slice, no value"), "COLOR_0");
     let grey = crate::geometry::colormap::NO_VALUE_SRGB;
-    assert!(
-        colors
-            .iter()
-            .all(|c| [0, 1, 2].map(|k| srgb8(c[k])) == grey)
-    );
+    assert!(colors.iter().all(|c| [0, 1, 2].map(|k| srgb8(c[k])) == grey));
     view.slice.position_mm = 1e300;
     world.document.set_view(view);
     let error = glb(&world, &with_layers("slice"), &Task::default()).unwrap_err();
-    assert!(
-        error.to_string().contains("32-bit numbers cannot hold"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("32-bit numbers cannot hold"), "{error}");
 }
 
 #[test]
@@ -379,23 +332,12 @@ fn a_body_without_a_mesh_has_a_stand_in_and_one_without_sensors_is_drawn_all_the
     let document = |design| Document::new(design, View::default(), Origin::BuiltIn("endoscope"));
     let bare = |design| World::new(document(design), Arc::clone(&world.environment), None, None);
     let (found, file) = scene(&bare(design.clone()), &with_layers("all"));
-    assert!(
-        file.has("stand-in") && file.has("sensor "),
-        "{:?}",
-        file.names()
-    );
+    assert!(file.has("stand-in") && file.has("sensor "), "{:?}", file.names());
     assert!(found.notes.is_empty(), "{:?}", found.notes);
     design.tool.body.rigid.sensors.clear();
     let (found, file) = scene(&bare(design), &with_layers("all"));
     assert!(!file.has("sensor "));
-    assert!(
-        found
-            .notes
-            .iter()
-            .any(|note| note.starts_with("placement: ")),
-        "{:?}",
-        found.notes
-    );
+    assert!(found.notes.iter().any(|note| note.starts_with("placement: ")), "{:?}", found.notes);
 }
 
 /// A sheet of so many squares a side.
@@ -432,23 +374,15 @@ fn a_mesh_of_a_million_triangles_is_drawn_coarser_and_says_so() {
     let mesh = Some(Arc::new(sheet(710)));
     let world = World::new(document, Arc::clone(&own.environment), mesh, None);
     let (found, file) = scene(&world, &with_layers("ghost"));
-    let [note] = &found.notes[..] else {
-        panic!("{:?}", found.notes)
-    };
+    let [note] = &found.notes[..] else { panic!("{:?}", found.notes) };
     assert!(note.ends_with("of its 1008200 triangles"), "{note}");
     // A vertex takes 24 bytes and counts for two triangles of 12, once for body and ghost together.
     assert!(found.glb.len() < MOST_TRIANGLES * 26, "{}", found.glb.len());
     let corners = file.attribute(file.node("sheet"), "POSITION").into_iter();
     let bounds = Bounds::around(corners.map(|p| Point3::new(p[0], p[1], p[2]))).unwrap();
     // Cells of a lattice take a millimetre off each side at most.
-    assert!(
-        (bounds.size_mm().xy().amax() - 100.0).abs() < 2.0,
-        "{bounds:?}"
-    );
-    let all = SceneWish {
-        most_triangles: usize::MAX,
-        ..with_layers("none")
-    };
+    assert!((bounds.size_mm().xy().amax() - 100.0).abs() < 2.0, "{bounds:?}");
+    let all = SceneWish { most_triangles: usize::MAX, ..with_layers("none") };
     let (found, _) = scene(&world, &all);
     assert!(found.notes.is_empty() && found.glb.len() > 24_000_000);
 }

@@ -96,12 +96,7 @@ impl AnatomyMesh {
             Ok(surface) => (Some(surface), None),
             Err(error) => (None, Some(Arc::new(error))),
         };
-        Self {
-            reference: reference.clone(),
-            surface,
-            report: OnceLock::new(),
-            cause,
-        }
+        Self { reference: reference.clone(), surface, report: OnceLock::new(), cause }
     }
 
     fn kept(mesh: &ReadMesh) -> Self {
@@ -140,10 +135,7 @@ pub(super) fn refresh_anatomy(
         let mut read = match kept.filter(|_| !is_forced) {
             Some(kept) => {
                 reader.stamps.extend(kept.stamps());
-                AnatomyMesh {
-                    reference: anatomy.mesh.clone(),
-                    ..AnatomyMesh::kept(kept)
-                }
+                AnatomyMesh { reference: anatomy.mesh.clone(), ..AnatomyMesh::kept(kept) }
             }
             None => AnatomyMesh::read(reader, design_file, &anatomy.mesh),
         };
@@ -226,11 +218,7 @@ mod tests {
         inch.mesh.unit = Some(MeshUnit::Inch);
         inch.frame_from_mesh = Pose::translation(0.0, 0.0, 5.0);
         add(&mut world, inch);
-        let head = Arc::clone(
-            world
-                .anatomy_mesh(&MeshReference::new("scans/head.obj"))
-                .unwrap(),
-        );
+        let head = Arc::clone(world.anatomy_mesh(&MeshReference::new("scans/head.obj")).unwrap());
         assert_eq!(size_mm(&world, 1), Some(2540.0));
         let remove = Edit::Anatomy(AnatomyEdit::Remove { index: 0 });
         world.document.apply(remove).unwrap();
@@ -238,14 +226,8 @@ mod tests {
         assert_eq!(size_mm(&world, 0), Some(2540.0));
         world.document.undo();
         refresh_meshes(&mut world).unwrap();
-        assert_eq!(
-            (size_mm(&world, 0), size_mm(&world, 1)),
-            (Some(100.0), Some(2540.0))
-        );
-        assert_eq!(
-            world.anatomy_mesh(&MeshReference::new("scans/head.obj")),
-            Some(&head)
-        );
+        assert_eq!((size_mm(&world, 0), size_mm(&world, 1)), (Some(100.0), Some(2540.0)));
+        assert_eq!(world.anatomy_mesh(&MeshReference::new("scans/head.obj")), Some(&head));
     }
 
     #[test]
@@ -266,27 +248,17 @@ mod tests {
                 panic!("{:?}", told(world));
             };
             assert_eq!(*face, MeshOwner::Anatomy(Some(1)));
-            assert!(
-                missing.starts_with("the anatomy \"face\" is missing: "),
-                "{missing}"
-            );
+            assert!(missing.starts_with("the anatomy \"face\" is missing: "), "{missing}");
             assert!(missing.contains("face.stl"), "{missing}");
             assert_eq!(*broken, MeshOwner::Anatomy(Some(2)));
             assert!(unreadable.contains("broken.stl"), "{unreadable}");
             assert_eq!(size_mm(world, 0), Some(100.0));
         }
-        fs::write(
-            folder.path().join("scans/face.stl"),
-            "solid face\nendsolid face\n",
-        )
-        .unwrap();
+        fs::write(folder.path().join("scans/face.stl"), "solid face\nendsolid face\n").unwrap();
         fs::write(folder.path().join("scans/broken.stl"), tetrahedron(1.0)).unwrap();
         assert!(reload_meshes(&mut world).unwrap());
-        fs::copy(
-            folder.path().join("scans/head.obj"),
-            folder.path().join("scans/face.obj"),
-        )
-        .unwrap();
+        fs::copy(folder.path().join("scans/head.obj"), folder.path().join("scans/face.obj"))
+            .unwrap();
         let found = Edit::Anatomy(AnatomyEdit::Set {
             index: 1,
             anatomy: Box::new(anatomy("face", "scans/face.obj")),
@@ -308,10 +280,7 @@ mod tests {
         let read = wanted.read().unwrap();
         assert!(!world.keep_mesh(read.clone()));
         add(&mut world, anatomy("face", &wanted.reference.file));
-        assert!(Arc::ptr_eq(
-            world.anatomy_mesh(&wanted.reference).unwrap(),
-            &read.surface
-        ));
+        assert!(Arc::ptr_eq(world.anatomy_mesh(&wanted.reference).unwrap(), &read.surface));
         fs::write(&file, tetrahedron(8.0)).unwrap();
         assert!(world.keep_mesh(wanted.read().unwrap()));
         assert_eq!(size_mm(&world, 1), Some(8.0));
@@ -334,10 +303,7 @@ mod tests {
             |world: &World, index: usize| world.document.design().anatomy[index].mesh.file.clone();
         assert_eq!(file(&world, 0), "../scans/head.obj");
         assert_eq!(file(&world, 1), whole.to_string_lossy());
-        assert_eq!(
-            (size_mm(&world, 0), size_mm(&world, 1)),
-            (Some(100.0), Some(100.0))
-        );
+        assert_eq!((size_mm(&world, 0), size_mm(&world, 1)), (Some(100.0), Some(100.0)));
         assert!(!refresh_meshes(&mut world).unwrap());
         let opened = open_design(&far.join("b.design.ron")).unwrap();
         assert_eq!(size_mm(&opened, 0), Some(100.0));

@@ -39,9 +39,7 @@ impl BodyExport {
         let format = body_format_of(file)?;
         let mut used = watched_files(world).into_iter();
         if used.any(|(_, used)| is_same_file(&used, file)) {
-            return Err(StoreError::InUse {
-                file: file.to_owned(),
-            });
+            return Err(StoreError::InUse { file: file.to_owned() });
         }
         let mut body = BodyFile::of(own);
         let conversion = match format {
@@ -176,10 +174,7 @@ mod tests {
         let before = fs::read(&crf).unwrap();
         for (file, said) in [
             (&crf, "the design itself uses this file"),
-            (
-                &folder.path().join("a.txt"),
-                "expected one in .body.ron, .rom",
-            ),
+            (&folder.path().join("a.txt"), "expected one in .body.ron, .rom"),
         ] {
             let error = BodyExport::of(&world, BodyRole::Tool, file).unwrap_err();
             assert!(error.to_string().contains(said), "{error}");
@@ -201,11 +196,7 @@ mod tests {
         let mut world = open_builtin("pointer-on-head").unwrap();
         let mut sensor = world.document.design().tool.body.rigid.sensors[0].clone();
         sensor.orientation = SensorOrientation::Marker;
-        let edit = crate::design::Edit::SetSensor {
-            body: BodyRole::Tool,
-            index: 0,
-            sensor,
-        };
+        let edit = crate::design::Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor };
         world.document.apply(edit).unwrap();
         let body = &world.document.design().tool.body;
         let name = definition_name(body, Path::new("/nowhere"));

@@ -81,10 +81,7 @@ pub enum BuiltToolFailure {
     #[error(transparent)]
     Store(#[from] StoreError),
     #[error("{}: {cause}", file.display())]
-    Table {
-        file: PathBuf,
-        cause: BuiltToolError,
-    },
+    Table { file: PathBuf, cause: BuiltToolError },
     #[error("{}: the design has no CRF that this could be of", file.display())]
     NoCrf { file: PathBuf },
     #[error("the design has no CRF, expected one for poses in its frame")]
@@ -95,18 +92,12 @@ pub enum BuiltToolFailure {
     )]
     NothingInCommon { tool: PathBuf, crf: PathBuf },
     #[error("{}: {mismatch}", file.display())]
-    Frames {
-        file: PathBuf,
-        mismatch: FrameMismatch,
-    },
+    Frames { file: PathBuf, mismatch: FrameMismatch },
     /// The design cannot be simulated there.
     #[error(transparent)]
     Simulation(AgreementError),
     #[error("{}: {cause}", file.display())]
-    Agreement {
-        file: PathBuf,
-        cause: AgreementError,
-    },
+    Agreement { file: PathBuf, cause: AgreementError },
 }
 
 /// Reads the tables, predicts, compares. Without the CRF's table, and of poses in the tracker's
@@ -125,14 +116,12 @@ pub fn built_tool(
     let weight_mm = scenario.orientation_weight_mm;
     let read = |file: &Path, body: &RigidBody, whole: Option<&str>| {
         let table =
-            files
-                .read_recorded_tool(file)?
-                .take(tables.is_as_meant, |file, suspicion| {
-                    note(BuiltToolNote::Suspected {
-                        file: file.to_owned(),
-                        suspicion: Box::new(suspicion.clone()),
-                    });
-                })?;
+            files.read_recorded_tool(file)?.take(tables.is_as_meant, |file, suspicion| {
+                note(BuiltToolNote::Suspected {
+                    file: file.to_owned(),
+                    suspicion: Box::new(suspicion.clone()),
+                });
+            })?;
         read_body(file, &table, body, weight_mm, whole, note)
     };
     let tool = read(tables.tool, &scenario.tool, tables.whole)?;
@@ -149,11 +138,8 @@ pub fn built_tool(
                 return Err(BuiltToolFailure::NoCrf { file });
             };
             let recorded = read(crf_file, &crf.body, None)?;
-            let alone = |body: &RigidBody| Scenario {
-                tool: body.clone(),
-                crf: None,
-                ..scenario.clone()
-            };
+            let alone =
+                |body: &RigidBody| Scenario { tool: body.clone(), crf: None, ..scenario.clone() };
             checked(&tool, &alone(&scenario.tool), tables.tool)?;
             checked(&recorded, &alone(&crf.body), crf_file)?;
             let both = same_moments(&tool, &recorded);
@@ -204,13 +190,8 @@ pub fn built_tool(
         let file = tables.tool.to_owned();
         return Err(BuiltToolFailure::Frames { file, mismatch });
     }
-    let agreement =
-        agreement(&scenario, rows, &tables.settings, &task.stretch(0.3, 1.0)).map_err(|cause| {
-            BuiltToolFailure::Agreement {
-                file: tables.tool.to_owned(),
-                cause,
-            }
-        })?;
+    let agreement = agreement(&scenario, rows, &tables.settings, &task.stretch(0.3, 1.0))
+        .map_err(|cause| BuiltToolFailure::Agreement { file: tables.tool.to_owned(), cause })?;
     Ok(BuiltTool {
         has_crf: scenario.crf.is_some(),
         source: tool.source,
@@ -224,8 +205,7 @@ pub fn built_tool(
 
 fn poses_of(body: &RecordedBody) -> Vec<RecordedPose> {
     let each = body.moments.iter();
-    each.map(|m| RecordedPose::in_tracker(&m.pose, None, m.group))
-        .collect()
+    each.map(|m| RecordedPose::in_tracker(&m.pose, None, m.group)).collect()
 }
 
 /// A body's table by itself, in the tracker's frame.
@@ -240,10 +220,7 @@ fn check_frames(
         paired_rows(scenario, &poses_of(body), &quiet).map_err(BuiltToolFailure::Simulation)?;
     match told_mismatch(scenario, &rows) {
         None => Ok(()),
-        Some(mismatch) => Err(BuiltToolFailure::Frames {
-            file: file.to_owned(),
-            mismatch,
-        }),
+        Some(mismatch) => Err(BuiltToolFailure::Frames { file: file.to_owned(), mismatch }),
     }
 }
 
@@ -262,12 +239,8 @@ fn read_body(
     whole: Option<&str>,
     note: &dyn Fn(BuiltToolNote),
 ) -> Result<RecordedBody, BuiltToolFailure> {
-    let found = recorded_body(table, body, orientation_weight_mm, whole).map_err(|cause| {
-        BuiltToolFailure::Table {
-            file: file.to_owned(),
-            cause,
-        }
-    })?;
+    let found = recorded_body(table, body, orientation_weight_mm, whole)
+        .map_err(|cause| BuiltToolFailure::Table { file: file.to_owned(), cause })?;
     if found.rows_left_out > 0 {
         note(BuiltToolNote::RowsNotUsed {
             file: file.to_owned(),
@@ -282,12 +255,7 @@ fn read_body(
 impl fmt::Display for BuiltToolNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::RowsNotUsed {
-                file,
-                unused,
-                rows,
-                source,
-            } => write!(
+            Self::RowsNotUsed { file, unused, rows, source } => write!(
                 f,
                 "{}: {} of {} rows not used: {}",
                 file.display(),
@@ -300,12 +268,7 @@ impl fmt::Display for BuiltToolNote {
                          often",
                 }
             ),
-            Self::Unpaired {
-                file,
-                unpaired,
-                moments,
-                other,
-            } => write!(
+            Self::Unpaired { file, unpaired, moments, other } => write!(
                 f,
                 "{}: {} of {} poses not used: {} has none of these moments",
                 file.display(),

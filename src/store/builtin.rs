@@ -93,22 +93,15 @@ pub(super) fn path_of(path: &Path) -> Option<&'static str> {
 
 /// The embedded file at a path without dots.
 pub(super) fn bytes(path: &Path) -> Option<&'static [u8]> {
-    FILES
-        .iter()
-        .find(|(name, _)| Path::new(name) == path)
-        .map(|(_, bytes)| *bytes)
+    FILES.iter().find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| *bytes)
 }
 
 /// A built-in design's own spelling of its name, and its file.
 pub(super) fn design_file(name: &str) -> Result<(&'static str, PathBuf), StoreError> {
-    let name = NAMES
-        .into_iter()
-        .chain(Starter::ALL.map(Starter::name))
-        .find(|n| *n == name)
-        .ok_or_else(|| StoreError::NoSuchBuiltIn {
-            name: name.to_owned(),
-            names: NAMES.join(", "),
-        })?;
+    let name =
+        NAMES.into_iter().chain(Starter::ALL.map(Starter::name)).find(|n| *n == name).ok_or_else(
+            || StoreError::NoSuchBuiltIn { name: name.to_owned(), names: NAMES.join(", ") },
+        )?;
     Ok((name, PathBuf::from(format!("designs/{name}.design.ron"))))
 }
 
@@ -170,10 +163,7 @@ mod tests {
                 }),
             }),
             process: Some(Arc::new({
-                let refit = Refit::Polynomials {
-                    settings: &settings,
-                    is_symmetric: false,
-                };
+                let refit = Refit::Polynomials { settings: &settings, is_symmetric: false };
                 room_process(&samples, &fit, &refit, &task).unwrap()
             })),
             model: fit.model,
@@ -192,11 +182,7 @@ mod tests {
         }
         let stored = environment::parse(bytes(Path::new(ENVIRONMENT)).unwrap()).unwrap();
         assert_eq!(stored.model.bounds(), fitted.model.bounds());
-        let pairs = stored
-            .model
-            .coefficients()
-            .iter()
-            .zip(fitted.model.coefficients());
+        let pairs = stored.model.coefficients().iter().zip(fitted.model.coefficients());
         for (stored, fitted) in pairs {
             for (s, f) in stored.iter().zip(fitted) {
                 assert!((s - f).abs() <= 1e-9 * f.abs().max(1.0), "{s} {f}");
@@ -211,14 +197,8 @@ mod tests {
         let length_mm = |process: &GaussianField| process.kernel.scales[0].length_mm;
         assert!((length_mm(&kept) / length_mm(&found) - 1.0).abs() < 0.05);
         let holdout = stored.provenance.unwrap().holdout.unwrap();
-        assert!(
-            (holdout.before.position_rms_mm - 2.48).abs() < 0.01,
-            "{holdout:?}"
-        );
-        assert!(
-            (holdout.after.position_rms_mm - 1.34).abs() < 0.01,
-            "{holdout:?}"
-        );
+        assert!((holdout.before.position_rms_mm - 2.48).abs() < 0.01, "{holdout:?}");
+        assert!((holdout.after.position_rms_mm - 1.34).abs() < 0.01, "{holdout:?}");
     }
 
     /// `UPDATE_BUILTIN=1` writes them anew.
@@ -248,11 +228,7 @@ mod tests {
             let world = open_builtin(name).unwrap();
             let scenario = resolve(world.document.design(), &world.environment);
             let outcome = run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap();
-            assert_eq!(
-                (outcome.figures.outside, outcome.figures.out_of_volume),
-                (0, 0),
-                "{name}"
-            );
+            assert_eq!((outcome.figures.outside, outcome.figures.out_of_volume), (0, 0), "{name}");
             let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
             assert_eq!(outcome.figures.trials, 3375, "{name}");
             assert_eq!(outcome.figures.out_of_volume, 0, "{name}");
@@ -263,10 +239,7 @@ mod tests {
     #[test]
     fn the_generator_stands_behind_the_origin_of_the_tracker_frame() {
         let bounds = generator_mesh().unwrap().body_bounds().unwrap();
-        assert!(
-            bounds.min_mm.z > -1.0 && bounds.max_mm.z > 10.0,
-            "{bounds:?}"
-        );
+        assert!(bounds.min_mm.z > -1.0 && bounds.max_mm.z > 10.0, "{bounds:?}");
     }
 
     #[test]
@@ -276,11 +249,7 @@ mod tests {
             for (role, body) in world.document.design().bodies() {
                 let bounds = world.mesh(role).unwrap().body_bounds().unwrap();
                 for sensor in &body.rigid.sensors {
-                    assert!(
-                        bounds.contains(&sensor.position_in_body),
-                        "{name}: {}",
-                        sensor.name
-                    );
+                    assert!(bounds.contains(&sensor.position_in_body), "{name}: {}", sensor.name);
                 }
             }
         }

@@ -79,10 +79,7 @@ pub fn read_compared_rooms(files: &Files, rooms: &[PathBuf]) -> Result<ComparedR
         })
     });
     let rooms: Result<Vec<_>, StoreError> = read.collect::<Vec<_>>().into_iter().collect();
-    Ok(ComparedRooms {
-        rooms: rooms?,
-        of_file,
-    })
+    Ok(ComparedRooms { rooms: rooms?, of_file })
 }
 
 /// What is compared: every design in the rooms that `rooms_of` names by their numbers.
@@ -98,16 +95,8 @@ pub fn comparison_plan(
         for room in rooms_of(number) {
             let mut scenario = resolve(design, &rooms[room]);
             scenario.outside = outside;
-            pairs.push(Pair {
-                design: number,
-                room,
-                scenario,
-            });
+            pairs.push(Pair { design: number, room, scenario });
         }
     }
-    Plan {
-        rooms,
-        pairs,
-        baseline,
-    }
+    Plan { rooms, pairs, baseline }
 }

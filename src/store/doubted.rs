@@ -20,11 +20,7 @@ pub struct Doubted<T> {
 impl<T> Doubted<T> {
     pub fn new(content: T, file: &Path, mut suspicions: Vec<Suspicion>) -> Self {
         suspicions.sort_by_key(|suspicion| !suspicion.is_beyond_doubt());
-        Self {
-            content,
-            file: file.to_owned(),
-            suspicions,
-        }
+        Self { content, file: file.to_owned(), suspicions }
     }
 
     /// The content, with each suspicion handed on.
@@ -52,8 +48,7 @@ impl<T> Doubted<T> {
     /// With what the content shows beside something else.
     pub fn and(mut self, more: impl FnOnce(&T) -> Option<Suspicion>) -> Self {
         self.suspicions.extend(more(&self.content));
-        self.suspicions
-            .sort_by_key(|suspicion| !suspicion.is_beyond_doubt());
+        self.suspicions.sort_by_key(|suspicion| !suspicion.is_beyond_doubt());
         self
     }
 

@@ -14,29 +14,18 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     #[error("{}: found {}, expected {expected}", file.display(), what_happened(cause))]
-    Read {
-        file: PathBuf,
-        expected: &'static str,
-        cause: io::Error,
-    },
+    Read { file: PathBuf, expected: &'static str, cause: io::Error },
     #[error("{}: {cause}", file.display())]
     Format { file: PathBuf, cause: FormatError },
     #[error("{}: cannot be written: {}", file.display(), what_happened(cause))]
     Write { file: PathBuf, cause: io::Error },
     #[error("{}: found more than {limit} bytes, expected {expected}", file.display())]
-    TooLarge {
-        file: PathBuf,
-        limit: u64,
-        expected: &'static str,
-    },
+    TooLarge { file: PathBuf, limit: u64, expected: &'static str },
     #[error("{}: found no quaternions, expected them for 6-DOF sensors", file.display())]
     NoQuaternions { file: PathBuf },
     /// A table that is not used unless somebody says that it is meant to be as it is.
     #[error("{}: {suspicion}", file.display())]
-    Doubted {
-        file: PathBuf,
-        suspicion: Box<Suspicion>,
-    },
+    Doubted { file: PathBuf, suspicion: Box<Suspicion> },
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     #[error("{name}: found no built-in design of this name, expected one of {names}")]
@@ -62,11 +51,7 @@ pub enum StoreError {
     #[error("{}: found a name that says no format, expected one in .body.ron, .rom, .tool, .ini or .json", file.display())]
     NoBodyFormat { file: PathBuf },
     #[error("{}: the body cannot be a {format}: {cause}", file.display())]
-    NotConvertible {
-        file: PathBuf,
-        format: &'static str,
-        cause: ConversionError,
-    },
+    NotConvertible { file: PathBuf, format: &'static str, cause: ConversionError },
 }
 
 impl StoreError {

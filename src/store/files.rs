@@ -46,10 +46,7 @@ impl Files {
     /// Files of which those that other programs or other commands wrote may be written over. One that
     /// is read is never written.
     pub fn overwriting(is_overwriting: bool) -> Self {
-        Self {
-            is_overwriting,
-            known: Mutex::default(),
-        }
+        Self { is_overwriting, known: Mutex::default() }
     }
 
     /// Files beside an open design, none of whose own files is to be written; others may be written
@@ -77,18 +74,12 @@ impl Files {
         if let Some(other) = known.written.get(&id)
             && is_plain(file)
         {
-            return Err(StoreError::TwoOutputs {
-                file: file.to_owned(),
-                other: other.clone(),
-            });
+            return Err(StoreError::TwoOutputs { file: file.to_owned(), other: other.clone() });
         }
         known.written.insert(id, file.to_owned());
         drop(known);
         remove_leftovers(&folder_of(file));
-        Ok(Output {
-            files: self,
-            file: file.to_owned(),
-        })
+        Ok(Output { files: self, file: file.to_owned() })
     }
 
     /// An [`output`](Self::output) where one is asked for.
@@ -173,10 +164,7 @@ impl Output<'_> {
         if !self.files.is_overwriting
             && let Some(found) = self.refused(&draft).map_err(fails)?
         {
-            return Err(StoreError::NotOwn {
-                file: self.file.clone(),
-                found,
-            });
+            return Err(StoreError::NotOwn { file: self.file.clone(), found });
         }
         draft.place().map_err(fails)?;
         // It is another one now than it was, or was not there.
@@ -206,10 +194,7 @@ impl Output<'_> {
             {
                 Ok(())
             }
-            found => Err(StoreError::NotOwn {
-                file: self.file.clone(),
-                found,
-            }),
+            found => Err(StoreError::NotOwn { file: self.file.clone(), found }),
         }
     }
 
@@ -261,9 +246,7 @@ fn files_of(world: &World) -> impl Iterator<Item = &Path> {
 }
 
 fn is_input(file: &Path) -> StoreError {
-    StoreError::IsInput {
-        file: file.to_owned(),
-    }
+    StoreError::IsInput { file: file.to_owned() }
 }
 
 /// Devices and pipes hold nothing that could be lost.

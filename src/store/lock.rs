@@ -23,10 +23,7 @@ impl Lock {
     /// Locks an open file; `None` while somebody else has it locked.
     pub(super) fn take_open(handle: File, file: &Path) -> Result<Option<Self>, StoreError> {
         match handle.try_lock() {
-            Ok(()) => Ok(Some(Self {
-                handle,
-                file: file.to_owned(),
-            })),
+            Ok(()) => Ok(Some(Self { handle, file: file.to_owned() })),
             Err(TryLockError::WouldBlock) => Ok(None),
             Err(TryLockError::Error(cause)) => Err(lock_error(file, cause)),
         }
@@ -36,10 +33,7 @@ impl Lock {
     pub(super) fn wait_for(file: &Path) -> Result<Self, StoreError> {
         let lock = |handle: File| handle.lock().map(|()| handle);
         let handle = options().open(file).and_then(lock);
-        Ok(Self {
-            handle: handle.map_err(|e| lock_error(file, e))?,
-            file: file.to_owned(),
-        })
+        Ok(Self { handle: handle.map_err(|e| lock_error(file, e))?, file: file.to_owned() })
     }
 
     /// Locks a file that is going to be replaced by another of its name, once whoever else replaces it
@@ -57,10 +51,7 @@ impl Lock {
             }
             // The lock is on the file that was there; its name may lead to a newer one by now.
             if is_still(&handle, file).map_err(|e| lock_error(file, e))? {
-                return Ok(Some(Self {
-                    handle,
-                    file: file.to_owned(),
-                }));
+                return Ok(Some(Self { handle, file: file.to_owned() }));
             }
         }
     }
@@ -85,8 +76,5 @@ fn options() -> OpenOptions {
 }
 
 fn lock_error(file: &Path, cause: io::Error) -> StoreError {
-    StoreError::Lock {
-        file: file.to_owned(),
-        cause,
-    }
+    StoreError::Lock { file: file.to_owned(), cause }
 }

@@ -98,12 +98,7 @@ impl WantedMesh {
                 place.resolve(&design_file, &body.reference)
             }
         };
-        Ok(Some(Self {
-            whose,
-            file: place.resolve(&own_file, &reference.file),
-            reference,
-            place,
-        }))
+        Ok(Some(Self { whose, file: place.resolve(&own_file, &reference.file), reference, place }))
     }
 
     /// The mesh of a body that the design may get; `None` where it has none.
@@ -202,10 +197,7 @@ mod tests {
     }
 
     fn give(world: &mut World, reference: &MeshReference) {
-        let edit = Edit::SetMesh {
-            body: BodyRole::Tool,
-            mesh: Some(reference.clone()),
-        };
+        let edit = Edit::SetMesh { body: BodyRole::Tool, mesh: Some(reference.clone()) };
         world.document.apply(edit).unwrap();
         refresh_meshes(world).unwrap();
     }
@@ -221,10 +213,7 @@ mod tests {
         let read = wanted.unwrap().read().unwrap();
         world.keep_mesh(read.clone());
         give(&mut world, &read.wanted.reference);
-        assert!(Arc::ptr_eq(
-            world.mesh(BodyRole::Tool).unwrap(),
-            &read.surface
-        ));
+        assert!(Arc::ptr_eq(world.mesh(BodyRole::Tool).unwrap(), &read.surface));
         let report = world.mesh_report(BodyRole::Tool).unwrap();
         assert!(Arc::ptr_eq(&report, &read.report));
         // Undo and redo find what was there.
@@ -233,10 +222,7 @@ mod tests {
         assert_eq!(world.mesh(BodyRole::Tool), Some(&own));
         world.document.redo();
         refresh_meshes(&mut world).unwrap();
-        assert!(Arc::ptr_eq(
-            world.mesh(BodyRole::Tool).unwrap(),
-            &read.surface
-        ));
+        assert!(Arc::ptr_eq(world.mesh(BodyRole::Tool).unwrap(), &read.surface));
         world.document.undo();
         refresh_meshes(&mut world).unwrap();
         fs::write(&file, tetrahedron(80.0)).unwrap();

@@ -85,14 +85,10 @@ impl World {
         let bodies = BodyRole::ALL
             .into_iter()
             .filter_map(|role| Some((role.into(), role.to_string(), self.mesh_report(role)?)));
-        let anatomy = design
-            .anatomy
-            .iter()
-            .enumerate()
-            .filter_map(|(index, own)| {
-                let whose = MeshOwner::Anatomy(Some(index));
-                Some((whose, own.name.clone(), self.anatomy_report(&own.mesh)?))
-            });
+        let anatomy = design.anatomy.iter().enumerate().filter_map(|(index, own)| {
+            let whose = MeshOwner::Anatomy(Some(index));
+            Some((whose, own.name.clone(), self.anatomy_report(&own.mesh)?))
+        });
         let mut doubts = Vec::new();
         for (whose, name, report) in bodies.chain(anatomy) {
             let faults = report.findings().into_iter().filter(|it| it.is_fault);
@@ -148,11 +144,7 @@ struct Source {
 impl BodyMesh {
     /// A mesh that the body refers to now.
     pub(super) fn current(body: Option<&DesignBody>, surface: Option<Arc<SurfaceMesh>>) -> Self {
-        Self {
-            source: body.map(Source::of),
-            surface,
-            ..Self::default()
-        }
+        Self { source: body.map(Source::of), surface, ..Self::default() }
     }
 
     /// A mesh that was read before.
@@ -171,20 +163,13 @@ impl BodyMesh {
             Ok(surface) => (surface, None),
             Err(error) => (None, Some(Arc::new(error))),
         };
-        Self {
-            source: Some(Source::of(body)),
-            surface,
-            report: OnceLock::new(),
-            cause,
-        }
+        Self { source: Some(Source::of(body)), surface, report: OnceLock::new(), cause }
     }
 
     /// What there is to say of the mesh.
     pub(super) fn report(&self) -> Option<Arc<MeshReport>> {
         let surface = self.surface.as_ref()?;
-        let report = self
-            .report
-            .get_or_init(|| Arc::new(MeshReport::of(surface)));
+        let report = self.report.get_or_init(|| Arc::new(MeshReport::of(surface)));
         Some(Arc::clone(report))
     }
 
@@ -207,10 +192,7 @@ impl BodyMesh {
 
 impl Source {
     fn of(body: &DesignBody) -> Self {
-        Self {
-            body: body.reference.clone(),
-            mesh: body.mesh.clone(),
-        }
+        Self { body: body.reference.clone(), mesh: body.mesh.clone() }
     }
 }
 

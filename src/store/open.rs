@@ -46,10 +46,7 @@ impl World {
             BodyMesh::current(design.body(BodyRole::Tool), tool_mesh),
             BodyMesh::current(design.body(BodyRole::Crf), crf_mesh),
         ];
-        let meshes = Meshes {
-            bodies,
-            ..Meshes::default()
-        };
+        let meshes = Meshes { bodies, ..Meshes::default() };
         Self::with_meshes(document, environment, meshes)
     }
 
@@ -145,12 +142,7 @@ impl World {
 /// # Errors
 /// The first file that cannot be used, meshes apart; see [`StoreError`].
 pub fn open_design(path: &Path) -> Result<World, StoreError> {
-    open(
-        Place::Disk,
-        path,
-        Origin::File(path.to_owned()),
-        WhichMeshes::All,
-    )
+    open(Place::Disk, path, Origin::File(path.to_owned()), WhichMeshes::All)
 }
 
 /// Opens a design from the disk for its numbers alone: no mesh is read or missed.
@@ -158,12 +150,7 @@ pub fn open_design(path: &Path) -> Result<World, StoreError> {
 /// # Errors
 /// As [`open_design`].
 pub fn open_design_without_meshes(path: &Path) -> Result<World, StoreError> {
-    open(
-        Place::Disk,
-        path,
-        Origin::File(path.to_owned()),
-        WhichMeshes::None,
-    )
+    open(Place::Disk, path, Origin::File(path.to_owned()), WhichMeshes::None)
 }
 
 /// Opens a built-in design.
@@ -172,12 +159,7 @@ pub fn open_design_without_meshes(path: &Path) -> Result<World, StoreError> {
 /// [`StoreError::NoSuchBuiltIn`].
 pub fn open_builtin(name: &str) -> Result<World, StoreError> {
     let (name, file) = builtin::design_file(name)?;
-    open(
-        Place::BuiltIn,
-        &file,
-        Origin::BuiltIn(name),
-        WhichMeshes::All,
-    )
+    open(Place::BuiltIn, &file, Origin::BuiltIn(name), WhichMeshes::All)
 }
 
 /// Opens a built-in design for its numbers alone.
@@ -186,12 +168,7 @@ pub fn open_builtin(name: &str) -> Result<World, StoreError> {
 /// As [`open_builtin`].
 pub fn open_builtin_without_meshes(name: &str) -> Result<World, StoreError> {
     let (name, file) = builtin::design_file(name)?;
-    open(
-        Place::BuiltIn,
-        &file,
-        Origin::BuiltIn(name),
-        WhichMeshes::None,
-    )
+    open(Place::BuiltIn, &file, Origin::BuiltIn(name), WhichMeshes::None)
 }
 
 /// Which meshes are asked for.
@@ -254,10 +231,7 @@ pub(super) struct Reader {
 
 impl Reader {
     pub(super) fn new(place: Place) -> Self {
-        Self {
-            place,
-            stamps: Stamps::default(),
-        }
+        Self { place, stamps: Stamps::default() }
     }
 
     /// A design with its bodies.
@@ -275,8 +249,7 @@ impl Reader {
         reference: &str,
     ) -> Result<Arc<Environment>, StoreError> {
         let file = self.place.resolve(design_file, reference);
-        self.read(&file, Kind::ENVIRONMENT, environment::parse)
-            .map(Arc::new)
+        self.read(&file, Kind::ENVIRONMENT, environment::parse).map(Arc::new)
     }
 
     /// The mesh of a body that has one.
@@ -300,10 +273,8 @@ impl Reader {
     ) -> Result<Arc<SurfaceMesh>, StoreError> {
         let file = self.place.resolve(from, &mesh.file);
         let extension = file.extension().unwrap_or_default().to_string_lossy();
-        self.read(&file, "a mesh", |bytes| {
-            Ok(mesh::read(bytes, &extension, mesh.unit)?)
-        })
-        .map(Arc::new)
+        self.read(&file, "a mesh", |bytes| Ok(mesh::read(bytes, &extension, mesh.unit)?))
+            .map(Arc::new)
     }
 
     fn read<T>(

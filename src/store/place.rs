@@ -38,10 +38,7 @@ impl Kind {
     pub const RECENT: Self = Self::new("a list of designs", MIB);
 
     const fn new(expected: &'static str, most_bytes: u64) -> Self {
-        Self {
-            expected,
-            most_bytes,
-        }
+        Self { expected, most_bytes }
     }
 }
 
@@ -69,22 +66,11 @@ pub(super) enum ReadFailure {
 impl ReadFailure {
     /// The failure with the file's name.
     pub(super) fn into_error(self, file: &Path, kind: impl Into<Kind>) -> StoreError {
-        let Kind {
-            expected,
-            most_bytes,
-        } = kind.into();
+        let Kind { expected, most_bytes } = kind.into();
         let file = file.to_owned();
         match self {
-            Self::Io(cause) => StoreError::Read {
-                file,
-                expected,
-                cause,
-            },
-            Self::TooLarge => StoreError::TooLarge {
-                file,
-                limit: most_bytes,
-                expected,
-            },
+            Self::Io(cause) => StoreError::Read { file, expected, cause },
+            Self::TooLarge => StoreError::TooLarge { file, limit: most_bytes, expected },
         }
     }
 }
@@ -204,10 +190,7 @@ pub(super) fn relative(folder: &Path, target: &Path) -> String {
         from.next();
         to.next();
     }
-    if from
-        .peek()
-        .is_some_and(|c| matches!(c, Component::Prefix(_)))
-    {
+    if from.peek().is_some_and(|c| matches!(c, Component::Prefix(_))) {
         return target.to_string_lossy().into_owned();
     }
     let ups = from.map(|_| "..".to_owned());
@@ -313,10 +296,7 @@ mod tests {
     fn references_go_up_as_far_as_needed_and_down_again() {
         let relative = |from: &str, to: &str| relative(Path::new(from), Path::new(to));
         assert_eq!(relative("/nowhere/a/b", "/nowhere/a/b/x.ron"), "x.ron");
-        assert_eq!(
-            relative("/nowhere/a/b", "/nowhere/c/x.ron"),
-            "../../c/x.ron"
-        );
+        assert_eq!(relative("/nowhere/a/b", "/nowhere/c/x.ron"), "../../c/x.ron");
         assert_eq!(relative("/nowhere", "/nowhere/c/x.ron"), "c/x.ron");
     }
 }

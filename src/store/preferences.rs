@@ -31,16 +31,12 @@ pub fn read_preferences(folder: &Path) -> Result<Option<Preferences>, StoreError
 /// # Errors
 /// [`StoreError::Write`].
 pub fn write_preferences(folder: &Path, preferences: &Preferences) -> Result<(), StoreError> {
-    create_private_folder(folder).map_err(|cause| StoreError::Write {
-        file: folder.to_owned(),
-        cause,
-    })?;
+    create_private_folder(folder)
+        .map_err(|cause| StoreError::Write { file: folder.to_owned(), cause })?;
     let file = folder.join(FILE);
     if let Err(StoreError::Format { .. }) = read_preferences(folder) {
-        fs::rename(&file, folder.join(BACKUP)).map_err(|cause| StoreError::Write {
-            file: file.clone(),
-            cause,
-        })?;
+        fs::rename(&file, folder.join(BACKUP))
+            .map_err(|cause| StoreError::Write { file: file.clone(), cause })?;
     }
     let text = preferences_file::write(preferences);
     write_bytes(&file, text.as_bytes())
@@ -55,10 +51,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let state = folder.path().join("not/yet");
         assert_eq!(read_preferences(&state).unwrap(), None);
-        let preferences = Preferences {
-            window: Some([1000, 700]),
-            ..Preferences::default()
-        };
+        let preferences = Preferences { window: Some([1000, 700]), ..Preferences::default() };
         write_preferences(&state, &preferences).unwrap();
         assert_eq!(read_preferences(&state).unwrap(), Some(preferences));
         fs::write(state.join(FILE), "(version: 1, scale").unwrap();

@@ -52,19 +52,10 @@ pub fn procedure(
     let recording = match wanted {
         None => None,
         Some(wanted) => {
-            let found = recorded(
-                files,
-                world,
-                (place, &file),
-                wanted,
-                &task.stretch(0.0, 0.4),
-                note,
-            );
+            let found =
+                recorded(files, world, (place, &file), wanted, &task.stretch(0.0, 0.4), note);
             task.step(4, 10)?;
-            let room = RoomName {
-                name: own(),
-                file: design.environment.clone(),
-            };
+            let room = RoomName { name: own(), file: design.environment.clone() };
             Some(found.map(|found| decided_on(found, wanted, room)))
         }
     };
@@ -160,10 +151,7 @@ fn rooms(
         }
     }
     let own = Room {
-        name: RoomName {
-            name: world.environment.name.clone(),
-            file: design.environment.clone(),
-        },
+        name: RoomName { name: world.environment.name.clone(), file: design.environment.clone() },
         is_for_now: false,
         studies: Ok(studies_in(design, &world.environment)),
     };
@@ -177,9 +165,7 @@ fn rooms(
             let found = files.inputs(&reader.stamps).and(found);
             Room {
                 name: RoomName {
-                    name: found
-                        .as_ref()
-                        .map_or_else(|_| String::new(), |e| e.name.clone()),
+                    name: found.as_ref().map_or_else(|_| String::new(), |e| e.name.clone()),
                     file: wanted.file,
                 },
                 is_for_now: wanted.is_for_now,
@@ -194,10 +180,7 @@ fn rooms(
 }
 
 fn studies_in(design: &Design, environment: &Arc<Environment>) -> RoomStudies {
-    RoomStudies {
-        crf: resolve_crf(design, environment),
-        tool: resolve(design, environment),
-    }
+    RoomStudies { crf: resolve_crf(design, environment), tool: resolve(design, environment) }
 }
 
 fn recorded(
@@ -262,11 +245,8 @@ mod tests {
     }
 
     fn decide(world: &mut World, step: Step, grounds: Grounds) {
-        let decision = Decision {
-            date: "2005-10-26".parse().unwrap(),
-            note: String::new(),
-            grounds,
-        };
+        let decision =
+            Decision { date: "2005-10-26".parse().unwrap(), note: String::new(), grounds };
         let decision = Box::new(decision);
         edit(world, ProcedureEdit::Decide { step, decision });
     }

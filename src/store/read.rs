@@ -48,9 +48,7 @@ impl Files {
         file: &Path,
         column: Option<&str>,
     ) -> Result<Option<GroupColumn>, StoreError> {
-        self.read(file, "a measurement table", |bytes| {
-            groups::parse(bytes, column)
-        })
+        self.read(file, "a measurement table", |bytes| groups::parse(bytes, column))
     }
 
     /// The column of a measurement table that says which sensor each row is of, where there is one.
@@ -106,21 +104,16 @@ impl Files {
 
     /// A tool's poses or markers around one point, in any format of theirs.
     pub fn read_pivot_recording(&self, file: &Path) -> Result<Doubted<PivotRecording>, StoreError> {
-        self.read_doubted(
-            file,
-            "a recording",
-            pivot_recording::parse,
-            |found| match found {
-                PivotRecording::Poses(poses) => {
-                    doubts::with_written_quaternions(poses, PoseFrame::Recorded)
-                }
-                PivotRecording::Markers(frames) => doubts::of_points(frames.iter().flatten()),
-                PivotRecording::MarkersAndBase(frames) => {
-                    doubts::of_points(frames.iter().flat_map(|frame| &frame.on_tool))
-                }
-                PivotRecording::Tools(recording) => of_recording(recording),
-            },
-        )
+        self.read_doubted(file, "a recording", pivot_recording::parse, |found| match found {
+            PivotRecording::Poses(poses) => {
+                doubts::with_written_quaternions(poses, PoseFrame::Recorded)
+            }
+            PivotRecording::Markers(frames) => doubts::of_points(frames.iter().flatten()),
+            PivotRecording::MarkersAndBase(frames) => {
+                doubts::of_points(frames.iter().flat_map(|frame| &frame.on_tool))
+            }
+            PivotRecording::Tools(recording) => of_recording(recording),
+        })
     }
 
     /// The true and measured poses of a built tool or of its sensors. Whether they are in one frame is
@@ -136,9 +129,7 @@ impl Files {
 
     /// Points in any of their formats.
     pub fn read_points(&self, file: &Path) -> Result<Doubted<Vec<Point3<f64>>>, StoreError> {
-        self.read_doubted(file, "points", points::parse, |points| {
-            doubts::of_points(points)
-        })
+        self.read_doubted(file, "points", points::parse, |points| doubts::of_points(points))
     }
 
     /// What a tracker recorded: an NDI table, an Aurora log, a PLUS sequence or a live recording.
@@ -190,9 +181,7 @@ pub(super) fn read_mesh_at(
     unit: Option<MeshUnit>,
 ) -> Result<SurfaceMesh, StoreError> {
     let extension = file.extension().unwrap_or_default().to_string_lossy();
-    read(place, file, "a mesh", |bytes| {
-        Ok(mesh::read(bytes, &extension, unit)?)
-    })
+    read(place, file, "a mesh", |bytes| Ok(mesh::read(bytes, &extension, unit)?))
 }
 
 /// Reads a file and parses it.
@@ -203,9 +192,7 @@ pub(super) fn read<T>(
     parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
 ) -> Result<T, StoreError> {
     let kind = kind.into();
-    let bytes = place
-        .read(file, kind)
-        .map_err(|failure| failure.into_error(file, kind))?;
+    let bytes = place.read(file, kind).map_err(|failure| failure.into_error(file, kind))?;
     parse(&bytes).map_err(|cause| not_of_its_kind(file, &bytes, kind.expected, cause))
 }
 

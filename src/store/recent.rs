@@ -30,10 +30,9 @@ pub struct RecentDesign {
 /// # Errors
 /// See [`StoreError`]. A folder without a list has none.
 pub fn recent_designs(folder: &Path) -> Result<Vec<RecentDesign>, StoreError> {
-    let designs = read_list(folder)?.into_iter().map(|file| RecentDesign {
-        is_missing: !file.is_file(),
-        file,
-    });
+    let designs = read_list(folder)?
+        .into_iter()
+        .map(|file| RecentDesign { is_missing: !file.is_file(), file });
     Ok(designs.take(MAX_RECENT).collect())
 }
 
@@ -61,10 +60,8 @@ pub fn forget_recent(folder: &Path, design: &Path) -> Result<(), StoreError> {
 
 /// Changes the list while no other process does, so that none forgets what another remembers.
 fn change(folder: &Path, change: impl FnOnce(&mut Vec<PathBuf>)) -> Result<(), StoreError> {
-    create_private_folder(folder).map_err(|cause| StoreError::Write {
-        file: folder.to_owned(),
-        cause,
-    })?;
+    create_private_folder(folder)
+        .map_err(|cause| StoreError::Write { file: folder.to_owned(), cause })?;
     // Held by anybody only while one small file is written.
     let _lock = Lock::wait_for(&folder.join(LOCK))?;
     let mut designs = read_list(folder).unwrap_or_default();
@@ -73,12 +70,7 @@ fn change(folder: &Path, change: impl FnOnce(&mut Vec<PathBuf>)) -> Result<(), S
 }
 
 fn read_list(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
-    match read(
-        Place::Disk,
-        &folder.join(FILE),
-        Kind::RECENT,
-        recent_file::parse,
-    ) {
+    match read(Place::Disk, &folder.join(FILE), Kind::RECENT, recent_file::parse) {
         Err(StoreError::Read { cause, .. }) if cause.kind() == io::ErrorKind::NotFound => {
             Ok(Vec::new())
         }
@@ -93,11 +85,7 @@ mod tests {
 
     fn names(folder: &Path) -> Vec<String> {
         let name = |design: RecentDesign| design.file.to_string_lossy().into_owned();
-        recent_designs(folder)
-            .unwrap()
-            .into_iter()
-            .map(name)
-            .collect()
+        recent_designs(folder).unwrap().into_iter().map(name).collect()
     }
 
     #[test]

@@ -34,10 +34,8 @@ impl Recorder {
             })?;
             Ok(file)
         };
-        let file = create().map_err(|cause: io::Error| StoreError::Write {
-            file: path.to_owned(),
-            cause,
-        })?;
+        let file = create()
+            .map_err(|cause: io::Error| StoreError::Write { file: path.to_owned(), cause })?;
         Ok(Self {
             path: path.to_owned(),
             file,
@@ -62,10 +60,7 @@ impl Recorder {
                     format!("{cause}; the last line is cut, which cannot be mended: {uncut}"),
                 ),
             };
-            return Err(StoreError::Write {
-                file: self.path.clone(),
-                cause,
-            });
+            return Err(StoreError::Write { file: self.path.clone(), cause });
         }
         self.whole_bytes += self.line.len() as u64;
         self.samples += 1;

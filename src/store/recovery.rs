@@ -94,10 +94,7 @@ impl Recovery {
                 });
             }
         }
-        Err(StoreError::Lock {
-            file: folder.to_owned(),
-            cause: io::ErrorKind::WouldBlock.into(),
-        })
+        Err(StoreError::Lock { file: folder.to_owned(), cause: io::ErrorKind::WouldBlock.into() })
     }
 
     /// Writes what a crash must not lose, in the place of what was written before; whether
@@ -111,17 +108,11 @@ impl Recovery {
     /// # Errors
     /// [`StoreError::Write`]; what was written before is then untouched.
     pub fn write(&mut self, snapshot: &Snapshot) -> Result<bool, StoreError> {
-        if self
-            .written
-            .as_ref()
-            .is_some_and(|(_, s)| s.is_same(snapshot))
-        {
+        if self.written.as_ref().is_some_and(|(_, s)| s.is_same(snapshot)) {
             return Ok(false);
         }
         let name = file_name(&snapshot.origin);
-        let file = self
-            .folder
-            .join(format!("{}.{name}{RECOVERY_EXTENSION}", self.session));
+        let file = self.folder.join(format!("{}.{name}{RECOVERY_EXTENSION}", self.session));
         let text = recovery_file::write(&snapshot.to_file());
         write_bytes(&file, text.as_bytes())?;
         let before = self.written.replace((file.clone(), snapshot.clone()));
@@ -212,11 +203,7 @@ pub fn leftovers(folder: &Path) -> Result<Vec<Leftover>, StoreError> {
             let _ = fs::remove_file(lock.file());
             continue;
         }
-        found.push(Leftover {
-            content: read_recovery(&file),
-            file,
-            lock,
-        });
+        found.push(Leftover { content: read_recovery(&file), file, lock });
     }
     let age = |leftover: &Leftover| {
         let content = leftover.content.as_ref().ok();
@@ -288,9 +275,7 @@ fn remove_stale_locks(folder: &Path) {
     let recovery_files = files_of(folder, RECOVERY_EXTENSION).unwrap_or_default();
     for lock_file in files_of(folder, LOCK_EXTENSION).unwrap_or_default() {
         let session = session_of(&lock_file);
-        let is_needed = recovery_files
-            .iter()
-            .any(|file| session_of(file) == session);
+        let is_needed = recovery_files.iter().any(|file| session_of(file) == session);
         let Ok(handle) = File::options().write(true).open(&lock_file) else {
             continue;
         };

@@ -55,9 +55,7 @@ pub(super) fn replace(file: &Path, bytes: &[u8], was_there: bool) -> Result<(), 
         false => draft.place_new(),
     });
     placed.map_err(|cause| match cause.kind() {
-        io::ErrorKind::AlreadyExists => StoreError::ChangedOnDisk {
-            file: file.to_owned(),
-        },
+        io::ErrorKind::AlreadyExists => StoreError::ChangedOnDisk { file: file.to_owned() },
         _ => write_error(file, cause),
     })
 }
@@ -74,10 +72,7 @@ pub(super) fn keep_former(file: &Path) -> Result<Option<KeptFile>, StoreError> {
     former.push(FORMER);
     let former = free_name(Path::new(&former), |path| !path.exists());
     write_bytes(&former, &bytes)?;
-    Ok(Some(KeptFile {
-        file: file.to_owned(),
-        former,
-    }))
+    Ok(Some(KeptFile { file: file.to_owned(), former }))
 }
 
 #[cfg(test)]

@@ -13,10 +13,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// [`StoreError::Write`] where nothing can be written there.
 pub fn report_file(output: &Path, name: &OsStr) -> Result<PathBuf, StoreError> {
-    let fails = |cause: io::Error| StoreError::Write {
-        file: output.to_owned(),
-        cause,
-    };
+    let fails = |cause: io::Error| StoreError::Write { file: output.to_owned(), cause };
     let file = match fs::metadata(output) {
         // A file of another kind is hardly meant, and no folder.
         Ok(there) if there.is_file() && !is_page(output) => {

@@ -52,7 +52,5 @@ pub fn resolve_crf(design: &Design, environment: &Arc<Environment>) -> Vec<CrfSc
         return vec![judged_at(None, crf.body.rigid.judged_tip_in_body())];
     }
     let targets = crf.targets.iter();
-    targets
-        .map(|target| judged_at(Some(target.name.clone()), target.position_in_crf))
-        .collect()
+    targets.map(|target| judged_at(Some(target.name.clone()), target.position_in_crf)).collect()
 }

@@ -63,8 +63,7 @@ impl RoomPlace {
             Self::BuiltIn(path) => Path::new(path),
             Self::File(path) => path,
         };
-        path.file_name()
-            .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+        path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     }
 
     /// A file of the disk, by any of its names.
@@ -76,12 +75,9 @@ impl RoomPlace {
     /// See [`StoreError`].
     pub fn read(&self) -> Result<Environment, StoreError> {
         match self {
-            Self::BuiltIn(path) => read(
-                Place::BuiltIn,
-                Path::new(path),
-                "an environment",
-                environment::parse,
-            ),
+            Self::BuiltIn(path) => {
+                read(Place::BuiltIn, Path::new(path), "an environment", environment::parse)
+            }
             Self::File(path) => read(Place::Disk, path, "an environment", environment::parse),
         }
     }
@@ -89,9 +85,7 @@ impl RoomPlace {
 
 /// `room` of `folder/room.env.ron`.
 pub fn room_name(file: &Path) -> String {
-    let name = file
-        .file_name()
-        .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let stem = name.strip_suffix(".ron").unwrap_or(&name);
     stem.strip_suffix(".env").unwrap_or(stem).to_owned()
 }
@@ -163,9 +157,7 @@ pub fn write_room_for(
     file: &Path,
     environment: &Environment,
 ) -> Result<String, StoreError> {
-    Files::beside(world)
-        .output(file)?
-        .write_environment(environment)?;
+    Files::beside(world).output(file)?.write_environment(environment)?;
     let room = RoomPlace::File(absolute(file));
     // A file is always within a design's reach.
     Ok(reference_to_room(world, &room)?.unwrap_or_default())
@@ -173,9 +165,7 @@ pub fn write_room_for(
 
 /// The built-in rooms.
 pub fn builtin_rooms() -> impl Iterator<Item = RoomPlace> {
-    builtin::paths()
-        .filter(|path| path.ends_with(ENVIRONMENT_EXTENSION))
-        .map(RoomPlace::BuiltIn)
+    builtin::paths().filter(|path| path.ends_with(ENVIRONMENT_EXTENSION)).map(RoomPlace::BuiltIn)
 }
 
 /// The environment files of a folder, by name.
@@ -206,20 +196,13 @@ pub fn list_rooms(places: Vec<RoomPlace>, task: &Task) -> Result<Vec<RoomListing
             continue;
         }
         if let Ok(environment) = place.read() {
-            listings.push(RoomListing {
-                summary: RoomSummary::of(&environment),
-                place,
-            });
+            listings.push(RoomListing { summary: RoomSummary::of(&environment), place });
         }
     }
     // The order depends on nothing that a choice from the list changes.
     let key = |listing: &RoomListing| {
         let is_file = matches!(listing.place, RoomPlace::File(_));
-        (
-            is_file,
-            listing.summary.name.clone(),
-            listing.place.file_name(),
-        )
+        (is_file, listing.summary.name.clone(), listing.place.file_name())
     };
     listings.sort_by_cached_key(key);
     Ok(listings)
@@ -236,10 +219,7 @@ mod tests {
         let own = own_room(&world).unwrap();
         assert!(builtin_rooms().any(|room| room == own), "{own:?}");
         let reference = reference_to_room(&world, &own).unwrap();
-        assert_eq!(
-            reference.as_ref(),
-            Some(&world.document.design().environment)
-        );
+        assert_eq!(reference.as_ref(), Some(&world.document.design().environment));
 
         let folder = tempfile::tempdir().unwrap();
         save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
@@ -248,10 +228,7 @@ mod tests {
         let own = own_room(&world).unwrap();
         assert_eq!(rooms_of_folder(folder.path()), std::slice::from_ref(&own));
         let reference = reference_to_room(&world, &own).unwrap();
-        assert_eq!(
-            reference.as_ref(),
-            Some(&world.document.design().environment)
-        );
+        assert_eq!(reference.as_ref(), Some(&world.document.design().environment));
     }
 
     #[test]

@@ -57,10 +57,7 @@ fn read_samples(
         return Err(ReadFailure::TooLarge.into_error(file, EXPECTED));
     }
     let count = Arc::new(AtomicU64::new(0));
-    let counted = Counted {
-        inner: opened.take(MAX_BYTES + 1),
-        count: count.clone(),
-    };
+    let counted = Counted { inner: opened.take(MAX_BYTES + 1), count: count.clone() };
     let read = || count.load(Ordering::Relaxed);
     let told = || Ok(task.step(read() as usize, len.max(read()) as usize)?);
     let samples = samples(counted, file, reading, told);
@@ -68,10 +65,9 @@ fn read_samples(
         return Err(ReadFailure::TooLarge.into_error(file, EXPECTED));
     }
     samples.map_err(|error| match error {
-        StoreError::Format {
-            cause: FormatError::Unreadable { kind, .. },
-            ..
-        } => unreadable(kind.into()),
+        StoreError::Format { cause: FormatError::Unreadable { kind, .. }, .. } => {
+            unreadable(kind.into())
+        }
         other => other,
     })
 }
@@ -83,18 +79,13 @@ fn samples(
     told: impl Fn() -> Result<(), StoreError>,
 ) -> Result<Doubted<SampleSet>, StoreError> {
     let in_file = |cause| match cause {
-        FormatError::Unreadable { .. } => StoreError::Format {
-            file: file.to_owned(),
-            cause,
-        },
+        FormatError::Unreadable { .. } => StoreError::Format { file: file.to_owned(), cause },
         cause => not_of_its_kind(file, &head(file), EXPECTED, cause),
     };
     let mut reader = MeasurementReader::new(reader).map_err(in_file)?;
     let content = match (reader.content(), reading.has_rolls) {
         (MeasurementContent::PositionOnly, true) => {
-            return Err(StoreError::NoQuaternions {
-                file: file.to_owned(),
-            });
+            return Err(StoreError::NoQuaternions { file: file.to_owned() });
         }
         (MeasurementContent::FiveDof, true) => MeasurementContent::SixDof,
         (content, _) => content,
@@ -117,10 +108,7 @@ fn head(file: &Path) -> Vec<u8> {
     let mut head = Vec::new();
     if let Ok(opened) = open_input(file)
         && opened.metadata().is_ok_and(|m| m.is_file())
-        && opened
-            .take(foreign::HEAD as u64)
-            .read_to_end(&mut head)
-            .is_err()
+        && opened.take(foreign::HEAD as u64).read_to_end(&mut head).is_err()
     {
         head.clear();
     }
@@ -148,18 +136,15 @@ mod tests {
     use std::path::PathBuf;
 
     fn in_repository(name: &str) -> PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("assets/environments/data")
-            .join(name)
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data").join(name)
     }
 
     #[test]
     fn row_by_row_is_to_the_bit_what_the_whole_is() {
         let file = in_repository("cube-fit.csv");
-        for (has_rolls, content) in [
-            (false, MeasurementContent::FiveDof),
-            (true, MeasurementContent::SixDof),
-        ] {
+        for (has_rolls, content) in
+            [(false, MeasurementContent::FiveDof), (true, MeasurementContent::SixDof)]
+        {
             for map in [MapKind::Distortion, MapKind::Correction] {
                 let mut whole = Files::default().read_measurements(&file).unwrap();
                 whole.content = content;
@@ -175,30 +160,18 @@ mod tests {
     fn a_cancelled_reading_stops() {
         let token = CancelToken::default();
         token.cancel();
-        let reading = SampleReading {
-            has_rolls: false,
-            map: MapKind::Distortion,
-        };
-        let stopped = read_samples(
-            &in_repository("cube-fit.csv"),
-            reading,
-            &Task::cancelled_by(token),
-        );
+        let reading = SampleReading { has_rolls: false, map: MapKind::Distortion };
+        let stopped =
+            read_samples(&in_repository("cube-fit.csv"), reading, &Task::cancelled_by(token));
         assert!(matches!(stopped, Err(StoreError::Cancelled(Cancelled))));
     }
 
     #[test]
     fn folders_and_missing_files_are_named_as_ever() {
-        let reading = SampleReading {
-            has_rolls: false,
-            map: MapKind::Distortion,
-        };
+        let reading = SampleReading { has_rolls: false, map: MapKind::Distortion };
         for name in [".", "no-such.csv"] {
             let file = in_repository(name);
-            let whole = Files::default()
-                .read_measurements(&file)
-                .unwrap_err()
-                .to_string();
+            let whole = Files::default().read_measurements(&file).unwrap_err().to_string();
             let found = read_samples(&file, reading, &Task::default()).unwrap_err();
             assert_eq!(found.to_string(), whole);
         }

@@ -80,12 +80,7 @@ fn moved_bodies(world: &World, design_file: &Path) -> Vec<BodyMove> {
         }
         let is_free = |path: &PathBuf| !path.exists() && moves.iter().all(|m| m.file != *path);
         let file = free_name(&folder.join(own_name(&old_file)), is_free);
-        moves.push(BodyMove {
-            role,
-            old_reference: body.reference.clone(),
-            old_file,
-            file,
-        });
+        moves.push(BodyMove { role, old_reference: body.reference.clone(), old_file, file });
     }
     moves
 }
@@ -104,11 +99,7 @@ pub(super) fn is_left_alone(world: &World, role: BodyRole, file: &Path) -> bool 
 fn own_name(file: &Path) -> String {
     match is_definition(file) {
         true => body_name(file),
-        false => file
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned(),
+        false => file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
     }
 }
 
@@ -122,18 +113,16 @@ fn save_moved(
     let before = world.document.clone();
     if has_moves {
         let folder = folder_of(file);
-        world
-            .document
-            .relocate(Origin::File(file.to_owned()), |design| {
-                for moved in &moves {
-                    if let Some(body) = design.body_mut(moved.role)
-                        && body.reference == moved.old_reference
-                    {
-                        body.reference = relative(&folder, &moved.file);
-                        reach_mesh(&mut body.mesh, &moved.old_file, &moved.file);
-                    }
+        world.document.relocate(Origin::File(file.to_owned()), |design| {
+            for moved in &moves {
+                if let Some(body) = design.body_mut(moved.role)
+                    && body.reference == moved.old_reference
+                {
+                    body.reference = relative(&folder, &moved.file);
+                    reach_mesh(&mut body.mesh, &moved.old_file, &moved.file);
                 }
-            });
+            }
+        });
     }
     match write_changes(world, file, has_moves) {
         Ok(report) => {
@@ -225,9 +214,7 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
     rewrite(&mut copy);
     let text = design_text(&copy, world.document.own_view());
     write_bytes(file, text.as_bytes())?;
-    world
-        .document
-        .relocate(Origin::File(file.to_owned()), rewrite);
+    world.document.relocate(Origin::File(file.to_owned()), rewrite);
     world.document.mark_saved();
     world.references_are_current();
     world.anatomy.moved(anatomy_file);
@@ -305,9 +292,7 @@ fn write_changes(
         && tool != crf
         && absolute(tool_file) == absolute(crf_file)
     {
-        return Err(StoreError::BodiesDiffer {
-            file: tool_file.clone(),
-        });
+        return Err(StoreError::BodiesDiffer { file: tool_file.clone() });
     }
     let mut texts: Vec<(PathBuf, String)> = Vec::new();
     for (body_file, text, is_changed) in bodies {
@@ -327,11 +312,7 @@ fn write_changes(
     let mut report = SaveReport::default();
     for (file, text) in texts {
         report.kept.extend(keep_former(&file)?);
-        replace(
-            &file,
-            text.as_bytes(),
-            replaced.contains_key(&absolute(&file)),
-        )?;
+        replace(&file, text.as_bytes(), replaced.contains_key(&absolute(&file)))?;
         // At once, so that what was written before another file failed counts as known too.
         world.stamps.take(&file, text.as_bytes());
         report.written.push(file);
@@ -465,10 +446,8 @@ impl Mover {
     }
 
     fn copy_built_in(&mut self, file: &Path, kind: &'static str) -> Result<String, StoreError> {
-        let bytes = self
-            .place
-            .read(file, kind)
-            .map_err(|failure| failure.into_error(file, kind))?;
+        let bytes =
+            self.place.read(file, kind).map_err(|failure| failure.into_error(file, kind))?;
         self.copy(&file.to_string_lossy(), &bytes)
     }
 
@@ -477,9 +456,7 @@ impl Mover {
     fn copy(&mut self, old_reference: &str, bytes: &[u8]) -> Result<String, StoreError> {
         let name = Path::new(old_reference).file_name().unwrap_or_default();
         let is_same = |path: &Path| fs::read(path).is_ok_and(|found| found == bytes);
-        let copy = free_name(&self.folder.join(name), |path| {
-            !path.exists() || is_same(path)
-        });
+        let copy = free_name(&self.folder.join(name), |path| !path.exists() || is_same(path));
         if !is_same(&copy) {
             write_bytes(&copy, bytes)?;
             self.report.written.push(copy.clone());
@@ -494,10 +471,7 @@ impl Mover {
         if self.place == Place::Disk || is_absolute(reference) {
             return Ok(self.reference(reference));
         }
-        self.copy_built_in(
-            &self.place.resolve(&self.old_file, reference),
-            "an environment",
-        )
+        self.copy_built_in(&self.place.resolve(&self.old_file, reference), "an environment")
     }
 
     /// What a reference of the old design's is from the new folder.

@@ -48,11 +48,7 @@ pub fn shared_bodies(world: &World) -> Vec<SharedBody> {
                 .filter(|(_, bodies)| bodies.contains(&place))
                 .map(|(design, _)| design.clone())
                 .collect();
-            (!designs.is_empty()).then_some(SharedBody {
-                role,
-                file,
-                designs,
-            })
+            (!designs.is_empty()).then_some(SharedBody { role, file, designs })
         })
         .collect()
 }

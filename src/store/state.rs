@@ -56,17 +56,10 @@ mod tests {
         };
         let home = ("HOME", "/home/a");
         let xdg = ("XDG_STATE_HOME", "/state");
-        assert_eq!(
-            folder(&[home, xdg, (STATE_VARIABLE, "here")]),
-            Some("here".into())
-        );
+        assert_eq!(folder(&[home, xdg, (STATE_VARIABLE, "here")]), Some("here".into()));
         assert_eq!(folder(&[home, xdg]), Some("/state/trackwright".into()));
         assert_eq!(
-            folder(&[
-                home,
-                ("XDG_STATE_HOME", "not/absolute"),
-                (STATE_VARIABLE, "")
-            ]),
+            folder(&[home, ("XDG_STATE_HOME", "not/absolute"), (STATE_VARIABLE, "")]),
             Some("/home/a/.local/state/trackwright".into())
         );
         assert_eq!(folder(&[]), None);

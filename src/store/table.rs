@@ -39,9 +39,7 @@ pub struct TableGroups {
 impl MeasurementTable {
     /// The file's name without its folder.
     pub fn name(&self) -> String {
-        self.file
-            .file_name()
-            .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+        self.file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     }
 
     /// Whether no tracker's table is like this; commands take one only with `--as-is`.
@@ -96,22 +94,15 @@ mod tests {
     fn table(text: &str) -> MeasurementTable {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), text).unwrap();
-        let reading = SampleReading {
-            has_rolls: false,
-            map: MapKind::Distortion,
-        };
-        Files::default()
-            .read_table(file.path(), reading, &Task::default())
-            .unwrap()
+        let reading = SampleReading { has_rolls: false, map: MapKind::Distortion };
+        Files::default().read_table(file.path(), reading, &Task::default()).unwrap()
     }
 
     const HEAD: &str = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z,cluster\n";
 
     #[test]
     fn groups_are_counted_and_a_column_that_cannot_be_used_leaves_the_rows() {
-        let good = table(&format!(
-            "{HEAD}0,0,0,0,0,0,a\n8,0,0,8,0,0,b\n0,2,4,0,2,4,a\n"
-        ));
+        let good = table(&format!("{HEAD}0,0,0,0,0,0,a\n8,0,0,8,0,0,b\n0,2,4,0,2,4,a\n"));
         let groups = good.groups.as_ref().unwrap().as_ref().unwrap();
         assert_eq!((groups.count, groups.column.name.as_str()), (2, "cluster"));
         assert!((good.spacing_mm().unwrap() - (64.0_f64 / 3.0).cbrt()).abs() < 1e-12);

@@ -21,11 +21,7 @@ fn saved_world(builtin: &str) -> (TempDir, World) {
 fn move_sensor(world: &mut World, body: BodyRole, z_mm: f64) {
     let mut sensor = world.document.design().body(body).unwrap().rigid.sensors[0].clone();
     sensor.position_in_body = Point3::new(0.0, 0.0, z_mm);
-    let edit = Edit::SetSensor {
-        body,
-        index: 0,
-        sensor,
-    };
+    let edit = Edit::SetSensor { body, index: 0, sensor };
     assert!(world.document.apply(edit).unwrap());
 }
 
@@ -68,10 +64,7 @@ fn a_built_in_design_is_saved_with_everything_it_refers_to() {
     assert_eq!(again.environment, world.environment);
     assert_eq!(again.mesh(BodyRole::Tool), world.mesh(BodyRole::Tool));
     let embedded = open_builtin("pointer-on-head").unwrap();
-    assert_eq!(
-        again.document.design().tool.body.rigid,
-        embedded.document.design().tool.body.rigid
-    );
+    assert_eq!(again.document.design().tool.body.rigid, embedded.document.design().tool.body.rigid);
     assert!(matches!(again.document.origin(), Origin::File(_)));
 }
 
@@ -79,15 +72,9 @@ fn a_built_in_design_is_saved_with_everything_it_refers_to() {
 fn a_built_in_design_is_read_only() {
     let mut world = open_builtin("endoscope").unwrap();
     let error = save(&mut world).unwrap_err().to_string();
-    assert!(
-        error.starts_with("the built-in design endoscope is read-only"),
-        "{error}"
-    );
+    assert!(error.starts_with("the built-in design endoscope is read-only"), "{error}");
     let error = open_builtin("spoon").unwrap_err().to_string();
-    assert!(
-        error.contains("expected one of pointer-on-head, "),
-        "{error}"
-    );
+    assert!(error.contains("expected one of pointer-on-head, "), "{error}");
 }
 
 #[test]
@@ -137,10 +124,7 @@ fn save_as_elsewhere_refers_to_what_stays_and_copies_what_changed() {
     let design = world.document.design();
     assert_eq!(design.tool.body.reference, "pointer.body.ron");
     assert_eq!(mesh_file(&world), Some("../../pointer.glb"));
-    assert_eq!(
-        design.crf.as_ref().unwrap().body.reference,
-        "../../head-crf.body.ron"
-    );
+    assert_eq!(design.crf.as_ref().unwrap().body.reference, "../../head-crf.body.ron");
     assert_eq!(design.environment, "../../operating-table.env.ron");
     let again = open_design(&file).unwrap();
     assert_eq!(again.document.design(), design);
@@ -157,14 +141,8 @@ fn save_as_never_overwrites_another_body_nor_its_own() {
     fs::write(folder.path().join("pointer.body.ron"), "mine").unwrap();
     let mut world = open_builtin("pointer-on-head").unwrap();
     save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
-    assert_eq!(
-        fs::read(folder.path().join("pointer.body.ron")).unwrap(),
-        b"mine"
-    );
-    assert_eq!(
-        world.document.design().tool.body.reference,
-        "pointer-2.body.ron"
-    );
+    assert_eq!(fs::read(folder.path().join("pointer.body.ron")).unwrap(), b"mine");
+    assert_eq!(world.document.design().tool.body.reference, "pointer-2.body.ron");
     let own = folder.path().join("pointer-2.body.ron");
     let error = save_as(&mut world, &own).unwrap_err();
     assert!(matches!(error, StoreError::InUse { .. }), "{error}");
@@ -190,17 +168,11 @@ fn designs_that_share_a_changed_body_are_named_and_can_be_spared() {
     move_sensor(&mut world, BodyRole::Tool, 80.0);
     let shared = shared_bodies(&world);
     assert_eq!(shared.len(), 1);
-    assert_eq!(
-        (shared[0].role, &shared[0].designs),
-        (BodyRole::Tool, &vec![other])
-    );
+    assert_eq!((shared[0].role, &shared[0].designs), (BodyRole::Tool, &vec![other]));
     let before = fs::read(folder.path().join("pointer.body.ron")).unwrap();
     let report = save_with_copies(&mut world).unwrap();
     assert_eq!(names(&report), ["pointer-2.body.ron", "design.design.ron"]);
-    assert_eq!(
-        fs::read(folder.path().join("pointer.body.ron")).unwrap(),
-        before
-    );
+    assert_eq!(fs::read(folder.path().join("pointer.body.ron")).unwrap(), before);
     let again = open_design(&design).unwrap();
     assert_eq!(again.document.design(), world.document.design());
     assert!(!world.document.is_dirty());
@@ -239,10 +211,7 @@ fn another_environment_is_read_when_the_design_refers_to_it() {
     let edit = Edit::SetEnvironment("nowhere.env.ron".into());
     world.document.apply(edit).unwrap();
     let error = refresh_environment(&mut world).unwrap_err().to_string();
-    assert!(
-        error.ends_with("found no such file or folder, expected an environment"),
-        "{error}"
-    );
+    assert!(error.ends_with("found no such file or folder, expected an environment"), "{error}");
     assert_eq!(world.environment.name, "Operating table");
 }
 
@@ -251,31 +220,11 @@ fn every_file_that_cannot_be_used_is_named() {
     let (folder, _) = saved_world("pointer-on-head");
     let design = folder.path().join("design.design.ron");
     for (name, content, part) in [
-        (
-            "head-crf.body.ron",
-            Some(&b"(version: 2)"[..]),
-            "version is 2, expected 1",
-        ),
-        (
-            "pointer.body.ron",
-            Some(b"\xff"),
-            "line 1, column 1: found a byte that is not UTF-8",
-        ),
-        (
-            "operating-table.env.ron",
-            None,
-            "found no such file or folder, expected an environment",
-        ),
-        (
-            "operating-table.env.ron",
-            Some(b""),
-            "line 1, column 1: found the end of the file",
-        ),
-        (
-            "design.design.ron",
-            Some(b"(version: 1,"),
-            "line 1, column 13: found",
-        ),
+        ("head-crf.body.ron", Some(&b"(version: 2)"[..]), "version is 2, expected 1"),
+        ("pointer.body.ron", Some(b"\xff"), "line 1, column 1: found a byte that is not UTF-8"),
+        ("operating-table.env.ron", None, "found no such file or folder, expected an environment"),
+        ("operating-table.env.ron", Some(b""), "line 1, column 1: found the end of the file"),
+        ("design.design.ron", Some(b"(version: 1,"), "line 1, column 13: found"),
     ] {
         let file = folder.path().join(name);
         let before = fs::read(&file).unwrap();
@@ -284,19 +233,13 @@ fn every_file_that_cannot_be_used_is_named() {
             None => fs::remove_file(&file).unwrap(),
         }
         let error = open_design(&design).unwrap_err().to_string();
-        assert!(
-            error.starts_with(&format!("{}: ", file.display())),
-            "{error}"
-        );
+        assert!(error.starts_with(&format!("{}: ", file.display())), "{error}");
         assert!(error.contains(part), "{error}");
         assert_eq!(error.matches("expected").count(), 1, "{error}");
         fs::write(&file, before).unwrap();
     }
     let error = open_design(folder.path()).unwrap_err().to_string();
-    assert!(
-        error.ends_with("found a folder, expected a design"),
-        "{error}"
-    );
+    assert!(error.ends_with("found a folder, expected a design"), "{error}");
 }
 
 #[test]
@@ -313,10 +256,7 @@ fn an_interrupted_write_leaves_the_old_file_and_nothing_else() {
         })
         .unwrap_err()
         .to_string();
-    assert!(
-        error.ends_with("cannot be written: the pen broke"),
-        "{error}"
-    );
+    assert!(error.ends_with("cannot be written: the pen broke"), "{error}");
     assert_eq!(fs::read(&file).unwrap(), b"old");
     assert_eq!(files(folder.path()), ["x.csv"]);
 }
@@ -369,9 +309,7 @@ fn a_design_opens_without_a_mesh_that_cannot_be_used_and_says_why() {
         }
         let mut world = open_design(&design).unwrap();
         assert!(world.mesh(BodyRole::Tool).is_none() && world.mesh(BodyRole::Crf).is_some());
-        let [problem] = &world.mesh_problems()[..] else {
-            panic!("{:?}", world.mesh_problems())
-        };
+        let [problem] = &world.mesh_problems()[..] else { panic!("{:?}", world.mesh_problems()) };
         assert_eq!(problem.whose, BodyRole::Tool.into());
         assert_eq!(problem.reference.file, "pointer.glb");
         let message = problem.to_string();
@@ -422,18 +360,12 @@ fn another_mesh_is_read_when_the_body_refers_to_it_and_the_old_one_when_that_is_
     assert_eq!(hook.file, "cad/hook.obj");
     assert!(set_mesh(&mut world, Some(hook.clone())));
     assert_eq!(length_mm(&world), Some(7.0));
-    let in_inches = MeshReference {
-        unit: Some(MeshUnit::Inch),
-        ..hook.clone()
-    };
+    let in_inches = MeshReference { unit: Some(MeshUnit::Inch), ..hook.clone() };
     assert!(set_mesh(&mut world, Some(in_inches)));
     assert_eq!(length_mm(&world), Some(7.0 * 25.4));
     assert_eq!(names(&save(&mut world).unwrap()), ["pointer.body.ron"]);
     let text = fs::read_to_string(folder.path().join("pointer.body.ron")).unwrap();
-    assert!(
-        text.contains("    mesh: \"cad/hook.obj\",\n    mesh_unit: Inch,\n"),
-        "{text}"
-    );
+    assert!(text.contains("    mesh: \"cad/hook.obj\",\n    mesh_unit: Inch,\n"), "{text}");
     let again = open_design(&folder.path().join("design.design.ron")).unwrap();
     assert_eq!(again.document.design(), world.document.design());
     assert_eq!(length_mm(&again), length_mm(&world));
@@ -445,10 +377,7 @@ fn another_mesh_is_read_when_the_body_refers_to_it_and_the_old_one_when_that_is_
         assert!(refresh_meshes(&mut world).unwrap());
         assert_eq!(length_mm(&world), expected);
     }
-    assert!(set_mesh(
-        &mut world,
-        Some(MeshReference::new("nowhere.stl"))
-    ));
+    assert!(set_mesh(&mut world, Some(MeshReference::new("nowhere.stl"))));
     assert_eq!(world.mesh_problems().len(), 1);
     world.document.undo();
     assert!(refresh_meshes(&mut world).unwrap());
@@ -482,10 +411,7 @@ fn a_mesh_given_to_a_built_in_design_stays_where_it_is_when_that_is_saved() {
     assert_eq!(length_mm(&world), Some(7.0));
     save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
     assert_eq!(mesh_file(&world), Some(reference.as_str()));
-    assert_eq!(
-        length_mm(&open_design(&folder.path().join("a.design.ron")).unwrap()),
-        Some(7.0)
-    );
+    assert_eq!(length_mm(&open_design(&folder.path().join("a.design.ron")).unwrap()), Some(7.0));
     // One that is not there is no reason not to save.
     let mut world = open_builtin("pointer-on-head").unwrap();
     set_mesh(&mut world, Some(MeshReference::new("nowhere.stl")));
@@ -500,8 +426,5 @@ fn numbers_alone_need_no_mesh() {
     let design = folder.path().join("design.design.ron");
     let world = open_design_without_meshes(&design).unwrap();
     assert!(world.mesh(BodyRole::Crf).is_none() && world.mesh_problems().is_empty());
-    assert_eq!(
-        world.document.design(),
-        open_design(&design).unwrap().document.design()
-    );
+    assert_eq!(world.document.design(), open_design(&design).unwrap().document.design());
 }

@@ -28,7 +28,5 @@ pub fn today() -> Result<Day, NoToday> {
             .to_string(),
     };
     let seconds = text.trim().parse().ok();
-    seconds
-        .and_then(Day::of_unix_seconds)
-        .ok_or(NoToday { found: text })
+    seconds.and_then(Day::of_unix_seconds).ok_or(NoToday { found: text })
 }

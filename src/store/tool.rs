@@ -45,9 +45,8 @@ pub(super) fn body_text(body: &BodyFile, source: &Path, file: &Path) -> String {
 /// # Errors
 /// [`StoreError::NoBodyFormat`].
 pub fn body_format_of(file: &Path) -> Result<BodyFormat, StoreError> {
-    BodyFormat::of_extension(&extension_of(file)).ok_or_else(|| StoreError::NoBodyFormat {
-        file: file.to_owned(),
-    })
+    BodyFormat::of_extension(&extension_of(file))
+        .ok_or_else(|| StoreError::NoBodyFormat { file: file.to_owned() })
 }
 
 /// Whether two names lead to one file.

@@ -126,10 +126,7 @@ impl VideoFile {
             Ok(child) => child,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(cause) => {
-                return Err(VideoError::Start {
-                    encoder: name,
-                    cause,
-                });
+                return Err(VideoError::Start { encoder: name, cause });
             }
         };
         let mut video = Self {
@@ -144,10 +141,11 @@ impl VideoFile {
         if let Some(said) = video.child.stderr.take() {
             let reader = thread::Builder::new().spawn(move || last_lines(BufReader::new(said)));
             // Dropped, the video ends its encoder.
-            video.said = Some(reader.map_err(|cause| VideoError::Start {
-                encoder: video.encoder.clone(),
-                cause,
-            })?);
+            video.said =
+                Some(reader.map_err(|cause| VideoError::Start {
+                    encoder: video.encoder.clone(),
+                    cause,
+                })?);
         }
         Ok(Some(video))
     }
@@ -158,10 +156,7 @@ impl VideoFile {
     /// [`VideoError::Frame`], or what the encoder said when it ended.
     pub fn frame(&mut self, rgba: &[u8]) -> Result<(), VideoError> {
         if rgba.len() != self.frame_bytes {
-            return Err(VideoError::Frame {
-                found: rgba.len(),
-                expected: self.frame_bytes,
-            });
+            return Err(VideoError::Frame { found: rgba.len(), expected: self.frame_bytes });
         }
         let written = match &mut self.frames {
             Some(frames) => frames.write_all(rgba),
@@ -170,10 +165,7 @@ impl VideoFile {
         written.or_else(|cause| {
             // It reads no more, and its last words say why.
             self.end()?;
-            Err(VideoError::Write {
-                encoder: self.encoder.clone(),
-                cause,
-            })
+            Err(VideoError::Write { encoder: self.encoder.clone(), cause })
         })
     }
 
@@ -191,10 +183,10 @@ impl VideoFile {
     /// No more frames come.
     fn end(&mut self) -> Result<(), VideoError> {
         drop(self.frames.take());
-        let status = self.child.wait().map_err(|cause| VideoError::Start {
-            encoder: self.encoder.clone(),
-            cause,
-        })?;
+        let status = self
+            .child
+            .wait()
+            .map_err(|cause| VideoError::Start { encoder: self.encoder.clone(), cause })?;
         if status.success() {
             return Ok(());
         }
@@ -263,9 +255,7 @@ impl FrameFolder {
     pub fn new(folder: &Path) -> Result<Self, StoreError> {
         fs::create_dir_all(folder).map_err(|cause| write_error(folder, cause))?;
         remove_leftovers(folder);
-        Ok(Self {
-            folder: folder.to_owned(),
-        })
+        Ok(Self { folder: folder.to_owned() })
     }
 
     /// Where frames go that were to become a video.
@@ -281,9 +271,7 @@ impl FrameFolder {
     pub fn frame(&self, index: usize, png: &[u8]) -> Result<(), StoreError> {
         let file = self.folder.join(format!("frame-{:05}.png", index + 1));
         let draft = Draft::write(&file, |out| out.write_all(png));
-        draft
-            .and_then(Draft::place)
-            .map_err(|cause| write_error(&file, cause))
+        draft.and_then(Draft::place).map_err(|cause| write_error(&file, cause))
     }
 
     /// What makes a video of so many frames where there is an encoder, for a shell.
@@ -323,10 +311,7 @@ mod tests {
     use super::*;
     use std::os::unix::fs::PermissionsExt;
 
-    const SHAPE: VideoShape = VideoShape {
-        size: [4, 2],
-        frames_per_s: 25,
-    };
+    const SHAPE: VideoShape = VideoShape { size: [4, 2], frames_per_s: 25 };
 
     /// A program that a shell runs.
     fn script(folder: &Path, text: &str) -> PathBuf {
@@ -376,15 +361,9 @@ mod tests {
         assert_eq!(short, "a frame has 31 bytes, expected 32");
         file.finish().unwrap();
         assert_eq!(fs::read(&video).unwrap(), frames.concat());
-        assert_eq!(
-            names(folder.path()),
-            ["encoder", "encoder.words", "turn.mp4"]
-        );
+        assert_eq!(names(folder.path()), ["encoder", "encoder.words", "turn.mp4"]);
         let words = fs::read_to_string(folder.path().join("encoder.words")).unwrap();
-        for words_of in [
-            "-pixel_format rgba -video_size 4x2 -framerate 25 -i pipe:0",
-            "libx264",
-        ] {
+        for words_of in ["-pixel_format rgba -video_size 4x2 -framerate 25 -i pipe:0", "libx264"] {
             assert!(words.contains(words_of), "{words}");
         }
     }
@@ -427,17 +406,9 @@ mod tests {
         let missing = folder.path().join("no-such-program");
         assert!(VideoFile::start(&missing, &video, SHAPE).unwrap().is_none());
         assert!(names(folder.path()).is_empty());
-        let odd = VideoShape {
-            size: [640, 481],
-            ..SHAPE
-        };
-        let error = VideoFile::start(&missing, &video, odd)
-            .unwrap_err()
-            .to_string();
-        assert_eq!(
-            error,
-            "640 x 481 pixels cannot be a video, expected even numbers"
-        );
+        let odd = VideoShape { size: [640, 481], ..SHAPE };
+        let error = VideoFile::start(&missing, &video, odd).unwrap_err().to_string();
+        assert_eq!(error, "640 x 481 pixels cannot be a video, expected even numbers");
     }
 
     #[test]
@@ -450,10 +421,8 @@ mod tests {
         assert_eq!(names(&odd), ["frame-00001.png", "frame-00012.png"]);
         let command = frames.command(Path::new("my turn.mp4"), 12, 30);
         // As a shell takes it apart.
-        let words = Command::new("sh")
-            .args(["-c", &format!("printf '%s\\n' {command}")])
-            .output()
-            .unwrap();
+        let words =
+            Command::new("sh").args(["-c", &format!("printf '%s\\n' {command}")]).output().unwrap();
         let words = String::from_utf8(words.stdout).unwrap();
         let words: Vec<&str> = words.lines().collect();
         assert_eq!(words[..4], ["ffmpeg", "-framerate", "30", "-i"]);
@@ -461,9 +430,6 @@ mod tests {
         assert_eq!(words[4], pattern.to_string_lossy());
         assert_eq!(words[5..7], ["-frames:v", "12"]);
         assert_eq!(words.last(), Some(&"my turn.mp4"));
-        assert_eq!(
-            FrameFolder::beside(Path::new("a/turn.mp4")),
-            Path::new("a/turn-frames")
-        );
+        assert_eq!(FrameFolder::beside(Path::new("a/turn.mp4")), Path::new("a/turn-frames"));
     }
 }

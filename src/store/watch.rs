@@ -150,9 +150,7 @@ impl Stamps {
     /// [`StoreError::ChangedOnDisk`] where writing the file would lose what somebody else wrote.
     pub(super) fn check_unchanged(&self, file: &Path) -> Result<(), StoreError> {
         match self.change_of(file) {
-            Some(FileChange::Content) => Err(StoreError::ChangedOnDisk {
-                file: file.to_owned(),
-            }),
+            Some(FileChange::Content) => Err(StoreError::ChangedOnDisk { file: file.to_owned() }),
             // What is gone is not lost by being written again.
             Some(FileChange::Gone) | None => Ok(()),
         }
@@ -184,10 +182,7 @@ fn differs(file: &Path, stamp: &FileStamp) -> io::Result<bool> {
         return Ok(true);
     }
     let modified_ns = metadata.modified().map_or(0, nanoseconds);
-    let is_old = stamp
-        .modified_ns
-        .saturating_add(CLOCK_STEP.as_nanos() as u64)
-        < stamp.taken_ns;
+    let is_old = stamp.modified_ns.saturating_add(CLOCK_STEP.as_nanos() as u64) < stamp.taken_ns;
     if modified_ns == stamp.modified_ns && is_old && modified_ns != 0 {
         return Ok(false);
     }
@@ -239,10 +234,7 @@ mod tests {
     }
 
     fn found(world: &World) -> Vec<(WatchedPart, FileChange)> {
-        changes(world)
-            .into_iter()
-            .map(|c| (c.part, c.change))
-            .collect()
+        changes(world).into_iter().map(|c| (c.part, c.change)).collect()
     }
 
     /// Changes one byte and nothing else, not even the file's time.
@@ -287,9 +279,7 @@ mod tests {
         let file = folder.path().join("old");
         fs::write(&file, "abc").unwrap();
         let handle = File::options().write(true).open(&file).unwrap();
-        handle
-            .set_modified(SystemTime::now() - 2 * CLOCK_STEP)
-            .unwrap();
+        handle.set_modified(SystemTime::now() - 2 * CLOCK_STEP).unwrap();
         let mut stamps = Stamps::default();
         stamps.take(&file, b"abc");
         change_secretly(&file);
@@ -311,10 +301,7 @@ mod tests {
         }
         accept_changes(&mut world);
         assert_eq!(found(&world), []);
-        assert_eq!(
-            save(&mut world).unwrap().written,
-            std::slice::from_ref(&file)
-        );
+        assert_eq!(save(&mut world).unwrap().written, std::slice::from_ref(&file));
         assert_eq!(found(&world), []);
         // A file that is gone stands in nobody's way.
         fs::remove_file(&file).unwrap();

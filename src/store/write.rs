@@ -20,16 +20,11 @@ const TEMPORARY_ATTEMPTS: usize = 16;
 pub(super) fn write_bytes(file: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     remove_leftovers(&folder_of(file));
     let draft = Draft::write(file, |out| out.write_all(bytes));
-    draft
-        .and_then(Draft::place)
-        .map_err(|cause| write_error(file, cause))
+    draft.and_then(Draft::place).map_err(|cause| write_error(file, cause))
 }
 
 pub(super) fn write_error(file: &Path, cause: io::Error) -> StoreError {
-    StoreError::Write {
-        file: file.to_owned(),
-        cause,
-    }
+    StoreError::Write { file: file.to_owned(), cause }
 }
 
 /// A file that is whole and on the disk, beside the one whose place it is to take. What is no plain
@@ -53,10 +48,7 @@ impl Draft {
             let mut out = BufWriter::new(File::options().write(true).open(&file)?);
             write(&mut out)?;
             out.flush()?;
-            return Ok(Self {
-                file,
-                temporary: None,
-            });
+            return Ok(Self { file, temporary: None });
         }
         let temporary = Temporary::beside(&file, ".tmp")?;
         let mut out = BufWriter::new(&temporary.handle);
@@ -67,10 +59,7 @@ impl Draft {
             temporary.handle.set_permissions(before.permissions())?;
         }
         temporary.handle.sync_all()?;
-        Ok(Self {
-            file,
-            temporary: Some(temporary),
-        })
+        Ok(Self { file, temporary: Some(temporary) })
     }
 
     /// What it and the file that it is to replace begin with; `None` where there is nothing to replace.
@@ -189,9 +178,8 @@ mod tests {
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).unwrap();
         let name = |entry: io::Result<fs::DirEntry>| entry.unwrap().file_name();
-        let mut names: Vec<String> = entries
-            .map(|entry| name(entry).to_string_lossy().into_owned())
-            .collect();
+        let mut names: Vec<String> =
+            entries.map(|entry| name(entry).to_string_lossy().into_owned()).collect();
         names.sort();
         names
     }

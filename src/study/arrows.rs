@@ -57,9 +57,7 @@ impl ArrowOutcome {
     /// Where each arrow within the volume begins, tracker frame, mm, with the arrow.
     pub fn arrows(&self) -> impl Iterator<Item = (Point3<f64>, Vector3<f64>)> {
         let [_, ny, nz] = self.plan.counts;
-        let coordinates = self
-            .bounds
-            .map(|bounds| coordinates_mm(&bounds, self.plan.counts));
+        let coordinates = self.bounds.map(|bounds| coordinates_mm(&bounds, self.plan.counts));
         let errors = self.errors_mm.iter().enumerate();
         let arrows = coordinates.into_iter().flat_map(move |[xs, ys, zs]| {
             errors.clone().map(move |(i, error)| {
@@ -86,10 +84,8 @@ pub fn sample_arrows(
         ArrowSensor::Along(axis) => vec![Some(axis)],
         ArrowSensor::OfTool => axes_of_tool(scenario)?,
     };
-    let models: Vec<AxisModel> = axes
-        .iter()
-        .map(|axis| environment.model.at_axis_or_mean(axis.as_ref()))
-        .collect();
+    let models: Vec<AxisModel> =
+        axes.iter().map(|axis| environment.model.at_axis_or_mean(axis.as_ref())).collect();
     let own = *environment.model.bounds();
     let bounds = match environment.volume {
         Some(volume) => own.intersection(&volume.bounds()),
@@ -126,20 +122,12 @@ pub fn sample_arrows(
 fn axes_of_tool(scenario: &Scenario) -> Result<Vec<Option<Unit<Vector3<f64>>>>, StudyError> {
     let tool = &scenario.tool;
     if tool.sensors.is_empty() {
-        return Err(StudyError::NoSensors {
-            body: tool.name.clone(),
-        });
+        return Err(StudyError::NoSensors { body: tool.name.clone() });
     }
-    let tracker_from_crf = scenario
-        .crf
-        .as_ref()
-        .map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
+    let tracker_from_crf =
+        scenario.crf.as_ref().map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
     let turn = (tracker_from_crf * scenario.crf_from_tool).rotation;
-    Ok(tool
-        .sensors
-        .iter()
-        .map(|s| s.axis_in_body().map(|axis| turn * axis))
-        .collect())
+    Ok(tool.sensors.iter().map(|s| s.axis_in_body().map(|axis| turn * axis)).collect())
 }
 
 fn mean_errors(
@@ -193,10 +181,7 @@ mod tests {
         let scenario = built_in();
         let model = &scenario.environment.model;
         let axis = Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8));
-        let plan = ArrowPlan {
-            sensor: ArrowSensor::Along(axis),
-            counts: [5, 4, 3],
-        };
+        let plan = ArrowPlan { sensor: ArrowSensor::Along(axis), counts: [5, 4, 3] };
         let outcome = sample(&scenario, &plan);
         assert_eq!(outcome.work.arrow_evaluations, 60);
         assert_eq!(outcome.arrows().count(), 60);
@@ -213,10 +198,7 @@ mod tests {
     #[test]
     fn arrows_of_the_tool_are_the_mean_of_what_its_sensors_would_read_there() {
         let scenario = built_in();
-        let plan = ArrowPlan {
-            sensor: ArrowSensor::OfTool,
-            counts: [3, 1, 4],
-        };
+        let plan = ArrowPlan { sensor: ArrowSensor::OfTool, counts: [3, 1, 4] };
         let outcome = sample(&scenario, &plan);
         let turn = look(&scenario).tool.tracker_from_body.rotation;
         let sensors = &scenario.tool.sensors;
@@ -227,10 +209,7 @@ mod tests {
                 .map(|s| {
                     let axis = turn * s.axis_in_body().unwrap();
                     let model = &scenario.environment.model;
-                    model
-                        .evaluate(&at, &axis, OutsidePolicy::Clamp)
-                        .error
-                        .position_mm
+                    model.evaluate(&at, &axis, OutsidePolicy::Clamp).error.position_mm
                 })
                 .sum();
             assert!((arrow - sum / sensors.len() as f64).norm() < 1e-12);
@@ -241,14 +220,9 @@ mod tests {
     fn a_lattice_is_clipped_to_the_volume_and_may_be_empty() {
         let mut scenario = built_in();
         let own = *scenario.environment.model.bounds();
-        let plan = ArrowPlan {
-            sensor: ArrowSensor::Along(Vector3::x_axis()),
-            counts: [2, 2, 2],
-        };
-        let beside = |from: Vector3<f64>| Bounds {
-            min_mm: own.min_mm + from,
-            max_mm: own.max_mm + from,
-        };
+        let plan = ArrowPlan { sensor: ArrowSensor::Along(Vector3::x_axis()), counts: [2, 2, 2] };
+        let beside =
+            |from: Vector3<f64>| Bounds { min_mm: own.min_mm + from, max_mm: own.max_mm + from };
         let mut with = |volume: Bounds| {
             let environment = std::sync::Arc::make_mut(&mut scenario.environment);
             environment.volume = Some(crate::geometry::volume::Volume::Box(volume));
@@ -267,10 +241,7 @@ mod tests {
     #[test]
     fn beyond_a_dome_within_the_box_there_are_no_arrows_and_none_count() {
         let mut scenario = built_in();
-        let plan = ArrowPlan {
-            sensor: ArrowSensor::Along(Vector3::x_axis()),
-            counts: [9, 9, 9],
-        };
+        let plan = ArrowPlan { sensor: ArrowSensor::Along(Vector3::x_axis()), counts: [9, 9, 9] };
         let all = sample(&scenario, &plan);
         let environment = std::sync::Arc::make_mut(&mut scenario.environment);
         environment.volume = Some(Volume::AuroraCompact);
@@ -289,10 +260,7 @@ mod tests {
     #[test]
     fn arrows_hang_on_no_number_of_threads_and_stop_when_cancelled() {
         let scenario = built_in();
-        let plan = ArrowPlan {
-            sensor: ArrowSensor::OfTool,
-            counts: [11, 10, 9],
-        };
+        let plan = ArrowPlan { sensor: ArrowSensor::OfTool, counts: [11, 10, 9] };
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             pool.build().unwrap().install(|| sample(&scenario, &plan))

@@ -78,8 +78,7 @@ impl<'a> BodyCompensator<'a> {
     pub fn nearest(&self, tracker_from_body_measured: &Pose) -> Pose {
         let mut buffers = TrackBuffers::default();
         let measured = tracker_from_body_measured;
-        self.pose_read_as(measured, *measured, &mut buffers)
-            .unwrap_or_else(|last| last)
+        self.pose_read_as(measured, *measured, &mut buffers).unwrap_or_else(|last| last)
     }
 
     fn invert(&self, measured: &Pose, sensors: &Compensator<'_>) -> Compensated {
@@ -153,10 +152,7 @@ impl<'a> BodyCompensator<'a> {
                 let distance_mm = (second * centre - pose * centre).norm();
                 let angle_rad = second.rotation.angle_to(&pose.rotation);
                 if distance_mm > SAME_MM || angle_rad > SAME_RAD {
-                    return Some(Ambiguity::SecondPreimage {
-                        distance_mm,
-                        angle_rad,
-                    });
+                    return Some(Ambiguity::SecondPreimage { distance_mm, angle_rad });
                 }
             }
         }
@@ -164,9 +160,8 @@ impl<'a> BodyCompensator<'a> {
     }
 
     fn correct(&self, measured: &Pose, sensors: &Compensator<'_>) -> Compensated {
-        let readings: Vec<Pose> = (self.body.sensors.iter())
-            .map(|sensor| measured * sensor.body_from_sensor())
-            .collect();
+        let readings: Vec<Pose> =
+            (self.body.sensors.iter()).map(|sensor| measured * sensor.body_from_sensor()).collect();
         let Ok(corrected) = sensors.compensate(&readings, &Task::default()) else {
             return refused(InverseState::NotConverged, false);
         };
@@ -181,10 +176,7 @@ impl<'a> BodyCompensator<'a> {
                 rotation: pose.rotation,
             });
         }
-        found(
-            self.fitter.fit(&of_sensors, measured).tracker_from_body,
-            is_inside,
-        )
+        found(self.fitter.fit(&of_sensors, measured).tracker_from_body, is_inside)
     }
 }
 
@@ -205,19 +197,11 @@ fn is_certain(found: &Compensated) -> bool {
 }
 
 fn found(pose: Pose, is_inside: bool) -> Compensated {
-    Compensated {
-        pose: Some(pose),
-        state: InverseState::Converged,
-        is_inside,
-    }
+    Compensated { pose: Some(pose), state: InverseState::Converged, is_inside }
 }
 
 fn refused(state: InverseState, is_inside: bool) -> Compensated {
-    Compensated {
-        pose: None,
-        state,
-        is_inside,
-    }
+    Compensated { pose: None, state, is_inside }
 }
 
 #[cfg(test)]

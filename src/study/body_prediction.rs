@@ -65,11 +65,7 @@ impl<'a> BodyPredictor<'a> {
                 .map(|(sensor, covariance)| PredictedSensor {
                     position_in_body: sensor.position_in_body,
                     axis_in_body: sensor.axis_in_body(),
-                    turns: if sensor.orientation.degrees_of_freedom() == 5 {
-                        2.0
-                    } else {
-                        3.0
-                    },
+                    turns: if sensor.orientation.degrees_of_freedom() == 5 { 2.0 } else { 3.0 },
                     covariance,
                 })
                 .collect(),
@@ -108,10 +104,7 @@ impl<'a> BodyPredictor<'a> {
                 let position_mm = noise.position_mm.hypot(at.position_std_error_mm);
                 let angle_rad =
                     (noise.angle_rad.unwrap_or(0.0)).hypot(at.angle_std_error_rad.unwrap_or(0.0));
-                let (mm, rad) = (
-                    position_mm / 3.0_f64.sqrt(),
-                    angle_rad / sensor.turns.sqrt(),
-                );
+                let (mm, rad) = (position_mm / 3.0_f64.sqrt(), angle_rad / sensor.turns.sqrt());
                 sensor.covariance.add_to(&mut sum, mm, rad);
             }
         }
@@ -146,9 +139,7 @@ impl Noise {
 
 fn rms(values: &[Option<f64>]) -> Option<f64> {
     let squares: Option<f64> = values.iter().map(|v| v.map(|v| v * v)).sum();
-    squares
-        .filter(|_| !values.is_empty())
-        .map(|sum| (sum / values.len() as f64).sqrt())
+    squares.filter(|_| !values.is_empty()).map(|sum| (sum / values.len() as f64).sqrt())
 }
 
 #[cfg(test)]
@@ -186,21 +177,13 @@ mod tests {
     #[test]
     fn a_sensor_at_the_tip_is_off_as_one_reading_is() {
         let room = room();
-        let predictor = BodyPredictor::new(
-            &body(&[[0.0; 3]], [0.0; 3]),
-            50.0,
-            &room,
-            OutsidePolicy::Reject,
-        );
+        let predictor =
+            BodyPredictor::new(&body(&[[0.0; 3]], [0.0; 3]), 50.0, &room, OutsidePolicy::Reject);
         let pose = middle(&room);
         let found = predictor.predict(&pose).unwrap();
         let support = room.support.as_ref().unwrap();
         let axis = pose.rotation * Vector3::z_axis();
-        let at = support.at(
-            &room.model.bounds().center_mm(),
-            &axis,
-            OutsidePolicy::Reject,
-        );
+        let at = support.at(&room.model.bounds().center_mm(), &axis, OutsidePolicy::Reject);
         let noise = rms(&support.parts().position_std_mm).unwrap();
         let std_error_mm = found.position_std_error_mm.unwrap();
         assert!((std_error_mm - at.position_std_error_mm).abs() < 1e-12);
@@ -215,11 +198,7 @@ mod tests {
         let of = |positions: &[[f64; 3]], tip: [f64; 3]| {
             let body = body(positions, tip);
             let predictor = BodyPredictor::new(&body, 50.0, &room, OutsidePolicy::Clamp);
-            predictor
-                .predict(&middle(&room))
-                .unwrap()
-                .tip_rms_mm
-                .unwrap()
+            predictor.predict(&middle(&room)).unwrap().tip_rms_mm.unwrap()
         };
         let one = of(&[[0.0; 3]], [0.0; 3]);
         let far = of(&[[0.0; 3]], [0.0, 0.0, 150.0]);

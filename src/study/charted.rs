@@ -33,11 +33,7 @@ impl Within {
     pub fn of(tip_errors_mm: &[f64], requirement: &Requirement) -> Option<Self> {
         let (name, limit_mm) = requirement.single_position_mm()?;
         let count = tip_errors_mm.iter().filter(|e| **e <= limit_mm).count();
-        Some(Self {
-            name,
-            limit_mm,
-            part: count as f64 / tip_errors_mm.len().max(1) as f64,
-        })
+        Some(Self { name, limit_mm, part: count as f64 / tip_errors_mm.len().max(1) as f64 })
     }
 }
 
@@ -60,7 +56,6 @@ impl ChartedProfile {
     /// The trial with the largest tip error of a bar of the histogram.
     pub fn worst_of_bar(&self, bar: usize) -> Option<usize> {
         let width = self.histogram.width;
-        self.profile
-            .worst_between(bar as f64 * width, (bar + 1) as f64 * width)
+        self.profile.worst_between(bar as f64 * width, (bar + 1) as f64 * width)
     }
 }

@@ -44,20 +44,11 @@ pub fn explain(scenario: &Scenario, outcome: &Outcome) -> Vec<Explained> {
     let mut out = Vec::new();
     let mut tell = |deed, what: String| out.push(Explained { deed, what });
     let tool_evaluations = work.study_evaluations - work.crf_evaluations;
-    tell(
-        Deed::Computed,
-        format!(
-            "{} for the tool",
-            counted(tool_evaluations, "field evaluation")
-        ),
-    );
+    tell(Deed::Computed, format!("{} for the tool", counted(tool_evaluations, "field evaluation")));
     if work.crf_trackings > 0 {
         tell(
             Deed::Computed,
-            format!(
-                "{} for the CRF",
-                counted(work.crf_evaluations, "field evaluation")
-            ),
+            format!("{} for the CRF", counted(work.crf_evaluations, "field evaluation")),
         );
     }
     if work.coefficient_blends > 0 {
@@ -90,16 +81,10 @@ pub fn explain(scenario: &Scenario, outcome: &Outcome) -> Vec<Explained> {
         );
     }
     if scenario.crf.is_none() {
-        tell(
-            Deed::LeftOut,
-            "the CRF: the design has none, errors are in the tracker frame".into(),
-        );
+        tell(Deed::LeftOut, "the CRF: the design has none, errors are in the tracker frame".into());
     }
     if scenario.environment.model.is_zero() {
-        tell(
-            Deed::LeftOut,
-            "the polynomials: the room is without distortion".into(),
-        );
+        tell(Deed::LeftOut, "the polynomials: the room is without distortion".into());
     }
     if figures.free_axis.is_none() {
         tell(
@@ -108,10 +93,7 @@ pub fn explain(scenario: &Scenario, outcome: &Outcome) -> Vec<Explained> {
         );
     }
     if scenario.requirement.is_none() {
-        tell(
-            Deed::LeftOut,
-            "the check of a requirement: none is set".into(),
-        );
+        tell(Deed::LeftOut, "the check of a requirement: none is set".into());
     }
     if figures.rejected > 0 {
         tell(

@@ -194,16 +194,8 @@ pub fn sample_field(
         (Displacement::Error, MapKind::Distortion) => errors(model, plan, axes, task)?,
         (Displacement::Correction, _) => corrections(model, plan, axes, task)?,
     };
-    let has_angles = model
-        .coefficients()
-        .iter()
-        .any(|[_, _, _, turn @ ..]| *turn != [0.0; 3]);
-    let angles = || {
-        sampled
-            .iter()
-            .map(|at| at.error.rotation_rad.norm())
-            .collect()
-    };
+    let has_angles = model.coefficients().iter().any(|[_, _, _, turn @ ..]| *turn != [0.0; 3]);
+    let angles = || sampled.iter().map(|at| at.error.rotation_rad.norm()).collect();
     Ok(FieldLattice {
         plan: *plan,
         angle_rad: has_angles.then(angles),
@@ -294,10 +286,7 @@ fn corrections(
             let found: Vec<(Option<Pose>, bool)> = match &inverse {
                 Some(inverse) => {
                     let found = inverse.undistort(&measured, &quiet)?;
-                    found
-                        .into_iter()
-                        .map(|at| (at.pose, at.is_inside))
-                        .collect()
+                    found.into_iter().map(|at| (at.pose, at.is_inside)).collect()
                 }
                 None => {
                     let found =
@@ -332,10 +321,7 @@ fn moved(from: &Pose, to: &Pose) -> Evaluation {
 }
 
 fn zero() -> Evaluation {
-    Evaluation {
-        error: PoseError::default(),
-        is_inside: true,
-    }
+    Evaluation { error: PoseError::default(), is_inside: true }
 }
 
 fn add(sum: &mut Evaluation, at: &Evaluation) {

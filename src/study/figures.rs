@@ -86,11 +86,7 @@ impl fmt::Display for Unsettled {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::FreeRotation(free) => {
-                write!(
-                    f,
-                    "the {}'s rotation is not determined",
-                    free.free.body_name()
-                )
+                write!(f, "the {}'s rotation is not determined", free.free.body_name())
             }
             Self::LeftOut { trials, of } => write!(
                 f,
@@ -159,26 +155,16 @@ impl Figures {
     /// Why figures within their bounds do not say that the requirement is met.
     pub fn unsettled(&self) -> Option<Unsettled> {
         let free = self.free_axis.filter(FreeRotation::reaches_tip);
-        let left_out = (self.rejected > 0).then_some(Unsettled::LeftOut {
-            trials: self.rejected,
-            of: self.trials,
-        });
+        let left_out = (self.rejected > 0)
+            .then_some(Unsettled::LeftOut { trials: self.rejected, of: self.trials });
         free.map(Unsettled::FreeRotation).or(left_out)
     }
 }
 
 /// The figures as rows of label, value and unit.
 pub fn figure_rows(figures: &Figures) -> Vec<FigureRow> {
-    let row = |label, value: f64, unit| FigureRow {
-        label,
-        value: format!("{value:.4}"),
-        unit,
-    };
-    let count = |label, value: usize| FigureRow {
-        label,
-        value: with_separators(value),
-        unit: "",
-    };
+    let row = |label, value: f64, unit| FigureRow { label, value: format!("{value:.4}"), unit };
+    let count = |label, value: usize| FigureRow { label, value: with_separators(value), unit: "" };
     let (p, a) = (&figures.position_mm, &figures.angle_deg);
     let mut rows = vec![
         row("tip error RMS", p.rms, "mm"),
@@ -202,14 +188,8 @@ pub fn figure_rows(figures: &Figures) -> Vec<FigureRow> {
     }
     rows.push(count("trials", figures.trials));
     rows.push(count("worst trial", figures.worst.trial));
-    rows.push(count(
-        "trials with a sensor outside the model's box",
-        figures.outside,
-    ));
-    rows.push(count(
-        "trials with a sensor out of the volume",
-        figures.out_of_volume,
-    ));
+    rows.push(count("trials with a sensor outside the model's box", figures.outside));
+    rows.push(count("trials with a sensor out of the volume", figures.out_of_volume));
     if figures.rejected > 0 {
         rows.push(count("trials left out", figures.rejected));
     }

@@ -45,25 +45,11 @@ pub enum MotionError {
     #[error("motion.{axis}: step is {}, expected zero or more", short(*step))]
     NegativeStep { axis: &'static str, step: f64 },
     #[error("motion.{axis}: min is {}, max is {}, expected min at most max", short(*min), short(*max))]
-    Reversed {
-        axis: &'static str,
-        min: f64,
-        max: f64,
-    },
+    Reversed { axis: &'static str, min: f64, max: f64 },
     #[error("motion.{axis}: {part} is {}, expected {expected}", short(*found))]
-    TooFar {
-        axis: &'static str,
-        part: &'static str,
-        found: f64,
-        expected: &'static str,
-    },
+    TooFar { axis: &'static str, part: &'static str, found: f64, expected: &'static str },
     #[error("motion.{axis}: min, max and step are {min}, {max}, {step}, expected finite numbers")]
-    NotFinite {
-        axis: &'static str,
-        min: f64,
-        max: f64,
-        step: f64,
-    },
+    NotFinite { axis: &'static str, min: f64, max: f64, step: f64 },
     #[error(
         "the range of motion has {trials:.4e} poses, expected at most {MAX_TRIALS:e}; widen the steps"
     )]
@@ -85,14 +71,8 @@ impl Motion {
 
     /// The same with another range of an axis, counted in the order of [`Self::axes`].
     pub fn with_axis(mut self, axis: usize, range: Option<AxisRange>) -> Self {
-        let axes = [
-            &mut self.x,
-            &mut self.y,
-            &mut self.z,
-            &mut self.rx,
-            &mut self.ry,
-            &mut self.rz,
-        ];
+        let axes =
+            [&mut self.x, &mut self.y, &mut self.z, &mut self.rx, &mut self.ry, &mut self.rz];
         if let Some(of_axis) = axes.into_iter().nth(axis) {
             *of_axis = range;
         }
@@ -118,11 +98,7 @@ impl Motion {
         for (count, length) in counts.iter_mut().zip(lengths) {
             *count = length as usize;
         }
-        Ok(MotionGrid {
-            motion: *self,
-            counts,
-            crf_from_tool: *crf_from_tool,
-        })
+        Ok(MotionGrid { motion: *self, counts, crf_from_tool: *crf_from_tool })
     }
 }
 
@@ -132,12 +108,7 @@ fn axis_length(axis: &'static str, range: Option<AxisRange>) -> Result<f64, Moti
         return Ok(1.0);
     };
     if !(min.is_finite() && max.is_finite() && step.is_finite()) {
-        return Err(MotionError::NotFinite {
-            axis,
-            min,
-            max,
-            step,
-        });
+        return Err(MotionError::NotFinite { axis, min, max, step });
     }
     if step < 0.0 {
         return Err(MotionError::NegativeStep { axis, step });
@@ -151,12 +122,7 @@ fn axis_length(axis: &'static str, range: Option<AxisRange>) -> Result<f64, Moti
     };
     let parts = [("min", min), ("max", max), ("step", step)];
     if let Some(&(part, found)) = parts.iter().find(|(_, value)| value.abs() > most) {
-        return Err(MotionError::TooFar {
-            axis,
-            part,
-            found,
-            expected,
-        });
+        return Err(MotionError::TooFar { axis, part, found, expected });
     }
     if step == 0.0 || min == max {
         return Ok(1.0);
@@ -235,10 +201,7 @@ mod tests {
     }
 
     fn count(axis: Option<AxisRange>) -> usize {
-        let motion = Motion {
-            x: axis,
-            ..Motion::default()
-        };
+        let motion = Motion { x: axis, ..Motion::default() };
         motion.grid(&Pose::identity()).unwrap().trials()
     }
 
@@ -258,11 +221,8 @@ mod tests {
 
     #[test]
     fn x_runs_slowest_and_rz_fastest() {
-        let motion = Motion {
-            x: range(-1.0, 1.0, 1.0),
-            rz: range(0.0, 90.0, 45.0),
-            ..Motion::default()
-        };
+        let motion =
+            Motion { x: range(-1.0, 1.0, 1.0), rz: range(0.0, 90.0, 45.0), ..Motion::default() };
         let grid = motion.grid(&Pose::translation(10.0, 0.0, 0.0)).unwrap();
         assert_eq!(grid.trials(), 9);
         assert_eq!(grid.pose(2).translation.x, 9.0);
@@ -272,11 +232,8 @@ mod tests {
 
     #[test]
     fn turns_are_about_the_crf_axes_x_first() {
-        let motion = Motion {
-            rx: range(90.0, 90.0, 0.0),
-            rz: range(90.0, 90.0, 0.0),
-            ..Motion::default()
-        };
+        let motion =
+            Motion { rx: range(90.0, 90.0, 0.0), rz: range(90.0, 90.0, 0.0), ..Motion::default() };
         let pose = motion.grid(&Pose::identity()).unwrap().pose(0);
         // Rx takes y to z, Rz leaves z alone.
         assert!((pose.rotation * Vector3::y() - Vector3::z()).norm() < 1e-15);
@@ -284,31 +241,19 @@ mod tests {
 
     #[test]
     fn a_reversed_range_is_named_with_both_numbers() {
-        let motion = Motion {
-            rz: range(5.0, -4.5, 0.0),
-            ..Motion::default()
-        };
+        let motion = Motion { rz: range(5.0, -4.5, 0.0), ..Motion::default() };
         let error = motion.grid(&Pose::identity()).unwrap_err().to_string();
-        assert_eq!(
-            error,
-            "motion.rz: min is 5, max is -4.5, expected min at most max"
-        );
+        assert_eq!(error, "motion.rz: min is 5, max is -4.5, expected min at most max");
     }
 
     #[test]
     fn ranges_beyond_a_kilometre_or_ten_turns_are_refused() {
         let error = |motion: Motion| motion.grid(&Pose::identity()).unwrap_err().to_string();
         let far = range(-1e308, 1e308, 1e308);
-        let x = Motion {
-            x: far,
-            ..Motion::default()
-        };
+        let x = Motion { x: far, ..Motion::default() };
         let expected = "motion.x: min is -1e308, expected at most 1e6 mm either way";
         assert_eq!(error(x), expected);
-        let rx = Motion {
-            rx: range(0.0, 3601.0, 10.0),
-            ..Motion::default()
-        };
+        let rx = Motion { rx: range(0.0, 3601.0, 10.0), ..Motion::default() };
         let expected = "motion.rx: max is 3601, expected at most 3600 degrees either way";
         assert_eq!(error(rx), expected);
     }
@@ -316,14 +261,7 @@ mod tests {
     #[test]
     fn a_million_million_poses_are_refused_with_their_count() {
         let axis = range(0.0, 99.0, 1.0);
-        let motion = Motion {
-            x: axis,
-            y: axis,
-            z: axis,
-            rx: axis,
-            ry: axis,
-            rz: axis,
-        };
+        let motion = Motion { x: axis, y: axis, z: axis, rx: axis, ry: axis, rz: axis };
         let error = motion.grid(&Pose::identity()).unwrap_err();
         assert_eq!(error, MotionError::TooManyTrials { trials: 1e12 });
         assert!(error.to_string().contains("1.0000e12"), "{error}");
@@ -331,10 +269,7 @@ mod tests {
 
     #[test]
     fn a_negative_step_names_its_axis() {
-        let motion = Motion {
-            ry: range(0.0, 1.0, -1.0),
-            ..Motion::default()
-        };
+        let motion = Motion { ry: range(0.0, 1.0, -1.0), ..Motion::default() };
         let error = motion.grid(&Pose::identity()).unwrap_err();
         assert!(error.to_string().starts_with("motion.ry: step is -1"));
     }

@@ -86,10 +86,7 @@ pub enum HandlePath {
     /// A line through the handle, in the direction in which the value grows.
     Line(Unit<Vector3<f64>>),
     /// A circle through the handle, around an axis about which the value grows.
-    Circle {
-        center_mm: Point3<f64>,
-        axis: Unit<Vector3<f64>>,
-    },
+    Circle { center_mm: Point3<f64>, axis: Unit<Vector3<f64>> },
 }
 
 /// A handle that is held.
@@ -115,13 +112,7 @@ pub fn motion_outline(
 ) -> Result<MotionOutline, MotionError> {
     let grid = motion.grid(crf_from_tool)?;
     let mut outline = MotionOutline::default();
-    let drawn = Drawn {
-        motion,
-        grid: &grid,
-        tool,
-        crf_from_tool,
-        tracker_from_crf,
-    };
+    let drawn = Drawn { motion, grid: &grid, tool, crf_from_tool, tracker_from_crf };
     drawn.push_box(&mut outline);
     for axis in 3..6 {
         drawn.push_fan(&mut outline, axis);
@@ -153,9 +144,7 @@ impl Drawn<'_> {
         let tip = self.tool.judged_tip_in_body();
         let at = |[x, y, z]: [f64; 3]| self.point(&tip, [x, y, z, 0.0, 0.0, 0.0]);
         let values = [0, 1, 2].map(|axis| self.grid.axis_values(axis));
-        let ends = values
-            .each_ref()
-            .map(|values| [0, values.len() - 1].map(|k| values[k]));
+        let ends = values.each_ref().map(|values| [0, values.len() - 1].map(|k| values[k]));
         let longest_mm = ends.iter().map(|[min, max]| max - min).fold(0.0, f64::max);
         let mark_mm = (MARK_SHARE * longest_mm).clamp(MARK_MM[0], MARK_MM[1]);
         for axis in 0..3 {
@@ -227,9 +216,7 @@ impl Drawn<'_> {
             // A whole turn is enough to see that it is one.
             let to = to.min(from + 360.0);
             let chords = ((to - from) / CHORD_DEG).ceil().max(1.0);
-            (0..=chords as usize)
-                .map(|i| at(from + (to - from) * i as f64 / chords))
-                .collect()
+            (0..=chords as usize).map(|i| at(from + (to - from) * i as f64 / chords)).collect()
         };
         let angles = self.grid.axis_values(axis);
         let (first, last) = (angles[0], angles[angles.len() - 1]);
@@ -238,34 +225,18 @@ impl Drawn<'_> {
         let spokes = angles.iter().enumerate().filter_map(|(i, angle)| {
             let end = at(*angle);
             let is_extreme = i == 0 || i + 1 == angles.len();
-            let from = if is_extreme {
-                pivot
-            } else {
-                end + (pivot - end) * INNER_SPOKE
-            };
+            let from = if is_extreme { pivot } else { end + (pivot - end) * INNER_SPOKE };
             (is_extreme || are_marked).then_some([from, end])
         });
-        outline.fans.push(Fan {
-            axis,
-            spokes: spokes.collect(),
-            arc: arc(first, last),
-        });
+        outline.fans.push(Fan { axis, spokes: spokes.collect(), arc: arc(first, last) });
         if is_short(last, &range) {
             outline.stems.push(arc(last, range.max));
         }
         for (end, value) in [(RangeEnd::Min, range.min), (RangeEnd::Max, range.max)] {
             let at_mm = at(value);
             let center_mm = pivot + about.into_inner() * about.dot(&(at_mm - pivot));
-            let path = HandlePath::Circle {
-                center_mm,
-                axis: about,
-            };
-            outline.handles.push(MotionHandle {
-                axis,
-                end,
-                at_mm,
-                path,
-            });
+            let path = HandlePath::Circle { center_mm, axis: about };
+            outline.handles.push(MotionHandle { axis, end, at_mm, path });
         }
     }
 
@@ -320,12 +291,7 @@ impl MotionHandle {
     /// Takes hold of it with the pointer's ray there.
     pub fn take(&self, motion: &Motion, ray: &Ray) -> Option<HeldEnd> {
         let grabbed = self.under(ray)?;
-        Some(HeldEnd {
-            handle: *self,
-            start: *motion,
-            grabbed,
-            last: grabbed,
-        })
+        Some(HeldEnd { handle: *self, start: *motion, grabbed, last: grabbed })
     }
 }
 
@@ -399,14 +365,8 @@ fn with_end(
     // Sums of steps such as 0.1 read as what they are meant to be.
     let moved = (moved * 1e9).round() / 1e9;
     match end {
-        RangeEnd::Min => AxisRange {
-            min: moved,
-            ..range
-        },
-        RangeEnd::Max => AxisRange {
-            max: moved,
-            ..range
-        },
+        RangeEnd::Min => AxisRange { min: moved, ..range },
+        RangeEnd::Max => AxisRange { max: moved, ..range },
     }
 }
 

@@ -43,11 +43,7 @@ pub enum NoFigures {
         "the room does not reach: of {trials} trials, {outside} have a sensor outside the model's box and \
          {out_of_volume} one out of the tracker's volume"
     )]
-    NoOverlap {
-        trials: usize,
-        outside: usize,
-        out_of_volume: usize,
-    },
+    NoOverlap { trials: usize, outside: usize, out_of_volume: usize },
     #[error(transparent)]
     Study(StudyError),
     /// The room itself is not to be had.

@@ -48,10 +48,7 @@ impl Plan {
 
     /// One trial's poses.
     pub fn trial(&self, scenario: &Scenario, index: usize) -> InputTrial {
-        let at = |crf_from_tool| InputTrial {
-            tracker_from_crf: None,
-            crf_from_tool,
-        };
+        let at = |crf_from_tool| InputTrial { tracker_from_crf: None, crf_from_tool };
         match self {
             Self::Single => at(scenario.crf_from_tool),
             Self::Motion(grid) => at(grid.pose(index)),
@@ -100,11 +97,7 @@ impl Block {
             Plan::Single | Plan::Input(_) => trials,
         };
         let run = (BLOCK / turns).min(trials / turns);
-        let (len, is_grouped) = if run >= MIN_RUN {
-            (run * turns, true)
-        } else {
-            (BLOCK, false)
-        };
+        let (len, is_grouped) = if run >= MIN_RUN { (run * turns, true) } else { (BLOCK, false) };
         (0..trials).step_by(len).map(move |start| {
             let len = len.min(trials - start);
             let run = if is_grouped { len / turns } else { 1 };
@@ -148,9 +141,7 @@ impl Block {
             .flat_map(|start| {
                 let end = (start + stretch).min(self.len);
                 let len = self.part_len();
-                (start..end)
-                    .step_by(len)
-                    .map(move |start| start..(start + len).min(end))
+                (start..end).step_by(len).map(move |start| start..(start + len).min(end))
             })
             .collect()
     }
@@ -199,17 +190,9 @@ mod tests {
     fn grid(positions: usize, turns: usize) -> Plan {
         // Steps that add up exactly, so small that no turn is beyond ten.
         let axis = |count: usize| {
-            Some(AxisRange {
-                min: 0.0,
-                max: (count as f64 - 1.0) / 64.0,
-                step: 1.0 / 64.0,
-            })
+            Some(AxisRange { min: 0.0, max: (count as f64 - 1.0) / 64.0, step: 1.0 / 64.0 })
         };
-        let motion = Motion {
-            y: axis(positions),
-            rz: axis(turns),
-            ..Motion::default()
-        };
+        let motion = Motion { y: axis(positions), rz: axis(turns), ..Motion::default() };
         Plan::Motion(Box::new(motion.grid(&Pose::identity()).unwrap()))
     }
 
@@ -254,9 +237,7 @@ mod tests {
     #[test]
     fn poses_of_a_run_share_their_orientation() {
         let plan = grid(40, 7);
-        let Plan::Motion(grid) = &plan else {
-            unreachable!()
-        };
+        let Plan::Motion(grid) = &plan else { unreachable!() };
         let block = Block::all(&plan).next().unwrap();
         assert_eq!(block.run, 40);
         for place in 0..block.len {

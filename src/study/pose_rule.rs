@@ -24,11 +24,7 @@ type Nodes = Vec<(f64, f64)>;
 impl PoseRule {
     /// The design's own pose.
     pub fn single(scenario: &Scenario) -> Self {
-        Self {
-            poses: vec![scenario.crf_from_tool],
-            weights: vec![1.0],
-            run: 1,
-        }
+        Self { poses: vec![scenario.crf_from_tool], weights: vec![1.0], run: 1 }
     }
 
     /// Every pose of the grid.
@@ -55,11 +51,7 @@ impl PoseRule {
     pub fn gauss(scenario: &Scenario, most: usize) -> Result<Self, MotionError> {
         let motion = scenario.motion.unwrap_or_default();
         let counts = motion.grid(&scenario.crf_from_tool)?.counts();
-        let poses = |m: usize| {
-            counts
-                .iter()
-                .fold(1_usize, |p, n| p.saturating_mul(m.min(*n)))
-        };
+        let poses = |m: usize| counts.iter().fold(1_usize, |p, n| p.saturating_mul(m.min(*n)));
         let longest = counts.iter().copied().max().unwrap_or(1);
         let m = (1..=longest).take_while(|&m| poses(m) <= most).last();
         let axes: Vec<Nodes> = motion
@@ -69,10 +61,7 @@ impl PoseRule {
             .map(|((_, range), count)| {
                 let nodes = gauss_nodes(count, m.unwrap_or(1).min(count));
                 let at = |index: f64| range.map_or(0.0, |r| r.min + index * r.step);
-                nodes
-                    .into_iter()
-                    .map(|(i, weight)| (at(i), weight))
-                    .collect()
+                nodes.into_iter().map(|(i, weight)| (at(i), weight)).collect()
             })
             .collect();
         let lengths: Vec<usize> = axes.iter().map(Vec::len).collect();
@@ -92,11 +81,7 @@ impl PoseRule {
                 (moved(&scenario.crf_from_tool, values), weight)
             })
             .unzip();
-        Ok(Self {
-            poses,
-            weights,
-            run,
-        })
+        Ok(Self { poses, weights, run })
     }
 
     /// What one core computes at a time: whole runs, or a piece of a long one.
@@ -122,11 +107,7 @@ pub(super) fn corners(grid: &MotionGrid) -> Vec<Pose> {
         .filter(|corner| (0..6).all(|k| counts[k] > 1 || corner >> k & 1 == 0))
         .map(|corner| {
             let trial = (0..6).fold(0, |trial, k| {
-                let index = if corner >> k & 1 == 0 {
-                    0
-                } else {
-                    counts[k] - 1
-                };
+                let index = if corner >> k & 1 == 0 { 0 } else { counts[k] - 1 };
                 trial * counts[k] + index
             });
             grid.pose(trial)
@@ -148,9 +129,8 @@ fn gauss_nodes(count: usize, nodes: usize) -> Nodes {
         (jacobi[(i - 1, i)], jacobi[(i, i - 1)]) = (b, b);
     }
     let eigen = jacobi.symmetric_eigen();
-    let mut nodes: Nodes = (0..nodes)
-        .map(|i| (eigen.eigenvalues[i], eigen.eigenvectors[(0, i)].powi(2)))
-        .collect();
+    let mut nodes: Nodes =
+        (0..nodes).map(|i| (eigen.eigenvalues[i], eigen.eigenvectors[(0, i)].powi(2))).collect();
     nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
     nodes
 }
@@ -171,10 +151,7 @@ mod tests {
                     let of = |x: f64| ((x - middle) / scale).powi(power);
                     let all = (0..count).map(|i| of(i as f64)).sum::<f64>() / count as f64;
                     let few: f64 = rule.iter().map(|(x, w)| w * of(*x)).sum();
-                    assert!(
-                        (all - few).abs() < 1e-13,
-                        "{count} {nodes} {power}: {all} {few}"
-                    );
+                    assert!((all - few).abs() < 1e-13, "{count} {nodes} {power}: {all} {few}");
                 }
             }
         }
@@ -183,13 +160,7 @@ mod tests {
     #[test]
     fn as_many_nodes_as_values_are_the_grid() {
         let world = crate::store::open_builtin("endoscope").unwrap();
-        let range = |min: f64, step: f64| {
-            Some(AxisRange {
-                min,
-                max: min + 2.0 * step,
-                step,
-            })
-        };
+        let range = |min: f64, step: f64| Some(AxisRange { min, max: min + 2.0 * step, step });
         let scenario = Scenario {
             motion: Some(Motion {
                 y: range(-4.0, 4.0),
@@ -199,15 +170,8 @@ mod tests {
             }),
             ..crate::store::resolve(world.document.design(), &world.environment)
         };
-        let grid = scenario
-            .motion
-            .unwrap()
-            .grid(&scenario.crf_from_tool)
-            .unwrap();
-        let (whole, gauss) = (
-            PoseRule::whole(&grid),
-            PoseRule::gauss(&scenario, 27).unwrap(),
-        );
+        let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
+        let (whole, gauss) = (PoseRule::whole(&grid), PoseRule::gauss(&scenario, 27).unwrap());
         assert_eq!((whole.run, gauss.run), (3, 3));
         assert_eq!(whole.poses.len(), 27);
         for (a, b) in whole.poses.iter().zip(&gauss.poses) {

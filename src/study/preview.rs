@@ -14,9 +14,7 @@ pub const PREVIEW_TRIALS: usize = 2048;
 
 /// Moves the sequence off the corner of the range where it begins: the golden ratio's powers,
 /// which share no period with it.
-const SHIFT: [f64; 6] = [
-    0.618_034, 0.381_966, 0.236_068, 0.145_898, 0.090_170, 0.055_728,
-];
+const SHIFT: [f64; 6] = [0.618_034, 0.381_966, 0.236_068, 0.145_898, 0.090_170, 0.055_728];
 
 /// A study that stands for a long one.
 #[derive(Clone, Debug)]
@@ -73,13 +71,8 @@ mod tests {
 
     fn scenario(steps: f64) -> Scenario {
         let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
-        let range = |reach: f64| {
-            Some(AxisRange {
-                min: -reach,
-                max: reach,
-                step: 2.0 * reach / steps,
-            })
-        };
+        let range =
+            |reach: f64| Some(AxisRange { min: -reach, max: reach, step: 2.0 * reach / steps });
         Scenario {
             motion: Some(Motion {
                 x: range(40.0),
@@ -96,10 +89,7 @@ mod tests {
     #[test]
     fn a_short_range_of_motion_needs_no_preview() {
         assert!(preview(&scenario(2.0)).is_none());
-        let still = Scenario {
-            motion: None,
-            ..scenario(2.0)
-        };
+        let still = Scenario { motion: None, ..scenario(2.0) };
         assert!(preview(&still).is_none());
     }
 
@@ -119,11 +109,7 @@ mod tests {
     #[test]
     fn the_poses_of_a_preview_are_poses_of_the_grid_and_hardly_repeat() {
         let scenario = scenario(7.0);
-        let grid = scenario
-            .motion
-            .unwrap()
-            .grid(&scenario.crf_from_tool)
-            .unwrap();
+        let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
         let key = |pose: &crate::geometry::pose::Pose| {
             crate::geometry::pose::pose_to_array(pose).map(|v| (v * 1e6).round() as i64)
         };

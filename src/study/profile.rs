@@ -70,10 +70,9 @@ pub fn run_profiled(
     cancel: &CancelToken,
 ) -> Result<(Outcome, Option<Profile>), StudyError> {
     let grid = match mode {
-        Mode::Motion => scenario
-            .motion
-            .map(|motion| motion.grid(&scenario.crf_from_tool))
-            .transpose()?,
+        Mode::Motion => {
+            scenario.motion.map(|motion| motion.grid(&scenario.crf_from_tool)).transpose()?
+        }
         Mode::Single | Mode::Input(_) => None,
     };
     let trials = trial_count(scenario, mode).unwrap_or(1);
@@ -88,11 +87,7 @@ pub fn run_profiled(
     };
     let outcome = run(scenario, mode, cancel, Some(&mut log))?;
     let axes = grid.map_or_else(Vec::new, |grid| axes(&grid, &tip_error_mm));
-    let profile = Profile {
-        tip_error_mm,
-        angle_error_deg,
-        axes,
-    };
+    let profile = Profile { tip_error_mm, angle_error_deg, axes };
     Ok((outcome, Some(profile)))
 }
 
@@ -120,19 +115,13 @@ pub fn trial_offsets(scenario: &Scenario, mode: &Mode, trial: usize) -> Vec<(&'s
     };
     let names = motion.axes().map(|(name, _)| name);
     let offsets = names.into_iter().zip(grid.offsets(trial));
-    offsets
-        .zip(grid.counts())
-        .filter_map(|(offset, count)| (count > 1).then_some(offset))
-        .collect()
+    offsets.zip(grid.counts()).filter_map(|(offset, count)| (count > 1).then_some(offset)).collect()
 }
 
 /// Where the tool is in one trial of a mode, with the CRF's pose where the trial brings its own;
 /// `None` past the end or where there is no range of motion.
 pub fn trial_pose(scenario: &Scenario, mode: &Mode, trial: usize) -> Option<InputTrial> {
-    let own = |crf_from_tool: Pose| InputTrial {
-        tracker_from_crf: None,
-        crf_from_tool,
-    };
+    let own = |crf_from_tool: Pose| InputTrial { tracker_from_crf: None, crf_from_tool };
     match mode {
         Mode::Single => (trial == 0).then(|| own(scenario.crf_from_tool)),
         Mode::Motion => {
@@ -212,10 +201,7 @@ impl Profile {
         let largest = self.finite().fold(0.0, f64::max);
         let width = round_above(largest / MAX_BARS as f64);
         if width <= 0.0 || !width.is_finite() {
-            return Histogram {
-                width: 1.0,
-                counts: vec![self.finite().count()],
-            };
+            return Histogram { width: 1.0, counts: vec![self.finite().count()] };
         }
         let bar = |error: f64| (error / width) as usize;
         let mut counts = vec![0; bar(largest) + 1];
@@ -266,11 +252,7 @@ impl Profile {
             }
             column
         };
-        self.tip_error_mm
-            .chunks(each)
-            .enumerate()
-            .map(column)
-            .collect()
+        self.tip_error_mm.chunks(each).enumerate().map(column).collect()
     }
 
     /// The trial with the largest tip error from `from_mm` up to, and not with, `to_mm`.
@@ -295,9 +277,7 @@ impl Profile {
 /// The next 1, 2 or 5 times a power of ten that is not below a positive value.
 fn round_above(value: f64) -> f64 {
     let decade = 10_f64.powf(value.log10().floor());
-    let digit = [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .find(|digit| digit * decade >= value);
+    let digit = [1.0, 2.0, 5.0, 10.0].into_iter().find(|digit| digit * decade >= value);
     digit.unwrap_or(10.0) * decade
 }
 
@@ -310,11 +290,7 @@ mod tests {
     fn scenario() -> Scenario {
         let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
         let range = |reach: f64, steps: f64| {
-            Some(AxisRange {
-                min: -reach,
-                max: reach,
-                step: 2.0 * reach / steps,
-            })
+            Some(AxisRange { min: -reach, max: reach, step: 2.0 * reach / steps })
         };
         Scenario {
             motion: Some(Motion {
@@ -404,10 +380,7 @@ mod tests {
         };
         assert_eq!((position.values.len(), orientation.values.len()), (8, 5));
         let there = &profile.tip_error_mm[10..15];
-        assert_eq!(
-            position.max_mm[2],
-            there.iter().copied().fold(0.0, f64::max)
-        );
+        assert_eq!(position.max_mm[2], there.iter().copied().fold(0.0, f64::max));
         let turned = profile.tip_error_mm.iter().skip(3).step_by(5);
         assert_eq!(orientation.max_mm[3], turned.copied().fold(0.0, f64::max));
     }
@@ -420,10 +393,7 @@ mod tests {
         assert!(histogram.counts.len() <= MAX_BARS + 1);
         let columns = profile.columns(7);
         assert!(columns.len() <= 7);
-        let worst = columns
-            .iter()
-            .max_by(|a, b| a.max_mm.total_cmp(&b.max_mm))
-            .unwrap();
+        let worst = columns.iter().max_by(|a, b| a.max_mm.total_cmp(&b.max_mm)).unwrap();
         assert_eq!(worst.worst_trial, outcome.figures.worst.trial);
     }
 
@@ -432,11 +402,7 @@ mod tests {
         let (outcome, profile) = profiled(&Mode::Motion);
         let curve = profile.cumulative(16);
         assert_eq!(curve.last(), Some(&(outcome.figures.position_mm.max, 1.0)));
-        assert!(
-            curve
-                .windows(2)
-                .all(|w| w[0].0 <= w[1].0 && w[0].1 <= w[1].1)
-        );
+        assert!(curve.windows(2).all(|w| w[0].0 <= w[1].0 && w[0].1 <= w[1].1));
         let (median, half) = curve[8];
         assert!((profile.part_within(median) - half).abs() < 1e-12);
     }

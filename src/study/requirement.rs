@@ -8,23 +8,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Requirement {
-    #[serde(
-        rename = "position_rms",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(rename = "position_rms", default, skip_serializing_if = "Option::is_none")]
     pub position_rms_mm: Option<f64>,
-    #[serde(
-        rename = "position_p95",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(rename = "position_p95", default, skip_serializing_if = "Option::is_none")]
     pub position_p95_mm: Option<f64>,
-    #[serde(
-        rename = "position_max",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(rename = "position_max", default, skip_serializing_if = "Option::is_none")]
     pub position_max_mm: Option<f64>,
     #[serde(rename = "angle_rms", default, skip_serializing_if = "Option::is_none")]
     pub angle_rms_deg: Option<f64>,
@@ -82,12 +70,7 @@ impl Requirement {
     pub fn checks_of(&self, figures: [f64; 5]) -> Vec<Check> {
         let each = self.bounds().into_iter().zip(figures);
         each.filter_map(|((name, limit), value)| {
-            limit.map(|limit| Check {
-                name,
-                value,
-                limit,
-                met: value <= limit,
-            })
+            limit.map(|limit| Check { name, value, limit, met: value <= limit })
         })
         .collect()
     }

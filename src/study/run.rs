@@ -110,10 +110,7 @@ pub fn run(
             within,
             checks,
             free_axis: free.map(|(body, free)| FreeRotation {
-                free: FreeAxis {
-                    body,
-                    axis_in_body: free.axis.map(|a| a.into_inner().into()),
-                },
+                free: FreeAxis { body, axis_in_body: free.axis.map(|a| a.into_inner().into()) },
                 reach_mm: tally.free_reach_mm,
             }),
             position_mm_determined,
@@ -126,9 +123,7 @@ pub fn run(
 pub(super) fn check(scenario: &Scenario) -> Result<(), StudyError> {
     let bodies = [Some(&scenario.tool), scenario.crf.as_ref().map(|c| &c.body)];
     match bodies.into_iter().flatten().find(|b| b.sensors.is_empty()) {
-        Some(body) => Err(StudyError::NoSensors {
-            body: body.name.clone(),
-        }),
+        Some(body) => Err(StudyError::NoSensors { body: body.name.clone() }),
         None => Ok(()),
     }
 }

@@ -74,10 +74,7 @@ pub fn sample_slice(
     };
     let (sampled, work) = sampled?;
     let bounds = (!quantity.needs_tool()).then(|| *model.bounds());
-    Ok(Some(SliceOutcome {
-        bounds,
-        ..outcome(plan, quantity, sampled, work)
-    }))
+    Ok(Some(SliceOutcome { bounds, ..outcome(plan, quantity, sampled, work) }))
 }
 
 fn outcome(
@@ -86,10 +83,8 @@ fn outcome(
     sampled: Vec<Sampled>,
     work: Work,
 ) -> SliceOutcome {
-    let mut inside: Vec<f64> = sampled
-        .iter()
-        .filter_map(|&(value, is_inside)| is_inside.then_some(value))
-        .collect();
+    let mut inside: Vec<f64> =
+        sampled.iter().filter_map(|&(value, is_inside)| is_inside.then_some(value)).collect();
     let statistics = Statistics::of(&mut inside);
     let (values, is_inside) = sampled.into_iter().unzip();
     SliceOutcome {
@@ -123,11 +118,7 @@ fn errors(
         // its rows are columns.
         let len = rows.len();
         let is_across = match plan.plane {
-            SlicePlane::Across {
-                normal_axis,
-                position_mm,
-                ..
-            } => {
+            SlicePlane::Across { normal_axis, position_mm, .. } => {
                 let [axis_u, axis_v] = others(normal_axis);
                 let us: Vec<f64> = points(0).map(|p| p[axis_u]).collect();
                 let vs: Vec<f64> = rows.map(|v| plan.point_mm(0, v)[axis_v]).collect();
@@ -151,10 +142,7 @@ fn errors(
         });
         sampled.collect()
     };
-    let bands: Vec<_> = (0..nv)
-        .step_by(BAND)
-        .map(|start| start..(start + BAND).min(nv))
-        .collect();
+    let bands: Vec<_> = (0..nv).step_by(BAND).map(|start| start..(start + BAND).min(nv)).collect();
     let bands: Option<Vec<Vec<Sampled>>> = bands
         .into_par_iter()
         .map_init(Default::default, |buffers, rows| {
@@ -197,11 +185,7 @@ fn tip_errors(scenario: &Scenario, plan: &SlicePlan, cancel: &CancelToken) -> Ro
         sampled.extend(row);
         work += cost;
     }
-    let work = Work {
-        slice_evaluations: work.study_evaluations,
-        study_evaluations: 0,
-        ..work
-    };
+    let work = Work { slice_evaluations: work.study_evaluations, study_evaluations: 0, ..work };
     Ok((sampled, work))
 }
 
@@ -245,10 +229,7 @@ fn supports(
             false => (f64::NAN, false),
         }
     })?;
-    let work = Work {
-        slice_evaluations: plan.points() as u64,
-        ..Work::default()
-    };
+    let work = Work { slice_evaluations: plan.points() as u64, ..Work::default() };
     Ok((sampled, work))
 }
 

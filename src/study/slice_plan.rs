@@ -52,9 +52,7 @@ impl SlicePlane {
             .unwrap_or_else(|| crate::geometry::rotation::perpendicular(normal));
         let axes = [Unit::new_normalize(v.cross(normal)), v];
         let spans = axes.map(|axis| {
-            let along = bounds
-                .corners_mm()
-                .map(|corner| axis.dot(&(corner - through_mm)));
+            let along = bounds.corners_mm().map(|corner| axis.dot(&(corner - through_mm)));
             (
                 along.iter().copied().fold(f64::INFINITY, f64::min),
                 along.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -86,11 +84,9 @@ impl SlicePlane {
     /// Length of the sides along the axes.
     pub fn sizes_mm(&self) -> [f64; 2] {
         match self {
-            Self::Across {
-                normal_axis,
-                bounds,
-                ..
-            } => others(*normal_axis).map(|axis| bounds.size_mm()[axis]),
+            Self::Across { normal_axis, bounds, .. } => {
+                others(*normal_axis).map(|axis| bounds.size_mm()[axis])
+            }
             Self::Free { sizes_mm, .. } => *sizes_mm,
         }
     }
@@ -112,11 +108,7 @@ impl SlicePlan {
     /// A point of the lattice, tracker frame, mm.
     pub fn point_mm(&self, u: usize, v: usize) -> Point3<f64> {
         match &self.plane {
-            SlicePlane::Across {
-                normal_axis,
-                position_mm,
-                bounds,
-            } => {
+            SlicePlane::Across { normal_axis, position_mm, bounds } => {
                 let mut point = Point3::origin();
                 point[(*normal_axis).min(2)] = *position_mm;
                 let [axis_u, axis_v] = others(*normal_axis);
@@ -133,11 +125,7 @@ impl SlicePlan {
                 }
                 point
             }
-            SlicePlane::Free {
-                origin_mm,
-                axes,
-                sizes_mm,
-            } => {
+            SlicePlane::Free { origin_mm, axes, sizes_mm } => {
                 let [along_u, along_v] = [(u, 0), (v, 1)].map(|(index, k)| {
                     axes[k].into_inner() * (sizes_mm[k] * part(index, self.counts[k]))
                 });
@@ -180,12 +168,7 @@ mod tests {
         let through = Point3::new(3.0, 4.0, 5.0);
         let normal = Unit::new_normalize(Vector3::new(0.3, -0.5, 0.7));
         let plane = SlicePlane::facing(&bounds, &through, &normal, &Vector3::z());
-        let SlicePlane::Free {
-            origin_mm,
-            axes: [u, v],
-            sizes_mm,
-        } = plane
-        else {
+        let SlicePlane::Free { origin_mm, axes: [u, v], sizes_mm } = plane else {
             panic!("{plane:?}");
         };
         assert!(u.dot(&v).abs() < 1e-15 && v.z > 0.0);

@@ -161,11 +161,7 @@ mod tests {
     /// `1 + 2 u + 3 v` in cells, with a corner that is outside.
     fn slice(plane: SlicePlane) -> SliceOutcome {
         SliceOutcome {
-            plan: SlicePlan {
-                plane,
-                sensor_axis: Vector3::z_axis(),
-                counts: [3, 2],
-            },
+            plan: SlicePlan { plane, sensor_axis: Vector3::z_axis(), counts: [3, 2] },
             quantity: Quantity::PositionErrorMm,
             values: vec![1.0, 3.0, 5.0, 4.0, 6.0, 8.0],
             is_inside: vec![true, true, true, true, true, false],
@@ -222,10 +218,7 @@ mod tests {
     fn a_ray_reads_the_slice_where_it_meets_it_on_any_plane() {
         let turned = SlicePlane::Free {
             origin_mm: Point3::new(10.0, 20.0, 5.0),
-            axes: [
-                Unit::new_normalize(Vector3::new(0.6, 0.0, 0.8)),
-                Vector3::y_axis(),
-            ],
+            axes: [Unit::new_normalize(Vector3::new(0.6, 0.0, 0.8)), Vector3::y_axis()],
             sizes_mm: [20.0, 20.0],
         };
         for plane in [across(), turned] {
@@ -233,10 +226,7 @@ mod tests {
             let [u, v] = slice.plan.plane.axes().map(|axis| axis.into_inner());
             let at = slice.plan.point_mm(0, 0) + u * 2.5 + v * 10.0;
             let from = at + Vector3::new(7.0, -30.0, 60.0);
-            let ray = Ray {
-                origin_mm: from,
-                direction: Unit::new_normalize(at - from),
-            };
+            let ray = Ray { origin_mm: from, direction: Unit::new_normalize(at - from) };
             let hit = slice.hit(&ray).unwrap();
             let Reading::Value(value) = hit.reading else {
                 panic!("{hit:?}");
@@ -244,10 +234,7 @@ mod tests {
             // A quarter of the first cell, half of the second.
             assert!((value - (1.0 + 0.5 + 1.5)).abs() < 1e-12, "{value}");
             assert!((hit.distance_mm - (at - from).norm()).abs() < 1e-12);
-            let beside = Ray {
-                origin_mm: from + u * 100.0,
-                ..ray
-            };
+            let beside = Ray { origin_mm: from + u * 100.0, ..ray };
             assert_eq!(slice.hit(&beside), None);
         }
     }
@@ -256,10 +243,7 @@ mod tests {
     fn the_way_to_a_level_is_the_difference_over_the_slope() {
         let slice = slice(across());
         let far = slice.cells_to_level([0.5, 0.5], 2.5, 0.25).unwrap();
-        assert!(
-            (far - (1.0 + 1.0 + 1.5 - 2.5) / 13f64.sqrt()).abs() < 1e-12,
-            "{far}"
-        );
+        assert!((far - (1.0 + 1.0 + 1.5 - 2.5) / 13f64.sqrt()).abs() < 1e-12, "{far}");
         // At the edge differences are taken to one side.
         let far = slice.cells_to_level([0.0, 0.0], 1.0, 0.25).unwrap();
         assert_eq!(far, 0.0);

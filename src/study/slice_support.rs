@@ -33,10 +33,8 @@ pub fn slice_support(
     }
     check(scenario)?;
     let simulator = Simulator::new(scenario);
-    let tracker_from_crf = scenario
-        .crf
-        .as_ref()
-        .map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
+    let tracker_from_crf =
+        scenario.crf.as_ref().map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
     let is_crf_supported = scenario
         .crf
         .as_ref()
@@ -95,10 +93,7 @@ mod tests {
             plane: SlicePlane::Across {
                 normal_axis: 1,
                 position_mm: own.center_mm().y,
-                bounds: Bounds {
-                    min_mm: own.min_mm - out,
-                    max_mm: own.max_mm + out,
-                },
+                bounds: Bounds { min_mm: own.min_mm - out, max_mm: own.max_mm + out },
             },
             sensor_axis: Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8)),
             counts: [23, 19],
@@ -114,10 +109,7 @@ mod tests {
     #[test]
     fn a_point_is_supported_where_the_support_says_so_of_the_imagined_sensor() {
         let scenario = scenario();
-        let (plan, support) = (
-            plan(&scenario),
-            scenario.environment.support.as_ref().unwrap(),
-        );
+        let (plan, support) = (plan(&scenario), scenario.environment.support.as_ref().unwrap());
         let found = supported(&scenario, Quantity::PositionErrorMm);
         for (i, is_supported) in found.iter().enumerate() {
             let at = plan.point_mm(i % plan.counts[0], i / plan.counts[0]);
@@ -130,10 +122,7 @@ mod tests {
     #[test]
     fn of_the_tool_every_sensor_is_asked_with_the_tip_at_the_point() {
         let scenario = scenario();
-        let (plan, support) = (
-            plan(&scenario),
-            scenario.environment.support.as_ref().unwrap(),
-        );
+        let (plan, support) = (plan(&scenario), scenario.environment.support.as_ref().unwrap());
         let found = supported(&scenario, Quantity::TipErrorMm);
         let crf = scenario.crf.as_ref().unwrap();
         for i in (0..found.len()).step_by(17) {

@@ -51,15 +51,7 @@ impl Statistics {
 
     fn not_a_number() -> Self {
         let [rms, mean, std, min, median, p95, max] = [f64::NAN; 7];
-        Self {
-            rms,
-            mean,
-            std,
-            min,
-            median,
-            p95,
-            max,
-        }
+        Self { rms, mean, std, min, median, p95, max }
     }
 }
 
@@ -81,11 +73,7 @@ pub fn percentile(values: &mut [f64], p: f64) -> f64 {
     let high = above.iter().copied().min_by(f64::total_cmp).unwrap_or(low);
     let part = place - below as f64;
     // Nothing of an infinite neighbour is nothing.
-    if part == 0.0 {
-        low
-    } else {
-        low + (high - low) * part
-    }
+    if part == 0.0 { low } else { low + (high - low) * part }
 }
 
 /// Pairwise summation: error grows with the logarithm of the count.
@@ -119,11 +107,7 @@ mod tests {
     #[test]
     fn one_value_that_is_no_number_makes_all_figures_that() {
         let s = Statistics::of(&mut [1.0, f64::NAN, 2.0]).unwrap();
-        assert!(
-            [s.rms, s.mean, s.std, s.min, s.median, s.p95, s.max]
-                .iter()
-                .all(|v| v.is_nan())
-        );
+        assert!([s.rms, s.mean, s.std, s.min, s.median, s.p95, s.max].iter().all(|v| v.is_nan()));
     }
 
     #[test]

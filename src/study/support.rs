@@ -113,10 +113,7 @@ pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSu
     found.std_error_mm = spread(sum.squares_mm2, sum.max_mm);
     found.std_error_deg = sum.has_angles.then(|| {
         let in_rad = spread(sum.squares_rad2, sum.max_rad);
-        Spread {
-            rms: in_rad.rms.to_degrees(),
-            max: in_rad.max.to_degrees(),
-        }
+        Spread { rms: in_rad.rms.to_degrees(), max: in_rad.max.to_degrees() }
     });
     found.greatest_distance_mm = sum.distance_mm;
     Ok(found)
@@ -126,43 +123,20 @@ pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSu
 pub fn support_rows(survey: &SupportSurvey) -> Vec<FigureRow> {
     let row = |label, value: f64, unit| FigureRow {
         label,
-        value: if value.is_finite() {
-            format!("{value:.4}")
-        } else {
-            "none".to_owned()
-        },
+        value: if value.is_finite() { format!("{value:.4}") } else { "none".to_owned() },
         unit,
     };
-    let count = |label, value: usize| FigureRow {
-        label,
-        value: with_separators(value),
-        unit: "",
-    };
+    let count = |label, value: usize| FigureRow { label, value: with_separators(value), unit: "" };
     let mut rows = vec![
-        row(
-            "field std error RMS at the sensors",
-            survey.std_error_mm.rms,
-            "mm",
-        ),
-        row(
-            "field std error max at the sensors",
-            survey.std_error_mm.max,
-            "mm",
-        ),
+        row("field std error RMS at the sensors", survey.std_error_mm.rms, "mm"),
+        row("field std error max at the sensors", survey.std_error_mm.max, "mm"),
     ];
     if let Some(deg) = &survey.std_error_deg {
         rows.push(row("field angle std error RMS", deg.rms, "°"));
         rows.push(row("field angle std error max", deg.max, "°"));
     }
-    rows.push(row(
-        "farthest from the samples",
-        survey.greatest_distance_mm,
-        "mm",
-    ));
-    rows.push(count(
-        "trials on poorly supported field",
-        survey.unsupported,
-    ));
+    rows.push(row("farthest from the samples", survey.greatest_distance_mm, "mm"));
+    rows.push(count("trials on poorly supported field", survey.unsupported));
     rows.push(count("trials on undetermined field", survey.undetermined));
     rows
 }
@@ -210,11 +184,7 @@ struct Looker<'a> {
 
 impl<'a> Looker<'a> {
     fn new(scenario: &'a Scenario, support: &'a Support) -> Self {
-        let mut looker = Self {
-            scenario,
-            support,
-            crf: None,
-        };
+        let mut looker = Self { scenario, support, crf: None };
         let crf = scenario.crf.as_ref();
         looker.crf = crf.map(|crf| looker.body(&crf.body, &crf.tracker_from_crf));
         looker
@@ -242,9 +212,7 @@ impl<'a> Looker<'a> {
         let model = &self.scenario.environment.model;
         body.sensors.iter().fold(Looked::default(), |sum, sensor| {
             let position = tracker_from_body * sensor.position_in_body;
-            let axis = sensor
-                .axis_in_body()
-                .map(|axis| tracker_from_body.rotation * axis);
+            let axis = sensor.axis_in_body().map(|axis| tracker_from_body.rotation * axis);
             let at = match axis {
                 Some(axis) => self.support.at(&position, &axis, self.scenario.outside),
                 None => self.support.at_marker(&position, self.scenario.outside),

@@ -88,11 +88,7 @@ fn shares(
     count: usize,
     task: &Task,
 ) -> Result<ScalarLattice, Cancelled> {
-    let mut lattice = ScalarLattice {
-        bounds: *bounds,
-        counts: [count; 3],
-        values: Vec::new(),
-    };
+    let mut lattice = ScalarLattice { bounds: *bounds, counts: [count; 3], values: Vec::new() };
     let points = count.pow(3);
     let starts: Vec<usize> = (0..points).step_by(PIECE).collect();
     let pieces: Result<Vec<Vec<f64>>, Cancelled> = starts
@@ -153,11 +149,7 @@ mod tests {
             .count();
         let share = supported as f64 / points as f64;
         // Beside that the surface is linear between points a sixteenth of the box apart.
-        assert!(
-            (found.fraction - share).abs() < 0.03,
-            "{} {share}",
-            found.fraction
-        );
+        assert!((found.fraction - share).abs() < 0.03, "{} {share}", found.fraction);
         assert!((0.05..=1.0).contains(&found.fraction), "{}", found.fraction);
         assert_eq!(found.evaluations, 17 * 17 * 17);
     }

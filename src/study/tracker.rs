@@ -179,10 +179,7 @@ impl<'a> BodyTracker<'a> {
         let points = buffers.positions_mm.iter().zip(&buffers.axes);
         let each = points.zip(&buffers.evaluations);
         let each = each.map(|((position_mm, axis), evaluation)| {
-            let point = FieldPoint {
-                position_mm: *position_mm,
-                axis: *axis,
-            };
+            let point = FieldPoint { position_mm: *position_mm, axis: *axis };
             (point, evaluation.error)
         });
         Some(each.collect())
@@ -295,10 +292,7 @@ impl<'a> BodyTracker<'a> {
         sensor: usize,
         index: usize,
     ) -> Reading {
-        let (at, error) = (
-            &buffers.positions_mm[index],
-            &buffers.evaluations[index].error,
-        );
+        let (at, error) = (&buffers.positions_mm[index], &buffers.evaluations[index].error);
         let body_from_sensor = &self.sensors[sensor].body_from_sensor;
         Reading {
             position_mm: at + error.position_mm,
@@ -308,8 +302,6 @@ impl<'a> BodyTracker<'a> {
     }
 
     fn is_in_volume(&self, position_mm: &Point3<f64>) -> bool {
-        self.environment
-            .volume
-            .is_none_or(|volume| volume.contains(position_mm))
+        self.environment.volume.is_none_or(|volume| volume.contains(position_mm))
     }
 }

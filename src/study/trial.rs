@@ -61,10 +61,8 @@ pub struct PoseDetail {
 /// The design's own pose in full.
 pub fn look(scenario: &Scenario) -> PoseDetail {
     let mut buffers = TrackBuffers::default();
-    let tracker_from_crf = scenario
-        .crf
-        .as_ref()
-        .map_or_else(Pose::identity, |c| c.tracker_from_crf);
+    let tracker_from_crf =
+        scenario.crf.as_ref().map_or_else(Pose::identity, |c| c.tracker_from_crf);
     let crf = scenario.crf.as_ref().map(|crf| {
         let tracker = BodyTracker::new(&crf.body, scenario);
         let (tracked, sensors) = tracker.track_in_detail(&mut buffers, &tracker_from_crf);
@@ -142,24 +140,17 @@ impl TrialBuffers {
 impl<'a> Simulator<'a> {
     pub fn new(scenario: &'a Scenario) -> Self {
         let mut buffers = TrackBuffers::default();
-        let crf = scenario.crf.as_ref().map(
-            |ScenarioCrf {
-                 body,
-                 tracker_from_crf,
-             }| {
-                let tracker = BodyTracker::new(body, scenario);
-                TrackedCrf {
-                    tracked: tracker.track(&mut buffers, tracker_from_crf),
-                    tracker,
-                    tracker_from_crf: *tracker_from_crf,
-                }
-            },
-        );
+        let crf = scenario.crf.as_ref().map(|ScenarioCrf { body, tracker_from_crf }| {
+            let tracker = BodyTracker::new(body, scenario);
+            TrackedCrf {
+                tracked: tracker.track(&mut buffers, tracker_from_crf),
+                tracker,
+                tracker_from_crf: *tracker_from_crf,
+            }
+        });
         buffers.work.crf_evaluations = buffers.work.study_evaluations;
         buffers.work.crf_trackings = u64::from(crf.is_some());
-        let tracker_from_crf = crf
-            .as_ref()
-            .map_or_else(Pose::identity, |c| c.tracker_from_crf);
+        let tracker_from_crf = crf.as_ref().map_or_else(Pose::identity, |c| c.tracker_from_crf);
         let tool = BodyTracker::new(&scenario.tool, scenario);
         let tracker_from_tool = tracker_from_crf * scenario.crf_from_tool;
         Self {
@@ -183,9 +174,7 @@ impl<'a> Simulator<'a> {
         tip_in_tracker: &Point3<f64>,
         rotation: &UnitQuaternion<f64>,
     ) -> Pose {
-        let tip_in_crf = self
-            .tracker_from_crf()
-            .inverse_transform_point(tip_in_tracker);
+        let tip_in_crf = self.tracker_from_crf().inverse_transform_point(tip_in_tracker);
         let arm = rotation * self.tip_in_tool.coords;
         pose_from_parts(tip_in_crf.coords - arm, *rotation)
     }
@@ -198,26 +187,18 @@ impl<'a> Simulator<'a> {
     /// What the sensors leave free, tool before CRF, in that body's frame. It depends on the bodies
     /// alone, so the design's pose answers for all trials.
     pub fn free_motion(&self) -> Option<(&'static str, FreeMotion)> {
-        let tool = self
-            .tool
-            .free_motion(&self.tool_at_design.fit.determination);
-        let crf = self
-            .crf
-            .as_ref()
-            .and_then(|c| c.tracker.free_motion(&c.tracked.fit.determination));
-        tool.map(|free| ("tool", free))
-            .or(crf.map(|free| ("crf", free)))
+        let tool = self.tool.free_motion(&self.tool_at_design.fit.determination);
+        let crf =
+            self.crf.as_ref().and_then(|c| c.tracker.free_motion(&c.tracked.fit.determination));
+        tool.map(|free| ("tool", free)).or(crf.map(|free| ("crf", free)))
     }
 
     /// Whether a body's rotation is so weakly determined that noise decides it.
     pub fn is_poorly_determined(&self) -> bool {
-        [
-            Some(&self.tool_at_design),
-            self.crf.as_ref().map(|c| &c.tracked),
-        ]
-        .into_iter()
-        .flatten()
-        .any(|t| matches!(t.fit.determination, Determination::Poor { .. }))
+        [Some(&self.tool_at_design), self.crf.as_ref().map(|c| &c.tracked)]
+            .into_iter()
+            .flatten()
+            .any(|t| matches!(t.fit.determination, Determination::Poor { .. }))
     }
 
     /// The tool at poses in the CRF, which stands where the scenario has it. Where poses come in
@@ -230,13 +211,9 @@ impl<'a> Simulator<'a> {
     ) -> Vec<Trial> {
         let tracker_from_crf = self.tracker_from_crf();
         buffers.poses.clear();
-        buffers
-            .poses
-            .extend(crf_from_tool.iter().map(|pose| tracker_from_crf * pose));
+        buffers.poses.extend(crf_from_tool.iter().map(|pose| tracker_from_crf * pose));
         buffers.tool.clear();
-        let TrialBuffers {
-            track, poses, tool, ..
-        } = buffers;
+        let TrialBuffers { track, poses, tool, .. } = buffers;
         self.tool.track_all(track, poses, run, tool);
         if self.crf.is_some() {
             track.work.crf_reuses += crf_from_tool.len() as u64;
@@ -256,13 +233,7 @@ impl<'a> Simulator<'a> {
             let poses: Vec<_> = given.iter().map(|t| t.crf_from_tool).collect();
             return self.trials(buffers, &poses, 1);
         };
-        let TrialBuffers {
-            track,
-            poses,
-            tool,
-            crf: moved,
-            crf_of_trial,
-        } = buffers;
+        let TrialBuffers { track, poses, tool, crf: moved, crf_of_trial } = buffers;
         poses.clear();
         crf_of_trial.clear();
         for t in given {
@@ -312,9 +283,7 @@ impl<'a> Simulator<'a> {
 
     /// Where the CRF stands; the tracker's own frame without one.
     pub fn tracker_from_crf(&self) -> Pose {
-        self.crf
-            .as_ref()
-            .map_or_else(Pose::identity, |c| c.tracker_from_crf)
+        self.crf.as_ref().map_or_else(Pose::identity, |c| c.tracker_from_crf)
     }
 
     fn compare(
@@ -345,9 +314,7 @@ fn compare(
         crf.and_then(|(tracker, tracked)| tracker.free_motion(&tracked.fit.determination));
     let (tip, tip_simulated) = (crf_from_tool * tip_in_tool, simulated * tip_in_tool);
     let free_reach_mm = [free_tool, free_crf].into_iter().flatten();
-    let free_reach_mm = free_reach_mm
-        .map(|free| free.reach_mm(&tip_simulated))
-        .sum();
+    let free_reach_mm = free_reach_mm.map(|free| free.reach_mm(&tip_simulated)).sum();
     Trial {
         crf_from_tool: *crf_from_tool,
         crf_from_tool_simulated: simulated,

@@ -119,14 +119,9 @@ pub fn usable_region(
     task.step(0, 1)?;
     let (turns, all_turns) = turns(scenario)?;
     let environment = &scenario.environment;
-    let bounds: Bounds = environment
-        .volume
-        .map_or(*environment.model.bounds(), |volume| volume.bounds());
-    let mut share = ScalarLattice {
-        bounds,
-        counts,
-        values: Vec::new(),
-    };
+    let bounds: Bounds =
+        environment.volume.map_or(*environment.model.bounds(), |volume| volume.bounds());
+    let mut share = ScalarLattice { bounds, counts, values: Vec::new() };
     let excess = excess_mm(&share, environment.volume.as_ref());
     let places = match &excess {
         Some(excess) => needed(counts, excess),
@@ -139,15 +134,11 @@ pub fn usable_region(
             if task.cancel.is_cancelled() {
                 return Err(Cancelled);
             }
-            let piece: Vec<_> = places
-                .iter()
-                .map(|place| share.point_mm(share.index(*place)))
-                .collect();
+            let piece: Vec<_> =
+                places.iter().map(|place| share.point_mm(share.index(*place))).collect();
             buffers.poses.clear();
             for turn in &turns {
-                let poses = piece
-                    .iter()
-                    .map(|tip| simulator.crf_from_tool_with_tip_at(tip, turn));
+                let poses = piece.iter().map(|tip| simulator.crf_from_tool_with_tip_at(tip, turn));
                 buffers.poses.extend(poses);
             }
             let trials = simulator.trials(&mut buffers.trial, &buffers.poses, piece.len());
@@ -179,10 +170,7 @@ pub fn usable_region(
     let upper_share = open.as_ref().map(|open| {
         let each = share.values.iter().enumerate();
         let each = each.map(|(place, own)| open.upper(&share.point_mm(share.index(place)), *own));
-        ScalarLattice {
-            values: each.collect(),
-            ..share
-        }
+        ScalarLattice { values: each.collect(), ..share }
     });
     let clipped = |share: &ScalarLattice| {
         let clipped = share.clipped_isosurface(1.0, excess.as_deref());
@@ -197,9 +185,8 @@ pub fn usable_region(
         Some(upper) => clipped(upper),
         None => (own_surface, own_fraction),
     };
-    let whole_mm3 = environment
-        .volume
-        .map_or(bounds.size_mm().product(), |volume| volume.volume_mm3());
+    let whole_mm3 =
+        environment.volume.map_or(bounds.size_mm().product(), |volume| volume.volume_mm3());
     task.step(1, 1)?;
     Ok(UsableRegion {
         volume_cm3: fraction * whole_mm3 / 1e3,
@@ -212,11 +199,7 @@ pub fn usable_region(
         surface,
         turns: turns.len(),
         all_turns,
-        work: Work {
-            region_evaluations: work.study_evaluations,
-            study_evaluations: 0,
-            ..work
-        },
+        work: Work { region_evaluations: work.study_evaluations, study_evaluations: 0, ..work },
     })
 }
 
@@ -242,9 +225,7 @@ fn needed(counts: [usize; 3], excess: &[f64]) -> Vec<usize> {
             }
         }
     }
-    (0..excess.len())
-        .filter(|place| is_needed[*place])
-        .collect()
+    (0..excess.len()).filter(|place| is_needed[*place]).collect()
 }
 
 #[derive(Default)]

@@ -84,11 +84,7 @@ impl Sensor {
     pub fn carried(&self, start: &Pose, now: &Pose) -> Self {
         let turn = now.rotation * start.rotation.inverse();
         // A turn that is round-off would shift what is far from where it turns.
-        let turn = if turn.angle() > MIN_TURN_RAD {
-            turn
-        } else {
-            UnitQuaternion::identity()
-        };
+        let turn = if turn.angle() > MIN_TURN_RAD { turn } else { UnitQuaternion::identity() };
         let own = self.body_from_sensor();
         let from_start = own.translation.vector - start.translation.vector;
         let shift = now.translation.vector - start.translation.vector;
@@ -102,10 +98,7 @@ impl Sensor {
     /// The sensor's pose; for a 5-DOF sensor one of the many with its axis, for a marker turned
     /// like the body.
     pub fn body_from_sensor(&self) -> Pose {
-        pose_from_parts(
-            self.position_in_body.coords,
-            self.orientation.any_rotation(),
-        )
+        pose_from_parts(self.position_in_body.coords, self.orientation.any_rotation())
     }
 }
 

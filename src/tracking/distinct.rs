@@ -93,9 +93,7 @@ fn compare(
 fn triples(count: usize) -> impl Iterator<Item = [usize; 3]> {
     let pairs = move |i: usize| (0..count).filter(move |j| *j != i).map(move |j| [i, j]);
     (0..count).flat_map(pairs).flat_map(move |[i, j]| {
-        (0..count)
-            .filter(move |k| *k != i && *k != j)
-            .map(move |k| [i, j, k])
+        (0..count).filter(move |k| *k != i && *k != j).map(move |k| [i, j, k])
     })
 }
 
@@ -163,12 +161,7 @@ mod tests {
 
     fn scalene() -> Vec<Point3<f64>> {
         // No two of its six distances are alike.
-        tool(&[
-            [0.0; 3],
-            [50.0, 0.0, 0.0],
-            [0.0, 75.0, 0.0],
-            [-35.0, -20.0, 100.0],
-        ])
+        tool(&[[0.0; 3], [50.0, 0.0, 0.0], [0.0, 75.0, 0.0], [-35.0, -20.0, 100.0]])
     }
 
     #[test]
@@ -179,14 +172,8 @@ mod tests {
         copy.swap(0, 2);
         let found = compare_tools(&scalene(), &copy, LEAST_MM).unwrap();
         assert_eq!(found.distinction, Distinction::Alike);
-        assert!(
-            found.distance_mm < 1e-12 && found.angle_deg < 1e-5,
-            "{found:?}"
-        );
-        let mirrored: Vec<_> = scalene()
-            .iter()
-            .map(|p| Point3::new(p.x, p.y, -p.z))
-            .collect();
+        assert!(found.distance_mm < 1e-12 && found.angle_deg < 1e-5, "{found:?}");
+        let mirrored: Vec<_> = scalene().iter().map(|p| Point3::new(p.x, p.y, -p.z)).collect();
         let found = compare_tools(&scalene(), &mirrored, LEAST_MM).unwrap();
         assert_eq!(found.distinction, Distinction::ThreeMarkersAlike);
     }
@@ -205,17 +192,9 @@ mod tests {
 
     #[test]
     fn a_symmetric_tool_is_its_own_double() {
-        let square = tool(&[
-            [0.0; 3],
-            [60.0, 0.0, 0.0],
-            [60.0, 60.0, 0.0],
-            [0.0, 60.0, 0.0],
-        ]);
+        let square = tool(&[[0.0; 3], [60.0, 0.0, 0.0], [60.0, 60.0, 0.0], [0.0, 60.0, 0.0]]);
         let found = compare_with_itself(&square, LEAST_MM).unwrap();
-        assert_eq!(
-            (found.distinction, found.distance_mm),
-            (Distinction::Alike, 0.0)
-        );
+        assert_eq!((found.distinction, found.distance_mm), (Distinction::Alike, 0.0));
         let found = compare_with_itself(&scalene(), LEAST_MM).unwrap();
         assert_eq!(found.distinction, Distinction::Apart);
     }

@@ -84,9 +84,7 @@ impl FrameFitter {
         let rough = positions().sum::<Vector3<f64>>() / n;
         // Once more from there: the round-off of a long sum is left behind.
         let centroid = rough + positions().map(|p| p - rough).sum::<Vector3<f64>>() / n;
-        let spread = positions()
-            .map(|p| (p - centroid).amax())
-            .fold(0.0, f64::max);
+        let spread = positions().map(|p| (p - centroid).amax()).fold(0.0, f64::max);
         let largest = positions().map(|p| p.amax()).fold(0.0, f64::max);
         let is_spread = spread > SAME_PLACE * largest;
         Self {
@@ -120,11 +118,7 @@ impl FrameFitter {
         let n = readings.len().max(1) as f64;
         let partial =
             |some: &[Reading]| -> Vector3<f64> { some.iter().map(|r| r.position_mm.coords).sum() };
-        let centroid = readings
-            .chunks(SUMMED_AT_A_TIME)
-            .map(partial)
-            .sum::<Vector3<f64>>()
-            / n;
+        let centroid = readings.chunks(SUMMED_AT_A_TIME).map(partial).sum::<Vector3<f64>>() / n;
         let svd = svd3(&self.cross_covariance(readings, &centroid));
         let s = svd.singular_values;
         let determination = determination(&svd);
@@ -191,9 +185,7 @@ pub(super) fn determination(svd: &Svd3) -> Determination {
     if s[0] <= 0.0 {
         Determination::FreeRotation
     } else if s[1] <= FREE_AXIS_RATIO * s[0] {
-        Determination::FreeAxis {
-            axis_in_body: Unit::new_normalize(svd.u.column(0).into_owned()),
-        }
+        Determination::FreeAxis { axis_in_body: Unit::new_normalize(svd.u.column(0).into_owned()) }
     } else if s[1] <= POOR_RATIO * s[0] {
         Determination::Poor { ratio: s[1] / s[0] }
     } else {
@@ -216,11 +208,7 @@ mod tests {
     }
 
     fn body(sensors: Vec<Sensor>) -> RigidBody {
-        RigidBody {
-            name: "body".into(),
-            tip_in_body: None,
-            sensors,
-        }
+        RigidBody { name: "body".into(), tip_in_body: None, sensors }
     }
 
     fn truth() -> Pose {
@@ -235,10 +223,7 @@ mod tests {
             .iter()
             .map(|s| {
                 let at = pose * s.body_from_sensor();
-                Reading {
-                    position_mm: at.translation.vector.into(),
-                    rotation: at.rotation,
-                }
+                Reading { position_mm: at.translation.vector.into(), rotation: at.rotation }
             })
             .collect()
     }

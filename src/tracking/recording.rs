@@ -46,9 +46,7 @@ pub enum Unusable {
 impl ToolTrack {
     /// The poses that the tracker called good.
     pub fn good(&self) -> impl Iterator<Item = &Pose> {
-        self.samples
-            .iter()
-            .filter_map(|sample| sample.pose.as_ref().ok())
+        self.samples.iter().filter_map(|sample| sample.pose.as_ref().ok())
     }
 
     /// How many samples are not used, by reason.
@@ -92,10 +90,7 @@ impl Recording {
             let (tool, reference) = (self.tool(wanted)?, self.tool(Some(reference))?);
             return relative(tool, reference).map(Cow::Owned);
         }
-        match (
-            self.tool(wanted),
-            wanted.and_then(|name| self.both_of(name)),
-        ) {
+        match (self.tool(wanted), wanted.and_then(|name| self.both_of(name))) {
             (Err(ToolChoiceError::NotThere { .. }), Some((tool, reference))) => {
                 relative(tool, reference).map(Cow::Owned)
             }
@@ -110,9 +105,7 @@ impl Recording {
         let others = |of: &str| {
             let of = format!("{of}To");
             let own = move |tool: &'_ ToolTrack| tool.name.strip_prefix(&of).map(str::to_owned);
-            self.tools
-                .iter()
-                .filter_map(move |tool| Some((own(tool)?, tool)))
+            self.tools.iter().filter_map(move |tool| Some((own(tool)?, tool)))
         };
         let mut pairs = others(tool).flat_map(|(frame, tool)| {
             let same = others(reference).filter(move |(other, _)| *other == frame);
@@ -138,10 +131,9 @@ impl Recording {
         match (found.as_slice(), wanted) {
             ([tool], _) => Ok(tool),
             ([], None) => Err(ToolChoiceError::None),
-            ([], Some(wanted)) => Err(ToolChoiceError::NotThere {
-                wanted: wanted.to_owned(),
-                names: names(&all),
-            }),
+            ([], Some(wanted)) => {
+                Err(ToolChoiceError::NotThere { wanted: wanted.to_owned(), names: names(&all) })
+            }
             (several, Some(wanted)) => several
                 .iter()
                 .find(|tool| tool.name == wanted)
@@ -158,11 +150,7 @@ fn relative(tool: &ToolTrack, reference: &ToolTrack) -> Result<ToolTrack, ToolCh
     let moment =
         |sample: &TrackSample| -> Moment { (sample.frame, sample.time_s.map(f64::to_bits)) };
     let is_row_by_row = tool.samples.len() == reference.samples.len()
-        && tool
-            .samples
-            .iter()
-            .zip(&reference.samples)
-            .all(|(a, b)| moment(a) == moment(b));
+        && tool.samples.iter().zip(&reference.samples).all(|(a, b)| moment(a) == moment(b));
     let by_moment: HashMap<Moment, &TrackSample> = match is_row_by_row {
         true => HashMap::new(),
         false => reference
@@ -181,10 +169,7 @@ fn relative(tool: &ToolTrack, reference: &ToolTrack) -> Result<ToolTrack, ToolCh
             (Ok(tool), Ok(reference)) => Ok(reference.inv_mul(tool)),
             (Err(reason), _) | (_, Err(reason)) => Err(reason.clone()),
         };
-        Some(TrackSample {
-            pose,
-            ..sample.clone()
-        })
+        Some(TrackSample { pose, ..sample.clone() })
     });
     let samples: Vec<TrackSample> = each.collect();
     match samples.is_empty() {
@@ -192,10 +177,7 @@ fn relative(tool: &ToolTrack, reference: &ToolTrack) -> Result<ToolTrack, ToolCh
             tool: tool.name.clone(),
             reference: reference.name.clone(),
         }),
-        false => Ok(ToolTrack {
-            name: format!("{} in {}", tool.name, reference.name),
-            samples,
-        }),
+        false => Ok(ToolTrack { name: format!("{} in {}", tool.name, reference.name), samples }),
     }
 }
 
@@ -204,13 +186,8 @@ mod tests {
     use super::*;
 
     fn recording(names: &[&str]) -> Recording {
-        let tool = |name: &&str| ToolTrack {
-            name: (*name).to_owned(),
-            samples: Vec::new(),
-        };
-        Recording {
-            tools: names.iter().map(tool).collect(),
-        }
+        let tool = |name: &&str| ToolTrack { name: (*name).to_owned(), samples: Vec::new() };
+        Recording { tools: names.iter().map(tool).collect() }
     }
 
     #[test]
@@ -245,25 +222,15 @@ mod tests {
         let two = recording(&["Port 1: a", "Port 10: b"]);
         assert!(matches!(two.tool(None), Err(ToolChoiceError::Several(names)) if names.len() == 2));
         assert_eq!(two.tool(Some("10")).unwrap().name, "Port 10: b");
-        assert!(matches!(
-            two.tool(Some("Port 1")),
-            Err(ToolChoiceError::Several(_))
-        ));
-        assert!(matches!(
-            two.tool(Some("c")),
-            Err(ToolChoiceError::NotThere { .. })
-        ));
+        assert!(matches!(two.tool(Some("Port 1")), Err(ToolChoiceError::Several(_))));
+        assert!(matches!(two.tool(Some("c")), Err(ToolChoiceError::NotThere { .. })));
         let exact = recording(&["Stylus", "StylusTip"]);
         assert_eq!(exact.tool(Some("Stylus")).unwrap().name, "Stylus");
     }
 
     #[test]
     fn what_is_not_used_is_counted_by_reason() {
-        let sample = |pose| TrackSample {
-            frame: None,
-            time_s: None,
-            pose,
-        };
+        let sample = |pose| TrackSample { frame: None, time_s: None, pose };
         let bad = || Unusable::State("Bad Fit".to_owned());
         let track = ToolTrack {
             name: "t".to_owned(),

@@ -45,10 +45,7 @@ impl FreeMotion {
             Determination::FreeAxis { axis_in_body } => Some(*axis_in_body),
             Determination::FreeRotation => None,
         };
-        Some(Self {
-            center: centroid_in_body,
-            axis,
-        })
+        Some(Self { center: centroid_in_body, axis })
     }
 
     pub fn transformed_by(&self, target_from_source: &Pose) -> Self {
@@ -120,10 +117,7 @@ mod tests {
     #[test]
     fn a_shift_along_the_axis_is_all_determined() {
         let axis = Unit::new_normalize(Vector3::new(1.0, 1.0, 0.2));
-        let free = FreeMotion {
-            center: Point3::origin(),
-            axis: Some(axis),
-        };
+        let free = FreeMotion { center: Point3::origin(), axis: Some(axis) };
         let tip = Point3::new(10.0, -4.0, 7.0);
         let shifted = tip + axis.into_inner() * 0.3;
         assert!((free.determined_error_mm(&tip, &shifted) - 0.3).abs() < 1e-14);

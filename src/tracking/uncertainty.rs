@@ -183,13 +183,7 @@ impl LinearFit {
         let inverse = (first_held..3)
             .map(|k| svd.u.column(k) * svd.u.column(k).transpose() / eigenvalues_mm2[k])
             .sum();
-        Self {
-            sensors,
-            centroid_in_body: centroid.into(),
-            inverse,
-            eigenvalues_mm2,
-            determination,
-        }
+        Self { sensors, centroid_in_body: centroid.into(), inverse, eigenvalues_mm2, determination }
     }
 
     /// The same, or why a point away from the centroid has no covariance.
@@ -229,10 +223,7 @@ impl LinearFit {
             moment +=
                 sensor.arm_mm.cross(&error.position_mm) + sensor.seen_mm2 * error.rotation_rad;
         }
-        SmallMotion {
-            shift_mm,
-            turn_rad: self.inverse * moment,
-        }
+        SmallMotion { shift_mm, turn_rad: self.inverse * moment }
     }
 
     /// Covariance of the motion from one independent covariance a sensor.
@@ -332,9 +323,7 @@ pub fn point_covariance_mm2(
     point_in_body: &Point3<f64>,
 ) -> Result<Matrix3<f64>, RotationNotDetermined> {
     let linear = LinearFit::new(body, orientation_weight_mm).determined()?;
-    Ok(linear
-        .covariance(sensors)
-        .point_mm2(&linear.lever_mm(point_in_body)))
+    Ok(linear.covariance(sensors).point_mm2(&linear.lever_mm(point_in_body)))
 }
 
 /// Without what round-off adds to one side of the diagonal.
@@ -356,12 +345,7 @@ mod tests {
     const CLOSE: f64 = 1e-7;
 
     fn sensor(position: [f64; 3], orientation: SensorOrientation) -> Sensor {
-        Sensor {
-            name: String::new(),
-            position_in_body: position.into(),
-            orientation,
-            coil: None,
-        }
+        Sensor { name: String::new(), position_in_body: position.into(), orientation, coil: None }
     }
 
     fn five(position: [f64; 3], axis: [f64; 3]) -> Sensor {
@@ -375,11 +359,7 @@ mod tests {
     }
 
     fn body(sensors: Vec<Sensor>) -> RigidBody {
-        RigidBody {
-            name: "body".into(),
-            tip_in_body: None,
-            sensors,
-        }
+        RigidBody { name: "body".into(), tip_in_body: None, sensors }
     }
 
     /// Reads and refits with the body's frame as the tracker's.
@@ -393,9 +373,7 @@ mod tests {
                 rotation: exp_vector(&e.rotation_rad) * s.orientation.any_rotation(),
             })
             .collect();
-        FrameFitter::new(body, weight_mm)
-            .fit(&readings, &Pose::identity())
-            .tracker_from_body
+        FrameFitter::new(body, weight_mm).fit(&readings, &Pose::identity()).tracker_from_body
     }
 
     /// Every error of every sensor, one at a time, against central differences of the frame fit.
@@ -419,10 +397,8 @@ mod tests {
                     }
                     errors
                 };
-                let (plus, minus) = (
-                    refitted(body, weight_mm, &at(STEP)),
-                    refitted(body, weight_mm, &at(-STEP)),
-                );
+                let (plus, minus) =
+                    (refitted(body, weight_mm, &at(STEP)), refitted(body, weight_mm, &at(-STEP)));
                 let moved = (plus * point - minus * point) / (2.0 * STEP);
                 let turned =
                     log_quaternion(&(plus.rotation * minus.rotation.inverse())) / (2.0 * STEP);
@@ -430,10 +406,7 @@ mod tests {
                 let found = motion.at(&linear.lever_mm(&point));
                 let what = format!("sensor {index}, component {component}, w {weight_mm}");
                 let scale = 1.0 + moved.norm();
-                assert!(
-                    (found - moved).norm() < CLOSE * scale,
-                    "{what}: {found} {moved}"
-                );
+                assert!((found - moved).norm() < CLOSE * scale, "{what}: {found} {moved}");
                 assert!((motion.turn_rad - turned).norm() < CLOSE, "{what}");
             }
         }
@@ -455,10 +428,7 @@ mod tests {
         }
         for weight_mm in [3.0, 100.0] {
             assert_is_the_derivative(&mixed, weight_mm);
-            assert_is_the_derivative(
-                &body(vec![six([1.0, 2.0, 3.0], [0.1, 0.2, 0.3])]),
-                weight_mm,
-            );
+            assert_is_the_derivative(&body(vec![six([1.0, 2.0, 3.0], [0.1, 0.2, 0.3])]), weight_mm);
         }
     }
 
@@ -537,10 +507,7 @@ mod tests {
         // Positions 15 mm either side of the middle, two axes of weight 100.
         let expected = 2.0 * 15.0 * 15.0 + 2.0 * 100.0 * 100.0;
         assert!(error.smallest <= 1e-10 * error.largest, "{error}");
-        assert!(
-            (error.largest - expected).abs() < 1e-9 * expected,
-            "{error}"
-        );
+        assert!((error.largest - expected).abs() < 1e-9 * expected, "{error}");
     }
 
     #[test]
@@ -549,11 +516,8 @@ mod tests {
             Vector3::new(1.0, 2.0, 3.0),
             UnitQuaternion::from_euler_angles(0.3, 1.0, -2.0),
         );
-        let free = FreeMotion {
-            center: Point3::new(0.0, 0.0, 5.0),
-            axis: Some(Vector3::z_axis()),
-        }
-        .transformed_by(&pose);
+        let free = FreeMotion { center: Point3::new(0.0, 0.0, 5.0), axis: Some(Vector3::z_axis()) }
+            .transformed_by(&pose);
         let point = pose * Point3::new(10.0, 0.0, 40.0);
         let projection = free.determined_projection(&point);
         let tangent = pose.rotation * Vector3::y();

@@ -44,10 +44,7 @@ fn write_table(
 
 /// A pointer that moves about a place, with a bound on its RMS.
 fn write_design(scratch: &Scratch, name: &str, at: &Vector3<f64>, limit_mm: f64) -> String {
-    let body = format!(
-        "{}/assets/bodies/pointer.body.ron",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let body = format!("{}/assets/bodies/pointer.body.ron", env!("CARGO_MANIFEST_DIR"));
     let shift = "(min: -20.0, max: 20.0, step: 20.0)";
     let turn = "(min: -30.0, max: 30.0, step: 30.0)";
     let text = format!(
@@ -75,15 +72,10 @@ fn assert_no_command_can_tell(scratch: &Scratch, at: &Vector3<f64>, limit_mm: f6
     assert!(low < limit_mm && limit_mm < high, "{low} to {high}");
     let text = succeed(&["simulate", &design, "--mode", "motion"]);
     assert!(text.contains("requirement position_rms: cannot tell in this room"));
-    let needed = text
-        .lines()
-        .find(|l| l.starts_with("requirement position_rms: ") && l.contains("decided"));
+    let needed =
+        text.lines().find(|l| l.starts_with("requirement position_rms: ") && l.contains("decided"));
     assert!(needed.is_some(), "{text}");
-    assert!(
-        simulated["measurements_needed"]
-            .get("position_rms")
-            .is_some()
-    );
+    assert!(simulated["measurements_needed"].get("position_rms").is_some());
     for figure in ["tip error RMS", "tip error max", "angle error RMS"] {
         assert!(text.contains(&format!("expected {figure}")), "{text}");
     }
@@ -91,13 +83,7 @@ fn assert_no_command_can_tell(scratch: &Scratch, at: &Vector3<f64>, limit_mm: f6
     let compared = json(&["compare", &design, &other]);
     for row in compared["rows"].as_array().unwrap() {
         assert_eq!(row["verdict"], cannot_tell, "{row}");
-        assert_eq!(
-            row["intervals"]["position_mm"]["rms"]
-                .as_array()
-                .unwrap()
-                .len(),
-            2
-        );
+        assert_eq!(row["intervals"]["position_mm"]["rms"].as_array().unwrap().len(), 2);
     }
 
     let procedure = json(&["procedure", &design]);
@@ -112,10 +98,7 @@ fn assert_no_command_can_tell(scratch: &Scratch, at: &Vector3<f64>, limit_mm: f6
     let sheet = json(&["tolerances", &design]);
     assert_eq!(sheet["expected_as_drawn"][0]["verdict"], cannot_tell);
     let text = succeed(&["tolerances", &design]);
-    assert!(
-        text.contains("the measurements of this room cannot tell"),
-        "{text}"
-    );
+    assert!(text.contains("the measurements of this room cannot tell"), "{text}");
 
     let page = scratch.arg("pointer.html");
     succeed(&["report", &design, "-o", &page]);

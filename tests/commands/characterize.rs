@@ -38,10 +38,7 @@ fn borrowed(arguments: &[String]) -> Vec<&str> {
 #[track_caller]
 fn assert_near(what: &str, value: &Value, low: f64, high: f64) {
     let value = number(value);
-    assert!(
-        (0.9 * low..=1.1 * high).contains(&value),
-        "{what}: {value}, expected {low} to {high}"
-    );
+    assert!((0.9 * low..=1.1 * high).contains(&value), "{what}: {value}, expected {low} to {high}");
 }
 
 fn matrix(value: &Value) -> DMatrix<f64> {
@@ -113,9 +110,7 @@ fn the_real_static_room_has_the_known_errors_and_distances() {
     let distances = list(&found, "distances");
     let names: Vec<&Value> = sensors.iter().map(|s| &s["name"]).collect();
     for (distance, (a, b, mean, std)) in
-        distances
-            .iter()
-            .zip([(0, 1, 24.8, 1.7), (0, 2, 26.9, 3.9), (1, 2, 24.6, 3.0)])
+        distances.iter().zip([(0, 1, 24.8, 1.7), (0, 2, 26.9, 3.9), (1, 2, 24.6, 3.0)])
     {
         assert_eq!((&distance["a"], &distance["b"]), (names[a], names[b]));
         assert_near("mean", &distance["mean"], mean, mean);
@@ -123,9 +118,7 @@ fn the_real_static_room_has_the_known_errors_and_distances() {
         assert!(number(&distance["min"]) < mean - std && number(&distance["max"]) > mean + std);
     }
     // The body's sensors are as far apart as the reference's frame has them.
-    let body = Files::default()
-        .read_tool(body.as_ref(), OnMismatch::Refuse)
-        .unwrap();
+    let body = Files::default().read_tool(body.as_ref(), OnMismatch::Refuse).unwrap();
     let [a, b, c] = [0, 1, 2].map(|k: usize| body.body.rigid.sensors[k].position_in_body);
     for ((a, b), mean) in [(a, b), (a, c), (b, c)].into_iter().zip([24.8, 26.9, 24.6]) {
         assert!(((a - b).norm() - mean).abs() < 0.1 * mean, "{a} {b}");
@@ -151,11 +144,8 @@ fn the_real_static_room_has_the_known_errors_and_distances() {
     assert_eq!(chosen["groups"]["by"], "column pose");
     assert_eq!(chosen["groups"]["count"], 91);
     let cv = |order: u64| {
-        let rows = list(&chosen, "table")
-            .iter()
-            .filter(|r| r["order"] == order);
-        rows.map(|r| number(&r["cv"]["position_rms_mm"]))
-            .fold(f64::INFINITY, f64::min)
+        let rows = list(&chosen, "table").iter().filter(|r| r["order"] == order);
+        rows.map(|r| number(&r["cv"]["position_rms_mm"])).fold(f64::INFINITY, f64::min)
     };
     // 4.77 to 3.42 mm, by an affine map alone.
     assert!(cv(1) < 0.8 * cv(0), "{} {}", cv(0), cv(1));
@@ -169,10 +159,7 @@ fn four_real_paths_are_aligned_in_time_by_their_frame_counters() {
     let scratch = Scratch::new();
     let arguments = arguments(&folder, &scratch.arg("paths.csv"));
     let found = json(&borrowed(&arguments));
-    assert_eq!(
-        (&found["pairs"], &found["rejected"]),
-        (&4.into(), &0.into())
-    );
+    assert_eq!((&found["pairs"], &found["rejected"]), (&4.into(), &0.into()));
     let paths = list(&found, "paths");
     assert_eq!(paths.len(), 4);
     for path in paths {
@@ -182,10 +169,7 @@ fn four_real_paths_are_aligned_in_time_by_their_frame_counters() {
         // All were begun by one program, within a quarter of a second.
         assert!(number(&path["offset_s"]).abs() < 0.25, "{path}");
         let by_speeds = number(&path["offset_by_speeds_s"]);
-        assert!(
-            (number(&path["offset_s"]) - by_speeds).abs() < 0.1,
-            "{path}"
-        );
+        assert!((number(&path["offset_s"]) - by_speeds).abs() < 0.1, "{path}");
         let [before, after] = ["before", "after"].map(|w| number(&path[w]["position_mm"]));
         assert!(after <= before * 1.001 && after < 4.0, "{path}");
     }
@@ -204,32 +188,18 @@ fn real_motions_that_do_not_tell_are_refused_and_one_that_does_is_printed() {
     };
     let [em, reference] = of("Line100");
     let said = fail(&characterize(&em, &reference, &table));
-    assert!(
-        said.contains("too few poses: 4, expected at least 10"),
-        "{said}"
-    );
-    let few = [
-        characterize(&em, &reference, &table),
-        vec!["--min-poses", "3"],
-    ]
-    .concat();
+    assert!(said.contains("too few poses: 4, expected at least 10"), "{said}");
+    let few = [characterize(&em, &reference, &table), vec!["--min-poses", "3"]].concat();
     let said = fail(&few);
     assert!(said.contains("the body hardly turned"), "{said}");
     // A circle and an arc, each about one axis.
     for name in ["Circle30", "Arc10"] {
         let [em, reference] = of(name);
         let said = fail(&characterize(&em, &reference, &table));
-        assert!(
-            said.contains("the body turned about one axis only"),
-            "{said}"
-        );
+        assert!(said.contains("the body turned about one axis only"), "{said}");
     }
     let [em, reference] = of("Random10");
-    let one = [
-        characterize(&em, &reference, &table),
-        vec!["--sensors", "Port 12"],
-    ]
-    .concat();
+    let one = [characterize(&em, &reference, &table), vec!["--sensors", "Port 12"]].concat();
     let said = succeed(&one);
     for word in [
         "paths: 1",
@@ -270,9 +240,7 @@ fn turning(scratch: &Scratch, has_one_axis: bool) -> [Vec<String>; 2] {
             let name = format!("{name}-{has_one_axis}-{i}");
             let file = recording(scratch, &name, &pose, "OK");
             // The same tool in all.
-            let table = std::fs::read_to_string(&file)
-                .unwrap()
-                .replace(&name, "tool");
+            let table = std::fs::read_to_string(&file).unwrap().replace(&name, "tool");
             std::fs::write(&file, table).unwrap();
             files.push(file);
         }
@@ -302,10 +270,7 @@ fn the_same_readings_of_both_trackers_give_frames_of_no_turn_and_no_error() {
     let header = rows.lines().next().unwrap();
     assert!(header.ends_with("measured_qz,sensor,pair,pose"), "{header}");
     assert_eq!(rows.lines().count(), 13);
-    assert!(
-        rows.lines().nth(3).unwrap().ends_with(",Port 1: tool,2,2"),
-        "{rows}"
-    );
+    assert!(rows.lines().nth(3).unwrap().ends_with(",Port 1: tool,2,2"), "{rows}");
 }
 
 #[test]
@@ -322,48 +287,21 @@ fn recordings_that_give_no_room_are_refused_with_the_reason_and_write_nothing() 
         assert!(!scratch.path("room.csv").exists());
     };
     refused(&em, &reference[1..], &["--em names 12", "--reference 11"]);
-    refused(
-        &em[1..],
-        &reference[1..3],
-        &["--em names 11", "--reference 2"],
-    );
-    refused(
-        &em[..9],
-        &reference[..9],
-        &["too few poses: 9, expected at least 10"],
-    );
+    refused(&em[1..], &reference[1..3], &["--em names 11", "--reference 2"]);
+    refused(&em[..9], &reference[..9], &["too few poses: 9, expected at least 10"]);
     let [one_em, one_reference] = turning(&scratch, true);
     refused(
         &one_em,
         &one_reference,
-        &[
-            "turned about one axis only",
-            "(0.00, 0.00, 1.00) in its own frame",
-            "tilt the body",
-        ],
+        &["turned about one axis only", "(0.00, 0.00, 1.00) in its own frame", "tilt the body"],
     );
     let bad = recording(&scratch, "bad", "1\t0\t0\t0\t0\t0\t0", "Too Few Markers");
     let bads = vec![bad; 12];
-    refused(
-        &em,
-        &bads,
-        &[
-            "none of 12 pairs",
-            "the reference tracker has no good sample",
-        ],
-    );
-    refused(
-        &bads,
-        &reference,
-        &["none of 12 pairs", "no good sample of any sensor"],
-    );
+    refused(&em, &bads, &["none of 12 pairs", "the reference tracker has no good sample"]);
+    refused(&bads, &reference, &["none of 12 pairs", "no good sample of any sensor"]);
     let empty = scratch.arg("empty.tsv");
     std::fs::write(&empty, "").unwrap();
-    refused(
-        &[empty],
-        &reference[..1],
-        &["empty.tsv: line 1: found \"\""],
-    );
+    refused(&[empty], &reference[..1], &["empty.tsv: line 1: found \"\""]);
     let header = scratch.arg("header.tsv");
     std::fs::write(&header, format!("Tools\tPort 1\t{COLUMNS}\n")).unwrap();
     refused(&em[..1], &[header], &["header.tsv: found no rows"]);
@@ -382,10 +320,7 @@ fn every_pair_is_held_out_once_and_a_room_is_judged_by_what_it_never_saw() {
         let more = ["--hold-out", part, "--held-out", &held, "--min-poses", "9"];
         let found = json(&[&characterize(&em, &reference, &table)[..], &more].concat());
         assert_eq!((rows(&table), rows(&held)), (9, 3), "{part}");
-        assert_eq!(
-            (&found["readings"], &found["held_out"]),
-            (&9.into(), &3.into())
-        );
+        assert_eq!((&found["readings"], &found["held_out"]), (&9.into(), &3.into()));
         let text = std::fs::read_to_string(&held).unwrap();
         let pair = |line: &str| line.rsplit(',').nth(1).unwrap().parse::<usize>().unwrap();
         seen.extend(text.lines().skip(1).map(pair));
@@ -397,13 +332,8 @@ fn every_pair_is_held_out_once_and_a_room_is_judged_by_what_it_never_saw() {
         let said = fail(&[&characterize(&em, &reference, &table)[..], &more].concat());
         assert!(said.contains("expected K/N"), "{said}");
     }
-    let alone = fail(
-        &[
-            &characterize(&em, &reference, &table)[..],
-            &["--hold-out", "1/4"],
-        ]
-        .concat(),
-    );
+    let alone =
+        fail(&[&characterize(&em, &reference, &table)[..], &["--hold-out", "1/4"]].concat());
     assert!(alone.contains("--held-out"), "{alone}");
     let none = ["--hold-out", "13/13", "--held-out", &held];
     let said = fail(&[&characterize(&em, &reference, &table)[..], &none].concat());

@@ -107,11 +107,8 @@ fn without_rooms_each_design_is_in_its_own_and_a_shared_one_is_one() {
     let first = scratch.design("pointer-on-head");
     let moved = scratch.changed("pointer-on-head", "moved", "0, 20, 30", "0, 20, 60");
     let other = scratch.design("pointer-no-crf");
-    fs::copy(
-        scratch.path("rooms/two.env.ron"),
-        scratch.path("pointer-no-crf/room.env.ron"),
-    )
-    .unwrap();
+    fs::copy(scratch.path("rooms/two.env.ron"), scratch.path("pointer-no-crf/room.env.ron"))
+        .unwrap();
     let found = json(&["compare", &first, &moved, &other]);
     assert_eq!(list(&found, "environments").len(), 2);
     let rows = list(&found, "rows");
@@ -144,18 +141,9 @@ fn the_text_is_a_table_with_a_sentence_for_every_difference() {
     let said = succeed(&["compare", &design, &strict, "--environment", &room]);
     let lines: Vec<&str> = said.lines().collect();
     assert!(lines[0].starts_with("two: "), "{said}");
-    assert!(
-        lines[1].contains("RMS mm") && lines[1].contains("max °"),
-        "{said}"
-    );
-    assert!(
-        lines[2].contains("baseline") && lines[2].contains('–'),
-        "{said}"
-    );
-    assert!(
-        lines[3].contains("missed") && lines[3].contains("+0.0000"),
-        "{said}"
-    );
+    assert!(lines[1].contains("RMS mm") && lines[1].contains("max °"), "{said}");
+    assert!(lines[2].contains("baseline") && lines[2].contains('–'), "{said}");
+    assert!(lines[3].contains("missed") && lines[3].contains("+0.0000"), "{said}");
     // Aligned: every cell of the RMS ends where its head does.
     let end = lines[1].find("RMS mm").unwrap() + "RMS mm".len();
     for line in &lines[2..4] {
@@ -190,40 +178,21 @@ fn ideal_room(scratch: &Scratch, name: &str, at: f64) -> String {
 #[test]
 fn a_room_that_does_not_reach_the_design_is_told_and_has_no_figures() {
     let scratch = world();
-    let (near, far) = (
-        ideal_room(&scratch, "near", 0.0),
-        ideal_room(&scratch, "far", 5000.0),
-    );
+    let (near, far) = (ideal_room(&scratch, "near", 0.0), ideal_room(&scratch, "far", 5000.0));
     let designs = ["pointer-no-crf", "pointer-on-head"].map(|name| scratch.design(name));
-    let args = [
-        "compare",
-        &designs[0],
-        &designs[1],
-        "--environment",
-        &near,
-        &far,
-    ];
+    let args = ["compare", &designs[0], &designs[1], "--environment", &near, &far];
     let found = json(&args);
     let rows = list(&found, "rows");
     assert!(number(&rows[0]["position_mm"]["rms"]) < 1e-9);
     let why = rows[1]["no_figures"].as_str().unwrap();
-    assert!(
-        why.contains("of 45 trials, 45 have a sensor outside"),
-        "{why}"
-    );
+    assert!(why.contains("of 45 trials, 45 have a sensor outside"), "{why}");
     assert!(rows[1]["position_mm"].is_null());
     assert!(rows[3]["against_baseline"].is_null());
     let unknown = found["environments"][0]["uncertainty_unknown"].as_str();
     assert!(unknown.unwrap().contains("no standard error"));
     let said = succeed(&args);
-    assert!(
-        said.contains("no figures: the room does not reach"),
-        "{said}"
-    );
-    assert!(
-        said.contains("does not say how far its field may be off"),
-        "{said}"
-    );
+    assert!(said.contains("no figures: the room does not reach"), "{said}");
+    assert!(said.contains("does not say how far its field may be off"), "{said}");
     // Where such trials are rejected it is the same, and no error.
     let rejecting = json(&[&args[..], &["--outside", "reject"]].concat());
     assert_eq!(rejecting["rows"][1]["no_figures"], why);
@@ -236,15 +205,7 @@ fn a_table_holds_names_with_any_characters_and_the_figures_of_the_json() {
     let odd = scratch.changed("pointer-no-crf", "odd", "pointer-no-crf", name);
     let design = scratch.design("pointer-no-crf");
     let (room, table) = (scratch.arg("rooms/two.env.ron"), scratch.arg("out.csv"));
-    let found = json(&[
-        "compare",
-        &design,
-        &odd,
-        "--environment",
-        &room,
-        "--csv",
-        &table,
-    ]);
+    let found = json(&["compare", &design, &odd, "--environment", &room, "--csv", &table]);
     let mut reader = csv::Reader::from_path(&table).unwrap();
     let header = reader.headers().unwrap().clone();
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
@@ -273,18 +234,12 @@ fn what_cannot_be_compared_is_named() {
     let again = designs[0].replace("pointer-no-crf/", "pointer-on-head/../pointer-no-crf/");
     let refused: [(&[&str], &str); 7] = [
         (&[&designs[0], &again], "found the same design named twice"),
-        (
-            &[&designs[0], "--environment", &room, &room],
-            "found the same environment named twice",
-        ),
+        (&[&designs[0], "--environment", &room, &room], "found the same environment named twice"),
         (
             &[&designs[0], "--environment", &room, "gone.env.ron"],
             "gone.env.ron: found no such file or folder, expected an environment",
         ),
-        (
-            &[&designs[0], "--environment", &designs[1]],
-            "pointer-on-head.design.ron: ",
-        ),
+        (&[&designs[0], "--environment", &designs[1]], "pointer-on-head.design.ron: "),
         (
             &[&designs[0], "--baseline", &designs[1]],
             "found a design that is not compared, expected one of ",

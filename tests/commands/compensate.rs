@@ -25,11 +25,7 @@ fn room(arguments: &[&str]) -> Scratch {
 fn cells(scratch: &Scratch, file: &str) -> Vec<Vec<Option<f64>>> {
     let table = fs::read_to_string(scratch.path(file)).unwrap();
     let number = |cell: &str| (!cell.is_empty()).then(|| cell.parse().unwrap());
-    table
-        .lines()
-        .skip(1)
-        .map(|line| line.split(',').map(number).collect())
-        .collect()
+    table.lines().skip(1).map(|line| line.split(',').map(number).collect()).collect()
 }
 
 #[test]
@@ -47,19 +43,11 @@ fn distorted_poses_come_back() {
         let header = fs::read_to_string(&out).unwrap();
         assert!(header.starts_with("x,y,z,qw,qx,qy,qz,outside,converged,ambiguous\n"));
         let mut unflagged = 0;
-        for (was, is) in cells(&scratch, "poses.csv")
-            .iter()
-            .zip(cells(&scratch, "out.csv"))
-        {
+        for (was, is) in cells(&scratch, "poses.csv").iter().zip(cells(&scratch, "out.csv")) {
             assert_eq!(is[8], Some(1.0));
             if is[9] == Some(0.0) {
                 unflagged += 1;
-                let length: f64 = was[3..7]
-                    .iter()
-                    .flatten()
-                    .map(|q| q * q)
-                    .sum::<f64>()
-                    .sqrt();
+                let length: f64 = was[3..7].iter().flatten().map(|q| q * q).sum::<f64>().sqrt();
                 for k in 0..7 {
                     let scale = if k < 3 { 1.0 } else { 1.0 / length };
                     let error = was[k].unwrap() * scale - is[k].unwrap();
@@ -89,28 +77,15 @@ fn a_correction_map_is_applied_as_it_is() {
     assert!(figures["shortcut_against_inverse"].is_null());
     // The same map called a distortion adds what the correction takes off, and its shortcut
     // takes it off too.
-    let as_distortion = fs::read_to_string(&env)
-        .unwrap()
-        .replace("Correction", "Distortion");
+    let as_distortion = fs::read_to_string(&env).unwrap().replace("Correction", "Distortion");
     fs::write(scratch.path("d.env.ron"), as_distortion).unwrap();
     let (d, by_shortcut) = (scratch.arg("d.env.ron"), scratch.arg("s.csv"));
-    succeed(&[
-        "compensate",
-        &d,
-        &poses,
-        "-o",
-        &by_shortcut,
-        "--method",
-        "shortcut",
-    ]);
+    succeed(&["compensate", &d, &poses, "-o", &by_shortcut, "--method", "shortcut"]);
     assert_eq!(fs::read(&out).unwrap(), fs::read(&by_shortcut).unwrap());
     let measured = scratch.arg("m.csv");
     succeed(&["distort", &d, &poses, "-o", &measured]);
-    let (was, on, off) = (
-        cells(&scratch, "poses.csv"),
-        cells(&scratch, "m.csv"),
-        cells(&scratch, "out.csv"),
-    );
+    let (was, on, off) =
+        (cells(&scratch, "poses.csv"), cells(&scratch, "m.csv"), cells(&scratch, "out.csv"));
     for ((was, on), off) in was.iter().zip(&on).zip(&off) {
         for k in 0..3 {
             let middle = 0.5 * (on[k].unwrap() + off[k].unwrap());
@@ -126,25 +101,11 @@ fn outside_poses_are_counted_and_rejected_ones_have_no_cells() {
     fs::write(scratch.path("poses.csv"), far).unwrap();
     let [env, poses, out] = ["room.env.ron", "poses.csv", "out.csv"].map(|f| scratch.arg(f));
     let clamped = json(&["compensate", &env, &poses, "-o", &out]);
-    assert_eq!(
-        (&clamped["converged"], &clamped["outside"]),
-        (&5.into(), &1.into())
-    );
+    assert_eq!((&clamped["converged"], &clamped["outside"]), (&5.into(), &1.into()));
     let last = cells(&scratch, "out.csv").pop().unwrap();
     assert_eq!(last[7..9], [Some(1.0), Some(1.0)]);
-    let rejected = json(&[
-        "compensate",
-        &env,
-        &poses,
-        "-o",
-        &out,
-        "--outside",
-        "reject",
-    ]);
-    assert_eq!(
-        (&rejected["converged"], &rejected["rejected"]),
-        (&4.into(), &1.into())
-    );
+    let rejected = json(&["compensate", &env, &poses, "-o", &out, "--outside", "reject"]);
+    assert_eq!((&rejected["converged"], &rejected["rejected"]), (&4.into(), &1.into()));
     let last = cells(&scratch, "out.csv").pop().unwrap();
     assert_eq!(last[..7], [None; 7]);
     assert_eq!(last[7..], [Some(1.0), Some(0.0), Some(0.0)]);
@@ -167,21 +128,10 @@ fn a_row_without_an_answer_has_empty_cells_and_the_command_succeeds() {
     let end = start + text[start..].find("))").expect("its end") + 2;
     text.replace_range(start..end, "box: ((0.0, 0.0, 0.0), (100.0, 100.0, 100.0))");
     fs::write(scratch.path("fold.env.ron"), text).unwrap();
-    fs::write(
-        scratch.path("poses.csv"),
-        "x,y,z,qw,qx,qy,qz\n20,40,60,1,0,0,0\n60,40,60,1,0,0,0\n",
-    )
-    .unwrap();
+    fs::write(scratch.path("poses.csv"), "x,y,z,qw,qx,qy,qz\n20,40,60,1,0,0,0\n60,40,60,1,0,0,0\n")
+        .unwrap();
     let [env, poses, out] = ["fold.env.ron", "poses.csv", "out.csv"].map(|f| scratch.arg(f));
-    let figures = json(&[
-        "compensate",
-        &env,
-        &poses,
-        "-o",
-        &out,
-        "--outside",
-        "extrapolate",
-    ]);
+    let figures = json(&["compensate", &env, &poses, "-o", &out, "--outside", "extrapolate"]);
     let rows = cells(&scratch, "out.csv");
     assert_eq!(rows[0][..7], [None; 7]);
     assert_eq!(rows[0][8..], [Some(0.0), Some(0.0)]);
@@ -202,12 +152,7 @@ fn what_cannot_be_used_is_named_and_nothing_is_written() {
     for method in ["inverse", "shortcut"] {
         let message = fail(&["compensate", &env, &poses, "-o", &out, "--method", method]);
         assert_eq!(message.lines().count(), 1, "{message}");
-        for word in [
-            "room.env.ron",
-            "correction map",
-            "expected a distortion map",
-            method,
-        ] {
+        for word in ["room.env.ron", "correction map", "expected a distortion map", method] {
             assert!(message.contains(word), "{word:?} is not in: {message}");
         }
     }

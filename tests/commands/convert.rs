@@ -36,19 +36,11 @@ fn every_real_definition_comes_back_byte_for_byte_through_a_body_file() {
         assert_eq!(noted, "", "{name}");
         let rom = &found["read"]["rom"];
         assert_eq!(rom["checksum"]["matches"], true, "{name}");
-        let trailing = if name.contains("REFERENCE_frame_small") {
-            8
-        } else {
-            0
-        };
+        let trailing = if name.contains("REFERENCE_frame_small") { 8 } else { 0 };
         assert_eq!(rom["trailing_bytes"], trailing, "{name}");
         let (found, noted) = convert(&[&body, &back]);
         assert_eq!(found["lost"], serde_json::json!([]), "{name}");
-        assert_eq!(
-            noted.contains("experimental"),
-            name.starts_with("610029"),
-            "{name}"
-        );
+        assert_eq!(noted.contains("experimental"), name.starts_with("610029"), "{name}");
         assert_eq!(std::fs::read(&back).unwrap(), original, "{name}");
         // And wrapped in a property list.
         let (tool, alone) = (scratch.arg("a.tool"), scratch.arg("b.rom"));
@@ -61,10 +53,7 @@ fn every_real_definition_comes_back_byte_for_byte_through_a_body_file() {
 #[test]
 fn trailing_bytes_and_a_long_makers_name_are_said() {
     let Some(files) = roms() else { return };
-    let file = &files[files
-        .iter()
-        .position(|f| text(f).contains("8a41d90b"))
-        .unwrap()];
+    let file = &files[files.iter().position(|f| text(f).contains("8a41d90b")).unwrap()];
     let scratch = Scratch::new();
     let words = succeed(&["convert", &text(file), &scratch.arg("a.body.ron")]);
     let has = |label: &str, value: &str| {
@@ -83,42 +72,10 @@ fn known_tools_have_their_known_markers_and_distances() {
         return;
     };
     let known: [(&str, [[f64; 3]; 4]); 4] = [
-        (
-            "8700338",
-            [
-                [0.0; 3],
-                [0.0, 25.28, 16.15],
-                [0.0, 0.0, 65.0],
-                [0.0, -18.65, 29.61],
-            ],
-        ),
-        (
-            "8700339",
-            [
-                [0.0; 3],
-                [0.0, 28.59, 41.02],
-                [0.0, 0.0, 88.0],
-                [0.0, -44.32, 40.45],
-            ],
-        ),
-        (
-            "8700340",
-            [
-                [0.0; 3],
-                [0.0, 0.0, 50.0],
-                [0.0, 25.0, 100.0],
-                [0.0, -25.0, 135.0],
-            ],
-        ),
-        (
-            "8700449",
-            [
-                [0.0; 3],
-                [0.0, 47.38, 28.99],
-                [0.0, 0.0, 89.1],
-                [0.0, -35.36, 35.36],
-            ],
-        ),
+        ("8700338", [[0.0; 3], [0.0, 25.28, 16.15], [0.0, 0.0, 65.0], [0.0, -18.65, 29.61]]),
+        ("8700339", [[0.0; 3], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]]),
+        ("8700340", [[0.0; 3], [0.0, 0.0, 50.0], [0.0, 25.0, 100.0], [0.0, -25.0, 135.0]]),
+        ("8700449", [[0.0; 3], [0.0, 47.38, 28.99], [0.0, 0.0, 89.1], [0.0, -35.36, 35.36]]),
     ];
     let scratch = Scratch::new();
     for (part, places) in known {
@@ -161,20 +118,11 @@ fn the_aurora_sensor_is_two_coils_that_cross() {
     assert_eq!(read["rom"]["checksum"]["stored"], 4235);
     assert_eq!(read["rom"]["date"], "2011-03-10");
     let pair = &read["pairs"][0];
-    assert!(
-        (pair["distance_mm"].as_f64().unwrap() - 0.7).abs() < 1e-6,
-        "{pair}"
-    );
+    assert!((pair["distance_mm"].as_f64().unwrap() - 0.7).abs() < 1e-6, "{pair}");
     // The polar angles are 0.218224 rad each.
-    assert!(
-        (pair["angle_deg"].as_f64().unwrap() - 25.0).abs() < 0.05,
-        "{pair}"
-    );
+    assert!((pair["angle_deg"].as_f64().unwrap() - 25.0).abs() < 0.05, "{pair}");
     let words = succeed(&["convert", &text(&file), &scratch.arg("b.body.ron")]);
-    assert!(
-        words.contains("0.700 mm") && words.contains("25.0"),
-        "{words}"
-    );
+    assert!(words.contains("0.700 mm") && words.contains("25.0"), "{words}");
 }
 
 const MARKERS: &str = "(version: 1, name: \"triangle\", tip: (0, 0, -120.5), sensors: [
@@ -207,26 +155,19 @@ fn what_each_format_cannot_hold_is_said_a_line_each() {
     let (found, _) = convert(&[&body, &ini]);
     let codes = |found: &Value| {
         let lost = found["lost"].as_array().unwrap().iter();
-        lost.map(|l| l["what"].as_str().unwrap().to_owned())
-            .collect::<Vec<_>>()
+        lost.map(|l| l["what"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
     assert_eq!(codes(&found), ["body_name", "sensor_names"]);
     let (found, _) = convert(&[&ini, &scratch.arg("a.json")]);
     assert_eq!(codes(&found), [""; 0]);
     let (found, _) = convert(&[&scratch.arg("a.json"), &scratch.arg("b.body.ron")]);
     assert_eq!(numbers(&found["read"]["tip"]), [0.0, 0.0, -120.5]);
-    assert_eq!(
-        numbers(&found["read"]["sensors"][0]["position"]),
-        [-30.0, 0.1, 0.0]
-    );
+    assert_eq!(numbers(&found["read"]["sensors"][0]["position"]), [-30.0, 0.1, 0.0]);
 
     std::fs::write(&body, COILS).unwrap();
     let (found, noted) = convert(&[&body, &scratch.arg("b.rom")]);
     assert_eq!(found["written"]["experimental"], true);
-    assert!(
-        noted.contains("writing Aurora ROMs is experimental"),
-        "{noted}"
-    );
+    assert!(noted.contains("writing Aurora ROMs is experimental"), "{noted}");
     assert_eq!(codes(&found), [""; 0]);
 }
 
@@ -258,10 +199,7 @@ fn what_cannot_be_converted_is_refused_with_the_reason_and_nothing_is_written() 
         "{said}"
     );
     let said = fail(&["convert", &body, &scratch.arg("out.txt")]);
-    assert!(
-        said.contains("expected one in .body.ron, .rom, .tool, .ini or .json"),
-        "{said}"
-    );
+    assert!(said.contains("expected one in .body.ron, .rom, .tool, .ini or .json"), "{said}");
     let said = fail(&["convert", &body, &body]);
     assert!(said.contains("a file that is read here"), "{said}");
     assert_eq!(std::fs::read_to_string(&body).unwrap(), one_six);
@@ -270,10 +208,7 @@ fn what_cannot_be_converted_is_refused_with_the_reason_and_nothing_is_written() 
     }
     let (found, noted) = convert(&[&rom, &out, "--force"]);
     assert_eq!(found["read"]["rom"]["checksum"]["matches"], false);
-    assert!(
-        noted.contains("read from an image whose checksum is "),
-        "{noted}"
-    );
+    assert!(noted.contains("read from an image whose checksum is "), "{noted}");
     let (_, noted) = convert(&[&out, &out_rom]);
     assert!(noted.contains("checksum was "), "{noted}");
     convert(&[&out_rom, &out]);
@@ -297,9 +232,7 @@ fn a_design_with_a_makers_file_as_its_tool_is_simulated_like_its_body() {
     let scratch = Scratch::new();
     for body in [MARKERS, COILS] {
         // Places that a 32-bit number holds, so that both are the same tool.
-        let body = body
-            .replace("0.1", "0.125")
-            .replace("tip: (0, 0, -120.5), ", "");
+        let body = body.replace("0.1", "0.125").replace("tip: (0, 0, -120.5), ", "");
         std::fs::write(scratch.path("a.body.ron"), body).unwrap();
         let simulated = |tool: &str| {
             let design = design_with(&scratch, tool);
@@ -320,12 +253,7 @@ fn a_design_with_a_makers_file_as_its_tool_is_simulated_like_its_body() {
     let mut image = std::fs::read(scratch.path("a.rom")).unwrap();
     image[70] ^= 1;
     std::fs::write(scratch.path("a.rom"), image).unwrap();
-    let said = fail(&[
-        "simulate",
-        &design_with(&scratch, "a.rom"),
-        "--mode",
-        "motion",
-    ]);
+    let said = fail(&["simulate", &design_with(&scratch, "a.rom"), "--mode", "motion"]);
     assert!(said.contains("a.rom: checksum is "), "{said}");
 }
 
@@ -333,29 +261,17 @@ fn a_design_with_a_makers_file_as_its_tool_is_simulated_like_its_body() {
 fn tools_that_a_tracker_cannot_tell_apart_are_named() {
     let scratch = Scratch::new();
     let moved = MARKERS.replace("(0, 0, -120.5)", "(0, 0, -80.5)");
-    for (name, body) in [
-        ("a.body.ron", MARKERS),
-        ("b.body.ron", &moved),
-        ("c.body.ron", COILS),
-    ] {
+    for (name, body) in [("a.body.ron", MARKERS), ("b.body.ron", &moved), ("c.body.ron", COILS)] {
         std::fs::write(scratch.path(name), body).unwrap();
     }
     let [a, b, c] = ["a", "b", "c"].map(|name| scratch.arg(&format!("{name}.body.ron")));
-    let output = trackwright(&["convert", "--check", &a, &b, &c])
-        .output()
-        .unwrap();
+    let output = trackwright(&["convert", "--check", &a, &b, &c]).output().unwrap();
     let printed = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(1), "{printed}");
     // One tool with another tip is the same to a tracker.
-    assert!(
-        printed.contains("b.body.ron: cannot be told apart"),
-        "{printed}"
-    );
+    assert!(printed.contains("b.body.ron: cannot be told apart"), "{printed}");
     let noted = String::from_utf8(output.stderr).unwrap();
-    assert!(
-        noted.contains("known by its port and serial number"),
-        "{noted}"
-    );
+    assert!(noted.contains("known by its port and serial number"), "{noted}");
     let Some(files) = roms() else { return };
     let two: Vec<String> = files[..2].iter().map(|file| text(file)).collect();
     let args = ["convert", "--check", &two[0], &two[1], "--format", "json"];

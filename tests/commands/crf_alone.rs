@@ -27,14 +27,8 @@ fn a_crf_alone_is_a_tool_without_a_crf_whose_tip_is_the_target() {
     let design = with_motion(&scratch);
     let of_crf = json(&["simulate", &design, "--mode", "motion", "--body", "crf"]);
     let targets = of_crf["targets"].as_array().unwrap();
-    let names: Vec<&str> = targets
-        .iter()
-        .map(|t| t["target"].as_str().unwrap())
-        .collect();
-    assert_eq!(
-        names,
-        ["right maxillary sinus", "left maxillary sinus", "sella"]
-    );
+    let names: Vec<&str> = targets.iter().map(|t| t["target"].as_str().unwrap()).collect();
+    assert_eq!(names, ["right maxillary sinus", "left maxillary sinus", "sella"]);
 
     // The same by another way: the CRF's body as a tool of its own, tip at the sella.
     let body = std::fs::read_to_string(format!(
@@ -46,10 +40,8 @@ fn a_crf_alone_is_a_tool_without_a_crf_whose_tip_is_the_target() {
     let end = mesh + body[mesh..].find('\n').unwrap();
     let body = format!("{}tip: (0.0, -38.0, 75.0),{}", &body[..mesh], &body[end..]);
     std::fs::write(scratch.path("tool.body.ron"), body).unwrap();
-    let room = format!(
-        "{}/assets/environments/operating-table.env.ron",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let room =
+        format!("{}/assets/environments/operating-table.env.ron", env!("CARGO_MANIFEST_DIR"));
     let text = format!(
         r#"(version: 1, name: "as a tool", environment: "{room}",
         tool: (body: "tool.body.ron", pose: (position: (-50.0, 0.0, -300.0), rotation: (1.0, 0.0, 0.0, 0.0))),
@@ -71,31 +63,17 @@ fn a_crf_alone_is_a_tool_without_a_crf_whose_tip_is_the_target() {
     assert_ne!(sella["position_mm"], targets[0]["position_mm"]);
 
     let text = succeed(&["simulate", &design, "--mode", "motion", "--body", "crf"]);
-    assert!(
-        text.contains("Head CRF at sella, alone in Operating table"),
-        "{text}"
-    );
-    assert_eq!(
-        text.matches("requirement position_rms").count(),
-        3,
-        "{text}"
-    );
+    assert!(text.contains("Head CRF at sella, alone in Operating table"), "{text}");
+    assert_eq!(text.matches("requirement position_rms").count(), 3, "{text}");
 }
 
 #[test]
 fn the_crfs_error_at_a_target_is_the_distance_between_the_target_and_where_it_seems() {
-    let of_crf = json(&[
-        "simulate",
-        &built_in("pointer-on-head"),
-        "--mode",
-        "single",
-        "--body",
-        "crf",
-    ]);
+    let of_crf =
+        json(&["simulate", &built_in("pointer-on-head"), "--mode", "single", "--body", "crf"]);
     for target in of_crf["targets"].as_array().unwrap() {
-        let error: Vec<f64> = (target["error_mm"].as_array().unwrap().iter())
-            .map(|v| v.as_f64().unwrap())
-            .collect();
+        let error: Vec<f64> =
+            (target["error_mm"].as_array().unwrap().iter()).map(|v| v.as_f64().unwrap()).collect();
         let length = error.iter().map(|v| v * v).sum::<f64>().sqrt();
         let rms = target["position_mm"]["rms"].as_f64().unwrap();
         assert_close("length of the error", length, rms, 1e-12, 1e-3);

@@ -6,17 +6,11 @@ use std::fs;
 
 /// A design whose tool has the mesh and, where it is not 1, sensors so many times as far out.
 fn design(scratch: &Scratch, stl: &str, stretch: f64) -> String {
-    scratch.copy_design_with_room(
-        "golden/pointer-on-head",
-        &["--order", "1", "--directions", "6"],
-    );
+    scratch.copy_design_with_room("golden/pointer-on-head", &["--order", "1", "--directions", "6"]);
     fs::write(scratch.path("d/tool.stl"), stl).unwrap();
     let body = scratch.path("d/tool.body.ron");
     let text = fs::read_to_string(&body).unwrap();
-    let text = text.replace(
-        "name: \"Tool\",",
-        "name: \"Tool\",\n    mesh: \"tool.stl\",",
-    );
+    let text = text.replace("name: \"Tool\",", "name: \"Tool\",\n    mesh: \"tool.stl\",");
     let far = format!("position: (-6.0, 5.0, {:?})", 120.0 * stretch);
     let moved = text.replace("position: (-6.0, 5.0, 120.0)", &far);
     assert!(stretch == 1.0 || moved != text);
@@ -26,17 +20,9 @@ fn design(scratch: &Scratch, stl: &str, stretch: f64) -> String {
 
 /// A tetrahedron of a size; facing inward, or without its last side.
 fn tetrahedron(size_mm: f64, is_inverted: bool, sides: usize) -> String {
-    let corners = [
-        [0.0, 0.0, 0.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-    ];
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let mut text = "solid tool\n".to_owned();
-    for side in [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-        .iter()
-        .take(sides)
-    {
+    for side in [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].iter().take(sides) {
         let mut side = *side;
         if is_inverted {
             side.swap(1, 2);
@@ -63,18 +49,9 @@ fn what_is_wrong_with_a_mesh_is_told_where_it_is_drawn() {
     let flat = "solid tool\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 50 0 0\nvertex 100 0 0\n\
                 endloop\nendfacet\nendsolid tool\n";
     for (stl, told) in [
-        (
-            tetrahedron(20_000.0, false, 4),
-            "20000 mm long: is the file in",
-        ),
-        (
-            tetrahedron(100.0, false, 3),
-            "Open: 3 edges have a triangle on one side only",
-        ),
-        (
-            tetrahedron(100.0, true, 4),
-            "Inside out: its triangles face inward",
-        ),
+        (tetrahedron(20_000.0, false, 4), "20000 mm long: is the file in"),
+        (tetrahedron(100.0, false, 3), "Open: 3 edges have a triangle on one side only"),
+        (tetrahedron(100.0, true, 4), "Inside out: its triangles face inward"),
         (flat.to_owned(), "1 triangle has no area"),
     ] {
         let scratch = Scratch::new();
@@ -86,18 +63,8 @@ fn what_is_wrong_with_a_mesh_is_told_where_it_is_drawn() {
     }
     let scratch = Scratch::new();
     let design = design(&scratch, &tetrahedron(100.0, true, 4), 1.0);
-    let said = notes(&[
-        "report",
-        &design,
-        "-o",
-        &scratch.arg("r.html"),
-        "--mode",
-        "single",
-    ]);
-    assert!(
-        said.contains("warning: the tool's mesh: Inside out"),
-        "{said}"
-    );
+    let said = notes(&["report", &design, "-o", &scratch.arg("r.html"), "--mode", "single"]);
+    assert!(said.contains("warning: the tool's mesh: Inside out"), "{said}");
 }
 
 #[test]
@@ -114,9 +81,6 @@ fn a_tool_of_twenty_metres_is_told_without_its_mesh() {
         &["convert", &body, &ini],
     ] {
         let said = notes(args);
-        assert!(
-            said.contains("warning: ") && said.contains(told),
-            "{args:?}: {said}"
-        );
+        assert!(said.contains("warning: ") && said.contains(told), "{args:?}: {said}");
     }
 }

@@ -28,9 +28,7 @@ fn is_position(column: usize) -> bool {
 }
 
 fn in_metres(scratch: &Scratch) -> String {
-    changed(scratch, "metres.csv", |k, v| {
-        if is_position(k) { v * 1e-3 } else { v }
-    })
+    changed(scratch, "metres.csv", |k, v| if is_position(k) { v * 1e-3 } else { v })
 }
 
 fn fit<'a>(table: &'a str, env: &'a str) -> Vec<&'a str> {
@@ -57,16 +55,10 @@ fn metres_are_refused_unless_they_are_meant() {
     assert!(said.contains("--as-is"), "{said}");
     assert!(!scratch.path("room.env.ron").exists());
     let meant = notes(&[&fit(&table, &env)[..], &["--as-is"]].concat());
-    assert!(
-        meant.starts_with("warning: ") && meant.contains("are they metres?"),
-        "{meant}"
-    );
+    assert!(meant.starts_with("warning: ") && meant.contains("are they metres?"), "{meant}");
     assert!(scratch.path("room.env.ron").exists());
     let learned = scratch.arg("g.generator.ron");
-    for args in [
-        vec!["select", &table],
-        vec!["generator", "learn", &table, "-o", &learned],
-    ] {
+    for args in [vec!["select", &table], vec!["generator", "learn", &table, "-o", &learned]] {
         assert!(fail(&args).contains("are they metres?"), "{args:?}");
     }
 }
@@ -75,17 +67,12 @@ fn metres_are_refused_unless_they_are_meant() {
 fn inches_are_a_warning_and_good_tables_are_none() {
     let scratch = Scratch::new();
     let env = scratch.arg("room.env.ron");
-    let inches = changed(&scratch, "inches.csv", |k, v| {
-        if is_position(k) { v / 25.4 } else { v }
-    });
+    let inches = changed(&scratch, "inches.csv", |k, v| if is_position(k) { v / 25.4 } else { v });
     let said = notes(&fit(&inches, &env));
     assert!(said.contains("are they inches or centimetres?"), "{said}");
     let good = text(&own(ROOM));
     let said = notes(&fit(&good, &env));
-    assert!(
-        !said.contains("warning: ") || !said.contains(".csv"),
-        "{said}"
-    );
+    assert!(!said.contains("warning: ") || !said.contains(".csv"), "{said}");
 }
 
 #[test]
@@ -112,9 +99,7 @@ fn poses_in_metres_are_refused_as_measurements_are() {
     let scratch = Scratch::new();
     let env = scratch.arg("room.env.ron");
     succeed(&fit(&text(&own(ROOM)), &env));
-    let rows: String = (0..20)
-        .map(|k| format!("0.0{k:02},0.1,-0.3,1,0,0,0\n"))
-        .collect();
+    let rows: String = (0..20).map(|k| format!("0.0{k:02},0.1,-0.3,1,0,0,0\n")).collect();
     fs::write(scratch.path("p.csv"), format!("x,y,z,qw,qx,qy,qz\n{rows}")).unwrap();
     let (poses, out) = (scratch.arg("p.csv"), scratch.arg("out.csv"));
     for command in ["distort", "compensate"] {
@@ -133,9 +118,7 @@ fn poses_on_other_axes_than_the_room_are_told() {
     let env = scratch.arg("room.env.ron");
     succeed(&fit(&text(&own(ROOM)), &env));
     for (sign, is_told) in [(1, true), (-1, false)] {
-        let rows: String = (0..20)
-            .map(|k| format!("{k},100,{},1,0,0,0\n", sign * 250))
-            .collect();
+        let rows: String = (0..20).map(|k| format!("{k},100,{},1,0,0,0\n", sign * 250)).collect();
         fs::write(scratch.path("p.csv"), format!("x,y,z,qw,qx,qy,qz\n{rows}")).unwrap();
         for command in ["distort", "compensate"] {
             let out = scratch.arg(&format!("{command}.csv"));
@@ -189,10 +172,7 @@ fn a_spreadsheet_in_a_european_language_is_read() {
         fs::read(scratch.path(&env)).unwrap()
     };
     let plain = env("plain", &table);
-    assert_eq!(
-        env("european", &format!("\u{feff}sep=;\r\n{head}\n{rows}")),
-        plain
-    );
+    assert_eq!(env("european", &format!("\u{feff}sep=;\r\n{head}\n{rows}")), plain);
     assert_eq!(env("tabs", &table.replace(',', "\t")), plain);
 }
 
@@ -206,23 +186,11 @@ fn other_units_and_missing_headers_are_named() {
         fail(&fit(&scratch.arg(name), &env))
     };
     let metres = said("m.csv", &table.replacen("ideal_x", "ideal_x (m)", 1));
-    assert!(
-        metres.contains("column \"ideal_x (m)\" is in m, expected mm"),
-        "{metres}"
-    );
+    assert!(metres.contains("column \"ideal_x (m)\" is in m, expected mm"), "{metres}");
     let headless = said("no.csv", table.split_once('\n').unwrap().1);
-    assert!(
-        headless.contains("found numbers, expected names of columns"),
-        "{headless}"
-    );
-    let both = said(
-        "both.csv",
-        &table.replace(',', ";").replacen("0.5", "0,5", 1),
-    );
-    assert!(
-        both.contains("the decimal mark of the rows before"),
-        "{both}"
-    );
+    assert!(headless.contains("found numbers, expected names of columns"), "{headless}");
+    let both = said("both.csv", &table.replace(',', ";").replacen("0.5", "0,5", 1));
+    assert!(both.contains("the decimal mark of the rows before"), "{both}");
 }
 
 #[test]
@@ -230,43 +198,22 @@ fn files_of_other_kinds_are_named() {
     let scratch = Scratch::new();
     let env = scratch.arg("room.env.ron");
     for (name, bytes, words) in [
-        (
-            "a.csv",
-            &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..],
-            "a PNG image",
-        ),
+        ("a.csv", &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "a PNG image"),
         ("a.xlsx", b"PK\x03\x04\x14\0\x06\0", "an Excel workbook"),
         ("a.tra", b"\x01\x02\x03", "an OptiTrack tool"),
-        (
-            "tool.rom",
-            b"NDI\0\x01\x02\xff\xfe",
-            "an NDI tool definition",
-        ),
+        ("tool.rom", b"NDI\0\x01\x02\xff\xfe", "an NDI tool definition"),
         ("b.csv", b"\xff\xfei\0d\0e\0", "UTF-16 text"),
     ] {
         fs::write(scratch.path(name), bytes).unwrap();
         let file = scratch.arg(name);
-        for args in [
-            fit(&file, &env),
-            vec!["pivot", &file],
-            vec!["register", &file, &file],
-        ] {
+        for args in [fit(&file, &env), vec!["pivot", &file], vec!["register", &file, &file]] {
             let said = fail(&args);
             assert!(said.contains(words) && said.contains("expected"), "{said}");
         }
     }
     fs::write(scratch.path("t.csv"), "x,y,z\n1,2,3\n").unwrap();
-    let said = fail(&[
-        "distort",
-        &scratch.arg("t.csv"),
-        &scratch.arg("t.csv"),
-        "-o",
-        &env,
-    ]);
-    assert!(
-        said.contains("found a table, expected an environment"),
-        "{said}"
-    );
+    let said = fail(&["distort", &scratch.arg("t.csv"), &scratch.arg("t.csv"), "-o", &env]);
+    assert!(said.contains("found a table, expected an environment"), "{said}");
 }
 
 #[test]
@@ -294,10 +241,7 @@ fn mirrored_and_outlying_fiducials_are_named() {
     assert!(said.contains("mirrored or left-handed"), "{said}");
     let metres = write("metres.txt", &|_, p| p.map(|v| 1e-3 * v));
     let said = fail(&["register", &source, &metres]);
-    assert!(
-        said.contains("are they in metres and millimetres?"),
-        "{said}"
-    );
+    assert!(said.contains("are they in metres and millimetres?"), "{said}");
     // Half a millimetre of noise, and one point that slipped.
     let noise = |k: usize| 0.5 * (k as f64 * 2.4).sin();
     let slipped = write("slipped.txt", &|k, [x, y, z]| {
@@ -311,10 +255,7 @@ fn mirrored_and_outlying_fiducials_are_named() {
     assert_eq!(found["points"], 5);
     assert_eq!(found["left_out"][0]["point"], 4);
     let fre = |key: &str| found[key].as_f64().unwrap();
-    assert!(
-        fre("fre_rms_mm") < 0.8 && fre("fre_of_all_rms_mm") > 3.0,
-        "{found}"
-    );
+    assert!(fre("fre_rms_mm") < 0.8 && fre("fre_of_all_rms_mm") > 3.0, "{found}");
 }
 
 /// A stylus that pivots, in a tracker's frame in which a reference moves.
@@ -331,14 +272,8 @@ fn a_pivot_is_found_relative_to_a_reference_tool() {
         let (x, y, w) = (sine * a / angle, sine * b / angle, cosine);
         let axis = [2.0 * w * y, -2.0 * w * x, w * w - x * x - y * y];
         let drift = 3.0 * t;
-        let at = [
-            drift - 100.0 * axis[0],
-            -100.0 * axis[1],
-            50.0 - 100.0 * axis[2] - 300.0,
-        ];
-        log.push_str(&format!(
-            "{t},{t},ReferenceToTracker,OK,{drift},0,-300,1,0,0,0\n"
-        ));
+        let at = [drift - 100.0 * axis[0], -100.0 * axis[1], 50.0 - 100.0 * axis[2] - 300.0];
+        log.push_str(&format!("{t},{t},ReferenceToTracker,OK,{drift},0,-300,1,0,0,0\n"));
         log.push_str(&format!(
             "{t},{t},StylusToTracker,OK,{},{},{},{w},{x},{y},0\n",
             at[0], at[1], at[2]
@@ -348,25 +283,12 @@ fn a_pivot_is_found_relative_to_a_reference_tool() {
     let file = scratch.arg("live.csv");
     for args in [
         &["pivot", &file, "--tool", "StylusToReference"][..],
-        &[
-            "pivot",
-            &file,
-            "--tool",
-            "Stylus",
-            "--relative-to",
-            "Reference",
-        ],
+        &["pivot", &file, "--tool", "Stylus", "--relative-to", "Reference"],
     ] {
         let found = json(args);
         let tip = |k: usize| found["tip"][k].as_f64().unwrap();
-        assert!(
-            (tip(2) - 100.0).abs() < 1e-6 && tip(0).abs() < 1e-6,
-            "{found}"
-        );
-        assert!(
-            (found["pivot"][2].as_f64().unwrap() - 50.0).abs() < 1e-6,
-            "{found}"
-        );
+        assert!((tip(2) - 100.0).abs() < 1e-6 && tip(0).abs() < 1e-6, "{found}");
+        assert!((found["pivot"][2].as_f64().unwrap() - 50.0).abs() < 1e-6, "{found}");
     }
     let said = fail(&["pivot", &file, "--tool", "Stylus"]);
     assert!(said.contains("--max-rms-mm"), "{said}");
@@ -378,8 +300,5 @@ fn too_few_poses_name_the_option_that_accepts_them() {
     let rows: String = (0..8).map(|k| format!("{k},0,-300,1,0,0,0\n")).collect();
     fs::write(scratch.path("p.csv"), format!("x,y,z,qw,qx,qy,qz\n{rows}")).unwrap();
     let said = fail(&["pivot", &scratch.arg("p.csv")]);
-    assert!(
-        said.contains("too few poses: 8") && said.contains("--min-poses"),
-        "{said}"
-    );
+    assert!(said.contains("too few poses: 8") && said.contains("--min-poses"), "{said}");
 }

@@ -10,11 +10,7 @@ const LIMIT: Duration = Duration::from_secs(60);
 
 #[track_caller]
 fn refused(command: Command) -> String {
-    let Output {
-        status,
-        stdout,
-        stderr,
-    } = run_within(command, LIMIT);
+    let Output { status, stdout, stderr } = run_within(command, LIMIT);
     let said = String::from_utf8(stderr).unwrap();
     assert_eq!(status.code(), Some(2), "{said}");
     assert!(stdout.is_empty());
@@ -47,36 +43,12 @@ fn a_scene_ends_for_every_bound_of_triangles() {
 fn pipes_that_nobody_writes_to_are_refused() {
     let scratch = Scratch::new();
     let pipe = scratch.arg("pipe");
-    assert!(
-        Command::new("mkfifo")
-            .arg(&pipe)
-            .status()
-            .unwrap()
-            .success()
-    );
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     let (out, table) = (scratch.arg("out"), text(&own("room-a/room-a-fit.csv")));
     let expected = format!("{pipe}: found a named pipe, expected ");
     for args in [
-        &[
-            "fit",
-            &pipe,
-            "-o",
-            &out,
-            "--order",
-            "1",
-            "--directions",
-            "6",
-        ][..],
-        &[
-            "fit",
-            &table,
-            "-o",
-            &out,
-            "--holdout",
-            &pipe,
-            "--order",
-            "0",
-        ],
+        &["fit", &pipe, "-o", &out, "--order", "1", "--directions", "6"][..],
+        &["fit", &table, "-o", &out, "--holdout", &pipe, "--order", "0"],
         &["select", &pipe],
         &["simulate", &pipe, "--mode", "single"],
         &["distort", &pipe, &table, "-o", &out],
@@ -99,26 +71,13 @@ fn what_a_shell_pipes_in_is_read() {
     let out = scratch.arg("room.env.ron");
     let script = "cat \"$1\" | \"$0\" fit /dev/stdin -o \"$2\" --order 1 --directions 6";
     let mut shell = Command::new("sh");
-    shell
-        .args(["-c", script, env!("CARGO_BIN_EXE_trackwright")])
-        .args([&table, &out]);
+    shell.args(["-c", script, env!("CARGO_BIN_EXE_trackwright")]).args([&table, &out]);
     let output = run_within(shell, LIMIT);
     assert!(output.status.success(), "{output:?}");
     let direct = scratch.arg("direct.env.ron");
-    succeed(&[
-        "fit",
-        &table,
-        "-o",
-        &direct,
-        "--order",
-        "1",
-        "--directions",
-        "6",
-    ]);
+    succeed(&["fit", &table, "-o", &direct, "--order", "1", "--directions", "6"]);
     let [piped, direct] = [out, direct].map(|file| {
-        let room = trackwright::store::Files::default()
-            .read_environment(file.as_ref())
-            .unwrap();
+        let room = trackwright::store::Files::default().read_environment(file.as_ref()).unwrap();
         room.model
     });
     assert_eq!(piped, direct);
@@ -127,10 +86,7 @@ fn what_a_shell_pipes_in_is_read() {
 #[cfg(target_os = "linux")]
 #[test]
 fn threads_that_cannot_start_are_one_error() {
-    let design = format!(
-        "{}/designs/endoscope.design.ron",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let design = format!("{}/designs/endoscope.design.ron", env!("CARGO_MANIFEST_DIR"));
     // 5,000 stacks of 2 MiB are 10 GiB of addresses.
     let script =
         "ulimit -v 2000000; RAYON_NUM_THREADS=5000 exec \"$0\" simulate \"$1\" --mode single";
@@ -138,10 +94,7 @@ fn threads_that_cannot_start_are_one_error() {
     shell.args(["-c", script, env!("CARGO_BIN_EXE_trackwright"), &design]);
     let said = refused(shell);
     assert_eq!(said.lines().count(), 1, "{said}");
-    assert!(
-        said.starts_with("error: the threads to compute with"),
-        "{said}"
-    );
+    assert!(said.starts_with("error: the threads to compute with"), "{said}");
 }
 
 #[cfg(unix)]
@@ -160,13 +113,7 @@ fn a_signal_ends_a_long_command() {
         // It computes for minutes.
         crate::support::program::pause(Duration::from_secs(2));
         let id = child.id().to_string();
-        assert!(
-            Command::new("kill")
-                .args([signal, &id])
-                .status()
-                .unwrap()
-                .success()
-        );
+        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
         let started = std::time::Instant::now();
         let status = loop {
             if let Some(status) = child.try_wait().unwrap() {

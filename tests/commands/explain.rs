@@ -27,14 +27,9 @@ fn counts_go_to_standard_error_and_change_no_result() {
         assert_eq!(plain, explained);
         assert!(silent.is_empty(), "{silent:?}");
         assert!(lines.iter().all(|line| {
-            ["computed  ", "reused    ", "left out  "]
-                .iter()
-                .any(|deed| line.starts_with(deed))
+            ["computed  ", "reused    ", "left out  "].iter().any(|deed| line.starts_with(deed))
         }));
-        assert!(
-            lines.iter().any(|l| l.ends_with("for the tool")),
-            "{lines:?}"
-        );
+        assert!(lines.iter().any(|l| l.ends_with("for the tool")), "{lines:?}");
     }
 }
 
@@ -48,24 +43,9 @@ fn a_crf_is_told_as_reused_and_its_absence_as_left_out() {
             .filter(|l| l.as_str() == "reused    the CRF, tracked once for 3,375 trials")
             .count()
     };
-    let left_out = |lines: &[String]| {
-        lines
-            .iter()
-            .filter(|l| l.starts_with("left out  the CRF"))
-            .count()
-    };
-    assert_eq!(
-        (reused(&with_crf), left_out(&with_crf)),
-        (1, 0),
-        "{with_crf:?}"
-    );
-    assert_eq!(
-        (reused(&without), left_out(&without)),
-        (0, 1),
-        "{without:?}"
-    );
-    assert!(
-        without.iter().all(|l| !l.ends_with("for the CRF")),
-        "{without:?}"
-    );
+    let left_out =
+        |lines: &[String]| lines.iter().filter(|l| l.starts_with("left out  the CRF")).count();
+    assert_eq!((reused(&with_crf), left_out(&with_crf)), (1, 0), "{with_crf:?}");
+    assert_eq!((reused(&without), left_out(&without)), (0, 1), "{without:?}");
+    assert!(without.iter().all(|l| !l.ends_with("for the CRF")), "{without:?}");
 }

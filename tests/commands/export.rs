@@ -40,28 +40,19 @@ fn parts() -> impl Iterator<Item = f64> {
 fn distorted(scratch: &Scratch, env: &str, points: &[Point3<f64>]) -> Vec<(Vector3<f64>, f64)> {
     let turn = exp_vector(&axis_rotation(&Vector3::z_axis(), &axis()).vector_rad);
     let mut table = "x,y,z,qw,qx,qy,qz\n".to_owned();
-    let ideal: Vec<Pose> = points
-        .iter()
-        .map(|at| pose_from_parts(at.coords, turn))
-        .collect();
+    let ideal: Vec<Pose> = points.iter().map(|at| pose_from_parts(at.coords, turn)).collect();
     for pose in &ideal {
         table += &(pose_to_array(pose).map(|v| v.to_string()).join(",") + "\n");
     }
     let (poses, out) = (scratch.arg("poses.csv"), scratch.arg("distorted.csv"));
     fs::write(&poses, table).unwrap();
     succeed(&["distort", env, &poses, "-o", &out]);
-    let measured = store::Files::default()
-        .read_poses(out.as_ref())
-        .unwrap()
-        .as_it_stands();
+    let measured = store::Files::default().read_poses(out.as_ref()).unwrap().as_it_stands();
     let pairs = ideal.iter().zip(&measured);
     pairs
         .map(|(ideal, measured)| {
             let off = measured.translation.vector - ideal.translation.vector;
-            (
-                off,
-                ideal.rotation.angle_to(&measured.rotation).to_degrees(),
-            )
+            (off, ideal.rotation.angle_to(&measured.rotation).to_degrees())
         })
         .collect()
 }
@@ -91,9 +82,7 @@ fn flipped(at: &Point3<f64>) -> Point3<f64> {
 /// Bernstein polynomial of order n is at most n (n - 1) times its coefficients' greatest second
 /// difference, in the unit cube.
 fn interpolation_bound_mm(env: &str, counts: [usize; 3]) -> f64 {
-    let environment = store::Files::default()
-        .read_environment(env.as_ref())
-        .unwrap();
+    let environment = store::Files::default().read_environment(env.as_ref()).unwrap();
     let model = environment.model.at_axis(&axis());
     let n = model.order();
     let coefficient = |[i, j, k]: [usize; 3]| model.coefficients()[(i * (n + 1) + j) * (n + 1) + k];
@@ -101,11 +90,7 @@ fn interpolation_bound_mm(env: &str, counts: [usize; 3]) -> f64 {
     for (along, count) in counts.iter().enumerate() {
         let mut greatest: f64 = 0.0;
         for place in 0..(n + 1_usize).pow(3) {
-            let at = [
-                place / (n + 1).pow(2),
-                place / (n + 1) % (n + 1),
-                place % (n + 1),
-            ];
+            let at = [place / (n + 1).pow(2), place / (n + 1) % (n + 1), place % (n + 1)];
             if at[along] + 2 > n {
                 continue;
             }
@@ -130,17 +115,7 @@ fn programs_of_others_read_the_error_that_distort_makes() {
     let env = room(&scratch);
     let export = |name: &str, more: &[&str]| {
         let file = scratch.arg(name);
-        let args = [
-            "export",
-            "field",
-            &env,
-            "-o",
-            &file,
-            "--axis",
-            AXIS,
-            "--spacing",
-            "12,10,8",
-        ];
+        let args = ["export", "field", &env, "-o", &file, "--axis", AXIS, "--spacing", "12,10,8"];
         let found = json(&[&args[..], more].concat());
         (file, found)
     };
@@ -150,11 +125,7 @@ fn programs_of_others_read_the_error_that_distort_makes() {
         ("itk", nrrd, true),
         ("itk", export("field.mha", &[]).0, true),
         ("itk", export("as-it-is.mha", &["--axes", "lps"]).0, false),
-        (
-            "pynrrd",
-            export("as-it-is.nrrd", &["--axes", "lps"]).0,
-            false,
-        ),
+        ("pynrrd", export("as-it-is.nrrd", &["--axes", "lps"]).0, false),
         ("vtk", export("field.vti", &[]).0, false),
     ];
     let counts: [usize; 3] = serde_json::from_value(found["counts"].clone()).unwrap();
@@ -177,10 +148,7 @@ fn programs_of_others_read_the_error_that_distort_makes() {
     let between: Vec<_> = (0..100).map(|_| place(three())).collect();
     let allowed_between_mm = interpolation_bound_mm(&env, counts);
     // Errors are millimetres: a bound that lets everything through would show nothing.
-    assert!(
-        (1e-4..0.2).contains(&allowed_between_mm),
-        "{allowed_between_mm}"
-    );
+    assert!((1e-4..0.2).contains(&allowed_between_mm), "{allowed_between_mm}");
     // A point is found by its coordinates to some 1e-12 of a step, over which the field changes less.
     for (points, allowed_mm) in [(&on_lattice, 1e-9), (&between, allowed_between_mm)] {
         let errors = distorted(&scratch, &env, points);
@@ -197,10 +165,7 @@ fn programs_of_others_read_the_error_that_distort_makes() {
                     vector = flipped(&vector);
                 }
                 let off = (vector.coords - expected).amax();
-                assert!(
-                    off <= allowed_mm,
-                    "{reader} {file}: {off} beyond {allowed_mm}"
-                );
+                assert!(off <= allowed_mm, "{reader} {file}: {off} beyond {allowed_mm}");
             }
         }
     }
@@ -258,14 +223,7 @@ fn a_correction_takes_readings_to_where_compensate_takes_them() {
     let scratch = Scratch::new();
     let env = room(&scratch);
     let out = scratch.arg("field.csv");
-    let correction = [
-        "--displacement",
-        "correction",
-        "--axis",
-        AXIS,
-        "--spacing",
-        "120",
-    ];
+    let correction = ["--displacement", "correction", "--axis", AXIS, "--spacing", "120"];
     succeed(&[&["export", "field", &env, "-o", &out], &correction[..]].concat());
     let table = fs::read_to_string(&out).unwrap();
     let turn = exp_vector(&axis_rotation(&Vector3::z_axis(), &axis()).vector_rad);
@@ -273,11 +231,7 @@ fn a_correction_takes_readings_to_where_compensate_takes_them() {
     let quaternion = turned[3..].iter().map(f64::to_string);
     let quaternion = quaternion.collect::<Vec<_>>().join(",");
     let mut poses = "x,y,z,qw,qx,qy,qz\n".to_owned();
-    let rows: Vec<Vec<&str>> = table
-        .lines()
-        .skip(1)
-        .map(|l| l.split(',').collect())
-        .collect();
+    let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|l| l.split(',').collect()).collect();
     for row in &rows {
         poses += &format!("{},{quaternion}\n", row[..3].join(","));
     }
@@ -309,23 +263,12 @@ fn a_transform_moves_points_in_another_program_as_the_pose_does() {
     let pose = pose_from_array([12.5, -80.25, -310.0, 0.5, -0.1, 0.7, 0.4]).unwrap();
     let cells = pose_to_array(&pose).map(|v| v.to_string()).join(",");
     let (table, points) = (scratch.arg("poses.csv"), scratch.arg("points.csv"));
-    fs::write(
-        &table,
-        format!("x,y,z,qw,qx,qy,qz\n0,0,0,1,0,0,0\n{cells}\n"),
-    )
-    .unwrap();
-    let in_tool = [
-        [0.0; 3],
-        [100.0, 0.0, 0.0],
-        [-3.0, 40.0, 7.0],
-        [1.0, 2.0, -150.0],
-    ];
+    fs::write(&table, format!("x,y,z,qw,qx,qy,qz\n0,0,0,1,0,0,0\n{cells}\n")).unwrap();
+    let in_tool = [[0.0; 3], [100.0, 0.0, 0.0], [-3.0, 40.0, 7.0], [1.0, 2.0, -150.0]];
     for (axes, is_flipped) in [("ras", true), ("lps", false)] {
         let turn = |p: &Point3<f64>| if is_flipped { flipped(p) } else { *p };
         let file = scratch.arg(&format!("{axes}.tfm"));
-        succeed(&[
-            "export", "poses", &table, "--row", "1", "-o", &file, "--axes", axes,
-        ]);
+        succeed(&["export", "poses", &table, "--row", "1", "-o", &file, "--axes", axes]);
         let rows = in_tool.map(|p| {
             let p = turn(&p.into());
             format!("{},{},{}\n", p.x, p.y, p.z)
@@ -335,27 +278,13 @@ fn a_transform_moves_points_in_another_program_as_the_pose_does() {
         for (p, moved) in in_tool.iter().zip(moved) {
             let moved = turn(&Point3::new(moved[0], moved[1], moved[2]));
             let expected = pose * Point3::from(*p);
-            assert!(
-                (moved - expected).norm() < 1e-9,
-                "{axes}: {moved} {expected}"
-            );
+            assert!((moved - expected).norm() < 1e-9, "{axes}: {moved} {expected}");
         }
     }
     let several = fail(&["export", "poses", &table, "-o", &scratch.arg("all.tfm")]);
     assert!(several.contains("found 2 poses, expected one") && several.contains("--row 0 to 1"));
-    let none = fail(&[
-        "export",
-        "poses",
-        &table,
-        "--row",
-        "2",
-        "-o",
-        &scratch.arg("one.tfm"),
-    ]);
-    assert!(
-        none.contains("found 2 poses, expected more than --row 2"),
-        "{none}"
-    );
+    let none = fail(&["export", "poses", &table, "--row", "2", "-o", &scratch.arg("one.tfm")]);
+    assert!(none.contains("found 2 poses, expected more than --row 2"), "{none}");
 }
 
 #[test]
@@ -396,19 +325,12 @@ fn poses_of_the_programs_own_tables_are_named_by_their_columns() {
     let said = succeed(&[&args[..], &["measured"]].concat());
     let rows = fs::read_to_string(&table).unwrap().lines().count() - 1;
     assert_eq!(
-        store::Files::default()
-            .read_poses(out.as_ref())
-            .unwrap()
-            .as_it_stands()
-            .len(),
+        store::Files::default().read_poses(out.as_ref()).unwrap().as_it_stands().len(),
         rows,
         "{said}"
     );
     let missing = fail(&[&args[..], &["sim"]].concat());
-    assert!(
-        missing.contains("room-a-fit.csv: line 1: found no column sim_x"),
-        "{missing}"
-    );
+    assert!(missing.contains("room-a-fit.csv: line 1: found no column sim_x"), "{missing}");
 }
 
 #[test]
@@ -430,47 +352,21 @@ fn what_cannot_be_exported_is_said_and_nothing_is_written() {
     for spacing in ["0", "-5", "NaN", "inf", "1,0,1", "1,2"] {
         refused(&[&out, "--spacing", spacing], &["--spacing", "above zero"]);
     }
-    refused(
-        &[&out, "--spacing", "0.001"],
-        &["expected at most 16777216", "a spacing of"],
-    );
-    refused(
-        &[&out, "--box", "0,0,0,1e300,1,1"],
-        &["found 1e300, expected at most 1e6"],
-    );
+    refused(&[&out, "--spacing", "0.001"], &["expected at most 16777216", "a spacing of"]);
+    refused(&[&out, "--box", "0,0,0,1e300,1,1"], &["found 1e300, expected at most 1e6"]);
     refused(
         &[&out, "--spacing", "0.001", "--box", "0,0,0,1e6,1e6,1e6"],
         &["e27 points", "expected at most 16777216"],
     );
-    refused(
-        &[&out, "--axis", "0,0,0"],
-        &["--axis", "not all zero, or mean"],
-    );
-    refused(
-        &[&scratch.arg("field.stl")],
-        &["field.stl", ".nrrd, .mha, .vti or .csv"],
-    );
-    refused(
-        &[&scratch.arg("nowhere/field.vti")],
-        &["nowhere/field.vti", "cannot be written"],
-    );
+    refused(&[&out, "--axis", "0,0,0"], &["--axis", "not all zero, or mean"]);
+    refused(&[&scratch.arg("field.stl")], &["field.stl", ".nrrd, .mha, .vti or .csv"]);
+    refused(&[&scratch.arg("nowhere/field.vti")], &["nowhere/field.vti", "cannot be written"]);
     let table = text(&own("room-a/room-a-fit.csv"));
     let map = scratch.arg("correction.env.ron");
     let size = ["--order", "1", "--directions", "6", "--map", "correction"];
     succeed(&[&["fit", &table, "-o", &map], &size[..]].concat());
-    let said = fail(&[
-        "export",
-        "field",
-        &map,
-        "-o",
-        &out,
-        "--displacement",
-        "error",
-    ]);
-    assert!(
-        said.contains("correction.env.ron: found a correction map"),
-        "{said}"
-    );
+    let said = fail(&["export", "field", &map, "-o", &out, "--displacement", "error"]);
+    assert!(said.contains("correction.env.ron: found a correction map"), "{said}");
 }
 
 #[test]
@@ -478,14 +374,7 @@ fn a_displacement_field_with_holes_is_warned_of() {
     let scratch = Scratch::new();
     let env = room(&scratch);
     let out = scratch.arg("field.mha");
-    let args = [
-        "--box",
-        "-100,-100,-300,900,0,-200",
-        "--outside",
-        "reject",
-        "--spacing",
-        "100",
-    ];
+    let args = ["--box", "-100,-100,-300,900,0,-200", "--outside", "reject", "--spacing", "100"];
     let output = trackwright(&[&["export", "field", &env, "-o", &out], &args[..]].concat())
         .output()
         .unwrap();

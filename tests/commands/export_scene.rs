@@ -51,11 +51,7 @@ fn the_validator_finds_nothing_wrong_in_any_built_in_design() {
             "endoscope" => "all",
             _ => "anatomy,arrows,ghost,slice,support,tip-scatter,volume",
         };
-        for more in [
-            &[][..],
-            &["--layers", layers],
-            &["--layers", "none", "--light"],
-        ] {
+        for more in [&[][..], &["--layers", layers], &["--layers", "none", "--light"]] {
             let file = export(&scratch, design, more);
             let report = json_of(node("validate_glb.js").arg(&file));
             let issues = &report["issues"];
@@ -109,10 +105,7 @@ fn trimesh_finds_the_bodies_where_the_design_has_them_in_the_editors_colors() {
 fn is_color(found: &Value, expected: [f64; 3], name: &str) {
     for (k, expected) in expected.into_iter().enumerate() {
         let found = found[k].as_f64().unwrap();
-        assert!(
-            (found - expected).abs() <= 1.0 / 255.0,
-            "{name}: {found} for {expected}"
-        );
+        assert!((found - expected).abs() <= 1.0 / 255.0, "{name}: {found} for {expected}");
     }
 }
 
@@ -133,11 +126,7 @@ fn trimesh_reads_the_colors_of_the_slice_that_the_map_gives_the_field() {
             let at = point(at) * 1000.0;
             let in_tracker = Point3::new(at.x, at.z, -at.y);
             let policy = trackwright::field::OutsidePolicy::Clamp;
-            model
-                .evaluate(&in_tracker, &axis, policy)
-                .error
-                .position_mm
-                .norm()
+            model.evaluate(&in_tracker, &axis, policy).error.position_mm.norm()
         })
         .collect();
     assert!(errors.len() > 100);
@@ -162,17 +151,11 @@ fn a_scene_that_cannot_be_is_refused_in_one_line() {
     let out = scratch.arg("scene.glb");
     let scene = |more: &[&str]| fail(&[&["export", "scene"], more].concat());
     let error = scene(&["endoscope", "-o", &scratch.arg("scene.gltf")]);
-    assert!(
-        error.contains("expected a name that ends with .glb"),
-        "{error}"
-    );
+    assert!(error.contains("expected a name that ends with .glb"), "{error}");
     let error = scene(&["endoscope", "-o", &out, "--layers", "sliec"]);
     assert!(error.contains("no layer sliec"), "{error}");
     let error = scene(&["endoscope", "-o", &out, "--sensor", "crf/left"]);
-    assert!(
-        error.contains("no sensor is named crf/left, expected one of tool/"),
-        "{error}"
-    );
+    assert!(error.contains("no sensor is named crf/left, expected one of tool/"), "{error}");
     let error = scene(&["not-there.design.ron", "-o", &out]);
     assert!(error.contains("not-there.design.ron"), "{error}");
     assert!(!std::path::Path::new(&out).exists());

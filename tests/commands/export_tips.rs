@@ -49,28 +49,15 @@ fn tips_are_those_of_the_simulations_log_in_the_table_and_in_both_lists() {
     succeed(&["export", "tips", &design, "-o", &markups]);
     let rows = rows(&table);
     let errors = fs::read_to_string(&log).unwrap();
-    let column = errors
-        .lines()
-        .next()
-        .unwrap()
-        .split(',')
-        .position(|name| name == "err_mm");
+    let column = errors.lines().next().unwrap().split(',').position(|name| name == "err_mm");
     let errors: Vec<f64> = errors
         .lines()
         .skip(1)
-        .map(|line| {
-            line.split(',')
-                .nth(column.unwrap())
-                .unwrap()
-                .parse()
-                .unwrap()
-        })
+        .map(|line| line.split(',').nth(column.unwrap()).unwrap().parse().unwrap())
         .collect();
     for (whose, first) in [(WhosePoses::True, 1), (WhosePoses::Simulated, 4)] {
-        let poses = store::Files::default()
-            .read_poses_of(log.as_ref(), whose)
-            .unwrap()
-            .as_it_stands();
+        let poses =
+            store::Files::default().read_poses_of(log.as_ref(), whose).unwrap().as_it_stands();
         assert_eq!(poses.len(), rows.len());
         for (pose, row) in poses.iter().zip(&rows) {
             let at = Point3::from([0, 1, 2].map(|k| row[first + k]));
@@ -87,17 +74,8 @@ fn tips_are_those_of_the_simulations_log_in_the_table_and_in_both_lists() {
     let file: Value = serde_json::from_slice(&fs::read(&markups).unwrap()).unwrap();
     let lists = file["markups"].as_array().unwrap();
     let names: Vec<&str> = lists.iter().map(|l| l["name"].as_str().unwrap()).collect();
-    assert_eq!(
-        names,
-        [
-            "pointer-on-head, true tips",
-            "pointer-on-head, simulated tips"
-        ]
-    );
-    assert_ne!(
-        lists[0]["display"]["selectedColor"],
-        lists[1]["display"]["selectedColor"]
-    );
+    assert_eq!(names, ["pointer-on-head, true tips", "pointer-on-head, simulated tips"]);
+    assert_ne!(lists[0]["display"]["selectedColor"], lists[1]["display"]["selectedColor"]);
     for (list, first) in lists.iter().zip([1, 4]) {
         let points = list["controlPoints"].as_array().unwrap();
         assert_eq!(points.len(), rows.len());
@@ -109,10 +87,7 @@ fn tips_are_those_of_the_simulations_log_in_the_table_and_in_both_lists() {
         }
     }
     // As points they come back, one list after the other.
-    let points = store::Files::default()
-        .read_points(markups.as_ref())
-        .unwrap()
-        .as_it_stands();
+    let points = store::Files::default().read_points(markups.as_ref()).unwrap().as_it_stands();
     let [last_true, first_simulated] = [&points[rows.len() - 1], &points[rows.len()]];
     assert_eq!(last_true.x, rows[rows.len() - 1][1]);
     assert_eq!(first_simulated.x, rows[0][4]);
@@ -135,22 +110,11 @@ fn other_modes_are_those_of_simulate_and_what_cannot_be_written_is_said() {
     let kind = fail(&["export", "tips", &design, "-o", &scratch.arg("tips.tfm")]);
     assert!(kind.contains("tips.tfm: found no kind of file"), "{kind}");
     assert!(!scratch.path("tips.tfm").exists());
-    let rejected = [
-        "export",
-        "tips",
-        &design,
-        "-o",
-        &table,
-        "--outside",
-        "reject",
-    ];
+    let rejected = ["export", "tips", &design, "-o", &table, "--outside", "reject"];
     let said = succeed(&rejected);
     let all = 3 * 3 * 3 * 3 * 5;
     let kept = rows(&table);
-    assert!(
-        said.contains(&format!("{} trials left out", all - kept.len())),
-        "{said}"
-    );
+    assert!(said.contains(&format!("{} trials left out", all - kept.len())), "{said}");
     // Trials keep their numbers.
     let last = kept.last().unwrap()[0];
     assert!(kept.windows(2).all(|pair| pair[0][0] < pair[1][0]) && last < f64::from(all as u32));

@@ -18,19 +18,11 @@ const fn writer(
     inputs: &'static [&'static str],
     ending: &'static str,
 ) -> Writer {
-    Writer {
-        args,
-        inputs,
-        ending,
-    }
+    Writer { args, inputs, ending }
 }
 
-const DESIGN_FILES: &[&str] = &[
-    "d/pointer-on-head.design.ron",
-    "d/room.env.ron",
-    "d/tool.body.ron",
-    "d/crf.body.ron",
-];
+const DESIGN_FILES: &[&str] =
+    &["d/pointer-on-head.design.ron", "d/room.env.ron", "d/tool.body.ron", "d/crf.body.ron"];
 
 /// Every option that names an output, with all of its command's inputs.
 const WRITERS: &[Writer] = &[
@@ -54,21 +46,9 @@ const WRITERS: &[Writer] = &[
         &["room.csv"],
         "a.generator.ron",
     ),
-    writer(
-        "distort d/room.env.ron poses.csv -o OUT",
-        &["d/room.env.ron", "poses.csv"],
-        "a.csv",
-    ),
-    writer(
-        "compensate d/room.env.ron poses.csv -o OUT",
-        &["d/room.env.ron", "poses.csv"],
-        "a.csv",
-    ),
-    writer(
-        "simulate d/pointer-on-head.design.ron --mode motion --log OUT",
-        DESIGN_FILES,
-        "a.csv",
-    ),
+    writer("distort d/room.env.ron poses.csv -o OUT", &["d/room.env.ron", "poses.csv"], "a.csv"),
+    writer("compensate d/room.env.ron poses.csv -o OUT", &["d/room.env.ron", "poses.csv"], "a.csv"),
+    writer("simulate d/pointer-on-head.design.ron --mode motion --log OUT", DESIGN_FILES, "a.csv"),
     writer(
         "simulate d/pointer-on-head.design.ron --mode input --input d/input.csv --log OUT",
         &["d/input.csv", "d/tool.body.ron"],
@@ -79,72 +59,20 @@ const WRITERS: &[Writer] = &[
         DESIGN_FILES,
         "a.csv",
     ),
-    writer(
-        "tolerances d/pointer-on-head.design.ron --csv OUT",
-        DESIGN_FILES,
-        "a.csv",
-    ),
-    writer(
-        "report d/pointer-on-head.design.ron -o OUT",
-        DESIGN_FILES,
-        "a.html",
-    ),
-    writer(
-        "export field d/room.env.ron --spacing 100 -o OUT",
-        &["d/room.env.ron"],
-        "a.csv",
-    ),
-    writer(
-        "export field d/room.env.ron --spacing 100 -o OUT",
-        &["d/room.env.ron"],
-        "a.vti",
-    ),
-    writer(
-        "export field d/room.env.ron --spacing 100 -o OUT",
-        &["d/room.env.ron"],
-        "a.nrrd",
-    ),
+    writer("tolerances d/pointer-on-head.design.ron --csv OUT", DESIGN_FILES, "a.csv"),
+    writer("report d/pointer-on-head.design.ron -o OUT", DESIGN_FILES, "a.html"),
+    writer("export field d/room.env.ron --spacing 100 -o OUT", &["d/room.env.ron"], "a.csv"),
+    writer("export field d/room.env.ron --spacing 100 -o OUT", &["d/room.env.ron"], "a.vti"),
+    writer("export field d/room.env.ron --spacing 100 -o OUT", &["d/room.env.ron"], "a.nrrd"),
     writer("export poses poses.csv -o OUT", &["poses.csv"], "a.csv"),
-    writer(
-        "export poses poses.csv -o OUT",
-        &["poses.csv"],
-        "a.mrk.json",
-    ),
-    writer(
-        "export poses poses.csv --row 1 -o OUT",
-        &["poses.csv"],
-        "a.tfm",
-    ),
-    writer(
-        "export tips d/pointer-on-head.design.ron -o OUT",
-        DESIGN_FILES,
-        "a.csv",
-    ),
-    writer(
-        "export scene d/pointer-on-head.design.ron --layers none -o OUT",
-        DESIGN_FILES,
-        "a.glb",
-    ),
-    writer(
-        "register a.csv b.csv --at c.csv -o OUT",
-        &["a.csv", "b.csv", "c.csv"],
-        "a.csv",
-    ),
-    writer(
-        "register a.csv b.csv --transform OUT",
-        &["a.csv", "b.csv"],
-        "a.csv",
-    ),
-    writer(
-        "convert d/tool.body.ron OUT",
-        &["d/tool.body.ron"],
-        "a.body.ron",
-    ),
-    writer(
-        "pivot pivot.csv --tips poses.csv -o OUT",
-        &["pivot.csv"],
-        "a.csv",
-    ),
+    writer("export poses poses.csv -o OUT", &["poses.csv"], "a.mrk.json"),
+    writer("export poses poses.csv --row 1 -o OUT", &["poses.csv"], "a.tfm"),
+    writer("export tips d/pointer-on-head.design.ron -o OUT", DESIGN_FILES, "a.csv"),
+    writer("export scene d/pointer-on-head.design.ron --layers none -o OUT", DESIGN_FILES, "a.glb"),
+    writer("register a.csv b.csv --at c.csv -o OUT", &["a.csv", "b.csv", "c.csv"], "a.csv"),
+    writer("register a.csv b.csv --transform OUT", &["a.csv", "b.csv"], "a.csv"),
+    writer("convert d/tool.body.ron OUT", &["d/tool.body.ron"], "a.body.ron"),
+    writer("pivot pivot.csv --tips poses.csv -o OUT", &["pivot.csv"], "a.csv"),
     writer(
         "verify d/pointer-on-head.design.ron recorded.csv --log OUT",
         &["recorded.csv", "d/room.env.ron"],
@@ -155,16 +83,8 @@ const WRITERS: &[Writer] = &[
         &["recorded.csv", "d/room.env.ron"],
         "a.svg",
     ),
-    writer(
-        "import jhu-cis calbody.txt calreadings.txt -o OUT",
-        &["calbody.txt"],
-        "a.csv",
-    ),
-    writer(
-        "characterize --em em.csv --reference reference.csv -o OUT",
-        &["em.csv"],
-        "a.csv",
-    ),
+    writer("import jhu-cis calbody.txt calreadings.txt -o OUT", &["calbody.txt"], "a.csv"),
+    writer("characterize --em em.csv --reference reference.csv -o OUT", &["em.csv"], "a.csv"),
     writer(
         "characterize --em em.csv --reference reference.csv --hold-out 1/2 -o x.csv --held-out OUT",
         &["em.csv"],
@@ -191,13 +111,7 @@ fn folder() -> Scratch {
         fs::write(scratch.path(name), points).unwrap();
     }
     let poses = "x,y,z,qw,qx,qy,qz\n0,0,-250,1,0,0,0\n10,0,-250,1,0,0,0\n0,10,-240,1,0,0,0\n";
-    for name in [
-        "poses.csv",
-        "pivot.csv",
-        "recorded.csv",
-        "em.csv",
-        "reference.csv",
-    ] {
+    for name in ["poses.csv", "pivot.csv", "recorded.csv", "em.csv", "reference.csv"] {
         fs::write(scratch.path(name), poses).unwrap();
     }
     for name in ["calbody.txt", "calreadings.txt"] {
@@ -209,10 +123,7 @@ fn folder() -> Scratch {
 }
 
 fn command(scratch: &Scratch, args: &str, out: &str) -> std::process::Command {
-    let args: Vec<&str> = args
-        .split(' ')
-        .map(|arg| if arg == "OUT" { out } else { arg })
-        .collect();
+    let args: Vec<&str> = args.split(' ').map(|arg| if arg == "OUT" { out } else { arg }).collect();
     let mut command = trackwright(&args);
     command.current_dir(scratch.path("."));
     command
@@ -255,12 +166,7 @@ fn no_command_writes_over_its_input() {
                     "{} to {name}: {message}",
                     writer.args
                 );
-                assert_eq!(
-                    fs::read(&file).unwrap(),
-                    before,
-                    "{} to {name}",
-                    writer.args
-                );
+                assert_eq!(fs::read(&file).unwrap(), before, "{} to {name}", writer.args);
                 tried += 1;
             }
             fs::remove_file(scratch.path(&link)).unwrap();
@@ -280,11 +186,7 @@ fn a_document_that_is_there_stays_unless_told() {
         for content in [b"notes of mine\n".as_slice(), &design] {
             fs::write(scratch.path(&out), content).unwrap();
             let message = refused(&scratch, writer.args, &out);
-            assert!(
-                message.contains("--overwrite"),
-                "{}: {message}",
-                writer.args
-            );
+            assert!(message.contains("--overwrite"), "{}: {message}", writer.args);
             assert_eq!(fs::read(scratch.path(&out)).unwrap(), content);
         }
         let overwriting = format!("{} --overwrite", writer.args);
@@ -357,9 +259,7 @@ fn an_interrupted_command_leaves_the_old_file() {
             pause(whole.1.mul_f64(part));
             let signal = ["KILL", "TERM", "INT"][run_number as usize % 3];
             let pid = child.id().to_string();
-            let killed = std::process::Command::new("kill")
-                .args(["-s", signal, &pid])
-                .output();
+            let killed = std::process::Command::new("kill").args(["-s", signal, &pid]).output();
             interrupted += u32::from(killed.unwrap().status.success());
             child.wait().unwrap();
             let found = fs::read(scratch.path(&out)).unwrap();

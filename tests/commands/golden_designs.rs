@@ -51,39 +51,20 @@ fn assert_log(log: &str, expected: &Value, what: &str) {
     let mut lines = log.lines();
     let header: Vec<_> = lines.next().unwrap().split(',').collect();
     let column = |name: &str| header.iter().position(|h| *h == name).unwrap();
-    let rows: Vec<Vec<f64>> = lines
-        .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
-        .collect();
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
     assert_eq!(rows.len(), count(&expected["trials"]), "{what}");
     for (row, trial) in rows.iter().zip(list(expected, "first_trials")) {
         for (first, key) in [("true_x", "true"), ("sim_x", "sim")] {
             let found = &row[column(first)..][..7];
             let expected = numbers::<7>(&trial[key]);
             assert_all_close("position", &found[..3], &expected[..3], close::GOLDEN, 1.0);
-            assert_all_close(
-                "quaternion",
-                &found[3..],
-                &expected[3..],
-                close::GOLDEN,
-                1.0,
-            );
+            assert_all_close("quaternion", &found[3..], &expected[3..], close::GOLDEN, 1.0);
         }
         let error = &row[column("err_x")..][..3];
-        assert_all_close(
-            "error",
-            error,
-            &numbers::<3>(&trial["err"]),
-            close::GOLDEN,
-            FLOOR,
-        );
+        assert_all_close("error", error, &numbers::<3>(&trial["err"]), close::GOLDEN, FLOOR);
         for key in ["err_mm", "err_deg"] {
-            assert_close(
-                key,
-                row[column(key)],
-                number(&trial[key]),
-                close::GOLDEN,
-                FLOOR,
-            );
+            assert_close(key, row[column(key)], number(&trial[key]), close::GOLDEN, FLOOR);
         }
         assert_eq!(row[column("outside")], number(&trial["outside"]), "{what}");
     }
@@ -151,14 +132,7 @@ fn a_rejected_sensor_leaves_its_trial_out_and_is_counted() {
     let room = room();
     let design = room.arg("pointer-on-head/pointer-on-head.design.ron");
     let all = json(&["simulate", &design, "--mode", "motion"]);
-    let kept = json(&[
-        "simulate",
-        &design,
-        "--mode",
-        "motion",
-        "--outside",
-        "reject",
-    ]);
+    let kept = json(&["simulate", &design, "--mode", "motion", "--outside", "reject"]);
     assert_eq!(kept["rejected"], all["outside"]);
     assert_ne!(kept["position_mm"]["mean"], all["position_mm"]["mean"]);
 }

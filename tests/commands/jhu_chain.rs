@@ -37,10 +37,7 @@ fn after(text: &str, label: &str) -> Vec<Point3<f64>> {
 }
 
 fn points(file: &Path) -> Vec<Point3<f64>> {
-    trackwright::store::Files::default()
-        .read_points(file)
-        .unwrap()
-        .as_it_stands()
+    trackwright::store::Files::default().read_points(file).unwrap().as_it_stands()
 }
 
 /// The probe's chain in a set of the second assignment, in a room where one is given.
@@ -65,42 +62,25 @@ fn chain(scratch: &Scratch, case: &str, room: Option<&str>) -> Chain {
     let registered = json(&["register", &fiducials, &ct, "--at", &nav, "-o", &in_ct]);
     // The clean set comes without the generator's words; its answers are the truth.
     let (post, navigation) = match case {
-        "a" => (
-            points_of_answers(&path("output1"))[0],
-            points(&path("output2")),
-        ),
+        "a" => (points_of_answers(&path("output1"))[0], points(&path("output2"))),
         _ => {
             let [first, second] =
                 ["auxilliary1", "auxilliary2"].map(|kind| fs::read_to_string(path(kind)).unwrap());
             let truth = after(&second, "WRT CT:");
             let navigation = truth.into_iter().step_by(2).collect();
-            (
-                after(&first, "EM pivot post actual position")[0],
-                navigation,
-            )
+            (after(&first, "EM pivot post actual position")[0], navigation)
         }
     };
     let found = points(in_ct.as_ref());
     assert_eq!(found.len(), navigation.len());
-    let errors: Vec<f64> = found
-        .iter()
-        .zip(&navigation)
-        .map(|(a, b)| (a - b).norm())
-        .collect();
+    let errors: Vec<f64> = found.iter().zip(&navigation).map(|(a, b)| (a - b).norm()).collect();
     let rms = |squares: f64| (squares / found.len() as f64).sqrt();
     let fle_mm = number(&registered["fle_rms_mm"]);
     let tre2: f64 = fs::read_to_string(&in_ct)
         .unwrap()
         .lines()
         .skip(1)
-        .map(|line| {
-            line.rsplit(',')
-                .next()
-                .unwrap()
-                .parse::<f64>()
-                .unwrap()
-                .powi(2)
-        })
+        .map(|line| line.rsplit(',').next().unwrap().parse::<f64>().unwrap().powi(2))
         .sum();
     Chain {
         post: (Point3::from(numbers::<3>(&pivot["pivot"])) - post).norm(),
@@ -113,11 +93,7 @@ fn chain(scratch: &Scratch, case: &str, room: Option<&str>) -> Chain {
 /// The points of a file of answers, whose header has as many counts as it likes.
 fn points_of_answers(file: &Path) -> Vec<Point3<f64>> {
     let text = fs::read_to_string(file).unwrap();
-    let rows: String = text
-        .lines()
-        .skip(1)
-        .map(|line| format!("{line}\n"))
-        .collect();
+    let rows: String = text.lines().skip(1).map(|line| format!("{line}\n")).collect();
     trackwright::formats::points::parse(rows.as_bytes()).unwrap()
 }
 
@@ -126,18 +102,9 @@ type Published = (&'static str, f64, f64);
 
 /// Case by case; the figures' last digits are hundredths, with a third one where it was given.
 const PUBLISHED: [(&str, [Published; 3]); 3] = [
-    (
-        "c",
-        [("0", 3.61, 1.26), ("3", 3.39, 0.78), ("5", 0.09, 0.042)],
-    ),
-    (
-        "e",
-        [("0", 5.94, 3.23), ("3", 3.09, 2.08), ("5", 0.26, 0.166)],
-    ),
-    (
-        "f",
-        [("0", 6.97, 2.85), ("3", 5.76, 2.08), ("5", 0.32, 0.203)],
-    ),
+    ("c", [("0", 3.61, 1.26), ("3", 3.39, 0.78), ("5", 0.09, 0.042)]),
+    ("e", [("0", 5.94, 3.23), ("3", 3.09, 2.08), ("5", 0.26, 0.166)]),
+    ("f", [("0", 6.97, 2.85), ("3", 5.76, 2.08), ("5", 0.32, 0.203)]),
 ];
 
 /// Another program's last digit may differ by one: the files are rounded to 0.01 mm.
@@ -161,22 +128,10 @@ fn corrected_rooms_leave_the_published_errors_of_post_and_navigation() {
                 room
             });
             let found = chain(&scratch, case, room.as_deref());
-            let digit = if order == "5" {
-                LAST_DIGIT_MM / 10.0
-            } else {
-                LAST_DIGIT_MM
-            };
+            let digit = if order == "5" { LAST_DIGIT_MM / 10.0 } else { LAST_DIGIT_MM };
             let off = [found.post - post, found.navigation - navigation].map(f64::abs);
-            assert!(
-                off[0] < LAST_DIGIT_MM,
-                "{case} {order}: post {}",
-                found.post
-            );
-            assert!(
-                off[1] < digit,
-                "{case} {order}: navigation {}",
-                found.navigation
-            );
+            assert!(off[0] < LAST_DIGIT_MM, "{case} {order}: post {}", found.post);
+            assert!(off[1] < digit, "{case} {order}: navigation {}", found.navigation);
         }
     }
 }
@@ -191,11 +146,7 @@ fn without_distortion_the_chain_is_exact_and_noise_leaves_what_is_predicted() {
     for case in ["a", "d"] {
         let found = chain(&scratch, case, None);
         assert!(found.post < ROUNDING_MM, "{case}: {}", found.post);
-        assert!(
-            found.navigation < ROUNDING_MM,
-            "{case}: {}",
-            found.navigation
-        );
+        assert!(found.navigation < ROUNDING_MM, "{case}: {}", found.navigation);
     }
     // The tip that touches a point is off like one that touched a fiducial, and the registration is
     // on top. Twelve components scatter by a fifth, and share the registration's part.
@@ -227,10 +178,7 @@ fn an_optical_probe_finds_its_post_in_the_frame_of_the_em_tracker() {
     }
     let optpivot = text(&folder.join("pa1-debug-a-optpivot.txt"));
     let said = fail(&["pivot", &optpivot]);
-    assert!(
-        said.contains("pa1-debug-a-optpivot.txt") && said.contains("--calbody"),
-        "{said}"
-    );
+    assert!(said.contains("pa1-debug-a-optpivot.txt") && said.contains("--calbody"), "{said}");
 }
 
 #[test]
@@ -239,16 +187,10 @@ fn markers_are_not_corrected_by_a_room_that_asks_for_their_axes() {
         return;
     };
     let scratch = Scratch::new();
-    let (table, room) = (
-        text(&own("room-a/room-a-fit.csv")),
-        scratch.arg("room.env.ron"),
-    );
+    let (table, room) = (text(&own("room-a/room-a-fit.csv")), scratch.arg("room.env.ron"));
     let size = ["--order", "1", "--directions", "6"];
     succeed(&[&["fit", &table, "-o", &room], &size[..]].concat());
     let empivot = text(&folder.join("pa1-debug-a-empivot.txt"));
     let said = fail(&["pivot", &empivot, "--environment", &room]);
-    assert!(
-        said.contains("pa1-debug-a-empivot.txt") && said.contains("not 6"),
-        "{said}"
-    );
+    assert!(said.contains("pa1-debug-a-empivot.txt") && said.contains("not 6"), "{said}");
 }

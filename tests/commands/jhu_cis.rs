@@ -6,11 +6,8 @@ use crate::support::jhu_cis::import;
 use crate::support::program::{Scratch, json, succeed};
 
 /// Case, and position RMS in mm before and after a correction of order 5 (DOMAIN 2.1).
-const CASES: [(&str, f64, f64); 3] = [
-    ("c", 3.643, 0.0313),
-    ("e", 7.230, 0.1055),
-    ("f", 7.177, 0.2229),
-];
+const CASES: [(&str, f64, f64); 3] =
+    [("c", 3.643, 0.0313), ("e", 7.230, 0.1055), ("f", 7.177, 0.2229)];
 
 /// The published figures were computed from files rounded to 0.01 mm, by another program.
 const AGREEMENT: f64 = 0.02;
@@ -51,16 +48,7 @@ fn a_design_in_the_room_of_case_e_simulates_in_all_three_modes() {
     };
     scratch.copy_own("room-e", "room-e");
     let env = scratch.arg("room-e/room-e.env.ron");
-    succeed(&[
-        "fit",
-        &table,
-        "-o",
-        &env,
-        "--directions",
-        "1",
-        "--order",
-        "5",
-    ]);
+    succeed(&["fit", &table, "-o", &env, "--directions", "1", "--order", "5"]);
     let design = scratch.arg("room-e/pointer.design.ron");
     let input = scratch.arg("room-e/input.csv");
     for mode in ["single", "motion", "input"] {

@@ -20,9 +20,7 @@ use trackwright::store;
 use trackwright::study::look;
 
 fn send(server: &Server, tool: &str, number: u32) {
-    server
-        .send_transform(&numbered(tool, number), ToolKind::SixDof, Instant::now())
-        .unwrap();
+    server.send_transform(&numbered(tool, number), ToolKind::SixDof, Instant::now()).unwrap();
 }
 
 #[test]
@@ -31,14 +29,7 @@ fn poses_are_recorded_served_on_and_counted_and_ctrl_c_ends_it_well() {
     let server = tracker(free_address());
     let connect = server.address().to_string();
     let recording = scratch.arg("live.csv");
-    let live = Live::start(&[
-        "--connect",
-        &connect,
-        "--serve",
-        "0",
-        "--record",
-        &recording,
-    ]);
+    let live = Live::start(&["--connect", &connect, "--serve", "0", "--record", &recording]);
     let note = live.says("serving at");
     assert!(note.contains("for this machine alone"), "{note}");
     let mut viewer = Reader::connect(address_in(&note));
@@ -50,22 +41,13 @@ fn poses_are_recorded_served_on_and_counted_and_ctrl_c_ends_it_well() {
         for tool in ["ProbeToTracker", "StylusToTracker"] {
             send(&server, tool, number);
             let heard = viewer.next_transform();
-            assert_eq!(
-                (heard.device.as_str(), number_of(&heard)),
-                (tool, Some(number))
-            );
+            assert_eq!((heard.device.as_str(), number_of(&heard)), (tool, Some(number)));
         }
     }
     live.says("StylusToTracker: good");
     // While it is being written.
     let read = || live_table::parse(&std::fs::read(scratch.path("live.csv")).unwrap()).unwrap();
-    while read()
-        .tools
-        .iter()
-        .map(|tool| tool.samples.len())
-        .sum::<usize>()
-        < 40
-    {
+    while read().tools.iter().map(|tool| tool.samples.len()).sum::<usize>() < 40 {
         rest(Duration::from_millis(5));
     }
     let found = read();
@@ -81,18 +63,10 @@ fn poses_are_recorded_served_on_and_counted_and_ctrl_c_ends_it_well() {
     server.stop();
     live.says("lost: the server closed the connection");
     let end = live.interrupt();
-    for (key, expected) in [
-        ("poses", 40),
-        ("sent", 40),
-        ("recorded", 40),
-        ("connections", 1),
-    ] {
+    for (key, expected) in [("poses", 40), ("sent", 40), ("recorded", 40), ("connections", 1)] {
         assert_eq!(end[key], expected, "{end}");
     }
-    assert_eq!(
-        end["tools"],
-        serde_json::json!(["ProbeToTracker", "StylusToTracker"])
-    );
+    assert_eq!(end["tools"], serde_json::json!(["ProbeToTracker", "StylusToTracker"]));
     assert_eq!(end["latency_ms"]["count"], 40);
     assert_eq!(end["age_ms"]["count"], 40);
     let shift_ms = end["clock_shift_ms"]["ProbeToTracker"].as_f64().unwrap();
@@ -103,10 +77,7 @@ fn poses_are_recorded_served_on_and_counted_and_ctrl_c_ends_it_well() {
     let still = fail(&["pivot", &recording, "--tool", "Probe"]);
     assert!(still.contains("too little variation"), "{still}");
     let again = fail(&["live", "--connect", &connect, "--record", &recording]);
-    assert!(
-        again.contains("live.csv: cannot be written: a file is there already"),
-        "{again}"
-    );
+    assert!(again.contains("live.csv: cannot be written: a file is there already"), "{again}");
 }
 
 #[test]
@@ -159,15 +130,9 @@ fn poses_are_served_on_as_compensate_corrects_them_and_recorded_as_measured() {
     succeed(&[&["fit", &table, "-o", &env], &arguments[..]].concat());
     // Single precision changes what is measured: both correct the same numbers.
     let mut message = numbered("Probe", 60);
-    let Content::Transform(matrix) = &message.content else {
-        panic!("a transform")
-    };
+    let Content::Transform(matrix) = &message.content else { panic!("a transform") };
     let measured = pose_to_array(&matrix.pose().unwrap()).map(|v| v.to_string());
-    std::fs::write(
-        &poses,
-        format!("x,y,z,qw,qx,qy,qz\n{}\n", measured.join(",")),
-    )
-    .unwrap();
+    std::fs::write(&poses, format!("x,y,z,qw,qx,qy,qz\n{}\n", measured.join(","))).unwrap();
     succeed(&["compensate", &env, &poses, "-o", &out]);
     let corrected = std::fs::read_to_string(&out).unwrap();
     let cells = corrected.lines().nth(1).unwrap().split(',').take(7);
@@ -189,13 +154,9 @@ fn poses_are_served_on_as_compensate_corrects_them_and_recorded_as_measured() {
     live.says("Probe: not good, it is outside the box");
     // After the other one.
     message.timestamp = Timestamp::now();
-    server
-        .send_transform(&message, ToolKind::SixDof, Instant::now())
-        .unwrap();
+    server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
     let heard = viewer.next_transform();
-    let Content::Transform(matrix) = &heard.content else {
-        panic!("a transform")
-    };
+    let Content::Transform(matrix) = &heard.content else { panic!("a transform") };
     let found = matrix.pose().unwrap();
     let moved_mm = (found.translation.vector - numbered_pose(60).translation.vector).norm();
     assert!(moved_mm > 0.1, "{moved_mm}");
@@ -204,25 +165,16 @@ fn poses_are_served_on_as_compensate_corrects_them_and_recorded_as_measured() {
     assert!(found.rotation.angle_to(&expected.rotation) < 1e-6);
     assert_eq!(heard.timestamp, message.timestamp);
     let end = live.interrupt();
-    assert_eq!(
-        (&end["poses"], &end["sent"]),
-        (&Value::from(2), &Value::from(1))
-    );
+    assert_eq!((&end["poses"], &end["sent"]), (&Value::from(2), &Value::from(1)));
     assert_eq!(end["dropped"]["outside_model"], 1);
     let kept = live_table::parse(&std::fs::read(&recording).unwrap()).unwrap();
     let x = |pose: &Pose| pose.translation.x;
-    assert_eq!(
-        kept.tools[0].good().map(x).collect::<Vec<_>>(),
-        [100_000.0, 60.0]
-    );
+    assert_eq!(kept.tools[0].good().map(x).collect::<Vec<_>>(), [100_000.0, 60.0]);
 }
 
 #[test]
 fn a_tool_of_a_design_is_served_where_its_sensors_put_it() {
-    let file = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/designs/pointer-on-head.design.ron"
-    );
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/designs/pointer-on-head.design.ron");
     let world = store::open_design_without_meshes(Path::new(file)).unwrap();
     let detail = look(&store::resolve(world.document.design(), &world.environment));
     let server = tracker(free_address());
@@ -234,19 +186,12 @@ fn a_tool_of_a_design_is_served_where_its_sensors_put_it() {
         rest(Duration::from_millis(5));
     }
     let crf = detail.crf.as_ref().unwrap();
-    for (name, body) in [
-        ("PointerToTracker", &detail.tool),
-        ("ReferenceToTracker", crf),
-    ] {
+    for (name, body) in [("PointerToTracker", &detail.tool), ("ReferenceToTracker", crf)] {
         let matrix = Matrix::from_pose(&body.tracker_from_body_fitted);
         let message = Message::new(name, Timestamp::now(), Content::Transform(matrix));
-        server
-            .send_transform(&message, ToolKind::SixDof, Instant::now())
-            .unwrap();
+        server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
         let heard = viewer.next_transform();
-        let Content::Transform(matrix) = &heard.content else {
-            panic!("a transform")
-        };
+        let Content::Transform(matrix) = &heard.content else { panic!("a transform") };
         let found = matrix.pose().unwrap();
         let off_mm = |pose: &Pose| {
             let expected = body.tracker_from_body.translation.vector;
@@ -262,10 +207,7 @@ fn a_tool_of_a_design_is_served_where_its_sensors_put_it() {
 fn an_end_after_seconds_says_that_nothing_came() {
     let connect = free_address().to_string();
     let end = json(&["live", "--connect", &connect, "--seconds", "0.3"]);
-    assert_eq!(
-        (&end["connections"], &end["messages"]),
-        (&Value::from(0), &Value::from(0))
-    );
+    assert_eq!((&end["connections"], &end["messages"]), (&Value::from(0), &Value::from(0)));
     assert_eq!(end["latency_ms"], Value::Null);
 }
 
@@ -309,10 +251,7 @@ fn names_are_shown_escaped_and_kept_as_they_are() {
     let id = live.child.id();
     let mut live = live;
     let mut stdout = live.child.stdout.take().unwrap();
-    Command::new("kill")
-        .args(["-INT", &id.to_string()])
-        .status()
-        .unwrap();
+    Command::new("kill").args(["-INT", &id.to_string()]).status().unwrap();
     let mut out = String::new();
     stdout.read_to_string(&mut out).unwrap();
     assert!(out.contains(r"Pro\u202ebe"), "{out}");
@@ -367,21 +306,9 @@ fn what_cannot_be_done_is_said_before_anything_runs() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
     let used = fail(&["live", "--connect", "localhost:1", "--serve", &port]);
-    assert!(
-        used.contains(&format!("port {port} of 127.0.0.1 is in use")),
-        "{used}"
-    );
-    let missing = fail(&[
-        "live",
-        "--connect",
-        "localhost:1",
-        "--environment",
-        "no.env.ron",
-    ]);
-    assert!(
-        missing.contains("no.env.ron: found no such file"),
-        "{missing}"
-    );
+    assert!(used.contains(&format!("port {port} of 127.0.0.1 is in use")), "{used}");
+    let missing = fail(&["live", "--connect", "localhost:1", "--environment", "no.env.ron"]);
+    assert!(missing.contains("no.env.ron: found no such file"), "{missing}");
     for empty in ["", " "] {
         let room = ["--environment", "no.env.ron", "--frame", empty];
         let said = fail(&[&["live", "--connect", "localhost:1"][..], &room].concat());

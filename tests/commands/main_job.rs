@@ -5,15 +5,10 @@ use std::path::Path;
 
 #[test]
 fn without_a_display_the_built_in_design_is_simulated_and_one_line_says_why() {
-    let output = trackwright(&[])
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .output()
-        .unwrap();
-    let (out, err) = (
-        String::from_utf8(output.stdout).unwrap(),
-        String::from_utf8(output.stderr).unwrap(),
-    );
+    let output =
+        trackwright(&[]).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").output().unwrap();
+    let (out, err) =
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
     assert!(output.status.success(), "{err}");
     assert_eq!(err.lines().count(), 1, "{err}");
     assert!(err.contains("no editor"), "{err}");
@@ -32,11 +27,7 @@ fn each_built_in_design_simulates_and_meets_or_misses_its_requirement() {
         }
         seen += 1;
         let figures = json(&["simulate", &text(&path), "--mode", "motion"]);
-        assert!(
-            figures["requirement"]["met"].is_boolean(),
-            "{}",
-            path.display()
-        );
+        assert!(figures["requirement"]["met"].is_boolean(), "{}", path.display());
         assert!(figures.get("free_axis").is_none(), "{}", path.display());
     }
     assert!(seen >= 3);

@@ -9,10 +9,7 @@ use std::fs;
 use std::io::{BufWriter, Write};
 
 fn room_a() -> [String; 2] {
-    [
-        text(&own("room-a/room-a-fit.csv")),
-        text(&own("room-a/room-a-holdout.csv")),
-    ]
+    [text(&own("room-a/room-a-fit.csv")), text(&own("room-a/room-a-holdout.csv"))]
 }
 
 fn held_out_mm(fitted: &Value) -> f64 {
@@ -22,12 +19,7 @@ fn held_out_mm(fitted: &Value) -> f64 {
 /// Poses inside the room, as a table.
 fn write_poses(scratch: &Scratch) -> String {
     let mut table = String::from("x,y,z,qw,qx,qy,qz\n");
-    for (x, y, z) in [
-        (0, 0, -300),
-        (90, -60, -220),
-        (-110, 80, -380),
-        (40, 120, -260),
-    ] {
+    for (x, y, z) in [(0, 0, -300), (90, -60, -220), (-110, 80, -380), (40, 120, -260)] {
         table.push_str(&format!("{x},{y},{z},0.8,0.0,0.6,0.0\n"));
     }
     let file = scratch.arg("poses.csv");
@@ -39,11 +31,7 @@ fn write_poses(scratch: &Scratch) -> String {
 fn positions(file: &str) -> Vec<[f64; 3]> {
     let table = fs::read_to_string(file).unwrap();
     let rows = table.lines().skip(1).map(|line| {
-        let cells: Vec<f64> = line
-            .split(',')
-            .take(3)
-            .map(|c| c.parse().unwrap())
-            .collect();
+        let cells: Vec<f64> = line.split(',').take(3).map(|c| c.parse().unwrap()).collect();
         [cells[0], cells[1], cells[2]]
     });
     rows.collect()
@@ -55,21 +43,12 @@ fn assert_compensates(scratch: &Scratch, environment: &str) {
     let [measured, corrected] = ["measured.csv", "corrected.csv"].map(|name| scratch.arg(name));
     succeed(&["distort", environment, &poses, "-o", &measured]);
     succeed(&["compensate", environment, &measured, "-o", &corrected]);
-    let (true_mm, read_mm, found_mm) = (
-        positions(&poses),
-        positions(&measured),
-        positions(&corrected),
-    );
+    let (true_mm, read_mm, found_mm) =
+        (positions(&poses), positions(&measured), positions(&corrected));
     for ((true_mm, read_mm), found_mm) in true_mm.iter().zip(read_mm).zip(found_mm) {
-        assert!(
-            (0..3).any(|k| (true_mm[k] - read_mm[k]).abs() > 0.05),
-            "{read_mm:?}"
-        );
+        assert!((0..3).any(|k| (true_mm[k] - read_mm[k]).abs() > 0.05), "{read_mm:?}");
         for k in 0..3 {
-            assert!(
-                (found_mm[k] - true_mm[k]).abs() < 1e-8,
-                "{found_mm:?} {true_mm:?}"
-            );
+            assert!((found_mm[k] - true_mm[k]).abs() < 1e-8, "{found_mm:?} {true_mm:?}");
         }
     }
 }
@@ -85,23 +64,12 @@ fn kriging_leaves_less_of_rows_that_it_has_not_seen_than_polynomials_and_compens
         json(&args)
     };
     let polynomials = fit(&["--order", "2", "--directions", "14", "--ridge", "0.01"]);
-    let symmetric = fit(&[
-        "--order",
-        "2",
-        "--directions",
-        "14",
-        "--ridge",
-        "0.01",
-        "--symmetric",
-        "yes",
-    ]);
+    let symmetric =
+        fit(&["--order", "2", "--directions", "14", "--ridge", "0.01", "--symmetric", "yes"]);
     let kriging = fit(&["--model", "kriging"]);
     assert_eq!(kriging["model"], "kriging");
     assert_eq!(kriging["order"], Value::Null);
-    assert!(
-        held_out_mm(&symmetric) < held_out_mm(&polynomials),
-        "{symmetric}"
-    );
+    assert!(held_out_mm(&symmetric) < held_out_mm(&polynomials), "{symmetric}");
     // The bound of the issue that asked for it; 1.05 mm.
     assert!(held_out_mm(&kriging) < 1.15, "{kriging}");
     assert!(held_out_mm(&kriging) < held_out_mm(&symmetric));
@@ -113,17 +81,8 @@ fn a_generator_learned_in_one_half_of_a_room_serves_the_other_and_compensates() 
     let scratch = Scratch::new();
     let [data, holdout] = room_a();
     let generator = scratch.arg("own.generator.ron");
-    let learned = json(&[
-        "generator",
-        "learn",
-        &data,
-        "-o",
-        &generator,
-        "--rows",
-        "400",
-        "--degree",
-        "3",
-    ]);
+    let learned =
+        json(&["generator", "learn", &data, "-o", &generator, "--rows", "400", "--degree", "3"]);
     assert_eq!(learned["name"], "own");
     assert_eq!(list(&learned, "starts").len(), 2);
     let environment = scratch.arg("room.env.ron");
@@ -144,10 +103,7 @@ fn a_generator_learned_in_one_half_of_a_room_serves_the_other_and_compensates() 
     assert_eq!(fitted["harmonic"]["generator"], "own");
     assert!(held_out_mm(&fitted) < 0.75, "{fitted}");
     assert_compensates(&scratch, &environment);
-    let body = format!(
-        "{}/assets/bodies/pointer.body.ron",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let body = format!("{}/assets/bodies/pointer.body.ron", env!("CARGO_MANIFEST_DIR"));
     let design = scratch.arg("pointer.design.ron");
     fs::write(
         &design,
@@ -158,10 +114,7 @@ fn a_generator_learned_in_one_half_of_a_room_serves_the_other_and_compensates() 
     )
     .unwrap();
     let simulated = json(&["simulate", &design, "--mode", "single"]);
-    assert!(
-        simulated["intervals"]["position_mm"]["rms"].is_array(),
-        "{simulated}"
-    );
+    assert!(simulated["intervals"]["position_mm"]["rms"].is_array(), "{simulated}");
 }
 
 #[test]
@@ -233,65 +186,23 @@ fn what_does_not_go_together_is_refused_in_one_line() {
             vec!["--model", "kriging", "--order", "2"],
             "--order does not go with --model kriging",
         ),
+        (&data, vec!["--model", "kriging", "--no-support"], "made of the measurements"),
+        (&data, vec!["--model", "kriging", "--symmetric", "yes"], "--symmetric belongs to"),
+        (&data, vec!["--generator", "anser"], "belong to --model harmonic"),
         (
             &data,
-            vec!["--model", "kriging", "--no-support"],
-            "made of the measurements",
-        ),
-        (
-            &data,
-            vec!["--model", "kriging", "--symmetric", "yes"],
-            "--symmetric belongs to",
-        ),
-        (
-            &data,
-            vec!["--generator", "anser"],
-            "belong to --model harmonic",
-        ),
-        (
-            &data,
-            vec![
-                "--model",
-                "harmonic",
-                "--generator",
-                "anser",
-                "--degree",
-                "11",
-            ],
+            vec!["--model", "harmonic", "--generator", "anser", "--degree", "11"],
             "found 11, expected 1 to 10",
         ),
+        (&data, vec!["--model", "harmonic", "--generator", "nobody"], "nobody"),
         (
             &data,
-            vec!["--model", "harmonic", "--generator", "nobody"],
-            "nobody",
-        ),
-        (
-            &data,
-            vec![
-                "--model",
-                "harmonic",
-                "--generator",
-                "planar-nine",
-                "--map",
-                "correction",
-            ],
+            vec!["--model", "harmonic", "--generator", "planar-nine", "--map", "correction"],
             "expected the distortion map",
         ),
-        (
-            &few,
-            vec!["--model", "kriging"],
-            "found 3 measurements, expected at least 4",
-        ),
-        (
-            &few,
-            vec!["--model", "harmonic", "--generator", "learn"],
-            "expected at least",
-        ),
-        (
-            &positions,
-            vec!["--model", "harmonic", "--generator", "planar-nine"],
-            "no orientations",
-        ),
+        (&few, vec!["--model", "kriging"], "found 3 measurements, expected at least 4"),
+        (&few, vec!["--model", "harmonic", "--generator", "learn"], "expected at least"),
+        (&positions, vec!["--model", "harmonic", "--generator", "planar-nine"], "no orientations"),
     ] {
         let mut all = vec!["fit", file.as_str(), "-o", &environment];
         all.extend(args);
@@ -311,14 +222,7 @@ fn a_learning_curve_has_a_line_a_kind() {
     let [table, _] = room_a();
     let chart = scratch.arg("curve.svg");
     let models = "bernstein,kriging,harmonic";
-    let base = [
-        "select",
-        &table,
-        "--models",
-        models,
-        "--generator",
-        "planar-nine",
-    ];
+    let base = ["select", &table, "--models", models, "--generator", "planar-nine"];
     let quick = ["--degree", "4", "--orders", "1,2", "--directions", "14"];
     let curve = ["--learning-curve", &chart, "--rows", "100,400"];
     let found = json(&[&base[..], &quick, &curve].concat());
@@ -377,11 +281,7 @@ fn a_million_rows_are_fitted_and_a_subset_is_named() {
     let scratch = Scratch::new();
     let table = scratch.arg("million.csv");
     let mut out = BufWriter::new(fs::File::create(&table).unwrap());
-    write!(
-        out,
-        "ideal_x,ideal_y,ideal_z,ideal_qw,ideal_qx,ideal_qy,ideal_qz,"
-    )
-    .unwrap();
+    write!(out, "ideal_x,ideal_y,ideal_z,ideal_qw,ideal_qx,ideal_qy,ideal_qz,").unwrap();
     writeln!(
         out,
         "measured_x,measured_y,measured_z,measured_qw,measured_qx,measured_qy,measured_qz"

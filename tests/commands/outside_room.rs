@@ -14,16 +14,9 @@ use trackwright::study::figures::with_separators;
 
 /// A room without errors, whose box is that of its measurements.
 fn room(scratch: &Scratch) -> (String, Bounds) {
-    let (table, file) = (
-        text(&own("room-a/room-a-fit.csv")),
-        scratch.arg("room.env.ron"),
-    );
+    let (table, file) = (text(&own("room-a/room-a-fit.csv")), scratch.arg("room.env.ron"));
     succeed(&["fit", &table, "-o", &file, "--order", "0"]);
-    let bounds = *store::Files::default()
-        .read_environment(file.as_ref())
-        .unwrap()
-        .model
-        .bounds();
+    let bounds = *store::Files::default().read_environment(file.as_ref()).unwrap().model.bounds();
     (file, bounds)
 }
 
@@ -71,10 +64,7 @@ fn pivot_counts_readings_outside_and_leaves_them_out_on_request() {
     let pivot = ["pivot", &file, "--environment", &room, "--min-poses", "3"];
     let (found, said) = json_and_notes(&pivot);
     assert_eq!(found["compensated"]["outside"], outside);
-    assert_eq!(
-        (&found["poses"], &found["compensated"]["rejected"]),
-        (&24.into(), &0.into())
-    );
+    assert_eq!((&found["poses"], &found["compensated"]["rejected"]), (&24.into(), &0.into()));
     let told = format!(
         "warning: {outside} of 24 poses of {file} are outside the room's box: the nearest point"
     );
@@ -82,16 +72,10 @@ fn pivot_counts_readings_outside_and_leaves_them_out_on_request() {
     let (found, said) = json_and_notes(&[&pivot[..], &["--outside", "reject"]].concat());
     assert_eq!(found["poses"], 24 - outside);
     assert_eq!(found["compensated"]["rejected"], outside);
-    assert!(
-        said.contains("outside the room's box: they are left out"),
-        "{said}"
-    );
+    assert!(said.contains("outside the room's box: they are left out"), "{said}");
     assert!(number(&found["rms_mm"]) < 1e-6);
     let (found, said) = json_and_notes(&["pivot", &file]);
-    assert!(
-        found.get("compensated").is_none() && !said.contains("outside"),
-        "{said}"
-    );
+    assert!(found.get("compensated").is_none() && !said.contains("outside"), "{said}");
 }
 
 #[test]
@@ -119,23 +103,9 @@ fn frames_with_a_marker_outside_are_left_out_and_counted() {
     let told = format!("{file}: {} of 24 frames not used", 24 - kept);
     assert!(said.contains(&told), "{said}");
     let away = scratch.arg("b-empivot.txt");
-    fs::write(
-        &away,
-        "3, 1, b-empivot.txt\n0, 0, 5000\n9, 0, 5000\n0, 9, 5000\n",
-    )
-    .unwrap();
-    let said = fail(&[
-        "pivot",
-        &away,
-        "--environment",
-        &room,
-        "--outside",
-        "reject",
-    ]);
-    assert!(
-        said.contains("found no frame of 1 whose markers the room corrects"),
-        "{said}"
-    );
+    fs::write(&away, "3, 1, b-empivot.txt\n0, 0, 5000\n9, 0, 5000\n0, 9, 5000\n").unwrap();
+    let said = fail(&["pivot", &away, "--environment", &room, "--outside", "reject"]);
+    assert!(said.contains("found no frame of 1 whose markers the room corrects"), "{said}");
 }
 
 #[test]
@@ -153,31 +123,15 @@ fn distort_and_fit_tell_how_many_are_outside() {
     };
     let told = said(&["distort", &room, &file, "-o", &out]);
     assert!(
-        told.starts_with(&format!(
-            "warning: {outside} of 24 poses are outside the room's box"
-        )),
+        told.starts_with(&format!("warning: {outside} of 24 poses are outside the room's box")),
         "{told}"
     );
     let [fit, holdout] =
         ["fit", "holdout"].map(|kind| text(&own(&format!("room-a/room-a-{kind}.csv"))));
     let fitted = scratch.arg("fitted.env.ron");
-    let told = said(&[
-        "fit",
-        &fit,
-        "-o",
-        &fitted,
-        "--order",
-        "0",
-        "--holdout",
-        &holdout,
-    ]);
-    let samples = store::Files::default()
-        .read_measurements(holdout.as_ref())
-        .unwrap()
-        .measurements;
-    let places = samples
-        .iter()
-        .map(|row| Point3::from(row.tracker_from_ideal.translation.vector));
+    let told = said(&["fit", &fit, "-o", &fitted, "--order", "0", "--holdout", &holdout]);
+    let samples = store::Files::default().read_measurements(holdout.as_ref()).unwrap().measurements;
+    let places = samples.iter().map(|row| Point3::from(row.tracker_from_ideal.translation.vector));
     let outside = places.filter(|at| !bounds.contains(at)).count();
     let all = with_separators(samples.len());
     let expected = format!("warning: {outside} of {all} held-out samples are outside");

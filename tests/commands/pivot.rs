@@ -26,10 +26,9 @@ fn the_published_recording_gives_the_published_tip_pivot_and_residual() {
     // Neighbouring readings depend on each other: 95 % intervals are wider than those of 57.
     let effective = found["effective"].as_f64().unwrap();
     assert!((12.0..=57.0).contains(&effective), "{effective}");
-    for (key, at, error) in [
-        ("tip", &tip, "tip_std_error_mm"),
-        ("pivot", &pivot, "pivot_std_error_mm"),
-    ] {
+    for (key, at, error) in
+        [("tip", &tip, "tip_std_error_mm"), ("pivot", &pivot, "pivot_std_error_mm")]
+    {
         let worst = found[error].as_f64().unwrap();
         assert!((1.0..20.0).contains(&worst), "{worst}");
         for (k, at) in at.iter().enumerate() {
@@ -55,10 +54,7 @@ fn a_probe_that_is_known_by_its_markers_finds_the_post_of_each_jhu_case() {
         let post = answers.lines().nth(1).unwrap().split(',');
         for (found, expected) in numbers::<3>(&found["pivot"]).iter().zip(post) {
             let expected: f64 = expected.trim().parse().unwrap();
-            assert!(
-                (found - expected).abs() < 0.05,
-                "{case}: {found} {expected}"
-            );
+            assert!((found - expected).abs() < 0.05, "{case}: {found} {expected}");
         }
     }
 }
@@ -87,18 +83,11 @@ fn each_refusal_has_its_reason_and_its_limit() {
     let scratch = Scratch::new();
     let good = recording(&scratch, 60.0, true, 0.0);
     let found = json(&["pivot", &good]);
-    assert!(
-        numbers::<3>(&found["tip"])
-            .iter()
-            .all(|v: &f64| v.abs() < 1e-9)
-    );
+    assert!(numbers::<3>(&found["tip"]).iter().all(|v: &f64| v.abs() < 1e-9));
     let range = found["orientation_range_deg"].as_f64().unwrap();
     assert!((range - 60.0).abs() < 1e-9, "{range}");
     let refused = [
-        (
-            fail(&["pivot", &good, "--min-poses", "13"]),
-            "too few poses: 12, expected at least 13",
-        ),
+        (fail(&["pivot", &good, "--min-poses", "13"]), "too few poses: 12, expected at least 13"),
         (
             fail(&["pivot", &recording(&scratch, 10.0, true, 0.0)]),
             "too little variation: no two poses differ by more than 10.0°",
@@ -107,10 +96,7 @@ fn each_refusal_has_its_reason_and_its_limit() {
             fail(&["pivot", &recording(&scratch, 60.0, false, 0.0)]),
             "too little variation: the tool turned about one axis only",
         ),
-        (
-            fail(&["pivot", &recording(&scratch, 60.0, true, 8.0)]),
-            "too large an error: the tip is",
-        ),
+        (fail(&["pivot", &recording(&scratch, 60.0, true, 8.0)]), "too large an error: the tip is"),
     ];
     for (said, expected) in refused {
         assert!(said.contains(expected), "{said}");
@@ -141,21 +127,13 @@ fn a_tool_of_an_ndi_recording_is_named_and_only_good_samples_count() {
     std::fs::write(scratch.path("ndi.tsv"), table).unwrap();
     let file = scratch.arg("ndi.tsv");
     let several = fail(&["pivot", &file]);
-    assert!(
-        several.contains("Port 1: still; Port 2: probe"),
-        "{several}"
-    );
+    assert!(several.contains("Port 1: still; Port 2: probe"), "{several}");
     let found = json(&["pivot", &file, "--tool", "probe"]);
     assert_eq!(found["poses"], 12);
     assert!(found["rms_mm"].as_f64().unwrap() < 1e-9);
-    let output = trackwright(&["pivot", &file, "--tool", "probe"])
-        .output()
-        .unwrap();
+    let output = trackwright(&["pivot", &file, "--tool", "probe"]).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
-    assert!(
-        said.contains("12 of 24 samples not used: Partially Out of Volume"),
-        "{said}"
-    );
+    assert!(said.contains("12 of 24 samples not used: Partially Out of Volume"), "{said}");
     let still = fail(&["pivot", &file, "--tool", "still"]);
     assert!(still.contains("too little variation"), "{still}");
 }
@@ -165,32 +143,12 @@ fn real_recordings_are_read_with_every_tool_and_sample_that_they_have() {
     use trackwright::formats::recording::parse;
     // Tools, samples of each, and how many of them the tracker calls good.
     let expected: [(&str, usize, usize, &[usize]); 6] = [
-        (
-            "aurora-polaris/static/EM_31_08_2013_001.tsv",
-            3,
-            100,
-            &[100, 100, 100],
-        ),
-        (
-            "aurora-polaris/static/OT_31_08_2013_001.tsv",
-            1,
-            100,
-            &[100],
-        ),
+        ("aurora-polaris/static/EM_31_08_2013_001.tsv", 3, 100, &[100, 100, 100]),
+        ("aurora-polaris/static/OT_31_08_2013_001.tsv", 1, 100, &[100]),
         // Its last row is cut.
         ("aurora-csv/NDIdata_snakeravenTest_2_2_21.csv", 4, 159, &[]),
-        (
-            "igs-mha/SlidingProbeTrackingData.igs.mha",
-            3,
-            85,
-            &[85, 85, 85],
-        ),
-        (
-            "igs-mha/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha",
-            2,
-            1000,
-            &[],
-        ),
+        ("igs-mha/SlidingProbeTrackingData.igs.mha", 3, 85, &[85, 85, 85]),
+        ("igs-mha/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha", 2, 1000, &[]),
         ("igs-mha/TransformInterpolationTest.igs.mha", 3, 500, &[]),
     ];
     for (file, tools, samples, good) in expected {

@@ -7,14 +7,7 @@ use std::fs;
 fn json_has_the_fields_of_the_contract_for_every_family() {
     let rows = json(&["precision", "--quick"]);
     let rows = rows.as_array().unwrap();
-    for what in [
-        "field",
-        "fit",
-        "inverse",
-        "uncertainty",
-        "motion",
-        "heatmap",
-    ] {
+    for what in ["field", "fit", "inverse", "uncertainty", "motion", "heatmap"] {
         assert!(rows.iter().any(|r| r["what"] == what), "{what}");
     }
     for row in rows {
@@ -28,10 +21,8 @@ fn json_has_the_fields_of_the_contract_for_every_family() {
         assert!(row["method"].is_string(), "{row}");
     }
     // The path that simulations take is right to round-off of fields of some ten millimetres.
-    let scattered: Vec<_> = rows
-        .iter()
-        .filter(|r| r["what"] == "field" && r["method"] == "scattered")
-        .collect();
+    let scattered: Vec<_> =
+        rows.iter().filter(|r| r["what"] == "field" && r["method"] == "scattered").collect();
     assert!(!scattered.is_empty());
     for row in scattered {
         assert!(row["error"].as_f64().unwrap() < 1e-12, "{row}");
@@ -43,20 +34,10 @@ fn a_folder_gets_the_page_its_pictures_and_both_tables() {
     let scratch = Scratch::new();
     let folder = scratch.arg("new/folder");
     let text = succeed(&["precision", "--quick", "-o", &folder]);
-    assert!(
-        text.contains("scattered poses in the design's room"),
-        "{text}"
-    );
+    assert!(text.contains("scattered poses in the design's room"), "{text}");
     let read = |name: &str| fs::read_to_string(scratch.path("new/folder").join(name)).unwrap();
     let page = read("precision.md");
-    for family in [
-        "field",
-        "fit",
-        "inverse",
-        "uncertainty",
-        "motion",
-        "heatmap",
-    ] {
+    for family in ["field", "fit", "inverse", "uncertainty", "motion", "heatmap"] {
         let picture = format!("precision-{family}.svg");
         assert!(page.contains(&format!("({picture})")), "{picture}");
         assert!(read(&picture).contains("Pareto front"), "{picture}");

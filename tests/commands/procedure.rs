@@ -52,10 +52,7 @@ fn states(found: &Value) -> Vec<&str> {
 /// On a given day.
 fn decide(args: &[&str]) -> Value {
     let args = [args, &["--format", "json"]].concat();
-    let output = trackwright(&args)
-        .env("SOURCE_DATE_EPOCH", "951782400")
-        .output()
-        .unwrap();
+    let output = trackwright(&args).env("SOURCE_DATE_EPOCH", "951782400").output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{args:?}: {said}");
     serde_json::from_slice(&output.stdout).unwrap()
@@ -79,9 +76,7 @@ fn recording(scratch: &Scratch, design: &str, to: &str) -> String {
     let head = head.replace("true_", "ideal_").replace("sim_", "measured_");
     // Only where the room says something: `outside` is its own column.
     let column = head.split(',').position(|name| name == "outside").unwrap();
-    let inside = rows
-        .lines()
-        .filter(|row| row.split(',').nth(column) == Some("0"));
+    let inside = rows.lines().filter(|row| row.split(',').nth(column) == Some("0"));
     let table: Vec<&str> = std::iter::once(head.as_str()).chain(inside).collect();
     assert!(table.len() > 12, "{}", table.len());
     fs::write(scratch.path(to), table.join("\n")).unwrap();
@@ -121,20 +116,10 @@ fn the_figures_of_every_step_are_those_of_the_single_commands() {
     let tool = json(&["simulate", &design, "--mode", "motion"]);
     let rows = list(step(&found, "tool"), "rows");
     same(&rows[0], &tool);
-    assert_eq!(
-        (&rows[0]["for_now"], &rows[1]["for_now"]),
-        (&false.into(), &true.into())
-    );
+    assert_eq!((&rows[0]["for_now"], &rows[1]["for_now"]), (&false.into(), &true.into()));
     let verified = json(&["verify", &design, &recorded, "--frame", "crf"]);
     let figures = &step(&found, "built")["figures"];
-    for key in [
-        "used",
-        "position_mm",
-        "angle_deg",
-        "effective",
-        "verdict",
-        "statement",
-    ] {
+    for key in ["used", "position_mm", "angle_deg", "effective", "verdict", "statement"] {
         assert_eq!(figures[key], verified[key], "{key}");
     }
     // In the other room as a design of its own would have it.
@@ -142,14 +127,8 @@ fn the_figures_of_every_step_are_those_of_the_single_commands() {
     same(&rows[1], &json(&["simulate", &design, "--mode", "motion"]));
     let words = succeed(&base);
     assert!(words.contains("2. The tool in the CRF"), "{words}");
-    assert!(
-        words.contains("missed in") && words.contains("(this once)"),
-        "{words}"
-    );
-    assert!(
-        words.contains("3. The built tool: nothing recorded yet"),
-        "{words}"
-    );
+    assert!(words.contains("missed in") && words.contains("(this once)"), "{words}");
+    assert!(words.contains("3. The built tool: nothing recorded yet"), "{words}");
 }
 
 #[test]
@@ -168,15 +147,9 @@ fn what_is_decided_stays_in_the_design_and_is_told_when_it_no_longer_holds() {
     let found = decide(&["procedure", &design, "--decide", "crf"]);
     assert_eq!(states(&found), ["decided", "missed", "not_recorded"]);
     let missed = fail(&["procedure", &design, "--decide", "tool"]);
-    assert!(
-        missed.contains("the requirement is missed, expected --note"),
-        "{missed}"
-    );
+    assert!(missed.contains("the requirement is missed, expected --note"), "{missed}");
     let early = fail(&["procedure", &design, "--decide", "built"]);
-    assert!(
-        early.contains("nothing recorded of the built tool"),
-        "{early}"
-    );
+    assert!(early.contains("nothing recorded of the built tool"), "{early}");
     let note = "a first try, \"as it is\"";
     decide(&["procedure", &design, "--decide", "tool", "--note", note]);
     let built = ["--built", &recorded, "--frame", "crf"];
@@ -188,10 +161,7 @@ fn what_is_decided_stays_in_the_design_and_is_told_when_it_no_longer_holds() {
     assert_eq!(step(&found, "tool")["decision"]["note"], note);
     assert_eq!(step(&found, "built")["decision"]["date"], "2000-02-29");
     let saved = fs::read_to_string(&design).unwrap();
-    assert!(
-        saved.contains("rooms: [\"../ward/ward.env.ron\"]"),
-        "{saved}"
-    );
+    assert!(saved.contains("rooms: [\"../ward/ward.env.ron\"]"), "{saved}");
     assert!(saved.contains("table: \"../built.csv\""), "{saved}");
 
     // A room that is looked at this once changes nothing of it.
@@ -209,43 +179,24 @@ fn what_is_decided_stays_in_the_design_and_is_told_when_it_no_longer_holds() {
     let outdated = "decided_on_other_figures";
     assert_eq!([crf, tool, built], [outdated, outdated, "decided"]);
     let changes = list(step(&found, "tool"), "changes");
-    let rms = changes
-        .iter()
-        .find(|c| c["what"]["figure"] == "tip error RMS")
-        .unwrap();
+    let rms = changes.iter().find(|c| c["what"]["figure"] == "tip error RMS").unwrap();
     assert_eq!(rms["environment_file"], "../ward/ward.env.ron");
     let now = &list(step(&found, "tool"), "rows")[1]["position_mm"]["rms"];
     assert_eq!(&rms["what"]["now"], now);
     assert_ne!(rms["what"]["before"], *now);
     let words = succeed(&["procedure", &design]);
-    assert!(
-        words.contains("since then: ") && words.contains("tip error RMS was "),
-        "{words}"
-    );
+    assert!(words.contains("since then: ") && words.contains("tip error RMS was "), "{words}");
 
     // So does another bound, and a recording that is gone.
     fs::remove_file(&recorded).unwrap();
-    let loose = saved.replacen(
-        "requirement: (position_rms: 0.01)",
-        "requirement: (position_rms: 0.5)",
-        1,
-    );
+    let loose =
+        saved.replacen("requirement: (position_rms: 0.01)", "requirement: (position_rms: 0.5)", 1);
     fs::write(&design, loose).unwrap();
     let words = succeed(&["procedure", &design]);
-    assert!(
-        words.contains("required position_rms was 0.01, is 0.5"),
-        "{words}"
-    );
+    assert!(words.contains("required position_rms was 0.01, is 0.5"), "{words}");
     assert!(words.contains("built.csv: found no such file"), "{words}");
 
-    let found = json(&[
-        "procedure",
-        &design,
-        "--withdraw",
-        "tool",
-        "--remove-room",
-        &ward,
-    ]);
+    let found = json(&["procedure", &design, "--withdraw", "tool", "--remove-room", &ward]);
     assert_ne!(step(&found, "tool")["state"], outdated);
     assert_eq!(list(step(&found, "tool"), "rows").len(), 1);
     let twice = fail(&["procedure", &design, "--withdraw", "tool"]);
@@ -288,16 +239,8 @@ fn a_room_that_is_gone_or_elsewhere_is_a_row_that_says_so() {
     let rows = list(step(&found, "tool"), "rows");
     assert_eq!(rows[0], list(step(&alone, "tool"), "rows")[0]);
     let why = |row: &Value| row["no_figures"].as_str().unwrap().to_owned();
-    assert!(
-        why(&rows[1]).contains("ward.env.ron: found no such file"),
-        "{}",
-        rows[1]
-    );
-    assert!(
-        why(&rows[2]).contains("the room does not reach"),
-        "{}",
-        rows[2]
-    );
+    assert!(why(&rows[1]).contains("ward.env.ron: found no such file"), "{}", rows[1]);
+    assert!(why(&rows[2]).contains("the room does not reach"), "{}", rows[2]);
     let words = succeed(&["procedure", &design, "--environment", &room]);
     assert!(words.contains("2 have no figures"), "{words}");
     // Even what is not there can be left.
@@ -321,23 +264,14 @@ fn what_cannot_be_decided_is_refused_and_nothing_is_written() {
     let design = scratch.arg("d/pointer-no-crf.design.ron");
     let before = fs::read_to_string(&design).unwrap();
     let found = json(&["procedure", &design]);
-    assert_eq!(
-        states(&found),
-        ["does_not_apply", "no_requirement", "not_recorded"]
-    );
+    assert_eq!(states(&found), ["does_not_apply", "no_requirement", "not_recorded"]);
     for (args, part) in [
         (&["--decide", "crf"][..], "the design has no CRF"),
         (&["--withdraw", "tool"], "nothing is decided on the tool"),
         (&["--note", "x"], "--decide"),
         (&["--crf", "x.csv"], "--built"),
-        (
-            &["--decide", "built", "--built", "none.csv"],
-            "none.csv: found no such file",
-        ),
-        (
-            &["--decide", "tool", "--environment", "x"],
-            "cannot be used with",
-        ),
+        (&["--decide", "built", "--built", "none.csv"], "none.csv: found no such file"),
+        (&["--decide", "tool", "--environment", "x"], "cannot be used with"),
     ] {
         let said = fail(&[&["procedure", &design], args].concat());
         assert!(said.contains(part), "{args:?}: {said}");
@@ -397,22 +331,14 @@ fn measured_poses_in_another_frame_are_no_disagreement_with_the_design() {
     // What a common frame leaves is what was measured, less what a registration takes up.
     let (_, left) = said.split_once("they agree to ").unwrap();
     let left: f64 = left.split(' ').next().unwrap().parse().unwrap();
-    assert!(
-        left <= number(&verified["position_mm"]["measured"]["rms"]) + 0.05,
-        "{left}"
-    );
+    assert!(left <= number(&verified["position_mm"]["measured"]["rms"]) + 0.05, "{left}");
     let asked = [&turned, "--same-frame", "--outside", "clamp"];
     let found = json(&[&["verify", &design], &asked[..]].concat());
     assert!(number(&found["position_mm"]["measured"]["rms"]) > 100.0);
     let found = json(&["procedure", &design, "--built", &turned]);
     let built = step(&found, "built");
     assert_eq!(built["state"], "no_figures");
-    assert!(
-        built["no_figures"]
-            .as_str()
-            .unwrap()
-            .contains("different frames")
-    );
+    assert!(built["no_figures"].as_str().unwrap().contains("different frames"));
 }
 
 #[test]
@@ -424,9 +350,8 @@ fn real_recordings_agree_until_one_of_them_is_turned() {
     let files = |first: &str| -> Vec<String> {
         let entries = fs::read_dir(&folder).unwrap();
         let all = entries.map(|entry| text(&entry.unwrap().path()));
-        let mut all: Vec<String> = all
-            .filter(|file| file.contains(&format!("/{first}_")))
-            .collect();
+        let mut all: Vec<String> =
+            all.filter(|file| file.contains(&format!("/{first}_"))).collect();
         all.sort();
         all
     };
@@ -456,8 +381,5 @@ fn real_recordings_agree_until_one_of_them_is_turned() {
     let table = fs::read_to_string(Path::new(&data)).unwrap();
     fs::write(&turned, in_another_frame(&table)).unwrap();
     let said = fail(&[&["verify", &design, &turned], &port[..]].concat());
-    assert!(
-        said.contains("after turning by 1") && said.contains("different frames"),
-        "{said}"
-    );
+    assert!(said.contains("after turning by 1") && said.contains("different frames"), "{said}");
 }

@@ -23,14 +23,8 @@ fn design() -> (Scratch, String) {
     }
     let file = scratch.path("d/pointer-on-head.design.ron");
     let design = fs::read_to_string(&file).unwrap();
-    let line = design
-        .lines()
-        .find(|line| line.contains("motion:"))
-        .unwrap();
-    let design = design.replace(
-        line,
-        &format!("{line}\n    requirement: (position_rms: 60.0),"),
-    );
+    let line = design.lines().find(|line| line.contains("motion:")).unwrap();
+    let design = design.replace(line, &format!("{line}\n    requirement: (position_rms: 60.0),"));
     fs::write(&file, design).unwrap();
     (scratch, text(&file))
 }
@@ -78,10 +72,7 @@ fn rooms_added_at_once_are_both_kept() {
         );
         let text = fs::read_to_string(&design).unwrap();
         let has = |room: &str| text.contains(room);
-        assert!(
-            has("ward.env.ron") && has("theatre.env.ron"),
-            "run {run}: {text}"
-        );
+        assert!(has("ward.env.ron") && has("theatre.env.ron"), "run {run}: {text}");
         succeed(&["procedure", &design, "--remove-room", &ward, &theatre]);
     }
 }

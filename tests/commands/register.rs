@@ -7,22 +7,15 @@ use std::fs;
 use trackwright::geometry::pose::{Pose, pose_from_array};
 use trackwright::store;
 
-const POINTS: [[f64; 3]; 5] = [
-    [0.0, 0.0, 0.0],
-    [80.0, 0.0, 10.0],
-    [0.0, 60.0, -5.0],
-    [20.0, 30.0, 90.0],
-    [70.0, 50.0, 40.0],
-];
+const POINTS: [[f64; 3]; 5] =
+    [[0.0, 0.0, 0.0], [80.0, 0.0, 10.0], [0.0, 60.0, -5.0], [20.0, 30.0, 90.0], [70.0, 50.0, 40.0]];
 
 fn pose() -> Pose {
     pose_from_array([12.0, -40.0, 300.0, 0.7, 0.1, -0.6, 0.3]).unwrap()
 }
 
 fn write(scratch: &Scratch, name: &str, points: impl IntoIterator<Item = Point3<f64>>) -> String {
-    let rows = points
-        .into_iter()
-        .map(|p| format!("{} {} {}\n", p.x, p.y, p.z));
+    let rows = points.into_iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z));
     fs::write(scratch.path(name), rows.collect::<String>()).unwrap();
     scratch.arg(name)
 }
@@ -31,11 +24,7 @@ fn write(scratch: &Scratch, name: &str, points: impl IntoIterator<Item = Point3<
 fn exact_points_give_the_pose_and_move_others_without_an_error() {
     let scratch = Scratch::new();
     let source = write(&scratch, "source.txt", POINTS.map(Point3::from));
-    let target = write(
-        &scratch,
-        "target.txt",
-        POINTS.map(|p| pose() * Point3::from(p)),
-    );
+    let target = write(&scratch, "target.txt", POINTS.map(|p| pose() * Point3::from(p)));
     let at = write(&scratch, "at.txt", [Point3::new(5.0, 6.0, 200.0)]);
     let (moved, transform) = (scratch.arg("moved.csv"), scratch.arg("pose.csv"));
     let args = ["register", &source, &target, "--at", &at, "-o", &moved];
@@ -46,26 +35,13 @@ fn exact_points_give_the_pose_and_move_others_without_an_error() {
     assert!((there.translation.vector - pose().translation.vector).norm() < 1e-10);
     assert!(there.rotation.angle_to(&pose().rotation) < 1e-12);
     assert_eq!(
-        store::Files::default()
-            .read_poses(transform.as_ref())
-            .unwrap()
-            .as_it_stands()
-            .len(),
+        store::Files::default().read_poses(transform.as_ref()).unwrap().as_it_stands().len(),
         1
     );
     let expected = pose() * Point3::new(5.0, 6.0, 200.0);
-    let found = store::Files::default()
-        .read_points(moved.as_ref())
-        .unwrap()
-        .as_it_stands();
+    let found = store::Files::default().read_points(moved.as_ref()).unwrap().as_it_stands();
     assert!((found[0] - expected).norm() < 1e-9);
-    succeed(&[
-        "export",
-        "poses",
-        &transform,
-        "-o",
-        &scratch.arg("pose.tfm"),
-    ]);
+    succeed(&["export", "poses", &transform, "-o", &scratch.arg("pose.tfm")]);
 }
 
 #[test]
@@ -76,9 +52,7 @@ fn the_error_that_is_to_be_expected_grows_away_from_the_points_and_is_not_what_t
     let mean = Point3::new(34.0, 28.0, 27.0);
     let away = [0.0, 100.0, 400.0].map(|x| mean + Vector3::new(x, 0.0, 0.0));
     let (at, moved) = (write(&scratch, "at.txt", away), scratch.arg("moved.csv"));
-    json(&[
-        "register", &source, &target, "--at", &at, "-o", &moved, "--fle-mm", "0.5",
-    ]);
+    json(&["register", &source, &target, "--at", &at, "-o", &moved, "--fle-mm", "0.5"]);
     let table = fs::read_to_string(&moved).unwrap();
     let tre: Vec<f64> = table
         .lines()
@@ -87,21 +61,14 @@ fn the_error_that_is_to_be_expected_grows_away_from_the_points_and_is_not_what_t
         .collect();
     // In the middle only the shift is off: by FLE over the root of the number of points.
     assert!((tre[0] - 0.5 / 5.0_f64.sqrt()).abs() < 1e-9, "{tre:?}");
-    assert!(
-        tre[0] < tre[1] && tre[1] < tre[2] && tre[2] > 1.0,
-        "{tre:?}"
-    );
+    assert!(tre[0] < tre[1] && tre[1] < tre[2] && tre[2] > 1.0, "{tre:?}");
 }
 
 #[test]
 fn points_that_determine_no_pose_are_refused_with_the_reason() {
     let scratch = Scratch::new();
     let all = write(&scratch, "all.txt", POINTS.map(Point3::from));
-    let two = write(
-        &scratch,
-        "two.txt",
-        POINTS[..2].iter().map(|p| Point3::from(*p)),
-    );
+    let two = write(&scratch, "two.txt", POINTS[..2].iter().map(|p| Point3::from(*p)));
     let line = |bend: f64| {
         let at = |i: u8| Point3::new(10.0 * f64::from(i), bend * f64::from(i % 2), 0.0);
         (0..6).map(at).collect::<Vec<_>>()

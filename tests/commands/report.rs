@@ -15,10 +15,8 @@ fn figures(html: &str) -> Vec<[String; 3]> {
     let rows = Selector::parse("#figures table.figures tr").unwrap();
     page.select(&rows)
         .map(|row| {
-            let cells: Vec<String> = row
-                .child_elements()
-                .map(|cell| cell.text().collect())
-                .collect();
+            let cells: Vec<String> =
+                row.child_elements().map(|cell| cell.text().collect()).collect();
             cells.try_into().unwrap()
         })
         .collect()
@@ -33,12 +31,7 @@ fn printed(args: &[&str]) -> String {
 fn a_folder_gets_the_designs_name_and_a_file_is_the_page_itself() {
     let scratch = Scratch::new();
     let folder = scratch.arg("deep/reports");
-    let said = succeed(&[
-        "report",
-        "designs/pointer-on-head.design.ron",
-        "-o",
-        &folder,
-    ]);
+    let said = succeed(&["report", "designs/pointer-on-head.design.ron", "-o", &folder]);
     let file = scratch.path("deep/reports/pointer-on-head.html");
     assert!(said.starts_with(&text(&file)), "{said}");
     let html = std::fs::read_to_string(&file).unwrap();
@@ -49,9 +42,7 @@ fn a_folder_gets_the_designs_name_and_a_file_is_the_page_itself() {
         let is_there = |line: &str| {
             let words = line.strip_prefix(label.as_str()).map(str::split_whitespace);
             words.is_some_and(|words| {
-                words.eq([value.as_str(), unit.as_str()]
-                    .into_iter()
-                    .filter(|w| !w.is_empty()))
+                words.eq([value.as_str(), unit.as_str()].into_iter().filter(|w| !w.is_empty()))
             })
         };
         assert!(simulated.lines().any(is_there), "{label} {value} {unit}");
@@ -69,14 +60,8 @@ fn one_date_and_one_input_give_one_page() {
     let scratch = Scratch::new();
     let write = |name: &str, epoch: &str| {
         let args = ["report", "endoscope", "-o", &scratch.arg(name)];
-        let output = trackwright(&args)
-            .env("SOURCE_DATE_EPOCH", epoch)
-            .output()
-            .unwrap();
-        (
-            output.status.success(),
-            String::from_utf8(output.stderr).unwrap(),
-        )
+        let output = trackwright(&args).env("SOURCE_DATE_EPOCH", epoch).output().unwrap();
+        (output.status.success(), String::from_utf8(output.stderr).unwrap())
     };
     assert!(write("a.html", "951782400").0 && write("b.html", "951782400").0);
     let read = |name: &str| std::fs::read_to_string(scratch.path(name)).unwrap();
@@ -84,10 +69,7 @@ fn one_date_and_one_input_give_one_page() {
     // The last day of February of a leap year that a hundred divides.
     assert!(read("a.html").contains("2000-02-29"));
     let (is_fine, said) = write("c.html", "yesterday");
-    assert!(
-        !is_fine && said.contains("expected seconds since 1970"),
-        "{said}"
-    );
+    assert!(!is_fine && said.contains("expected seconds since 1970"), "{said}");
 }
 
 #[test]
@@ -110,28 +92,13 @@ fn given_poses_and_a_single_one_have_their_pages() {
         &poses,
     ]);
     let rms = simulated["position_mm"]["rms"].as_f64().unwrap();
-    assert_eq!(
-        found[0],
-        [
-            "tip error RMS".to_owned(),
-            format!("{rms:.4}"),
-            "mm".to_owned()
-        ]
-    );
+    assert_eq!(found[0], ["tip error RMS".to_owned(), format!("{rms:.4}"), "mm".to_owned()]);
     assert!(html.contains("Tip error pose by pose") && html.contains("poses.csv"));
     succeed(&["report", "pointer-on-head", "-o", &page, "--mode", "single"]);
     let html = std::fs::read_to_string(&page).unwrap();
     assert!(html.contains("One position was looked at"));
-    let said = fail(&[
-        "report",
-        "pointer-on-head",
-        "-o",
-        &page,
-        "--mode",
-        "single",
-        "--input",
-        &poses,
-    ]);
+    let said =
+        fail(&["report", "pointer-on-head", "-o", &page, "--mode", "single", "--input", &poses]);
     assert!(said.contains("expected --mode input or none"), "{said}");
 }
 
@@ -144,31 +111,13 @@ fn what_cannot_be_written_is_said_and_leaves_nothing() {
         said.contains("notes.txt") && said.contains("a file where a folder should be"),
         "{said}"
     );
-    let said = fail(&[
-        "report",
-        "endoscope",
-        "-o",
-        &scratch.arg("notes.txt/reports"),
-    ]);
+    let said = fail(&["report", "endoscope", "-o", &scratch.arg("notes.txt/reports")]);
     assert!(said.contains("cannot be written"), "{said}");
-    let said = fail(&[
-        "report",
-        "endoscope",
-        "-o",
-        &scratch.arg("nowhere/page.html"),
-    ]);
+    let said = fail(&["report", "endoscope", "-o", &scratch.arg("nowhere/page.html")]);
     assert!(said.contains("no such file or folder"), "{said}");
-    assert_eq!(
-        std::fs::read_to_string(scratch.path("notes.txt")).unwrap(),
-        "mine"
-    );
+    assert_eq!(std::fs::read_to_string(scratch.path("notes.txt")).unwrap(), "mine");
     // A design that cannot be used makes no folder.
-    let said = fail(&[
-        "report",
-        &scratch.arg("no.design.ron"),
-        "-o",
-        &scratch.arg("reports"),
-    ]);
+    let said = fail(&["report", &scratch.arg("no.design.ron"), "-o", &scratch.arg("reports")]);
     assert!(said.contains("no.design.ron"), "{said}");
     assert!(!scratch.path("reports").exists());
 }
@@ -182,34 +131,18 @@ fn a_missing_mesh_is_said_and_the_page_names_no_folder_of_this_machine() {
         std::fs::write(scratch.path(to), change(content)).unwrap();
     };
     copy("designs/endoscope.design.ron", "a.design.ron", &|text| {
-        text.replace("../assets/bodies/", "")
-            .replace("../assets/environments/", "")
+        text.replace("../assets/bodies/", "").replace("../assets/environments/", "")
     });
-    copy(
-        "assets/bodies/endoscope.body.ron",
-        "endoscope.body.ron",
-        &|text| text,
-    );
+    copy("assets/bodies/endoscope.body.ron", "endoscope.body.ron", &|text| text);
     let room = "assets/environments/operating-table.env.ron";
     copy(room, "operating-table.env.ron", &|text| text);
-    let args = [
-        "report",
-        &scratch.arg("a.design.ron"),
-        "-o",
-        &scratch.arg("a.html"),
-    ];
+    let args = ["report", &scratch.arg("a.design.ron"), "-o", &scratch.arg("a.html")];
     let output = trackwright(&args).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
-    assert!(
-        output.status.success() && said.contains("mesh is missing"),
-        "{said}"
-    );
+    assert!(output.status.success() && said.contains("mesh is missing"), "{said}");
     let html = std::fs::read_to_string(scratch.path("a.html")).unwrap();
     assert!(html.contains("endoscope.glb could not be read"));
-    assert!(
-        !html.contains(&scratch.arg("")),
-        "the page has a folder of this machine"
-    );
+    assert!(!html.contains(&scratch.arg("")), "the page has a folder of this machine");
 }
 
 #[test]
@@ -223,11 +156,7 @@ fn a_slide_whose_layer_is_gone_is_told_and_the_page_is_written() {
     let tool = "    tool: (";
     assert!(design.contains(tool) && !design.contains("slides"));
     let file = scratch.path("a.design.ron");
-    std::fs::write(
-        &file,
-        design.replace(tool, &format!("    {slides}\n{tool}")),
-    )
-    .unwrap();
+    std::fs::write(&file, design.replace(tool, &format!("    {slides}\n{tool}"))).unwrap();
     let args = ["report", &text(&file), "-o", &scratch.arg("a.html")];
     let output = trackwright(&args).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
@@ -246,10 +175,7 @@ fn page_with_scene(name: &str, file: &Path) -> Vec<[String; 3]> {
     let report = Report {
         world: &world,
         study: &study,
-        extras: Extras {
-            scene_glb: Some(std::fs::read(glb).unwrap()),
-            ..Extras::default()
-        },
+        extras: Extras { scene_glb: Some(std::fs::read(glb).unwrap()), ..Extras::default() },
     };
     let html = report.to_html();
     std::fs::write(file, &html).unwrap();
@@ -257,11 +183,7 @@ fn page_with_scene(name: &str, file: &Path) -> Vec<[String; 3]> {
 }
 
 fn browse(page: &Path, out: &Path, flags: &[&str]) -> Value {
-    let output = python("browser.py")
-        .args([page, out])
-        .args(flags)
-        .output()
-        .unwrap();
+    let output = python("browser.py").args([page, out]).args(flags).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
     serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {said}"))
@@ -281,11 +203,7 @@ fn a_browser_without_a_network_shows_the_page_turns_its_scene_and_complains_of_n
     let shown: Vec<[String; 3]> = serde_json::from_value(found["figures"].clone()).unwrap();
     assert_eq!(shown, expected);
     let read = |name: &str| std::fs::read(out.join(name)).unwrap();
-    assert_ne!(
-        read("before.png"),
-        read("after.png"),
-        "a drag turned nothing"
-    );
+    assert_ne!(read("before.png"), read("after.png"), "a drag turned nothing");
     assert!(read("page.pdf").starts_with(b"%PDF"));
 }
 

@@ -27,11 +27,7 @@ fn quadratic_table(file: &Path, rows: usize) {
 }
 
 fn model(value: &Value) -> (usize, usize, f64) {
-    (
-        count(&value["order"]),
-        count(&value["directions"]),
-        number(&value["ridge"]),
-    )
+    (count(&value["order"]), count(&value["directions"]), number(&value["ridge"]))
 }
 
 fn size((order, directions, _): (usize, usize, f64)) -> usize {
@@ -47,37 +43,21 @@ fn rms(row: &Value) -> f64 {
 
 /// The row of an order with one orientation and no ridge.
 fn plain_row(found: &Value, order: usize) -> &Value {
-    list(found, "table")
-        .iter()
-        .find(|row| model(row) == (order, 1, 0.0))
-        .unwrap()
+    list(found, "table").iter().find(|row| model(row) == (order, 1, 0.0)).unwrap()
 }
 
 #[test]
 fn the_smallest_model_within_one_percent_of_the_least_is_named() {
-    let found = json(&[
-        "select",
-        &room_a(),
-        "--orders",
-        "1-2",
-        "--directions",
-        "1,6,14",
-    ]);
+    let found = json(&["select", &room_a(), "--orders", "1-2", "--directions", "1,6,14"]);
     let table = list(&found, "table");
     // No correction, and two orders with three sets of orientations, each with 14 ridges.
     assert_eq!(table.len(), 1 + 2 * 3 * 14);
     assert_eq!(model(&table[0]), (0, 1, 0.0));
     let least = table.iter().map(rms).fold(f64::INFINITY, f64::min);
-    let smallest = table
-        .iter()
-        .filter(|row| rms(row) <= 1.01 * least)
-        .map(|row| size(model(row)))
-        .min();
+    let smallest =
+        table.iter().filter(|row| rms(row) <= 1.01 * least).map(|row| size(model(row))).min();
     assert_eq!(Some(size(model(&found["best"]))), smallest);
-    let best = table
-        .iter()
-        .find(|row| model(row) == model(&found["best"]))
-        .unwrap();
+    let best = table.iter().find(|row| model(row) == model(&found["best"])).unwrap();
     assert!(number(&best["cv"]["position_max_mm"]) > rms(best));
     assert!(number(&best["cv"]["angle_rms_deg"]) < number(&table[0]["cv"]["angle_rms_deg"]));
     // No correction leaves the raw error (data/README: 2.28 mm, 0.96°).
@@ -88,22 +68,11 @@ fn the_smallest_model_within_one_percent_of_the_least_is_named() {
 fn the_table_is_readable_and_the_choice_is_marked() {
     let scratch = Scratch::new();
     let plot = scratch.arg("fig3.svg");
-    let printed = succeed(&[
-        "select",
-        &room_a(),
-        "--orders",
-        "1,2",
-        "--directions",
-        "1,14",
-        "--plot",
-        &plot,
-    ]);
+    let printed =
+        succeed(&["select", &room_a(), "--orders", "1,2", "--directions", "1,14", "--plot", &plot]);
     let marked: Vec<_> = printed.lines().filter(|l| l.starts_with('*')).collect();
     assert_eq!(marked.len(), 1, "{printed}");
-    assert!(
-        marked[0].contains("mm") && marked[0].contains('°'),
-        "{printed}"
-    );
+    assert!(marked[0].contains("mm") && marked[0].contains('°'), "{printed}");
     assert!(printed.contains("chosen: order"), "{printed}");
     let svg = fs::read_to_string(plot).unwrap();
     assert!(svg.starts_with("<svg"), "{svg:.80}");
@@ -143,9 +112,7 @@ fn a_fit_without_order_and_orientations_takes_what_selection_chooses_and_says_so
     let scratch = Scratch::new();
     quadratic_table(&scratch.path("q.csv"), 300);
     let (data, env) = (scratch.arg("q.csv"), scratch.arg("q.env.ron"));
-    let output = trackwright(&["fit", &data, "-o", &env, "--format", "json"])
-        .output()
-        .unwrap();
+    let output = trackwright(&["fit", &data, "-o", &env, "--format", "json"]).output().unwrap();
     assert!(output.status.success());
     let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((count(&fit["order"]), count(&fit["directions"])), (2, 1));
@@ -161,16 +128,7 @@ fn a_fit_without_order_and_orientations_takes_what_selection_chooses_and_says_so
     let kept = json(&["fit", &room_a(), "-o", &env, "--order", "1"]);
     assert_eq!(count(&kept["order"]), 1);
     assert!(kept["selection"]["reason"].is_string());
-    let named = json(&[
-        "fit",
-        &data,
-        "-o",
-        &env,
-        "--order",
-        "1",
-        "--directions",
-        "1",
-    ]);
+    let named = json(&["fit", &data, "-o", &env, "--order", "1", "--directions", "1"]);
     assert!(named["selection"].is_null());
 }
 
@@ -197,10 +155,7 @@ fn rows_that_belong_together_are_held_out_together() {
     assert!(json(&["select", &sweep, "--orders", "1"])["groups"].is_null());
     let message = fail(&["select", &sweep, "--group", "sweep"]);
     assert!(message.contains("sweep.csv"), "{message}");
-    assert!(
-        message.contains("2 groups of rows for 5 folds"),
-        "{message}"
-    );
+    assert!(message.contains("2 groups of rows for 5 folds"), "{message}");
     let missing = fail(&["select", &sweep, "--group", "swoop"]);
     assert!(missing.contains("no column \"swoop\""), "{missing}");
 }
@@ -252,11 +207,7 @@ fn poses_and_sensors_are_both_reported() {
         .collect();
     assert_eq!(
         named,
-        [
-            ("rows".to_owned(), 120),
-            ("groups".to_owned(), 40),
-            ("sensors".to_owned(), 3)
-        ]
+        [("rows".to_owned(), 120), ("groups".to_owned(), 40), ("sensors".to_owned(), 3)]
     );
     // An offset of ±1 mm is 0.82 mm RMS, and half as much again for a sensor that was left out.
     let cv = |i: usize| number(&list(&found, "hold_outs")[i]["cv"]["position_rms_mm"]);
@@ -324,10 +275,7 @@ fn sensor_differences_widen_other_sensors_errors() {
     let without = rms_mm();
     // Offsets of 1 mm along x, and a third of that variance for the mean of three.
     let own = (with * with - without * without).sqrt();
-    assert!(
-        (own - (4.0_f64 / 3.0).sqrt()).abs() < 0.15,
-        "{with} {without}"
-    );
+    assert!((own - (4.0_f64 / 3.0).sqrt()).abs() < 0.15, "{with} {without}");
 }
 
 #[test]
@@ -343,11 +291,7 @@ fn hold_outs_that_cannot_be_made_say_why() {
     let plain = scratch.arg("q.csv");
     let one = with("one.csv", "sensor", &|_| "a".to_owned());
     let empty = with("empty.csv", "sensor", &|i| {
-        if i == 7 {
-            String::new()
-        } else {
-            format!("s{}", i % 3)
-        }
+        if i == 7 { String::new() } else { format!("s{}", i % 3) }
     });
     let same = with("same.csv", "day", &|_| "monday".to_owned());
     let holes = with("holes.csv", "pose", &|i| {
@@ -426,31 +370,18 @@ fn readings_of_a_place_are_held_out_together() {
         assert_eq!(found["hold_out"], "groups", "{name}");
         // Places that are nearer than their readings scatter are one.
         let groups = count(&found["groups"]["count"]);
-        assert!(
-            (0.95 * places as f64..=places as f64).contains(&(groups as f64)),
-            "{groups}"
-        );
+        assert!((0.95 * places as f64..=places as f64).contains(&(groups as f64)), "{groups}");
         let cv = |i: usize| number(&list(&found, "hold_outs")[i]["cv"]["position_rms_mm"]);
         let (order, directions, ridge) = model(&found["best"]);
         let [order, directions, ridge] =
             [order.to_string(), directions.to_string(), ridge.to_string()];
-        let size = [
-            "--order",
-            &order,
-            "--directions",
-            &directions,
-            "--ridge",
-            &ridge,
-        ];
+        let size = ["--order", &order, "--directions", &directions, "--ridge", &ridge];
         let env = scratch.arg("p.env.ron");
         let fit = ["fit", &data, "-o", &env, "--holdout", &fresh];
         let fit = json(&[&fit[..], &size].concat());
         let truth = number(&fit["holdout"]["after"]["position_rms_mm"]);
         let stated = cv(1);
-        assert!(
-            (0.6..1.7).contains(&(stated / truth)),
-            "{name}: {stated} {truth}"
-        );
+        assert!((0.6..1.7).contains(&(stated / truth)), "{name}: {stated} {truth}");
     }
 }
 
@@ -468,9 +399,7 @@ fn a_hold_out_that_is_fitted_as_well_is_refused() {
     // Ten decimals, and only the last five rows.
     let rounded = scratch.arg("rounded.csv");
     let round = |row: &&str| {
-        let cells = row
-            .split(',')
-            .map(|cell| format!("{:.10}", cell.parse::<f64>().unwrap()));
+        let cells = row.split(',').map(|cell| format!("{:.10}", cell.parse::<f64>().unwrap()));
         cells.collect::<Vec<_>>().join(",")
     };
     let last: Vec<String> = rows.iter().take(5).map(round).collect();

@@ -55,29 +55,21 @@ fn tip_and_shaft_come_from_one_command_and_the_shaft_points_to_the_tip() {
         assert_eq!(&found[key], value, "{key}");
     }
     let spin = &found["spin"];
-    assert_eq!(
-        (&spin["poses"], &spin["towards_tip"]),
-        (&40.into(), &true.into())
-    );
+    assert_eq!((&spin["poses"], &spin["towards_tip"]), (&40.into(), &true.into()));
     let there = Vector3::from(numbers::<3>(&spin["shaft"]));
     assert!((there - shaft().into_inner()).norm() < 1e-12);
     for key in ["rms_deg", "max_deg", "std_error_deg"] {
         assert!(number(&spin[key]) < 1e-9, "{key}");
     }
     let words = succeed(&["pivot", &around, "--spin", &about]);
-    assert!(
-        words.contains("shaft towards the tip, tool's frame"),
-        "{words}"
-    );
+    assert!(words.contains("shaft towards the tip, tool's frame"), "{words}");
 }
 
 #[test]
 fn without_a_tip_the_direction_is_open_and_a_stated_tip_settles_it() {
     let scratch = Scratch::new();
     let about = spun(&scratch);
-    let output = trackwright(&["pivot", "--spin", &about, "--format", "json"])
-        .output()
-        .unwrap();
+    let output = trackwright(&["pivot", "--spin", &about, "--format", "json"]).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(said.contains("which of the two directions"), "{said}");
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -87,31 +79,12 @@ fn without_a_tip_the_direction_is_open_and_a_stated_tip_settles_it() {
         let found = json(&["pivot", "--spin", &about, "--tip", tip]);
         assert_eq!(found["spin"]["towards_tip"], true);
         let there = Vector3::from(numbers::<3>(&found["spin"]["shaft"]));
-        assert!(
-            (there - shaft().into_inner() * sign).norm() < 1e-12,
-            "{tip}"
-        );
+        assert!((there - shaft().into_inner() * sign).norm() < 1e-12, "{tip}");
     }
-    let beside = fail(&[
-        "pivot",
-        "--spin",
-        &about,
-        "--tip",
-        "0,0,0",
-        "--tip-frame",
-        &scratch.arg("a.tfm"),
-    ]);
-    assert!(
-        beside.contains("a.tfm: which of the two directions"),
-        "{beside}"
-    );
-    let none = fail(&[
-        "pivot",
-        "--spin",
-        &about,
-        "--tip-frame",
-        &scratch.arg("a.tfm"),
-    ]);
+    let beside =
+        fail(&["pivot", "--spin", &about, "--tip", "0,0,0", "--tip-frame", &scratch.arg("a.tfm")]);
+    assert!(beside.contains("a.tfm: which of the two directions"), "{beside}");
+    let none = fail(&["pivot", "--spin", &about, "--tip-frame", &scratch.arg("a.tfm")]);
     assert!(none.contains("--tip-frame: found no tip"), "{none}");
     let tips = ["--tips", &about, "-o", &scratch.arg("tips.csv")];
     let none = fail(&[&["pivot", "--spin", &about], &tips[..]].concat());
@@ -138,45 +111,23 @@ fn a_spin_has_refusals_and_limits_of_its_own() {
         }),
     );
     for (args, expected) in [
-        (
-            vec![&*about, "--min-poses", "41"],
-            "no shaft: too few poses: 40, expected at least 41",
-        ),
+        (vec![&*about, "--min-poses", "41"], "no shaft: too few poses: 40, expected at least 41"),
         (
             vec![&*little],
             "too little variation: no two poses differ by more than 11.2°, expected at least 15.0°",
         ),
-        (
-            vec![&*two_axes],
-            "too large an error: the shaft's direction is",
-        ),
-        (
-            vec![&*around],
-            "too large an error: the shaft's direction is",
-        ),
+        (vec![&*two_axes], "too large an error: the shaft's direction is"),
+        (vec![&*around], "too large an error: the shaft's direction is"),
     ] {
         let said = fail(&[&["pivot", "--spin"], &args[..]].concat());
         assert!(said.contains(expected), "{said}");
     }
     let lenient = ["pivot", "--spin", &two_axes, "--max-shaft-deg", "60"];
     assert!(number(&json(&lenient)["spin"]["rms_deg"]) > 3.0);
-    let wrong = fail(&[
-        "pivot",
-        &around,
-        "--spin",
-        &about,
-        "--tip-frame",
-        "frame.csv",
-    ]);
-    assert!(
-        wrong.contains("frame.csv: found no kind of file"),
-        "{wrong}"
-    );
+    let wrong = fail(&["pivot", &around, "--spin", &about, "--tip-frame", "frame.csv"]);
+    assert!(wrong.contains("frame.csv: found no kind of file"), "{wrong}");
     let missing = fail(&["pivot"]);
-    assert!(
-        missing.contains("required") && missing.contains("RECORDINGS"),
-        "{missing}"
-    );
+    assert!(missing.contains("required") && missing.contains("RECORDINGS"), "{missing}");
 }
 
 #[test]
@@ -187,11 +138,8 @@ fn the_frame_of_the_tip_is_a_transform_for_slicer_and_a_body_for_designs() {
     for file in [&transform, &body] {
         succeed(&["pivot", &around, "--spin", &about, "--tip-frame", file]);
     }
-    let read = store::Files::default()
-        .read_tool(body.as_ref(), OnMismatch::Refuse)
-        .unwrap()
-        .body
-        .rigid;
+    let read =
+        store::Files::default().read_tool(body.as_ref(), OnMismatch::Refuse).unwrap().body.rigid;
     assert_eq!((read.name.as_str(), read.sensors.len()), ("probe", 1));
     let body_from_tool = read.sensors[0].body_from_sensor();
     let tip = body_from_tool * Point3::from(TIP);
@@ -201,10 +149,7 @@ fn the_frame_of_the_tip_is_a_transform_for_slicer_and_a_body_for_designs() {
     assert!((up - Vector3::z()).norm() < 1e-12);
     // What Slicer reads is inverted, in LPS: the tool's frame from the tip's has the tip as its shift.
     let text = fs::read_to_string(&transform).unwrap();
-    let line = text
-        .lines()
-        .find_map(|l| l.strip_prefix("Parameters: "))
-        .unwrap();
+    let line = text.lines().find_map(|l| l.strip_prefix("Parameters: ")).unwrap();
     let values: Vec<f64> = line.split(' ').map(|v| v.parse().unwrap()).collect();
     let flip = Vector3::new(-1.0, -1.0, 1.0);
     let turn = nalgebra::Matrix3::from_row_slice(&values[..9]);

@@ -7,9 +7,8 @@ use serde_json::Value;
 fn the_quick_battery_holds_and_writes_a_page_json_and_a_table() {
     let scratch = Scratch::new();
     let folder = scratch.arg("out/of/the/way");
-    let output = trackwright(&["stability", "--quick", "--format", "json", "-o", &folder])
-        .output()
-        .unwrap();
+    let output =
+        trackwright(&["stability", "--quick", "--format", "json", "-o", &folder]).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(0), "{text}");
     // No terminal, no progress.
@@ -33,14 +32,8 @@ fn the_quick_battery_holds_and_writes_a_page_json_and_a_table() {
     let written: Vec<Value> = serde_json::from_str(&read("stability.json").unwrap()).unwrap();
     assert_eq!(written, rows);
     let page = read("stability.md").unwrap();
-    assert!(
-        page.contains(&format!("all {} rows hold", rows.len())),
-        "{page}"
-    );
-    assert_eq!(
-        read("stability.csv").unwrap().lines().count(),
-        rows.len() + 1
-    );
+    assert!(page.contains(&format!("all {} rows hold", rows.len())), "{page}");
+    assert_eq!(read("stability.csv").unwrap().lines().count(), rows.len() + 1);
 }
 
 #[test]

@@ -12,20 +12,9 @@ fn fit(scratch: &Scratch, name: &str, more: &[&str]) -> String {
 
 /// The columns that `distort --support` adds, of poses given as rows.
 fn support_of(scratch: &Scratch, env: &str, poses: &str) -> Vec<Vec<String>> {
-    fs::write(
-        scratch.path("poses.csv"),
-        format!("x,y,z,qw,qx,qy,qz\n{poses}\n"),
-    )
-    .unwrap();
+    fs::write(scratch.path("poses.csv"), format!("x,y,z,qw,qx,qy,qz\n{poses}\n")).unwrap();
     let out = scratch.arg("out.csv");
-    succeed(&[
-        "distort",
-        env,
-        &scratch.arg("poses.csv"),
-        "-o",
-        &out,
-        "--support",
-    ]);
+    succeed(&["distort", env, &scratch.arg("poses.csv"), "-o", &out, "--support"]);
     let table = fs::read_to_string(&out).unwrap();
     let mut lines = table.lines();
     assert_eq!(
@@ -33,19 +22,13 @@ fn support_of(scratch: &Scratch, env: &str, poses: &str) -> Vec<Vec<String>> {
         "x,y,z,qw,qx,qy,qz,outside,std_error_mm,std_error_deg,leverage,supported,distance_mm,\
          within95_mm,within95_deg"
     );
-    lines
-        .map(|line| line.split(',').skip(7).map(str::to_owned).collect())
-        .collect()
+    lines.map(|line| line.split(',').skip(7).map(str::to_owned).collect()).collect()
 }
 
 #[test]
 fn distort_adds_where_the_model_may_be_believed() {
     let scratch = Scratch::new();
-    let env = fit(
-        &scratch,
-        "room.env.ron",
-        &["--order", "2", "--directions", "14"],
-    );
+    let env = fit(&scratch, "room.env.ron", &["--order", "2", "--directions", "14"]);
     // A sample, the middle of the room, and a metre away.
     let rows = support_of(
         &scratch,
@@ -87,16 +70,7 @@ fn a_position_only_table_has_no_angles_to_tell_of() {
     fs::write(scratch.path("p.csv"), positions.join("\n")).unwrap();
     let env = scratch.arg("p.env.ron");
     let table = scratch.arg("p.csv");
-    succeed(&[
-        "fit",
-        &table,
-        "-o",
-        &env,
-        "--order",
-        "2",
-        "--directions",
-        "1",
-    ]);
+    succeed(&["fit", &table, "-o", &env, "--order", "2", "--directions", "1"]);
     let rows = support_of(&scratch, &env, "0,0,-250,1,0,0,0");
     assert_eq!((&*rows[0][2], &*rows[0][4]), ("", "1"), "{rows:?}");
 }
@@ -105,11 +79,7 @@ fn a_position_only_table_has_no_angles_to_tell_of() {
 fn undetermined_terms_come_from_the_measurements() {
     let scratch = Scratch::new();
     // 160 samples an orientation for 343 unknowns: some of the room is not determined.
-    let env = fit(
-        &scratch,
-        "room.env.ron",
-        &["--order", "6", "--directions", "14"],
-    );
+    let env = fit(&scratch, "room.env.ron", &["--order", "6", "--directions", "14"]);
     let pose = "0,0,-250,1,0,0,0";
     let rows = support_of(&scratch, &env, pose);
     assert!(rows[0][1].parse::<f64>().unwrap() > 0.3, "{rows:?}");
@@ -144,29 +114,12 @@ fn an_environment_that_does_not_tell_is_an_error_that_says_how_to_make_one_that_
     fs::write(&poses, "x,y,z,qw,qx,qy,qz\n0,0,-250,1,0,0,0\n").unwrap();
     let out = scratch.arg("out.csv");
     let message = fail(&["distort", &env, &poses, "-o", &out, "--support"]);
-    assert!(
-        message.contains("room.env.ron: found no `support` and no `process`"),
-        "{message}"
-    );
+    assert!(message.contains("room.env.ron: found no `support` and no `process`"), "{message}");
     assert!(!scratch.path("out.csv").exists());
-    let (design, log) = (
-        scratch.arg("d/pointer-on-head.design.ron"),
-        scratch.arg("log.csv"),
-    );
-    let simulate = [
-        "simulate",
-        &design,
-        "--mode",
-        "single",
-        "--log",
-        &log,
-        "--support",
-    ];
+    let (design, log) = (scratch.arg("d/pointer-on-head.design.ron"), scratch.arg("log.csv"));
+    let simulate = ["simulate", &design, "--mode", "single", "--log", &log, "--support"];
     let message = fail(&simulate);
-    assert!(
-        message.contains("\"room\" has no model validity"),
-        "{message}"
-    );
+    assert!(message.contains("\"room\" has no model validity"), "{message}");
     assert!(!scratch.path("log.csv").exists());
     succeed(&simulate[..6]);
 }
@@ -174,28 +127,13 @@ fn an_environment_that_does_not_tell_is_an_error_that_says_how_to_make_one_that_
 #[test]
 fn what_is_too_large_to_keep_is_left_out_with_a_note() {
     let scratch = Scratch::new();
-    let (table, env) = (
-        text(&own("room-a/room-a-fit.csv")),
-        scratch.arg("e.env.ron"),
-    );
-    let output = trackwright(&[
-        "fit",
-        &table,
-        "-o",
-        &env,
-        "--order",
-        "8",
-        "--directions",
-        "14",
-    ])
-    .output()
-    .unwrap();
+    let (table, env) = (text(&own("room-a/room-a-fit.csv")), scratch.arg("e.env.ron"));
+    let output = trackwright(&["fit", &table, "-o", &env, "--order", "8", "--directions", "14"])
+        .output()
+        .unwrap();
     let notes = String::from_utf8(output.stderr).unwrap();
     // 36 edges and twice 14 orientations of 17³.
-    assert!(
-        notes.contains("314432 numbers, expected at most 250000"),
-        "{notes}"
-    );
+    assert!(notes.contains("314432 numbers, expected at most 250000"), "{notes}");
     assert!(!fs::read_to_string(&env).unwrap().contains("support"));
 }
 
@@ -203,11 +141,7 @@ fn what_is_too_large_to_keep_is_left_out_with_a_note() {
 fn simulate_counts_trials_on_poorly_supported_field_where_it_is_asked_to() {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-on-head", "d");
-    fit(
-        &scratch,
-        "d/room.env.ron",
-        &["--order", "2", "--directions", "14"],
-    );
+    fit(&scratch, "d/room.env.ron", &["--order", "2", "--directions", "14"]);
     let design = scratch.arg("d/pointer-on-head.design.ron");
     let args = ["simulate", &design, "--mode", "motion"];
     let (plain, found) = (json(&args), json(&[&args[..], &["--support"]].concat()));

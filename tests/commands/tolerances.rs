@@ -15,26 +15,14 @@ fn the_sheet_of_a_built_in_design_is_the_same_in_text_json_and_table() {
     let (pointer, csv) = (design("pointer-on-head"), scratch.arg("sheet.csv"));
     let found = json(&["tolerances", &pointer, "--csv", &csv, "--check", "20"]);
     assert_eq!(found["no_tolerances"], Value::Null);
-    assert_eq!(
-        (&found["poses"], &found["study_poses"]),
-        (&3375.into(), &3375.into())
-    );
+    assert_eq!((&found["poses"], &found["study_poses"]), (&3375.into(), &3375.into()));
     assert_eq!(found["check"]["met"], 20);
     let bodies = list(&found, "bodies");
     assert_eq!(bodies.len(), 2);
-    assert_eq!(
-        (&bodies[0]["role"], &bodies[1]["role"]),
-        (&"tool".into(), &"crf".into())
-    );
+    assert_eq!((&bodies[0]["role"], &bodies[1]["role"]), (&"tool".into(), &"crf".into()));
     let shaft = &bodies[0]["sensors"][0];
-    assert_eq!(
-        (&shaft["name"], &shaft["kind"]),
-        (&"shaft".into(), &"5 DOF".into())
-    );
-    assert_eq!(
-        numbers::<3>(&shaft["position_in_body_mm"]),
-        [0.0, 0.0, 72.0]
-    );
+    assert_eq!((&shaft["name"], &shaft["kind"]), (&"shaft".into(), &"5 DOF".into()));
+    assert_eq!(numbers::<3>(&shaft["position_in_body_mm"]), [0.0, 0.0, 72.0]);
     assert_eq!(number(&shaft["distance_from_tip_mm"]), 72.0);
     assert_eq!(number(&shaft["axis"]["polar_deg"]), 0.0);
     let position = &shaft["alone"]["position_mm"];
@@ -46,17 +34,11 @@ fn the_sheet_of_a_built_in_design_is_the_same_in_text_json_and_table() {
     assert_eq!(rows.len(), 7);
     let column = |name: &str| rows[0].iter().position(|c| *c == name).unwrap();
     let cell = |row: usize, name: &str| rows[row][column(name)].to_owned();
-    assert_eq!(
-        (cell(1, "role"), cell(1, "sensor")),
-        ("tool".into(), "shaft".into())
-    );
+    assert_eq!((cell(1, "role"), cell(1, "sensor")), ("tool".into(), "shaft".into()));
     let stated: f64 = cell(1, "alone_position_mm").parse().unwrap();
     assert_eq!(stated, number(&position["value"]));
     let together: f64 = cell(6, "together_angle_deg").parse().unwrap();
-    assert_eq!(
-        together,
-        number(&bodies[1]["together"]["angle_deg"]["value"])
-    );
+    assert_eq!(together, number(&bodies[1]["together"]["angle_deg"]["value"]));
 
     let text = succeed(&["tolerances", &pointer, "--check", "20"]);
     for said in [
@@ -87,10 +69,7 @@ fn a_requirement_that_is_missed_or_absent_is_said_in_the_sheet() {
     let requirement = "requirement: (position_rms: 1.0, angle_rms: 0.5),";
     let missed = changed(&scratch, requirement, "requirement: (position_max: 0.1),");
     let text = succeed(&["tolerances", &missed, "--check", "5"]);
-    assert!(
-        text.contains("No tolerances: the requirement is missed"),
-        "{text}"
-    );
+    assert!(text.contains("No tolerances: the requirement is missed"), "{text}");
     assert!(text.contains("shaft"), "{text}");
     let found = json(&["tolerances", &missed]);
     assert_eq!(found["bodies"][0]["together"], Value::Null);
@@ -108,9 +87,8 @@ fn what_cannot_be_asked_for_is_refused() {
     }
     let said = fail(&["tolerances", "nowhere.design.ron"]);
     assert!(said.contains("nowhere.design.ron"), "{said}");
-    let output = trackwright(&["tolerances", &pointer, "--csv", "/nowhere/sheet.csv"])
-        .output()
-        .unwrap();
+    let output =
+        trackwright(&["tolerances", &pointer, "--csv", "/nowhere/sheet.csv"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stdout.is_empty());
 }

@@ -10,20 +10,8 @@ use serde_json::Value;
 fn room(jitter: &[&str]) -> Scratch {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-on-head", "d");
-    let (table, env) = (
-        text(&own("room-a/room-a-fit.csv")),
-        scratch.arg("d/room.env.ron"),
-    );
-    let fit = [
-        "fit",
-        &table,
-        "-o",
-        &env,
-        "--order",
-        "1",
-        "--directions",
-        "6",
-    ];
+    let (table, env) = (text(&own("room-a/room-a-fit.csv")), scratch.arg("d/room.env.ron"));
+    let fit = ["fit", &table, "-o", &env, "--order", "1", "--directions", "6"];
     succeed(&[&fit[..], jitter].concat());
     scratch
 }
@@ -38,10 +26,7 @@ fn design(scratch: &Scratch) -> String {
 fn without_weight(scratch: &Scratch) {
     let path = scratch.path("d/pointer-on-head.design.ron");
     let before = std::fs::read_to_string(&path).unwrap();
-    let lines: Vec<_> = before
-        .lines()
-        .filter(|l| !l.contains("orientation_weight"))
-        .collect();
+    let lines: Vec<_> = before.lines().filter(|l| !l.contains("orientation_weight")).collect();
     assert_eq!(lines.len() + 1, before.lines().count());
     std::fs::write(&path, lines.join("\n")).unwrap();
 }
@@ -54,14 +39,7 @@ fn single(design: &str, more: &[&str]) -> Value {
 fn both_methods_agree_side_by_side_with_the_jitter_of_the_environment() {
     let scratch = room(&JITTER);
     let design = design(&scratch);
-    let more = [
-        "--uncertainty",
-        "first-order,monte-carlo",
-        "--samples",
-        "20000",
-        "--seed",
-        "5",
-    ];
+    let more = ["--uncertainty", "first-order,monte-carlo", "--samples", "20000", "--seed", "5"];
     let found = single(&design, &more);
     let u = &found["uncertainty"];
     assert_eq!(u["jitter"]["source"], "environment");
@@ -76,10 +54,7 @@ fn both_methods_agree_side_by_side_with_the_jitter_of_the_environment() {
         number(&u["monte_carlo"]["rms_std_error_mm"]) / number(&u["monte_carlo"]["rms_mm"]);
     assert!(off < 4.0 * std_error + 2.0 * next && off < 0.02, "{off}");
     // The shift is that of the simulation, and the ellipsoid stands about the simulated tip.
-    assert_eq!(
-        u["first_order"]["bias_check"]["simulated_mm"],
-        found["error_mm"]
-    );
+    assert_eq!(u["first_order"]["bias_check"]["simulated_mm"], found["error_mm"]);
     let at = |v: &Value, k: usize| number(&v[k]);
     for k in 0..3 {
         let (center, tip) = (
@@ -109,13 +84,7 @@ fn without_a_weight_in_the_design_it_is_derived_from_the_jitter_and_the_command_
     let u = &derived["uncertainty"];
     assert_eq!(u["orientation_weight_source"], "derived from jitter");
     let weight = |position_mm: f64, angle_deg: f64| position_mm / angle_deg.to_radians();
-    assert_close(
-        "weight",
-        number(&u["orientation_weight_mm"]),
-        weight(0.5, 0.3),
-        1e-14,
-        0.0,
-    );
+    assert_close("weight", number(&u["orientation_weight_mm"]), weight(0.5, 0.3), 1e-14, 0.0);
     assert!(u["monte_carlo"].is_null() && u["agreement"].is_null());
     let stated = single(
         &design,
@@ -134,13 +103,7 @@ fn without_a_weight_in_the_design_it_is_derived_from_the_jitter_and_the_command_
     assert_eq!(u["jitter"]["source"], "command line");
     assert_eq!(number(&u["jitter"]["growth"]["distance_mm"]), 400.0);
     assert_eq!(number(&u["jitter"]["growth"]["position_exponent"]), 4.0);
-    assert_close(
-        "weight",
-        number(&u["orientation_weight_mm"]),
-        weight(0.1, 0.2),
-        1e-14,
-        0.0,
-    );
+    assert_close("weight", number(&u["orientation_weight_mm"]), weight(0.1, 0.2), 1e-14, 0.0);
 }
 
 #[test]
@@ -150,18 +113,11 @@ fn the_growth_that_fit_writes_is_the_growth_that_simulate_reads() {
     let read = single(&design, &["--uncertainty", "first-order"]);
     let stated = single(
         &design,
-        &[
-            &["--uncertainty", "first-order", "--jitter-growth-mm", "150"],
-            &JITTER[..],
-        ]
-        .concat(),
+        &[&["--uncertainty", "first-order", "--jitter-growth-mm", "150"], &JITTER[..]].concat(),
     );
     let [a, b] = [&read, &stated].map(|v| &v["uncertainty"]["first_order"]);
     assert_eq!(a, b);
-    let flat = single(
-        &design,
-        &[&["--uncertainty", "first-order"], &JITTER[..]].concat(),
-    );
+    let flat = single(&design, &[&["--uncertainty", "first-order"], &JITTER[..]].concat());
     let flat = number(&flat["uncertainty"]["first_order"]["rms_mm"]);
     assert!(number(&a["rms_mm"]) > 1.1 * flat, "{a} {flat}");
 }
@@ -169,24 +125,12 @@ fn the_growth_that_fit_writes_is_the_growth_that_simulate_reads() {
 #[test]
 fn over_a_range_of_motion_scatter_and_error_add_up_in_squares() {
     let scratch = room(&JITTER);
-    let found = json(&[
-        "simulate",
-        &design(&scratch),
-        "--mode",
-        "motion",
-        "--uncertainty",
-        "first-order",
-    ]);
+    let found =
+        json(&["simulate", &design(&scratch), "--mode", "motion", "--uncertainty", "first-order"]);
     let over = &found["uncertainty"]["first_order"];
     assert_eq!(over["trials"], found["trials"]);
     let expected = number(&over["rms_mm"]["rms"]).hypot(number(&found["position_mm"]["rms"]));
-    assert_all_close(
-        "total",
-        &[number(&over["total_rms_mm"])],
-        &[expected],
-        1e-14,
-        0.0,
-    );
+    assert_all_close("total", &[number(&over["total_rms_mm"])], &[expected], 1e-14, 0.0);
 }
 
 #[test]
@@ -207,50 +151,25 @@ fn what_cannot_be_asked_is_refused_with_what_can() {
     };
     says(
         &["--mode", "single", "--uncertainty", "first-order"],
-        &[
-            "pointer-on-head.design.ron",
-            "\"room\" states no jitter",
-            "--jitter-position-mm",
-        ],
+        &["pointer-on-head.design.ron", "\"room\" states no jitter", "--jitter-position-mm"],
     );
     let with =
         |mode: &'static str, more: &[&'static str]| [&["--mode", mode], more, &JITTER[..]].concat();
-    says(
-        &with("motion", &["--uncertainty", "monte-carlo"]),
-        &["--mode single", "first-order"],
-    );
+    says(&with("motion", &["--uncertainty", "monte-carlo"]), &["--mode single", "first-order"]);
     says(&with("single", &[]), &["needs --uncertainty"]);
     says(
-        &with(
-            "single",
-            &["--uncertainty", "first-order", "--samples", "9"],
-        ),
+        &with("single", &["--uncertainty", "first-order", "--samples", "9"]),
         &["--samples needs --uncertainty monte-carlo"],
     );
-    for (samples, words) in [
-        ("3", "3 samples, expected 10 to"),
-        ("99999999999", "to 10000000"),
-    ] {
-        says(
-            &with(
-                "single",
-                &["--uncertainty", "monte-carlo", "--samples", samples],
-            ),
-            &[words],
-        );
+    for (samples, words) in [("3", "3 samples, expected 10 to"), ("99999999999", "to 10000000")] {
+        says(&with("single", &["--uncertainty", "monte-carlo", "--samples", samples]), &[words]);
     }
     for (option, value, words) in [
         ("--jitter-position-mm", "-1", "expected zero or more"),
         ("--jitter-angle-deg", "inf", "expected zero or more"),
         ("--jitter-growth-mm", "0", "expected a length above zero"),
     ] {
-        says(
-            &["--mode", "single", option, value],
-            &[option, value, words],
-        );
+        says(&["--mode", "single", option, value], &[option, value, words]);
     }
-    says(
-        &["--mode", "single", "--jitter-position-mm", "1"],
-        &["--jitter-angle-deg"],
-    );
+    says(&["--mode", "single", "--jitter-position-mm", "1"], &["--jitter-angle-deg"]);
 }

@@ -45,10 +45,7 @@ fn an_undetermined_rotation_meets_no_requirement() {
         assert!(open["reach_mm"].as_f64().unwrap() > 25.0, "{open}");
         let why = "cannot tell: the CRF's rotation is not determined";
         let words = succeed(&["simulate", &one, "--mode", "motion"]);
-        assert!(
-            words.contains(&format!("requirement position_rms: {why}")),
-            "{words}"
-        );
+        assert!(words.contains(&format!("requirement position_rms: {why}")), "{words}");
         assert!(
             words.contains("figures take the true one, and a wrong one puts the tip"),
             "{words}"
@@ -58,10 +55,7 @@ fn an_undetermined_rotation_meets_no_requirement() {
         let row = &compared["rows"][1];
         assert!(row["requirement"]["met"].is_null(), "{row}");
         let differences = row["against_baseline"]["position_mm"].as_object().unwrap();
-        assert!(
-            differences.values().all(|d| d["verdict"] == "unsettled"),
-            "{row}"
-        );
+        assert!(differences.values().all(|d| d["verdict"] == "unsettled"), "{row}");
 
         let procedure = json(&["procedure", &one]);
         let steps = procedure["steps"].as_array().unwrap();
@@ -70,18 +64,12 @@ fn an_undetermined_rotation_meets_no_requirement() {
 
         let sheet = json(&["tolerances", &one]);
         let none = sheet["no_tolerances"].as_str().unwrap();
-        assert!(
-            none.contains("the CRF's rotation is not determined"),
-            "{none}"
-        );
+        assert!(none.contains("the CRF's rotation is not determined"), "{none}");
 
         let page = scratch.arg("page.html");
         succeed(&["report", &one, "-o", &page]);
         let page = fs::read_to_string(page).unwrap();
-        assert!(
-            page.contains("It cannot be told, because the CRF"),
-            "no verdict that says so"
-        );
+        assert!(page.contains("It cannot be told, because the CRF"), "no verdict that says so");
         assert!(!page.contains("The requirement is met"));
     }
 }
@@ -91,26 +79,18 @@ fn one_statement_says_what_is_assumed() {
     let scratch = designs(&["--no-support"]);
     let one = scratch.arg(ONE_SENSOR);
     let words = succeed(&["simulate", &one, "--mode", "motion"]);
-    let said = words
-        .lines()
-        .find(|line| line.contains("sensors do not determine"));
+    let said = words.lines().find(|line| line.contains("sensors do not determine"));
     let said = said.unwrap().replace("the CRF", "").to_owned();
     let page = scratch.arg("page.html");
     succeed(&["report", &one, "-o", &page]);
-    let page = fs::read_to_string(page)
-        .unwrap()
-        .replace("&#x27;", "'")
-        .replace("&#39;", "'");
+    let page = fs::read_to_string(page).unwrap().replace("&#x27;", "'").replace("&#39;", "'");
     for (command, words) in [
         ("tolerances", succeed(&["tolerances", &one])),
         ("procedure", succeed(&["procedure", &one])),
         ("compare", succeed(&["compare", &one, &scratch.arg(DESIGN)])),
         ("report", page),
     ] {
-        assert!(
-            words.contains(&said),
-            "{command} does not say {said:?}: {words}"
-        );
+        assert!(words.contains(&said), "{command} does not say {said:?}: {words}");
     }
 }
 
@@ -125,21 +105,13 @@ fn trials_left_out_meet_no_requirement() {
     assert!(left_out > 100 && simulated["trials"] == 405, "{simulated}");
     assert!(simulated["requirement"]["met"].is_null());
     let open = &simulated["requirement"]["unsettled"]["left_out"];
-    assert_eq!(
-        (&open["trials"], &open["of"]),
-        (&left_out.into(), &405.into())
-    );
+    assert_eq!((&open["trials"], &open["of"]), (&left_out.into(), &405.into()));
     let why = format!("{left_out} of 405 trials were left out");
-    for args in [
-        &simulate[..],
-        &["compare", &design, &scratch.arg(ONE_SENSOR)],
-        &["tolerances", &design],
-    ] {
+    for args in
+        [&simulate[..], &["compare", &design, &scratch.arg(ONE_SENSOR)], &["tolerances", &design]]
+    {
         let words = succeed(&[args, &reject].concat());
-        assert!(
-            words.contains(&why),
-            "{args:?} does not say {why:?}: {words}"
-        );
+        assert!(words.contains(&why), "{args:?} does not say {why:?}: {words}");
     }
 }
 
@@ -156,14 +128,8 @@ fn a_rotation_about_the_tips_own_axis_settles() {
     let file = scratch.path("d/pointer-no-crf.design.ron");
     let design = fs::read_to_string(&file).unwrap();
     let end = design.rfind(')').unwrap();
-    fs::write(
-        &file,
-        format!(
-            "{}    requirement: (position_rms: 60.0),\n)\n",
-            &design[..end]
-        ),
-    )
-    .unwrap();
+    fs::write(&file, format!("{}    requirement: (position_rms: 60.0),\n)\n", &design[..end]))
+        .unwrap();
     let simulated = json(&["simulate", &text(&file), "--mode", "motion"]);
     assert_eq!(simulated["free_axis"]["body"], "tool");
     assert_eq!(simulated["requirement"]["met"], true, "{simulated}");

@@ -29,9 +29,7 @@ fn predicted_recording(scratch: &Scratch, design: &str, to: &str) -> String {
     let base = ["simulate", design, "--mode", "input", "--input", &input];
     succeed(&[&base[..], &["--log", &log, "--outside", "clamp"]].concat());
     let table = fs::read_to_string(&log).unwrap();
-    let table = table
-        .replace("true_", "ideal_")
-        .replace("sim_", "measured_");
+    let table = table.replace("true_", "ideal_").replace("sim_", "measured_");
     fs::write(scratch.path(to), table).unwrap();
     scratch.arg(to)
 }
@@ -107,16 +105,11 @@ fn moments_of_one_body_alone_are_counted_and_told() {
     let names = ["x", "y", "z", "qw", "qx", "qy", "qz"];
     let header = ["ideal", "measured"].map(|of| names.map(|name| format!("{of}_{name}")).join(","));
     let at_rest = "0,0,-225,1,0,0,0,0,0,-225,1,0,0,0";
-    for (crf_rows, alone, [without_crf, without_tool]) in [
-        (rows + 3, "crf.csv: 3 of", [0, 3]),
-        (rows - 2, "r.csv: 2 of", [2, 0]),
-    ] {
+    for (crf_rows, alone, [without_crf, without_tool]) in
+        [(rows + 3, "crf.csv: 3 of", [0, 3]), (rows - 2, "r.csv: 2 of", [2, 0])]
+    {
         let crf = scratch.arg("crf.csv");
-        let table = format!(
-            "{}\n{}",
-            header.join(","),
-            format!("{at_rest}\n").repeat(crf_rows)
-        );
+        let table = format!("{}\n{}", header.join(","), format!("{at_rest}\n").repeat(crf_rows));
         fs::write(&crf, table).unwrap();
         let more = ["--crf", &crf, "--same-frame", "--outside", "clamp"];
         let args = [&["verify", &design, &recorded][..], &more].concat();
@@ -125,10 +118,7 @@ fn moments_of_one_body_alone_are_counted_and_told() {
         assert_eq!(found["without_tool"], without_tool);
         let output = trackwright(&args).output().unwrap();
         let said = String::from_utf8(output.stderr).unwrap();
-        assert!(
-            said.contains(alone) && said.contains("poses not used"),
-            "{said}"
-        );
+        assert!(said.contains(alone) && said.contains("poses not used"), "{said}");
     }
 }
 
@@ -160,11 +150,7 @@ fn sensors_recorded_one_by_one_are_fitted_as_the_design_has_them() {
     let poses = fs::read_to_string(&whole).unwrap();
     let body = [
         ("s0", [0.0, 0.0, 60.0], [1.0, 0.0, 0.0, 0.0]),
-        (
-            "s1",
-            [8.0, 0.0, 95.0],
-            [(0.5_f64).sqrt(), (0.5_f64).sqrt(), 0.0, 0.0],
-        ),
+        ("s1", [8.0, 0.0, 95.0], [(0.5_f64).sqrt(), (0.5_f64).sqrt(), 0.0, 0.0]),
     ];
     let sensors = "(name: \"s0\", kind: FiveDof, position: (0.0, 0.0, 60.0), axis: (0, 0, 1)),\
         (name: \"s1\", kind: FiveDof, position: (8.0, 0.0, 95.0), axis: (0, -1, 0))";
@@ -173,11 +159,7 @@ fn sensors_recorded_one_by_one_are_fitted_as_the_design_has_them() {
     let mut true_poses = String::from("x,y,z,qw,qx,qy,qz\n");
     let mut labels = Vec::new();
     for (k, line) in poses.lines().skip(1).enumerate() {
-        let cells: Vec<f64> = line
-            .split(',')
-            .take(7)
-            .map(|c| c.parse().unwrap())
-            .collect();
+        let cells: Vec<f64> = line.split(',').take(7).map(|c| c.parse().unwrap()).collect();
         for (name, at, turn) in &body {
             let own = compose(&cells, at, turn).map(|v| v.to_string());
             true_poses.push_str(&format!("{}\n", own.join(",")));
@@ -191,11 +173,7 @@ fn sensors_recorded_one_by_one_are_fitted_as_the_design_has_them() {
     let names = ["x", "y", "z", "qw", "qx", "qy", "qz"];
     let head = |whose: &str| names.map(|n| format!("{whose}_{n}")).join(",");
     let mut table = format!("{},{},sensor,pose\n", head("ideal"), head("measured"));
-    let rows = true_poses
-        .lines()
-        .skip(1)
-        .zip(read.lines().skip(1))
-        .zip(&labels);
+    let rows = true_poses.lines().skip(1).zip(read.lines().skip(1)).zip(&labels);
     for ((ideal, measured), label) in rows {
         let measured: Vec<&str> = measured.split(',').take(7).collect();
         table.push_str(&format!("{ideal},{},{label}\n", measured.join(",")));
@@ -205,32 +183,20 @@ fn sensors_recorded_one_by_one_are_fitted_as_the_design_has_them() {
     let found = json(&["verify", &design, &sensors, "--outside", "clamp"]);
     assert_eq!(found["sensors"]["count"], 2);
     assert!(number(&found["sensors"]["misfit_rms_mm"]) < 1e-9);
-    assert!(
-        number(&found["position_mm"]["residual"]["max"]) < 1e-8,
-        "{found}"
-    );
+    assert!(number(&found["position_mm"]["residual"]["max"]) < 1e-8, "{found}");
     assert_eq!(found["verdict"], "explains");
     // A sensor that the design does not have the name of.
-    let wrong = fs::read_to_string(&sensors)
-        .unwrap()
-        .replace("Port s1", "Port q");
+    let wrong = fs::read_to_string(&sensors).unwrap().replace("Port s1", "Port q");
     fs::write(&sensors, wrong).unwrap();
     let message = fail(&["verify", &design, &sensors]);
-    assert!(
-        message.contains("Port s0; Port q") && message.contains("s0; s1"),
-        "{message}"
-    );
+    assert!(message.contains("Port s0; Port q") && message.contains("s0; s1"), "{message}");
 }
 
 /// A body's pose with a sensor's place and turn on it.
 fn compose(body: &[f64], at: &[f64; 3], turn: &[f64; 4]) -> [f64; 7] {
     let q = [body[3], body[4], body[5], body[6]];
     let cross = |a: [f64; 3], b: [f64; 3]| {
-        [
-            a[1] * b[2] - a[2] * b[1],
-            a[2] * b[0] - a[0] * b[2],
-            a[0] * b[1] - a[1] * b[0],
-        ]
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     };
     let v = [q[1], q[2], q[3]];
     let u = cross(v, *at);
@@ -240,15 +206,7 @@ fn compose(body: &[f64], at: &[f64; 3], turn: &[f64; 4]) -> [f64; 7] {
     let c = cross(v, tv);
     let scalar = q[0] * turn[0] - (0..3).map(|k| v[k] * tv[k]).sum::<f64>();
     let imaginary = |k: usize| q[0] * tv[k] + turn[0] * v[k] + c[k];
-    [
-        shift(0),
-        shift(1),
-        shift(2),
-        scalar,
-        imaginary(0),
-        imaginary(1),
-        imaginary(2),
-    ]
+    [shift(0), shift(1), shift(2), scalar, imaginary(0), imaginary(1), imaginary(2)]
 }
 
 #[test]
@@ -266,10 +224,7 @@ fn recordings_that_cannot_be_used_are_refused_for_their_reasons() {
         message
     };
     let few = refused(lines[..6].join("\n"));
-    assert!(
-        few.contains("bad.csv") && few.contains("expected at least 10"),
-        "{few}"
-    );
+    assert!(few.contains("bad.csv") && few.contains("expected at least 10"), "{few}");
     let same = refused([&[lines[0]][..], &[lines[1]; 30]].concat().join("\n"));
     assert!(same.contains("all 30 poses are the same"), "{same}");
     let first: Vec<&str> = lines[1].split(',').collect();
@@ -316,10 +271,7 @@ fn a_real_pivot_has_the_error_that_pivot_says() {
         assert!((number(value) - number(&pivot["tip"][k])).abs() < 1e-6);
     }
     let message = fail(&base);
-    assert!(
-        message.contains("57 have a sensor outside the room's box"),
-        "{message}"
-    );
+    assert!(message.contains("57 have a sensor outside the room's box"), "{message}");
 }
 
 #[test]
@@ -354,10 +306,7 @@ fn a_room_of_half_of_the_real_poses_explains_the_body_at_the_other_half() {
     let mut middle = [0.0; 3];
     let mut sensors = String::new();
     for sensor in list(&found, "sensors") {
-        let pose: Vec<f64> = list(sensor, "body_from_sensor")
-            .iter()
-            .map(number)
-            .collect();
+        let pose: Vec<f64> = list(sensor, "body_from_sensor").iter().map(number).collect();
         for k in 0..3 {
             middle[k] += pose[k] / 3.0;
         }
@@ -378,22 +327,12 @@ fn a_room_of_half_of_the_real_poses_explains_the_body_at_the_other_half() {
     );
     fs::write(scratch.path("b.design.ron"), design).unwrap();
     let [design, held_out] = ["b.design.ron", "held-out.csv"].map(|name| scratch.arg(name));
-    let base = [
-        "verify",
-        &design,
-        &held_out,
-        "--registered",
-        "--averaged",
-        "100",
-    ];
+    let base = ["verify", &design, &held_out, "--registered", "--averaged", "100"];
     let found = json(&base);
     assert_eq!(found["verdict"], "explains", "{}", found["statement"]);
     let explained = &found["position_mm"]["explained"];
     // With a model that `select` chose it is 84 % (docs/built-tool.md).
-    assert!(
-        (0.7..0.95).contains(&number(&explained["value"])),
-        "{explained}"
-    );
+    assert!((0.7..0.95).contains(&number(&explained["value"])), "{explained}");
     assert!(number(&explained["low"]) > 0.5, "{explained}");
     assert!(number(&found["angle_deg"]["explained"]["value"]) > 0.3);
     // 45 poses in the order of a hand's way through the room.

@@ -19,10 +19,7 @@ fn a_volume_given_by_name_is_written_and_decides_which_sensors_are_out_of_it() {
         json(&["simulate", &design, "--mode", "motion", "--log", &log]);
         let log = fs::read_to_string(&log).unwrap();
         let mut rows = log.lines().map(|row| row.split(','));
-        let column = rows
-            .next()
-            .unwrap()
-            .position(|name| name == "out_of_volume");
+        let column = rows.next().unwrap().position(|name| name == "out_of_volume");
         let counts = rows.map(|mut row| row.nth(column.unwrap()).unwrap().parse::<usize>());
         let written = fs::read_to_string(&env).unwrap();
         let volume = written.lines().find(|line| line.contains("volume: "));
@@ -42,8 +39,5 @@ fn a_volume_given_by_name_is_written_and_decides_which_sensors_are_out_of_it() {
     // The cube lies within the dome, and most of this design beyond the compact volume.
     assert!(of_dome <= of_cube && of_cube < of_compact && of_tabletop < of_compact);
     let unknown = fail(&["fit", &table, "-o", &env, "--volume", "ball"]);
-    assert!(
-        unknown.contains("cube, dome, tabletop, compact, none"),
-        "{unknown}"
-    );
+    assert!(unknown.contains("cube, dome, tabletop, compact, none"), "{unknown}");
 }

@@ -51,8 +51,7 @@ fn a_file_becomes_anatomy_on_the_crf_selected_seen_and_named_apart() {
     app.update();
     let new = MeshOwner::Anatomy(None);
     for _ in 0..2 {
-        app.world_mut()
-            .write_message(MeshRequest::load(new, file.clone()));
+        app.world_mut().write_message(MeshRequest::load(new, file.clone()));
         finish(&mut app);
         app.update();
     }
@@ -75,10 +74,7 @@ fn a_dropped_mesh_may_be_anatomy_with_or_without_a_crf() {
     for has_crf in [true, false] {
         let answer = Rc::new(RefCell::new(None));
         let sink = Rc::clone(&answer);
-        let mut dialog = Dialog::WhoseMesh {
-            file: "/x/head.stl".into(),
-            has_crf,
-        };
+        let mut dialog = Dialog::WhoseMesh { file: "/x/head.stl".into(), has_crf };
         let mut harness = Harness::builder().build_ui(move |ui| {
             if let Some(said) = dialog_ui(ui, &mut dialog) {
                 *sink.borrow_mut() = Some(said);
@@ -98,12 +94,10 @@ type Asked = Rc<RefCell<Vec<PanelAction>>>;
 fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harness<'a>, Asked) {
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
-    let harness = Harness::builder()
-        .with_size(egui::vec2(300.0, 1100.0))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            sink.borrow_mut().extend(panel(ui));
-        });
+    let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        sink.borrow_mut().extend(panel(ui));
+    });
     (harness, asked)
 }
 
@@ -173,29 +167,18 @@ fn anatomy_is_drawn_where_its_frame_is_and_not_while_its_layer_is_off() {
     let places = |app: &mut App| -> Vec<Vec3> {
         let world = app.world_mut();
         let mut roots = world.query::<(&AnatomyRoot, &Transform)>();
-        let mut found: Vec<_> = (roots.iter(world))
-            .map(|(root, place)| (root.0, place.translation))
-            .collect();
+        let mut found: Vec<_> =
+            (roots.iter(world)).map(|(root, place)| (root.0, place.translation)).collect();
         found.sort_by_key(|(index, _)| *index);
         found.into_iter().map(|(_, place)| place).collect()
     };
     let moved = Pose::translation(12.0, -7.0, -250.0);
     request(&mut app, EditRequest::Apply(Edit::SetCrfPose(moved)));
     settle(&mut app);
-    assert_eq!(
-        places(&mut app),
-        [Vec3::new(12.0, -7.0, -250.0), Vec3::ZERO]
-    );
-    let mut view = app
-        .world()
-        .resource::<OpenWorld>()
-        .0
-        .document
-        .view()
-        .clone();
+    assert_eq!(places(&mut app), [Vec3::new(12.0, -7.0, -250.0), Vec3::ZERO]);
+    let mut view = app.world().resource::<OpenWorld>().0.document.view().clone();
     view.layers.anatomy = false;
-    app.world_mut()
-        .write_message(ViewRequest::Set(view.clone()));
+    app.world_mut().write_message(ViewRequest::Set(view.clone()));
     settle(&mut app);
     assert!(places(&mut app).is_empty());
     view.layers.anatomy = true;
@@ -206,11 +189,5 @@ fn anatomy_is_drawn_where_its_frame_is_and_not_while_its_layer_is_off() {
     request(&mut app, EditRequest::Apply(remove));
     settle(&mut app);
     assert_eq!(places(&mut app), [Vec3::ZERO]);
-    assert_eq!(
-        (
-            named(&mut app, "anatomy head"),
-            named(&mut app, "anatomy table")
-        ),
-        (0, 1)
-    );
+    assert_eq!((named(&mut app, "anatomy head"), named(&mut app, "anatomy table")), (0, 1));
 }

@@ -22,12 +22,11 @@ fn move_sensor(app: &mut App, z_mm: f64) {
     let design = app.world().resource::<OpenWorld>().0.document.design();
     let mut sensor = design.tool.body.rigid.sensors[0].clone();
     sensor.position_in_body.z = z_mm;
-    app.world_mut()
-        .write_message(EditRequest::Apply(Edit::SetSensor {
-            body: BodyRole::Tool,
-            index: 0,
-            sensor,
-        }));
+    app.world_mut().write_message(EditRequest::Apply(Edit::SetSensor {
+        body: BodyRole::Tool,
+        index: 0,
+        sensor,
+    }));
     app.update();
 }
 
@@ -58,10 +57,7 @@ fn without_a_place_for_recovery_files_nothing_is_kept_and_that_is_said() {
     let Notice::Refused(text) = notice else {
         panic!("{notice:?}");
     };
-    assert!(
-        text.starts_with("Unsaved changes are not kept for a crash"),
-        "{text}"
-    );
+    assert!(text.starts_with("Unsaved changes are not kept for a crash"), "{text}");
     // The edit counts all the same.
     move_sensor(&mut app, 70.0);
     let design = app.world().resource::<OpenWorld>().0.document.design();

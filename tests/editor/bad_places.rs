@@ -115,13 +115,7 @@ fn of_two_editors_of_one_file_the_second_to_save_is_asked_and_can_save_elsewhere
     ask(&mut one, FileRequest::Save);
     assert!(!is_dirty(&one));
     ask(&mut other, FileRequest::Save);
-    assert!(matches!(
-        dialog(&other),
-        Some(Dialog::ChangedOnDisk {
-            is_saving: true,
-            ..
-        })
-    ));
+    assert!(matches!(dialog(&other), Some(Dialog::ChangedOnDisk { is_saving: true, .. })));
     assert_eq!((tool_x(&other), is_dirty(&other)), (7.0, true));
     let x_of = |file: &Path| {
         let world = store::open_design(file).unwrap();
@@ -135,10 +129,7 @@ fn of_two_editors_of_one_file_the_second_to_save_is_asked_and_can_save_elsewhere
     ask(&mut other, FileRequest::SaveAs(elsewhere.clone()));
     assert_eq!((x_of(&file), x_of(&elsewhere)), (9.0, 7.0));
     move_tool(&mut one, 5.0);
-    ask(
-        &mut one,
-        FileRequest::Discard(Box::new(FileRequest::Reload)),
-    );
+    ask(&mut one, FileRequest::Discard(Box::new(FileRequest::Reload)));
     assert_eq!((tool_x(&one), is_dirty(&one)), (9.0, false));
 }
 
@@ -146,13 +137,9 @@ fn of_two_editors_of_one_file_the_second_to_save_is_asked_and_can_save_elsewhere
 fn where_recovery_files_cannot_be_kept_that_is_said_and_work_goes_on() {
     let (_folder, file) = saved();
     let mut app = open(&file);
-    app.insert_resource(RecoveryFolder(file.join("recovery")))
-        .add_plugins(AutosavePlugin);
+    app.insert_resource(RecoveryFolder(file.join("recovery"))).add_plugins(AutosavePlugin);
     let notice = app.world().resource::<Notice>();
-    assert!(
-        matches!(notice, Notice::Refused(text) if text.contains("save often")),
-        "{notice:?}"
-    );
+    assert!(matches!(notice, Notice::Refused(text) if text.contains("save often")), "{notice:?}");
     move_tool(&mut app, 9.0);
     ask(&mut app, FileRequest::Save);
     assert_eq!((dialog(&app), is_dirty(&app)), (None, false));
@@ -173,13 +160,9 @@ fn a_recovery_folder_that_is_lost_while_working_is_said() {
     std::fs::remove_dir_all(&recovery).unwrap();
     std::fs::write(&recovery, "").unwrap();
     move_tool(&mut app, 9.0);
-    told.recv_timeout(Duration::from_secs(30))
-        .expect("a word of the thread");
+    told.recv_timeout(Duration::from_secs(30)).expect("a word of the thread");
     app.update();
     let notice = app.world().resource::<Notice>();
-    assert!(
-        matches!(notice, Notice::Refused(text) if text.contains("save often")),
-        "{notice:?}"
-    );
+    assert!(matches!(notice, Notice::Refused(text) if text.contains("save often")), "{notice:?}");
     assert_eq!((tool_x(&app), is_dirty(&app)), (9.0, true));
 }

@@ -90,14 +90,12 @@ fn press(app: &mut App, said: &[&str], button: &str) {
     let mut question = dialog(app).expect("a dialog").clone();
     let answer = Rc::new(RefCell::new(None));
     let sink = Rc::clone(&answer);
-    let mut harness = Harness::builder()
-        .with_size(egui::vec2(620.0, 460.0))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            if let Some(answered) = dialog_ui(ui, &mut question) {
-                sink.replace(Some(answered));
-            }
-        });
+    let mut harness = Harness::builder().with_size(egui::vec2(620.0, 460.0)).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        if let Some(answered) = dialog_ui(ui, &mut question) {
+            sink.replace(Some(answered));
+        }
+    });
     for said in said {
         let found = harness.query_by_label_contains(said);
         assert!(found.is_some(), "{said:?} is not said");
@@ -117,13 +115,11 @@ fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<PanelAction>>>) {
     let asked = Rc::new(RefCell::new(Vec::new()));
     let sink = Rc::clone(&asked);
     let (world, loading) = (world(app), app.world().resource::<BodyLoading>());
-    let harness = Harness::builder()
-        .with_size(egui::vec2(276.0, 600.0))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            let view = BodyFileView::of(world, BodyRole::Tool, loading).unwrap();
-            sink.borrow_mut().extend(body_file_ui(ui, &view));
-        });
+    let harness = Harness::builder().with_size(egui::vec2(276.0, 600.0)).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        let view = BodyFileView::of(world, BodyRole::Tool, loading).unwrap();
+        sink.borrow_mut().extend(body_file_ui(ui, &view));
+    });
     (harness, asked)
 }
 
@@ -163,12 +159,7 @@ fn with_nothing_selected_it_is_asked_which_body_it_is_and_markers_will_do() {
     let design = world(&app).document.design();
     let crf = design.body(BodyRole::Crf).unwrap();
     assert_eq!(crf.rigid.sensors.len(), 4);
-    assert!(
-        crf.rigid
-            .sensors
-            .iter()
-            .all(|s| s.orientation == SensorOrientation::Marker)
-    );
+    assert!(crf.rigid.sensors.iter().all(|s| s.orientation == SensorOrientation::Marker));
     assert!(design.tool.body.definition.is_none());
     // Once more it changes nothing, and that is said.
     ask(&mut app, BodyFileRequest::open(BodyRole::Crf, rom));
@@ -184,11 +175,7 @@ fn a_wrong_checksum_is_asked_about_and_used_only_when_that_is_said() {
     let rom = write(&folder, "8700339.rom", &bytes);
     select(&mut app, Selected::Body(BodyRole::Tool));
     drop_file(&mut app, &rom);
-    press(
-        &mut app,
-        &["8700339.rom: checksum is ", "expected "],
-        "Don't use it",
-    );
+    press(&mut app, &["8700339.rom: checksum is ", "expected "], "Don't use it");
     assert_eq!(world(&app).document.undo_label(), None);
     drop_file(&mut app, &rom);
     press(&mut app, &[], "Use it anyway");
@@ -197,11 +184,7 @@ fn a_wrong_checksum_is_asked_about_and_used_only_when_that_is_said() {
     assert_eq!(*definition.unwrap().write(), bytes);
     let (mut harness, _) = section(&app);
     harness.run_steps(2);
-    assert!(
-        harness
-            .query_by_label_contains("whose checksum is")
-            .is_some()
-    );
+    assert!(harness.query_by_label_contains("whose checksum is").is_some());
 }
 
 #[test]
@@ -215,10 +198,7 @@ fn what_is_no_definition_is_refused_with_file_place_and_reason_and_nothing_chang
         ("a.json", b"{\"count\": 2, \"fiducials\": []}".to_vec()),
         ("a.ini", b"[geometry]\ncount=x\n".to_vec()),
         ("a.tool", b"<plist>".to_vec()),
-        (
-            "a.body.ron",
-            b"(version: 1, name: \"a\", sensors: [])".to_vec(),
-        ),
+        ("a.body.ron", b"(version: 1, name: \"a\", sensors: [])".to_vec()),
     ];
     for (name, bytes) in cut.into_iter().chain(others) {
         let file = write(&folder, name, &bytes);
@@ -246,10 +226,7 @@ fn save_writes_a_dropped_definition_beside_the_design_and_never_over_the_makers_
     assert_eq!(dialog(&app), None);
     assert!(!world(&app).document.is_dirty());
     assert_eq!(fs::read(&rom).unwrap(), coils());
-    assert_eq!(
-        fs::read(folder.path().join("pointer.body.ron")).unwrap(),
-        old_body
-    );
+    assert_eq!(fs::read(folder.path().join("pointer.body.ron")).unwrap(), old_body);
     let saved = store::open_design(&folder.path().join("a.design.ron")).unwrap();
     let tool = &saved.document.design().tool.body;
     assert_eq!(tool.reference, "pointer-2.body.ron");
@@ -259,10 +236,8 @@ fn save_writes_a_dropped_definition_beside_the_design_and_never_over_the_makers_
 #[test]
 fn what_a_definition_cannot_hold_is_said_before_it_is_written_and_reads_back() {
     let (folder, mut app) = app();
-    let tip = Edit::SetTip {
-        body: BodyRole::Tool,
-        tip_in_body: Some(Point3::new(0.0, 0.0, -12.5)),
-    };
+    let tip =
+        Edit::SetTip { body: BodyRole::Tool, tip_in_body: Some(Point3::new(0.0, 0.0, -12.5)) };
     request(&mut app, EditRequest::Apply(tip));
     ask(&mut app, BodyFileRequest::ShowSave(BodyRole::Tool));
     let Some(Dialog::SaveBody { files, .. }) = dialog(&app) else {
@@ -272,10 +247,7 @@ fn what_a_definition_cannot_hold_is_said_before_it_is_written_and_reads_back() {
     app.world_mut().resource_mut::<Dialogs>().current = None;
     let file = folder.path().join("out.rom");
     let body = BodyRole::Tool;
-    let save = |file: &Path| BodyFileRequest::Save {
-        body,
-        file: file.to_owned(),
-    };
+    let save = |file: &Path| BodyFileRequest::Save { body, file: file.to_owned() };
     let said = [
         "Save out.rom?",
         "The tool is written as an NDI Aurora ROM:",
@@ -288,10 +260,7 @@ fn what_a_definition_cannot_hold_is_said_before_it_is_written_and_reads_back() {
     assert!(!file.exists());
     ask(&mut app, save(&file));
     press(&mut app, &said, "Save");
-    let read = store::Files::default()
-        .read_tool(&file, OnMismatch::Refuse)
-        .unwrap()
-        .body;
+    let read = store::Files::default().read_tool(&file, OnMismatch::Refuse).unwrap().body;
     let own = &world(&app).document.design().tool.body.rigid.sensors;
     assert_eq!(read.rigid.sensors.len(), own.len());
     for (read, own) in read.rigid.sensors.iter().zip(own) {
@@ -310,11 +279,7 @@ fn what_a_definition_cannot_hold_is_said_before_it_is_written_and_reads_back() {
     assert_eq!(fs::read(&file).unwrap(), b"theirs");
     ask(&mut app, save(&file));
     press(&mut app, &[], "Replace");
-    assert!(
-        store::Files::default()
-            .read_tool(&file, OnMismatch::Refuse)
-            .is_ok()
-    );
+    assert!(store::Files::default().read_tool(&file, OnMismatch::Refuse).is_ok());
     // Files of the design are Save's alone, and a name has to say a format.
     for (name, said) in [
         ("pointer.body.ron", "the design itself uses this file"),
@@ -336,13 +301,7 @@ fn what_was_opened_unchanged_is_written_back_to_the_byte() {
         ask(&mut app, BodyFileRequest::open(BodyRole::Tool, rom));
         let file = folder.path().join(format!("back-{name}"));
         let body = BodyRole::Tool;
-        ask(
-            &mut app,
-            BodyFileRequest::Save {
-                body,
-                file: file.clone(),
-            },
-        );
+        ask(&mut app, BodyFileRequest::Save { body, file: file.clone() });
         if let Some(Dialog::WriteBody { notes, .. }) = dialog(&app) {
             // Nothing is lost; what is experimental is said all the same.
             assert_eq!(notes.len(), 1, "{notes:?}");
@@ -391,10 +350,7 @@ fn the_inspector_says_what_a_definition_says_with_units_once_it_is_unfolded() {
         "trailing bytes",
         "1: EE",
     ] {
-        assert!(
-            harness.query_all_by_label(said).next().is_some(),
-            "{said:?}"
-        );
+        assert!(harness.query_all_by_label(said).next().is_some(), "{said:?}");
     }
     assert!(harness.query_by_label_contains(", matches").is_some());
 }

@@ -13,10 +13,7 @@ pub struct Copied {
 impl Copied {
     /// Of `designs/NAME.design.ron`.
     pub fn new(name: &str) -> Self {
-        let folder = tempfile::Builder::new()
-            .prefix("trackwright-")
-            .tempdir()
-            .unwrap();
+        let folder = tempfile::Builder::new().prefix("trackwright-").tempdir().unwrap();
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         for part in ["bodies", "meshes", "environments"] {
             let to = folder.path().join("assets").join(part);

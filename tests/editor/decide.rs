@@ -28,9 +28,7 @@ use trackwright::study::{CancelToken, Figures, Requirement, run};
 pub(super) fn decide_app() -> App {
     let mut app = create_app();
     app.add_plugins(DecidePlugin);
-    app.insert_resource(OpenWorld(
-        store::open_builtin(store::DEFAULT_BUILTIN).unwrap(),
-    ));
+    app.insert_resource(OpenWorld(store::open_builtin(store::DEFAULT_BUILTIN).unwrap()));
     app.insert_resource(Workspace::Decide);
     settle(&mut app);
     app
@@ -71,9 +69,7 @@ fn studied(app: &App) -> Figures {
     let world = &app.world().resource::<OpenWorld>().0;
     let scenario = store::resolve(world.document.design(), &world.environment);
     let mode = mode_of(&scenario);
-    run(&scenario, &mode, &CancelToken::default(), None)
-        .unwrap()
-        .figures
+    run(&scenario, &mode, &CancelToken::default(), None).unwrap().figures
 }
 
 /// Moves the tool's first sensor along its shaft.
@@ -81,11 +77,7 @@ pub(super) fn move_sensor(app: &mut App, by_mm: f64) {
     let world = &app.world().resource::<OpenWorld>().0;
     let mut sensors = world.document.design().tool.body.rigid.sensors.clone();
     sensors[0].position_in_body.z += by_mm;
-    let edit = Edit::SetSensor {
-        body: BodyRole::Tool,
-        index: 0,
-        sensor: sensors.remove(0),
-    };
+    let edit = Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor: sensors.remove(0) };
     request(app, EditRequest::Apply(edit));
     rest(app);
 }
@@ -106,23 +98,14 @@ fn a_pinned_state_differs_by_nothing_until_the_design_does_and_then_by_what_the_
     let against = found(&app).comparison.rows[1].against_baseline.clone();
     let differences = against.unwrap().differences;
     for (index, difference) in differences.iter().enumerate() {
-        assert_eq!(
-            difference.difference,
-            a[index] - b[index],
-            "{:?}",
-            FIGURES[index]
-        );
+        assert_eq!(difference.difference, a[index] - b[index], "{:?}", FIGURES[index]);
     }
     assert!(differences[0].difference != 0.0);
     // Back to what was pinned.
     request(&mut app, EditRequest::Undo);
     rest(&mut app);
     let against = found(&app).comparison.rows[1].against_baseline.clone();
-    assert!(
-        (against.unwrap().differences)
-            .iter()
-            .all(|d| d.difference == 0.0)
-    );
+    assert!((against.unwrap().differences).iter().all(|d| d.difference == 0.0));
 }
 
 #[test]
@@ -186,12 +169,7 @@ fn the_table_has_every_design_in_every_room_with_the_figures_of_their_own_studie
     let world = store::open_design_without_meshes(&other).unwrap();
     let environment = Arc::new(room.read().unwrap());
     let scenario = store::resolve(world.document.design(), &environment);
-    let expected = run(
-        &scenario,
-        &mode_of(&scenario),
-        &CancelToken::default(),
-        None,
-    );
+    let expected = run(&scenario, &mode_of(&scenario), &CancelToken::default(), None);
     match (&row.measured, expected) {
         (Ok(measured), Ok(expected)) => assert_eq!(measured.figures, expected.figures),
         (Err(NoFigures::NoOverlap { .. }), _) => {}
@@ -204,10 +182,7 @@ fn a_row_opens_its_design_and_then_puts_it_into_its_room() {
     let folder = tempfile::tempdir().unwrap();
     let other = saved(folder.path(), store::DEFAULT_BUILTIN);
     let mut app = decide_app();
-    let (opened, assigned) = (
-        hear::<FileRequest>(&mut app),
-        hear::<FieldRequest>(&mut app),
-    );
+    let (opened, assigned) = (hear::<FileRequest>(&mut app), hear::<FieldRequest>(&mut app));
     let room = RoomPlace::File(saved_room(folder.path()));
     for asked in [
         DecideRequest::AddDesign(other.clone()),
@@ -264,12 +239,10 @@ pub(super) fn look(
     };
     let asked = Rc::new(RefCell::new(Vec::new()));
     let sink = Rc::clone(&asked);
-    let mut harness = Harness::builder()
-        .with_size(egui::vec2(1200.0, 700.0))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            sink.borrow_mut().extend(panel(ui, &view));
-        });
+    let mut harness = Harness::builder().with_size(egui::vec2(1200.0, 700.0)).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        sink.borrow_mut().extend(panel(ui, &view));
+    });
     use_it(&mut harness);
     harness.run_steps(2);
     drop(harness);
@@ -327,18 +300,9 @@ fn the_baseline_stands_in_the_scene_beside_the_designs_ghost_only_while_it_is_co
 #[test]
 fn a_missed_step_is_decided_with_a_reason_only_and_what_changed_since_is_told() {
     let mut app = decide_app();
-    let strict = Requirement {
-        position_max_mm: Some(0.01),
-        ..Requirement::default()
-    };
-    let loose = Requirement {
-        position_max_mm: Some(100.0),
-        ..Requirement::default()
-    };
-    for edit in [
-        Edit::SetCrfRequirement(Some(strict)),
-        Edit::SetRequirement(Some(loose)),
-    ] {
+    let strict = Requirement { position_max_mm: Some(0.01), ..Requirement::default() };
+    let loose = Requirement { position_max_mm: Some(100.0), ..Requirement::default() };
+    for edit in [Edit::SetCrfRequirement(Some(strict)), Edit::SetRequirement(Some(loose))] {
         request(&mut app, EditRequest::Apply(edit));
     }
     rest(&mut app);
@@ -353,14 +317,7 @@ fn a_missed_step_is_decided_with_a_reason_only_and_what_changed_since_is_told() 
     });
     assert_eq!(asked, [DecideRequest::Decide(Step::Tool)]);
     ask(&mut app, DecideRequest::Decide(Step::Crf));
-    let document = |app: &App| {
-        app.world()
-            .resource::<OpenWorld>()
-            .0
-            .document
-            .design()
-            .clone()
-    };
+    let document = |app: &App| app.world().resource::<OpenWorld>().0.document.design().clone();
     assert!(document(&app).procedure.crf.is_none(), "without a reason");
     let note = "good enough for the first trial".to_owned();
     ask(&mut app, DecideRequest::SetNote(Step::Crf, note.clone()));
@@ -371,14 +328,8 @@ fn a_missed_step_is_decided_with_a_reason_only_and_what_changed_since_is_told() 
         harness.get_by_label("Decide anew");
     });
     // Another bound is another ground.
-    let less = Requirement {
-        position_max_mm: Some(5.0),
-        ..Requirement::default()
-    };
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::SetCrfRequirement(Some(less))),
-    );
+    let less = Requirement { position_max_mm: Some(5.0), ..Requirement::default() };
+    request(&mut app, EditRequest::Apply(Edit::SetCrfRequirement(Some(less))));
     rest(&mut app);
     let asked = look(&app, steps_ui, |harness| {
         harness.get_by_label_contains("required position_max was 0.01, is 5");
@@ -392,14 +343,8 @@ fn a_missed_step_is_decided_with_a_reason_only_and_what_changed_since_is_told() 
 #[test]
 fn a_recording_and_reasons_of_one_design_are_not_taken_to_the_next() {
     let mut app = decide_app();
-    ask(
-        &mut app,
-        DecideRequest::SetNote(Step::Tool, "for this one".to_owned()),
-    );
-    ask(
-        &mut app,
-        DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()),
-    );
+    ask(&mut app, DecideRequest::SetNote(Step::Tool, "for this one".to_owned()));
+    ask(&mut app, DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()));
     assert!(desk(&app).recorded.is_some());
     let other = store::builtin_names().find(|n| *n != store::DEFAULT_BUILTIN);
     let open = FileRequest::OpenBuiltIn(other.unwrap().to_owned());
@@ -411,12 +356,7 @@ fn a_recording_and_reasons_of_one_design_are_not_taken_to_the_next() {
     let (standing, is_current) = app.world().resource::<Judged>().found().unwrap();
     assert!(is_current && standing.built.recording.is_none());
     // What is asked for in the very frame in which a design opens is asked of that design.
-    app.world_mut()
-        .resource_mut::<WorldGeneration>()
-        .set_changed();
-    ask(
-        &mut app,
-        DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()),
-    );
+    app.world_mut().resource_mut::<WorldGeneration>().set_changed();
+    ask(&mut app, DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()));
     assert!(desk(&app).recorded.is_some());
 }

@@ -13,21 +13,12 @@ use trackwright::geometry::pose::Pose;
 fn move_sensor(app: &mut App, z_mm: f64) {
     let mut sensor = design().tool.body.rigid.sensors[0].clone();
     sensor.position_in_body.z = z_mm;
-    request(
-        app,
-        EditRequest::Apply(Edit::SetSensor {
-            body: BodyRole::Tool,
-            index: 0,
-            sensor,
-        }),
-    );
+    request(app, EditRequest::Apply(Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor }));
 }
 
 fn sensor_z(app: &App) -> f64 {
     let document = &app.world().resource::<OpenWorld>().0.document;
-    document.design().tool.body.rigid.sensors[0]
-        .position_in_body
-        .z
+    document.design().tool.body.rigid.sensors[0].position_in_body.z
 }
 
 fn drag(app: &mut App) {
@@ -77,13 +68,7 @@ fn undo_drops_the_selection_of_what_is_gone() {
     let mut app = create_app();
     let mut sensor = design().tool.body.rigid.sensors[0].clone();
     sensor.name = "third".into();
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::AddSensor {
-            body: BodyRole::Tool,
-            sensor,
-        }),
-    );
+    request(&mut app, EditRequest::Apply(Edit::AddSensor { body: BodyRole::Tool, sensor }));
     app.update();
     let third = Some(Selected::Sensor(BodyRole::Tool, 2));
     assert_eq!(app.world().resource::<Selection>().primary(), third);
@@ -95,27 +80,20 @@ fn undo_drops_the_selection_of_what_is_gone() {
 #[test]
 fn a_file_that_cannot_be_opened_leaves_the_document_and_says_why() {
     let mut app = create_app();
-    app.world_mut()
-        .write_message(FileRequest::Open("/no/such/design.design.ron".into()));
+    app.world_mut().write_message(FileRequest::Open("/no/such/design.design.ron".into()));
     app.update();
     let Some(Dialog::Error { text, .. }) = &app.world().resource::<Dialogs>().current else {
         panic!("no error dialog");
     };
     assert!(text.starts_with("/no/such/design.design.ron: "), "{text}");
     assert_eq!(app.world().resource::<WorldGeneration>().0, 0);
-    assert_eq!(
-        *app.world().resource::<OpenWorld>().0.document.design(),
-        design()
-    );
+    assert_eq!(*app.world().resource::<OpenWorld>().0.document.design(), design());
 }
 
 #[test]
 fn opening_over_unsaved_changes_asks_first() {
     let mut app = create_app();
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))),
-    );
+    request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))));
     app.update();
     let open = FileRequest::OpenBuiltIn("endoscope".into());
     app.world_mut().write_message(open.clone());
@@ -129,15 +107,11 @@ fn opening_over_unsaved_changes_asks_first() {
 #[test]
 fn closing_an_unchanged_design_ends_the_program_and_a_changed_one_asks() {
     let mut app = create_app();
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))),
-    );
+    request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))));
     app.world_mut().write_message(FileRequest::Quit);
     app.update();
     assert!(app.should_exit().is_none());
-    app.world_mut()
-        .write_message(FileRequest::Discard(Box::new(FileRequest::Quit)));
+    app.world_mut().write_message(FileRequest::Discard(Box::new(FileRequest::Quit)));
     app.update();
     assert_eq!(app.should_exit(), Some(AppExit::Success));
 }
@@ -151,10 +125,7 @@ fn a_saved_design_is_clean_and_reads_back_the_same() {
     let environment = super::support::environment();
     let room = folder.path().join("room.env.ron");
     super::support::write_environment(&room, &environment);
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))),
-    );
+    request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))));
     app.world_mut().write_message(FileRequest::SaveAs(file));
     app.update();
     app.update();
@@ -162,8 +133,5 @@ fn a_saved_design_is_clean_and_reads_back_the_same() {
     assert_eq!(*dialog, None);
     let document = &app.world().resource::<OpenWorld>().0.document;
     assert!(!document.is_dirty());
-    assert_eq!(
-        title(document, &Results::default()),
-        "mine.design.ron — trackwright"
-    );
+    assert_eq!(title(document, &Results::default()), "mine.design.ron — trackwright");
 }

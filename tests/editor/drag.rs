@@ -35,15 +35,9 @@ fn a_drag_slides_the_sensor_along_the_shaft_in_one_undo_step() {
     };
     // Along the shaft by what the pixels span, more where the shaft is seen at a slant; across
     // it by the facets of a turned shaft.
-    assert!(
-        moved.z >= 0.9 * expected && moved.z < 3.0 * expected,
-        "{moved}"
-    );
+    assert!(moved.z >= 0.9 * expected && moved.z < 3.0 * expected, "{moved}");
     assert!(moved.xy().norm() < 0.1, "{moved}");
-    assert_eq!(
-        *hand.app.world().resource::<ActiveDrag>(),
-        ActiveDrag(false)
-    );
+    assert_eq!(*hand.app.world().resource::<ActiveDrag>(), ActiveDrag(false));
     assert_eq!(hand.app.world().resource::<DragReadout>().0, None);
     assert_eq!(hand.undo_label().as_deref(), Some("Move sensor shaft"));
     hand.request(EditRequest::Undo);
@@ -62,10 +56,7 @@ fn sensors_that_are_selected_together_are_dragged_together() {
     let (at, along) = hand.shaft();
     hand.drag(at, along * 15.0, PointerButton::Primary);
     hand.release(at + along * 15.0, PointerButton::Primary);
-    let moved = [
-        hand.position_mm(SHAFT) - start[0],
-        hand.position_mm(GRIP) - start[1],
-    ];
+    let moved = [hand.position_mm(SHAFT) - start[0], hand.position_mm(GRIP) - start[1]];
     assert!(moved[0].z > 1.0, "{moved:?}");
     assert!((moved[0] - moved[1]).norm() < 0.1, "{moved:?}");
     assert_eq!(hand.undo_label().as_deref(), Some("Move 2 sensors"));
@@ -73,11 +64,7 @@ fn sensors_that_are_selected_together_are_dragged_together() {
     let shaft = Some(Selected::Sensor(BodyRole::Tool, SHAFT));
     assert_eq!(selection.primary(), shaft);
     let both = Some((BodyRole::Tool, vec![SHAFT, GRIP]));
-    assert_eq!(
-        selection.sensors(),
-        both,
-        "the click that ends a drag selects nothing"
-    );
+    assert_eq!(selection.sensors(), both, "the click that ends a drag selects nothing");
     hand.request(EditRequest::Undo);
     assert_eq!(hand.design(), before);
 }
@@ -89,10 +76,7 @@ fn a_click_with_control_adds_to_what_is_selected() {
         Selection::of(Some(Selected::Sensor(BodyRole::Tool, 1)));
     let (at, _) = hand.shaft();
     hand.press(at, PointerButton::Primary);
-    hand.app
-        .world_mut()
-        .resource_mut::<ButtonInput<KeyCode>>()
-        .press(KeyCode::ControlLeft);
+    hand.app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::ControlLeft);
     hand.release(at, PointerButton::Primary);
     let selection = hand.app.world().resource::<Selection>();
     assert_eq!(selection.sensors(), Some((BodyRole::Tool, vec![SHAFT, 1])));
@@ -159,10 +143,7 @@ fn escape_takes_a_drag_back_to_the_bit_and_lets_go() {
     let (at, along) = hand.shaft();
     hand.drag(at, along * 30.0, PointerButton::Primary);
     assert_ne!(hand.design(), before);
-    hand.app
-        .world_mut()
-        .resource_mut::<ButtonInput<KeyCode>>()
-        .press(KeyCode::Escape);
+    hand.app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::Escape);
     // Input is cleared at the start of an update, so the key goes in just before `Update`.
     hand.app.world_mut().run_schedule(Update);
     assert_eq!(hand.design(), before);
@@ -227,14 +208,7 @@ fn layers_that_are_off_have_no_entities() {
     for name in LAYERS {
         assert!(named(&mut hand.app, name) > 0, "{name}");
     }
-    let mut view = hand
-        .app
-        .world()
-        .resource::<OpenWorld>()
-        .0
-        .document
-        .view()
-        .clone();
+    let mut view = hand.app.world().resource::<OpenWorld>().0.document.view().clone();
     view.layers = Layers::NONE;
     hand.app.world_mut().write_message(ViewRequest::Set(view));
     settle(&mut hand.app);
@@ -250,10 +224,7 @@ fn the_handle_of_a_slice_that_faces_any_way_moves_it_along_its_normal() {
     // All of the slice is in view.
     world.resource_mut::<OrbitRig>().camera.distance_mm = 2500.0;
     let mut view = world.resource::<OpenWorld>().0.document.view().clone();
-    let turned = FreePlane {
-        normal: [1.0, 1.0, 0.5],
-        offset_mm: -150.0,
-    };
+    let turned = FreePlane { normal: [1.0, 1.0, 0.5], offset_mm: -150.0 };
     view.slice.free = Some(turned);
     world.write_message(ViewRequest::Set(view.clone()));
     settle(&mut hand.app);

@@ -84,10 +84,7 @@ fn a_file_of_no_use_is_answered_with_what_can_be_dropped() {
     let (folder, mut app) = app();
     for (name, said) in [
         ("notes.pdf", "meshes (.glb, .gltf, .stl, .obj)"),
-        (
-            "probe.rom.zip",
-            "tool definitions (.rom, .tool, .ini, .json)",
-        ),
+        ("probe.rom.zip", "tool definitions (.rom, .tool, .ini, .json)"),
         ("table.csv", "Field workspace"),
     ] {
         drop_file(&mut app, &folder.path().join(name));
@@ -110,42 +107,20 @@ fn while_files_hover_it_is_said_what_will_happen_and_not_after() {
         });
     }
     app.update();
-    let lines = [
-        "Read poses from poses.csv",
-        "Use grip.stl as a mesh of tool, CRF or anatomy",
-    ];
+    let lines = ["Read poses from poses.csv", "Use grip.stl as a mesh of tool, CRF or anatomy"];
     assert_eq!(app.world().resource::<HoveringFiles>().0, lines);
     let window = Entity::PLACEHOLDER;
-    app.world_mut()
-        .write_message(FileDragAndDrop::HoveredFileCanceled { window });
+    app.world_mut().write_message(FileDragAndDrop::HoveredFileCanceled { window });
     app.update();
-    assert_eq!(
-        *app.world().resource::<HoveringFiles>(),
-        HoveringFiles::default()
-    );
+    assert_eq!(*app.world().resource::<HoveringFiles>(), HoveringFiles::default());
     let tip = Selection::of(Some(Selected::Tip(BodyRole::Crf)));
     let said = words(Path::new("a/b.glb"), Workspace::Design, &tip, true);
     assert_eq!(said, "Use b.glb as the CRF's mesh");
     for (name, selection, has_crf, said) in [
         ("a/8700339.ROM", &tip, true, "Use 8700339.ROM as the CRF"),
-        (
-            "p.tool",
-            &Selection::default(),
-            true,
-            "Use p.tool as the tool or the CRF",
-        ),
-        (
-            "p.ini",
-            &Selection::default(),
-            false,
-            "Use p.ini as the tool",
-        ),
-        (
-            "p.json",
-            &Selection::default(),
-            false,
-            "Use p.json as the tool",
-        ),
+        ("p.tool", &Selection::default(), true, "Use p.tool as the tool or the CRF"),
+        ("p.ini", &Selection::default(), false, "Use p.ini as the tool"),
+        ("p.json", &Selection::default(), false, "Use p.json as the tool"),
         ("p.body.ron", &tip, true, "Use p.body.ron as the CRF"),
     ] {
         let words = words(Path::new(name), Workspace::Field, selection, has_crf);

@@ -47,9 +47,7 @@ pub fn rest(app: &mut App) {
     settle(app);
     while !are_idle(app.world()) {
         let woken = app.world().resource::<Woken>().0.lock().unwrap();
-        woken
-            .recv_timeout(Duration::from_secs(120))
-            .expect("a word from a layer");
+        woken.recv_timeout(Duration::from_secs(120)).expect("a word from a layer");
         drop(woken);
         app.update();
     }
@@ -105,19 +103,10 @@ fn layers_that_are_off_do_no_work_at_all() {
     let mut app = app();
     edit(&mut app, 3.0);
     let done = work(&app);
-    let of_layers = [
-        done.arrow_evaluations,
-        done.placement_evaluations,
-        done.region_evaluations,
-    ];
+    let of_layers = [done.arrow_evaluations, done.placement_evaluations, done.region_evaluations];
     assert_eq!(of_layers, [0; 3]);
     assert_eq!(looked_up(&app), 0);
-    for name in [
-        "field arrows",
-        "placement",
-        "usable region",
-        "supported region",
-    ] {
+    for name in ["field arrows", "placement", "usable region", "supported region"] {
         assert_eq!(named(&mut app, name), 0, "{name}");
     }
 }
@@ -149,12 +138,7 @@ fn a_body_is_painted_while_one_of_its_sensors_is_selected() {
     *app.world_mut().resource_mut::<Selection>() = Selection::of(Some(sensor));
     rest(&mut app);
     assert!(named(&mut app, "placement") > 0);
-    let bar = app
-        .world()
-        .resource::<ColorBars>()
-        .placement
-        .clone()
-        .unwrap();
+    let bar = app.world().resource::<ColorBars>().placement.clone().unwrap();
     // The sensor sits on the body now, so what is there now is within what could be.
     assert!(bar.min > 0.0 && bar.min < bar.max && bar.max <= bar.largest);
     assert!(work(&app).placement_evaluations > 0);
@@ -175,10 +159,7 @@ fn a_body_is_painted_while_one_of_its_sensors_is_selected() {
 fn the_usable_region_says_how_much_of_the_volume_it_is() {
     let mut app = app();
     // Loose enough for a part of the volume to be within it with 95 %.
-    let loose = Requirement {
-        position_rms_mm: Some(1.2),
-        ..Requirement::default()
-    };
+    let loose = Requirement { position_rms_mm: Some(1.2), ..Requirement::default() };
     let loosen = Edit::SetRequirement(Some(loose));
     request(&mut app, EditRequest::Apply(loosen));
     set(&mut app, |layers| layers.region = true);
@@ -273,13 +254,5 @@ fn a_room_that_does_not_know_its_reach_shows_none() {
     assert_eq!(named(&mut app, "supported region"), 0);
     assert_eq!(looked_up(&app), 0);
     let results = app.world().resource::<Results>();
-    assert!(
-        results
-            .slice
-            .as_ref()
-            .unwrap()
-            .value
-            .is_supported
-            .is_empty()
-    );
+    assert!(results.slice.as_ref().unwrap().value.is_supported.is_empty());
 }

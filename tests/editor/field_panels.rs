@@ -26,12 +26,10 @@ fn look(
     act: impl Fn(&mut Harness),
 ) -> Vec<FieldRequest> {
     let asked = RefCell::new(Vec::new());
-    let mut harness = Harness::builder()
-        .with_size(egui::vec2(360.0, 1100.0))
-        .build_ui(|ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            asked.borrow_mut().extend(panel(ui));
-        });
+    let mut harness = Harness::builder().with_size(egui::vec2(360.0, 1100.0)).build_ui(|ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        asked.borrow_mut().extend(panel(ui));
+    });
     harness.run_steps(2);
     act(&mut harness);
     harness.run_steps(3);
@@ -104,10 +102,7 @@ fn the_trackers_volume_is_one_of_those_with_a_name_or_not_known() {
             harness.get_by_label("Aurora dome").click();
         },
     );
-    let settings = FieldSettings {
-        volume: Some(Volume::AuroraDome),
-        ..FieldSettings::default()
-    };
+    let settings = FieldSettings { volume: Some(Volume::AuroraDome), ..FieldSettings::default() };
     assert_eq!(asked.first(), Some(&FieldRequest::Set(settings)));
 }
 
@@ -131,10 +126,8 @@ fn a_table_shows_its_samples_and_bounds_with_units() {
         matches!(asked.as_slice(), [FieldRequest::Show(shown)] if !shown.held_out),
         "{asked:?}"
     );
-    let asked = look(
-        |ui| settings_ui(ui, desk),
-        |harness| harness.get_by_label("Select and fit").click(),
-    );
+    let asked =
+        look(|ui| settings_ui(ui, desk), |harness| harness.get_by_label("Select and fit").click());
     assert_eq!(asked, [FieldRequest::Fit]);
 }
 
@@ -147,35 +140,24 @@ fn a_table_in_metres_is_not_fitted_until_somebody_says_that_it_is_meant() {
     let is_length = |name: &str| !name.contains("_q");
     let names: Vec<&str> = head.split(',').collect();
     let in_metres = |row: &str| {
-        let cells = row
-            .split(',')
-            .zip(&names)
-            .map(|(cell, name)| match is_length(name) {
-                true => (cell.parse::<f64>().unwrap() / 1e3).to_string(),
-                false => cell.to_owned(),
-            });
+        let cells = row.split(',').zip(&names).map(|(cell, name)| match is_length(name) {
+            true => (cell.parse::<f64>().unwrap() / 1e3).to_string(),
+            false => cell.to_owned(),
+        });
         cells.collect::<Vec<_>>().join(",")
     };
     let rows: Vec<String> = rows.lines().map(in_metres).collect();
     std::fs::write(&file, format!("{head}\n{}\n", rows.join("\n"))).unwrap();
 
     let mut app = app();
-    ask(
-        &mut app,
-        FieldRequest::Open(TableRole::Training, file.clone()),
-    );
+    ask(&mut app, FieldRequest::Open(TableRole::Training, file.clone()));
     ask(&mut app, FieldRequest::Fit);
     let desk = app.world().resource::<FieldDesk>();
     assert!(desk.fitted.is_none());
     let asked = look(
         |ui| tables_ui(ui, desk, SampleScale::default()),
         |harness| {
-            assert_eq!(
-                harness
-                    .query_all_by_label_contains("are they metres?")
-                    .count(),
-                1
-            );
+            assert_eq!(harness.query_all_by_label_contains("are they metres?").count(), 1);
             harness.get_by_label("take it as it stands").click();
         },
     );
@@ -207,11 +189,7 @@ fn a_fit_shows_both_errors_its_warnings_and_what_to_do_with_it() {
                 assert!(harness.query_all_by_label(&text).count() >= 1, "{text}");
             }
             harness.get_by_label_contains("have fewer samples than the 125 coefficients");
-            assert!(
-                harness
-                    .query_by_label_contains("have changed since")
-                    .is_none()
-            );
+            assert!(harness.query_by_label_contains("have changed since").is_none());
             harness.get_by_label("Use in this design…").click();
         },
     );
@@ -271,10 +249,7 @@ fn a_room_says_what_it_is_worth_and_the_designs_own_is_not_assigned_again() {
         |harness| harness.get_by_label("Operating table (built in)").click(),
     );
     assert!(asked.is_empty(), "{asked:?}");
-    let desk = FieldDesk {
-        rooms: desk.rooms.clone(),
-        ..FieldDesk::default()
-    };
+    let desk = FieldDesk { rooms: desk.rooms.clone(), ..FieldDesk::default() };
     let asked = look(
         |ui| rooms_ui(ui, &desk),
         |harness| harness.get_by_label("Operating table (built in)").click(),

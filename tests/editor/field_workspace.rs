@@ -76,8 +76,7 @@ pub fn finish(app: &mut App) {
     app.update();
     while desk(app).is_busy() {
         let told = app.world().resource::<Told>().0.lock().unwrap();
-        told.recv_timeout(Duration::from_secs(300))
-            .expect("something of what is under way");
+        told.recv_timeout(Duration::from_secs(300)).expect("something of what is under way");
         drop(told);
         app.update();
     }
@@ -121,23 +120,15 @@ fn figures(app: &App) -> Vec<FigureRow> {
 /// Every figure of the study to the last bit.
 fn figure_bits(app: &App) -> Vec<u64> {
     let study = app.world().resource::<Results>().study.as_ref().unwrap();
-    let (p, a) = (
-        &study.value.figures.position_mm,
-        &study.value.figures.angle_deg,
-    );
-    [p.rms, p.mean, p.p95, p.max, a.rms, a.mean, a.p95, a.max]
-        .map(f64::to_bits)
-        .to_vec()
+    let (p, a) = (&study.value.figures.position_mm, &study.value.figures.angle_deg);
+    [p.rms, p.mean, p.p95, p.max, a.rms, a.mean, a.p95, a.max].map(f64::to_bits).to_vec()
 }
 
 /// To the last bit but one: reading JSON rounds once more.
 #[track_caller]
 fn assert_printed(value: f64, printed: &serde_json::Value) {
     let printed = printed.as_f64().unwrap();
-    assert!(
-        (value - printed).abs() <= 4.0 * f64::EPSILON * value.abs(),
-        "{value} {printed}"
-    );
+    assert!((value - printed).abs() <= 4.0 * f64::EPSILON * value.abs(), "{value} {printed}");
 }
 
 fn error_text(app: &App) -> String {
@@ -159,23 +150,15 @@ fn a_table_that_is_dropped_and_fitted_gives_the_command_lines_room_to_the_byte()
     // The second one asks what it is for.
     drop_file(&mut app, &holdout);
     let asked = app.world_mut().resource_mut::<Dialogs>().current.take();
-    let which = Dialog::WhichTable {
-        file: holdout.clone(),
-    };
+    let which = Dialog::WhichTable { file: holdout.clone() };
     assert_eq!(asked, Some(which));
-    ask(
-        &mut app,
-        FieldRequest::Open(TableRole::HeldOut, holdout.clone()),
-    );
+    ask(&mut app, FieldRequest::Open(TableRole::HeldOut, holdout.clone()));
     set(&mut app, 2, DirectionSet::Six);
     ask(&mut app, FieldRequest::Fit);
     let fitted = desk(&app).fitted.clone().unwrap();
     assert!(!desk(&app).is_outdated(&fitted));
     let mine = scratch.path("mine.env.ron");
-    ask(
-        &mut app,
-        FieldRequest::Save(RoomToSave::Fitted, mine.clone()),
-    );
+    ask(&mut app, FieldRequest::Save(RoomToSave::Fitted, mine.clone()));
     std::fs::create_dir(scratch.path("theirs")).unwrap();
     let theirs = scratch.path("theirs/mine.env.ron");
     let printed = json(&[
@@ -216,22 +199,11 @@ fn every_kind_of_model_gives_the_command_lines_room_to_the_byte() {
             FieldKind::SymmetricPolynomials,
             &["--symmetric", "yes", "--order", "1", "--directions", "6"][..],
         ),
-        (
-            "kriging.env.ron",
-            FieldKind::Kriging,
-            &["--model", "kriging"],
-        ),
+        ("kriging.env.ron", FieldKind::Kriging, &["--model", "kriging"]),
         (
             "harmonic.env.ron",
             planar,
-            &[
-                "--model",
-                "harmonic",
-                "--generator",
-                "planar-nine",
-                "--degree",
-                "3",
-            ],
+            &["--model", "harmonic", "--generator", "planar-nine", "--degree", "3"],
         ),
     ] {
         let settings = FieldSettings {
@@ -264,31 +236,16 @@ fn what_is_left_open_is_what_the_command_line_selects() {
     drop_file(&mut app, &fit);
     ask(&mut app, FieldRequest::Set(settings(Some(1), None)));
     ask(&mut app, FieldRequest::Fit);
-    let printed = json(&[
-        "fit",
-        &text(&fit),
-        "-o",
-        &scratch.arg("room.env.ron"),
-        "--order",
-        "1",
-    ]);
+    let printed = json(&["fit", &text(&fit), "-o", &scratch.arg("room.env.ron"), "--order", "1"]);
     let fitted = desk(&app).fitted.as_ref().unwrap();
     let chosen = fitted.chosen.as_ref().unwrap();
     let best = chosen.selection.best();
     let selection = &printed["selection"];
-    assert_eq!(
-        selection["directions"].as_u64(),
-        Some(best.candidate.directions.len() as u64)
-    );
+    assert_eq!(selection["directions"].as_u64(), Some(best.candidate.directions.len() as u64));
     assert_printed(best.candidate.ridge, &selection["ridge"]);
-    assert_printed(
-        best.deciding().position_rms_mm,
-        &selection["cv"]["position_rms_mm"],
-    );
+    assert_printed(best.deciding().position_rms_mm, &selection["cv"]["position_rms_mm"]);
     assert_eq!(fitted.settings, chosen.settings());
-    let room = store::Files::default()
-        .read_environment(&scratch.path("room.env.ron"))
-        .unwrap();
+    let room = store::Files::default().read_environment(&scratch.path("room.env.ron")).unwrap();
     assert_eq!(room.model, fitted.environment.model);
 }
 
@@ -339,10 +296,7 @@ fn a_room_is_assigned_as_one_step_and_undo_brings_the_figures_back_to_the_bit() 
         assert_eq!(document.revision(), revision);
 
         let file = scratch.path(if is_saved { "a.env.ron" } else { "b.env.ron" });
-        ask(
-            &mut app,
-            FieldRequest::Save(RoomToSave::Fitted, file.clone()),
-        );
+        ask(&mut app, FieldRequest::Save(RoomToSave::Fitted, file.clone()));
         assert_eq!(
             figures(&app),
             figure_rows(&comparison.tried.figures),
@@ -370,23 +324,10 @@ fn a_click_on_a_room_of_the_folder_assigns_it_and_the_own_rooms_file_is_never_re
     let scratch = Scratch::new();
     let [fit, _] = room_a();
     let other = scratch.arg("other.env.ron");
-    succeed(&[
-        "fit",
-        &text(&fit),
-        "-o",
-        &other,
-        "--order",
-        "1",
-        "--directions",
-        "6",
-    ]);
+    succeed(&["fit", &text(&fit), "-o", &other, "--order", "1", "--directions", "6"]);
     std::fs::write(scratch.path("spoilt.env.ron"), "(version: 1").unwrap();
     let mut app = saved_app(&scratch.path(""));
-    let names: Vec<&str> = desk(&app)
-        .rooms
-        .iter()
-        .map(|room| room.summary.name.as_str())
-        .collect();
+    let names: Vec<&str> = desk(&app).rooms.iter().map(|room| room.summary.name.as_str()).collect();
     // The built-in room, and the two readable ones of the folder.
     assert_eq!(names, ["Operating table", "Operating table", "other"]);
     let before = figure_bits(&app);
@@ -395,19 +336,13 @@ fn a_click_on_a_room_of_the_folder_assigns_it_and_the_own_rooms_file_is_never_re
     assert_ne!(figure_bits(&app), before);
     assert_eq!(desk(&app).own.as_ref(), Some(&place));
     assert_eq!(desk(&app).recent.first(), Some(&place));
-    assert_eq!(
-        desk(&app).rooms.len(),
-        3,
-        "the room that was left can be had again"
-    );
+    assert_eq!(desk(&app).rooms.len(), 3, "the room that was left can be had again");
 
     drop_file(&mut app, &fit);
     set(&mut app, 1, DirectionSet::Six);
     ask(&mut app, FieldRequest::Fit);
     let was = std::fs::read(&other).unwrap();
-    let RoomPlace::File(file) = place else {
-        panic!("{place:?}")
-    };
+    let RoomPlace::File(file) = place else { panic!("{place:?}") };
     ask(&mut app, FieldRequest::Save(RoomToSave::Fitted, file));
     assert!(error_text(&app).contains("a file that is read here"));
     assert_eq!(std::fs::read(&other).unwrap(), was);
@@ -456,16 +391,10 @@ fn sensors_that_a_table_has_no_rotations_for_are_taken_back() {
     let mut app = with_field(without_samples());
     drop_file(&mut app, &file);
     let table = desk(&app).training.table.clone().unwrap();
-    let six = FieldSettings {
-        has_rolls: true,
-        ..FieldSettings::default()
-    };
+    let six = FieldSettings { has_rolls: true, ..FieldSettings::default() };
     ask(&mut app, FieldRequest::Set(six));
     assert!(error_text(&app).ends_with("found no quaternions, expected them for 6-DOF sensors"));
-    assert!(Arc::ptr_eq(
-        desk(&app).training.table.as_ref().unwrap(),
-        &table
-    ));
+    assert!(Arc::ptr_eq(desk(&app).training.table.as_ref().unwrap(), &table));
     assert!(!desk(&app).settings.has_rolls);
 }
 
@@ -506,25 +435,13 @@ fn samples_are_drawn_in_this_workspace_only_and_once_for_each_look() {
 
     set(&mut app, 1, DirectionSet::Six);
     ask(&mut app, FieldRequest::Fit);
-    let shown = SamplesShown {
-        held_out: false,
-        value: SampleValue::Left,
-        ..SamplesShown::default()
-    };
+    let shown =
+        SamplesShown { held_out: false, value: SampleValue::Left, ..SamplesShown::default() };
     ask(&mut app, FieldRequest::Show(shown));
     assert_eq!(named(&mut app, "samples"), 1);
     let (value, left) = desk(&app).sample_values(TableRole::Training).unwrap();
     assert_eq!(value, SampleValue::Left);
     let mean_square = left.position_mm.iter().map(|v| v * v).sum::<f64>() / 1025.0;
-    let rms_mm = desk(&app)
-        .fitted
-        .as_ref()
-        .unwrap()
-        .fit
-        .after
-        .position_rms_mm;
-    assert!(
-        (mean_square.sqrt() - rms_mm).abs() < 1e-12,
-        "the colours are of what is left"
-    );
+    let rms_mm = desk(&app).fitted.as_ref().unwrap().fit.after.position_rms_mm;
+    assert!((mean_square.sqrt() - rms_mm).abs() < 1e-12, "the colours are of what is left");
 }

@@ -18,13 +18,10 @@ type Answers = Rc<RefCell<Vec<DialogAnswer>>>;
 fn shown(dialog: Dialog) -> (Harness<'static>, Rc<RefCell<Dialog>>, Answers) {
     let (answers, dialog) = (Answers::default(), Rc::new(RefCell::new(dialog)));
     let (sink, open) = (Rc::clone(&answers), Rc::clone(&dialog));
-    let harness = Harness::builder()
-        .with_size(egui::vec2(620.0, 460.0))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            sink.borrow_mut()
-                .extend(dialog_ui(ui, &mut open.borrow_mut()));
-        });
+    let harness = Harness::builder().with_size(egui::vec2(620.0, 460.0)).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        sink.borrow_mut().extend(dialog_ui(ui, &mut open.borrow_mut()));
+    });
     (harness, dialog, answers)
 }
 
@@ -48,11 +45,7 @@ fn what_the_systems_dialog_chose_is_answered_as_if_it_were_chosen_here() {
     drop(open);
     choose(&dialog, SystemChoice::Open);
     harness.run_steps(2);
-    assert!(
-        harness
-            .query_by_label("The system dialog is open")
-            .is_some()
-    );
+    assert!(harness.query_by_label("The system dialog is open").is_some());
     choose(&dialog, SystemChoice::Chosen(file.clone()));
     harness.run_steps(2);
     let load = MeshRequest::load(BodyRole::Crf, file.clone());
@@ -62,10 +55,7 @@ fn what_the_systems_dialog_chose_is_answered_as_if_it_were_chosen_here() {
     let (mut harness, dialog, answers) = shown(save);
     choose(&dialog, SystemChoice::Chosen(file.clone()));
     harness.run_steps(2);
-    let replace = Dialog::Overwrite {
-        path: file.clone(),
-        then: FileRequest::SaveAs(file),
-    };
+    let replace = Dialog::Overwrite { path: file.clone(), then: FileRequest::SaveAs(file) };
     assert_eq!(*answers.borrow(), [DialogAnswer::Become(replace)]);
 }
 
@@ -92,16 +82,9 @@ fn the_list_follows_the_folder_that_is_typed_and_stays_where_there_is_none() {
 fn where_there_is_no_system_dialog_that_is_said_and_ours_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let (mut harness, dialog, answers) = shown(Dialog::open(folder.path().to_owned()));
-    choose(
-        &dialog,
-        SystemChoice::Nothing("this system has none".into()),
-    );
+    choose(&dialog, SystemChoice::Nothing("this system has none".into()));
     harness.run_steps(2);
-    assert!(
-        harness
-            .query_by_label_contains("this system has none")
-            .is_some()
-    );
+    assert!(harness.query_by_label_contains("this system has none").is_some());
     let button = harness.get_by_label("System dialog…");
     assert!(!button.accesskit_node().is_disabled());
     assert!(answers.borrow().is_empty());
@@ -109,10 +92,7 @@ fn where_there_is_no_system_dialog_that_is_said_and_ours_goes_on() {
 
 #[test]
 fn a_new_design_begins_with_or_without_a_crf() {
-    for (label, starter) in [
-        ("Tool alone", Starter::Tool),
-        ("Tool and CRF", Starter::ToolOnCrf),
-    ] {
+    for (label, starter) in [("Tool alone", Starter::Tool), ("Tool and CRF", Starter::ToolOnCrf)] {
         let (mut harness, _, answers) = shown(Dialog::New);
         harness.get_by_label(label).click();
         harness.run_steps(2);

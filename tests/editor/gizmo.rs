@@ -53,10 +53,7 @@ fn direction(hand: &Hand, axis: Axis) -> Vec2 {
 /// The direction on the screen in which a ring is turned where it is taken hold of.
 fn tangent(hand: &Hand, ring: Handle) -> Vec2 {
     let rig = hand.resource::<OrbitRig>();
-    let [x, y] = rig
-        .camera
-        .project(&gizmo(hand).gizmo.pivot_mm(), rig.view_px)
-        .unwrap();
+    let [x, y] = rig.camera.project(&gizmo(hand).gizmo.pivot_mm(), rig.view_px).unwrap();
     let pivot = hand.resource::<ViewportRect>().min + Vec2::new(x as f32, y as f32);
     (grip(hand, ring) - pivot).perp().normalize()
 }
@@ -93,8 +90,7 @@ fn the_x_arrow_of_the_crf_moves_it_along_its_x_and_the_tool_goes_along() {
         let pixel = hand.resource::<ViewportRect>().pixel(at);
         let gizmo = gizmo(hand).gizmo;
         let ray = rig.camera.ray(pixel, rig.view_px);
-        ray.nearest_on_line(&gizmo.pivot_mm(), &gizmo.axis(Axis::X))
-            .unwrap()
+        ray.nearest_on_line(&gizmo.pivot_mm(), &gizmo.axis(Axis::X)).unwrap()
     };
     let wanted_mm = where_on_axis(&hand, at + by) - where_on_axis(&hand, at);
 
@@ -129,10 +125,7 @@ fn with_control_an_arrow_moves_by_whole_millimetres() {
     drag(&mut hand, Handle::arrow(Axis::Y), by);
     let after = hand.design().tool.crf_from_tool;
     let moved_mm = (after.translation.vector - before.translation.vector).norm();
-    assert!(
-        moved_mm > 0.5 && (moved_mm - moved_mm.round()).abs() < 1e-9,
-        "{moved_mm}"
-    );
+    assert!(moved_mm > 0.5 && (moved_mm - moved_mm.round()).abs() < 1e-9, "{moved_mm}");
 }
 
 #[test]
@@ -144,16 +137,11 @@ fn with_control_a_ring_turns_by_steps_of_five_degrees_about_the_tip() {
         hand.hold(KeyCode::ControlLeft);
         let by = tangent(&hand, Handle::ring(Axis::Z)) * 35.0;
         drag(&mut hand, Handle::ring(Axis::Z), by);
-        let Selected::Body(role) = selected else {
-            unreachable!()
-        };
+        let Selected::Body(role) = selected else { unreachable!() };
         let after = hand.design();
         let [was, is] = [&before, &after].map(|design| design.tracker_from_body(role).unwrap());
         let steps = was.rotation.angle_to(&is.rotation).to_degrees() / 5.0;
-        assert!(
-            steps > 0.5 && (steps - steps.round()).abs() < 1e-6,
-            "{steps}"
-        );
+        assert!(steps > 0.5 && (steps - steps.round()).abs() < 1e-6, "{steps}");
         assert!((gizmo(&hand).gizmo.pivot_mm() - pivot_mm).norm() < 1e-9);
         assert_eq!(hand.undo_label(), Some(format!("Turn {role}")));
         hand.request(EditRequest::Undo);
@@ -167,9 +155,7 @@ fn along_the_trackers_axes_a_turned_body_moves_along_the_trackers() {
     let turned = nalgebra::UnitQuaternion::from_euler_angles(0.4, -0.3, 0.8);
     let mut pose = hand.design().crf.unwrap().tracker_from_crf;
     pose.rotation = turned;
-    hand.request(EditRequest::Apply(trackwright::design::Edit::SetCrfPose(
-        pose,
-    )));
+    hand.request(EditRequest::Apply(trackwright::design::Edit::SetCrfPose(pose)));
     hand.app.world_mut().resource_mut::<GizmoAxes>().0 = HandleAxes::Tracker;
     settle(&mut hand.app);
     let by = direction(&hand, Axis::Z) * 30.0;
@@ -194,13 +180,7 @@ fn a_sensor_is_turned_in_its_place_by_the_two_rings_that_matter() {
     drag(&mut hand, Handle::ring(Axis::X), by);
     let after = sensor(&hand);
     assert_eq!(after.position_in_body, before.position_in_body);
-    assert!(
-        after
-            .axis_in_body()
-            .unwrap()
-            .angle(&before.axis_in_body().unwrap())
-            > 0.05
-    );
+    assert!(after.axis_in_body().unwrap().angle(&before.axis_in_body().unwrap()) > 0.05);
     let label = Some(format!("Turn sensor {}", before.name));
     assert_eq!(hand.undo_label(), label);
 }
@@ -233,10 +213,7 @@ fn a_handle_that_is_pointed_at_says_what_it_does_and_a_click_changes_nothing() {
     hand.move_to(at);
     hand.app.update();
     let hint = hand.resource::<PointerHint>().0.clone().unwrap();
-    assert!(
-        hint.starts_with("Drag to turn the CRF about its z"),
-        "{hint}"
-    );
+    assert!(hint.starts_with("Drag to turn the CRF about its z"), "{hint}");
     hand.click(at);
     assert_eq!(hand.resource::<Selection>().primary(), Some(CRF));
     assert_eq!(hand.design(), before);

@@ -24,13 +24,7 @@ impl Hand {
     }
 
     pub fn design(&self) -> Design {
-        self.app
-            .world()
-            .resource::<OpenWorld>()
-            .0
-            .document
-            .design()
-            .clone()
+        self.app.world().resource::<OpenWorld>().0.document.design().clone()
     }
 
     pub fn position_mm(&self, index: usize) -> nalgebra::Point3<f64> {
@@ -42,10 +36,7 @@ impl Hand {
         let rig = self.app.world().resource::<OrbitRig>();
         let view = self.app.world().resource::<ViewportRect>();
         let pose = self.design().tracker_from_body(BodyRole::Tool).unwrap();
-        let [x, y] = rig
-            .camera
-            .project(&(pose * point_in_tool), rig.view_px)
-            .unwrap();
+        let [x, y] = rig.camera.project(&(pose * point_in_tool), rig.view_px).unwrap();
         view.min + Vec2::new(x as f32, y as f32)
     }
 
@@ -58,17 +49,11 @@ impl Hand {
 
     pub fn send(&mut self, at: Vec2, action: PointerAction) {
         let world = self.app.world_mut();
-        let window = world
-            .query_filtered::<Entity, With<PrimaryWindow>>()
-            .single(world)
-            .unwrap();
+        let window = world.query_filtered::<Entity, With<PrimaryWindow>>().single(world).unwrap();
         let target = WindowRef::Primary.normalize(Some(window)).unwrap();
         world.write_message(PointerInput::new(
             PointerId::Mouse,
-            Location {
-                target: NormalizedRenderTarget::Window(target),
-                position: at,
-            },
+            Location { target: NormalizedRenderTarget::Window(target), position: at },
             action,
         ));
     }

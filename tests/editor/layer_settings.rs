@@ -29,9 +29,8 @@ fn camera() -> OrbitCamera {
 fn asked(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<View> {
     let (design, selection) = (design(), Selection::default());
     let asked = RefCell::new(Vec::new());
-    let mut harness = Harness::builder()
-        .with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 1400.0))
-        .build_ui(|ui| {
+    let mut harness =
+        Harness::builder().with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 1400.0)).build_ui(|ui| {
             theme::apply(ui.ctx());
             let actions = outliner_ui(
                 ui,
@@ -170,9 +169,8 @@ fn the_field_workspace_lists_the_layers_of_the_room_and_switches_them() {
         figures: LayerFigures::default(),
         listed: Listed::OfTheRoom,
     };
-    let mut harness = Harness::builder()
-        .with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 600.0))
-        .build_ui(|ui| {
+    let mut harness =
+        Harness::builder().with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 600.0)).build_ui(|ui| {
             theme::apply(ui.ctx());
             asked.borrow_mut().extend(layers_ui(ui, &panel));
         });

@@ -40,10 +40,7 @@ impl Tracker {
         let server = Server::start(&ServerOptions::at(address), move |event| {
             drop(tell.send(event));
         });
-        Self {
-            server: server.unwrap(),
-            told,
-        }
+        Self { server: server.unwrap(), told }
     }
 
     fn anywhere() -> Self {
@@ -60,16 +57,13 @@ impl Tracker {
         let content = Content::Transform(Matrix::from_pose(pose));
         let message = Message::new(tool, Timestamp::now(), content);
         let server = &self.server;
-        server
-            .send_transform(&message, ToolKind::SixDof, Instant::now())
-            .unwrap();
+        server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
     }
 }
 
 fn live_app() -> App {
     let mut app = create_app();
-    app.add_plugins((StudyPlugin, LivePlugin))
-        .insert_resource(Workspace::Live);
+    app.add_plugins((StudyPlugin, LivePlugin)).insert_resource(Workspace::Live);
     settle(&mut app);
     app
 }
@@ -126,9 +120,7 @@ fn elsewhere(app: &App) -> (Pose, Pose, PoseDetail) {
 
 fn apart_mm(a: &Pose, b: &Pose) -> f64 {
     let at = Point3::new(0.0, 0.0, 150.0);
-    ((a * at) - (b * at))
-        .norm()
-        .max((a.translation.vector - b.translation.vector).norm())
+    ((a * at) - (b * at)).norm().max((a.translation.vector - b.translation.vector).norm())
 }
 
 fn shown_live(app: &App) -> Option<&ShownDesign> {
@@ -144,13 +136,7 @@ fn bodies_stand_where_compensation_puts_what_was_heard_and_their_errors_are_of_t
     let mut app = live_app();
     let tracker = Tracker::anywhere();
     connect(&mut app, &tracker);
-    let before = app
-        .world()
-        .resource::<OpenWorld>()
-        .0
-        .document
-        .design()
-        .clone();
+    let before = app.world().resource::<OpenWorld>().0.document.design().clone();
     let (tracker_from_tool, tracker_from_crf, detail) = elsewhere(&app);
     let crf: &BodyDetail = detail.crf.as_ref().unwrap();
     let send = || {
@@ -180,11 +166,7 @@ fn bodies_stand_where_compensation_puts_what_was_heard_and_their_errors_are_of_t
     // A sensor that is moved is compensated by where it is then.
     let mut sensor = before.tool.body.rigid.sensors[0].clone();
     sensor.position_in_body = Point3::new(0.0, 0.0, 60.0);
-    let edit = Edit::SetSensor {
-        body: BodyRole::Tool,
-        index: 0,
-        sensor,
-    };
+    let edit = Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor };
     request(&mut app, EditRequest::Apply(edit));
     app.update();
     let (tracker_from_tool, _, detail) = elsewhere(&app);
@@ -213,19 +195,9 @@ fn a_tool_that_falls_silent_is_said_to_be_stale_and_a_lost_server_is_come_back_t
     let (.., detail) = elsewhere(&app);
     let measured = detail.tool.tracker_from_body_fitted;
     let good = |app: &App| state_of(app, TOOL) == Some(ToolState::Good);
-    until(
-        &mut app,
-        "a good tool",
-        || tracker.send(TOOL, &measured),
-        good,
-    );
+    until(&mut app, "a good tool", || tracker.send(TOOL, &measured), good);
     let stale = Some(ToolState::NotGood(Reason::Stale));
-    until(
-        &mut app,
-        "a stale tool",
-        || (),
-        |app| state_of(app, TOOL) == stale,
-    );
+    until(&mut app, "a stale tool", || (), |app| state_of(app, TOOL) == stale);
     let design = app.world().resource::<OpenWorld>().0.document.design();
     let troubles = desk(&app).troubles(design);
     let expected = [
@@ -241,26 +213,15 @@ fn a_tool_that_falls_silent_is_said_to_be_stale_and_a_lost_server_is_come_back_t
         matches!(link, Link::Lost { .. } | Link::Connecting)
     };
     until(&mut app, "the loss", || (), lost);
-    assert_eq!(
-        state_of(&app, TOOL),
-        Some(ToolState::NotGood(Reason::LinkLost))
-    );
+    assert_eq!(state_of(&app, TOOL), Some(ToolState::NotGood(Reason::LinkLost)));
     let tracker = Tracker::start(address);
     tracker.wait_for_client();
-    until(
-        &mut app,
-        "the tool again",
-        || tracker.send(TOOL, &measured),
-        good,
-    );
+    until(&mut app, "the tool again", || tracker.send(TOOL, &measured), good);
 
     ask(&mut app, LiveRequest::Disconnect);
     assert!(!desk(&app).is_connected() && !app.world().resource::<LivePoses>().is_any());
     settle(&mut app);
-    assert!(
-        shown_live(&app).is_none(),
-        "the design stands as it is designed"
-    );
+    assert!(shown_live(&app).is_none(), "the design stands as it is designed");
 }
 
 #[test]
@@ -294,26 +255,14 @@ fn while_it_records_the_volume_fills_and_no_longer() {
     assert!(collected.next_mm.is_some() && collected.summary.cells_sampled >= 2);
 
     ask(&mut app, LiveRequest::StopRecording);
-    until(
-        &mut app,
-        "the end of the recording",
-        || (),
-        |app| !desk(app).is_recording(),
-    );
+    until(&mut app, "the end of the recording", || (), |app| !desk(app).is_recording());
     let left = distinct(&app);
     for _ in 0..10 {
         send();
         app.update();
     }
-    assert_eq!(
-        distinct(&app),
-        left,
-        "what is not recorded is not collected"
-    );
-    let recording = store::Files::default()
-        .read_recording(&file)
-        .unwrap()
-        .as_it_stands();
+    assert_eq!(distinct(&app), left, "what is not recorded is not collected");
+    let recording = store::Files::default().read_recording(&file).unwrap().as_it_stands();
     assert!(recording.tools.iter().any(|tool| tool.name == "Wand"));
 
     // A recording is never written over, and what was collected stays.
@@ -326,12 +275,7 @@ fn while_it_records_the_volume_fills_and_no_longer() {
     assert!(text.contains("session.csv"), "{text}");
     assert_eq!(distinct(&app), left);
     ask(&mut app, LiveRequest::StartOver);
-    until(
-        &mut app,
-        "a new start",
-        || (),
-        |app| desk(app).collected.is_none(),
-    );
+    until(&mut app, "a new start", || (), |app| desk(app).collected.is_none());
 }
 
 #[test]
@@ -347,12 +291,7 @@ fn poses_wake_the_window_only_while_the_workspace_is_shown() {
     let (.., detail) = elsewhere(&app);
     let measured = detail.tool.tracker_from_body_fitted;
     let good = |app: &App| state_of(app, TOOL) == Some(ToolState::Good);
-    until(
-        &mut app,
-        "a good tool",
-        || tracker.send(TOOL, &measured),
-        good,
-    );
+    until(&mut app, "a good tool", || tracker.send(TOOL, &measured), good);
 
     app.insert_resource(Workspace::Design);
     app.update();
@@ -402,23 +341,17 @@ fn a_port_in_use_is_said_and_nothing_is_connected() {
 #[test]
 fn blocks_of_the_scene_are_those_of_the_shown_workspace() {
     let mut app = create_scene_app_with(|app| {
-        app.add_plugins((LivePlugin, CellsPlugin))
-            .insert_resource(Workspace::Live);
+        app.add_plugins((LivePlugin, CellsPlugin)).insert_resource(Workspace::Live);
     });
     settle(&mut app);
     let folder = tempfile::tempdir().unwrap();
     let tracker = Tracker::anywhere();
     connect(&mut app, &tracker);
     assert_eq!(named(&mut app, "collected"), 0);
-    ask(
-        &mut app,
-        LiveRequest::Record(folder.path().join("session.csv")),
-    );
+    ask(&mut app, LiveRequest::Record(folder.path().join("session.csv")));
     let at = pose_from_parts([10.0, 0.0, -300.0].into(), Default::default());
     let send = || tracker.send("Wand", &at);
-    until(&mut app, "a sample", send, |app| {
-        desk(app).collected.is_some()
-    });
+    until(&mut app, "a sample", send, |app| desk(app).collected.is_some());
     app.update();
     assert_eq!(named(&mut app, "collected"), 1);
     app.insert_resource(Workspace::Design);
@@ -444,26 +377,18 @@ fn the_panels_say_what_is_heard_and_ask_for_what_is_clicked() {
     };
     let both = |app: &App| state_of(app, TOOL).is_some() && state_of(app, "Wand").is_some();
     until(&mut app, "both tools", send, both);
-    let design = app
-        .world()
-        .resource::<OpenWorld>()
-        .0
-        .document
-        .design()
-        .clone();
+    let design = app.world().resource::<OpenWorld>().0.document.design().clone();
     let asked = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
     let sink = std::rc::Rc::clone(&asked);
     let desk = desk(&app);
-    let mut harness = Harness::builder()
-        .with_size(egui::vec2(224.0, 700.0))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            let mut asked = tracker_ui(ui, desk);
-            asked.extend(tools_ui(ui, desk, &design));
-            asked.extend(recording_ui(ui, desk));
-            asked.extend(collecting_ui(ui, desk));
-            sink.borrow_mut().extend(asked);
-        });
+    let mut harness = Harness::builder().with_size(egui::vec2(224.0, 700.0)).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        let mut asked = tracker_ui(ui, desk);
+        asked.extend(tools_ui(ui, desk, &design));
+        asked.extend(recording_ui(ui, desk));
+        asked.extend(collecting_ui(ui, desk));
+        sink.borrow_mut().extend(asked);
+    });
     harness.run_steps(2);
     harness.get_by_label(&format!("connected to {}", tracker.server.address()));
     harness.get_by_label("Pointer");
@@ -472,10 +397,7 @@ fn the_panels_say_what_is_heard_and_ask_for_what_is_clicked() {
     harness.run_steps(2);
     harness.get_by_label("Disconnect").click();
     harness.run_steps(2);
-    assert_eq!(
-        *asked.borrow(),
-        [LiveRequest::ShowRecord, LiveRequest::Disconnect]
-    );
+    assert_eq!(*asked.borrow(), [LiveRequest::ShowRecord, LiveRequest::Disconnect]);
 }
 
 #[test]
@@ -493,12 +415,10 @@ fn a_recording_that_failed_says_why_and_the_next_can_be_begun() {
     let desk = &*desk;
     let asked = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
     let sink = std::rc::Rc::clone(&asked);
-    let mut harness = Harness::builder()
-        .with_size(egui::vec2(224.0, 300.0))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            sink.borrow_mut().extend(recording_ui(ui, desk));
-        });
+    let mut harness = Harness::builder().with_size(egui::vec2(224.0, 300.0)).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        sink.borrow_mut().extend(recording_ui(ui, desk));
+    });
     harness.run_steps(2);
     harness.get_by_label("session.csv");
     harness.get_by_label_contains("Nothing more is recorded: /rooms/session.csv: cannot be");

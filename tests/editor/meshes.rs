@@ -79,14 +79,8 @@ pub fn box_obj(sides: [f64; 3], more: &str) -> String {
         let at = [0, 1, 2].map(|k| if corner >> k & 1 == 1 { sides[k] } else { 0.0 });
         text += &format!("v {} {} {}\n", at[0], at[1], at[2]);
     }
-    for face in [
-        [1, 3, 4, 2],
-        [5, 6, 8, 7],
-        [1, 2, 6, 5],
-        [3, 7, 8, 4],
-        [1, 5, 7, 3],
-        [2, 4, 8, 6],
-    ] {
+    for face in [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]]
+    {
         text += &format!("f {} {} {} {}\n", face[0], face[1], face[2], face[3]);
     }
     text + more
@@ -115,23 +109,18 @@ fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<PanelAction>>>) {
     let asked = Rc::new(RefCell::new(Vec::new()));
     let sink = Rc::clone(&asked);
     let (world, loading) = (world(app), app.world().resource::<MeshLoading>());
-    let harness = Harness::builder()
-        .with_size(egui::vec2(276.0, 500.0))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            let view = MeshView::of(world, BodyRole::Tool, loading).unwrap();
-            sink.borrow_mut().extend(mesh_ui(ui, &view));
-        });
+    let harness = Harness::builder().with_size(egui::vec2(276.0, 500.0)).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        let view = MeshView::of(world, BodyRole::Tool, loading).unwrap();
+        sink.borrow_mut().extend(mesh_ui(ui, &view));
+    });
     (harness, asked)
 }
 
 fn says(app: &App, what: &str) {
     let (mut harness, _) = section(app);
     harness.run_steps(2);
-    assert!(
-        harness.query_by_label_contains(what).is_some(),
-        "{what:?} is not said"
-    );
+    assert!(harness.query_by_label_contains(what).is_some(), "{what:?} is not said");
 }
 
 #[test]
@@ -175,16 +164,8 @@ fn what_is_no_mesh_is_refused_in_words_and_the_design_stays_as_it_was() {
     let before = reference(&app);
     for (name, text, said) in [
         ("empty.obj", "", "found no triangles"),
-        (
-            "nan.obj",
-            "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-            "no numbers",
-        ),
-        (
-            "far.obj",
-            "v 0 0 0\nv 1e12 0 0\nv 0 1 0\nf 1 2 3\n",
-            "1.000e12 mm from the origin",
-        ),
+        ("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no numbers"),
+        ("far.obj", "v 0 0 0\nv 1e12 0 0\nv 0 1 0\nf 1 2 3\n", "1.000e12 mm from the origin"),
         ("short.stl", "solid", "short.stl"),
         ("broken.glb", "glTF", "broken.glb"),
     ] {
@@ -215,13 +196,11 @@ fn a_mesh_in_the_wrong_unit_is_asked_about_with_the_sizes_and_the_answer_is_one_
     let mut question = dialog(&app).unwrap().clone();
     let answer = Rc::new(RefCell::new(None));
     let sink = Rc::clone(&answer);
-    let mut harness = Harness::builder()
-        .with_size(egui::vec2(600.0, 400.0))
-        .build_ui(move |ui| {
-            if let Some(answered) = dialog_ui(ui, &mut question) {
-                sink.replace(Some(answered));
-            }
-        });
+    let mut harness = Harness::builder().with_size(egui::vec2(600.0, 400.0)).build_ui(move |ui| {
+        if let Some(answered) = dialog_ui(ui, &mut question) {
+            sink.replace(Some(answered));
+        }
+    });
     for size in [
         "in m: 150.00\u{2009}mm",
         "in mm: 0.15\u{2009}mm",
@@ -232,11 +211,8 @@ fn a_mesh_in_the_wrong_unit_is_asked_about_with_the_sizes_and_the_answer_is_one_
     }
     harness.get_by_label("in m: 150.00\u{2009}mm").click();
     harness.run_steps(2);
-    let load = MeshRequest::Load {
-        whose: BodyRole::Tool.into(),
-        file,
-        unit: Some(MeshUnit::Metre),
-    };
+    let load =
+        MeshRequest::Load { whose: BodyRole::Tool.into(), file, unit: Some(MeshUnit::Metre) };
     assert_eq!(*answer.borrow(), Some(DialogAnswer::Mesh(load.clone())));
     app.world_mut().resource_mut::<Dialogs>().current = None;
     ask(&mut app, load);
@@ -244,10 +220,7 @@ fn a_mesh_in_the_wrong_unit_is_asked_about_with_the_sizes_and_the_answer_is_one_
     assert_eq!(reference(&app).unwrap().unit, Some(MeshUnit::Metre));
     says(&app, "150.0 × 8.0 × 6.0\u{2009}mm");
     // A size that the person chose is not asked about again, however odd.
-    let set = MeshRequest::SetUnit {
-        whose: BodyRole::Tool.into(),
-        unit: Some(MeshUnit::Inch),
-    };
+    let set = MeshRequest::SetUnit { whose: BodyRole::Tool.into(), unit: Some(MeshUnit::Inch) };
     ask(&mut app, set);
     assert_eq!(dialog(&app), None);
     says(&app, "3.8 × 0.2 × 0.2\u{2009}mm");
@@ -283,12 +256,7 @@ fn a_mesh_that_is_gone_keeps_its_reference_and_is_found_again() {
     };
     let canonical = |path: &Path| path.canonicalize().unwrap();
     assert_eq!(canonical(&files.folder), canonical(folder.path()));
-    assert!(
-        files
-            .entries
-            .iter()
-            .any(|entry| entry.name() == "moved.obj")
-    );
+    assert!(files.entries.iter().any(|entry| entry.name() == "moved.obj"));
     ask(&mut app, MeshRequest::load(BodyRole::Tool, other));
     assert!(world(&app).mesh_problems().is_empty());
     says(&app, "moved.obj");
@@ -301,10 +269,7 @@ fn a_body_may_be_left_without_a_mesh() {
     harness.get_by_label("No mesh").click();
     harness.run_steps(2);
     drop(harness);
-    let edit = Edit::SetMesh {
-        body: BodyRole::Tool,
-        mesh: None,
-    };
+    let edit = Edit::SetMesh { body: BodyRole::Tool, mesh: None };
     assert_eq!(*asked.borrow(), [PanelAction::apply(edit.clone())]);
     request(&mut app, EditRequest::Apply(edit));
     app.update();

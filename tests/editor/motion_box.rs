@@ -62,10 +62,7 @@ fn with_upper_end(before: &Design, axis: usize, by: f64) -> Design {
     let motion = before.motion.unwrap();
     let mut range = motion.axes()[axis].1.unwrap();
     range.max += by;
-    Design {
-        motion: Some(motion.with_axis(axis, Some(range))),
-        ..before.clone()
-    }
+    Design { motion: Some(motion.with_axis(axis, Some(range))), ..before.clone() }
 }
 
 fn trials(design: &Design) -> usize {
@@ -85,10 +82,7 @@ fn a_ball_dragged_by_pixels_moves_its_end_of_its_axis_in_one_undo_step() {
         assert!(said.contains(" to +") && said.ends_with(" poses"), "{said}");
         hand.release(at + by, PointerButton::Primary);
         assert_eq!(hand.design(), with_upper_end(&before, handle.axis, step));
-        assert_eq!(
-            trials(&hand.design()) * counts.0,
-            trials(&before) * counts.1
-        );
+        assert_eq!(trials(&hand.design()) * counts.0, trials(&before) * counts.1);
         // The ball went along.
         settle(&mut hand.app);
         let mut now = handles(&mut hand).into_iter();
@@ -123,10 +117,7 @@ fn the_status_line_says_what_the_end_under_the_pointer_does() {
     hand.app.update();
     let hint = hand.resource::<PointerHint>().0.clone().unwrap();
     let name = ["x", "y", "z", "rx", "ry", "rz"][handle.axis];
-    assert!(
-        hint.contains(&format!("the turn {name} ends")) && hint.contains("5°"),
-        "{hint}"
-    );
+    assert!(hint.contains(&format!("the turn {name} ends")) && hint.contains("5°"), "{hint}");
     hand.move_to(at + Vec2::new(0.0, 300.0));
     hand.app.update();
     assert_eq!(hand.resource::<PointerHint>().0, None);

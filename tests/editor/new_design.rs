@@ -41,10 +41,7 @@ fn a_new_design_takes_the_place_of_an_open_one_only_after_asking() {
     let discard = FileRequest::Discard(Box::new(FileRequest::ShowNew));
     ask(&mut app, discard);
     assert_eq!(dialog(&app), Some(&Dialog::New));
-    ask(
-        &mut app,
-        FileRequest::Discard(Box::new(FileRequest::New(Starter::Tool))),
-    );
+    ask(&mut app, FileRequest::Discard(Box::new(FileRequest::New(Starter::Tool))));
     assert_eq!(app.world().resource::<WorldGeneration>().0, 1);
     assert_eq!(document(&app).design().crf, None);
     assert!(!document(&app).is_dirty());
@@ -62,11 +59,7 @@ fn a_new_design_is_saved_with_all_that_it_refers_to_where_the_person_says() {
     let Some(Dialog::SaveAs(files)) = dialog(&app) else {
         panic!("no place asked for: {:?}", dialog(&app));
     };
-    assert!(
-        files.text.ends_with("untitled.design.ron"),
-        "{}",
-        files.text
-    );
+    assert!(files.text.ends_with("untitled.design.ron"), "{}", files.text);
     let file = folder.path().join("mine.design.ron");
     ask(&mut app, FileRequest::SaveAs(file.clone()));
     assert!(!document(&app).is_dirty());
@@ -75,12 +68,7 @@ fn a_new_design_is_saved_with_all_that_it_refers_to_where_the_person_says() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     names.sort();
-    let expected = [
-        "crf.body.ron",
-        "mine.design.ron",
-        "operating-table.env.ron",
-        "tool.body.ron",
-    ];
+    let expected = ["crf.body.ron", "mine.design.ron", "operating-table.env.ron", "tool.body.ron"];
     assert_eq!(names, expected);
     let read = store::open_design(&file).unwrap();
     assert_eq!(read.document.design(), document(&app).design());

@@ -8,14 +8,8 @@ use trackwright::field::fit::{FitMethod, Residuals};
 #[test]
 fn every_picture_says_where_its_figures_come_from() {
     let mut room = environment();
-    assert_eq!(
-        caption(&room),
-        "Predicted in room Test room, an ideal room; not for clinical use"
-    );
-    let residuals = |position_rms_mm| Residuals {
-        position_rms_mm,
-        angle_rms_rad: None,
-    };
+    assert_eq!(caption(&room), "Predicted in room Test room, an ideal room; not for clinical use");
+    let residuals = |position_rms_mm| Residuals { position_rms_mm, angle_rms_rad: None };
     room.provenance = Some(Provenance {
         data: "cube-fit.csv".into(),
         samples: 2304,

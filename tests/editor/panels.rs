@@ -34,12 +34,10 @@ type Asked = Rc<RefCell<Vec<PanelAction>>>;
 fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harness<'a>, Asked) {
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
-    let harness = Harness::builder()
-        .with_size(egui::vec2(300.0, 1100.0))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            sink.borrow_mut().extend(panel(ui));
-        });
+    let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        sink.borrow_mut().extend(panel(ui));
+    });
     (harness, asked)
 }
 
@@ -68,10 +66,7 @@ fn names_with_hidden_characters_are_shown_escaped_in_one_line() {
     design.tool.body.rigid.sensors[0].name = hidden("sensor");
     environment.name = hidden("room");
     let (harness, _) = harness(|ui| {
-        outliner_ui(
-            ui,
-            &OutlinerView::new(&design, &environment, &view, &Selection::default()),
-        )
+        outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
     });
     for name in ["design", "tool", "sensor", "room"] {
         let shown = format!(r"{name}\u{{202e}}\u{{a}}{name}");
@@ -86,10 +81,7 @@ fn names_with_hidden_characters_are_shown_escaped_in_one_line() {
 fn the_outliner_names_the_volume_and_a_row_of_it_selects_its_sensor() {
     let (design, environment, view) = (design(), environment(), View::default());
     let (mut harness, asked) = harness(|ui| {
-        outliner_ui(
-            ui,
-            &OutlinerView::new(&design, &environment, &view, &Selection::default()),
-        )
+        outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
     });
     harness.get_by_label("Aurora cube");
     harness.get_by_label("grip").click();
@@ -120,11 +112,7 @@ fn a_typed_position_is_one_edit_in_millimetres() {
     harness.run_steps(3);
     let mut sensor = design.tool.body.rigid.sensors[0].clone();
     sensor.position_in_body.z = -7.25;
-    let edit = PanelAction::apply(Edit::SetSensor {
-        body: BodyRole::Tool,
-        index: 0,
-        sensor,
-    });
+    let edit = PanelAction::apply(Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor });
     assert_eq!(*asked.borrow(), [edit]);
 }
 
@@ -147,9 +135,7 @@ fn angles_are_typed_in_degrees_and_stored_in_radians() {
     let (mut harness, asked) = inspector(&design, Some(Selected::Body(BodyRole::Tool)));
     harness.get_by_label("rotation rz in degrees").click();
     harness.run_steps(2);
-    harness
-        .get_by_label("rotation rz in degrees")
-        .type_text("90");
+    harness.get_by_label("rotation rz in degrees").type_text("90");
     harness.run_steps(1);
     harness.key_press(egui::Key::Enter);
     harness.run_steps(3);
@@ -177,11 +163,7 @@ fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
     let is_met = outcome.figures.within_bounds().unwrap();
     let change = signed(outcome.figures.position_mm.rms - 9.0, 2);
     let results = Results {
-        study: Some(Stamped {
-            revision: 0,
-            value: outcome,
-            took: Duration::from_millis(4),
-        }),
+        study: Some(Stamped { revision: 0, value: outcome, took: Duration::from_millis(4) }),
         ..Results::default()
     };
     let (harness, _) = harness(|ui| {
@@ -217,10 +199,8 @@ fn an_interval_around_the_bound_is_shown_as_what_the_room_cannot_tell() {
     let cancel = CancelToken::default();
     let figures = expected(&scenario, &Mode::Motion, &cancel).unwrap();
     let (value, [low, high]) = figures.of(REQUIRED[0]).unwrap();
-    scenario.requirement = Some(Requirement {
-        position_rms_mm: Some(value),
-        ..Requirement::default()
-    });
+    scenario.requirement =
+        Some(Requirement { position_rms_mm: Some(value), ..Requirement::default() });
     let outcome = run(&scenario, &Mode::Motion, &cancel, None).unwrap();
     let results = |extent| Results {
         study: Some(Stamped {
@@ -250,33 +230,18 @@ fn an_interval_around_the_bound_is_shown_as_what_the_room_cannot_tell() {
             Vec::new()
         });
         for text in wanted {
-            assert!(
-                harness.query_all_by_label_contains(text).count() >= 1,
-                "{text}"
-            );
+            assert!(harness.query_all_by_label_contains(text).count() >= 1, "{text}");
         }
         for text in unwanted {
-            assert_eq!(
-                harness.query_all_by_label_contains(text).count(),
-                0,
-                "{text}"
-            );
+            assert_eq!(harness.query_all_by_label_contains(text).count(), 0, "{text}");
         }
     };
     let interval = format!("{low:.2}–{high:.2}");
     let verdict = "? cannot tell in this room: at most";
-    panel(
-        &whole,
-        &["expected tip error RMS", &interval, verdict],
-        &["✔"],
-    );
+    panel(&whole, &["expected tip error RMS", &interval, verdict], &["✔"]);
     // A drag shows the room's own field, marked as such, and no verdict.
     let own = "in the room's own field";
-    panel(
-        &preview,
-        &[own, "tip error RMS"],
-        &["expected", &interval, verdict, "✔"],
-    );
+    panel(&preview, &[own, "tip error RMS"], &["expected", &interval, verdict, "✔"]);
 }
 
 #[test]
@@ -315,10 +280,7 @@ fn a_preview_says_of_how_many_trials_it_is_a_part() {
 fn a_weight_that_the_jitter_gives_is_shown_as_derived_until_it_is_typed() {
     let jitter = Jitter::uniform(0.5, 0.005);
     let mut design = design();
-    let weight = OrientationWeight {
-        value_mm: 100.0,
-        source: OrientationWeightSource::Jitter,
-    };
+    let weight = OrientationWeight { value_mm: 100.0, source: OrientationWeightSource::Jitter };
     assert_eq!(jitter.orientation_weight_mm(), Some(weight.value_mm));
     for (own_mm, is_derived) in [(None, 1), (Some(80.0), 0)] {
         design.orientation_weight_mm = own_mm;
@@ -366,12 +328,7 @@ fn sensors_out_of_the_volume_are_named_in_words() {
             },
         )
     });
-    assert_eq!(
-        harness
-            .query_all_by_label_contains("outside the volume")
-            .count(),
-        1
-    );
+    assert_eq!(harness.query_all_by_label_contains("outside the volume").count(), 1);
 }
 
 #[test]
@@ -398,9 +355,7 @@ fn the_menu_names_what_undo_takes_back() {
     });
     harness.get_by_label("Edit").click();
     harness.run_steps(3);
-    harness
-        .get_by_label_contains("Undo move sensor shaft")
-        .click();
+    harness.get_by_label_contains("Undo move sensor shaft").click();
     harness.run_steps(3);
     assert_eq!(*asked.borrow(), [PanelAction::Run(Command::Undo)]);
 }
@@ -437,13 +392,11 @@ fn answer(dialog: Dialog, act: impl Fn(&mut Harness)) -> Option<DialogAnswer> {
     let answer = Rc::new(RefCell::new(None));
     let sink = Rc::clone(&answer);
     let dialog = RefCell::new(dialog);
-    let mut harness = Harness::builder()
-        .with_size(egui::vec2(600.0, 500.0))
-        .build_ui(move |ui| {
-            if let Some(found) = dialog_ui(ui, &mut dialog.borrow_mut()) {
-                sink.borrow_mut().get_or_insert(found);
-            }
-        });
+    let mut harness = Harness::builder().with_size(egui::vec2(600.0, 500.0)).build_ui(move |ui| {
+        if let Some(found) = dialog_ui(ui, &mut dialog.borrow_mut()) {
+            sink.borrow_mut().get_or_insert(found);
+        }
+    });
     harness.run_steps(2);
     act(&mut harness);
     harness.run_steps(3);
@@ -500,10 +453,7 @@ fn unsaved_changes_can_be_saved_given_up_or_kept() {
     let then = || Box::new(FileRequest::Quit);
     for (button, answered) in [
         ("Save", DialogAnswer::Request(FileRequest::SaveThen(then()))),
-        (
-            "Don't save",
-            DialogAnswer::Request(FileRequest::Discard(then())),
-        ),
+        ("Don't save", DialogAnswer::Request(FileRequest::Discard(then()))),
         ("Cancel", DialogAnswer::Close),
     ] {
         let asked = answer(dialog(), |harness| harness.get_by_label(button).click());

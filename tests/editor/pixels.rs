@@ -22,11 +22,7 @@ pub struct Blob {
 impl Picture {
     pub fn new(width: usize, height: usize, pixels: Vec<[u8; 3]>) -> Self {
         assert_eq!(pixels.len(), width * height);
-        Self {
-            width,
-            height,
-            pixels,
-        }
+        Self { width, height, pixels }
     }
 
     /// Reads a PNG file of three channels.
@@ -54,11 +50,7 @@ impl Picture {
     /// How many pixels differ.
     pub fn differences(&self, other: &Self) -> usize {
         assert_eq!((self.width, self.height), (other.width, other.height));
-        self.pixels
-            .iter()
-            .zip(&other.pixels)
-            .filter(|(a, b)| a != b)
-            .count()
+        self.pixels.iter().zip(&other.pixels).filter(|(a, b)| a != b).count()
     }
 
     /// Groups of touching pixels (corners count) that are as asked for, the largest first.
@@ -105,10 +97,7 @@ impl Blob {
 
 /// Whether no channel is further off than this.
 pub fn is_near(color: [u8; 3], wanted: [u8; 3], at_most: u8) -> bool {
-    color
-        .iter()
-        .zip(wanted)
-        .all(|(a, b)| a.abs_diff(b) <= at_most)
+    color.iter().zip(wanted).all(|(a, b)| a.abs_diff(b) <= at_most)
 }
 
 /// The ghost's hue: blue over green, red at most half of it, whatever shines through. The CRF's

@@ -38,8 +38,7 @@ fn app() -> App {
 fn wait(app: &mut App) {
     while app.world().resource::<PrecisionPage>().part().is_some() {
         let told = app.world().resource::<Told>().0.lock().unwrap();
-        told.recv_timeout(Duration::from_secs(300))
-            .expect("something of what is measured");
+        told.recv_timeout(Duration::from_secs(300)).expect("something of what is measured");
         drop(told);
         app.update();
     }
@@ -57,13 +56,9 @@ fn look(
     act: impl Fn(&mut Harness),
 ) -> Vec<PrecisionRequest> {
     let asked = RefCell::new(Vec::new());
-    let mut harness = Harness::builder()
-        .with_size(egui::vec2(760.0, 700.0))
-        .build_ui(|ui| {
-            asked
-                .borrow_mut()
-                .extend(precision_ui(ui, page, is_current));
-        });
+    let mut harness = Harness::builder().with_size(egui::vec2(760.0, 700.0)).build_ui(|ui| {
+        asked.borrow_mut().extend(precision_ui(ui, page, is_current));
+    });
     harness.run_steps(2);
     act(&mut harness);
     harness.run_steps(2);
@@ -102,10 +97,7 @@ fn a_measured_page_shows_every_family_and_belongs_to_the_design_as_it_was() {
         harness.get_by_label_contains("has changed since it was measured");
     });
 
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::SetName("Another".into())),
-    );
+    request(&mut app, EditRequest::Apply(Edit::SetName("Another".into())));
     settle(&mut app);
     let page = app.world().resource::<PrecisionPage>();
     assert_eq!(page.of, Some(of), "figures stay those of what was measured");

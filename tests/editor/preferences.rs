@@ -31,10 +31,8 @@ fn end(mut app: App) {
 }
 
 fn show_window(app: &mut App, width: u32, height: u32) {
-    let window = Window {
-        resolution: bevy::window::WindowResolution::new(width, height),
-        ..default()
-    };
+    let window =
+        Window { resolution: bevy::window::WindowResolution::new(width, height), ..default() };
     let window = app.world_mut().spawn((window, PrimaryWindow)).id();
     app.world_mut().write_message(WindowResized {
         window,
@@ -83,10 +81,7 @@ fn a_damaged_file_is_said_and_written_anew_and_that_of_another_version_is_left_a
         fs::write(&file, text).unwrap();
         let mut app = session(folder.path());
         let notice = app.world().resource::<Notice>();
-        assert!(
-            matches!(notice, Notice::Refused(said) if said.contains(FILE)),
-            "{notice:?}"
-        );
+        assert!(matches!(notice, Notice::Refused(said) if said.contains(FILE)), "{notice:?}");
         assert_eq!(*app.world().resource::<Theme>(), Theme::Dark);
         app.insert_resource(Workspace::Field);
         app.update();
@@ -108,10 +103,7 @@ fn a_state_folder_that_cannot_be_written_to_stops_nothing() {
 #[test]
 fn a_workspace_of_another_version_is_the_first_one() {
     let folder = tempfile::tempdir().unwrap();
-    let left = Preferences {
-        workspace: "Holodeck".into(),
-        ..Preferences::default()
-    };
+    let left = Preferences { workspace: "Holodeck".into(), ..Preferences::default() };
     store::write_preferences(folder.path(), &left).unwrap();
     let app = session(folder.path());
     assert_eq!(*app.world().resource::<Workspace>(), Workspace::Design);

@@ -83,8 +83,7 @@ fn looking_around_changes_a_slide_only_when_that_is_kept() {
     go_to(&mut app, Workspace::Present);
     let mut around = document(&app).view().clone();
     around.layers.ghost = false;
-    app.world_mut()
-        .write_message(ViewRequest::Set(around.clone()));
+    app.world_mut().write_message(ViewRequest::Set(around.clone()));
     settle(&mut app);
     assert_eq!(*document(&app).view(), around);
     let kept = |app: &App| document(app).design().slides[0].view.clone();
@@ -92,22 +91,14 @@ fn looking_around_changes_a_slide_only_when_that_is_kept() {
     ask(&mut app, PresentRequest::BackToView);
     assert_eq!(*document(&app).view(), slide("one", 0.1).view);
 
-    app.world_mut()
-        .write_message(ViewRequest::Set(around.clone()));
+    app.world_mut().write_message(ViewRequest::Set(around.clone()));
     settle(&mut app);
     ask(&mut app, PresentRequest::KeepView);
-    assert_eq!(
-        (kept(&app), document(&app).view()),
-        (around.clone(), &around)
-    );
+    assert_eq!((kept(&app), document(&app).view()), (around.clone(), &around));
     assert_eq!(document(&app).undo_label(), Some("Change view of slide 1"));
     request(&mut app, EditRequest::Undo);
     settle(&mut app);
-    assert_eq!(
-        *document(&app).view(),
-        slide("one", 0.1).view,
-        "as it is kept"
-    );
+    assert_eq!(*document(&app).view(), slide("one", 0.1).view, "as it is kept");
 }
 
 #[test]
@@ -164,36 +155,31 @@ fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Asked) {
     let asked: Asked = Rc::default();
     let sink = Rc::clone(&asked);
     let figures = app.world().resource::<Results>().study.as_ref();
-    let harness = Harness::builder()
-        .with_size(egui::vec2(996.0, 560.0))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            let view = StageView {
-                document: document(app),
-                environment: &app.world().resource::<OpenWorld>().0.environment,
-                presenter,
-                figures: figures.map(|study| &study.value.figures),
-                expected: app.world().resource::<Results>().expected_of_study(),
-            };
-            let mut covered = Vec::new();
-            let stage = ui.max_rect();
-            let mut actions = stage_ui(ui.ctx(), stage, &view, &mut covered);
-            for rect in &covered {
-                assert!(stage.contains_rect(*rect), "{rect:?} is not on the screen");
-            }
-            let overlaps = |a: &egui::Rect, b: &egui::Rect| a.shrink(0.5).intersects(b.shrink(0.5));
-            for (index, rect) in covered.iter().enumerate() {
-                let others = &covered[index + 1..];
-                assert!(
-                    !others.iter().any(|other| overlaps(rect, other)),
-                    "{covered:?}"
-                );
-            }
-            if presenter.is_editing {
-                actions.extend(slides_ui(ui, &view));
-            }
-            sink.borrow_mut().extend(actions);
-        });
+    let harness = Harness::builder().with_size(egui::vec2(996.0, 560.0)).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        let view = StageView {
+            document: document(app),
+            environment: &app.world().resource::<OpenWorld>().0.environment,
+            presenter,
+            figures: figures.map(|study| &study.value.figures),
+            expected: app.world().resource::<Results>().expected_of_study(),
+        };
+        let mut covered = Vec::new();
+        let stage = ui.max_rect();
+        let mut actions = stage_ui(ui.ctx(), stage, &view, &mut covered);
+        for rect in &covered {
+            assert!(stage.contains_rect(*rect), "{rect:?} is not on the screen");
+        }
+        let overlaps = |a: &egui::Rect, b: &egui::Rect| a.shrink(0.5).intersects(b.shrink(0.5));
+        for (index, rect) in covered.iter().enumerate() {
+            let others = &covered[index + 1..];
+            assert!(!others.iter().any(|other| overlaps(rect, other)), "{covered:?}");
+        }
+        if presenter.is_editing {
+            actions.extend(slides_ui(ui, &view));
+        }
+        sink.borrow_mut().extend(actions);
+    });
     (harness, asked)
 }
 
@@ -223,10 +209,7 @@ fn words_are_written_on_the_slide_itself_and_are_one_step_once_the_field_is_left
     assert!(asked.borrow().is_empty(), "it is still being written");
     harness.get_by_label("Done").click();
     harness.run_steps(3);
-    let expected = Slide {
-        title: "one <b>& only".to_owned(),
-        ..slide("one", 0.1)
-    };
+    let expected = Slide { title: "one <b>& only".to_owned(), ..slide("one", 0.1) };
     let asked = asked.borrow();
     let set = asked.iter().find_map(|action| match action {
         PanelAction::Present(PresentRequest::Set(slide)) => Some(Slide::clone(slide)),

@@ -53,10 +53,8 @@ fn point_at(app: &mut App, point_mm: &Point3<f64>) -> Option<String> {
         rect.min + Vec2::new(x as f32, y as f32)
     };
     let world = app.world_mut();
-    let mut window = world
-        .query_filtered::<&mut Window, With<PrimaryWindow>>()
-        .single_mut(world)
-        .unwrap();
+    let mut window =
+        world.query_filtered::<&mut Window, With<PrimaryWindow>>().single_mut(world).unwrap();
     window.set_cursor_position(Some(at));
     app.update();
     let probe = app.world().resource::<Probe>().0.clone()?;
@@ -66,9 +64,7 @@ fn point_at(app: &mut App, point_mm: &Point3<f64>) -> Option<String> {
 
 /// The number in a text such as `position error 1.24 mm`.
 fn number(text: &str, before: &str) -> f64 {
-    let rest = text
-        .strip_prefix(before)
-        .unwrap_or_else(|| panic!("{text}"));
+    let rest = text.strip_prefix(before).unwrap_or_else(|| panic!("{text}"));
     let value = rest.trim().split('\u{2009}').next().unwrap();
     value.parse().unwrap_or_else(|_| panic!("{text}"))
 }
@@ -99,10 +95,7 @@ fn over_the_slice_the_plate_says_the_value_that_was_sampled_there() {
         view.slice.quantity = Quantity::OrientationErrorDeg;
     });
     let text = point_at(&mut app, &slice.plan.point_mm(nu / 2, nv / 2)).unwrap();
-    assert!(
-        text.starts_with("orientation error ") && text.ends_with('°'),
-        "{text}"
-    );
+    assert!(text.starts_with("orientation error ") && text.ends_with('°'), "{text}");
 }
 
 #[test]
@@ -112,18 +105,9 @@ fn beyond_the_box_it_says_so_and_beside_the_slice_nothing() {
         without_bodies(view);
     });
     // Far enough away to have all of the slice in view.
-    app.world_mut()
-        .resource_mut::<OrbitRig>()
-        .camera
-        .distance_mm = 2500.0;
+    app.world_mut().resource_mut::<OrbitRig>().camera.distance_mm = 2500.0;
     let camera = app.world().resource::<OrbitRig>().camera;
-    let bounds = *app
-        .world()
-        .resource::<OpenWorld>()
-        .0
-        .environment
-        .model
-        .bounds();
+    let bounds = *app.world().resource::<OpenWorld>().0.environment.model.bounds();
     look(&mut app, |view| view.slice.face(&camera, &bounds));
     let slice = slice(&app);
     let [nu, nv] = slice.plan.counts;
@@ -134,10 +118,7 @@ fn beyond_the_box_it_says_so_and_beside_the_slice_nothing() {
         .expect("the shadow of a box is larger than its section");
     // Not at its very edge.
     let outside = outside + (outside - camera.focus_mm) * 0.02;
-    assert_eq!(
-        point_at(&mut app, &outside).unwrap(),
-        "outside the room's box"
-    );
+    assert_eq!(point_at(&mut app, &outside).unwrap(), "outside the room's box");
     let normal = slice.plan.plane.normal().into_inner();
     let off = slice.plan.point_mm(0, 0) - slice.plan.plane.axes()[0].into_inner() * 30.0;
     assert_eq!(point_at(&mut app, &(off + normal)), None);
@@ -194,10 +175,7 @@ fn a_body_in_front_hides_the_slice_and_says_its_own_value_where_it_is_painted() 
     let bars = app.world().resource::<ColorBars>();
     let bar = bars.placement.as_ref().unwrap();
     let said = number(&text, "expected tip error RMS");
-    assert!(
-        (bar.min - 0.01..bar.largest + 0.01).contains(&said),
-        "{text}"
-    );
+    assert!((bar.min - 0.01..bar.largest + 0.01).contains(&said), "{text}");
 }
 
 #[test]
@@ -213,10 +191,7 @@ fn an_arrow_says_the_length_of_its_error() {
         let scenario = store::resolve(open.0.document.design(), &open.0.environment);
         (scenario, axis, [view.arrows.per_side(); 3])
     };
-    let plan = ArrowPlan {
-        sensor: ArrowSensor::Along(axis),
-        counts,
-    };
+    let plan = ArrowPlan { sensor: ArrowSensor::Along(axis), counts };
     let arrows = sample_arrows(&scenario, &plan, &CancelToken::default()).unwrap();
     // Nothing is in front of the one that is most to the front.
     let mut rig = app.world_mut().resource_mut::<OrbitRig>();
@@ -227,8 +202,5 @@ fn an_arrow_says_the_length_of_its_error() {
         .unwrap();
     rig.camera.focus_mm = from;
     let text = point_at(&mut app, &from).unwrap();
-    assert!(
-        (number(&text, "position error") - error.norm()).abs() < 0.006,
-        "{text}"
-    );
+    assert!((number(&text, "position error") - error.norm()).abs() < 0.006, "{text}");
 }

@@ -133,12 +133,7 @@ fn picture(app: &App, name: &str, workspace: Workspace, compared: ComparedDesign
         return;
     }
     let world = app.world().resource::<OpenWorld>().0.clone();
-    let desk = Desk {
-        has_panels: true,
-        workspace,
-        compared,
-        ..Desk::default()
-    };
+    let desk = Desk { has_panels: true, workspace, compared, ..Desk::default() };
     let png = picture::png(world, [1440, 900], desk).unwrap();
     let file =
         Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("docs/pictures/tutorial-{name}.png"));
@@ -146,11 +141,7 @@ fn picture(app: &App, name: &str, workspace: Workspace, compared: ComparedDesign
 }
 
 fn shift(reach: f64) -> Option<AxisRange> {
-    Some(AxisRange {
-        min: -reach,
-        max: reach,
-        step: reach,
-    })
+    Some(AxisRange { min: -reach, max: reach, step: reach })
 }
 
 #[test]
@@ -171,16 +162,10 @@ fn from_an_empty_design_to_a_decided_tool() {
     let room = stronger_room(&app, folder.path());
     ask(&mut app, DecideRequest::AddRoom(RoomPlace::File(room)));
     for (name, position) in [("lesion", [40.0, 0.0, 60.0]), ("entry", [60.0, 0.0, 10.0])] {
-        let target = Target {
-            name: name.to_owned(),
-            position_in_crf: position.into(),
-        };
+        let target = Target { name: name.to_owned(), position_in_crf: position.into() };
         edit(&mut app, Edit::AddTarget(target));
     }
-    let asked = Requirement {
-        position_max_mm: Some(0.3),
-        ..Requirement::default()
-    };
+    let asked = Requirement { position_max_mm: Some(0.3), ..Requirement::default() };
     edit(&mut app, Edit::SetCrfRequirement(Some(asked)));
     assert_eq!(standing(&app).crf.rows.len(), 4, "two targets in two rooms");
     assert_eq!(standing(&app).state(Step::Crf), State::Missed);
@@ -189,20 +174,10 @@ fn from_an_empty_design_to_a_decided_tool() {
     // What is missed is not decided without a reason.
     ask(&mut app, DecideRequest::Decide(Step::Crf));
     assert!(document(&app).design().procedure.crf.is_none());
-    picture(
-        &app,
-        "2-crf-missed",
-        Workspace::Decide,
-        ComparedDesigns::default(),
-    );
+    picture(&app, "2-crf-missed", Workspace::Decide, ComparedDesigns::default());
 
     // 3. The patient lies nearer to the field generator.
-    let pose = document(&app)
-        .design()
-        .crf
-        .as_ref()
-        .unwrap()
-        .tracker_from_crf;
+    let pose = document(&app).design().crf.as_ref().unwrap().tracker_from_crf;
     let nearer = Pose::translation(0.0, 0.0, 100.0) * pose;
     edit(&mut app, Edit::SetCrfPose(nearer));
     assert_eq!(standing(&app).state(Step::Crf), State::Met);
@@ -237,36 +212,20 @@ fn from_an_empty_design_to_a_decided_tool() {
     file(&mut app, FileRequest::SaveShared(SharedChoice::Copy));
     assert!(!document(&app).is_dirty());
     let found = super::decide::found(&app);
-    let difference = found.comparison.rows[1]
-        .against_baseline
-        .as_ref()
-        .unwrap()
-        .differences[0];
+    let difference = found.comparison.rows[1].against_baseline.as_ref().unwrap().differences[0];
     assert!(difference.difference < 0.0, "{difference:?}");
     assert_eq!(standing(&app).state(Step::Tool), State::Met);
     picture(
         &app,
         "4-beside",
         Workspace::Decide,
-        ComparedDesigns {
-            baseline: Some(draft),
-            ..ComparedDesigns::default()
-        },
+        ComparedDesigns { baseline: Some(draft), ..ComparedDesigns::default() },
     );
     let note = "The lesion is never nearer than 3 mm to a vessel".to_owned();
     ask(&mut app, DecideRequest::SetNote(Step::Tool, note.clone()));
     ask(&mut app, DecideRequest::Decide(Step::Tool));
     assert_eq!(standing(&app).state(Step::Tool), State::Decided);
-    assert_eq!(
-        document(&app)
-            .design()
-            .procedure
-            .tool
-            .as_ref()
-            .unwrap()
-            .note,
-        note
-    );
+    assert_eq!(document(&app).design().procedure.tool.as_ref().unwrap().note, note);
     assert!(desk(&app).note(Step::Tool).is_empty());
 
     // 5. The built tool, measured in its room.
@@ -280,28 +239,17 @@ fn from_an_empty_design_to_a_decided_tool() {
     ask(&mut app, DecideRequest::Decide(Step::Built));
     assert_eq!(standing(&app).state(Step::Built), State::Decided);
     file(&mut app, FileRequest::Save);
-    picture(
-        &app,
-        "5-decided",
-        Workspace::Decide,
-        ComparedDesigns::default(),
-    );
+    picture(&app, "5-decided", Workspace::Decide, ComparedDesigns::default());
 
     // 6. Whoever opens it finds what was decided, and on what.
     let opened = store::open_design(&saved).unwrap();
-    assert_eq!(
-        opened.document.design().procedure,
-        document(&app).design().procedure
-    );
+    assert_eq!(opened.document.design().procedure, document(&app).design().procedure);
     let step = |step| opened.document.design().procedure.decision(step).is_some();
     assert!(Step::ALL.into_iter().all(step));
     // A change is told at every step that it concerns.
     move_sensor(&mut app, 5.0);
     assert_eq!(standing(&app).state(Step::Crf), State::Decided);
-    assert_eq!(
-        standing(&app).state(Step::Tool),
-        State::DecidedOnOtherFigures
-    );
+    assert_eq!(standing(&app).state(Step::Tool), State::DecidedOnOtherFigures);
     assert!(!standing(&app).changes(Step::Tool).is_empty());
 }
 
@@ -314,11 +262,7 @@ fn with_the_crfs_recording_beside_it_the_built_tool_is_judged_in_the_crf() {
     let tool = recording(&app, folder.path());
     ask(&mut app, DecideRequest::Recorded(BodyRole::Tool, tool));
     let notes = |app: &App| app.world().resource::<Judged>().notes().to_vec();
-    assert!(
-        notes(&app)[0].starts_with("no recording of the CRF"),
-        "{:?}",
-        notes(&app)
-    );
+    assert!(notes(&app)[0].starts_with("no recording of the CRF"), "{:?}", notes(&app));
     look(&app, steps_ui, |harness| {
         harness.get_by_label_contains("no recording of the CRF");
     });
@@ -330,13 +274,7 @@ fn with_the_crfs_recording_beside_it_the_built_tool_is_judged_in_the_crf() {
     assert_eq!(asked, [DecideRequest::ShowRecorded(BodyRole::Crf)]);
     ask(&mut app, DecideRequest::Recorded(BodyRole::Crf, crf));
     assert_eq!(notes(&app), [""; 0]);
-    let found = standing(&app)
-        .built
-        .recording
-        .clone()
-        .unwrap()
-        .unwrap()
-        .found;
+    let found = standing(&app).built.recording.clone().unwrap().unwrap().found;
     let squares: f64 = in_crf.iter().map(|t| t.tip_error_mm * t.tip_error_mm).sum();
     let rms_mm = (squares / in_crf.len() as f64).sqrt();
     assert!(

@@ -17,16 +17,13 @@ fn report_app() -> App {
     let mut app = create_app();
     app.insert_resource(ReportProgram(env!("CARGO_BIN_EXE_trackwright").into()))
         .add_plugins(ReportPlugin)
-        .insert_resource(OpenWorld(
-            store::open_builtin(store::DEFAULT_BUILTIN).unwrap(),
-        ));
+        .insert_resource(OpenWorld(store::open_builtin(store::DEFAULT_BUILTIN).unwrap()));
     settle(&mut app);
     app
 }
 
 fn write(app: &mut App, file: &Path) {
-    app.world_mut()
-        .write_message(FileRequest::WriteReport(file.to_owned()));
+    app.world_mut().write_message(FileRequest::WriteReport(file.to_owned()));
     settle(app);
     let start = Instant::now();
     while app.world().resource::<ReportJob>().is_writing() {
@@ -40,28 +37,15 @@ fn the_report_is_of_the_design_as_it_is_saved_or_not() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = report_app();
     let edit = |edit| EditRequest::Apply(edit);
-    request(
-        &mut app,
-        edit(Edit::SetName("Pointer <b>as edited</b>".to_owned())),
-    );
-    let pose = app
-        .world()
-        .resource::<OpenWorld>()
-        .0
-        .document
-        .design()
-        .tool
-        .crf_from_tool;
+    request(&mut app, edit(Edit::SetName("Pointer <b>as edited</b>".to_owned())));
+    let pose = app.world().resource::<OpenWorld>().0.document.design().tool.crf_from_tool;
     let moved = Pose::translation(7.0, 0.0, 0.0) * pose;
     request(&mut app, edit(Edit::SetToolPose(moved)));
     settle(&mut app);
     let file = folder.path().join("report.html");
     write(&mut app, &file);
     let notice = app.world().resource::<Notice>();
-    assert!(
-        matches!(notice, Notice::Done(told) if told.contains("report.html")),
-        "{notice:?}"
-    );
+    assert!(matches!(notice, Notice::Done(told) if told.contains("report.html")), "{notice:?}");
     let page = std::fs::read_to_string(&file).unwrap();
     assert!(page.contains("Pointer &lt;b&gt;as edited&lt;/b&gt;"));
     let study = app.world().resource::<Results>().study.as_ref().unwrap();

@@ -27,12 +27,10 @@ fn harness<'a, T: 'a>(panel: impl FnMut(&mut egui::Ui) -> Vec<T> + 'a) -> (Harne
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
     let mut panel = panel;
-    let harness = Harness::builder()
-        .with_size(egui::vec2(300.0, 1100.0))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            sink.borrow_mut().extend(panel(ui));
-        });
+    let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        sink.borrow_mut().extend(panel(ui));
+    });
     (harness, asked)
 }
 
@@ -84,12 +82,8 @@ fn a_text_that_is_no_number_changes_nothing_and_the_field_says_why_until_the_nex
 fn a_row_of_the_outliner_is_added_with_control_and_has_a_menu() {
     let (design, environment, view) = (design(), environment(), View::default());
     let selection = Selection::of(Some(Selected::Sensor(BodyRole::Tool, 0)));
-    let (mut harness, asked) = harness(|ui| {
-        outliner_ui(
-            ui,
-            &OutlinerView::new(&design, &environment, &view, &selection),
-        )
-    });
+    let (mut harness, asked) =
+        harness(|ui| outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &selection)));
     let grip = Selected::Sensor(BodyRole::Tool, 1);
     let row = harness.get_by_label("grip");
     row.click_modifiers(egui::Modifiers::COMMAND);
@@ -110,10 +104,7 @@ fn a_row_of_the_outliner_is_added_with_control_and_has_a_menu() {
 fn the_row_that_adds_a_sensor_asks_for_the_tool_that_does() {
     let (design, environment, view) = (design(), environment(), View::default());
     let (mut harness, asked) = harness(|ui| {
-        outliner_ui(
-            ui,
-            &OutlinerView::new(&design, &environment, &view, &Selection::default()),
-        )
+        outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
     });
     let rows: Vec<_> = harness.get_all_by_label("Add sensor").collect();
     assert_eq!(rows.len(), 2, "one a body");
@@ -127,10 +118,7 @@ fn the_row_that_adds_a_sensor_asks_for_the_tool_that_does() {
 fn the_eye_and_the_lock_of_a_row_change_the_view_and_select_nothing() {
     let (design, environment, view) = (design(), environment(), View::default());
     let (mut harness, asked) = harness(|ui| {
-        outliner_ui(
-            ui,
-            &OutlinerView::new(&design, &environment, &view, &Selection::default()),
-        )
+        outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
     });
     harness.get_by_label("Hide grip").click();
     harness.run_steps(2);

@@ -23,8 +23,7 @@ fn select(app: &mut App, body: BodyRole, indices: &[usize]) {
 }
 
 fn run(app: &mut App, command: SensorCommand) {
-    app.world_mut()
-        .write_message(RunCommand(Command::Sensors(command)));
+    app.world_mut().write_message(RunCommand(Command::Sensors(command)));
     app.update();
     app.update();
 }
@@ -58,10 +57,7 @@ fn copies_are_selected_in_the_place_of_what_was_copied() {
     let mut app = app();
     select(&mut app, BodyRole::Tool, &[0, 1]);
     run(&mut app, SensorCommand::Duplicate);
-    assert_eq!(
-        names(&app, BodyRole::Tool),
-        ["shaft", "grip", "shaft 2", "grip 2"]
-    );
+    assert_eq!(names(&app, BodyRole::Tool), ["shaft", "grip", "shaft 2", "grip 2"]);
     assert_eq!(selected(&app), Some((BodyRole::Tool, vec![2, 3])));
     assert_eq!(document(&app).undo_label(), Some("Duplicate 2 sensors"));
     request(&mut app, EditRequest::Undo);
@@ -99,13 +95,7 @@ fn the_last_sensors_of_a_body_cannot_be_deleted_and_the_body_is_selected_after_o
 fn a_sensor_stays_selected_when_one_before_it_goes() {
     let mut app = app();
     select(&mut app, BodyRole::Crf, &[2]);
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::RemoveSensor {
-            body: BodyRole::Crf,
-            index: 0,
-        }),
-    );
+    request(&mut app, EditRequest::Apply(Edit::RemoveSensor { body: BodyRole::Crf, index: 0 }));
     app.update();
     assert_eq!(selected(&app), Some((BodyRole::Crf, vec![1])));
     request(&mut app, EditRequest::Undo);
@@ -149,12 +139,8 @@ fn axes_are_turned_along_the_shaft_and_out_of_it_in_one_step() {
         }
         assert!(!document.is_in_step());
         let label = document.undo_label().map(str::to_owned);
-        let axes = [0, 1].map(|k| {
-            document.design().tool.body.rigid.sensors[k]
-                .axis_in_body()
-                .unwrap()
-                .z
-        });
+        let axes =
+            [0, 1].map(|k| document.design().tool.body.rigid.sensors[k].axis_in_body().unwrap().z);
         document.undo();
         assert_eq!(*document.design(), before);
         (label, axes)
@@ -208,8 +194,7 @@ fn a_jump_in_the_history_goes_over_many_steps_at_once() {
 fn the_history_unfolds_the_panel_that_it_stands_in() {
     let mut app = app();
     app.world_mut().resource_mut::<PanelsShown>().left = false;
-    app.world_mut()
-        .write_message(RunCommand(Command::ToggleHistory));
+    app.world_mut().write_message(RunCommand(Command::ToggleHistory));
     app.update();
     let panels = *app.world().resource::<PanelsShown>();
     assert!(panels.left && panels.history);

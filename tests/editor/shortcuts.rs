@@ -38,10 +38,7 @@ fn chord(app: &mut App, keys: &[Key]) {
 fn edited_app() -> App {
     let mut app = create_app();
     app.add_plugins((ShortcutsPlugin, CommandsPlugin));
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))),
-    );
+    request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))));
     app.update();
     app
 }
@@ -74,9 +71,7 @@ fn nothing_is_undone_in_the_middle_of_a_drag() {
 fn a_dialog_keeps_the_keys_to_itself() {
     let mut app = edited_app();
     let error = std::io::Error::other("no");
-    app.world_mut()
-        .resource_mut::<Dialogs>()
-        .show(Dialog::error("Sorry", &error));
+    app.world_mut().resource_mut::<Dialogs>().show(Dialog::error("Sorry", &error));
     chord(&mut app, &[Key::Control, Key::Character("z".into())]);
     assert!(!is_as_it_was(&app));
 }

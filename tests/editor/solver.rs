@@ -13,13 +13,7 @@ use trackwright::store;
 use trackwright::study::{AxisRange, CancelToken, Mode, Motion, expected, figure_rows, run};
 
 fn set_slice(app: &mut bevy::prelude::App, is_on: bool) {
-    let mut view: View = app
-        .world()
-        .resource::<OpenWorld>()
-        .0
-        .document
-        .view()
-        .clone();
+    let mut view: View = app.world().resource::<OpenWorld>().0.document.view().clone();
     view.layers.slice = is_on;
     app.world_mut().write_message(ViewRequest::Set(view));
     settle(app);
@@ -38,10 +32,7 @@ fn figures_are_those_that_the_study_itself_gives() {
     let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
     let results = app.world().resource::<Results>();
     let study = results.study.as_ref().unwrap();
-    assert_eq!(
-        figure_rows(&study.value.figures),
-        figure_rows(&outcome.figures)
-    );
+    assert_eq!(figure_rows(&study.value.figures), figure_rows(&outcome.figures));
     assert_eq!(study.value.figures.trials, 15);
     assert!(results.pose.is_some());
 }
@@ -79,11 +70,7 @@ fn expected_figures_come_when_the_hand_rests_and_only_then() {
     request(&mut app, EditRequest::Commit);
     settle(&mut app);
     let results = app.world().resource::<Results>();
-    assert!(
-        results
-            .expected_of_study()
-            .is_some_and(|now| *now != wanted)
-    );
+    assert!(results.expected_of_study().is_some_and(|now| *now != wanted));
     assert_eq!(computed(&app), 2);
 }
 
@@ -122,47 +109,27 @@ fn moving_a_sensor_does_not_sample_the_slice_again() {
     settle(&mut app);
     let before = slice_evaluations(&app);
     assert!(before > 0);
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::SetToolPose(Pose::translation(1.0, 2.0, 30.0))),
-    );
+    request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(1.0, 2.0, 30.0))));
     settle(&mut app);
     assert_eq!(slice_evaluations(&app), before);
 }
 
 /// A range of motion that takes long enough to be overtaken.
 fn long_motion() -> Motion {
-    let range = Some(AxisRange {
-        min: -40.0,
-        max: 40.0,
-        step: 4.0,
-    });
-    Motion {
-        x: range,
-        y: range,
-        z: range,
-        rx: range,
-        ..Motion::default()
-    }
+    let range = Some(AxisRange { min: -40.0, max: 40.0, step: 4.0 });
+    Motion { x: range, y: range, z: range, rx: range, ..Motion::default() }
 }
 
 #[test]
 fn an_older_study_never_overwrites_a_newer_one() {
     let mut app = create_app();
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::SetMotion(Some(long_motion()))),
-    );
+    request(&mut app, EditRequest::Apply(Edit::SetMotion(Some(long_motion()))));
     app.update();
     let mut shown = 0;
     for k in 0..40 {
         request(
             &mut app,
-            EditRequest::Apply(Edit::SetToolPose(Pose::translation(
-                f64::from(k),
-                0.0,
-                30.0,
-            ))),
+            EditRequest::Apply(Edit::SetToolPose(Pose::translation(f64::from(k), 0.0, 30.0))),
         );
         wait_for_answer(&app, std::time::Duration::from_millis(5));
         app.update();
@@ -185,19 +152,12 @@ fn an_older_study_never_overwrites_a_newer_one() {
 #[test]
 fn every_edit_of_a_drag_gets_its_pose_while_a_long_study_runs() {
     let mut app = create_app();
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::SetMotion(Some(long_motion()))),
-    );
+    request(&mut app, EditRequest::Apply(Edit::SetMotion(Some(long_motion()))));
     settle_pose(&mut app);
     for k in 0..10 {
         request(
             &mut app,
-            EditRequest::Apply(Edit::SetToolPose(Pose::translation(
-                f64::from(k),
-                0.5,
-                30.0,
-            ))),
+            EditRequest::Apply(Edit::SetToolPose(Pose::translation(f64::from(k), 0.5, 30.0))),
         );
         settle_pose(&mut app);
         let results = app.world().resource::<Results>();
@@ -226,13 +186,7 @@ fn a_study_that_cannot_run_says_why() {
     settle(&mut app);
     assert!(app.world().resource::<Results>().problem.is_none());
     // An edit that makes no sense is refused before it gets that far.
-    request(
-        &mut app,
-        EditRequest::Apply(Edit::RemoveSensor {
-            body: BodyRole::Tool,
-            index: 7,
-        }),
-    );
+    request(&mut app, EditRequest::Apply(Edit::RemoveSensor { body: BodyRole::Tool, index: 7 }));
     settle(&mut app);
     let notice = app.world().resource::<Notice>();
     let text = "the tool has no sensor 7, it has 2".to_owned();
@@ -244,33 +198,16 @@ fn explain_tells_frames_figures_and_counters() {
     let lines = Arc::new(Mutex::new(Vec::new()));
     let mut app = create_app();
     let sink = Arc::clone(&lines);
-    app.add_plugins(DiagnosticsPlugin)
-        .insert_resource(Explain(Box::new(move |line: &str| {
-            sink.lock().unwrap().push(line.to_owned());
-        })));
+    app.add_plugins(DiagnosticsPlugin).insert_resource(Explain(Box::new(move |line: &str| {
+        sink.lock().unwrap().push(line.to_owned());
+    })));
     settle(&mut app);
     let lines = lines.lock().unwrap();
-    assert_eq!(
-        lines
-            .iter()
-            .filter(|l| l.starts_with("frame 1"))
-            .count()
-            .min(1),
-        1
-    );
-    let study = app
-        .world()
-        .resource::<Results>()
-        .study
-        .as_ref()
-        .unwrap()
-        .value
-        .clone();
+    assert_eq!(lines.iter().filter(|l| l.starts_with("frame 1")).count().min(1), 1);
+    let study = app.world().resource::<Results>().study.as_ref().unwrap().value.clone();
     for row in figure_rows(&study.figures) {
         let tail = format!("{}={}{}", row.label, row.value, row.unit);
-        let told = lines
-            .iter()
-            .filter(|l| l.starts_with("result") && l.ends_with(&tail));
+        let told = lines.iter().filter(|l| l.starts_with("result") && l.ends_with(&tail));
         assert_eq!(told.count(), 1, "{tail}");
     }
     assert!(lines.iter().any(|l| l.starts_with("counters ")));

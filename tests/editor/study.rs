@@ -114,10 +114,7 @@ fn a_shown_trial_has_the_figures_of_its_pose_alone_and_leaves_the_design_as_it_i
     for trial in [0, 7, 14] {
         ask(&mut app, StudyRequest::Show(Some(trial)));
         let pose = trial_pose(&scenario(&app), &Mode::Motion, trial).unwrap();
-        let alone = look(&Scenario {
-            crf_from_tool: pose.crf_from_tool,
-            ..scenario(&app)
-        });
+        let alone = look(&Scenario { crf_from_tool: pose.crf_from_tool, ..scenario(&app) });
         let results = results(&app);
         assert_eq!(results.pose_trial, Some(trial));
         assert_eq!(results.pose.as_ref().unwrap().value.trial, alone.trial);
@@ -172,14 +169,8 @@ fn an_edit_keeps_the_trial_where_it_still_exists_and_else_shows_the_design_s_own
     let shown = &app.world().resource::<ShownDesign>().design;
     assert_eq!(shown.tool.crf_from_tool, pose.crf_from_tool);
 
-    let short = Motion {
-        x: Some(AxisRange {
-            min: -10.0,
-            max: 10.0,
-            step: 10.0,
-        }),
-        ..Motion::default()
-    };
+    let short =
+        Motion { x: Some(AxisRange { min: -10.0, max: 10.0, step: 10.0 }), ..Motion::default() };
     edit(&mut app, Edit::SetMotion(Some(short)));
     assert_eq!(shown_trial(&app), None);
     assert_eq!(results(&app).pose_trial, None);
@@ -240,9 +231,7 @@ fn playing_goes_through_the_trials_at_its_rate_and_then_rests() {
 #[test]
 fn the_tool_and_its_errors_are_never_of_two_trials() {
     let mut app = study_app();
-    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(
-        40,
-    )));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(40)));
     app.world_mut().write_message(StudyRequest::TogglePlay);
     for _ in 0..30 {
         app.update();
@@ -341,17 +330,11 @@ fn a_table_that_is_dropped_is_studied_in_this_workspace_and_in_no_other() {
     show_workspace(&mut app, Workspace::Study);
     drop_file(&mut app, &file);
     assert_eq!(results(&app).mode, Some(ModeKind::Input));
-    let trials = store::Files::default()
-        .read_input(&file, true)
-        .unwrap()
-        .as_it_stands();
+    let trials = store::Files::default().read_input(&file, true).unwrap().as_it_stands();
     let mode = Mode::Input(trials.clone().into());
     let alone = run(&scenario(&app), &mode, &CancelToken::default(), None).unwrap();
     let study = results(&app).study.as_ref().unwrap();
-    assert_eq!(
-        figure_rows(&study.value.figures),
-        figure_rows(&alone.figures)
-    );
+    assert_eq!(figure_rows(&study.value.figures), figure_rows(&alone.figures));
     ask(&mut app, StudyRequest::Show(Some(2)));
     let pose = &results(&app).pose.as_ref().unwrap().value;
     assert_eq!(pose.trial.crf_from_tool, trials[2].crf_from_tool);
@@ -380,8 +363,7 @@ fn another_design_begins_with_its_own_mode_and_pose() {
     drop_file(&mut app, &file);
     ask(&mut app, StudyRequest::Show(Some(1)));
     let name = store::DEFAULT_BUILTIN.to_owned();
-    app.world_mut()
-        .write_message(FileRequest::OpenBuiltIn(name));
+    app.world_mut().write_message(FileRequest::OpenBuiltIn(name));
     settle(&mut app);
     assert_eq!(shown_trial(&app), None);
     assert_eq!(results(&app).mode, Some(ModeKind::Motion));
@@ -395,8 +377,7 @@ fn another_design_begins_with_its_own_mode_and_pose() {
 fn wait_for_log(app: &mut App) {
     while app.world().resource::<LogJob>().part().is_some() {
         let told = app.world().resource::<Told>().0.lock().unwrap();
-        told.recv_timeout(Duration::from_secs(60))
-            .expect("a word of the log");
+        told.recv_timeout(Duration::from_secs(60)).expect("a word of the log");
         drop(told);
         app.update();
     }
@@ -410,8 +391,7 @@ fn the_log_is_that_of_the_command_line_to_the_byte() {
         OpenWorld(store::open_design(&copied.design).unwrap());
     settle(&mut app);
     let (ours, theirs) = (copied.path("ours.csv"), copied.path("theirs.csv"));
-    app.world_mut()
-        .write_message(FileRequest::WriteLog(ours.clone()));
+    app.world_mut().write_message(FileRequest::WriteLog(ours.clone()));
     app.update();
     wait_for_log(&mut app);
     let status = Process::new(env!("CARGO_BIN_EXE_trackwright"))
@@ -435,20 +415,10 @@ fn a_log_that_is_given_up_leaves_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("long.csv");
     let mut app = study_app();
-    let range = Some(AxisRange {
-        min: -40.0,
-        max: 40.0,
-        step: 1.0,
-    });
-    let long = Motion {
-        x: range,
-        y: range,
-        z: range,
-        ..Motion::default()
-    };
+    let range = Some(AxisRange { min: -40.0, max: 40.0, step: 1.0 });
+    let long = Motion { x: range, y: range, z: range, ..Motion::default() };
     request(&mut app, EditRequest::Apply(Edit::SetMotion(Some(long))));
-    app.world_mut()
-        .write_message(FileRequest::WriteLog(file.clone()));
+    app.world_mut().write_message(FileRequest::WriteLog(file.clone()));
     app.update();
     assert!(app.world().resource::<LogJob>().part().is_some());
     app.world_mut().write_message(StudyRequest::CancelLog);

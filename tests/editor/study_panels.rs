@@ -26,12 +26,10 @@ fn harness<'a>(
 ) -> (Harness<'a>, Asked) {
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
-    let harness = Harness::builder()
-        .with_size(egui::vec2(size[0], size[1]))
-        .build_ui(move |ui| {
-            trackwright::editor::ui::theme::apply(ui.ctx());
-            sink.borrow_mut().extend(panel(ui));
-        });
+    let harness = Harness::builder().with_size(egui::vec2(size[0], size[1])).build_ui(move |ui| {
+        trackwright::editor::ui::theme::apply(ui.ctx());
+        sink.borrow_mut().extend(panel(ui));
+    });
     (harness, asked)
 }
 
@@ -89,9 +87,8 @@ fn click(harness: &mut Harness, at: egui::Pos2) {
 fn the_timeline_says_which_trial_is_shown_and_its_buttons_are_commands() {
     let scenario = scenario();
     let (charted, shown) = (charted(&scenario), trial(&scenario, 3));
-    let (mut harness, asked) = harness([1200.0, 156.0], |ui| {
-        timeline_ui(ui, &timeline(&charted, Some(&shown)))
-    });
+    let (mut harness, asked) =
+        harness([1200.0, 156.0], |ui| timeline_ui(ui, &timeline(&charted, Some(&shown))));
     harness.run_steps(2);
     harness.get_by_label("trial 4 of 15: x \u{2212}50\u{2009}mm, rz 45°");
     for (label, command) in [
@@ -115,9 +112,8 @@ fn the_timeline_says_which_trial_is_shown_and_its_buttons_are_commands() {
 fn a_click_in_the_timeline_shows_the_trial_under_it() {
     let scenario = scenario();
     let charted = charted(&scenario);
-    let (mut harness, asked) = harness([1200.0, 156.0], |ui| {
-        timeline_ui(ui, &timeline(&charted, None))
-    });
+    let (mut harness, asked) =
+        harness([1200.0, 156.0], |ui| timeline_ui(ui, &timeline(&charted, None)));
     harness.run_steps(2);
     let mut shown = Vec::new();
     for x in [100.0, 620.0, 1190.0] {
@@ -138,10 +134,7 @@ fn a_log_under_way_can_be_cancelled() {
     let scenario = scenario();
     let charted = charted(&scenario);
     let (mut harness, asked) = harness([1200.0, 156.0], |ui| {
-        let view = TimelineView {
-            log_part: Some(0.4),
-            ..timeline(&charted, None)
-        };
+        let view = TimelineView { log_part: Some(0.4), ..timeline(&charted, None) };
         timeline_ui(ui, &view)
     });
     harness.get_by_label("Cancel").click();
@@ -155,11 +148,7 @@ fn a_study_of_too_many_trials_says_why_it_has_no_timeline() {
     let scenario = scenario();
     let charted = charted(&scenario);
     let (harness, _) = harness([1200.0, 156.0], |ui| {
-        let view = TimelineView {
-            profile: None,
-            trials: 2_000_000,
-            ..timeline(&charted, None)
-        };
+        let view = TimelineView { profile: None, trials: 2_000_000, ..timeline(&charted, None) };
         timeline_ui(ui, &view)
     });
     harness.get_by_label_contains("2,000,000 trials: more than the 1,048,576");
@@ -169,16 +158,10 @@ fn a_study_of_too_many_trials_says_why_it_has_no_timeline() {
 fn a_trial_is_told_in_numbers_with_units() {
     let scenario = scenario();
     let pose = trial_pose(&scenario, &Mode::Motion, 3).unwrap();
-    let detail = look(&Scenario {
-        crf_from_tool: pose.crf_from_tool,
-        ..scenario
-    });
+    let detail = look(&Scenario { crf_from_tool: pose.crf_from_tool, ..scenario });
     for (form, turn) in [
         (RotationForm::Turns, 45.0),
-        (
-            RotationForm::Rodrigues,
-            log_quaternion(&pose.crf_from_tool.rotation).z.to_degrees(),
-        ),
+        (RotationForm::Rodrigues, log_quaternion(&pose.crf_from_tool.rotation).z.to_degrees()),
     ] {
         let (mut harness, asked) = harness([276.0, 400.0], |ui| {
             let view = TrialView {
@@ -210,11 +193,7 @@ fn charts_say_the_share_within_the_requirement_and_choose_axes() {
     let scenario = scenario();
     let charted = charted(&scenario);
     let (mut harness, asked) = harness([276.0, 500.0], |ui| {
-        let view = StudyChartsView {
-            charted: &charted,
-            axis: "x",
-            shown: Some(3),
-        };
+        let view = StudyChartsView { charted: &charted, axis: "x", shown: Some(3) };
         study_charts_ui(ui, &view)
     });
     harness.run_steps(2);

@@ -89,11 +89,7 @@ fn body(name: &str, tip: Option<Point3<f64>>, sensors: Vec<Sensor>) -> DesignBod
     DesignBody {
         reference: format!("{name}.body.ron"),
         mesh: None,
-        rigid: RigidBody {
-            name: name.into(),
-            tip_in_body: tip,
-            sensors,
-        },
+        rigid: RigidBody { name: name.into(), tip_in_body: tip, sensors },
         definition: None,
     }
 }
@@ -138,10 +134,7 @@ pub fn design() -> Design {
             ..Motion::default()
         }),
         orientation_weight_mm: None,
-        requirement: Some(Requirement {
-            position_rms_mm: Some(1.0),
-            ..Requirement::default()
-        }),
+        requirement: Some(Requirement { position_rms_mm: Some(1.0), ..Requirement::default() }),
         procedure: Procedure::default(),
         anatomy: Vec::new(),
         slides: Vec::new(),
@@ -149,11 +142,7 @@ pub fn design() -> Design {
 }
 
 pub fn world() -> store::World {
-    let document = Document::new(
-        design(),
-        View::default(),
-        Origin::File("test.design.ron".into()),
-    );
+    let document = Document::new(design(), View::default(), Origin::File("test.design.ron".into()));
     store::World::new(document, Arc::new(environment()), None, None)
 }
 
@@ -191,10 +180,7 @@ pub fn create_scene_app_with(add: impl FnOnce(&mut App)) -> App {
         AssetPlugin::default(),
         MeshPlugin,
         InputPlugin,
-        WindowPlugin {
-            exit_condition: bevy::window::ExitCondition::DontExit,
-            ..default()
-        },
+        WindowPlugin { exit_condition: bevy::window::ExitCondition::DontExit, ..default() },
         DefaultPickingPlugins,
     ))
     .init_asset::<Image>()
@@ -218,13 +204,8 @@ pub fn create_scene_app_with(add: impl FnOnce(&mut App)) -> App {
         StudyPlugin,
         DiagnosticsPlugin,
     ))
-    .insert_resource(ViewportRect {
-        min: Vec2::new(240.0, 36.0),
-        size: Vec2::new(900.0, 700.0),
-    })
-    .insert_resource(OpenWorld(
-        store::open_builtin(store::DEFAULT_BUILTIN).unwrap(),
-    ));
+    .insert_resource(ViewportRect { min: Vec2::new(240.0, 36.0), size: Vec2::new(900.0, 700.0) })
+    .insert_resource(OpenWorld(store::open_builtin(store::DEFAULT_BUILTIN).unwrap()));
     listen(&mut app);
     add(&mut app);
     app.finish();

@@ -19,10 +19,8 @@ const GLYPH: &str = "tip scatter";
 fn app(jitter: Option<Jitter>) -> App {
     let mut app = create_scene_app();
     let mut open = app.world_mut().resource_mut::<OpenWorld>();
-    open.0.environment = Arc::new(Environment {
-        jitter,
-        ..Environment::clone(&open.0.environment)
-    });
+    open.0.environment =
+        Arc::new(Environment { jitter, ..Environment::clone(&open.0.environment) });
     settle(&mut app);
     app.update();
     app
@@ -62,10 +60,7 @@ fn the_ellipsoid_has_the_half_axes_of_the_95_percent_and_is_magnified_like_the_e
     let mut app = app(jitter());
     assert_eq!(named(&mut app, GLYPH), 1);
     let times = 25.0;
-    let magnified = View {
-        magnification: Magnification::Times(times),
-        ..view(&app)
-    };
+    let magnified = View { magnification: Magnification::Times(times), ..view(&app) };
     set_view(&mut app, magnified);
     let open = &app.world().resource::<OpenWorld>().0;
     let scenario = store::resolve(open.document.design(), &open.environment);

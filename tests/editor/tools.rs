@@ -30,10 +30,7 @@ fn run(hand: &mut Hand, command: Command) {
 }
 
 fn sensors(design: &Design) -> usize {
-    design
-        .bodies()
-        .map(|(_, body)| body.rigid.sensors.len())
-        .sum()
+    design.bodies().map(|(_, body)| body.rigid.sensors.len()).sum()
 }
 
 /// How far a point of the tool is from its surface.
@@ -56,10 +53,7 @@ fn a_click_on_the_surface_adds_one_sensor_there_which_is_selected() {
     assert!(off_mm < 1e-6, "{off_mm}");
     let beside_mm = new.position_in_body - hand.position_mm(SHAFT);
     assert!(beside_mm.norm() < 3.0, "under the pointer: {beside_mm}");
-    assert!(
-        new.axis_in_body().unwrap().dot(&Vector3::z()).abs() > 0.999,
-        "along the shaft"
-    );
+    assert!(new.axis_in_body().unwrap().dot(&Vector3::z()).abs() > 0.999, "along the shaft");
     let names: HashSet<&String> = all.iter().map(|sensor| &sensor.name).collect();
     assert_eq!(names.len(), all.len());
     let selected = Some(Selected::Sensor(BodyRole::Tool, all.len() - 1));
@@ -120,11 +114,7 @@ fn what_a_click_would_do_is_shown_where_it_does_something_and_else_why_not() {
     hand.app.update();
     hand.app.update();
     assert_eq!(named(&mut hand.app, "tool preview"), 0);
-    assert!(
-        hint(&hand).contains("no body under the pointer"),
-        "{}",
-        hint(&hand)
-    );
+    assert!(hint(&hand).contains("no body under the pointer"), "{}", hint(&hand));
     hand.click(beside);
     assert_eq!(hand.design(), before);
 
@@ -136,19 +126,14 @@ fn what_a_click_would_do_is_shown_where_it_does_something_and_else_why_not() {
     run(&mut hand, Command::Tool(SceneTool::AddSensor));
     let (at, _) = hand.shaft();
     hand.click(at);
-    assert!(
-        hint(&hand).contains("the tool is locked"),
-        "{}",
-        hint(&hand)
-    );
+    assert!(hint(&hand).contains("the tool is locked"), "{}", hint(&hand));
     assert_eq!(hand.design(), before);
 }
 
 #[test]
 fn without_a_mesh_there_is_nothing_to_click_on_and_that_is_said() {
     let app = create_scene_app_with(|app| {
-        app.insert_resource(OpenWorld(world()))
-            .insert_resource(SceneTool::AddSensor);
+        app.insert_resource(OpenWorld(world())).insert_resource(SceneTool::AddSensor);
     });
     let mut hand = Hand { app };
     settle(&mut hand.app);
@@ -169,11 +154,7 @@ fn no_sensor_is_dragged_and_no_handle_shown_while_a_tool_is_in_hand() {
     assert_eq!(named(&mut hand.app, "gizmo"), 0);
     let start = hand.position_mm(SHAFT);
     let (at, along) = hand.shaft();
-    hand.drag(
-        at,
-        along * 15.0,
-        bevy::picking::pointer::PointerButton::Primary,
-    );
+    hand.drag(at, along * 15.0, bevy::picking::pointer::PointerButton::Primary);
     assert_eq!(hand.design(), before);
     assert_eq!(hand.position_mm(SHAFT), start);
 }

@@ -88,23 +88,12 @@ fn room(model: DistortionModel) -> Environment {
 /// The room as it is known from 400 samples with noise.
 fn measured_room(truth: &DistortionModel, seed: u64) -> Arc<Environment> {
     let samples = noisy(&exact(truth, places(400, &bounds())), seed);
-    let (fit, support) = fitted(
-        &samples,
-        &FitSettings::new(2, DirectionSet::Six),
-        Some(bounds()),
-    );
-    Arc::new(Environment {
-        support: Some(support),
-        ..room(fit.model)
-    })
+    let (fit, support) = fitted(&samples, &FitSettings::new(2, DirectionSet::Six), Some(bounds()));
+    Arc::new(Environment { support: Some(support), ..room(fit.model) })
 }
 
 fn range(reach: f64, step: f64) -> Option<AxisRange> {
-    Some(AxisRange {
-        min: -reach,
-        max: reach,
-        step,
-    })
+    Some(AxisRange { min: -reach, max: reach, step })
 }
 
 fn scenario(tool: RigidBody, environment: &Arc<Environment>) -> Scenario {
@@ -132,11 +121,7 @@ fn plan(environment: &Arc<Environment>, tools: &[RigidBody]) -> Plan {
         room: 0,
         scenario: scenario(tool.clone(), environment),
     });
-    Plan {
-        rooms: vec![Arc::clone(environment)],
-        pairs: pairs.collect(),
-        baseline: 0,
-    }
+    Plan { rooms: vec![Arc::clone(environment)], pairs: pairs.collect(), baseline: 0 }
 }
 
 fn compared(plan: &Plan, settings: &Settings) -> Comparison {
@@ -225,30 +210,17 @@ fn a_design_against_itself_or_moved_by_a_hair_is_no_difference_and_one_far_worse
     let environment = measured_room(&truth([3.0, 0.03]), 5);
     let mut by_a_hair = pointer(60.0, 150.0);
     by_a_hair.sensors[1].position_in_body.x += 0.05;
-    let tools = [
-        pointer(60.0, 150.0),
-        pointer(60.0, 150.0),
-        by_a_hair,
-        pointer(100.0, 110.0),
-    ];
+    let tools = [pointer(60.0, 150.0), pointer(60.0, 150.0), by_a_hair, pointer(100.0, 110.0)];
     let comparison = compared(&plan(&environment, &tools), &Settings::default());
-    let differences = |row: usize| {
-        &comparison.rows[row]
-            .against_baseline
-            .as_ref()
-            .unwrap()
-            .differences
-    };
+    let differences =
+        |row: usize| &comparison.rows[row].against_baseline.as_ref().unwrap().differences;
     assert!(comparison.rows[0].against_baseline.is_none());
     for d in differences(1) {
         assert_eq!((d.difference, d.low, d.high), (0.0, 0.0, 0.0), "{d:?}");
         assert_eq!(d.verdict, Verdict::Negligible);
     }
     for d in differences(2) {
-        assert!(
-            matches!(d.verdict, Verdict::Negligible | Verdict::NotTold),
-            "{d:?}"
-        );
+        assert!(matches!(d.verdict, Verdict::Negligible | Verdict::NotTold), "{d:?}");
     }
     let far = &differences(3)[RMS];
     assert_eq!(far.verdict, Verdict::Worse, "{far:?}");
@@ -261,19 +233,12 @@ fn a_coarse_grid_widens_the_interval_by_what_it_misses() {
     let tools = [pointer(60.0, 150.0), pointer(80.0, 130.0)];
     let mut plan = plan(&environment, &tools);
     let rms = |plan: &Plan| {
-        compared(plan, &Settings::default()).rows[1]
-            .against_baseline
-            .as_ref()
-            .unwrap()
-            .differences[RMS]
+        compared(plan, &Settings::default()).rows[1].against_baseline.as_ref().unwrap().differences
+            [RMS]
     };
     let fine = rms(&plan);
     for pair in &mut plan.pairs {
-        let ends = AxisRange {
-            min: -20.0,
-            max: 20.0,
-            step: 39.0,
-        };
+        let ends = AxisRange { min: -20.0, max: 20.0, step: 39.0 };
         let motion = pair.scenario.motion.as_mut().unwrap();
         (motion.rx, motion.ry) = (Some(ends), Some(ends));
     }
@@ -294,11 +259,7 @@ fn a_room_without_a_standard_error_names_no_winner_and_says_why() {
     let comparison = compared(&plan(&environment, &tools), &quick());
     let why = comparison.rooms_unknown[0].unwrap().to_string();
     assert_eq!(why, "it keeps no standard error of its field");
-    let rms = comparison.rows[1]
-        .against_baseline
-        .as_ref()
-        .unwrap()
-        .differences[RMS];
+    let rms = comparison.rows[1].against_baseline.as_ref().unwrap().differences[RMS];
     assert_eq!((rms.verdict, rms.model_std), (Verdict::RoomUnknown, None));
     assert!(rms.sampling_std.unwrap() > 0.0);
 }
@@ -333,11 +294,7 @@ fn a_room_that_does_not_reach_has_no_figures_and_one_that_reaches_in_part_tells_
     let comparison = compared(&all, &quick());
     let trials = 3 * 3 * 3 * 3;
     for row in &comparison.rows[2..4] {
-        let expected = NoFigures::NoOverlap {
-            trials,
-            outside: trials,
-            out_of_volume: 0,
-        };
+        let expected = NoFigures::NoOverlap { trials, outside: trials, out_of_volume: 0 };
         assert_eq!(row.measured, Err(expected));
         assert_eq!(row.against_baseline, None);
     }
@@ -348,10 +305,7 @@ fn a_room_that_does_not_reach_has_no_figures_and_one_that_reaches_in_part_tells_
         assert_eq!(found.figures.out_of_volume, found.without_field);
         assert_eq!(found.figures.outside, 0);
     }
-    assert_eq!(
-        comparison.rows[0].measured.as_ref().unwrap().without_field,
-        0
-    );
+    assert_eq!(comparison.rows[0].measured.as_ref().unwrap().without_field, 0);
 }
 
 #[test]
@@ -359,16 +313,11 @@ fn rows_are_single_studies_to_the_bit_on_any_number_of_threads() {
     let environment = measured_room(&truth([3.0, 0.03]), 2);
     let tools = [pointer(60.0, 150.0), pointer(80.0, 130.0)];
     let mut plan = plan(&environment, &tools);
-    plan.pairs[1].scenario.requirement = Some(Requirement {
-        position_rms_mm: Some(0.1),
-        ..Requirement::default()
-    });
+    plan.pairs[1].scenario.requirement =
+        Some(Requirement { position_rms_mm: Some(0.1), ..Requirement::default() });
     plan.pairs[1].scenario.motion.as_mut().unwrap().x = range(30.0, 30.0);
     let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| compared(&plan, &quick()))
     };
     let found = on(1);
@@ -399,11 +348,7 @@ fn in_rooms_of_their_own_nothing_cancels() {
         room: number,
         scenario: scenario(tool.clone(), environment),
     });
-    let plan = Plan {
-        pairs: pairs.collect(),
-        rooms: rooms.to_vec(),
-        baseline: 0,
-    };
+    let plan = Plan { pairs: pairs.collect(), rooms: rooms.to_vec(), baseline: 0 };
     let found = compared(&plan, &quick());
     let against = found.rows[1].against_baseline.as_ref().unwrap();
     let rms = against.differences[RMS];
@@ -427,10 +372,8 @@ fn a_design_that_does_not_move_is_compared_at_its_pose() {
     let environment = measured_room(&truth([3.0, 0.03]), 2);
     let mut plan = plan(&environment, &[pointer(60.0, 150.0), pointer(100.0, 110.0)]);
     plan.pairs[1].scenario.motion = None;
-    plan.pairs[1].scenario.crf_from_tool = pose_from_parts(
-        Vector3::new(5.0, -8.0, -290.0),
-        nalgebra::UnitQuaternion::identity(),
-    );
+    plan.pairs[1].scenario.crf_from_tool =
+        pose_from_parts(Vector3::new(5.0, -8.0, -290.0), nalgebra::UnitQuaternion::identity());
     let found = compared(&plan, &quick());
     let row = &found.rows[1];
     assert_eq!(row.measured.as_ref().unwrap().figures.trials, 1);
@@ -439,8 +382,5 @@ fn a_design_that_does_not_move_is_compared_at_its_pose() {
     assert!(against.motion_differs);
     let rms = against.differences[RMS];
     // The baseline is sampled all the same, and both are tried in all fields.
-    assert!(
-        rms.sampling_std.unwrap() > 0.0 && rms.model_std.unwrap() > 0.0,
-        "{rms:?}"
-    );
+    assert!(rms.sampling_std.unwrap() > 0.0 && rms.model_std.unwrap() > 0.0, "{rms:?}");
 }

@@ -30,12 +30,7 @@ fn repository_tables() -> Vec<Table> {
     ];
     let mut tables: Vec<Table> = files
         .iter()
-        .map(|file| {
-            (
-                name(file),
-                Files::default().read_measurements(file).unwrap(),
-            )
-        })
+        .map(|file| (name(file), Files::default().read_measurements(file).unwrap()))
         .collect();
     for seed in 0..4 {
         let room = Room::new(seed, seed % 2 == 1);
@@ -63,10 +58,7 @@ fn simulated(room: &Room, seed: u64) -> MeasurementSet {
             tracker_from_measured: pose_from_parts(reading.0, turned_onto(&reading.1)),
         })
     });
-    MeasurementSet {
-        measurements: each.collect(),
-        content: MeasurementContent::FiveDof,
-    }
+    MeasurementSet { measurements: each.collect(), content: MeasurementContent::FiveDof }
 }
 
 fn six_dof() -> MeasurementSet {
@@ -79,10 +71,7 @@ fn six_dof() -> MeasurementSet {
             random.range(-500.0, -100.0),
         );
         let ideal = pose_from_parts(at, canonical(exp_vector(&(1.5 * random.normal()))));
-        let (measured, _) = world
-            .environment
-            .model
-            .distort(&ideal, OutsidePolicy::Clamp);
+        let (measured, _) = world.environment.model.distort(&ideal, OutsidePolicy::Clamp);
         Measurement {
             tracker_from_ideal: ideal,
             tracker_from_measured: pose_from_parts(
@@ -91,19 +80,12 @@ fn six_dof() -> MeasurementSet {
             ),
         }
     });
-    MeasurementSet {
-        measurements: each.collect(),
-        content: MeasurementContent::SixDof,
-    }
+    MeasurementSet { measurements: each.collect(), content: MeasurementContent::SixDof }
 }
 
 /// The quaternion of a rotation that files have.
 fn canonical(q: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
-    if q.w < 0.0 {
-        Unit::new_unchecked(-q.into_inner())
-    } else {
-        q
-    }
+    if q.w < 0.0 { Unit::new_unchecked(-q.into_inner()) } else { q }
 }
 
 /// Sets of the course, positions alone.
@@ -150,10 +132,7 @@ fn real_tables() -> Vec<Table> {
         let pairs: Vec<RecordedPair> = em
             .iter()
             .zip(reference)
-            .map(|(em, reference)| RecordedPair {
-                tracker: read(em),
-                reference: read(reference),
-            })
+            .map(|(em, reference)| RecordedPair { tracker: read(em), reference: read(reference) })
             .collect();
         let settings = CharacterisationSettings::default();
         let found = characterise(&pairs, &settings, &Task::default()).unwrap();
@@ -162,18 +141,12 @@ fn real_tables() -> Vec<Table> {
             tracker_from_ideal: written(&m.tracker_from_ideal),
             tracker_from_measured: written(&m.tracker_from_measured),
         });
-        let set = MeasurementSet {
-            measurements: each.collect(),
-            content: MeasurementContent::SixDof,
-        };
+        let set =
+            MeasurementSet { measurements: each.collect(), content: MeasurementContent::SixDof };
         (title.to_owned(), set)
     };
     let still = folder.join("static");
-    let mut tables = vec![table(
-        "still poses",
-        &files(&still, "EM"),
-        &files(&still, "OT"),
-    )];
+    let mut tables = vec![table("still poses", &files(&still, "EM"), &files(&still, "OT"))];
     let paths = folder.join("paths");
     let (em, reference) = (files(&paths, "EM"), files(&paths, "OT"));
     tables.push(table("paths", &em, &reference));
@@ -205,10 +178,9 @@ fn both(rows: &[Measurement], change: impl Fn(&Pose) -> Pose) -> Vec<Measurement
 }
 
 fn measured(rows: &[Measurement], change: impl Fn(&Pose) -> Pose) -> Vec<Measurement> {
-    let each = rows.iter().map(|m| Measurement {
-        tracker_from_measured: change(&m.tracker_from_measured),
-        ..*m
-    });
+    let each = rows
+        .iter()
+        .map(|m| Measurement { tracker_from_measured: change(&m.tracker_from_measured), ..*m });
     each.collect()
 }
 
@@ -268,12 +240,8 @@ fn is_frame(suspicion: &Suspicion) -> bool {
 }
 
 fn mistakes() -> Vec<Mistake> {
-    let mistake = |name, is_of_rotations, make, is_it| Mistake {
-        name,
-        is_of_rotations,
-        make,
-        is_it,
-    };
+    let mistake =
+        |name, is_of_rotations, make, is_it| Mistake { name, is_of_rotations, make, is_it };
     vec![
         mistake(
             "metres",
@@ -356,12 +324,7 @@ fn mistakes() -> Vec<Mistake> {
             "xyzw",
             true,
             |rows| both(rows, |p| numbers(p, |[w, x, y, z]| [x, y, z, w])),
-            |s| {
-                matches!(
-                    s,
-                    Suspicion::Quaternions { .. } | Suspicion::ScalarLast { .. }
-                )
-            },
+            |s| matches!(s, Suspicion::Quaternions { .. } | Suspicion::ScalarLast { .. }),
         ),
         mistake(
             "measured inverted",
@@ -444,31 +407,15 @@ fn few_rows_and_rows_at_one_place_are_left_alone() {
 #[test]
 fn a_long_table_is_judged_by_rows_from_all_of_it() {
     let (_, set) = repository_tables().remove(2);
-    let long: Vec<Measurement> = set
-        .measurements
-        .iter()
-        .cycle()
-        .take(100_000)
-        .copied()
-        .collect();
+    let long: Vec<Measurement> = set.measurements.iter().cycle().take(100_000).copied().collect();
     assert_eq!(suspicions(&long, set.content), []);
     let found = suspicions(&late(&long, 0, 1), set.content);
-    assert!(
-        matches!(found[..], [Suspicion::RowShift { rows: -1, .. }]),
-        "{found:?}"
-    );
+    assert!(matches!(found[..], [Suspicion::RowShift { rows: -1, .. }]), "{found:?}");
     let mut off = long;
     off[90_001].tracker_from_measured.translation.vector.x += 400.0;
     let found = suspicions(&off, set.content);
     assert!(
-        matches!(
-            found[..],
-            [Suspicion::Outliers {
-                count: 1,
-                first_row: 90_002,
-                ..
-            }]
-        ),
+        matches!(found[..], [Suspicion::Outliers { count: 1, first_row: 90_002, .. }]),
         "{found:?}"
     );
 }
@@ -477,11 +424,7 @@ fn a_long_table_is_judged_by_rows_from_all_of_it() {
 fn poses_by_themselves_show_units_and_the_scalar() {
     let (mut good, mut seen) = (0, 0);
     for (name, set) in all_tables() {
-        let poses: Vec<Pose> = set
-            .measurements
-            .iter()
-            .map(|m| m.tracker_from_measured)
-            .collect();
+        let poses: Vec<Pose> = set.measurements.iter().map(|m| m.tracker_from_measured).collect();
         let found = |poses: &[Pose]| doubts::with_written_quaternions(poses, PoseFrame::Tracker);
         assert_eq!(found(&poses), [], "{name}");
         good += 1;
@@ -490,13 +433,7 @@ fn poses_by_themselves_show_units_and_the_scalar() {
         };
         let metres = changed(&|p| scaled(p, 1e-3));
         assert!(
-            matches!(
-                metres[..],
-                [Suspicion::Metres {
-                    is_certain: true,
-                    ..
-                }]
-            ),
+            matches!(metres[..], [Suspicion::Metres { is_certain: true, .. }]),
             "{name}: {metres:?}"
         );
         let inches = changed(&|p| scaled(p, 1.0 / 25.4));
@@ -505,17 +442,11 @@ fn poses_by_themselves_show_units_and_the_scalar() {
             "{name}: {inches:?}"
         );
         let far = changed(&|p| scaled(p, 1e6));
-        assert!(
-            matches!(far[..], [Suspicion::TooFar { .. }]),
-            "{name}: {far:?}"
-        );
+        assert!(matches!(far[..], [Suspicion::TooFar { .. }]), "{name}: {far:?}");
         seen += 3;
         if set.content != MeasurementContent::PositionOnly {
             let last = changed(&|p| numbers(p, |[w, x, y, z]| [x, y, z, w]));
-            assert!(
-                matches!(last[..], [Suspicion::ScalarLast { .. }]),
-                "{name}: {last:?}"
-            );
+            assert!(matches!(last[..], [Suspicion::ScalarLast { .. }]), "{name}: {last:?}");
             seen += 1;
         }
     }
@@ -534,10 +465,7 @@ fn points_are_told_from_their_mirror_image_and_scale() {
         |map: &dyn Fn(&Point3<f64>) -> Point3<f64>| doubts::of_point_pairs(&source, &target(map));
     assert_eq!(found(&|p| *p), []);
     let mirrored = found(&|p| Point3::new(p.x, -p.y, p.z));
-    assert!(
-        matches!(mirrored[..], [Suspicion::Mirrored { .. }]),
-        "{mirrored:?}"
-    );
+    assert!(matches!(mirrored[..], [Suspicion::Mirrored { .. }]), "{mirrored:?}");
     let metres = found(&|p| p * 1e-3);
     let [Suspicion::Scale { units, .. }] = metres[..] else {
         panic!("{metres:?}");

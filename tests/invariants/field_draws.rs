@@ -23,32 +23,13 @@ type Place = (Point3<f64>, Unit<Vector3<f64>>);
 fn pairs() -> Vec<[Place; 2]> {
     let axis = |x: f64, y: f64, z: f64| Unit::new_normalize(Vector3::new(x, y, z));
     let point = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
-    let (along, aslant, across) = (
-        axis(0.1, 0.2, 1.0),
-        axis(0.4, 0.5, 1.0),
-        axis(1.0, -0.3, 0.1),
-    );
+    let (along, aslant, across) = (axis(0.1, 0.2, 1.0), axis(0.4, 0.5, 1.0), axis(1.0, -0.3, 0.1));
     vec![
-        [
-            (point(10.0, 5.0, -250.0), along),
-            (point(10.0, 5.0, -220.0), along),
-        ],
-        [
-            (point(40.0, -30.0, -180.0), along),
-            (point(46.0, -24.0, -150.0), aslant),
-        ],
-        [
-            (point(-60.0, 40.0, -330.0), across),
-            (point(60.0, -40.0, -150.0), across),
-        ],
-        [
-            (point(-60.0, 40.0, -330.0), along),
-            (point(-60.0, 40.0, -330.0), across),
-        ],
-        [
-            (point(0.0, 0.0, -380.0), along),
-            (point(20.0, 0.0, -350.0), across),
-        ],
+        [(point(10.0, 5.0, -250.0), along), (point(10.0, 5.0, -220.0), along)],
+        [(point(40.0, -30.0, -180.0), along), (point(46.0, -24.0, -150.0), aslant)],
+        [(point(-60.0, 40.0, -330.0), across), (point(60.0, -40.0, -150.0), across)],
+        [(point(-60.0, 40.0, -330.0), along), (point(-60.0, 40.0, -330.0), across)],
+        [(point(0.0, 0.0, -380.0), along), (point(20.0, 0.0, -350.0), across)],
     ]
 }
 
@@ -91,16 +72,10 @@ fn assert_scatters_alike(settings: &FitSettings) {
     let nothing = DistortionModel::zero(bounds(), MapKind::Distortion);
     let quiet = exact(&nothing, anywhere(SAMPLES));
     let refits: Vec<DistortionModel> = (0..REFITS)
-        .map(|seed| {
-            fit(&noisy(&quiet, seed), settings, Some(bounds()))
-                .unwrap()
-                .model
-        })
+        .map(|seed| fit(&noisy(&quiet, seed), settings, Some(bounds())).unwrap().model)
         .collect();
     let (first, support) = fitted(&noisy(&quiet, 1000), settings, Some(bounds()));
-    let drawn = support
-        .draw(&first.model, settings.ridge, DRAWS, 3, &Task::default())
-        .unwrap();
+    let drawn = support.draw(&first.model, settings.ridge, DRAWS, 3, &Task::default()).unwrap();
     let about: Vec<DistortionModel> = drawn
         .models
         .iter()
@@ -130,24 +105,15 @@ fn assert_scatters_alike(settings: &FitSettings) {
     // Where on its triangle a sample's axis was is not kept, which moves the deviation of one pair by
     // some 10 %, up to 22 % here; three components of 100 models on either side, by 6 %. Over all
     // pairs most of that evens out.
-    assert!(
-        ratios.iter().all(|r| (0.7..1.4).contains(r)),
-        "{settings:?}: {ratios:?}"
-    );
+    assert!(ratios.iter().all(|r| (0.7..1.4).contains(r)), "{settings:?}: {ratios:?}");
     let mean = ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64;
-    assert!(
-        (0.88..1.14).contains(&mean.exp()),
-        "{settings:?}: {ratios:?}"
-    );
+    assert!((0.88..1.14).contains(&mean.exp()), "{settings:?}: {ratios:?}");
 }
 
 #[test]
 fn differences_between_places_scatter_as_they_do_over_refits() {
     assert_scatters_alike(&FitSettings::new(2, DirectionSet::Six));
-    assert_scatters_alike(&FitSettings {
-        ridge: 0.02,
-        ..FitSettings::new(2, DirectionSet::Six)
-    });
+    assert_scatters_alike(&FitSettings { ridge: 0.02, ..FitSettings::new(2, DirectionSet::Six) });
 }
 
 #[test]

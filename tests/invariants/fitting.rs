@@ -24,15 +24,8 @@ fn truth(order: usize, directions: DirectionSet, weighting: Weighting) -> Distor
     let coefficients = (0..count)
         .map(|i| std::array::from_fn(|k| ((i * 7 + k * 3 + 1) as f64 * 0.618).fract() - 0.5))
         .collect();
-    DistortionModel::new(
-        order,
-        directions,
-        weighting,
-        MapKind::Distortion,
-        bounds(),
-        coefficients,
-    )
-    .unwrap()
+    DistortionModel::new(order, directions, weighting, MapKind::Distortion, bounds(), coefficients)
+        .unwrap()
 }
 
 /// Exact samples of a model at places spread over box and sphere (Kronecker sequences).
@@ -56,17 +49,11 @@ fn samples_of(model: &DistortionModel, count: usize) -> SampleSet {
             Sample {
                 position_mm,
                 axis,
-                error: model
-                    .evaluate(&position_mm, &axis, OutsidePolicy::Clamp)
-                    .error,
+                error: model.evaluate(&position_mm, &axis, OutsidePolicy::Clamp).error,
             }
         })
         .collect();
-    SampleSet {
-        samples,
-        has_rotations: true,
-        ambiguous: 0,
-    }
+    SampleSet { samples, has_rotations: true, ambiguous: 0 }
 }
 
 #[test]
@@ -94,10 +81,7 @@ fn without_orientations_each_method_recovers_the_model() {
     let truth = truth(3, DirectionSet::One, Weighting::Area);
     let set = samples_of(&truth, 500);
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
-        let settings = FitSettings {
-            method,
-            ..FitSettings::new(3, DirectionSet::One)
-        };
+        let settings = FitSettings { method, ..FitSettings::new(3, DirectionSet::One) };
         let found = fit(&set, &settings, Some(bounds())).unwrap();
         assert!(found.after.position_rms_mm < 1e-11, "{:?}", found.after);
     }
@@ -108,10 +92,7 @@ fn the_joint_fit_never_leaves_more_than_the_per_direction_fit() {
     let truth = truth(4, DirectionSet::FortyTwo, Weighting::Area);
     let set = samples_of(&truth, 2000);
     let rms = |method| {
-        let settings = FitSettings {
-            method,
-            ..FitSettings::new(2, DirectionSet::Fourteen)
-        };
+        let settings = FitSettings { method, ..FitSettings::new(2, DirectionSet::Fourteen) };
         fit(&set, &settings, None).unwrap().after.position_rms_mm
     };
     assert!(rms(FitMethod::Joint) <= rms(FitMethod::PerDirection));
@@ -129,22 +110,10 @@ fn order_zero_corrects_nothing() {
 fn more_ridge_leaves_more_residual_and_smaller_coefficients() {
     let set = samples_of(&truth(3, DirectionSet::Six, Weighting::Area), 2000);
     let at = |ridge| {
-        let settings = FitSettings {
-            ridge,
-            ..FitSettings::new(3, DirectionSet::Six)
-        };
+        let settings = FitSettings { ridge, ..FitSettings::new(3, DirectionSet::Six) };
         let found = fit(&set, &settings, Some(bounds())).unwrap();
-        let size: f64 = found
-            .model
-            .coefficients()
-            .iter()
-            .flatten()
-            .map(|c| c * c)
-            .sum();
-        (
-            residuals(&found.model, &set, OutsidePolicy::Clamp).position_rms_mm,
-            size,
-        )
+        let size: f64 = found.model.coefficients().iter().flatten().map(|c| c * c).sum();
+        (residuals(&found.model, &set, OutsidePolicy::Clamp).position_rms_mm, size)
     };
     let (none, some, much) = (at(0.0), at(0.01), at(0.3));
     assert!(none.0 < some.0 && some.0 < much.0);
@@ -166,23 +135,11 @@ fn an_orientation_without_samples_gets_nothing_and_is_reported() {
 fn what_cannot_be_fitted_says_why() {
     let set = samples_of(&truth(1, DirectionSet::One, Weighting::Area), 20);
     let settings = FitSettings::new(1, DirectionSet::Six);
-    let none = SampleSet {
-        samples: Vec::new(),
-        ..set.clone()
-    };
+    let none = SampleSet { samples: Vec::new(), ..set.clone() };
     assert_eq!(fit(&none, &settings, None), Err(FitError::NoSamples));
-    let flat = SampleSet {
-        has_rotations: false,
-        ..set.clone()
-    };
-    assert_eq!(
-        fit(&flat, &settings, None),
-        Err(FitError::NeedsOneDirection(6))
-    );
-    let ridge = FitSettings {
-        ridge: -1.0,
-        ..settings
-    };
+    let flat = SampleSet { has_rotations: false, ..set.clone() };
+    assert_eq!(fit(&flat, &settings, None), Err(FitError::NeedsOneDirection(6)));
+    let ridge = FitSettings { ridge: -1.0, ..settings };
     assert_eq!(fit(&set, &ridge, None), Err(FitError::Ridge(-1.0)));
 }
 
@@ -191,19 +148,13 @@ fn systems_of_parts_of_the_samples_merge_to_the_fit_of_all() {
     let noisy = truth(4, DirectionSet::FortyTwo, Weighting::Area);
     let set = samples_of(&noisy, 900);
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
-        let settings = FitSettings {
-            method,
-            ridge: 1e-3,
-            ..FitSettings::new(1, DirectionSet::Fourteen)
-        };
+        let settings =
+            FitSettings { method, ridge: 1e-3, ..FitSettings::new(1, DirectionSet::Fourteen) };
         let parts: Vec<_> = set
             .samples
             .chunks(300)
             .map(|samples| {
-                let part = SampleSet {
-                    samples: samples.to_vec(),
-                    ..set.clone()
-                };
+                let part = SampleSet { samples: samples.to_vec(), ..set.clone() };
                 factor(&part, &settings, Some(bounds()), &Task::default()).unwrap()
             })
             .collect();
@@ -212,11 +163,7 @@ fn systems_of_parts_of_the_samples_merge_to_the_fit_of_all() {
         let whole = fit(&set, &settings, Some(bounds())).unwrap();
         for found in [
             merged.solve(settings.rcond, settings.ridge).unwrap(),
-            merged
-                .decompose()
-                .unwrap()
-                .solve(settings.rcond, settings.ridge)
-                .unwrap(),
+            merged.decompose().unwrap().solve(settings.rcond, settings.ridge).unwrap(),
         ] {
             let (f, w) = (found.model.coefficients(), whole.model.coefficients());
             // The condition is below 100 and the coefficients are of order 1.
@@ -238,10 +185,7 @@ fn a_fit_that_nobody_wants_stops() {
     token.cancel();
     let task = Task::cancelled_by(token);
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
-        let settings = FitSettings {
-            method,
-            ..FitSettings::new(1, DirectionSet::Six)
-        };
+        let settings = FitSettings { method, ..FitSettings::new(1, DirectionSet::Six) };
         let stopped = fit_with(&set, &settings, None, &task);
         assert_eq!(stopped, Err(FitError::Cancelled(Cancelled)));
     }
@@ -250,16 +194,10 @@ fn a_fit_that_nobody_wants_stops() {
 #[test]
 fn a_fit_under_way_stops_and_tells_how_far_it_is() {
     let set = samples_of(&truth(1, DirectionSet::Six, Weighting::Area), 30_000);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
-        let settings = FitSettings {
-            method,
-            ridge: 1e-3,
-            ..FitSettings::new(1, DirectionSet::Six)
-        };
+        let settings =
+            FitSettings { method, ridge: 1e-3, ..FitSettings::new(1, DirectionSet::Six) };
         let heard = Arc::new(Mutex::new(Vec::new()));
         let task = Task::told_to({
             let heard = heard.clone();
@@ -291,16 +229,11 @@ fn a_fit_does_not_depend_on_the_number_of_threads() {
     let set = samples_of(&truth(2, DirectionSet::FortyTwo, Weighting::Area), 40_000);
     let on = |threads, settings: &FitSettings| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build()
-            .unwrap()
-            .install(|| fit(&set, settings, None).unwrap())
+        pool.build().unwrap().install(|| fit(&set, settings, None).unwrap())
     };
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
         for directions in [DirectionSet::One, DirectionSet::Fourteen] {
-            let settings = FitSettings {
-                method,
-                ..FitSettings::new(1, directions)
-            };
+            let settings = FitSettings { method, ..FitSettings::new(1, directions) };
             let (one, four) = (on(1, &settings), on(4, &settings));
             assert_eq!(one.model, four.model);
             assert_eq!(one.systems, four.systems);
@@ -317,9 +250,7 @@ fn samples_in_one_place_are_fitted_by_the_solution_of_least_norm() {
     assert_eq!(found.systems[0].rank, 1);
     assert!(found.after.position_rms_mm < 1e-13);
     let away = Point3::new(1e6, -1e6, 0.0);
-    let e = found
-        .model
-        .evaluate(&away, &first.axis, OutsidePolicy::Clamp);
+    let e = found.model.evaluate(&away, &first.axis, OutsidePolicy::Clamp);
     assert!(e.error.position_mm.iter().all(|v| v.is_finite()));
     assert_ne!(e.error, PoseError::default());
 }

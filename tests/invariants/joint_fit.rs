@@ -41,19 +41,11 @@ fn samples(count: usize) -> SampleSet {
             }
         })
         .collect();
-    SampleSet {
-        samples,
-        has_rotations: true,
-        ambiguous: 0,
-    }
+    SampleSet { samples, has_rotations: true, ambiguous: 0 }
 }
 
 fn settings(order: usize, directions: DirectionSet, ridge: f64) -> FitSettings {
-    FitSettings {
-        method: FitMethod::Joint,
-        ridge,
-        ..FitSettings::new(order, directions)
-    }
+    FitSettings { method: FitMethod::Joint, ridge, ..FitSettings::new(order, directions) }
 }
 
 /// The whole design matrix, row by row, and its singular value decomposition.
@@ -64,11 +56,7 @@ fn dense(set: &SampleSet, settings: &FitSettings) -> Solution {
     for s in &set.samples {
         let weights = settings.directions.weights(&s.axis, settings.weighting);
         let mut products = Vec::new();
-        push_products(
-            settings.order,
-            &bounds().to_unit(&s.position_mm),
-            &mut products,
-        );
+        push_products(settings.order, &bounds().to_unit(&s.position_mm), &mut products);
         let (p, r) = (s.error.position_mm, s.error.rotation_rad);
         system.push(
             |row| {
@@ -83,11 +71,7 @@ fn dense(set: &SampleSet, settings: &FitSettings) -> Solution {
             [p.x, p.y, p.z, r.x, r.y, r.z],
         );
     }
-    system
-        .into_triangle()
-        .decompose()
-        .unwrap()
-        .solve(settings.rcond, settings.ridge)
+    system.into_triangle().decompose().unwrap().solve(settings.rcond, settings.ridge)
 }
 
 /// Round-off of a solution: condition times epsilon, some hundred operations deep.
@@ -110,21 +94,14 @@ fn assert_same(found: &Fit, expected: &Solution) {
         .map(|(f, e)| std::array::from_fn(|k| f[k] - e[k]))
         .collect();
     let bound = 100.0 * f64::EPSILON * report.condition * size(&expected.unknowns);
-    assert!(
-        size(&difference) <= bound,
-        "{} is more than {bound}",
-        size(&difference)
-    );
+    assert!(size(&difference) <= bound, "{} is more than {bound}", size(&difference));
 }
 
 #[test]
 fn what_is_determined_is_solved_the_same_with_and_without_ridge() {
-    for directions in [
-        DirectionSet::One,
-        DirectionSet::Six,
-        DirectionSet::Twelve,
-        DirectionSet::Fourteen,
-    ] {
+    for directions in
+        [DirectionSet::One, DirectionSet::Six, DirectionSet::Twelve, DirectionSet::Fourteen]
+    {
         for order in [1, 2] {
             let set = samples(60 * directions.len() * order * order);
             for ridge in [0.0, 1e-3, 0.1] {
@@ -183,10 +160,7 @@ fn the_decomposition_of_a_joint_system_is_that_of_the_whole() {
     let factored = factor(&set, &settings, Some(bounds()), &Task::default()).unwrap();
     let systems = factored.decompose().unwrap().systems;
     assert_eq!(systems.len(), 1);
-    assert_eq!(
-        (systems[0].rows, systems[0].singular_values.len()),
-        (800, 112)
-    );
+    assert_eq!((systems[0].rows, systems[0].singular_values.len()), (800, 112));
     let found = systems[0].solve(settings.rcond, settings.ridge);
     let expected = dense(&set, &settings);
     for (f, e) in found.unknowns.iter().zip(&expected.unknowns) {

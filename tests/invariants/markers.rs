@@ -11,18 +11,10 @@ use trackwright::tracking::uncertainty::{LinearFit, SensorCovariance};
 use trackwright::tracking::{Determination, RigidBody, Sensor, SensorOrientation};
 
 /// The four markers of NDI's passive probe 8700340 and of its reference frame 8700339.
-const PROBE: [[f64; 3]; 4] = [
-    [0.0, 0.0, 0.0],
-    [0.0, 0.0, 50.0],
-    [0.0, 25.0, 100.0],
-    [0.0, -25.0, 135.0],
-];
-const REFERENCE: [[f64; 3]; 4] = [
-    [0.0, 0.0, 0.0],
-    [0.0, 28.59, 41.02],
-    [0.0, 0.0, 88.0],
-    [0.0, -44.32, 40.45],
-];
+const PROBE: [[f64; 3]; 4] =
+    [[0.0, 0.0, 0.0], [0.0, 0.0, 50.0], [0.0, 25.0, 100.0], [0.0, -25.0, 135.0]];
+const REFERENCE: [[f64; 3]; 4] =
+    [[0.0, 0.0, 0.0], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]];
 
 fn markers(positions: &[[f64; 3]]) -> RigidBody {
     let marker = |(index, position): (usize, &[f64; 3])| Sensor {
@@ -96,10 +88,7 @@ fn three_markers_give_the_frame_whatever_the_weight_and_a_row_of_them_leaves_its
 #[test]
 fn their_uncertainty_is_the_target_registration_error_of_fitzpatrick_west_and_maurer() {
     // Some figures were checked by 20,000 trials each: 0.7878 and 0.9547 mm.
-    let cases = [
-        (PROBE, [0.0, 0.0, -150.0], 0.7881),
-        (REFERENCE, [120.0, 30.0, -60.0], 0.9575),
-    ];
+    let cases = [(PROBE, [0.0, 0.0, -150.0], 0.7881), (REFERENCE, [120.0, 30.0, -60.0], 0.9575)];
     for (positions, target, published_mm) in cases {
         let body = markers(&positions);
         let target = Point3::from(target);
@@ -111,11 +100,7 @@ fn their_uncertainty_is_the_target_registration_error_of_fitzpatrick_west_and_ma
         assert!((tre_mm - published_mm).abs() < 5e-5, "{tre_mm}");
 
         // <FLE²>/N (1 + 1/3 Σ d²/f²) over the principal axes.
-        let mean = positions
-            .iter()
-            .map(|p| Vector3::from(*p))
-            .sum::<Vector3<f64>>()
-            / 4.0;
+        let mean = positions.iter().map(|p| Vector3::from(*p)).sum::<Vector3<f64>>() / 4.0;
         let arms = positions.map(|p| Vector3::from(p) - mean);
         let moments: Matrix3<f64> = arms.iter().map(|a| a * a.transpose()).sum();
         let principal = moments.symmetric_eigen();
@@ -164,29 +149,13 @@ fn a_marker_reads_the_mean_over_the_basis_orientations_and_no_turn() {
 fn a_motion_of_markers_and_coils_is_its_poses_one_by_one() {
     let mut scenario = optical();
     scenario.tool.sensors.push(coil_of_pointer());
-    let range = |size: f64| {
-        Some(AxisRange {
-            min: -size,
-            max: size,
-            step: size / 2.0,
-        })
-    };
+    let range = |size: f64| Some(AxisRange { min: -size, max: size, step: size / 2.0 });
     // Long runs of one orientation, which are evaluated another way than single poses.
-    scenario.motion = Some(Motion {
-        x: range(20.0),
-        y: range(20.0),
-        rz: range(0.2),
-        ..Motion::default()
-    });
+    scenario.motion =
+        Some(Motion { x: range(20.0), y: range(20.0), rz: range(0.2), ..Motion::default() });
     let mut trials = Vec::new();
     let mut log = |trial: &study::Trial| trials.push((trial.crf_from_tool, trial.tip_error_mm));
-    study::run(
-        &scenario,
-        &Mode::Motion,
-        &CancelToken::default(),
-        Some(&mut log),
-    )
-    .unwrap();
+    study::run(&scenario, &Mode::Motion, &CancelToken::default(), Some(&mut log)).unwrap();
     assert_eq!(trials.len(), 125);
     for (crf_from_tool, tip_error_mm) in trials {
         scenario.crf_from_tool = crf_from_tool;

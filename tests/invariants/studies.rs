@@ -23,14 +23,8 @@ fn built_in() -> Scenario {
 }
 
 fn in_room(scenario: Scenario, model: DistortionModel) -> Scenario {
-    let environment = Environment {
-        model,
-        ..(*scenario.environment).clone()
-    };
-    Scenario {
-        environment: Arc::new(environment),
-        ..scenario
-    }
+    let environment = Environment { model, ..(*scenario.environment).clone() };
+    Scenario { environment: Arc::new(environment), ..scenario }
 }
 
 fn cube() -> Bounds {
@@ -68,11 +62,7 @@ fn an_ideal_room_has_no_error() {
     let scenario = built_in();
     let zero = DistortionModel::zero(cube(), MapKind::Distortion);
     let figures = motion_study(&in_room(scenario, zero)).figures;
-    assert!(
-        figures.position_mm.max < EXACT_MM,
-        "{}",
-        figures.position_mm.max
-    );
+    assert!(figures.position_mm.max < EXACT_MM, "{}", figures.position_mm.max);
     assert!(figures.angle_deg.max < 1e-11, "{}", figures.angle_deg.max);
 }
 
@@ -114,26 +104,15 @@ fn where_the_roll_is_free_the_determined_part_stands_beside_the_error() {
     assert!(axis.cross(&Vector3::z()).norm() < 1e-12);
     let determined = outcome.figures.position_mm_determined.unwrap();
     assert!(determined.max <= outcome.figures.position_mm.max);
-    assert!(
-        determined.max > 0.5,
-        "the shift along the axis stays: {}",
-        determined.max
-    );
+    assert!(determined.max > 0.5, "the shift along the axis stays: {}", determined.max);
 }
 
 #[test]
 fn tool_sensors_decide_before_crf_sensors_whose_rotation_is_reported_free() {
     let mut scenario = in_room(built_in(), uniform_room([0.1; 6]));
-    let line = vec![
-        five("a", 0.0, [0.0, 0.0, 1.0]),
-        five("b", 20.0, [0.0, 0.0, 1.0]),
-    ];
+    let line = vec![five("a", 0.0, [0.0, 0.0, 1.0]), five("b", 20.0, [0.0, 0.0, 1.0])];
     scenario.crf = Some(ScenarioCrf {
-        body: RigidBody {
-            name: "rod".into(),
-            tip_in_body: None,
-            sensors: line,
-        },
+        body: RigidBody { name: "rod".into(), tip_in_body: None, sensors: line },
         tracker_from_crf: Pose::translation(0.0, 0.0, -300.0),
     });
     let outcome = study::run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap();
@@ -145,25 +124,13 @@ fn tool_sensors_decide_before_crf_sensors_whose_rotation_is_reported_free() {
 fn motion_about_a_pose_equals_the_same_poses_as_input() {
     let scenario = Scenario {
         motion: Some(Motion {
-            x: Some(AxisRange {
-                min: -10.0,
-                max: 10.0,
-                step: 10.0,
-            }),
-            rz: Some(AxisRange {
-                min: -40.0,
-                max: 40.0,
-                step: 20.0,
-            }),
+            x: Some(AxisRange { min: -10.0, max: 10.0, step: 10.0 }),
+            rz: Some(AxisRange { min: -40.0, max: 40.0, step: 20.0 }),
             ..Motion::default()
         }),
         ..built_in()
     };
-    let grid = scenario
-        .motion
-        .unwrap()
-        .grid(&scenario.crf_from_tool)
-        .unwrap();
+    let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
     let crf = scenario.crf.as_ref().unwrap().tracker_from_crf;
     let rows: Vec<_> = (0..grid.trials())
         .map(|i| InputTrial {
@@ -241,10 +208,7 @@ fn a_crf_is_tracked_again_only_where_input_moves_it() {
         let outcome = study::run(&scenario, &mode, &CancelToken::default(), None).unwrap();
         let work = outcome.work;
         assert_eq!(work.crf_evaluations, work.crf_trackings * sensors);
-        assert_eq!(
-            work.crf_trackings + work.crf_reuses,
-            1 + 10 * poses.len() as u64
-        );
+        assert_eq!(work.crf_trackings + work.crf_reuses, 1 + 10 * poses.len() as u64);
         work.crf_trackings
     };
     assert_eq!(run(&[None, Some(own)]), 1);
@@ -255,11 +219,7 @@ fn a_crf_is_tracked_again_only_where_input_moves_it() {
 /// Five positions a side, and turns about two axes.
 fn shared_orientations(scenario: &Scenario, turns: bool) -> Scenario {
     let range = |reach: f64, steps: f64| {
-        Some(AxisRange {
-            min: -reach,
-            max: reach,
-            step: 2.0 * reach / steps,
-        })
+        Some(AxisRange { min: -reach, max: reach, step: 2.0 * reach / steps })
     };
     Scenario {
         motion: Some(Motion {
@@ -291,16 +251,9 @@ fn poses_that_share_their_orientation_blend_the_coefficients_once() {
 #[test]
 fn poses_grouped_by_orientation_come_back_in_their_order_with_their_own_figures() {
     let scenario = shared_orientations(&built_in(), true);
-    let grid = scenario
-        .motion
-        .unwrap()
-        .grid(&scenario.crf_from_tool)
-        .unwrap();
+    let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
     let rows: Vec<_> = (0..grid.trials())
-        .map(|i| InputTrial {
-            tracker_from_crf: None,
-            crf_from_tool: grid.pose(i),
-        })
+        .map(|i| InputTrial { tracker_from_crf: None, crf_from_tool: grid.pose(i) })
         .collect();
     let cancel = CancelToken::default();
     let logged = |mode: &Mode| {
@@ -343,22 +296,14 @@ fn a_study_has_the_same_bits_on_any_number_of_threads() {
 #[test]
 fn sensors_outside_the_box_and_out_of_the_volume_are_counted_apart() {
     let small = Bounds::from(([-10.0, -10.0, -310.0], [10.0, 10.0, -290.0]));
-    let scenario = in_room(
-        built_in(),
-        DistortionModel::zero(small, MapKind::Distortion),
-    );
+    let scenario = in_room(built_in(), DistortionModel::zero(small, MapKind::Distortion));
     let figures = motion_study(&scenario).figures;
     assert_eq!(figures.outside, figures.trials);
     assert_eq!(figures.out_of_volume, 0);
-    let rejecting = Scenario {
-        outside: OutsidePolicy::Reject,
-        ..scenario
-    };
+    let rejecting = Scenario { outside: OutsidePolicy::Reject, ..scenario };
     assert_eq!(
         study::run(&rejecting, &Mode::Motion, &CancelToken::default(), None),
-        Err(StudyError::AllRejected {
-            trials: figures.trials
-        })
+        Err(StudyError::AllRejected { trials: figures.trials })
     );
 }
 
@@ -366,10 +311,7 @@ fn sensors_outside_the_box_and_out_of_the_volume_are_counted_apart() {
 fn a_cancelled_study_has_no_outcome() {
     let cancel = CancelToken::default();
     cancel.cancel();
-    assert_eq!(
-        study::run(&built_in(), &Mode::Motion, &cancel, None),
-        Err(StudyError::Cancelled)
-    );
+    assert_eq!(study::run(&built_in(), &Mode::Motion, &cancel, None), Err(StudyError::Cancelled));
 }
 
 #[test]

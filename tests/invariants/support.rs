@@ -79,9 +79,7 @@ pub(super) fn exact(
             .map(|(position_mm, axis)| Sample {
                 position_mm,
                 axis,
-                error: model
-                    .evaluate(&position_mm, &axis, OutsidePolicy::Extrapolate)
-                    .error,
+                error: model.evaluate(&position_mm, &axis, OutsidePolicy::Extrapolate).error,
             })
             .collect(),
         has_rotations: true,
@@ -150,10 +148,7 @@ fn scatter(
             _ => (fit(&set, settings, Some(bounds())).unwrap(), None),
         };
         for ((probe, values), predicted) in probes.iter().zip(&mut values).zip(&mut predicted) {
-            let e = fit
-                .model
-                .evaluate(&probe.0, &probe.1, OutsidePolicy::Clamp)
-                .error;
+            let e = fit.model.evaluate(&probe.0, &probe.1, OutsidePolicy::Clamp).error;
             values.push(e);
             if let Some(support) = &support {
                 let at = at(support, probe);
@@ -177,10 +172,7 @@ fn scatter(
             [spread(&|e| e.position_mm), spread(&|e| e.rotation_rad)]
         })
         .collect();
-    Scatter {
-        scattered,
-        predicted,
-    }
+    Scatter { scattered, predicted }
 }
 
 /// Variance over three axes from `refits` fits scatters by `sqrt(2 / (3 (refits - 1)))` of itself.
@@ -209,11 +201,7 @@ fn predicted_standard_errors_are_what_refits_scatter_by() {
         (FitMethod::PerDirection, true, 0.05, 0.0),
         (FitMethod::Joint, false, 0.02, 0.0),
     ] {
-        let settings = FitSettings {
-            method,
-            ridge,
-            ..FitSettings::new(2, DirectionSet::Six)
-        };
+        let settings = FitSettings { method, ridge, ..FitSettings::new(2, DirectionSet::Six) };
         let truth = truth(2, DirectionSet::Six, is_same, size);
         let found = scatter(&settings, &truth, 700, REFITS);
         for value in 0..2 {
@@ -226,10 +214,7 @@ fn predicted_standard_errors_are_what_refits_scatter_by() {
             }
             // Probes share the refits; a fit of rank 6 x 27 lets far more than ten of them count.
             let off = mean(&ratios) - 1.0;
-            assert!(
-                off.abs() < 3.0 * sigma / 10_f64.sqrt(),
-                "{settings:?}: {off}"
-            );
+            assert!(off.abs() < 3.0 * sigma / 10_f64.sqrt(), "{settings:?}: {off}");
         }
     }
 }
@@ -248,30 +233,18 @@ fn what_a_model_cannot_follow_makes_its_standard_error_larger_never_smaller() {
 
 #[test]
 fn leverages_of_an_unweighted_systems_samples_add_up_to_its_rank() {
-    let set = exact(
-        &truth(2, DirectionSet::One, true, 1.0),
-        places(90, &bounds()),
-    );
+    let set = exact(&truth(2, DirectionSet::One, true, 1.0), places(90, &bounds()));
     let (_, support) = fitted(&set, &FitSettings::new(2, DirectionSet::One), None);
-    let sum: f64 = set
-        .samples
-        .iter()
-        .map(|s| at(&support, &(s.position_mm, s.axis)).leverage)
-        .sum();
+    let sum: f64 =
+        set.samples.iter().map(|s| at(&support, &(s.position_mm, s.axis)).leverage).sum();
     // Forms are kept to 1e-7 of the mean leverage.
     assert!((sum - 27.0).abs() < 27.0 * 1e-7, "{sum}");
 }
 
 #[test]
 fn with_a_ridge_they_add_up_to_less() {
-    let set = exact(
-        &truth(2, DirectionSet::One, true, 1.0),
-        places(90, &bounds()),
-    );
-    let settings = FitSettings {
-        ridge: 0.1,
-        ..FitSettings::new(2, DirectionSet::One)
-    };
+    let set = exact(&truth(2, DirectionSet::One, true, 1.0), places(90, &bounds()));
+    let settings = FitSettings { ridge: 0.1, ..FitSettings::new(2, DirectionSet::One) };
     let (_, support) = fitted(&set, &settings, None);
     let task = Task::default();
     let factored = factor(&set, &settings, None, &task).unwrap();
@@ -281,15 +254,9 @@ fn with_a_ridge_they_add_up_to_less() {
         .iter()
         .map(|s| s * s / (s * s + (0.1 * system.largest()).powi(2)))
         .sum();
-    let sum: f64 = set
-        .samples
-        .iter()
-        .map(|s| at(&support, &(s.position_mm, s.axis)).leverage)
-        .sum();
-    assert!(
-        freedom < 20.0 && (sum - freedom).abs() < freedom * 1e-7,
-        "{sum} {freedom}"
-    );
+    let sum: f64 =
+        set.samples.iter().map(|s| at(&support, &(s.position_mm, s.axis)).leverage).sum();
+    assert!(freedom < 20.0 && (sum - freedom).abs() < freedom * 1e-7, "{sum} {freedom}");
 }
 
 #[test]
@@ -301,10 +268,7 @@ fn every_sample_is_supported_and_where_there_are_none_nothing_is() {
     let kept = places(3000, &bounds()).into_iter().filter(is_kept);
     let set = noisy(&exact(&truth(3, DirectionSet::Six, true, 1.0), kept), 1);
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
-        let settings = FitSettings {
-            method,
-            ..FitSettings::new(3, DirectionSet::Six)
-        };
+        let settings = FitSettings { method, ..FitSettings::new(3, DirectionSet::Six) };
         let (_, support) = fitted(&set, &settings, Some(bounds()));
         for s in &set.samples {
             let at = at(&support, &(s.position_mm, s.axis));
@@ -313,35 +277,20 @@ fn every_sample_is_supported_and_where_there_are_none_nothing_is() {
         }
         let up = Vector3::z_axis();
         let in_the_hole = at(&support, &(Point3::new(95.0, 75.0, -105.0), up));
-        assert!(
-            !in_the_hole.is_supported && in_the_hole.leverage > 1.0,
-            "{in_the_hole:?}"
-        );
+        assert!(!in_the_hole.is_supported && in_the_hole.leverage > 1.0, "{in_the_hole:?}");
         assert!(in_the_hole.position_std_error_mm > 1.0, "{in_the_hole:?}");
-        assert!(
-            (70.0..170.0).contains(&in_the_hole.distance_mm),
-            "{in_the_hole:?}"
-        );
+        assert!((70.0..170.0).contains(&in_the_hole.distance_mm), "{in_the_hole:?}");
         let outside = at(&support, &(Point3::new(-150.0, 0.0, -200.0), up));
-        assert!(
-            !outside.is_supported && outside.distance_mm >= 49.0,
-            "{outside:?}"
-        );
+        assert!(!outside.is_supported && outside.distance_mm >= 49.0, "{outside:?}");
         let down = at(&support, &(Point3::new(-50.0, 0.0, -200.0), -up));
-        assert!(
-            !down.is_supported && down.distance_mm == f64::INFINITY,
-            "{down:?}"
-        );
+        assert!(!down.is_supported && down.distance_mm == f64::INFINITY, "{down:?}");
         assert!(down.position_std_error_mm == f64::INFINITY, "{down:?}");
     }
 }
 
 #[test]
 fn data_that_a_polynomial_goes_through_exactly_leave_no_standard_error() {
-    let set = exact(
-        &truth(2, DirectionSet::Six, true, 1.0),
-        places(900, &bounds()),
-    );
+    let set = exact(&truth(2, DirectionSet::Six, true, 1.0), places(900, &bounds()));
     let (fit, support) = fitted(&set, &FitSettings::new(2, DirectionSet::Six), None);
     for place in places(50, fit.model.bounds()) {
         let at = at(&support, &place);
@@ -353,30 +302,19 @@ fn data_that_a_polynomial_goes_through_exactly_leave_no_standard_error() {
 
 #[test]
 fn as_many_unknowns_as_samples_say_nothing_of_the_noise() {
-    let set = exact(
-        &truth(2, DirectionSet::One, true, 1.0),
-        places(27, &bounds()),
-    );
-    let (_, support) = fitted(
-        &noisy(&set, 1),
-        &FitSettings::new(2, DirectionSet::One),
-        None,
-    );
+    let set = exact(&truth(2, DirectionSet::One, true, 1.0), places(27, &bounds()));
+    let (_, support) = fitted(&noisy(&set, 1), &FitSettings::new(2, DirectionSet::One), None);
     for s in &set.samples {
         let at = at(&support, &(s.position_mm, s.axis));
-        assert!(
-            (at.leverage - 1.0).abs() < 1e-6 && at.is_supported,
-            "{at:?}"
-        );
+        assert!((at.leverage - 1.0).abs() < 1e-6 && at.is_supported, "{at:?}");
         assert_eq!(at.position_std_error_mm, f64::INFINITY);
     }
 }
 
 #[test]
 fn a_plane_of_samples_determines_the_plane_and_nothing_beside_it() {
-    let flat = places(400, &bounds())
-        .into_iter()
-        .map(|(p, axis)| (Point3::new(p.x, p.y, -250.0), axis));
+    let flat =
+        places(400, &bounds()).into_iter().map(|(p, axis)| (Point3::new(p.x, p.y, -250.0), axis));
     let set = noisy(&exact(&truth(2, DirectionSet::One, true, 1.0), flat), 1);
     let settings = FitSettings::new(2, DirectionSet::One);
     let (fit, support) = fitted(&set, &settings, Some(bounds()));
@@ -385,22 +323,13 @@ fn a_plane_of_samples_determines_the_plane_and_nothing_beside_it() {
     let on = at(&support, &(Point3::new(10.0, 5.0, -250.0), axis));
     assert!(on.is_supported && on.position_std_error_mm < 0.2, "{on:?}");
     let beside = at(&support, &(Point3::new(10.0, 5.0, -249.9), axis));
-    assert!(
-        !beside.is_supported && beside.position_std_error_mm == f64::INFINITY,
-        "{beside:?}"
-    );
+    assert!(!beside.is_supported && beside.position_std_error_mm == f64::INFINITY, "{beside:?}");
 }
 
 #[test]
 fn moving_and_scaling_the_room_moves_and_scales_its_support() {
     let settings = FitSettings::new(2, DirectionSet::Six);
-    let set = noisy(
-        &exact(
-            &truth(2, DirectionSet::Six, true, 1.0),
-            places(700, &bounds()),
-        ),
-        1,
-    );
+    let set = noisy(&exact(&truth(2, DirectionSet::Six, true, 1.0), places(700, &bounds())), 1);
     let (_, support) = fitted(&set, &settings, None);
     for (scale, offset) in [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e6)] {
         let moved = |p: &Point3<f64>| Point3::from(p.coords * scale + Vector3::repeat(offset));
@@ -422,10 +351,7 @@ fn moving_and_scaling_the_room_moves_and_scales_its_support() {
             assert!(is_close(a.leverage, b.leverage, 1e-6), "{a:?} {b:?}");
             assert_eq!(a.is_supported, b.is_supported);
             let resolution = 2.0 * support.parts().cells.resolution_mm();
-            assert!(
-                (a.distance_mm - b.distance_mm / scale).abs() <= resolution,
-                "{a:?} {b:?}"
-            );
+            assert!((a.distance_mm - b.distance_mm / scale).abs() <= resolution, "{a:?} {b:?}");
         }
     }
 }
@@ -440,11 +366,7 @@ struct Definition<'a> {
 impl<'a> Definition<'a> {
     fn new(set: &'a SampleSet, settings: &'a FitSettings) -> Self {
         let factored = factor(set, settings, Some(bounds()), &Task::default()).unwrap();
-        Self {
-            set,
-            settings,
-            systems: factored.decompose().unwrap().systems,
-        }
+        Self { set, settings, systems: factored.decompose().unwrap().systems }
     }
 
     fn products(&self, p: &Point3<f64>) -> Vec<f64> {
@@ -465,11 +387,7 @@ impl<'a> Definition<'a> {
     }
 
     fn variance(&self, place: &(Point3<f64>, Unit<Vector3<f64>>)) -> f64 {
-        let FitSettings {
-            directions,
-            weighting,
-            ..
-        } = *self.settings;
+        let FitSettings { directions, weighting, .. } = *self.settings;
         let weights = directions.weights(&place.1, weighting);
         let at = self.products(&place.0);
         let at = weights.directions.map(|d| self.rotated(d, &at));
@@ -495,22 +413,16 @@ impl<'a> Definition<'a> {
 
 #[test]
 fn the_kept_polynomials_are_the_definition() {
-    for (order, clustering, condition, slack) in [
-        (2, 0.0, 30.0, 1e-6),
-        (4, 0.0, 2e3, 1e-6),
-        (4, 0.97, 5e5, 1e-5),
-        (6, 0.0, 3e3, 1e-6),
-    ] {
+    for (order, clustering, condition, slack) in
+        [(2, 0.0, 30.0, 1e-6), (4, 0.0, 2e3, 1e-6), (4, 0.97, 5e5, 1e-5), (6, 0.0, 3e3, 1e-6)]
+    {
         // Drawn together around 3 x 3 x 5 points.
         let mut places = places(2000, &bounds());
         for (p, _) in &mut places {
             let center = Point3::from(p.coords.map(|x| 80.0 * (x / 80.0).round()));
             *p += clustering * (center - *p);
         }
-        let set = noisy(
-            &exact(&truth(order, DirectionSet::Six, true, 0.0), places),
-            1,
-        );
+        let set = noisy(&exact(&truth(order, DirectionSet::Six, true, 0.0), places), 1);
         let settings = FitSettings::new(order, DirectionSet::Six);
         let (fit, support) = fitted(&set, &settings, Some(bounds()));
         let largest = fit.systems.iter().map(|s| s.condition).fold(0.0, f64::max);
@@ -520,11 +432,7 @@ fn the_kept_polynomials_are_the_definition() {
         parts.position_std_mm.fill(Some(1.0));
         let support = Support::from_parts(parts, &fit.model).unwrap();
         let definition = Definition::new(&set, &settings);
-        let samples = set
-            .samples
-            .iter()
-            .step_by(400)
-            .map(|s| (s.position_mm, s.axis));
+        let samples = set.samples.iter().step_by(400).map(|s| (s.position_mm, s.axis));
         for place in samples.chain(self::places(5, &bounds())) {
             let found = at(&support, &place).position_std_error_mm.powi(2);
             let expected = definition.variance(&place);
@@ -538,9 +446,7 @@ fn the_kept_polynomials_are_the_definition() {
 fn held_out_errors_are_larger_where_the_samples_do_not_support_the_field() {
     let read = |name: &str| {
         let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data");
-        let table = store::Files::default()
-            .read_measurements(&data.join(name))
-            .unwrap();
+        let table = store::Files::default().read_measurements(&data.join(name)).unwrap();
         table.samples(MapKind::Distortion)
     };
     let settings = FitSettings::new(4, DirectionSet::Fourteen);
@@ -551,9 +457,7 @@ fn held_out_errors_are_larger_where_the_samples_do_not_support_the_field() {
         .iter()
         .map(|s| {
             let at = support.at(&s.position_mm, &s.axis, OutsidePolicy::Clamp);
-            let modelled = fit
-                .model
-                .evaluate(&s.position_mm, &s.axis, OutsidePolicy::Clamp);
+            let modelled = fit.model.evaluate(&s.position_mm, &s.axis, OutsidePolicy::Clamp);
             let left = (s.error.position_mm - modelled.error.position_mm).norm_squared();
             (at.position_std_error_mm, left, at.is_supported)
         })

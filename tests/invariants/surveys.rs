@@ -27,10 +27,7 @@ fn a_single_survey_sums_up_what_each_sensor_finds() {
     let crf = scenario.crf.as_ref().unwrap();
     let found: Vec<_> = [
         (&crf.body, crf.tracker_from_crf),
-        (
-            &scenario.tool,
-            crf.tracker_from_crf * scenario.crf_from_tool,
-        ),
+        (&scenario.tool, crf.tracker_from_crf * scenario.crf_from_tool),
     ]
     .into_iter()
     .flat_map(|(body, pose)| {
@@ -44,10 +41,7 @@ fn a_single_survey_sums_up_what_each_sensor_finds() {
     })
     .collect();
     let survey = survey(&scenario, &Mode::Single);
-    let squares: f64 = found
-        .iter()
-        .map(|at| at.position_std_error_mm.powi(2))
-        .sum();
+    let squares: f64 = found.iter().map(|at| at.position_std_error_mm.powi(2)).sum();
     let rms = (squares / found.len() as f64).sqrt();
     assert!((survey.std_error_mm.rms - rms).abs() < 1e-14, "{survey:?}");
     let angles = found.iter().map(|at| at.angle_std_error_rad.unwrap());
@@ -64,24 +58,15 @@ fn a_crf_that_stands_still_is_looked_up_once_and_threads_change_nothing() {
     let scenario = built_in();
     let sensors = |scenario: &Scenario| {
         let crf = scenario.crf.as_ref().unwrap();
-        (
-            scenario.tool.sensors.len() as u64,
-            crf.body.sensors.len() as u64,
-        )
+        (scenario.tool.sensors.len() as u64, crf.body.sensors.len() as u64)
     };
     let (tool, crf) = sensors(&scenario);
     let surveys = [1, 3].map(|threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| survey(&scenario, &Mode::Motion))
     });
     assert_eq!(surveys[0], surveys[1]);
-    assert_eq!(
-        (surveys[0].trials, surveys[0].evaluations),
-        (3375, 3375 * tool + crf)
-    );
+    assert_eq!((surveys[0].trials, surveys[0].evaluations), (3375, 3375 * tool + crf));
     // Where it moves it is looked up each time.
     let trial = InputTrial {
         tracker_from_crf: scenario.crf.as_ref().map(|c| c.tracker_from_crf),
@@ -113,18 +98,10 @@ fn a_room_that_does_not_tell_gives_no_survey_and_a_cancelled_one_none_either() {
     task.cancel.cancel();
     let cancelled = study::survey(&scenario, &Mode::Motion, &task);
     assert_eq!(cancelled, Err(SurveyError::Study(StudyError::Cancelled)));
-    scenario.environment = Arc::new(Environment {
-        support: None,
-        process: None,
-        ..(*scenario.environment).clone()
-    });
+    scenario.environment =
+        Arc::new(Environment { support: None, process: None, ..(*scenario.environment).clone() });
     let error = study::survey(&scenario, &Mode::Single, &Task::default()).unwrap_err();
-    assert!(
-        error
-            .to_string()
-            .contains("\"Operating table\" has no model validity"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("\"Operating table\" has no model validity"), "{error}");
 }
 
 #[test]
@@ -138,10 +115,7 @@ fn a_slice_shows_the_quantity_that_it_is_asked_for() {
             normal_axis: 2,
             position_mm: bounds.center_mm().z,
             // Somewhat more than the box, so that some of the points are outside.
-            bounds: Bounds {
-                max_mm: bounds.max_mm + Vector3::repeat(20.0),
-                ..bounds
-            },
+            bounds: Bounds { max_mm: bounds.max_mm + Vector3::repeat(20.0), ..bounds },
         },
         sensor_axis: Vector3::x_axis(),
         counts: [9, 5],
@@ -156,10 +130,7 @@ fn a_slice_shows_the_quantity_that_it_is_asked_for() {
         let at = support.at(&point, &plan.sensor_axis, OutsidePolicy::Clamp);
         assert_eq!(std_error.values[i], at.position_std_error_mm);
         assert_eq!(distance.values[i], at.distance_mm);
-        assert_eq!(
-            [std_error.is_inside[i], distance.is_inside[i]],
-            [*is_inside; 2]
-        );
+        assert_eq!([std_error.is_inside[i], distance.is_inside[i]], [*is_inside; 2]);
     }
     assert!(std_error.p95 > 0.0 && std_error.p95 <= std_error.max);
     let without = Scenario {

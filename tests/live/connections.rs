@@ -19,10 +19,7 @@ pub(super) fn anywhere() -> SocketAddr {
 
 /// On a machine that does other things no pose becomes too old.
 pub(super) fn patient(address: SocketAddr) -> ServerOptions {
-    ServerOptions {
-        max_age: Duration::from_secs(60),
-        ..ServerOptions::at(address)
-    }
+    ServerOptions { max_age: Duration::from_secs(60), ..ServerOptions::at(address) }
 }
 
 pub(super) fn serve(options: &ServerOptions) -> (Server, Events<ServerEvent>) {
@@ -32,15 +29,11 @@ pub(super) fn serve(options: &ServerOptions) -> (Server, Events<ServerEvent>) {
 }
 
 pub(super) fn send(server: &Server, tool: &str, number: u32) {
-    server
-        .send_transform(&numbered(tool, number), ToolKind::SixDof, Instant::now())
-        .unwrap();
+    server.send_transform(&numbered(tool, number), ToolKind::SixDof, Instant::now()).unwrap();
 }
 
 pub(super) fn joined(events: &Events<ServerEvent>) {
-    events.wait_for("a client", |event| {
-        matches!(event, ServerEvent::Joined { .. }).then_some(())
-    });
+    events.wait_for("a client", |event| matches!(event, ServerEvent::Joined { .. }).then_some(()));
 }
 
 fn left(events: &Events<ServerEvent>) -> (Left, usize) {
@@ -90,10 +83,7 @@ fn a_client_waits_for_a_server_hears_it_and_comes_back_when_it_was_away() {
         joined(&served);
         send(&server, "Probe", round);
         let message = received(&heard);
-        assert_eq!(
-            (message.device.as_str(), number_of(&message)),
-            ("Probe", Some(round))
-        );
+        assert_eq!((message.device.as_str(), number_of(&message)), ("Probe", Some(round)));
         server.stop();
         assert_eq!(lost(&heard), LostWhy::Closed);
     }
@@ -175,9 +165,7 @@ fn four_gigabytes_announced_end_their_own_connection_at_either_end() {
     first.write_all(&header).unwrap();
     assert_eq!(lost(&heard), LostWhy::Unreadable);
     let (mut second, _) = listener.accept().unwrap();
-    second
-        .write_all(&numbered("Probe", 7).encode().unwrap())
-        .unwrap();
+    second.write_all(&numbered("Probe", 7).encode().unwrap()).unwrap();
     assert_eq!(number_of(&received(&heard)), Some(7));
 }
 
@@ -226,23 +214,16 @@ fn a_killed_client_is_gone_and_the_others_hear_on() {
 fn a_port_in_use_is_an_error_that_names_it() {
     let taken = TcpListener::bind(anywhere()).unwrap();
     let address = taken.local_addr().unwrap();
-    let error = Server::start(&patient(address), |_| {})
-        .map(|_| ())
-        .unwrap_err();
+    let error = Server::start(&patient(address), |_| {}).map(|_| ()).unwrap_err();
     assert!(matches!(error, ServerError::InUse(found) if found == address));
     let said = error.to_string();
-    assert!(
-        said.contains(&format!("port {} of 127.0.0.1 is in use", address.port())),
-        "{said}"
-    );
+    assert!(said.contains(&format!("port {} of 127.0.0.1 is in use", address.port())), "{said}");
 }
 
 /// Files that this process may have open, as far as the system tells.
 pub(super) fn file_limit() -> usize {
     let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
-    let line = limits
-        .lines()
-        .find_map(|line| line.strip_prefix("Max open files"));
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max open files"));
     let soft = line.and_then(|line| line.split_whitespace().next());
     soft.and_then(|soft| soft.parse().ok()).unwrap_or(256)
 }
@@ -267,14 +248,9 @@ fn a_thousand_clients_are_served_and_the_next_is_told_why_it_is_not() {
     }
     let mut refused = Reader::connect(server.address());
     let told = refused.next().expect("a word before the end");
-    let Content::Status(status) = told.content else {
-        panic!("{told:?}")
-    };
+    let Content::Status(status) = told.content else { panic!("{told:?}") };
     assert_eq!(status.code, StatusCode::RESOURCE_ERROR);
-    assert!(
-        status.text.contains(&format!("{count} clients")),
-        "{status:?}"
-    );
+    assert!(status.text.contains(&format!("{count} clients")), "{status:?}");
     assert_eq!(refused.next(), None);
     assert_eq!(server.clients(), count);
 }
@@ -288,10 +264,7 @@ fn a_client_that_asks_for_tracking_data_gets_all_tools_at_once_until_it_asks_for
         let message = Message::new("", Timestamp::NONE, content);
         client.stream.write_all(&message.encode().unwrap()).unwrap();
     };
-    let start = |resolution_ms| StartTracking {
-        resolution_ms,
-        frame: String::new(),
-    };
+    let start = |resolution_ms| StartTracking { resolution_ms, frame: String::new() };
     send(&server, "a", 1);
     send(&server, "b", 2);
     for _ in 0..2 {
@@ -299,13 +272,8 @@ fn a_client_that_asks_for_tracking_data_gets_all_tools_at_once_until_it_asks_for
     }
     ask(&mut client, Content::StartTracking(start(10)));
     assert_eq!(client.next().unwrap().content, Content::TrackingReply(0));
-    let Content::Tracking(tools) = client.next().unwrap().content else {
-        panic!("tracking data")
-    };
-    let found: Vec<_> = tools
-        .iter()
-        .map(|t| (t.name.as_str(), t.matrix.0[9]))
-        .collect();
+    let Content::Tracking(tools) = client.next().unwrap().content else { panic!("tracking data") };
+    let found: Vec<_> = tools.iter().map(|t| (t.name.as_str(), t.matrix.0[9])).collect();
     assert_eq!(found, [("a", 1.0), ("b", 2.0)]);
 
     // A tool that is not good any more is in none.
@@ -330,11 +298,7 @@ fn a_client_that_asks_for_tracking_data_gets_all_tools_at_once_until_it_asks_for
         let message = Message::new(name, Timestamp::NONE, Content::GetTransform);
         client.stream.write_all(&message.encode().unwrap()).unwrap();
         let answer = client.next().unwrap().content;
-        assert_eq!(
-            matches!(answer, Content::Transform(_)),
-            is_there,
-            "{answer:?}"
-        );
+        assert_eq!(matches!(answer, Content::Transform(_)), is_there, "{answer:?}");
     }
 }
 
@@ -349,10 +313,7 @@ fn a_session_marks_what_is_stale_or_lost_and_says_how_it_is() {
         SessionSettings {
             client,
             // Long for a tool, so that a machine that does other things is not taken for a stale one.
-            relay: RelayOptions {
-                stale_after: Duration::from_secs(2),
-                ..RelayOptions::default()
-            },
+            relay: RelayOptions { stale_after: Duration::from_secs(2), ..RelayOptions::default() },
             room: None,
             server: Some(ServerOptions::at(anywhere())),
             record: None,
@@ -379,24 +340,16 @@ fn a_session_marks_what_is_stale_or_lost_and_says_how_it_is() {
     // It says nothing more.
     tool_is(ToolState::NotGood(Reason::Stale));
     let said = viewer.next().unwrap();
-    assert!(
-        matches!(&said.content, Content::Status(s) if s.name == "STALE"),
-        "{said:?}"
-    );
+    assert!(matches!(&said.content, Content::Status(s) if s.name == "STALE"), "{said:?}");
     assert_eq!(said.device, "Probe");
     send(&tracker, "Probe", 2);
     tool_is(ToolState::Good);
     tracker.stop();
     tool_is(ToolState::NotGood(Reason::LinkLost));
-    heard.wait_for("a loss", |event| {
-        matches!(event, SessionEvent::Lost { .. }).then_some(())
-    });
+    heard.wait_for("a loss", |event| matches!(event, SessionEvent::Lost { .. }).then_some(()));
     assert!(!matches!(session.state().link, Link::Connected { .. }));
     let end = session.stop();
-    assert_eq!(
-        (end.counts.poses, end.counts.sent, end.connections),
-        (2, 2, 1)
-    );
+    assert_eq!((end.counts.poses, end.counts.sent, end.connections), (2, 2, 1));
     assert_eq!(end.latency.count, 2);
     let mut rest = Vec::new();
     viewer.stream.read_to_end(&mut rest).unwrap();

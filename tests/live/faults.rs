@@ -39,12 +39,7 @@ impl Relayed {
         });
         let (tracker, _) = listener.accept().unwrap();
         tracker.set_nodelay(true).unwrap();
-        Self {
-            session,
-            heard,
-            tracker,
-            viewer,
-        }
+        Self { session, heard, tracker, viewer }
     }
 
     /// Sends a message that is as old as this.
@@ -66,10 +61,7 @@ fn wait_for_poses(session: &Session, count: u64) {
 
 /// A machine that does other things is not taken for a delay.
 fn patient_relay() -> RelayOptions {
-    RelayOptions {
-        stale_after: Duration::from_secs(20),
-        ..RelayOptions::default()
-    }
+    RelayOptions { stale_after: Duration::from_secs(20), ..RelayOptions::default() }
 }
 
 #[test]
@@ -95,10 +87,7 @@ fn delays_beyond_the_bound_are_never_sent_as_good() {
         assert_eq!(end.counts.sent, 20);
         assert_eq!(end.counts.dropped[&Reason::Late], 339);
         while let Some(message) = relayed.viewer.next() {
-            assert!(
-                !matches!(message.content, Content::Transform(_)),
-                "{message:?}"
-            );
+            assert!(!matches!(message.content, Content::Transform(_)), "{message:?}");
         }
     }
 }
@@ -141,11 +130,7 @@ fn lasting_lateness_is_told_once_and_followed_only_if_asked() {
             // The shift is said of every pose from then on.
             let pose = relayed.viewer.next_transform();
             let extension = pose.extension.unwrap();
-            let shift_ms: f64 = extension
-                .get(described::CLOCK_SHIFT_MS)
-                .unwrap()
-                .parse()
-                .unwrap();
+            let shift_ms: f64 = extension.get(described::CLOCK_SHIFT_MS).unwrap().parse().unwrap();
             assert!((shift_ms - 50e3).abs() < 1e3, "{shift_ms}");
             let shift_s = relayed.session.stop().tools["Probe"].clock.shift_s;
             assert!((shift_s - 50.0).abs() < 1.0, "{shift_s}");
@@ -199,17 +184,12 @@ fn bad_names_cost_only_their_own_poses() {
     }
     wait_for_poses(&relayed.session, 360);
     let end = relayed.session.stop();
-    assert_eq!(
-        (end.counts.sent, end.connections, end.unreadable),
-        (240, 1, 120)
-    );
+    assert_eq!((end.counts.sent, end.connections, end.unreadable), (240, 1, 120));
     assert_eq!(end.counts.dropped[&Reason::NoName], 120);
     let (mut unreadable, mut refused) = (0, 0);
     while let Some(event) = relayed.heard.try_next() {
-        unreadable += u32::from(matches!(
-            event,
-            SessionEvent::Unreadable(DecodeError::Name { .. })
-        ));
+        unreadable +=
+            u32::from(matches!(event, SessionEvent::Unreadable(DecodeError::Name { .. })));
         refused += u32::from(matches!(event, SessionEvent::Refused { .. }));
     }
     assert_eq!((unreadable, refused), (1, 1));
@@ -267,9 +247,7 @@ fn a_message_that_never_ends_is_given_up() {
     };
     assert_eq!(why, LostWhy::Unfinished);
     let (mut tracker, _) = listener.accept().unwrap();
-    tracker
-        .write_all(&numbered("Probe", 7).encode().unwrap())
-        .unwrap();
+    tracker.write_all(&numbered("Probe", 7).encode().unwrap()).unwrap();
     assert_eq!(number_of(&received(&heard)), Some(7));
 }
 
@@ -292,14 +270,10 @@ struct Paused {
 /// Eight tools at 40 Hz; the client reads nothing for so long, then all.
 fn pause(seconds: u64, connect: fn(SocketAddr) -> Reader) -> Paused {
     let bound = Duration::from_secs(1);
-    let (server, served) = serve(&ServerOptions {
-        max_age: bound,
-        ..ServerOptions::at(anywhere())
-    });
+    let (server, served) =
+        serve(&ServerOptions { max_age: bound, ..ServerOptions::at(anywhere()) });
     let mut client = connect(server.address());
-    served.wait_for("a client", |event| {
-        matches!(event, ServerEvent::Joined { .. }).then_some(())
-    });
+    served.wait_for("a client", |event| matches!(event, ServerEvent::Joined { .. }).then_some(()));
     let start = Instant::now();
     let mut number = 0;
     let publish = |number: u32| {
@@ -343,11 +317,7 @@ fn pause(seconds: u64, connect: fn(SocketAddr) -> Reader) -> Paused {
             is_it.then_some(())
         });
     }
-    Paused {
-        sent: u64::from(paused) * 8,
-        old,
-        dropped: server.dropped_messages(),
-    }
+    Paused { sent: u64::from(paused) * 8, old, dropped: server.dropped_messages() }
 }
 
 #[test]
@@ -390,9 +360,7 @@ fn eleven_hundred_clients_at_once_are_served_or_told() {
             })
         })
         .collect();
-    let clients = threads
-        .into_iter()
-        .flat_map(|thread| thread.join().unwrap());
+    let clients = threads.into_iter().flat_map(|thread| thread.join().unwrap());
     let mut clients: Vec<Reader> = clients.collect();
     let (mut joined, mut refused) = (0, 0);
     while joined + refused < limit + beyond {

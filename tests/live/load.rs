@@ -12,20 +12,12 @@ use trackwright::live::session::{Session, SessionEvent, SessionSettings};
 
 #[test]
 fn thirty_seconds_of_load_lose_nothing_but_what_was_sent_to_nobody() {
-    let load = Load {
-        tools: 8,
-        rate_hz: 40,
-        clients: 16,
-        seconds: 30,
-    };
+    let load = Load { tools: 8, rate_hz: 40, clients: 16, seconds: 30 };
     let server = tracker("127.0.0.1:0".parse().unwrap());
     let mut options = ServerOptions::at("127.0.0.1:0".parse().unwrap());
     // Counts, not times: on a busy machine nobody is dropped, and nothing is late, for being slow.
     options.queue = 100_000;
-    let relay = RelayOptions {
-        stale_after: Duration::from_secs(60),
-        ..RelayOptions::default()
-    };
+    let relay = RelayOptions { stale_after: Duration::from_secs(60), ..RelayOptions::default() };
     let (told, heard) = events();
     let session = Session::start(
         SessionSettings {
@@ -62,10 +54,7 @@ fn thirty_seconds_of_load_lose_nothing_but_what_was_sent_to_nobody() {
     for (client, heard) in outcome.heard.iter().enumerate() {
         assert_eq!((heard.old, heard.unsaid), (0, 0), "{client}");
         for gap in &heard.gaps {
-            assert!(
-                gap.first >= away.first && gap.last <= away.last,
-                "{client}: {gap:?} {away:?}"
-            );
+            assert!(gap.first >= away.first && gap.last <= away.last, "{client}: {gap:?} {away:?}");
         }
         if client > 0 {
             let missing: u32 = heard.gaps.iter().map(|gap| gap.last - gap.first + 1).sum();
@@ -79,18 +68,14 @@ fn thirty_seconds_of_load_lose_nothing_but_what_was_sent_to_nobody() {
     assert!(killed.last.values().all(|last| *last < outcome.frames) && killed.transforms > 0);
     assert_eq!(end.counts.sent, end.counts.poses);
     assert_eq!(end.counts.sent, outcome.heard[1].transforms);
-    assert_eq!(
-        (end.connections, end.slow_clients, end.unreadable),
-        (2, 0, 0)
-    );
+    assert_eq!((end.connections, end.slow_clients, end.unreadable), (2, 0, 0));
 }
 
 /// `VmRSS` of a process, in kB.
 fn resident_kb(process: u32) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok())
-        .unwrap_or(0)
+    line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok()).unwrap_or(0)
 }
 
 /// Growth of the program's memory from the first minute to the last that counts as none: its
@@ -110,35 +95,19 @@ fn ten_minutes_of_load_send_nothing_old_and_keep_memory() {
     };
     let server = tracker("127.0.0.1:0".parse().unwrap());
     let connect = server.address().to_string();
-    let ends = [
-        "live",
-        "--format",
-        "json",
-        "--connect",
-        &connect,
-        "--serve",
-        "0",
-    ];
+    let ends = ["live", "--format", "json", "--connect", &connect, "--serve", "0"];
     let room = ["--environment", super::peers::ROOM];
     let live = Live::run(trackwright(&[&ends[..], &room].concat()));
     let relay_at = address_in(&live.says("serving at"));
     live.says("connected to");
     let process = live.child.id();
     let wait_for_clients = || drop(live.says(&format!("joined, {} now", load.clients)));
-    let outcome = run(load, server, relay_at, wait_for_clients, || {
-        resident_kb(process)
-    });
+    let outcome = run(load, server, relay_at, wait_for_clients, || resident_kb(process));
     let end = live.interrupt();
-    println!(
-        "{load:?}, {} frames, away {:?}",
-        outcome.frames, outcome.away
-    );
+    println!("{load:?}, {} frames, away {:?}", outcome.frames, outcome.away);
     for heard in &outcome.heard {
         let missing: u32 = heard.gaps.iter().map(|gap| gap.last - gap.first + 1).sum();
-        println!(
-            "{} transforms, {missing} missing, {:?}",
-            heard.transforms, heard.latency
-        );
+        println!("{} transforms, {missing} missing, {:?}", heard.transforms, heard.latency);
         assert_eq!((heard.old, heard.late), (0, 0));
     }
     println!("memory in kB {:?}\n{end:#}", outcome.memory);

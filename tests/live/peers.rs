@@ -21,10 +21,7 @@ struct Peer(Child);
 
 impl Peer {
     fn start(mut command: Command) -> Self {
-        let command = command
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
+        let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         Self(command.spawn().unwrap())
     }
 }
@@ -69,9 +66,7 @@ fn send_until<R>(server: &Server, peer: &mut Peer, mut pick: impl FnMut(&str) ->
     for number in 0..2400 {
         let mut message = numbered("ProbeToTracker", 1000 + number);
         message.extension = None;
-        server
-            .send_transform(&message, ToolKind::SixDof, Instant::now())
-            .unwrap();
+        server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
         rest(Duration::from_millis(25));
         for line in lines.try_iter() {
             said += &line;
@@ -116,10 +111,7 @@ fn transforms_of_pyigtl_are_heard_in_both_versions_with_their_status() {
         if let Some(pose) = pose {
             let x: f64 = rest.split_once(' ').unwrap().0.parse().unwrap();
             let moved = pose * nalgebra::Point3::new(1.0, 0.0, 0.0);
-            assert!(
-                (moved.coords - Vector3::new(x, 21.0, 30.0)).norm() < 1e-6,
-                "{moved}"
-            );
+            assert!((moved.coords - Vector3::new(x, 21.0, 30.0)).norm() < 1e-6, "{moved}");
         }
     }
 }
@@ -131,29 +123,19 @@ fn pyigtl_hears_our_transforms_in_both_versions() {
         let mut command = python("igtl_client.py");
         command.args([&server.address().port().to_string(), "ProbeToTracker"]);
         let mut peer = Peer::start(command);
-        served.wait_for("pyigtl", |event| {
-            matches!(event, ServerEvent::Joined { .. }).then_some(())
-        });
+        served
+            .wait_for("pyigtl", |event| matches!(event, ServerEvent::Joined { .. }).then_some(()));
         let mut message = numbered("ProbeToTracker", 1234);
         if version == 2 {
             let mut extension = Extension::default();
             extension.set("TransformStatus", "OK");
             message.extension = Some(extension);
         }
-        server
-            .send_transform(&message, ToolKind::SixDof, Instant::now())
-            .unwrap();
+        server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
         let mut said = String::new();
-        peer.0
-            .stdout
-            .take()
-            .unwrap()
-            .read_to_string(&mut said)
-            .unwrap();
+        peer.0.stdout.take().unwrap().read_to_string(&mut said).unwrap();
         let found: Value = serde_json::from_str(&said).unwrap_or_else(|e| panic!("{e}: {said}"));
-        let Content::Transform(matrix) = message.content else {
-            panic!("a transform")
-        };
+        let Content::Transform(matrix) = message.content else { panic!("a transform") };
         for row in 0..3 {
             for column in 0..4 {
                 // The last digit of a double is not what was sent.
@@ -171,10 +153,8 @@ fn pyigtl_hears_our_transforms_in_both_versions() {
 }
 
 /// The room that comes with the program, and an inner pose of it.
-pub(super) const ROOM: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/assets/environments/operating-table.env.ron"
-);
+pub(super) const ROOM: &str =
+    concat!(env!("CARGO_MANIFEST_DIR"), "/assets/environments/operating-table.env.ron");
 
 /// A tracker's server, the program in between, and where it serves.
 fn relayed(arguments: &[&str]) -> (Server, Live, u16) {
@@ -191,9 +171,7 @@ fn relayed(arguments: &[&str]) -> (Server, Live, u16) {
 
 #[test]
 fn pyigtl_reads_what_is_known_of_every_pose() {
-    let room = Files::default()
-        .read_environment(std::path::Path::new(ROOM))
-        .unwrap();
+    let room = Files::default().read_environment(std::path::Path::new(ROOM)).unwrap();
     let mut without_support = room.clone();
     (without_support.support, without_support.process) = (None, None);
     let scratch = Scratch::new();
@@ -214,24 +192,18 @@ fn pyigtl_reads_what_is_known_of_every_pose() {
         let mut valid = 0;
         for number in 0..40 {
             let mut message = numbered("ProbeToTracker", number);
-            let Content::Transform(matrix) = &mut message.content else {
-                panic!("a transform")
-            };
+            let Content::Transform(matrix) = &mut message.content else { panic!("a transform") };
             // Along a line through the box.
             let at = middle.coords + 2.0 * (f64::from(number) - 20.0) * Vector3::new(1.0, 0.5, 0.2);
             for (value, at) in matrix.0[9..].iter_mut().zip(at.iter()) {
                 *value = *at as f32;
             }
-            server
-                .send_transform(&message, ToolKind::SixDof, Instant::now())
-                .unwrap();
+            server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
             // Each is read before the next is sent: pyigtl keeps the last one only.
             let line = lines.next().expect("a line for every pose").unwrap();
             let metadata: Value = serde_json::from_str(&line).unwrap();
             let number = |key: &str| -> Option<f64> {
-                let text = metadata[key]
-                    .as_str()
-                    .unwrap_or_else(|| panic!("{key}: {line}"));
+                let text = metadata[key].as_str().unwrap_or_else(|| panic!("{key}: {line}"));
                 (text != described::UNKNOWN).then(|| text.parse().unwrap())
             };
             assert!(number(described::LATENCY_MS).unwrap() >= 0.0);
@@ -284,10 +256,7 @@ fn the_librarys_tracker_server_and_its_tracking_data_are_heard() {
     let (_client, heard) = listen(ClientOptions::to(address.to_string()));
     let message = heard.wait_for("a transform", Some);
     assert_eq!(message.device, "Tracker");
-    assert!(
-        matches!(message.content, Content::Transform(_)),
-        "{message:?}"
-    );
+    assert!(matches!(message.content, Content::Transform(_)), "{message:?}");
 
     let address = free_address();
     let mut command = openigtlink("TrackingDataServer");
@@ -300,10 +269,7 @@ fn the_librarys_tracker_server_and_its_tracking_data_are_heard() {
         Content::Tracking(tools) => Some(tools),
         _ => None,
     });
-    let found: Vec<_> = tools
-        .iter()
-        .map(|tool| (tool.name.as_str(), tool.kind))
-        .collect();
+    let found: Vec<_> = tools.iter().map(|tool| (tool.name.as_str(), tool.kind)).collect();
     let expected = [
         ("Channel 0", ToolKind::Tracker),
         ("Channel 1", ToolKind::SixDof),
@@ -328,11 +294,7 @@ fn the_librarys_clients_hear_our_transforms_and_our_tracking_data() {
     command.args(["127.0.0.1", &server.address().port().to_string(), "40"]);
     let mut peer = Peer::start(command);
     send_until(&server, &mut peer, |said| {
-        let tells = [
-            "Receiving : RTS_TDATA",
-            "Name       : ProbeToTracker",
-            "Type       : 2",
-        ];
+        let tells = ["Receiving : RTS_TDATA", "Name       : ProbeToTracker", "Type       : 2"];
         tells.iter().all(|tell| said.contains(tell)).then_some(())
     });
 }

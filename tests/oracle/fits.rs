@@ -59,27 +59,12 @@ fn assert_error(
     expected: &Value,
 ) -> bool {
     let at = pose(at);
-    let found = model.evaluate(
-        &at.translation.vector.into(),
-        &(at.rotation * Vector3::z_axis()),
-        outside,
-    );
+    let found =
+        model.evaluate(&at.translation.vector.into(), &(at.rotation * Vector3::z_axis()), outside);
     let expected = numbers::<6>(expected);
     let (p, r) = (found.error.position_mm, found.error.rotation_rad);
-    assert_all_close(
-        "position error",
-        p.as_slice(),
-        &expected[..3],
-        close::GOLDEN,
-        FLOOR,
-    );
-    assert_all_close(
-        "rotation error",
-        r.as_slice(),
-        &expected[3..],
-        close::GOLDEN,
-        FLOOR,
-    );
+    assert_all_close("position error", p.as_slice(), &expected[..3], close::GOLDEN, FLOOR);
+    assert_all_close("rotation error", r.as_slice(), &expected[3..], close::GOLDEN, FLOOR);
     found.is_inside
 }
 
@@ -95,10 +80,7 @@ fn per_direction_and_joint_fits_agree() {
             "joint" => FitMethod::Joint,
             _ => FitMethod::PerDirection,
         };
-        let fit = fitted(&FitSettings {
-            method,
-            ..settings()
-        });
+        let fit = fitted(&FitSettings { method, ..settings() });
         assert_residuals(&fit.before, &case["before"]);
         assert_residuals(&fit.after, &case["after"]);
         assert_box(fit.model.bounds(), &case["box"]);
@@ -122,25 +104,14 @@ fn per_direction_and_joint_fits_agree() {
 #[test]
 fn corrections_of_measured_poses_agree() {
     let case = &GOLDEN["correction_map"];
-    let fit = fitted(&FitSettings {
-        map: MapKind::Correction,
-        ..settings()
-    });
+    let fit = fitted(&FitSettings { map: MapKind::Correction, ..settings() });
     assert_residuals(&fit.after, &case["after"]);
     for p in list(case, "poses") {
-        let (found, _) = fit
-            .model
-            .correct(&pose(&p["measured"]), OutsidePolicy::Clamp);
+        let (found, _) = fit.model.correct(&pose(&p["measured"]), OutsidePolicy::Clamp);
         let expected = numbers::<7>(&p["corrected"]);
         let found = pose_to_array(&found);
         assert_all_close("position", &found[..3], &expected[..3], close::GOLDEN, 1.0);
-        assert_all_close(
-            "quaternion",
-            &found[3..],
-            &expected[3..],
-            close::GOLDEN,
-            1.0,
-        );
+        assert_all_close("quaternion", &found[3..], &expected[3..], close::GOLDEN, 1.0);
     }
 }
 
@@ -148,10 +119,9 @@ fn corrections_of_measured_poses_agree() {
 fn clamped_and_extrapolated_errors_outside_the_box_agree() {
     let model = fitted(&settings()).model;
     for case in list(&GOLDEN, "outside") {
-        for (policy, key) in [
-            (OutsidePolicy::Clamp, "clamp"),
-            (OutsidePolicy::Extrapolate, "extrapolate"),
-        ] {
+        for (policy, key) in
+            [(OutsidePolicy::Clamp, "clamp"), (OutsidePolicy::Extrapolate, "extrapolate")]
+        {
             assert!(!assert_error(&model, &case["pose"], policy, &case[key]));
         }
     }
@@ -173,10 +143,7 @@ fn fewer_samples_than_coefficients_give_the_solution_of_least_norm() {
     let all = samples("room-a-fit.csv", MapKind::Distortion);
     let bounds = Bounds::around(all.samples.iter().map(|s| s.position_mm)).unwrap();
     assert_box(&bounds, &case["box"]);
-    let few = SampleSet {
-        samples: all.samples[..count(&case["samples"])].to_vec(),
-        ..all
-    };
+    let few = SampleSet { samples: all.samples[..count(&case["samples"])].to_vec(), ..all };
     let settings = FitSettings::new(count(&case["order"]), DirectionSet::One);
     let fit = fit(&few, &settings, Some(bounds)).unwrap();
     assert!(fit.systems[0].is_underdetermined());

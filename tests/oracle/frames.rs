@@ -87,17 +87,10 @@ fn planar_positions_never_give_a_reflection() {
                 coil: None,
             })
             .collect();
-        let body = RigidBody {
-            name: "plane".into(),
-            tip_in_body: None,
-            sensors,
-        };
+        let body = RigidBody { name: "plane".into(), tip_in_body: None, sensors };
         let readings: Vec<_> = list(case, "measured")
             .iter()
-            .map(|p| Reading {
-                position_mm: point(p),
-                rotation: UnitQuaternion::identity(),
-            })
+            .map(|p| Reading { position_mm: point(p), rotation: UnitQuaternion::identity() })
             .collect();
         let fit = FrameFitter::new(&body, 0.0).fit(&readings, &Pose::identity());
         assert_frame(&fit, case);

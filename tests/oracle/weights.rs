@@ -14,19 +14,11 @@ fn check(set: DirectionSet, at: &Value, weighting: Weighting, parts: &[Value]) {
     let mut listed = 0;
     for (&direction, &weight) in found.directions.iter().zip(&found.weights) {
         let own = set.directions()[direction];
-        let part = parts
-            .iter()
-            .find(|p| (vector(&p["direction"]) - own.as_ref()).norm() < 1e-12);
+        let part = parts.iter().find(|p| (vector(&p["direction"]) - own.as_ref()).norm() < 1e-12);
         match part {
             Some(part) => {
                 listed += 1;
-                assert_close(
-                    "weight",
-                    weight,
-                    number(&part["weight"]),
-                    close::GOLDEN,
-                    1e-6,
-                );
+                assert_close("weight", weight, number(&part["weight"]), close::GOLDEN, 1e-6);
             }
             None => assert!(weight <= 10.0 * LISTED, "{weight} of {own:?} is not listed"),
         }
@@ -37,12 +29,7 @@ fn check(set: DirectionSet, at: &Value, weighting: Weighting, parts: &[Value]) {
 #[test]
 fn area_weights_of_the_papers_set_agree() {
     for case in list(&GOLDEN, "weights") {
-        check(
-            DirectionSet::Fourteen,
-            &case["axis"],
-            Weighting::Area,
-            list(case, "parts"),
-        );
+        check(DirectionSet::Fourteen, &case["axis"], Weighting::Area, list(case, "parts"));
     }
 }
 
@@ -51,12 +38,7 @@ fn weights_of_every_set_agree() {
     for case in list(&GOLDEN, "weight_sets") {
         let set = DirectionSet::try_from(count(&case["directions"])).unwrap();
         check(set, &case["axis"], Weighting::Area, list(case, "area"));
-        check(
-            set,
-            &case["axis"],
-            Weighting::Gnomonic,
-            list(case, "gnomonic"),
-        );
+        check(set, &case["axis"], Weighting::Gnomonic, list(case, "gnomonic"));
     }
 }
 
@@ -65,12 +47,6 @@ fn rotation_vectors_agree() {
     for case in list(&GOLDEN, "rotation_log") {
         let found = log_matrix(&matrix(&case["rotation"]));
         let expected = vector(&case["log"]);
-        assert_all_close(
-            "log",
-            found.as_slice(),
-            expected.as_slice(),
-            close::GOLDEN,
-            1e-12,
-        );
+        assert_all_close("log", found.as_slice(), expected.as_slice(), close::GOLDEN, 1e-12);
     }
 }

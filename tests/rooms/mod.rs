@@ -59,13 +59,7 @@ fn body(name: &str, sensors: &[([f64; 3], [f64; 3])]) -> RigidBody {
 /// tip.
 fn pointers() -> [RigidBody; 4] {
     [
-        body(
-            "two",
-            &[
-                ([0.0, 0.0, 30.0], [0.0, 0.0, 1.0]),
-                ([0.0, 3.0, 120.0], [0.7, 0.0, 0.7]),
-            ],
-        ),
+        body("two", &[([0.0, 0.0, 30.0], [0.0, 0.0, 1.0]), ([0.0, 3.0, 120.0], [0.7, 0.0, 0.7])]),
         body(
             "three",
             &[
@@ -76,17 +70,11 @@ fn pointers() -> [RigidBody; 4] {
         ),
         body(
             "crossed",
-            &[
-                ([0.0, 0.0, 15.0], [0.0, 0.0, 1.0]),
-                ([0.0, 0.0, 90.0], [1.0, 0.0, 0.0]),
-            ],
+            &[([0.0, 0.0, 15.0], [0.0, 0.0, 1.0]), ([0.0, 0.0, 90.0], [1.0, 0.0, 0.0])],
         ),
         body(
             "short",
-            &[
-                ([0.0, 0.0, 140.0], [0.0, 0.0, 1.0]),
-                ([0.0, 0.0, 152.0], [1.0, 0.0, 0.0]),
-            ],
+            &[([0.0, 0.0, 140.0], [0.0, 0.0, 1.0]), ([0.0, 0.0, 152.0], [1.0, 0.0, 0.0])],
         ),
     ]
 }
@@ -112,20 +100,14 @@ fn measured(room: &Room, rows: usize, seed: u64) -> SampleSet {
             tracker_from_measured: pose(&reading),
         })
     });
-    MeasurementSet {
-        measurements: each.collect(),
-        content: MeasurementContent::FiveDof,
-    }
-    .samples(MapKind::Distortion)
+    MeasurementSet { measurements: each.collect(), content: MeasurementContent::FiveDof }
+        .samples(MapKind::Distortion)
 }
 
 fn environment(samples: &SampleSet) -> Arc<Environment> {
     let settings = FitSettings::new(2, DirectionSet::Fourteen);
     let fitted = fit(samples, &settings, None).unwrap();
-    let refit = Refit::Polynomials {
-        settings: &settings,
-        is_symmetric: false,
-    };
+    let refit = Refit::Polynomials { settings: &settings, is_symmetric: false };
     let process = room_process(samples, &fitted, &refit, &Task::default()).unwrap();
     Arc::new(Environment {
         name: "room".into(),
@@ -140,13 +122,7 @@ fn environment(samples: &SampleSet) -> Arc<Environment> {
 
 /// Three steps along each axis and of two turns.
 fn motion() -> Motion {
-    let around = |half: f64| {
-        Some(AxisRange {
-            min: -half,
-            max: half,
-            step: half,
-        })
-    };
+    let around = |half: f64| Some(AxisRange { min: -half, max: half, step: half });
     Motion {
         x: around(25.0),
         y: around(25.0),
@@ -180,10 +156,7 @@ fn scenario(
         true => pose_from_parts(center + base * Vector3::new(70.0, 30.0, -20.0), base),
         false => Pose::identity(),
     };
-    let crf = has_crf.then(|| ScenarioCrf {
-        body: crf(),
-        tracker_from_crf,
-    });
+    let crf = has_crf.then(|| ScenarioCrf { body: crf(), tracker_from_crf });
     let scenario = Scenario {
         environment: Arc::clone(environment),
         tool,
@@ -215,10 +188,7 @@ fn frame(room: &Room, body: &RigidBody, tracker_from_body: &Pose) -> Option<Pose
             let pose = tracker_from_body * sensor.body_from_sensor();
             let axis = pose.rotation * Vector3::z();
             let (p, n) = room.read(&(pose.translation.vector, axis))?;
-            Some(Reading {
-                position_mm: p.into(),
-                rotation: rotation_onto(&n),
-            })
+            Some(Reading { position_mm: p.into(), rotation: rotation_onto(&n) })
         })
         .collect();
     let fitter = FrameFitter::new(body, WEIGHT_MM);
@@ -241,10 +211,7 @@ fn truth(room: &Room, scenario: &Scenario) -> Option<FigureValues> {
         tip_mm.push((simulated * tip - crf_from_tool * tip).norm());
         angle_deg.push(turn.angle().to_degrees());
     }
-    Some(values(
-        &Statistics::of(&mut tip_mm)?,
-        &Statistics::of(&mut angle_deg)?,
-    ))
+    Some(values(&Statistics::of(&mut tip_mm)?, &Statistics::of(&mut angle_deg)?))
 }
 
 /// A tool in a room: what was to be expected, and what is.
@@ -267,13 +234,8 @@ fn cases(rooms: std::ops::Range<u64>) -> Vec<Case> {
         let rows = random.range(600.0, 2_000.0) as usize;
         let environment = environment(&measured(&room, rows, 2_000 + seed));
         let [two, three, crossed, short] = pointers();
-        let tools = [
-            (two, false),
-            (three.clone(), false),
-            (crossed, false),
-            (three, true),
-            (short, false),
-        ];
+        let tools =
+            [(two, false), (three.clone(), false), (crossed, false), (three, true), (short, false)];
         let scenarios = loop {
             let half = (room.max_mm - room.min_mm) / 2.0;
             let middle = (room.max_mm + room.min_mm) / 2.0;
@@ -305,30 +267,19 @@ fn by_held_out_error(environment: &Environment, held_out: &SampleSet) -> Arc<Env
     let certain = GaussianField {
         trend: Trend::Model,
         component_covariance: [[0.0; 6]; 6],
-        rows: (process.rows.iter().take(4))
-            .map(|row| Row {
-                error: [0.0; 6],
-                ..*row
-            })
-            .collect(),
+        rows: (process.rows.iter().take(4)).map(|row| Row { error: [0.0; 6], ..*row }).collect(),
         sensor_variance: Some(std::array::from_fn(|c| match c {
             0..3 => position_mm2,
             _ => rotation_rad2,
         })),
         ..process.clone()
     };
-    Arc::new(Environment {
-        process: Some(Arc::new(certain)),
-        ..environment.clone()
-    })
+    Arc::new(Environment { process: Some(Arc::new(certain)), ..environment.clone() })
 }
 
 /// Widths of intervals as they are drawn, without what they are stretched by on the logarithmic scale.
 fn drawn_widths(scenario: &Scenario, environment: &Arc<Environment>) -> FigureValues {
-    let scenario = Scenario {
-        environment: Arc::clone(environment),
-        ..scenario.clone()
-    };
+    let scenario = Scenario { environment: Arc::clone(environment), ..scenario.clone() };
     let found = expected(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
     std::array::from_fn(|k| {
         let end = |end: f64| found.figures[k] * (end / found.figures[k]).sqrt();
@@ -348,13 +299,7 @@ fn cases_of(
     let pairs = scenarios.into_iter().enumerate();
     let plan = Plan {
         rooms: vec![Arc::clone(environment)],
-        pairs: pairs
-            .map(|(design, scenario)| Pair {
-                design,
-                room: 0,
-                scenario,
-            })
-            .collect(),
+        pairs: pairs.map(|(design, scenario)| Pair { design, room: 0, scenario }).collect(),
         baseline: 0,
     };
     let compared = compare(&plan, &Settings::default(), &Task::default()).unwrap();
@@ -396,12 +341,7 @@ fn judged(cases: &[Case], figure: Figure) -> (f64, usize, f64) {
         (high - low) / case.truth[k]
     };
     (
-        median(
-            cases
-                .iter()
-                .map(|c| c.expected.figures[k] / c.truth[k])
-                .collect(),
-        ),
+        median(cases.iter().map(|c| c.expected.figures[k] / c.truth[k]).collect()),
         cases.iter().filter(holds).count(),
         median(cases.iter().map(width).collect()),
     )
@@ -461,12 +401,7 @@ fn intervals_hold_in_rooms_no_model_can_represent() {
     }
     // Some differences are large enough to be told, and one in twenty may be told wrong.
     assert!(told.told >= 10, "{}", told.told);
-    assert!(
-        20 * told.wrong <= told.told,
-        "{} of {}",
-        told.wrong,
-        told.told
-    );
+    assert!(20 * told.wrong <= told.told, "{} of {}", told.wrong, told.told);
 }
 
 /// The figures of the method page: `cargo test --release --no-default-features -- --ignored
@@ -515,17 +450,12 @@ fn readings(room: &Room, environment: &Environment, poses: usize) -> Readings {
     let (sensors, read): (Vec<SensorPose>, Vec<SensorPose>) = each.unzip();
     let points: Vec<_> = sensors
         .iter()
-        .map(|(p, n)| FieldPoint {
-            position_mm: (*p).into(),
-            axis: Unit::new_normalize(*n),
-        })
+        .map(|(p, n)| FieldPoint { position_mm: (*p).into(), axis: Unit::new_normalize(*n) })
         .collect();
     let stated = environment.validity(&points, OutsidePolicy::Clamp).unwrap();
     let (mut within, mut pairs) = ([0_u32; 2], [vec![], vec![]]);
     for ((at, sensor), (p, n)) in stated.unwrap().iter().zip(&sensors).zip(&read) {
-        let (predicted, _) = environment
-            .model
-            .distort(&pose(sensor), OutsidePolicy::Clamp);
+        let (predicted, _) = environment.model.distort(&pose(sensor), OutsidePolicy::Clamp);
         let position_mm = (p - predicted.translation.vector).norm();
         let axis = predicted.rotation * Vector3::z_axis();
         let angle_rad = axis.angle(n);
@@ -579,10 +509,7 @@ fn more_measurements_narrow_intervals_as_predicted() {
     for seed in [7, 8] {
         let room = Room::new(seed, false);
         let [few, many] = [600, 2_400].map(|rows| environment(&measured(&room, rows, 5)));
-        let place = (
-            (room.max_mm + room.min_mm) / 2.0,
-            UnitQuaternion::identity(),
-        );
+        let place = ((room.max_mm + room.min_mm) / 2.0, UnitQuaternion::identity());
         let [few, many] = [few, many].map(|environment| {
             let [_, three, ..] = pointers();
             scenario(&room, &environment, three, false, place).unwrap()
@@ -598,9 +525,6 @@ fn more_measurements_narrow_intervals_as_predicted() {
         let (measurements, predicted) = predicted[1];
         assert_eq!(measurements, 2_400);
         let ratio = found / predicted;
-        assert!(
-            (0.5..2.0).contains(&ratio),
-            "room {seed}: {predicted} {found}"
-        );
+        assert!((0.5..2.0).contains(&ratio), "room {seed}: {predicted} {found}");
     }
 }

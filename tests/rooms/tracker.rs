@@ -68,9 +68,8 @@ impl Room {
         let min_mm = V::new(-half, -half, -70.0 - 2.0 * half);
         let max_mm = V::new(half, half, -70.0);
         let bodies = random.range(1.0, 5.0) as usize;
-        let spheres: Vec<_> = (0..bodies)
-            .flat_map(|_| body(&min_mm, &max_mm, &mut random))
-            .collect();
+        let spheres: Vec<_> =
+            (0..bodies).flat_map(|_| body(&min_mm, &max_mm, &mut random)).collect();
         let induced = |(center, cubed): &(V, f64)| {
             let each = coils.iter().map(|coil| field(coil, center) * *cubed);
             (*center, each.collect())
@@ -161,9 +160,7 @@ impl Room {
                 jacobian[(i, 4)] = second.dot(&b) / 100.0;
             }
             let qr = jacobian.qr();
-            let step = qr
-                .r()
-                .solve_upper_triangular(&(qr.q().transpose() * left))?;
+            let step = qr.r().solve_upper_triangular(&(qr.q().transpose() * left))?;
             let length = step.norm();
             let step = step * (30.0 / length).min(1.0);
             p += V::new(step[0], step[1], step[2]);
@@ -185,14 +182,7 @@ fn coil(index: usize, wide: bool, random: &mut Random) -> Vec<(V, V)> {
     let place =
         |k: usize, random: &mut Random| k as f64 * 120.0 - 120.0 + random.range(-10.0, 10.0);
     let center = V::new(place(index % 3, random), place(index / 3, random), 0.0);
-    let (turn, tilt) = (
-        2.4 * index as f64,
-        if index.is_multiple_of(2) {
-            0.6_f64
-        } else {
-            1.2
-        },
-    );
+    let (turn, tilt) = (2.4 * index as f64, if index.is_multiple_of(2) { 0.6_f64 } else { 1.2 });
     let moment = V::new(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos());
     if !wide {
         return vec![(center, moment)];

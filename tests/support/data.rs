@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// A file or folder of `tests/data`.
 pub fn own(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data")
-        .join(path)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(path)
 }
 
 /// A path in the third-party data folder named by `TRACKWRIGHT_DATA`, or `None` with a word why

@@ -13,30 +13,20 @@ pub static GOLDEN: LazyLock<Value> = LazyLock::new(|| {
 });
 
 pub fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
-    value[key]
-        .as_array()
-        .unwrap_or_else(|| panic!("{key} is a list"))
+    value[key].as_array().unwrap_or_else(|| panic!("{key} is a list"))
 }
 
 pub fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("{value} is a number"))
+    value.as_f64().unwrap_or_else(|| panic!("{value} is a number"))
 }
 
 pub fn count(value: &Value) -> usize {
-    usize::try_from(
-        value
-            .as_u64()
-            .unwrap_or_else(|| panic!("{value} is a count")),
-    )
-    .unwrap()
+    usize::try_from(value.as_u64().unwrap_or_else(|| panic!("{value} is a count"))).unwrap()
 }
 
 pub fn numbers<const N: usize>(value: &Value) -> [f64; N] {
     let all: Vec<f64> = value.as_array().unwrap().iter().map(number).collect();
-    all.try_into()
-        .unwrap_or_else(|all| panic!("{all:?} has {N} numbers"))
+    all.try_into().unwrap_or_else(|all| panic!("{all:?} has {N} numbers"))
 }
 
 pub fn vector(value: &Value) -> Vector3<f64> {

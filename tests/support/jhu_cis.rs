@@ -9,13 +9,6 @@ pub fn import(scratch: &Scratch, case: &str) -> Option<String> {
     let folder = third_party("jhu-cis")?;
     let file = |kind: &str| text(&folder.join(format!("pa2-debug-{case}-{kind}.txt")));
     let table = scratch.arg(&format!("{case}.csv"));
-    succeed(&[
-        "import",
-        "jhu-cis",
-        &file("calbody"),
-        &file("calreadings"),
-        "-o",
-        &table,
-    ]);
+    succeed(&["import", "jhu-cis", &file("calbody"), &file("calreadings"), "-o", &table]);
     Some(table)
 }

@@ -2,10 +2,7 @@
 //! server is restarted in between. The relay is whoever listens to the tracker's address and serves
 //! at another one.
 
-#![allow(
-    dead_code,
-    reason = "tests and a bench share it, and each needs a part"
-)]
+#![allow(dead_code, reason = "tests and a bench share it, and each needs a part")]
 
 use super::wire::{Reader, numbered, rest};
 use std::collections::BTreeMap;
@@ -117,9 +114,7 @@ pub fn run(
         for tool in 0..load.tools {
             let message = framed(&name(tool), frame);
             if let Some(server) = &server {
-                server
-                    .send_transform(&message, ToolKind::SixDof, Instant::now())
-                    .unwrap();
+                server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
             }
         }
         if frame % (60 * load.rate_hz) == 0 || frame == frames {
@@ -128,12 +123,7 @@ pub fn run(
     }
     let join = |thread: std::thread::JoinHandle<Heard>| thread.join().unwrap();
     let heard = threads.into_iter().map(join).collect();
-    Outcome {
-        frames,
-        away,
-        heard,
-        memory: memory_at,
-    }
+    Outcome { frames, away, heard, memory: memory_at }
 }
 
 /// The last bits of a timestamp, 0.24 ms, in which a message has the number of its frame: a room
@@ -178,10 +168,7 @@ fn hear(mut reader: Reader, tools: u32, frames: u32) -> Heard {
         let number = frame_of(&message);
         heard.transforms += 1;
         heard.unsaid += u64::from(is_good.get(&message.device) == Some(&false));
-        let latency_ms = message
-            .extension
-            .as_ref()
-            .map(|e| e.get(described::LATENCY_MS));
+        let latency_ms = message.extension.as_ref().map(|e| e.get(described::LATENCY_MS));
         let latency_ms = latency_ms.flatten().and_then(|ms| ms.parse::<f64>().ok());
         let bound_ms = 1e3 * RelayOptions::STALE_AFTER.as_secs_f64();
         heard.late += u64::from(latency_ms.is_none_or(|ms| ms > bound_ms));
@@ -191,10 +178,7 @@ fn hear(mut reader: Reader, tools: u32, frames: u32) -> Heard {
         if number <= last {
             heard.old += 1;
         } else if number > last + 1 {
-            heard.gaps.push(Gap {
-                first: last + 1,
-                last: number - 1,
-            });
+            heard.gaps.push(Gap { first: last + 1, last: number - 1 });
         }
         done += u32::from(number == frames);
     }

@@ -38,11 +38,7 @@ impl Live {
     }
 
     pub fn run(mut program: Command) -> Self {
-        let mut child = program
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut child = program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let stderr = child.stderr.take().unwrap();
         let (told, notes) = channel();
         std::thread::spawn(move || {
@@ -73,20 +69,9 @@ impl Live {
     /// As Ctrl+C does.
     pub fn interrupt(mut self) -> Value {
         let id = self.child.id().to_string();
-        assert!(
-            Command::new("kill")
-                .args(["-INT", &id])
-                .status()
-                .unwrap()
-                .success()
-        );
+        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
         let mut out = String::new();
-        self.child
-            .stdout
-            .take()
-            .unwrap()
-            .read_to_string(&mut out)
-            .unwrap();
+        self.child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
         assert!(self.child.wait().unwrap().success());
         serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}"))
     }

@@ -1,10 +1,7 @@
 //! Programs that others wrote, to check ours against: packages for Python and Node.js that `tests/run`
 //! installs.
 
-#![allow(
-    dead_code,
-    reason = "the files and messages that need it come one after the other"
-)]
+#![allow(dead_code, reason = "the files and messages that need it come one after the other")]
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -19,11 +16,7 @@ fn folder() -> PathBuf {
 #[track_caller]
 fn program(path: &str) -> Command {
     let program = folder().join(path);
-    assert!(
-        program.exists(),
-        "{} is not there: tests/run installs it",
-        program.display()
-    );
+    assert!(program.exists(), "{} is not there: tests/run installs it", program.display());
     Command::new(program)
 }
 
@@ -41,11 +34,7 @@ pub fn python(script: &str) -> Command {
 #[track_caller]
 pub fn node(script: &str) -> Command {
     let packages = folder().join("node_modules");
-    assert!(
-        packages.exists(),
-        "{} is not there: tests/run installs it",
-        packages.display()
-    );
+    assert!(packages.exists(), "{} is not there: tests/run installs it", packages.display());
     let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers");
     let mut command = Command::new("node");
     command.env("NODE_PATH", packages).arg(scripts.join(script));

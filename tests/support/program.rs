@@ -35,29 +35,17 @@ pub fn json(args: &[&str]) -> Value {
 /// Runs what has to fail with exit status 2, and gives the one error it prints.
 #[track_caller]
 pub fn fail(args: &[&str]) -> String {
-    let Output {
-        status,
-        stdout,
-        stderr,
-    } = trackwright(args).output().unwrap();
+    let Output { status, stdout, stderr } = trackwright(args).output().unwrap();
     let stderr = String::from_utf8(stderr).unwrap();
     assert_eq!(status.code(), Some(2), "{args:?}: {stderr}");
-    assert!(
-        stdout.is_empty(),
-        "{args:?} printed a result: {}",
-        String::from_utf8_lossy(&stdout)
-    );
+    assert!(stdout.is_empty(), "{args:?} printed a result: {}", String::from_utf8_lossy(&stdout));
     stderr
 }
 
 /// Runs and waits so long at most; panics where it has not ended by then.
 #[track_caller]
 pub fn run_within(mut command: Command, limit: Duration) -> Output {
-    let mut child = command
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let started = Instant::now();
     // What it prints is little: no pipe fills up.
     while child.try_wait().unwrap().is_none() {

@@ -1,9 +1,6 @@
 //! Both ends of a connection to check against: messages read one by one, and events waited for.
 
-#![allow(
-    dead_code,
-    reason = "tests and a bench share it, and each needs a part"
-)]
+#![allow(dead_code, reason = "tests and a bench share it, and each needs a part")]
 
 use std::io::Read;
 use std::net::{SocketAddr, TcpStream};
@@ -76,11 +73,7 @@ impl Reader {
     pub fn of(stream: TcpStream) -> Self {
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         stream.set_nodelay(true).unwrap();
-        Self {
-            stream,
-            decoder: Decoder::new(1 << 16),
-            kept: Vec::new(),
-        }
+        Self { stream, decoder: Decoder::new(1 << 16), kept: Vec::new() }
     }
 
     /// The next message; `None` once the connection is closed.
@@ -101,11 +94,8 @@ impl Reader {
                 Ok(0) => return None,
                 Ok(count) => self.kept.extend_from_slice(&bytes[..count]),
                 Err(error)
-                    if [
-                        std::io::ErrorKind::ConnectionReset,
-                        std::io::ErrorKind::BrokenPipe,
-                    ]
-                    .contains(&error.kind()) =>
+                    if [std::io::ErrorKind::ConnectionReset, std::io::ErrorKind::BrokenPipe]
+                        .contains(&error.kind()) =>
                 {
                     return None;
                 }

@@ -27,10 +27,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
 /// [`two_sum`] where `|a| >= |b|`.
 fn quick_two_sum(a: f64, b: f64) -> DoubleDouble {
     let sum = a + b;
-    DoubleDouble {
-        hi: sum,
-        lo: b - (sum - a),
-    }
+    DoubleDouble { hi: sum, lo: b - (sum - a) }
 }
 
 /// `a b` and its round-off.
@@ -106,10 +103,7 @@ impl Neg for DoubleDouble {
     type Output = Self;
 
     fn neg(self) -> Self {
-        Self {
-            hi: -self.hi,
-            lo: -self.lo,
-        }
+        Self { hi: -self.hi, lo: -self.lo }
     }
 }
 
@@ -176,10 +170,7 @@ mod tests {
         let third = dd(1.0) / dd(3.0);
         assert!((third * dd(3.0) - dd(1.0)).abs().to_f64() < 1e-31);
         // 1/3 - f64(1/3) = 1/(3 · 2^54), exactly.
-        assert_eq!(
-            (third - dd(1.0 / 3.0)).to_f64(),
-            1.0 / 3.0 * 2.0_f64.powi(-54)
-        );
+        assert_eq!((third - dd(1.0 / 3.0)).to_f64(), 1.0 / 3.0 * 2.0_f64.powi(-54));
     }
 
     #[test]

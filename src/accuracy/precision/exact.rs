@@ -83,13 +83,8 @@ fn weights(model: &DistortionModel, axis: &Unit<Vector3<f64>>) -> (Vec<usize>, V
     let n = vector(axis);
     let parts = match model.weighting() {
         Weighting::Area => [half_area(n, b, c), half_area(a, n, c), half_area(a, b, n)],
-        Weighting::Gnomonic => [triple(n, b, c), triple(a, n, c), triple(a, b, n)].map(|t| {
-            if t.is_negative() {
-                DoubleDouble::ZERO
-            } else {
-                t
-            }
-        }),
+        Weighting::Gnomonic => [triple(n, b, c), triple(a, n, c), triple(a, b, n)]
+            .map(|t| if t.is_negative() { DoubleDouble::ZERO } else { t }),
     };
     let sum = parts[0] + parts[1] + parts[2];
     (corners.to_vec(), parts.map(|p| p / sum).to_vec())
@@ -102,11 +97,7 @@ fn dot(a: Triad, b: Triad) -> DoubleDouble {
 }
 
 fn triple(a: Triad, b: Triad, c: Triad) -> DoubleDouble {
-    let cross = [
-        b[1] * c[2] - b[2] * c[1],
-        b[2] * c[0] - b[0] * c[2],
-        b[0] * c[1] - b[1] * c[0],
-    ];
+    let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
     dot(a, cross)
 }
 

@@ -95,12 +95,7 @@ pub fn measure(
         family
             .rows
             // Another room's round-off: in the table, not beside the room's in the picture.
-            .extend(
-                asked
-                    .plain_and_single(false)
-                    .into_iter()
-                    .map(Row::uncharted),
-            );
+            .extend(asked.plain_and_single(false).into_iter().map(Row::uncharted));
         next()?;
     }
     Ok(family)
@@ -136,16 +131,9 @@ fn resampled(room: &DistortionModel, order: usize, directions: DirectionSet) -> 
             }
         }
     }
-    DistortionModel::new(
-        order,
-        directions,
-        room.weighting(),
-        room.map(),
-        *bounds,
-        coefficients,
-    )
-    // Only an order beyond the largest could be refused.
-    .unwrap_or_else(|_| room.clone())
+    DistortionModel::new(order, directions, room.weighting(), room.map(), *bounds, coefficients)
+        // Only an order beyond the largest could be refused.
+        .unwrap_or_else(|_| room.clone())
 }
 
 /// Poses that all share an axis allow less work, and those of a lattice less still.
@@ -168,10 +156,7 @@ fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
             false,
             |out| out.extend(asked.poses.iter().map(|(p, _)| lattice.at(p, 0))),
         );
-        rows.push(Row {
-            is_step: true,
-            ..row.charted("interpolated lattice, one orientation")
-        });
+        rows.push(Row { is_step: true, ..row.charted("interpolated lattice, one orientation") });
     }
     let side = (settings.poses as f64).cbrt().round() as usize;
     let coordinates = [0, 1, 2].map(|k| place(model.bounds(), k, side));
@@ -186,9 +171,7 @@ fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
     rows.push(asked.shared(&axis, false).uncharted());
     let row = asked.row("lattice", true, |out: &mut Vec<Evaluation>| {
         let coordinates = coordinates.each_ref().map(Vec::as_slice);
-        model
-            .at_axis(&axis)
-            .evaluate_lattice(coordinates, OutsidePolicy::Clamp, out);
+        model.at_axis(&axis).evaluate_lattice(coordinates, OutsidePolicy::Clamp, out);
     });
     rows.push(row.charted("lattice, one orientation"));
     rows
@@ -221,13 +204,7 @@ impl<'a> Asked<'a> {
             .par_iter()
             .map(|(position, axis)| exact::evaluate(model, position, axis))
             .collect();
-        Self {
-            model,
-            poses,
-            exact,
-            problem,
-            settings,
-        }
+        Self { model, poses, exact, problem, settings }
     }
 
     /// A row for one way to get all values, in whatever form it gives them.
@@ -278,14 +255,10 @@ impl<'a> Asked<'a> {
     fn shared(&self, axis: &Unit<Vector3<f64>>, is_default: bool) -> Row {
         let positions: Vec<_> = self.poses.iter().map(|(position, _)| *position).collect();
         let mut batch = Batch::default();
-        self.row(
-            "shared-orientation",
-            is_default,
-            |out: &mut Vec<Evaluation>| {
-                let model = self.model.at_axis(axis);
-                model.evaluate_all(&mut batch, &positions, OutsidePolicy::Clamp, out);
-            },
-        )
+        self.row("shared-orientation", is_default, |out: &mut Vec<Evaluation>| {
+            let model = self.model.at_axis(axis);
+            model.evaluate_all(&mut batch, &positions, OutsidePolicy::Clamp, out);
+        })
     }
 
     /// The program's own path, and plain loops in both precisions.
@@ -296,9 +269,7 @@ impl<'a> Asked<'a> {
             self.scattered("scattered", self.model, is_default),
             self.row("plain loop", false, |out| {
                 out.extend(
-                    self.poses
-                        .iter()
-                        .map(|(p, a)| self.model.evaluate(p, a, OutsidePolicy::Clamp)),
+                    self.poses.iter().map(|(p, a)| self.model.evaluate(p, a, OutsidePolicy::Clamp)),
                 );
             }),
             self.row("plain loop, f32", false, |out| {
@@ -325,11 +296,7 @@ impl<'a> Asked<'a> {
                             .map(|(p, a)| lattice.at_weights(p, &set.weights(a, weighting))),
                     );
                 });
-                Row {
-                    series: "interpolated lattice".to_owned(),
-                    is_step: true,
-                    ..row
-                }
+                Row { series: "interpolated lattice".to_owned(), is_step: true, ..row }
             })
             .collect()
     }
@@ -351,15 +318,9 @@ impl<'a> Asked<'a> {
                     map: self.model.map(),
                     ..FitSettings::new(order, directions)
                 };
-                let smaller = fit(&samples, &wanted, Some(*self.model.bounds()))
-                    .ok()?
-                    .model;
+                let smaller = fit(&samples, &wanted, Some(*self.model.bounds())).ok()?.model;
                 let row = self.scattered(method, &smaller, false);
-                Some(Row {
-                    order,
-                    directions: directions.len(),
-                    ..row
-                })
+                Some(Row { order, directions: directions.len(), ..row })
             })
             .collect()
     }
@@ -370,21 +331,11 @@ fn samples_of(model: &DistortionModel, settings: &Settings) -> SampleSet {
     let samples = poses(model.bounds(), settings.samples, settings.seed + 1)
         .into_iter()
         .map(|(position_mm, axis)| {
-            let error: PoseError = model
-                .evaluate(&position_mm, &axis, OutsidePolicy::Clamp)
-                .error;
-            Sample {
-                position_mm,
-                axis,
-                error,
-            }
+            let error: PoseError = model.evaluate(&position_mm, &axis, OutsidePolicy::Clamp).error;
+            Sample { position_mm, axis, error }
         })
         .collect();
-    SampleSet {
-        samples,
-        has_rotations: true,
-        ambiguous: 0,
-    }
+    SampleSet { samples, has_rotations: true, ambiguous: 0 }
 }
 
 /// What a way of evaluating gives.

@@ -126,14 +126,7 @@ impl System {
                 let wobble = |k: f64| WOBBLE_MM * (i as f64 * (1.0 + k)).sin();
                 (
                     bounds.to_unit(&position),
-                    [
-                        p.x + wobble(0.0),
-                        p.y + wobble(0.1),
-                        p.z + wobble(0.2),
-                        r.x,
-                        r.y,
-                        r.z,
-                    ],
+                    [p.x + wobble(0.0), p.y + wobble(0.1), p.z + wobble(0.2), r.x, r.y, r.z],
                 )
             })
             .unzip();
@@ -141,12 +134,7 @@ impl System {
             .iter()
             .map(|(position, _)| row(order, &bounds.to_unit(position)))
             .collect();
-        Self {
-            order,
-            unit_positions,
-            values,
-            probes,
-        }
+        Self { order, unit_positions, values, probes }
     }
 
     fn unknowns(&self) -> usize {
@@ -196,9 +184,8 @@ impl System {
                 .into_par_iter()
                 .map(|j| {
                     std::array::from_fn(|k| {
-                        let sum = (0..rows).fold(DoubleDouble::ZERO, |s, i| {
-                            s + dd(a[(i, j)]) * residual[i][k]
-                        });
+                        let sum = (0..rows)
+                            .fold(DoubleDouble::ZERO, |s, i| s + dd(a[(i, j)]) * residual[i][k]);
                         -sum.to_f64()
                     })
                 })
@@ -231,10 +218,7 @@ impl System {
                 }
             }
         }
-        x.iter()
-            .flatten()
-            .all(|v| v.to_f64().is_finite())
-            .then_some(x)
+        x.iter().flatten().all(|v| v.to_f64().is_finite()).then_some(x)
     }
 
     /// Largest difference of two solutions' fields over the probes.
@@ -315,11 +299,7 @@ mod tests {
     use crate::geometry::directions::{DirectionSet, Weighting};
 
     fn system(order: usize) -> System {
-        let settings = Settings {
-            timing: Timing::ONCE,
-            samples: 1500,
-            ..Settings::default()
-        };
+        let settings = Settings { timing: Timing::ONCE, samples: 1500, ..Settings::default() };
         let model = testing::model(2, DirectionSet::Six, Weighting::Area);
         System::new(&testing::scenario(model), &settings, order)
     }
@@ -348,9 +328,6 @@ mod tests {
         let orthogonal = [folded, folded_then_svd, qr, svd].map(|m| error(m));
         assert!(orthogonal.iter().all(|&e| e < 1e-11), "{orthogonal:?}");
         let squared = error(normal_equations);
-        assert!(
-            orthogonal.iter().all(|&e| squared > 3.0 * e),
-            "{squared:e} {orthogonal:?}"
-        );
+        assert!(orthogonal.iter().all(|&e| squared > 3.0 * e), "{squared:e} {orthogonal:?}");
     }
 }

@@ -43,11 +43,8 @@ mod tests {
         };
         let points: Vec<_> = (0..200).map(|_| (next(), next())).collect();
         let flags = on_front(&points);
-        let mut front: Vec<_> = points
-            .iter()
-            .zip(&flags)
-            .filter_map(|(&p, &f)| f.then_some(p))
-            .collect();
+        let mut front: Vec<_> =
+            points.iter().zip(&flags).filter_map(|(&p, &f)| f.then_some(p)).collect();
         front.sort_by(|a, b| a.0.total_cmp(&b.0));
         assert!(front.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 > w[1].1));
         for (p, _) in points.iter().zip(&flags).filter(|(_, f)| !**f) {

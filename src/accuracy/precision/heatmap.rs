@@ -51,12 +51,7 @@ pub fn measure(
             sensor_axis: Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8)),
             counts: [points; 2],
         };
-        sample_slice(
-            scenario,
-            Quantity::PositionErrorMm,
-            &plan,
-            &steps.task.cancel,
-        )
+        sample_slice(scenario, Quantity::PositionErrorMm, &plan, &steps.task.cancel)
     };
     let reference = cancelled(sample(settings.slice_reference))?;
     let all = FACTORS.len() + 1;
@@ -151,9 +146,8 @@ mod tests {
     fn the_error_falls_with_the_square_of_the_spacing_where_no_error_vanishes() {
         // An offset keeps the norm away from its kink at zero.
         let order = 3;
-        let coefficients = (0..64)
-            .map(|i| [20.0 + (1.3 * f64::from(i)).sin(), 0.0, 0.0, 0.0, 0.0, 0.0])
-            .collect();
+        let coefficients =
+            (0..64).map(|i| [20.0 + (1.3 * f64::from(i)).sin(), 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
         let model = crate::field::DistortionModel::new(
             order,
             DirectionSet::One,

@@ -38,11 +38,7 @@ impl ValueLattice {
                 }
             }
         }
-        Self {
-            bounds,
-            nodes,
-            values,
-        }
+        Self { bounds, nodes, values }
     }
 
     /// Bytes that a lattice takes.

@@ -57,14 +57,10 @@ pub fn measure(
     let readings = Readings::new(model, settings);
     let own_task = crate::task::Task::cancelled_by(steps.task.cancel.clone());
     steps.at(1, all)?;
-    let (seconds, solved) = settings
-        .timing
-        .measure(|| undistort(model, &readings.measured, OUTSIDE, &own_task));
+    let (seconds, solved) =
+        settings.timing.measure(|| undistort(model, &readings.measured, OUTSIDE, &own_task));
     let solved = solved?;
-    let is_certain: Vec<bool> = solved
-        .iter()
-        .map(|u| u.state == InverseState::Converged)
-        .collect();
+    let is_certain: Vec<bool> = solved.iter().map(|u| u.state == InverseState::Converged).collect();
     let certain = is_certain.iter().filter(|&&c| c).count();
     family.about = format!(
         "Readings of poses in the room's box, put back, on all threads. The error is the largest \
@@ -94,29 +90,17 @@ pub fn measure(
         is_step: false,
     };
     let found: Vec<_> = solved.iter().map(|u| u.pose).collect();
-    family.rows.push(Row {
-        is_default: true,
-        ..row("damped Newton", seconds, worst(&found))
-    });
+    family.rows.push(Row { is_default: true, ..row("damped Newton", seconds, worst(&found)) });
     steps.at(2, all)?;
-    let (seconds, corrected) = settings.timing.measure(|| {
-        compensate(
-            model,
-            &readings.measured,
-            OUTSIDE,
-            Method::Shortcut,
-            &own_task,
-        )
-    });
+    let (seconds, corrected) = settings
+        .timing
+        .measure(|| compensate(model, &readings.measured, OUTSIDE, Method::Shortcut, &own_task));
     let found: Vec<_> = corrected?.iter().map(|c| c.pose).collect();
-    family
-        .rows
-        .push(row("the paper's shortcut", seconds, worst(&found)));
+    family.rows.push(row("the paper's shortcut", seconds, worst(&found)));
     steps.at(3, all)?;
     for (i, count) in FIXED_POINT_STEPS.into_iter().enumerate() {
-        let (seconds, found) = settings
-            .timing
-            .measure(|| fixed_point(model, &readings.measured, count));
+        let (seconds, found) =
+            settings.timing.measure(|| fixed_point(model, &readings.measured, count));
         let found: Vec<_> = found.into_iter().map(Some).collect();
         let method = format!("fixed point, {count} steps");
         family.rows.push(Row {
@@ -172,10 +156,7 @@ fn fixed_point(model: &DistortionModel, measured: &[Pose], count: usize) -> Vec<
     measured
         .par_chunks(CHUNK)
         .map_init(Batch::default, |batch, chunk| {
-            let axes_m: Vec<_> = chunk
-                .iter()
-                .map(|p| p.rotation * Vector3::z_axis())
-                .collect();
+            let axes_m: Vec<_> = chunk.iter().map(|p| p.rotation * Vector3::z_axis()).collect();
             let mut positions: Vec<Point3<f64>> =
                 chunk.iter().map(|p| p.translation.vector.into()).collect();
             let mut axes = axes_m.clone();
@@ -228,11 +209,7 @@ mod tests {
     }
 
     fn family() -> Family {
-        let settings = Settings {
-            timing: Timing::ONCE,
-            poses: 300,
-            ..Settings::default()
-        };
+        let settings = Settings { timing: Timing::ONCE, poses: 300, ..Settings::default() };
         let task = Task::default();
         let scenario = testing::scenario(gentle_model());
         measure(&scenario, &settings, &Steps::whole(&task)).unwrap()
@@ -241,21 +218,11 @@ mod tests {
     #[test]
     fn fixed_point_steps_converge_to_what_newton_finds() {
         let family = family();
-        let of = |method: &str| {
-            family
-                .rows
-                .iter()
-                .find(|r| r.method == method)
-                .unwrap()
-                .error
-        };
+        let of = |method: &str| family.rows.iter().find(|r| r.method == method).unwrap().error;
         assert!(of("damped Newton") < 1e-9, "{family:?}");
         let steps = FIXED_POINT_STEPS.map(|n| of(&format!("fixed point, {n} steps")));
         // Until round-off of positions of some hundred millimetres, 6e-14 mm, is reached.
-        assert!(
-            steps.windows(2).all(|w| w[1] < (0.5 * w[0]).max(1e-12)),
-            "{steps:?}"
-        );
+        assert!(steps.windows(2).all(|w| w[1] < (0.5 * w[0]).max(1e-12)), "{steps:?}");
         assert!(steps[5] < 1e-9, "{steps:?}");
         // One step is the shortcut; the second gains what the slopes leave of it.
         assert!(of("the paper's shortcut") > 2.0 * steps[0], "{family:?}");
@@ -264,10 +231,7 @@ mod tests {
     #[test]
     fn the_first_fixed_point_step_is_the_shortcut() {
         let model = gentle_model();
-        let settings = Settings {
-            poses: 50,
-            ..Settings::default()
-        };
+        let settings = Settings { poses: 50, ..Settings::default() };
         let readings = Readings::new(&model, &settings);
         let stepped = fixed_point(&model, &readings.measured, 1);
         for (stepped, measured) in stepped.iter().zip(&readings.measured) {

@@ -47,14 +47,8 @@ pub enum What {
 
 impl What {
     /// All of them, in the order of the page.
-    pub const ALL: [Self; 6] = [
-        Self::Field,
-        Self::Fit,
-        Self::Inverse,
-        Self::Uncertainty,
-        Self::Motion,
-        Self::Heatmap,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::Field, Self::Fit, Self::Inverse, Self::Uncertainty, Self::Motion, Self::Heatmap];
 
     /// As it is called in JSON, and names files by.
     pub fn name(self) -> &'static str {
@@ -99,10 +93,7 @@ pub struct Row {
 impl Row {
     /// In a series of the chart.
     fn charted(self, series: &str) -> Self {
-        Self {
-            series: series.to_owned(),
-            ..self
-        }
+        Self { series: series.to_owned(), ..self }
     }
 
     /// In the tables alone.
@@ -216,22 +207,14 @@ pub fn run_each(
 ) -> Result<Report, Cancelled> {
     let mut families = Vec::new();
     for (number, what) in What::ALL.into_iter().enumerate() {
-        let steps = Steps {
-            task,
-            number,
-            all: What::ALL.len(),
-        };
+        let steps = Steps { task, number, all: What::ALL.len() };
         steps.at(0, 1)?;
         let family = measure(what, scenario, settings, &steps)?;
         show(&family);
         families.push(family);
     }
     task.step(1, 1)?;
-    Ok(Report {
-        machine: Machine::this(),
-        room: scenario.environment.name.clone(),
-        families,
-    })
+    Ok(Report { machine: Machine::this(), room: scenario.environment.name.clone(), families })
 }
 
 fn measure(
@@ -263,16 +246,11 @@ impl<'a> Steps<'a> {
     /// A family that is all of a task.
     #[cfg(test)]
     fn whole(task: &'a Task) -> Self {
-        Self {
-            task,
-            number: 0,
-            all: 1,
-        }
+        Self { task, number: 0, all: 1 }
     }
 
     fn at(&self, done: usize, of: usize) -> Result<(), Cancelled> {
-        self.task
-            .step(self.number * of + done.min(of), self.all * of)
+        self.task.step(self.number * of + done.min(of), self.all * of)
     }
 }
 
@@ -281,13 +259,8 @@ fn mark_fronts(rows: &mut [Row]) {
     let flags: Vec<bool> = (0..rows.len())
         .map(|i| {
             let own = &rows[i].problem;
-            let same: Vec<_> = (0..rows.len())
-                .filter(|&j| rows[j].problem == *own)
-                .collect();
-            let points: Vec<_> = same
-                .iter()
-                .map(|&j| (rows[j].seconds, rows[j].error))
-                .collect();
+            let same: Vec<_> = (0..rows.len()).filter(|&j| rows[j].problem == *own).collect();
+            let points: Vec<_> = same.iter().map(|&j| (rows[j].seconds, rows[j].error)).collect();
             let flags = on_front(&points);
             same.iter().zip(flags).any(|(&j, flag)| j == i && flag)
         })

@@ -72,11 +72,7 @@ pub fn measure(
     steps.at(2, all)?;
     for (i, plan) in plans.into_iter().enumerate() {
         let all_poses = sampling.poses(&plan, settings.seed);
-        let reference = if plan.problem == GRID {
-            of_grid
-        } else {
-            of_range.rms_mm
-        };
+        let reference = if plan.problem == GRID { of_grid } else { of_range.rms_mm };
         let (mut seconds, mut errors) = (0.0, Vec::new());
         for (draw, poses) in all_poses.iter().enumerate() {
             let found = if draw == 0 {
@@ -162,10 +158,7 @@ fn rms(scenario: &Scenario, poses: &Poses, steps: &Steps) -> Result<f64, StudyEr
     let cancel = &steps.task.cancel;
     let outcome = match poses {
         Poses::Grid(motion, _) => {
-            let scenario = Scenario {
-                motion: Some(*motion),
-                ..scenario.clone()
-            };
+            let scenario = Scenario { motion: Some(*motion), ..scenario.clone() };
             study::run(&scenario, &Mode::Motion, cancel, None)
         }
         Poses::List(trials) => study::run(scenario, &Mode::Input(trials.clone()), cancel, None),
@@ -216,11 +209,7 @@ impl Plan {
             Choice::Grid { .. } => "grids",
             Choice::Sobol { .. } => "Sobol sequence",
         };
-        let of = if self.problem == GRID {
-            "of the grid"
-        } else {
-            "of the range"
-        };
+        let of = if self.problem == GRID { "of the grid" } else { "of the range" };
         format!("{method}, RMS {of}")
     }
 }
@@ -243,9 +232,7 @@ impl<'a> Sampling<'a> {
         if scenario.environment.model.is_zero() {
             return Err("the design's room is ideal: every tip error is zero".to_owned());
         }
-        let grid = motion
-            .grid(&scenario.crf_from_tool)
-            .map_err(|e| e.to_string())?;
+        let grid = motion.grid(&scenario.crf_from_tool).map_err(|e| e.to_string())?;
         match grid.trials() {
             0 | 1 => return Err("the design's range of motion is a single pose".to_owned()),
             trials if trials > MAX_GRID => {
@@ -256,11 +243,7 @@ impl<'a> Sampling<'a> {
             }
             _ => {}
         }
-        Ok(Self {
-            scenario,
-            motion,
-            counts: grid.counts(),
-        })
+        Ok(Self { scenario, motion, counts: grid.counts() })
     }
 
     fn plans(&self) -> Vec<Plan> {
@@ -297,22 +280,10 @@ impl<'a> Sampling<'a> {
     fn grid(&self, stride: usize) -> Poses {
         let axes = self.motion.axes();
         let [x, y, z, rx, ry, rz] = std::array::from_fn(|k| {
-            axes[k].1.map(|range| AxisRange {
-                step: range.step * stride as f64,
-                ..range
-            })
+            axes[k].1.map(|range| AxisRange { step: range.step * stride as f64, ..range })
         });
-        let motion = Motion {
-            x,
-            y,
-            z,
-            rx,
-            ry,
-            rz,
-        };
-        let trials = motion
-            .grid(&self.scenario.crf_from_tool)
-            .map_or(0, |g| g.trials());
+        let motion = Motion { x, y, z, rx, ry, rz };
+        let trials = motion.grid(&self.scenario.crf_from_tool).map_or(0, |g| g.trials());
         Poses::Grid(motion, trials)
     }
 
@@ -351,11 +322,8 @@ mod tests {
     use crate::task::Task;
 
     fn rows(scenario: &Scenario) -> Family {
-        let settings = Settings {
-            timing: Timing::ONCE,
-            motion_reference: 20_000,
-            ..Settings::default()
-        };
+        let settings =
+            Settings { timing: Timing::ONCE, motion_reference: 20_000, ..Settings::default() };
         let task = Task::default();
         measure(scenario, &settings, &Steps::whole(&task)).unwrap()
     }
@@ -390,19 +358,9 @@ mod tests {
     #[test]
     fn the_range_is_known_as_well_as_is_said() {
         let along_x = |min, step| {
-            let x = Some(AxisRange {
-                min,
-                max: 20.0,
-                step,
-            });
-            let motion = Motion {
-                x,
-                ..Motion::default()
-            };
-            Scenario {
-                motion: Some(motion),
-                ..testing::built_in()
-            }
+            let x = Some(AxisRange { min, max: 20.0, step });
+            let motion = Motion { x, ..Motion::default() };
+            Scenario { motion: Some(motion), ..testing::built_in() }
         };
         let scenario = along_x(-20.0, 5.0);
         let sampling = Sampling::new(&scenario).unwrap();
@@ -417,11 +375,7 @@ mod tests {
         let off = (of_range.rms_mm - exact.figures.position_mm.rms).abs();
         assert!(of_range.std_error_mm > 0.0 && of_range.std_error_mm < 1e-3);
         // The standard error is itself known from eight sequences only.
-        assert!(
-            off < 5.0 * of_range.std_error_mm,
-            "{off:e} {:e}",
-            of_range.std_error_mm
-        );
+        assert!(off < 5.0 * of_range.std_error_mm, "{off:e} {:e}", of_range.std_error_mm);
     }
 
     #[test]
@@ -430,9 +384,6 @@ mod tests {
         scenario.motion = None;
         let family = rows(&scenario);
         assert!(family.rows.is_empty());
-        assert_eq!(
-            family.left_out.as_deref(),
-            Some("the design has no range of motion")
-        );
+        assert_eq!(family.left_out.as_deref(), Some("the design has no range of motion"));
     }
 }

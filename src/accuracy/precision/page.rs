@@ -73,8 +73,7 @@ pub fn csv(report: &Report) -> Result<Vec<u8>, csv::Error> {
     for row in report.rows() {
         out.serialize(row)?;
     }
-    out.into_inner()
-        .map_err(|e| csv::Error::from(e.into_error()))
+    out.into_inner().map_err(|e| csv::Error::from(e.into_error()))
 }
 
 /// A family's rows as lines of text.
@@ -118,20 +117,15 @@ pub fn machine(machine: &Machine) -> String {
     } else {
         " (a build without full optimisation: its times say little)"
     };
-    format!(
-        "{}, {}, {threads}{build}",
-        machine.processor, machine.vectors
-    )
+    format!("{}, {}, {threads}{build}", machine.processor, machine.vectors)
 }
 
 /// A family as a picture: time against error, both logarithmic.
 pub fn chart(family: &Family) -> Chart {
     let point = |row: &Row| (row.seconds, row.error);
     let mut series = Vec::new();
-    let mut front: Vec<_> = rows_of(family, &family.charted)
-        .filter(|r| r.on_front)
-        .map(point)
-        .collect();
+    let mut front: Vec<_> =
+        rows_of(family, &family.charted).filter(|r| r.on_front).map(point).collect();
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     if !front.is_empty() {
         series.push(Series {
@@ -146,27 +140,17 @@ pub fn chart(family: &Family) -> Chart {
             None => series.push(Series {
                 name: row.series.clone(),
                 points: vec![point(row)],
-                style: if row.is_step {
-                    SeriesStyle::Line
-                } else {
-                    SeriesStyle::Points
-                },
+                style: if row.is_step { SeriesStyle::Line } else { SeriesStyle::Points },
             }),
         }
     }
     series.push(Series {
         name: DEFAULT.to_owned(),
-        points: rows_of(family, &family.charted)
-            .filter(|r| r.is_default)
-            .map(point)
-            .collect(),
+        points: rows_of(family, &family.charted).filter(|r| r.is_default).map(point).collect(),
         style: SeriesStyle::Marked,
     });
     let unit = family.rows.first().map_or("", |r| r.error_unit);
-    let axis = |label: String| Axis {
-        label,
-        scale: Scale::LogarithmicAndZero,
-    };
+    let axis = |label: String| Axis { label, scale: Scale::LogarithmicAndZero };
     Chart {
         title: format!("{}: error against run time", family.what.title()),
         x: axis("time (s)".to_owned()),
@@ -321,10 +305,7 @@ mod tests {
             lines.next().unwrap(),
             "what,method,order,directions,size,seconds,error,error_unit,on_front,is_default,problem"
         );
-        assert_eq!(
-            lines.next().unwrap(),
-            "motion,full,2,14,1000,0.002,1e-9,mm,true,true,grid"
-        );
+        assert_eq!(lines.next().unwrap(), "motion,full,2,14,1000,0.002,1e-9,mm,true,true,grid");
         assert_eq!(lines.count(), 2);
     }
 

@@ -31,11 +31,8 @@ pub fn single_pose(position_mm: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Sing
 impl SingleModel {
     pub fn new(model: &DistortionModel) -> Self {
         let set = model.directions();
-        let directions: Vec<Vector3<f32>> = set
-            .directions()
-            .iter()
-            .map(|d| d.into_inner().cast())
-            .collect();
+        let directions: Vec<Vector3<f32>> =
+            set.directions().iter().map(|d| d.into_inner().cast()).collect();
         let inverses = set
             .triangles()
             .iter()
@@ -115,11 +112,7 @@ impl SingleModel {
             Weighting::Gnomonic => best.2.map(|l| l.max(0.0)).into(),
             Weighting::Area => {
                 let [a, b, c] = corners.map(|i| &self.directions[i]);
-                [
-                    half_area(axis, b, c),
-                    half_area(a, axis, c),
-                    half_area(a, b, axis),
-                ]
+                [half_area(axis, b, c), half_area(a, axis, c), half_area(a, b, axis)]
             }
         };
         let sum: f32 = parts.iter().sum();
@@ -169,10 +162,7 @@ mod tests {
                 .fold(0.0, f64::max);
             // Near an edge a weight of size w is off by some epsilon, and so is what it weighs.
             let unit = f64::from(f32::EPSILON) * testing::largest_mm(&model);
-            assert!(
-                worst < 100.0 * unit && worst > 0.1 * unit,
-                "{set:?} {worst:e}"
-            );
+            assert!(worst < 100.0 * unit && worst > 0.1 * unit, "{set:?} {worst:e}");
         }
     }
 }

@@ -18,15 +18,8 @@ pub fn model(order: usize, directions: DirectionSet, weighting: Weighting) -> Di
     let coefficients = (0..count)
         .map(|i| std::array::from_fn(|k| 3.0 * (1.7 * i as f64 + k as f64).sin()))
         .collect();
-    DistortionModel::new(
-        order,
-        directions,
-        weighting,
-        MapKind::Distortion,
-        bounds(),
-        coefficients,
-    )
-    .expect("finite coefficients")
+    DistortionModel::new(order, directions, weighting, MapKind::Distortion, bounds(), coefficients)
+        .expect("finite coefficients")
 }
 
 /// A model whose values are x, y, z of the unit cube twice.
@@ -54,11 +47,7 @@ pub fn linear_model(order: usize) -> DistortionModel {
 
 /// Largest coefficient of a position.
 pub fn largest_mm(model: &DistortionModel) -> f64 {
-    model
-        .coefficients()
-        .iter()
-        .flat_map(|c| &c[..3])
-        .fold(0.0, |m, v| v.abs().max(m))
+    model.coefficients().iter().flat_map(|c| &c[..3]).fold(0.0, |m, v| v.abs().max(m))
 }
 
 /// The built-in design in its own room.

@@ -24,20 +24,13 @@ fn measured() -> Measured {
     })
     .unwrap();
     let heard = heard.lock().unwrap().clone();
-    Measured {
-        report,
-        shown,
-        heard,
-    }
+    Measured { report, shown, heard }
 }
 
 static MEASURED: LazyLock<Measured> = LazyLock::new(measured);
 
 fn errors(report: &Report) -> Vec<(&str, &str, f64)> {
-    report
-        .rows()
-        .map(|r| (r.problem.as_str(), r.method.as_str(), r.error))
-        .collect()
+    report.rows().map(|r| (r.problem.as_str(), r.method.as_str(), r.error)).collect()
 }
 
 #[test]
@@ -85,12 +78,7 @@ fn families_come_one_by_one_and_progress_never_falls() {
 #[test]
 fn an_ideal_room_leaves_out_what_it_has_no_field_for() {
     let model = DistortionModel::zero(testing::bounds(), MapKind::Distortion);
-    let report = run(
-        &testing::scenario(model),
-        &Settings::quick(),
-        &Task::default(),
-    )
-    .unwrap();
+    let report = run(&testing::scenario(model), &Settings::quick(), &Task::default()).unwrap();
     for family in &report.families {
         assert_eq!(family.rows.is_empty(), family.left_out.is_some());
     }
@@ -98,11 +86,7 @@ fn an_ideal_room_leaves_out_what_it_has_no_field_for() {
         let family = report.families.iter().find(|f| f.what == what).unwrap();
         family.left_out.is_some()
     };
-    assert!(
-        [What::Field, What::Inverse, What::Motion, What::Heatmap]
-            .into_iter()
-            .all(left_out)
-    );
+    assert!([What::Field, What::Inverse, What::Motion, What::Heatmap].into_iter().all(left_out));
 }
 
 #[test]

@@ -15,11 +15,7 @@ pub struct Timing {
 
 impl Timing {
     /// Each thing once: where only the errors matter.
-    pub const ONCE: Self = Self {
-        min_runs: 1,
-        min_seconds: 0.0,
-        max_seconds: 0.0,
-    };
+    pub const ONCE: Self = Self { min_runs: 1, min_seconds: 0.0, max_seconds: 0.0 };
 
     /// The least time of a run, in seconds, and what the last run gave.
     pub fn measure<T>(&self, mut work: impl FnMut() -> T) -> (f64, T) {
@@ -47,10 +43,6 @@ impl Timing {
 impl Default for Timing {
     /// At 40 measurements of 0.15 s and more the whole takes well below a minute.
     fn default() -> Self {
-        Self {
-            min_runs: 3,
-            min_seconds: 0.15,
-            max_seconds: 1.5,
-        }
+        Self { min_runs: 3, min_seconds: 0.15, max_seconds: 1.5 }
     }
 }

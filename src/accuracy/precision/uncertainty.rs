@@ -61,14 +61,9 @@ fn with_jitter(scenario: &Scenario) -> (Scenario, String) {
         return (scenario.clone(), "the jitter is the room's".to_owned());
     }
     let jitter = Jitter::uniform(USUAL_JITTER_MM, USUAL_JITTER_DEG.to_radians());
-    let environment = Environment {
-        jitter: Some(jitter),
-        ..Environment::clone(&scenario.environment)
-    };
-    let scenario = Scenario {
-        environment: Arc::new(environment),
-        ..scenario.clone()
-    };
+    let environment =
+        Environment { jitter: Some(jitter), ..Environment::clone(&scenario.environment) };
+    let scenario = Scenario { environment: Arc::new(environment), ..scenario.clone() };
     let said = format!(
         "the room states no jitter, so {USUAL_JITTER_MM} mm and {USUAL_JITTER_DEG}° are taken"
     );
@@ -82,20 +77,13 @@ fn rows(
     steps: &Steps,
     task: &Task,
 ) -> Result<(Vec<Row>, f64), UncertaintyError> {
-    let counts: Vec<_> = COUNTS
-        .into_iter()
-        .filter(|&c| c <= settings.monte_carlo_samples)
-        .collect();
+    let counts: Vec<_> =
+        COUNTS.into_iter().filter(|&c| c <= settings.monte_carlo_samples).collect();
     let all = counts.len() + 3;
     let model = &scenario.environment.model;
     let reference_seed = settings.seed + 1000;
-    let reference = monte_carlo(
-        scenario,
-        settings.monte_carlo_reference,
-        reference_seed,
-        task,
-    )?
-    .rms_mm;
+    let reference =
+        monte_carlo(scenario, settings.monte_carlo_reference, reference_seed, task)?.rms_mm;
     steps.at(1, all)?;
     let row = |method: &str, size: usize, seconds: f64, error: f64| Row {
         what: What::Uncertainty,
@@ -116,10 +104,7 @@ fn rows(
     let (seconds, first) = settings.timing.measure(|| first_order(scenario));
     let first = first?;
     let error = (first.rms_mm - reference.value).abs();
-    rows.push(Row {
-        is_default: true,
-        ..row("first order", 1, seconds, error)
-    });
+    rows.push(Row { is_default: true, ..row("first order", 1, seconds, error) });
     steps.at(2, all)?;
     let (seconds, next) = settings.timing.measure(|| {
         let first = first_order(scenario)?;
@@ -176,11 +161,8 @@ mod tests {
         let (family, scenario) = family();
         let rms = first_order(&with_jitter(&scenario).0).unwrap().rms_mm;
         for count in [100_usize, 1_000, 10_000] {
-            let row = family
-                .rows
-                .iter()
-                .find(|r| r.size == count)
-                .unwrap_or_else(|| panic!("{count}"));
+            let row =
+                family.rows.iter().find(|r| r.size == count).unwrap_or_else(|| panic!("{count}"));
             let unit = rms / (count as f64).sqrt();
             let (least, most) = (0.46 * unit / 6.0_f64.sqrt(), 1.54 * unit / 2.0_f64.sqrt());
             // The reference's own error is a third of that of 10,000 samples.
@@ -195,10 +177,6 @@ mod tests {
         let row = family.rows.iter().find(|r| r.is_default).unwrap();
         assert_eq!(row.method, "first order");
         assert!(row.error < 0.02 * rms, "{row:?}");
-        assert!(
-            family.about.contains("states no jitter"),
-            "{}",
-            family.about
-        );
+        assert!(family.about.contains("states no jitter"), "{}", family.about);
     }
 }

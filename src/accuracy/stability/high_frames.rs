@@ -66,16 +66,10 @@ impl HighFrame {
     pub fn of(body: &RigidBody, weight_mm: f64, readings: &[Reading]) -> Self {
         let mean = |points: Vec<High3>| {
             let n = High::from(points.len() as f64);
-            let sum = points
-                .iter()
-                .fold(vector3([0.0; 3]), |sum, p| add3(&sum, p));
+            let sum = points.iter().fold(vector3([0.0; 3]), |sum, p| add3(&sum, p));
             sum.map(|x| x / &n)
         };
-        let own: Vec<_> = body
-            .sensors
-            .iter()
-            .map(|s| point3(&s.position_in_body))
-            .collect();
+        let own: Vec<_> = body.sensors.iter().map(|s| point3(&s.position_in_body)).collect();
         let read: Vec<_> = readings.iter().map(|r| point3(&r.position_mm)).collect();
         let (centroid_in_body, centroid_mm) = (mean(own.clone()), mean(read.clone()));
         let weight = High::from(weight_mm) * weight_mm;
@@ -92,11 +86,7 @@ impl HighFrame {
         for ((sensor, reading), (p, q)) in
             body.sensors.iter().zip(readings).zip(own.iter().zip(&read))
         {
-            add(
-                &sub3(p, &centroid_in_body),
-                &sub3(q, &centroid_mm),
-                &High::one(),
-            );
+            add(&sub3(p, &centroid_in_body), &sub3(q, &centroid_mm), &High::one());
             let measured = transposed33(&matrix(&quaternion(&reading.rotation)));
             match &sensor.orientation {
                 SensorOrientation::Marker => {}

@@ -22,10 +22,8 @@ impl Sequence {
 
     /// In `[0, 1)`.
     pub fn unit(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
@@ -78,12 +76,5 @@ pub fn model(
     let coefficients = (0..directions.len() * coefficient_count(order))
         .map(|_| std::array::from_fn(|k| sequence.signed() * if k < 3 { 1.0 } else { 0.01 }))
         .collect();
-    DistortionModel::new(
-        order,
-        directions,
-        weighting,
-        MapKind::Distortion,
-        bounds,
-        coefficients,
-    )
+    DistortionModel::new(order, directions, weighting, MapKind::Distortion, bounds, coefficients)
 }

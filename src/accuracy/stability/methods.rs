@@ -43,11 +43,7 @@ pub trait Methods: Sync {
         axes: &[Unit<Vector3<f64>>],
         outside: OutsidePolicy,
     ) -> Vec<Vec<PoseError>> {
-        let levels = [
-            Instructions::Best,
-            Instructions::Avx2,
-            Instructions::Portable,
-        ];
+        let levels = [Instructions::Best, Instructions::Avx2, Instructions::Portable];
         levels
             .into_iter()
             .map(|level| {
@@ -69,21 +65,12 @@ pub trait Methods: Sync {
     ) -> Vec<PoseError> {
         let along = model.at_axis(axis);
         let mut together = Vec::new();
-        along.evaluate_all(
-            &mut Batch::default(),
-            &[*position_mm],
-            outside,
-            &mut together,
-        );
+        along.evaluate_all(&mut Batch::default(), &[*position_mm], outside, &mut together);
         let mut lattice = Vec::new();
         let [x, y, z] = position_mm.coords.into();
         along.evaluate_lattice([&[x], &[y], &[z]], outside, &mut lattice);
         let single = along.evaluate(position_mm, outside);
-        [vec![single], together, lattice]
-            .concat()
-            .iter()
-            .map(|e| e.error)
-            .collect()
+        [vec![single], together, lattice].concat().iter().map(|e| e.error).collect()
     }
 
     /// Derivatives by position, a mm, and by steps of the axis in its tangent plane, a rad.

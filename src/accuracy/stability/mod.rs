@@ -58,10 +58,8 @@ pub fn families(extent: Extent) -> Vec<Family> {
 /// # Errors
 /// [`Cancelled`].
 pub fn run(families: &[Family], methods: &dyn Methods, task: &Task) -> Result<Vec<Row>, Cancelled> {
-    let cases: Vec<_> = families
-        .iter()
-        .flat_map(|f| f.cases.iter().map(move |c| (f.name, c)))
-        .collect();
+    let cases: Vec<_> =
+        families.iter().flat_map(|f| f.cases.iter().map(move |c| (f.name, c))).collect();
     let done = AtomicUsize::new(0);
     let rows: Vec<Vec<Row>> = cases
         .par_iter()

@@ -65,10 +65,7 @@ impl Methods for NormalEquations {
             })
             .collect();
         let solution = self.solve(&rows, &values, settings.rcond, settings.ridge)?;
-        Ok(Fit {
-            model: with_coefficients(&own.model, solution.unknowns)?,
-            ..own
-        })
+        Ok(Fit { model: with_coefficients(&own.model, solution.unknowns)?, ..own })
     }
 }
 
@@ -91,11 +88,7 @@ fn by_normal_equations(a: &DMatrix<f64>, b: &DMatrix<f64>, rcond: f64, ridge: f6
     let eigen = normal.symmetric_eigen();
     let largest = eigen.eigenvalues.max();
     let rotated = eigen.eigenvectors.transpose() * (a.transpose() * b);
-    let kept: Vec<bool> = eigen
-        .eigenvalues
-        .iter()
-        .map(|&l| l > rcond * rcond * largest)
-        .collect();
+    let kept: Vec<bool> = eigen.eigenvalues.iter().map(|&l| l > rcond * rcond * largest).collect();
     let x = DMatrix::from_fn(a.ncols(), 6, |i, k| {
         (0..a.ncols())
             .filter(|&j| kept[j])
@@ -108,9 +101,7 @@ fn by_normal_equations(a: &DMatrix<f64>, b: &DMatrix<f64>, rcond: f64, ridge: f6
     let smallest = eigen.eigenvalues.iter().zip(&kept).filter(|(_, k)| **k);
     let smallest = smallest.map(|(&l, _)| l).fold(f64::INFINITY, f64::min);
     Solution {
-        unknowns: (0..a.ncols())
-            .map(|i| std::array::from_fn(|k| x[(i, k)]))
-            .collect(),
+        unknowns: (0..a.ncols()).map(|i| std::array::from_fn(|k| x[(i, k)])).collect(),
         rank: kept.iter().filter(|k| **k).count(),
         condition: (largest / smallest).sqrt(),
     }
@@ -122,25 +113,13 @@ pub struct ArccosineLogarithm;
 impl Methods for ArccosineLogarithm {
     fn log_matrix(&self, m: &Matrix3<f64>) -> Vector3<f64> {
         let angle = (0.5 * (m.trace() - 1.0)).clamp(-1.0, 1.0).acos();
-        let v = Vector3::new(
-            m[(2, 1)] - m[(1, 2)],
-            m[(0, 2)] - m[(2, 0)],
-            m[(1, 0)] - m[(0, 1)],
-        );
-        if angle == 0.0 {
-            Vector3::zeros()
-        } else {
-            v * (0.5 * angle / angle.sin())
-        }
+        let v = Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)]);
+        if angle == 0.0 { Vector3::zeros() } else { v * (0.5 * angle / angle.sin()) }
     }
 
     fn log_quaternion(&self, q: &UnitQuaternion<f64>) -> Vector3<f64> {
         let half = q.w.clamp(-1.0, 1.0).acos();
-        if half == 0.0 {
-            Vector3::zeros()
-        } else {
-            q.imag() * (2.0 * half / half.sin())
-        }
+        if half == 0.0 { Vector3::zeros() } else { q.imag() * (2.0 * half / half.sin()) }
     }
 
     fn angle(&self, q: &UnitQuaternion<f64>) -> f64 {
@@ -151,9 +130,7 @@ impl Methods for ArccosineLogarithm {
         let angle = from.dot(to).clamp(-1.0, 1.0).acos();
         let cross = from.cross(to);
         AxisRotation {
-            vector_rad: cross
-                .try_normalize(0.0)
-                .map_or_else(Vector3::zeros, |c| c * angle),
+            vector_rad: cross.try_normalize(0.0).map_or_else(Vector3::zeros, |c| c * angle),
             is_ambiguous: false,
         }
     }
@@ -172,17 +149,9 @@ impl Methods for NoDeterminantSign {
     ) -> FrameFit {
         let own = FrameFitter::new(body, weight_mm).fit(readings, truth);
         let n = readings.len() as f64;
-        let own_mean = body
-            .sensors
-            .iter()
-            .map(|s| s.position_in_body.coords)
-            .sum::<Vector3<f64>>()
-            / n;
-        let mean = readings
-            .iter()
-            .map(|r| r.position_mm.coords)
-            .sum::<Vector3<f64>>()
-            / n;
+        let own_mean =
+            body.sensors.iter().map(|s| s.position_in_body.coords).sum::<Vector3<f64>>() / n;
+        let mean = readings.iter().map(|r| r.position_mm.coords).sum::<Vector3<f64>>() / n;
         let mut h = Matrix3::zeros();
         for (s, r) in body.sensors.iter().zip(readings) {
             h += (s.position_in_body.coords - own_mean) * (r.position_mm.coords - mean).transpose();
@@ -193,10 +162,7 @@ impl Methods for NoDeterminantSign {
         }
         let svd = svd3(&h);
         let rotation = quaternion_from_matrix(&(svd.v * svd.u.transpose()));
-        FrameFit {
-            tracker_from_body: pose_from_parts(mean - rotation * own_mean, rotation),
-            ..own
-        }
+        FrameFit { tracker_from_body: pose_from_parts(mean - rotation * own_mean, rotation), ..own }
     }
 }
 
@@ -233,18 +199,13 @@ impl Methods for Monomials {
             let mut cube: Vec<f64> = (0..n * n * n)
                 .map(|i| {
                     let own = w.directions.iter().zip(&w.weights);
-                    own.map(|(&d, w)| w * model.coefficients()[d * n * n * n + i][k])
-                        .sum()
+                    own.map(|(&d, w)| w * model.coefficients()[d * n * n * n + i][k]).sum()
                 })
                 .collect();
             for _ in 0..3 {
                 let lines: Vec<&[f64]> = cube.chunks_exact(n).collect();
                 cube = (0..n * n * n)
-                    .map(|j| {
-                        (0..n)
-                            .map(|i| factor(i, j / (n * n)) * lines[j % (n * n)][i])
-                            .sum()
-                    })
+                    .map(|j| (0..n).map(|i| factor(i, j / (n * n)) * lines[j % (n * n)][i]).sum())
                     .collect();
             }
             *value = (0..n * n * n)
@@ -255,10 +216,7 @@ impl Methods for Monomials {
                 .sum();
         }
         let [x, y, z, rx, ry, rz] = values;
-        PoseError {
-            position_mm: Vector3::new(x, y, z),
-            rotation_rad: Vector3::new(rx, ry, rz),
-        }
+        PoseError { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }
     }
 }
 
@@ -285,10 +243,7 @@ impl Methods for Differences {
         };
         let n = axis.into_inner();
         [
-            columns(
-                &|d| at(position_mm + d, *axis),
-                1e-6 * model.bounds().diagonal_mm(),
-            ),
+            columns(&|d| at(position_mm + d, *axis), 1e-6 * model.bounds().diagonal_mm()),
             columns(&|d| at(*position_mm, Unit::new_normalize(n + d)), 1e-6),
         ]
     }
@@ -340,20 +295,13 @@ impl Methods for AnglesSum {
             let angle = |at: Vector3<f64>, p: Vector3<f64>, q: Vector3<f64>| {
                 let (x, y) = (at.cross(&p), at.cross(&q));
                 let both = x.norm() * y.norm();
-                if both == 0.0 {
-                    0.0
-                } else {
-                    (x.dot(&y) / both).clamp(-1.0, 1.0).acos()
-                }
+                if both == 0.0 { 0.0 } else { (x.dot(&y) / both).clamp(-1.0, 1.0).acos() }
             };
             angle(a, b, c) + angle(b, c, a) + angle(c, a, b) - std::f64::consts::PI
         };
         let areas = [area(n, b, c), area(a, n, c), area(a, b, n)];
         let sum: f64 = areas.iter().sum();
-        DirectionWeights {
-            directions: own.directions,
-            weights: areas.map(|w| w / sum),
-        }
+        DirectionWeights { directions: own.directions, weights: areas.map(|w| w / sum) }
     }
 }
 
@@ -369,11 +317,7 @@ impl Methods for SquaredSingularValues {
         let v = Matrix3::from_columns(&order.map(|k| eigen.eigenvectors.column(k).into_owned()));
         let u =
             matrix * v * Matrix3::from_diagonal(&s.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 }));
-        Svd3 {
-            u,
-            singular_values: s,
-            v,
-        }
+        Svd3 { u, singular_values: s, v }
     }
 }
 
@@ -386,11 +330,7 @@ impl Methods for TextbookVariance {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
         let square = values.iter().map(|v| v * v).sum::<f64>() / n;
-        Some(Statistics {
-            std: (square - mean * mean).max(0.0).sqrt(),
-            mean,
-            ..own
-        })
+        Some(Statistics { std: (square - mean * mean).max(0.0).sqrt(), mean, ..own })
     }
 }
 
@@ -407,12 +347,7 @@ impl Methods for MomentsAboutOrigin {
     ) -> Result<Matrix3<f64>, RotationNotDetermined> {
         let n = body.sensors.len() as f64;
         let square = |x: Vector3<f64>| Matrix3::identity() * x.norm_squared() - x * x.transpose();
-        let mean = body
-            .sensors
-            .iter()
-            .map(|s| s.position_in_body.coords)
-            .sum::<Vector3<f64>>()
-            / n;
+        let mean = body.sensors.iter().map(|s| s.position_in_body.coords).sum::<Vector3<f64>>() / n;
         let seen = |o: &SensorOrientation| match o {
             SensorOrientation::Marker => Matrix3::zeros(),
             SensorOrientation::FiveDof(a) => Matrix3::identity() - a.into_inner() * a.transpose(),
@@ -423,10 +358,8 @@ impl Methods for MomentsAboutOrigin {
             .map(|s| square(s.position_in_body.coords) + seen(&s.orientation) * weight_mm.powi(2))
             .sum::<Matrix3<f64>>()
             - square(mean) * n;
-        let inverse = a.try_inverse().ok_or(RotationNotDetermined {
-            smallest: 0.0,
-            largest: a.norm(),
-        })?;
+        let inverse =
+            a.try_inverse().ok_or(RotationNotDetermined { smallest: 0.0, largest: a.norm() })?;
         let lever = (tip.coords - mean).cross_matrix();
         let parts = body.sensors.iter().zip(sensors);
         Ok(parts
@@ -443,9 +376,7 @@ impl Methods for MomentsAboutOrigin {
         let turn = (simulated.rotation * truth.rotation.inverse()).to_rotation_matrix();
         RelativeError {
             tip_error_in_crf_mm: simulated * tip - truth * tip,
-            angle_rad: (0.5 * (turn.matrix().trace() - 1.0))
-                .clamp(-1.0, 1.0)
-                .acos(),
+            angle_rad: (0.5 * (turn.matrix().trace() - 1.0)).clamp(-1.0, 1.0).acos(),
         }
     }
 }

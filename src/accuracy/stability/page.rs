@@ -41,10 +41,7 @@ pub fn text(rows: &[Row]) -> String {
     for (row, cells) in rows.iter().zip(&table) {
         if row.family != family {
             family = row.family;
-            lines.push(format!(
-                "{}{family}",
-                if lines.is_empty() { "" } else { "\n" }
-            ));
+            lines.push(format!("{}{family}", if lines.is_empty() { "" } else { "\n" }));
             lines.push(line(HEADERS));
         }
         lines.push(line(cells.each_ref().map(String::as_str)));
@@ -60,15 +57,8 @@ pub fn verdict(rows: &[Row]) -> String {
     if broken.is_empty() {
         return format!("all {} rows hold", rows.len());
     }
-    let names = broken
-        .iter()
-        .map(|r| format!("\n  {}: {}", r.case, r.quantity));
-    format!(
-        "{} of {} rows do not hold:{}",
-        broken.len(),
-        rows.len(),
-        names.collect::<String>()
-    )
+    let names = broken.iter().map(|r| format!("\n  {}: {}", r.case, r.quantity));
+    format!("{} of {} rows do not hold:{}", broken.len(), rows.len(), names.collect::<String>())
 }
 
 /// The page: what is tested and how, then every row. The same on every machine but for the last

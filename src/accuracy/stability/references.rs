@@ -26,9 +26,7 @@ fn power(x: &High, n: usize) -> High {
 /// `C(n, i) xⁱ (1 − x)ⁿ⁻ⁱ` for all `i`.
 pub fn basis(order: usize, x: &High) -> Vec<High> {
     let rest = High::one() - x;
-    (0..=order)
-        .map(|i| power(x, i) * power(&rest, order - i) * binomial(order, i))
-        .collect()
+    (0..=order).map(|i| power(x, i) * power(&rest, order - i) * binomial(order, i)).collect()
 }
 
 /// Derivatives of [`basis`] by `x`.
@@ -36,11 +34,7 @@ pub fn basis_slopes(order: usize, x: &High) -> Vec<High> {
     let lower = basis(order - 1, x);
     (0..=order)
         .map(|i| {
-            let before = if i > 0 {
-                lower[i - 1].clone()
-            } else {
-                High::zero()
-            };
+            let before = if i > 0 { lower[i - 1].clone() } else { High::zero() };
             let own = lower.get(i).cloned().unwrap_or_else(High::zero);
             (before - own) * order as f64
         })
@@ -52,11 +46,7 @@ pub fn unit_position(bounds: &Bounds, position_mm: &High3) -> High3 {
     std::array::from_fn(|k| {
         let min = High::from(bounds.min_mm[k]);
         let size = High::from(bounds.max_mm[k]) - &min;
-        if size.is_zero() {
-            High::zero()
-        } else {
-            (&position_mm[k] - min) / size
-        }
+        if size.is_zero() { High::zero() } else { (&position_mm[k] - min) / size }
     })
 }
 
@@ -91,19 +81,14 @@ pub fn directions(set: DirectionSet) -> Vec<High3> {
     ];
     let exact = |component: f64| {
         let distance = |c: &High| (c.to_f64() - component.abs()).abs();
-        let nearest = candidates
-            .iter()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let nearest = candidates.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         match nearest {
             Some(c) if distance(c) < 1e-14 && component < 0.0 => -c,
             Some(c) if distance(c) < 1e-14 => c.clone(),
             _ => High::from(f64::NAN),
         }
     };
-    set.directions()
-        .iter()
-        .map(|d| <[f64; 3]>::from(d.into_inner()).map(exact))
-        .collect()
+    set.directions().iter().map(|d| <[f64; 3]>::from(d.into_inner()).map(exact)).collect()
 }
 
 /// An axis's weights in one triangle that may hold it.
@@ -143,11 +128,7 @@ pub fn weights(set: DirectionSet, axis: &High3, weighting: Weighting) -> Vec<Hig
                 Weighting::Gnomonic => {
                     gnomonic.map(|l| if l.is_negative() { High::zero() } else { l })
                 }
-                Weighting::Area => [
-                    half_area(&n, b, c),
-                    half_area(a, &n, c),
-                    half_area(a, b, &n),
-                ],
+                Weighting::Area => [half_area(&n, b, c), half_area(a, &n, c), half_area(a, b, &n)],
             };
             let sum: High = parts.iter().cloned().sum();
             Some(HighWeights {
@@ -202,11 +183,7 @@ pub fn evaluate(
     let bases = unit.each_ref().map(|u| basis(order, u));
     let slopes = unit.each_ref().map(|u| basis_slopes(order, u));
     let scales = [0, 3].map(|first| {
-        let parts = |c: &[f64; 6]| {
-            c[first..first + 3]
-                .iter()
-                .fold(0.0, |m: f64, v| m.max(v.abs()))
-        };
+        let parts = |c: &[f64; 6]| c[first..first + 3].iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         model.coefficients().iter().map(parts).fold(0.0, f64::max)
     });
     weights(model.directions(), axis, model.weighting())
@@ -247,12 +224,7 @@ pub fn evaluate(
                     .fold(0.0, f64::max);
                 own / scales[first / 3].max(f64::MIN_POSITIVE) + 1.0 / w.sum
             });
-            HighEvaluation {
-                directions: w.directions,
-                values,
-                conditions,
-                scales,
-            }
+            HighEvaluation { directions: w.directions, values, conditions, scales }
         })
         .collect()
 }
@@ -276,11 +248,7 @@ pub fn log(quaternion: &[High; 4]) -> High3 {
     if sine.is_zero() {
         return v;
     }
-    let (w, v) = if w.is_negative() {
-        (-w, v.map(|x| -x))
-    } else {
-        (w, v)
-    };
+    let (w, v) = if w.is_negative() { (-w, v.map(|x| -x)) } else { (w, v) };
     scale3(&v, &(sine.atan2(&w) * 2.0 / sine))
 }
 
@@ -327,11 +295,8 @@ pub fn nearest_matrix(m: &High33) -> Matrix3<f64> {
 
 /// Length of the difference, in `f64`.
 pub fn distance(found: &[f64], expected: &[High]) -> f64 {
-    let difference: Vec<High> = found
-        .iter()
-        .zip(expected)
-        .map(|(&f, e)| High::from(f) - e)
-        .collect();
+    let difference: Vec<High> =
+        found.iter().zip(expected).map(|(&f, e)| High::from(f) - e).collect();
     norm(&difference).to_f64()
 }
 

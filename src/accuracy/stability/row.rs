@@ -61,9 +61,7 @@ impl Quantity {
 
     /// Of several errors with their scales, the one that comes nearest to its bound.
     pub fn worst(&self, case: &str, condition: f64, errors: &[(f64, f64)]) -> Row {
-        let rows = errors
-            .iter()
-            .map(|&(error, scale)| self.row(case, condition, error, scale));
+        let rows = errors.iter().map(|&(error, scale)| self.row(case, condition, error, scale));
         Row::worst_of(rows.collect()).unwrap_or_else(|| self.row(case, condition, f64::NAN, 0.0))
     }
 }
@@ -71,17 +69,13 @@ impl Quantity {
 impl Row {
     /// What must happen, and whether it did.
     pub fn behaviour(case: &str, must: &'static str, did: bool) -> Self {
-        let quantity = Quantity {
-            name: must,
-            ..BEHAVIOUR
-        };
+        let quantity = Quantity { name: must, ..BEHAVIOUR };
         quantity.row(case, 1.0, if did { 0.0 } else { 1.0 }, 0.0)
     }
 
     /// Of several rows, the one that comes nearest to its bound or is furthest beyond it.
     pub fn worst_of(rows: Vec<Self>) -> Option<Self> {
-        rows.into_iter()
-            .reduce(|a, b| if b.badness() > a.badness() { b } else { a })
+        rows.into_iter().reduce(|a, b| if b.badness() > a.badness() { b } else { a })
     }
 
     /// Error over bound; one at the bound, infinite where nothing is allowed and something is.
@@ -112,10 +106,7 @@ impl Case {
     ) -> Self {
         let name = name.into();
         let own_name = name.clone();
-        Self {
-            name,
-            run: Box::new(move |methods| run(methods, &own_name)),
-        }
+        Self { name, run: Box::new(move |methods| run(methods, &own_name)) }
     }
 
     /// The rows; a panic is one that does not hold.

@@ -55,16 +55,8 @@ impl Reference {
             (x, unknowns, None, singular.last().copied().unwrap_or(0.0))
         } else if ridge > 0.0 {
             let x = least_squares(&with_ridge(&a, damping), &with_zeros(&b, unknowns));
-            let kept = singular
-                .iter()
-                .filter(|&&s| s > 10.0 * rcond * largest)
-                .count();
-            (
-                x,
-                kept,
-                None,
-                singular.last().copied().unwrap_or(0.0).hypot(damping),
-            )
+            let kept = singular.iter().filter(|&&s| s > 10.0 * rcond * largest).count();
+            (x, kept, None, singular.last().copied().unwrap_or(0.0).hypot(damping))
         } else {
             let t = truncated_least_squares(&a, &b, rcond);
             let kept = t.rank.checked_sub(1).and_then(|i| t.singular_values.get(i));
@@ -72,45 +64,26 @@ impl Reference {
             let cut = t.singular_values.get(t.rank).map_or(0.0, High::to_f64);
             (t.x, t.rank, Some(cut / smallest), smallest)
         };
-        let condition = if rank == 0 {
-            1.0
-        } else {
-            largest.hypot(damping) / smallest
-        };
+        let condition = if rank == 0 { 1.0 } else { largest.hypot(damping) / smallest };
         let residual = a.times(&x).minus(&b);
         let scales = x
             .columns
             .iter()
             .zip(&residual.columns)
             .map(|(x, r)| {
-                let beside = if largest > 0.0 {
-                    condition * norm(r).to_f64() / largest
-                } else {
-                    0.0
-                };
+                let beside =
+                    if largest > 0.0 { condition * norm(r).to_f64() / largest } else { 0.0 };
                 norm(x).to_f64() + beside
             })
             .collect();
-        Self {
-            x,
-            rank,
-            unknowns,
-            condition,
-            scales,
-            gap,
-            reduced,
-            is_plain: ridge == 0.0,
-        }
+        Self { x, rank, unknowns, condition, scales, gap, reduced, is_plain: ridge == 0.0 }
     }
 
     /// The case's name with the rank and the gap where rank is missing.
     pub fn named(&self, case: &str) -> String {
         match self.gap {
             None => case.to_owned(),
-            Some(gap) => format!(
-                "{case} (rank {} of {}, gap {gap:.0e})",
-                self.rank, self.unknowns
-            ),
+            Some(gap) => format!("{case} (rank {} of {}, gap {gap:.0e})", self.rank, self.unknowns),
         }
     }
 
@@ -139,23 +112,17 @@ pub fn singular_values(matrix: &HighMatrix) -> Vec<f64> {
 
 fn with_ridge(a: &HighMatrix, damping: f64) -> HighMatrix {
     let rows = a.rows();
-    HighMatrix::from_fn(rows + a.width(), a.width(), |i, j| {
-        match i.checked_sub(rows) {
-            None => a.at(i, j).clone(),
-            Some(k) if k == j => High::from(damping),
-            Some(_) => High::zero(),
-        }
+    HighMatrix::from_fn(rows + a.width(), a.width(), |i, j| match i.checked_sub(rows) {
+        None => a.at(i, j).clone(),
+        Some(k) if k == j => High::from(damping),
+        Some(_) => High::zero(),
     })
 }
 
 fn with_zeros(b: &HighMatrix, more: usize) -> HighMatrix {
     let rows = b.rows();
     HighMatrix::from_fn(rows + more, b.width(), |i, j| {
-        if i < rows {
-            b.at(i, j).clone()
-        } else {
-            High::zero()
-        }
+        if i < rows { b.at(i, j).clone() } else { High::zero() }
     })
 }
 

@@ -12,10 +12,8 @@ use crate::task::Task;
 use std::collections::BTreeSet;
 
 fn rows(methods: &dyn Methods, family: &str) -> Vec<Row> {
-    let families: Vec<_> = families(Extent::Reduced)
-        .into_iter()
-        .filter(|f| f.name == family)
-        .collect();
+    let families: Vec<_> =
+        families(Extent::Reduced).into_iter().filter(|f| f.name == family).collect();
     assert!(!families.is_empty(), "no family {family}");
     run(&families, methods, &Task::default()).unwrap()
 }
@@ -23,20 +21,14 @@ fn rows(methods: &dyn Methods, family: &str) -> Vec<Row> {
 /// Quantities of a family that a method breaks the bound of.
 fn broken(methods: &dyn Methods, family: &str) -> BTreeSet<&'static str> {
     let rows = rows(methods, family);
-    rows.iter()
-        .filter(|r| !r.holds)
-        .map(|r| r.quantity)
-        .collect()
+    rows.iter().filter(|r| !r.holds).map(|r| r.quantity).collect()
 }
 
 #[track_caller]
 fn assert_found_out(methods: &dyn Methods, family: &str, quantities: &[&str]) {
     let found = broken(methods, family);
     for quantity in quantities {
-        assert!(
-            found.contains(quantity),
-            "{family}: {quantity}: broken are {found:?}"
-        );
+        assert!(found.contains(quantity), "{family}: {quantity}: broken are {found:?}");
     }
 }
 
@@ -77,11 +69,7 @@ every_row_holds! {
 #[test]
 fn normal_equations_are_found_out() {
     let solution = "solution, mm or rad";
-    assert_found_out(
-        &NormalEquations,
-        "least squares",
-        &[solution, "condition number, relative"],
-    );
+    assert_found_out(&NormalEquations, "least squares", &[solution, "condition number, relative"]);
     assert_found_out(&NormalEquations, "fits", &[solution]);
 }
 
@@ -101,11 +89,7 @@ fn an_arccosine_logarithm_is_found_out() {
 
 #[test]
 fn a_missing_determinant_sign_is_found_out() {
-    assert_found_out(
-        &NoDeterminantSign,
-        "frames",
-        &["rotation, rad", "fitted tip, mm"],
-    );
+    assert_found_out(&NoDeterminantSign, "frames", &["rotation, rad", "fitted tip, mm"]);
 }
 
 #[test]
@@ -120,10 +104,7 @@ fn differences_for_derivatives_are_found_out() {
     assert_found_out(
         &Differences,
         "derivatives",
-        &[
-            "derivatives by position, mm or rad a mm",
-            "derivatives by the axis, mm or rad a rad",
-        ],
+        &["derivatives by position, mm or rad a mm", "derivatives by the axis, mm or rad a rad"],
     );
 }
 
@@ -132,10 +113,7 @@ fn a_fixed_point_that_asks_for_no_fold_is_found_out() {
     assert_found_out(
         &FixedPoint,
         "inverse",
-        &[
-            "position behind a reading, mm",
-            "what is not flagged is the pose",
-        ],
+        &["position behind a reading, mm", "what is not flagged is the pose"],
     );
 }
 
@@ -146,11 +124,7 @@ fn areas_from_sums_of_angles_are_found_out() {
 
 #[test]
 fn singular_values_from_squares_are_found_out() {
-    assert_found_out(
-        &SquaredSingularValues,
-        "singular values",
-        &["singular values"],
-    );
+    assert_found_out(&SquaredSingularValues, "singular values", &["singular values"]);
 }
 
 #[test]
@@ -169,11 +143,7 @@ fn moments_about_the_origin_are_found_out() {
 
 #[test]
 fn minima_that_ignore_what_is_not_a_number_are_found_out() {
-    assert_found_out(
-        &NanIgnored,
-        "not a number",
-        &["all figures are not numbers"],
-    );
+    assert_found_out(&NanIgnored, "not a number", &["all figures are not numbers"]);
 }
 
 #[test]
@@ -186,11 +156,7 @@ fn constants_are_at_most_100_and_every_quantity_says_what_it_is_relative_to() {
     }
 }
 
-const LENGTH: Quantity = Quantity {
-    name: "length",
-    constant: 10.0,
-    ..BEHAVIOUR
-};
+const LENGTH: Quantity = Quantity { name: "length", constant: 10.0, ..BEHAVIOUR };
 
 #[test]
 fn an_error_beyond_its_bound_or_not_a_number_does_not_hold() {
@@ -210,15 +176,9 @@ fn of_several_errors_the_one_nearest_to_its_bound_is_shown() {
 
 #[test]
 fn the_table_says_what_is_broken() {
-    let rows = [
-        LENGTH.row("a good case", 1.0, 0.0, 1.0),
-        LENGTH.row("a bad case", 1.0, 1.0, 1.0),
-    ];
+    let rows = [LENGTH.row("a good case", 1.0, 0.0, 1.0), LENGTH.row("a bad case", 1.0, 1.0, 1.0)];
     let text = page::text(&rows);
-    assert!(
-        text.contains("1 of 2 rows do not hold:\n  a bad case: length"),
-        "{text}"
-    );
+    assert!(text.contains("1 of 2 rows do not hold:\n  a bad case: length"), "{text}");
     assert_eq!(page::verdict(&rows[..1]), "all 1 rows hold");
 }
 
@@ -228,8 +188,5 @@ fn json_has_the_six_names_and_no_other() {
     let names: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
     let expected = BTreeSet::from(["case", "quantity", "condition", "error", "bound", "holds"]);
     assert_eq!(names.len(), 6);
-    assert!(
-        names.iter().all(|n| expected.contains(n.as_str())),
-        "{names:?}"
-    );
+    assert!(names.iter().all(|n| expected.contains(n.as_str())), "{names:?}");
 }

@@ -159,11 +159,7 @@ impl Characterisation {
     /// Standard errors of where the reference tracker is, along the worst direction, taken in the
     /// middle of all readings: the larger of what seconds or poses, and what recordings differ by.
     pub fn reference_error(&self) -> Spread {
-        let middle = middle(
-            self.readings
-                .iter()
-                .map(|r| &r.measurement.tracker_from_measured),
-        );
+        let middle = middle(self.readings.iter().map(|r| &r.measurement.tracker_from_measured));
         let at = self.hand_eye.tracker_from_reference.inverse() * middle;
         let of_poses = self.hand_eye.reference_error(&at.coords);
         larger(of_poses, self.recordings.as_ref().map(|r| r.reference))
@@ -220,11 +216,7 @@ pub enum CharacterisationError {
         "sensor {name}: all its readings are more than {max_mm} mm or {max_deg:.0}° from where the others put it; \
          do the files belong together?"
     )]
-    AllTooFar {
-        name: String,
-        max_mm: f64,
-        max_deg: f64,
-    },
+    AllTooFar { name: String, max_mm: f64, max_deg: f64 },
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
@@ -246,20 +238,11 @@ pub fn characterise(
     let mut prepared = Vec::with_capacity(pairs.len());
     for (index, pair) in pairs.iter().enumerate() {
         task.step(index, pairs.len() + ROUNDS)?;
-        prepared.push(prepare::prepare(
-            index,
-            pair,
-            &sensors,
-            settings,
-            &mut next_pose,
-        )?);
+        prepared.push(prepare::prepare(index, pair, &sensors, settings, &mut next_pose)?);
     }
     let usable: Vec<&Result<Prepared, PairProblem>> = prepared.iter().map(|p| &p.content).collect();
     if let (false, Some(Err(first))) = (usable.iter().any(|p| p.is_ok()), usable.first()) {
-        return Err(CharacterisationError::NoPairs {
-            pairs: pairs.len(),
-            first: first.clone(),
-        });
+        return Err(CharacterisationError::NoPairs { pairs: pairs.len(), first: first.clone() });
     }
     let is_held_out = |pair: usize| settings.held_out.is_some_and(|held| held.has(pair));
     let mut found: Option<(HandEye, Vec<(usize, PairedReading)>)> = None;
@@ -268,9 +251,7 @@ pub fn characterise(
         task.step(pairs.len() + round, pairs.len() + ROUNDS)?;
         let all = all_readings(&prepared);
         let near = |solved: &HandEye| -> Vec<bool> {
-            let near = all
-                .iter()
-                .map(|(_, reading)| is_near(solved, reading, &settings.max_error));
+            let near = all.iter().map(|(_, reading)| is_near(solved, reading, &settings.max_error));
             near.collect()
         };
         kept = match &found {
@@ -381,10 +362,7 @@ fn characterised(
                     tracker_from_ideal: hand_eye.expected(reading),
                     tracker_from_measured: reading.tracker_from_sensor,
                 },
-                error: Spread {
-                    position_mm,
-                    angle_rad,
-                },
+                error: Spread { position_mm, angle_rad },
             }
         })
         .collect()
@@ -430,10 +408,7 @@ fn distances(
         for moment in prepare::tracker_moments(pair, sensors, settings) {
             for (i, (a, pose_a)) in moment.iter().enumerate() {
                 for (b, pose_b) in &moment[i + 1..] {
-                    moments
-                        .entry([*a, *b])
-                        .or_default()
-                        .push((*pose_a, *pose_b));
+                    moments.entry([*a, *b]).or_default().push((*pose_a, *pose_b));
                 }
             }
         }

@@ -108,9 +108,7 @@ impl PathPair {
 
     fn mean_cost(&self, found: &HandEye, loss: Loss, offset_s: f64) -> f64 {
         let readings = self.readings(offset_s);
-        let costs = readings
-            .iter()
-            .map(|r| loss.cost(whitened(found, r).norm()));
+        let costs = readings.iter().map(|r| loss.cost(whitened(found, r).norm()));
         // Fewer samples have a partner at the ends of the reach.
         costs.sum::<f64>() / readings.len().max(1) as f64
     }
@@ -124,10 +122,7 @@ impl PathPair {
                 rad2 += rad * rad;
             }
             let count = readings.len() as f64;
-            Spread {
-                position_mm: (mm2 / count).sqrt(),
-                angle_rad: (rad2 / count).sqrt(),
-            }
+            Spread { position_mm: (mm2 / count).sqrt(), angle_rad: (rad2 / count).sqrt() }
         };
         let (offset_std_error_s, offset_worth) = self.offset_error(found, settings.hand_eye.loss);
         PathReport {

@@ -11,17 +11,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Half of the reference's readings within this of their median are of a still pose: far above its
 /// jitter (0.01 mm, 0.02°), and a hand's tremor; a path leaves it within a fraction of a second.
-const STILL: Spread = Spread {
-    position_mm: 2.0,
-    angle_rad: 0.02,
-};
+const STILL: Spread = Spread { position_mm: 2.0, angle_rad: 0.02 };
 
 /// Half of a sensor's readings beyond this of their median are of no still pose: ten times the
 /// jitter of the worst pose of the strongly distorted room in docs/characterisation.md.
-const MOVED: Spread = Spread {
-    position_mm: 5.0,
-    angle_rad: 0.05,
-};
+const MOVED: Spread = Spread { position_mm: 5.0, angle_rad: 0.05 };
 
 /// How a still pose was averaged.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,10 +46,7 @@ pub enum PairProblem {
 
 /// What a pair comes to before anything is known of where anything is.
 pub(super) enum Prepared {
-    Still {
-        readings: Vec<PairedReading>,
-        report: StillReport,
-    },
+    Still { readings: Vec<PairedReading>, report: StillReport },
     Path(PathPair),
 }
 
@@ -76,14 +67,9 @@ pub(super) fn sensor_names(
             names.push(tool.name.clone());
         }
     }
-    let missing = wanted
-        .iter()
-        .find(|part| !names.iter().any(|name| name.contains(part.as_str())));
+    let missing = wanted.iter().find(|part| !names.iter().any(|name| name.contains(part.as_str())));
     if let Some(missing) = missing {
-        return Err(CharacterisationError::NoSuchSensor {
-            wanted: missing.clone(),
-            names,
-        });
+        return Err(CharacterisationError::NoSuchSensor { wanted: missing.clone(), names });
     }
     let is_wanted =
         |name: &String| wanted.is_empty() || wanted.iter().any(|part| name.contains(part.as_str()));
@@ -146,11 +132,7 @@ fn kind_of(reference: &ToolTrack, settings: &CharacterisationSettings) -> Option
     let still = still_pose(&good(reference))?;
     let is_still = still.half_within.position_mm <= STILL.position_mm
         && still.half_within.angle_rad <= STILL.angle_rad;
-    let found = if is_still {
-        PairKind::Still
-    } else {
-        PairKind::Path
-    };
+    let found = if is_still { PairKind::Still } else { PairKind::Path };
     Some(settings.kind.unwrap_or(found))
 }
 
@@ -162,11 +144,8 @@ fn content(
     next_pose: &mut usize,
 ) -> Result<Prepared, PairProblem> {
     let kind = kind_of(reference, settings).ok_or(PairProblem::NoReference)?;
-    let seen: Vec<(usize, &ToolTrack)> = tracks
-        .iter()
-        .copied()
-        .filter(|(_, track)| track.good().next().is_some())
-        .collect();
+    let seen: Vec<(usize, &ToolTrack)> =
+        tracks.iter().copied().filter(|(_, track)| track.good().next().is_some()).collect();
     if seen.is_empty() {
         return Err(PairProblem::NoSensor);
     }
@@ -190,12 +169,7 @@ fn still(
         pose.half_within.position_mm > MOVED.position_mm
             || pose.half_within.angle_rad > MOVED.angle_rad
     };
-    if sensors
-        .iter()
-        .map(|(_, pose)| pose)
-        .chain([&body])
-        .any(has_moved)
-    {
+    if sensors.iter().map(|(_, pose)| pose).chain([&body]).any(has_moved) {
         return Err(PairProblem::Moved);
     }
     let pose = *next_pose;
@@ -207,19 +181,10 @@ fn still(
             sensor: *sensor,
             reference_from_body: body.pose,
             tracker_from_sensor: read.pose,
-            noise: ReadingNoise {
-                tracker: read.mean_error(),
-                reference: body.mean_error(),
-            },
+            noise: ReadingNoise { tracker: read.mean_error(), reference: body.mean_error() },
         })
         .collect();
-    Ok(Prepared::Still {
-        readings,
-        report: StillReport {
-            reference: body,
-            sensors,
-        },
-    })
+    Ok(Prepared::Still { readings, report: StillReport { reference: body, sensors } })
 }
 
 fn path(
@@ -235,10 +200,8 @@ fn path(
         .ok_or(PairProblem::NoClock("reference's recording"))?;
     // All sensors count from the same moment: the first good sample of the first of them.
     let first_good = |track: &ToolTrack| track.samples.iter().find(|s| s.pose.is_ok()).cloned();
-    let origin = tracks
-        .first()
-        .and_then(|(_, track)| first_good(track))
-        .ok_or(PairProblem::NoSensor)?;
+    let origin =
+        tracks.first().and_then(|(_, track)| first_good(track)).ok_or(PairProblem::NoSensor)?;
     let reference_origin = first_good(reference).ok_or(PairProblem::NoReference)?;
     let (reference, mut reference_faults) = reference_clock.stream(reference, &reference_origin);
     let mut faults = ClockFaults::default();
@@ -278,9 +241,7 @@ pub(super) fn tracker_moments(
     let tracks = tracks(&pair.tracker, sensors);
     // Without a reference, what the first sensor does tells.
     let reference = pair.reference.tool(settings.reference_tool.as_deref()).ok();
-    let by = reference
-        .into_iter()
-        .chain(tracks.iter().map(|(_, track)| *track));
+    let by = reference.into_iter().chain(tracks.iter().map(|(_, track)| *track));
     match by.filter_map(|track| kind_of(track, settings)).next() {
         Some(PairKind::Still) => {
             let average = |(sensor, track): &(usize, &ToolTrack)| {
@@ -332,10 +293,7 @@ mod tests {
             time_s: None,
             pose: Ok(Pose::translation(frame.unwrap_or(0) as f64, 0.0, 0.0)),
         };
-        ToolTrack {
-            name: String::new(),
-            samples: frames.iter().map(sample).collect(),
-        }
+        ToolTrack { name: String::new(), samples: frames.iter().map(sample).collect() }
     }
 
     #[test]
@@ -344,17 +302,11 @@ mod tests {
             let (a, b) = (track(a), track(b));
             let moments = path_moments(&[(0, &a), (1, &b)]);
             let frame = |(_, pose): &(usize, Pose)| pose.translation.x;
-            moments
-                .iter()
-                .map(|m| m.iter().map(frame).collect())
-                .collect()
+            moments.iter().map(|m| m.iter().map(frame).collect()).collect()
         };
         let some = |frames: &[u64]| frames.iter().map(|f| Some(*f)).collect::<Vec<_>>();
         // Trackers may count the frames of different kinds of tools apart.
-        assert_eq!(
-            moments(&some(&[1, 2]), &some(&[11, 12])),
-            [[1.0, 11.0], [2.0, 12.0]]
-        );
+        assert_eq!(moments(&some(&[1, 2]), &some(&[11, 12])), [[1.0, 11.0], [2.0, 12.0]]);
         assert_eq!(
             moments(&some(&[1, 2, 2, 3]), &some(&[2, 3])),
             [vec![1.0], vec![2.0, 2.0], vec![2.0], vec![3.0, 3.0]]

@@ -37,12 +37,8 @@ pub(super) fn errors(
     settings: &HandEyeSettings,
     task: &Task,
 ) -> Result<Option<RecordingErrors>, Cancelled> {
-    let pairs: Vec<usize> = readings
-        .iter()
-        .map(|(pair, _)| *pair)
-        .collect::<BTreeSet<_>>()
-        .into_iter()
-        .collect();
+    let pairs: Vec<usize> =
+        readings.iter().map(|(pair, _)| *pair).collect::<BTreeSet<_>>().into_iter().collect();
     if pairs.len() < MIN_GROUPS {
         return Ok(None);
     }
@@ -92,9 +88,8 @@ pub(super) fn errors(
 fn worst(changes: impl Iterator<Item = Vector3<f64>> + Clone) -> f64 {
     let count = changes.clone().count() as f64;
     let mean = changes.clone().sum::<Vector3<f64>>() / count;
-    let scatter: Matrix3<f64> = changes
-        .map(|change| (change - mean) * (change - mean).transpose())
-        .sum();
+    let scatter: Matrix3<f64> =
+        changes.map(|change| (change - mean) * (change - mean).transpose()).sum();
     let covariance = scatter * ((count - 1.0) / count);
     covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
 }

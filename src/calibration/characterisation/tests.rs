@@ -8,10 +8,7 @@ use crate::geometry::rotation::exp_vector;
 use crate::tracking::recording::{ToolTrack, TrackSample};
 use nalgebra::UnitQuaternion;
 
-const JITTER: Spread = Spread {
-    position_mm: 0.1,
-    angle_rad: 0.002,
-};
+const JITTER: Spread = Spread { position_mm: 0.1, angle_rad: 0.002 };
 
 struct Room {
     noise: Noise,
@@ -22,22 +19,12 @@ struct Room {
 impl Room {
     fn new(seed: u64, sensors: usize) -> Self {
         let mut noise = Noise::new(seed);
-        Self {
-            y: noise.pose(700.0),
-            x: (0..sensors).map(|_| noise.pose(25.0)).collect(),
-            noise,
-        }
+        Self { y: noise.pose(700.0), x: (0..sensors).map(|_| noise.pose(25.0)).collect(), noise }
     }
 
     fn sample(&mut self, frame: u64, pose: &Pose) -> TrackSample {
-        let read = self
-            .noise
-            .around(pose, JITTER.position_mm, JITTER.angle_rad);
-        TrackSample {
-            frame: Some(frame),
-            time_s: None,
-            pose: Ok(read),
-        }
+        let read = self.noise.around(pose, JITTER.position_mm, JITTER.angle_rad);
+        TrackSample { frame: Some(frame), time_s: None, pose: Ok(read) }
     }
 
     /// Recordings of a body: poses at seconds, by an Aurora that began later and by a Polaris.
@@ -48,22 +35,13 @@ impl Room {
                 .map(|i| (i, body(later_s + i as f64 / 40.0)))
                 .map(|(i, body)| self.sample(1000 + 8 * i, &(self.y * body * x)))
                 .collect();
-            tools.push(ToolTrack {
-                name: format!("Port {k}"),
-                samples,
-            });
+            tools.push(ToolTrack { name: format!("Port {k}"), samples });
         }
         let samples = (0..(20.0 * length_s) as u64)
             .map(|i| self.sample(50 + 3 * i, &body(i as f64 / 20.0)))
             .collect();
-        let body = ToolTrack {
-            name: "body".to_owned(),
-            samples,
-        };
-        RecordedPair {
-            tracker: Recording { tools },
-            reference: Recording { tools: vec![body] },
-        }
+        let body = ToolTrack { name: "body".to_owned(), samples };
+        RecordedPair { tracker: Recording { tools }, reference: Recording { tools: vec![body] } }
     }
 
     fn still(&mut self) -> RecordedPair {
@@ -95,22 +73,15 @@ impl Room {
                 50.0 * wave(0.17, 2.0),
                 -1000.0 + 40.0 * wave(0.37, 0.5),
             );
-            let turn = Vector3::new(
-                0.5 * wave(0.13, 1.0),
-                0.4 * wave(0.31, 0.3),
-                0.3 * wave(0.19, 2.0),
-            );
+            let turn =
+                Vector3::new(0.5 * wave(0.13, 1.0), 0.4 * wave(0.31, 0.3), 0.3 * wave(0.19, 2.0));
             pose_from_parts(at, exp_vector(&turn) * turned)
         })
     }
 }
 
 fn found(pairs: &[RecordedPair]) -> Result<Characterisation, CharacterisationError> {
-    characterise(
-        pairs,
-        &CharacterisationSettings::default(),
-        &Task::default(),
-    )
+    characterise(pairs, &CharacterisationSettings::default(), &Task::default())
 }
 
 #[test]
@@ -123,14 +94,8 @@ fn still_poses_give_the_frames_and_errors_of_the_jitter_of_their_means() {
         let (mm, rad) = distances(&found.hand_eye.body_from_sensor[k], x);
         let error = found.hand_eye.sensor_error(k);
         // Four standard errors along the worst direction, of three.
-        assert!(
-            mm < 4.0 * 3.0_f64.sqrt() * error.position_mm,
-            "{mm} {error:?}"
-        );
-        assert!(
-            rad < 4.0 * 3.0_f64.sqrt() * error.angle_rad,
-            "{rad} {error:?}"
-        );
+        assert!(mm < 4.0 * 3.0_f64.sqrt() * error.position_mm, "{mm} {error:?}");
+        assert!(rad < 4.0 * 3.0_f64.sqrt() * error.angle_rad, "{rad} {error:?}");
         // 40 readings of the sensor and 20 of the reference, over 30 poses: some hundredths.
         assert!(error.position_mm < 0.05, "{error:?}");
     }
@@ -151,9 +116,7 @@ fn paths_are_laid_over_each_other_and_lie_as_still_poses_do() {
     let pairs = [room.path(0.731), room.path(-0.2)];
     let found = found(&pairs).unwrap();
     for (pair, later_s) in found.pairs.iter().zip([0.731, -0.2]) {
-        let Ok(PairOutcome::Path(path)) = &pair.outcome else {
-            panic!("{pair:?}")
-        };
+        let Ok(PairOutcome::Path(path)) = &pair.outcome else { panic!("{pair:?}") };
         // A straight line between samples 50 ms apart leaves a path of 40 mm and 0.37 Hz by 0.07 mm,
         // the same way before and after a turn, so that it moves no offset.
         assert!(
@@ -183,10 +146,8 @@ fn what_paths_differ_by_is_in_the_standard_errors() {
         // The field of each place shifts a whole path alike.
         let pairs: Vec<RecordedPair> = (0..6)
             .map(|k| {
-                let (shift, turned) = (
-                    room.noise.normal(),
-                    exp_vector(&(room.noise.normal() * 0.5)),
-                );
+                let (shift, turned) =
+                    (room.noise.normal(), exp_vector(&(room.noise.normal() * 0.5)));
                 let mut pair = room.path_from(0.3, 40.0 * f64::from(k), turned);
                 for sample in &mut pair.tracker.tools[0].samples {
                     if let Ok(pose) = &mut sample.pose {
@@ -233,10 +194,8 @@ fn pairs_that_do_not_belong_together_are_left_out_and_said() {
     assert_eq!(found.pairs[21].outcome, Err(PairProblem::NoReference));
     assert_eq!(found.pairs[0].unusable.values().sum::<usize>(), 40);
     assert_eq!(found.readings.len(), 39);
-    let (mm, rad) = distances(
-        &found.hand_eye.body_from_sensor[0],
-        &clean.hand_eye.body_from_sensor[0],
-    );
+    let (mm, rad) =
+        distances(&found.hand_eye.body_from_sensor[0], &clean.hand_eye.body_from_sensor[0]);
     assert!(mm < 0.02 && rad < 5e-4, "{mm} {rad}");
 }
 
@@ -252,60 +211,32 @@ fn recordings_that_give_no_room_say_why() {
     let error = with(|s| s.sensors = vec!["Port 7".to_owned()]);
     assert!(error.to_string().contains("\"Port 7\""), "{error}");
     let error = with(|s| s.reference_tool = Some("other".to_owned()));
-    assert!(matches!(
-        error,
-        CharacterisationError::ReferenceTool { pair: 0, .. }
-    ));
+    assert!(matches!(error, CharacterisationError::ReferenceTool { pair: 0, .. }));
     let error = with(|s| s.kind = Some(PairKind::Path));
     assert!(matches!(
         error,
-        CharacterisationError::NoPairs {
-            pairs: 12,
-            first: PairProblem::Alignment(_)
-        }
+        CharacterisationError::NoPairs { pairs: 12, first: PairProblem::Alignment(_) }
     ));
     let error = with(|s| s.hand_eye.min_poses = 13);
-    assert_eq!(
-        error,
-        HandEyeError::TooFewPoses {
-            found: 12,
-            needed: 13
-        }
-        .into()
-    );
+    assert_eq!(error, HandEyeError::TooFewPoses { found: 12, needed: 13 }.into());
     let moved = room.path(0.0);
     let settings = CharacterisationSettings {
         kind: Some(PairKind::Still),
         ..CharacterisationSettings::default()
     };
     let error = characterise(&[moved], &settings, &Task::default()).unwrap_err();
-    assert!(matches!(
-        error,
-        CharacterisationError::NoPairs {
-            first: PairProblem::Moved,
-            ..
-        }
-    ));
+    assert!(matches!(error, CharacterisationError::NoPairs { first: PairProblem::Moved, .. }));
     // A 5-DOF sensor's quaternion has no turn about z.
     let mut five = room.stills(12);
-    for sample in five
-        .iter_mut()
-        .flat_map(|p| &mut p.tracker.tools[0].samples)
-    {
+    for sample in five.iter_mut().flat_map(|p| &mut p.tracker.tools[0].samples) {
         let turn = exp_vector(&Vector3::new(0.3, 0.4, 0.0));
-        sample.pose = sample
-            .pose
-            .clone()
-            .map(|p| pose_from_parts(p.translation.vector, turn));
+        sample.pose = sample.pose.clone().map(|p| pose_from_parts(p.translation.vector, turn));
     }
     let error = found(&five).unwrap_err().to_string();
     assert!(error.contains("a 5-DOF sensor"), "{error}");
     assert!(matches!(
         found(&[]),
-        Err(CharacterisationError::HandEye(HandEyeError::TooFewPoses {
-            found: 0,
-            ..
-        }))
+        Err(CharacterisationError::HandEye(HandEyeError::TooFewPoses { found: 0, .. }))
     ));
 }
 
@@ -314,18 +245,12 @@ fn frames_hang_on_nothing_of_a_pair_that_is_held_out_and_judge_it() {
     let mut room = Room::new(12, 2);
     let pairs = room.stills(36);
     let held = HeldOut { part: 1, of: 3 };
-    let settings = CharacterisationSettings {
-        held_out: Some(held),
-        ..CharacterisationSettings::default()
-    };
+    let settings =
+        CharacterisationSettings { held_out: Some(held), ..CharacterisationSettings::default() };
     let found = characterise(&pairs, &settings, &Task::default()).unwrap();
     let others: Vec<_> = (0..36).filter(|pair| pair % 3 != 1).collect();
     let rest: Vec<RecordedPair> = others.iter().map(|pair| pairs[*pair].clone()).collect();
-    let alone = characterise(
-        &rest,
-        &CharacterisationSettings::default(),
-        &Task::default(),
-    );
+    let alone = characterise(&rest, &CharacterisationSettings::default(), &Task::default());
     let alone = alone.unwrap();
     assert_eq!(found.hand_eye, alone.hand_eye);
     assert_eq!(found.readings.len(), alone.readings.len());

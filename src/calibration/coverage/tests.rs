@@ -6,10 +6,7 @@ use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
 
 fn cube() -> Coverage {
-    Coverage::new(CoveragePlan {
-        volume: Volume::AuroraCube,
-        directions: DirectionSet::Six,
-    })
+    Coverage::new(CoveragePlan { volume: Volume::AuroraCube, directions: DirectionSet::Six })
 }
 
 fn turned(at: [f64; 3], axis: Vector3<f64>) -> Pose {
@@ -31,10 +28,7 @@ fn a_sample_like_one_before_adds_nothing_and_another_turn_does() {
     assert!(coverage.add(&turned([20.0, 1.0, -299.0], Vector3::z())));
     assert!(!coverage.add(&turned([0.0, 0.0, 10.0], Vector3::z())));
     let summary = coverage.summary();
-    assert_eq!(
-        (summary.samples, summary.distinct, summary.outside),
-        (5, 3, 1)
-    );
+    assert_eq!((summary.samples, summary.distinct, summary.outside), (5, 3, 1));
     assert_eq!((summary.cells, summary.cells_sampled), (1000, 1));
     let cell = coverage.cells().find(|cell| cell.samples > 0).unwrap();
     assert_eq!((cell.samples, cell.turned), (3, 2.0 / 6.0));
@@ -52,11 +46,7 @@ fn only_what_is_in_the_volume_counts_and_has_cells() {
     let bounds = Volume::AuroraDome.bounds();
     let part = Volume::AuroraDome.volume_mm3() / bounds.size_mm().product();
     // Cells of which half is inside: to a few in a hundred.
-    assert!(
-        (cells / of_box - part).abs() < 0.03,
-        "{} {part}",
-        cells / of_box
-    );
+    assert!((cells / of_box - part).abs() < 0.03, "{} {part}", cells / of_box);
     let corner = bounds.min_mm + Vector3::repeat(1.0);
     assert!(!coverage.add(&turned(corner.into(), Vector3::z())));
     assert_eq!(coverage.summary().outside, 1);
@@ -67,10 +57,7 @@ fn going_where_it_says_samples_every_cell_once() {
     let mut coverage = cube();
     let mut gone = 0;
     while let Some(next) = coverage.next_mm() {
-        assert!(
-            coverage.add(&turned(next.into(), Vector3::y())),
-            "{next} was there"
-        );
+        assert!(coverage.add(&turned(next.into(), Vector3::y())), "{next} was there");
         gone += 1;
         if gone == 9 {
             // The middle first, and then the corners: what a hand has to reach for.
@@ -94,11 +81,7 @@ fn the_order_that_samples_determine_is_that_of_the_orientation_with_the_fewest()
     let mut coverage = cube();
     for direction in DirectionSet::Six.directions() {
         for (x, y) in (0..6).flat_map(|x| (0..6).map(move |y| (x, y))) {
-            let at = [
-                f64::from(x) * 50.0 - 130.0,
-                f64::from(y) * 50.0 - 130.0,
-                -300.0,
-            ];
+            let at = [f64::from(x) * 50.0 - 130.0, f64::from(y) * 50.0 - 130.0, -300.0];
             assert!(coverage.add(&turned(at, direction.into_inner())));
         }
     }

@@ -76,14 +76,8 @@ pub fn in_room(poses: &[Pose], room: &Bounds) -> Option<Suspicion> {
     let tried = signed_axes().map(|axes| (axes, inside(Some(axes))));
     // The first of equals has the fewest changes.
     let (axes, inside_with_axes) = tried.rev().max_by_key(|(_, inside)| *inside)?;
-    (inside_with_axes as f64 > (1.0 - MAX_INSIDE_PART) * rows as f64).then_some(
-        Suspicion::NotInRoom {
-            rows,
-            inside: as_read,
-            axes,
-            inside_with_axes,
-        },
-    )
+    (inside_with_axes as f64 > (1.0 - MAX_INSIDE_PART) * rows as f64)
+        .then_some(Suspicion::NotInRoom { rows, inside: as_read, axes, inside_with_axes })
 }
 
 /// Where positions are, one after the other.
@@ -155,11 +149,7 @@ impl Extent {
         }
         match frame {
             _ if reach < METRES_REACH && span < METRES_SPAN => {
-                found.push(Suspicion::Metres {
-                    span,
-                    reach,
-                    is_certain: frame != PoseFrame::Any,
-                });
+                found.push(Suspicion::Metres { span, reach, is_certain: frame != PoseFrame::Any });
             }
             PoseFrame::Tracker if reach < SMALL_REACH => {
                 found.push(Suspicion::InchesOrCentimetres { span, reach });
@@ -193,9 +183,7 @@ impl Signs {
     pub(super) fn suspicion(&self) -> Option<Suspicion> {
         // An axis that stays upright has zeros there, and a scalar is not zero throughout.
         let is_scalar_like = self.negative_last == 0
-            && self
-                .smallest_last
-                .is_some_and(|k| k > 0.0 && k < SMALL_COMPONENT);
+            && self.smallest_last.is_some_and(|k| k > 0.0 && k < SMALL_COMPONENT);
         let has_signs = self.negative_first as f64 >= MIN_NEGATIVE_PART * self.rows as f64;
         (self.rows >= MIN_SIGNED && is_scalar_like && has_signs).then_some(Suspicion::ScalarLast {
             rows: self.rows,

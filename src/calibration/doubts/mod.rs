@@ -49,26 +49,13 @@ pub type SignedAxes = [(usize, f64); 3];
 #[derive(Clone, Debug, PartialEq)]
 pub enum Suspicion {
     /// All positions are within some units of the origin.
-    Metres {
-        span: f64,
-        reach: f64,
-        is_certain: bool,
-    },
+    Metres { span: f64, reach: f64, is_certain: bool },
     /// They are within some tens of units of it.
     InchesOrCentimetres { span: f64, reach: f64 },
     /// Coordinates that no tracker reads.
-    TooFar {
-        count: usize,
-        first_row: usize,
-        largest: f64,
-    },
+    TooFar { count: usize, first_row: usize, largest: f64 },
     /// Positions that differ far more than the others do.
-    Outliers {
-        count: usize,
-        first_row: usize,
-        largest: f64,
-        median: f64,
-    },
+    Outliers { count: usize, first_row: usize, largest: f64, median: f64 },
     /// Distances among the positions of the second side are so many times those of the first.
     Scale {
         sides: [&'static str; 2],
@@ -81,40 +68,21 @@ pub enum Suspicion {
     /// The measured axes are others of the ideal ones.
     Axes { rows: SignedAxes, change: Explained },
     /// Hardly a position is in the room that is applied to them, and nearly all are with other axes.
-    NotInRoom {
-        rows: usize,
-        inside: usize,
-        axes: SignedAxes,
-        inside_with_axes: usize,
-    },
+    NotInRoom { rows: usize, inside: usize, axes: SignedAxes, inside_with_axes: usize },
     /// A mirror image, whatever the plane.
     Mirrored { change: Explained },
     /// A rotation and a translation are between the sides.
-    OtherFrame {
-        angle_rad: f64,
-        shift: f64,
-        change: Explained,
-    },
+    OtherFrame { angle_rad: f64, shift: f64, change: Explained },
     /// Row `k` of the ideal side is of row `k + rows` of the measured one; of steps from row to row.
     RowShift { rows: isize, change: Explained },
     /// Quaternions of one side have another order or other signs; angles.
-    Quaternions {
-        side: Side,
-        change: QuaternionChange,
-        explained: Explained,
-    },
+    Quaternions { side: Side, change: QuaternionChange, explained: Explained },
     /// The signs of the last column are those that a scalar has.
     ScalarLast { rows: usize, negative_first: usize },
     /// The measured sensors' z is this direction in the ideal sensors' frames; angles.
-    SensorAxis {
-        axis_in_sensor: [f64; 3],
-        explained: Explained,
-    },
+    SensorAxis { axis_in_sensor: [f64; 3], explained: Explained },
     /// One rotation is between the orientations of the two sides, and none between the positions; angles.
-    OrientationFrame {
-        angle_rad: f64,
-        explained: Explained,
-    },
+    OrientationFrame { angle_rad: f64, explained: Explained },
     /// The orientations of the two sides have little to do with each other.
     Orientations { median_rad: f64 },
 }
@@ -142,10 +110,7 @@ impl Explained {
 impl Suspicion {
     /// Whether it is about the frames of the two sides, and nothing else.
     pub fn is_of_frames(&self) -> bool {
-        matches!(
-            self,
-            Self::OtherFrame { .. } | Self::OrientationFrame { .. }
-        )
+        matches!(self, Self::OtherFrame { .. } | Self::OrientationFrame { .. })
     }
 
     /// Whether no table of a tracker is like this, so that it is not used unless somebody says that it
@@ -175,11 +140,7 @@ impl Suspicion {
 impl fmt::Display for Suspicion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mm = |c: &Explained| {
-            format!(
-                "{} mm apart in the median, {} mm",
-                short(c.before),
-                short(c.after)
-            )
+            format!("{} mm apart in the median, {} mm", short(c.before), short(c.after))
         };
         let deg = |e: &Explained| {
             let [before, after] = [e.before, e.after].map(f64::to_degrees);
@@ -199,22 +160,13 @@ impl fmt::Display for Suspicion {
                 short(*span),
                 short(*reach)
             ),
-            Self::TooFar {
-                count,
-                first_row,
-                largest,
-            } => write!(
+            Self::TooFar { count, first_row, largest } => write!(
                 f,
                 "{count} {} a coordinate beyond 1 km (row {first_row}; the largest is {largest:.3e} mm): are they missing \
                  readings?",
                 if *count == 1 { "row has" } else { "rows have" }
             ),
-            Self::Outliers {
-                count,
-                first_row,
-                largest,
-                median,
-            } => write!(
+            Self::Outliers { count, first_row, largest, median } => write!(
                 f,
                 "{count} {} up to {} mm between ideal and measured position (row {first_row} first), the median is {} mm: \
                  are they outliers?",
@@ -222,13 +174,7 @@ impl fmt::Display for Suspicion {
                 short(*largest),
                 short(*median)
             ),
-            Self::Scale {
-                sides: [first, second],
-                ratio,
-                first_mm,
-                second_mm,
-                units,
-            } => {
+            Self::Scale { sides: [first, second], ratio, first_mm, second_mm, units } => {
                 write!(
                     f,
                     "distances among {second} positions are {} times those among {first} ones ({} and {} mm in the median): ",
@@ -251,12 +197,7 @@ impl fmt::Display for Suspicion {
                     false => "are axes taken for others?",
                 }
             ),
-            Self::NotInRoom {
-                rows,
-                inside,
-                axes,
-                inside_with_axes,
-            } => write!(
+            Self::NotInRoom { rows, inside, axes, inside_with_axes } => write!(
                 f,
                 "{inside} of {rows} positions are in the room's box, {inside_with_axes} where {}: are axes taken for others?",
                 named_axes(axes, "", "")
@@ -268,11 +209,7 @@ impl fmt::Display for Suspicion {
                 short(change.before),
                 short(change.after)
             ),
-            Self::OtherFrame {
-                angle_rad,
-                shift,
-                change,
-            } => write!(
+            Self::OtherFrame { angle_rad, shift, change } => write!(
                 f,
                 "the sides are {} once they are registered (a rotation by {:.1}° and a translation of {} mm): are they \
                  in two frames?",
@@ -288,11 +225,7 @@ impl fmt::Display for Suspicion {
                 if *rows < 0 { "−" } else { "+" },
                 rows.abs()
             ),
-            Self::Quaternions {
-                side,
-                change,
-                explained,
-            } => write!(
+            Self::Quaternions { side, change, explained } => write!(
                 f,
                 "the orientations are {} where {} {change}",
                 deg(explained),
@@ -302,27 +235,18 @@ impl fmt::Display for Suspicion {
                     Side::Both => "all quaternions",
                 }
             ),
-            Self::ScalarLast {
-                rows,
-                negative_first,
-            } => write!(
+            Self::ScalarLast { rows, negative_first } => write!(
                 f,
                 "qz is negative in none of {rows} rows and qw in {negative_first}, as if qw were the last: are the \
                  quaternions in the order x, y, z, w?"
             ),
-            Self::SensorAxis {
-                axis_in_sensor: [x, y, z],
-                explained,
-            } => write!(
+            Self::SensorAxis { axis_in_sensor: [x, y, z], explained } => write!(
                 f,
                 "the sensors' axes are {} where the measured z axis is ({x:.2}, {y:.2}, {z:.2}) in the ideal sensor's \
                  frame: is another axis meant?",
                 deg(explained)
             ),
-            Self::OrientationFrame {
-                angle_rad,
-                explained,
-            } => write!(
+            Self::OrientationFrame { angle_rad, explained } => write!(
                 f,
                 "the orientations are {} once all are rotated by {:.1}°, which the positions are not: are they in \
                  another frame?",
@@ -341,14 +265,8 @@ impl fmt::Display for Suspicion {
 
 /// All signed permutations of the axes but the identity.
 fn signed_axes() -> impl DoubleEndedIterator<Item = SignedAxes> {
-    const ORDERS: [[usize; 3]; 6] = [
-        [0, 1, 2],
-        [1, 0, 2],
-        [2, 1, 0],
-        [0, 2, 1],
-        [1, 2, 0],
-        [2, 0, 1],
-    ];
+    const ORDERS: [[usize; 3]; 6] =
+        [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
     (1..48_usize).map(|number| {
         let sign = |k: usize| if number & (1 << k) == 0 { 1.0 } else { -1.0 };
         [0, 1, 2].map(|k| (ORDERS[number / 8][k], sign(k)))
@@ -422,16 +340,8 @@ mod tests {
             "the sides are 412 mm apart in the median, 2.31 mm where measured x is ideal y, measured y is ideal x, \
              measured z is ideal −z: are axes taken for others?"
         );
-        let metres = Suspicion::Metres {
-            span: 0.6,
-            reach: 0.71,
-            is_certain: true,
-        };
-        assert!(
-            metres
-                .to_string()
-                .starts_with("positions span 0.6000 and reach 0.7100")
-        );
+        let metres = Suspicion::Metres { span: 0.6, reach: 0.71, is_certain: true };
+        assert!(metres.to_string().starts_with("positions span 0.6000 and reach 0.7100"));
     }
 
     #[test]

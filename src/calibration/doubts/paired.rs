@@ -129,8 +129,7 @@ impl PairedDoubts {
         if self.rows.is_multiple_of(self.stride) {
             if self.kept.len() == MAX_KEPT {
                 let mut places = 0..;
-                self.kept
-                    .retain(|_| places.next().is_some_and(|k: usize| k.is_multiple_of(2)));
+                self.kept.retain(|_| places.next().is_some_and(|k: usize| k.is_multiple_of(2)));
                 self.stride *= 2;
             }
             if self.rows.is_multiple_of(self.stride) {
@@ -157,8 +156,7 @@ impl PairedDoubts {
         }
         self.steps.push(Step { length_mm, around });
         if self.steps.len() == 2 * MAX_STEPS {
-            self.steps
-                .sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
+            self.steps.sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
             self.steps.truncate(MAX_STEPS);
             self.least_step_mm = self.steps[MAX_STEPS - 1].length_mm;
         }
@@ -233,15 +231,9 @@ impl PairedDoubts {
             mm > limit && mm < super::MAX_POSITION_MM
         });
         let (first, mm) = beyond.next()?;
-        let (count, largest) = beyond.fold((1, *mm), |(count, most), (_, mm)| {
-            (count + 1, most.max(*mm))
-        });
-        Some(Suspicion::Outliers {
-            count,
-            first_row: first + 1,
-            largest: largest.into(),
-            median,
-        })
+        let (count, largest) =
+            beyond.fold((1, *mm), |(count, most), (_, mm)| (count + 1, most.max(*mm)));
+        Some(Suspicion::Outliers { count, first_row: first + 1, largest: largest.into(), median })
     }
 
     /// Rows of one side that are late: its steps from row to row are those of other rows.
@@ -315,18 +307,13 @@ fn mirror() -> Matrix3<f64> {
 type Pair = (Vector3<f64>, Vector3<f64>);
 
 fn positions(m: &Measurement) -> Pair {
-    (
-        m.tracker_from_ideal.translation.vector,
-        m.tracker_from_measured.translation.vector,
-    )
+    (m.tracker_from_ideal.translation.vector, m.tracker_from_measured.translation.vector)
 }
 
 /// Median distance of the sides, one of them mapped.
 fn apart(pairs: &[Pair], map: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> f64 {
-    let mut each: Vec<f64> = pairs
-        .iter()
-        .map(|(ideal, measured)| (map(ideal) - measured).norm())
-        .collect();
+    let mut each: Vec<f64> =
+        pairs.iter().map(|(ideal, measured)| (map(ideal) - measured).norm()).collect();
     median(&mut each).unwrap_or(0.0)
 }
 
@@ -385,14 +372,10 @@ fn placed(pairs: &[Pair]) -> Option<Suspicion> {
         .map(|rows| (rows, apart(pairs, |p| on_axes(&rows, p))))
         .min_by(|a, b| a.1.total_cmp(&b.1));
     let (frame, mirror) = (rigid(pairs, false), rigid(pairs, true));
-    let best = [
-        axes.map(|found| found.1),
-        frame.map(|found| found.1),
-        mirror.map(|found| found.1),
-    ]
-    .into_iter()
-    .flatten()
-    .fold(f64::INFINITY, f64::min);
+    let best = [axes.map(|found| found.1), frame.map(|found| found.1), mirror.map(|found| found.1)]
+        .into_iter()
+        .flatten()
+        .fold(f64::INFINITY, f64::min);
     let is_good = |after: f64| after <= AS_GOOD * best;
     if let Some((rows, after)) = axes.filter(|found| is_good(found.1))
         && let Some(change) = explained(pairs, after)
@@ -428,9 +411,7 @@ fn rigid(pairs: &[Pair], is_mirrored: bool) -> Option<(crate::geometry::pose::Po
     let mut found = None;
     for _ in 0..STEPS {
         let of = |points: &[Point3<f64>]| order.iter().map(|&k| points[k]).collect::<Vec<_>>();
-        let pose = register(&of(&source), &of(&target))
-            .ok()?
-            .target_from_source;
+        let pose = register(&of(&source), &of(&target)).ok()?.target_from_source;
         let left = |k: usize| (pose * source[k] - target[k]).norm();
         let mut all: Vec<f64> = (0..pairs.len()).map(left).collect();
         let after = median(&mut all)?;
@@ -445,14 +426,8 @@ fn rigid(pairs: &[Pair], is_mirrored: bool) -> Option<(crate::geometry::pose::Po
 /// Pairs with neither side far out.
 fn central(pairs: &[Pair]) -> Vec<usize> {
     let sides = [
-        (
-            middle(pairs.iter().map(|p| &p.0)),
-            spread(pairs.iter().map(|p| &p.0)),
-        ),
-        (
-            middle(pairs.iter().map(|p| &p.1)),
-            spread(pairs.iter().map(|p| &p.1)),
-        ),
+        (middle(pairs.iter().map(|p| &p.0)), spread(pairs.iter().map(|p| &p.0))),
+        (middle(pairs.iter().map(|p| &p.1)), spread(pairs.iter().map(|p| &p.1))),
     ];
     let is_in = |pair: &Pair| {
         [pair.0, pair.1]

@@ -109,11 +109,7 @@ pub(super) fn suspicion(rows: &[Measurement], has_frame_difference: bool) -> Opt
     if let Some((side, change, after)) = best_change(rows)
         && let Some(explained) = explained(after)
     {
-        return Some(Suspicion::Quaternions {
-            side,
-            change,
-            explained,
-        });
+        return Some(Suspicion::Quaternions { side, change, explained });
     }
     let axis = mean_axis_in_sensor(rows);
     if let Some(axis) = axis
@@ -121,15 +117,11 @@ pub(super) fn suspicion(rows: &[Measurement], has_frame_difference: bool) -> Opt
             (m.tracker_from_ideal.rotation * axis).angle(&measured_axis(m))
         })?)
     {
-        return Some(Suspicion::SensorAxis {
-            axis_in_sensor: axis.into(),
-            explained,
-        });
+        return Some(Suspicion::SensorAxis { axis_in_sensor: axis.into(), explained });
     }
     let rotation = axes_rotation(rows);
-    let turned = explained(median_of(rows, |m| {
-        (rotation * ideal_axis(m)).angle(&measured_axis(m))
-    })?);
+    let turned =
+        explained(median_of(rows, |m| (rotation * ideal_axis(m)).angle(&measured_axis(m)))?);
     match turned {
         Some(_) if has_frame_difference => None,
         Some(explained) => Some(Suspicion::OrientationFrame {
@@ -189,9 +181,7 @@ fn measured_axis(m: &Measurement) -> Vector3<f64> {
 
 /// The measured z axis in the ideal sensor's frame, where it is one throughout.
 fn mean_axis_in_sensor(rows: &[Measurement]) -> Option<Vector3<f64>> {
-    let each = rows
-        .iter()
-        .map(|m| m.tracker_from_ideal.rotation.inverse() * measured_axis(m));
+    let each = rows.iter().map(|m| m.tracker_from_ideal.rotation.inverse() * measured_axis(m));
     let mean = each.sum::<Vector3<f64>>() / rows.len() as f64;
     // Directions all over the sphere have a mean near zero, whose direction says nothing.
     mean.try_normalize(0.5)
@@ -199,8 +189,6 @@ fn mean_axis_in_sensor(rows: &[Measurement]) -> Option<Vector3<f64>> {
 
 /// The rotation that takes the ideal axes nearest to the measured ones (Wahba 1965).
 fn axes_rotation(rows: &[Measurement]) -> UnitQuaternion<f64> {
-    let each = rows
-        .iter()
-        .map(|m| ideal_axis(m) * measured_axis(m).transpose());
+    let each = rows.iter().map(|m| ideal_axis(m) * measured_axis(m).transpose());
     svd3(&each.sum::<Matrix3<f64>>()).best_rotation()
 }

@@ -32,19 +32,13 @@ pub(super) fn covariance(
         let s = r.norm();
         let weight = loss.weight(s);
         // ρ bends along the residual by ρ'' and across it by ρ' / s.
-        let along = if s > 0.0 {
-            (loss.curvature(s) - weight) / (s * s)
-        } else {
-            0.0
-        };
+        let along = if s > 0.0 { (loss.curvature(s) - weight) / (s * s) } else { 0.0 };
         let bend = SMatrix::<f64, 6, 6>::identity() * weight + r * r.transpose() * along;
         let full = slopes.transpose() * bend * slopes;
         scatter_matrix(&mut curvature, reading.sensor, &full);
         let straight = slopes.transpose() * slopes * weight;
         scatter_matrix(&mut of_weights, reading.sensor, &straight);
-        let gradient = gradients
-            .entry(reading.pose)
-            .or_insert_with(|| DVector::zeros(unknowns));
+        let gradient = gradients.entry(reading.pose).or_insert_with(|| DVector::zeros(unknowns));
         scatter_vector(gradient, reading.sensor, &(slopes.transpose() * r * weight));
     }
     // By number of the pose, which is the order of recording.
@@ -54,19 +48,14 @@ pub(super) fn covariance(
     let inverse = inverse(&curvature).or_else(|| inverse(&of_weights))?;
     let (clusters, values) = (scores.ncols() as f64, 6.0 * readings.len() as f64);
     let factor = clusters / (clusters - 1.0) * (values - 1.0) / (values - unknowns as f64).max(1.0);
-    Some(LongRun {
-        covariance: &inverse * found.covariance * &inverse * factor,
-        ..found
-    })
+    Some(LongRun { covariance: &inverse * found.covariance * &inverse * factor, ..found })
 }
 
 /// Of a positive definite matrix, its rows and columns divided by the root of the diagonal first.
 fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let lengths = matrix.diagonal().map(f64::sqrt);
     let divided = |m: &DMatrix<f64>| {
-        DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| {
-            m[(i, j)] / (lengths[i] * lengths[j])
-        })
+        DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] / (lengths[i] * lengths[j]))
     };
     Some(divided(&divided(matrix).cholesky()?.inverse()))
 }

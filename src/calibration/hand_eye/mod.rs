@@ -98,11 +98,7 @@ pub enum HandEyeError {
     #[error("too few poses: {found}, expected at least {needed}")]
     TooFewPoses { found: usize, needed: usize },
     #[error("sensor {sensor} (from 0) was read in {found} poses, expected at least {needed}")]
-    SensorTooFew {
-        sensor: usize,
-        found: usize,
-        needed: usize,
-    },
+    SensorTooFew { sensor: usize, found: usize, needed: usize },
     #[error(
         "the body hardly turned: no pose differs from the first by more than {largest_deg:.2}°, so neither the sensors' \
          place on the body nor the reference tracker's place is determined; turn the body by tens of degrees \
@@ -144,9 +140,7 @@ pub fn hand_eye(
 ) -> Result<HandEye, HandEyeError> {
     let needed = settings.min_poses.max(3);
     let poses_of = |sensor: Option<usize>| {
-        let of_sensor = readings
-            .iter()
-            .filter(|r| sensor.is_none_or(|s| r.sensor == s));
+        let of_sensor = readings.iter().filter(|r| sensor.is_none_or(|s| r.sensor == s));
         of_sensor.map(|r| r.pose).collect::<BTreeSet<_>>().len()
     };
     let found = poses_of(None);
@@ -156,17 +150,10 @@ pub fn hand_eye(
     for sensor in 0..sensors {
         let found = poses_of(Some(sensor));
         if found < 3 {
-            return Err(HandEyeError::SensorTooFew {
-                sensor,
-                found,
-                needed: 3,
-            });
+            return Err(HandEyeError::SensorTooFew { sensor, found, needed: 3 });
         }
     }
-    if readings
-        .iter()
-        .any(|r| r.sensor >= sensors || !r.is_finite())
-    {
+    if readings.iter().any(|r| r.sensor >= sensors || !r.is_finite()) {
         return Err(HandEyeError::NoAnswer);
     }
     let motion = motion::of(readings);
@@ -188,13 +175,11 @@ pub fn hand_eye(
 
 impl PairedReading {
     fn is_finite(&self) -> bool {
-        [&self.reference_from_body, &self.tracker_from_sensor]
-            .iter()
-            .all(|pose| {
-                let at = pose.translation.vector;
-                let turn = pose.rotation.coords;
-                at.iter().chain(turn.iter()).all(|v| v.is_finite())
-            })
+        [&self.reference_from_body, &self.tracker_from_sensor].iter().all(|pose| {
+            let at = pose.translation.vector;
+            let turn = pose.rotation.coords;
+            at.iter().chain(turn.iter()).all(|v| v.is_finite())
+        })
     }
 }
 
@@ -226,9 +211,7 @@ impl HandEye {
         let lever = (self.tracker_from_reference.rotation * at_in_reference_mm).cross_matrix();
         let mut from_change = DMatrix::zeros(3, self.covariance.nrows());
         from_change.fixed_view_mut::<3, 3>(0, 0).copy_from(&-lever);
-        from_change
-            .fixed_view_mut::<3, 3>(0, 3)
-            .copy_from(&Matrix3::identity());
+        from_change.fixed_view_mut::<3, 3>(0, 3).copy_from(&Matrix3::identity());
         let covariance = &from_change * &self.covariance * from_change.transpose();
         Spread {
             position_mm: worst(&covariance.fixed_view::<3, 3>(0, 0).into_owned()),
@@ -251,16 +234,11 @@ impl HandEye {
     /// Standard errors of a `body_from_sensor` along the worst direction.
     pub fn sensor_error(&self, sensor: usize) -> Spread {
         let first = 6 + 6 * sensor;
-        Spread {
-            position_mm: worst(&self.block(first + 3)),
-            angle_rad: worst(&self.block(first)),
-        }
+        Spread { position_mm: worst(&self.block(first + 3)), angle_rad: worst(&self.block(first)) }
     }
 
     fn block(&self, first: usize) -> Matrix3<f64> {
-        self.covariance
-            .fixed_view::<3, 3>(first, first)
-            .into_owned()
+        self.covariance.fixed_view::<3, 3>(first, first).into_owned()
     }
 }
 

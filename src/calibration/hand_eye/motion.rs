@@ -26,26 +26,17 @@ pub struct Motion {
 
 pub(super) fn of(readings: &[PairedReading]) -> Motion {
     // Every pose once, however many sensors were read in it.
-    let poses: BTreeMap<usize, UnitQuaternion<f64>> = readings
-        .iter()
-        .map(|r| (r.pose, r.reference_from_body.rotation))
-        .collect();
-    let rotations: Vec<Matrix3<f64>> = poses
-        .values()
-        .map(|r| r.to_rotation_matrix().into_inner())
-        .collect();
+    let poses: BTreeMap<usize, UnitQuaternion<f64>> =
+        readings.iter().map(|r| (r.pose, r.reference_from_body.rotation)).collect();
+    let rotations: Vec<Matrix3<f64>> =
+        poses.values().map(|r| r.to_rotation_matrix().into_inner()).collect();
     let count = rotations.len().max(1) as f64;
     let mean = rotations.iter().sum::<Matrix3<f64>>() / count;
-    let squares: Matrix3<f64> = rotations
-        .iter()
-        .map(|r| (r - mean).transpose() * (r - mean))
-        .sum();
+    let squares: Matrix3<f64> = rotations.iter().map(|r| (r - mean).transpose() * (r - mean)).sum();
     let svd = svd3(&(squares / count));
     let first = poses.values().next().copied().unwrap_or_default();
-    let largest_rad = poses
-        .values()
-        .map(|r| rotation_angle_rad(&(first.inverse() * r)))
-        .fold(0.0, f64::max);
+    let largest_rad =
+        poses.values().map(|r| rotation_angle_rad(&(first.inverse() * r))).fold(0.0, f64::max);
     let axis_in_body: Vector3<f64> = svd.v.column(2).into_owned();
     // The sense of the longest turn, so that it reads like one.
     let turn = poses
@@ -53,11 +44,7 @@ pub(super) fn of(readings: &[PairedReading]) -> Motion {
         .map(|r| log_quaternion(&(first.inverse() * r)))
         .max_by(|a, b| a.norm().total_cmp(&b.norm()))
         .unwrap_or_default();
-    let sign = if turn.dot(&axis_in_body) < 0.0 {
-        -1.0
-    } else {
-        1.0
-    };
+    let sign = if turn.dot(&axis_in_body) < 0.0 { -1.0 } else { 1.0 };
     let in_reference = mean * axis_in_body;
     // Round-off reads like a tilt.
     let clean = |axis: Vector3<f64>| {
@@ -79,9 +66,7 @@ impl Motion {
         let needed_rad = min_turn_rad.max(1e-6);
         // A turn about one axis moves the two directions across it.
         if self.second_turn_rad < needed_rad {
-            return Err(HandEyeError::NoRotation {
-                largest_deg: self.largest_rad.to_degrees(),
-            });
+            return Err(HandEyeError::NoRotation { largest_deg: self.largest_rad.to_degrees() });
         }
         if self.least_turn_rad < needed_rad {
             return Err(HandEyeError::OneAxis {

@@ -12,10 +12,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, UnitQuaternion, Vect
 
 /// Least scales, so that exact readings can be divided by theirs: a tenth of the last digits that
 /// trackers write.
-const LEAST: Spread = Spread {
-    position_mm: 1e-4,
-    angle_rad: 1e-7,
-};
+const LEAST: Spread = Spread { position_mm: 1e-4, angle_rad: 1e-7 };
 
 /// Readings from which a sensor has a scale of its own; with fewer it has that of all.
 const OWN_SCALE_FROM: usize = 20;
@@ -100,12 +97,7 @@ impl Frames {
         };
         Self {
             y: change(&self.y, 0),
-            x: self
-                .x
-                .iter()
-                .enumerate()
-                .map(|(k, pose)| change(pose, 6 + 6 * k))
-                .collect(),
+            x: self.x.iter().enumerate().map(|(k, pose)| change(pose, 6 + 6 * k)).collect(),
         }
     }
 
@@ -118,10 +110,8 @@ impl Residual {
     /// In standard deviations: six components.
     pub fn whitened(&self, sigma: &Spread) -> SVector<f64, 6> {
         let mut all = SVector::<f64, 6>::zeros();
-        all.fixed_rows_mut::<3>(0)
-            .copy_from(&(self.position_mm / sigma.position_mm));
-        all.fixed_rows_mut::<3>(3)
-            .copy_from(&(self.rotation_rad / sigma.angle_rad));
+        all.fixed_rows_mut::<3>(0).copy_from(&(self.position_mm / sigma.position_mm));
+        all.fixed_rows_mut::<3>(3).copy_from(&(self.rotation_rad / sigma.angle_rad));
         all
     }
 }
@@ -189,15 +179,8 @@ pub(super) fn solve(
         }
     }
     let scales = scales?;
-    let sigmas = readings
-        .iter()
-        .map(|r| sigma(r, &frames, &scales))
-        .collect();
-    Some(Solved {
-        frames,
-        scales,
-        sigmas,
-    })
+    let sigmas = readings.iter().map(|r| sigma(r, &frames, &scales)).collect();
+    Some(Solved { frames, scales, sigmas })
 }
 
 fn stay(before: &[Spread], now: &[Spread]) -> bool {
@@ -223,9 +206,7 @@ fn sigma(reading: &PairedReading, frames: &Frames, scales: &[Spread]) -> Spread 
     let (mm2, rad2) = known(reading, frames);
     let scale = &scales[reading.sensor];
     Spread {
-        position_mm: (mm2 + scale.position_mm.powi(2))
-            .sqrt()
-            .max(LEAST.position_mm),
+        position_mm: (mm2 + scale.position_mm.powi(2)).sqrt().max(LEAST.position_mm),
         angle_rad: (rad2 + scale.angle_rad.powi(2)).sqrt().max(LEAST.angle_rad),
     }
 }
@@ -234,10 +215,7 @@ fn sigma(reading: &PairedReading, frames: &Frames, scales: &[Spread]) -> Spread 
 fn scales_of(readings: &[PairedReading], frames: &Frames) -> Vec<Spread> {
     let of = |sensor: Option<usize>| {
         let (mut mm, mut rad, mut mm2, mut rad2) = (vec![], vec![], vec![], vec![]);
-        for reading in readings
-            .iter()
-            .filter(|r| sensor.is_none_or(|s| r.sensor == s))
-        {
+        for reading in readings.iter().filter(|r| sensor.is_none_or(|s| r.sensor == s)) {
             let residual = frames.residual(reading);
             mm.push(residual.position_mm.norm());
             rad.push(residual.rotation_rad.norm());
@@ -267,8 +245,7 @@ fn scales_of(readings: &[PairedReading], frames: &Frames) -> Vec<Spread> {
 
 fn cost(readings: &[PairedReading], sigmas: &[Spread], frames: &Frames, loss: Loss) -> f64 {
     let each = readings.iter().zip(sigmas);
-    each.map(|(r, sigma)| loss.cost(frames.residual(r).whitened(sigma).norm()))
-        .sum()
+    each.map(|(r, sigma)| loss.cost(frames.residual(r).whitened(sigma).norm())).sum()
 }
 
 /// The least cost for fixed standard deviations.
@@ -292,16 +269,8 @@ fn least(
             let slopes = whitened_slopes(frames.slopes(reading, &residual), sigma);
             let r = residual.whitened(sigma);
             let weight = loss.weight(r.norm());
-            scatter_matrix(
-                &mut normal,
-                reading.sensor,
-                &(slopes.transpose() * slopes * weight),
-            );
-            scatter_vector(
-                &mut gradient,
-                reading.sensor,
-                &(slopes.transpose() * r * weight),
-            );
+            scatter_matrix(&mut normal, reading.sensor, &(slopes.transpose() * slopes * weight));
+            scatter_vector(&mut gradient, reading.sensor, &(slopes.transpose() * r * weight));
         }
         let step = damped_step(&normal, &gradient, damping)?;
         let next = frames.changed(&step);

@@ -20,9 +20,7 @@ const ROUNDS: usize = 8;
 /// A weight of `1 / (1 + (off / median)²)`.
 fn weights(off: &[f64]) -> Vec<f64> {
     let middle = median(&mut off.to_vec()).unwrap_or(0.0).max(1e-12);
-    off.iter()
-        .map(|d| 1.0 / (1.0 + (d / middle).powi(2)))
-        .collect()
+    off.iter().map(|d| 1.0 / (1.0 + (d / middle).powi(2))).collect()
 }
 
 /// `None` where there is no answer.
@@ -46,10 +44,7 @@ pub(super) fn start(readings: &[PairedReading], sensors: usize) -> Option<Frames
     let mut frames = None;
     for _ in 0..ROUNDS {
         let found = shifts(readings, &y, &x, &weighed)?;
-        let off: Vec<f64> = readings
-            .iter()
-            .map(|r| found.residual(r).position_mm.norm())
-            .collect();
+        let off: Vec<f64> = readings.iter().map(|r| found.residual(r).position_mm.norm()).collect();
         weighed = weights(&off);
         frames = Some(found);
     }
@@ -109,9 +104,7 @@ fn shifts(
     let mut right = DVector::<f64>::zeros(unknowns);
     for (reading, &weight) in readings.iter().zip(weighed) {
         let at = |pose: &Pose| pose.translation.vector;
-        let turn = (y * reading.reference_from_body.rotation)
-            .to_rotation_matrix()
-            .into_inner();
+        let turn = (y * reading.reference_from_body.rotation).to_rotation_matrix().into_inner();
         let shift: Vector3<f64> =
             at(&reading.tracker_from_sensor) - y * at(&reading.reference_from_body);
         let k = 3 + 3 * reading.sensor;
@@ -132,9 +125,6 @@ fn shifts(
     let part = |first: usize| shifts.fixed_rows::<3>(first).into_owned();
     Some(Frames {
         y: pose_from_parts(part(0), *y),
-        x: x.iter()
-            .enumerate()
-            .map(|(k, turn)| pose_from_parts(part(3 + 3 * k), *turn))
-            .collect(),
+        x: x.iter().enumerate().map(|(k, turn)| pose_from_parts(part(3 + 3 * k), *turn)).collect(),
     })
 }

@@ -13,10 +13,7 @@ struct Truth {
 
 impl Truth {
     fn new(noise: &mut Noise, sensors: usize) -> Self {
-        Self {
-            y: noise.pose(800.0),
-            x: (0..sensors).map(|_| noise.pose(25.0)).collect(),
-        }
+        Self { y: noise.pose(800.0), x: (0..sensors).map(|_| noise.pose(25.0)).collect() }
     }
 
     /// Readings of all sensors at poses of the body.
@@ -60,10 +57,7 @@ fn exact_readings_give_the_exact_frames_for_one_and_for_several_sensors_and_ever
         let truth = Truth::new(&mut noise, 1 + seed as usize % 4);
         let readings = truth.read(&bodies(&mut noise, 12), |pose| pose);
         for loss in [Loss::Huber, Loss::Cauchy, Loss::Tukey] {
-            let settings = HandEyeSettings {
-                loss,
-                ..HandEyeSettings::default()
-            };
+            let settings = HandEyeSettings { loss, ..HandEyeSettings::default() };
             let found = hand_eye(&readings, truth.x.len(), &settings).unwrap();
             let (mm, rad) = off(&found.tracker_from_reference, &truth.y);
             assert!(mm < 1e-9 && rad < 1e-12, "{seed}: {mm} {rad}");
@@ -79,14 +73,10 @@ fn exact_readings_give_the_exact_frames_for_one_and_for_several_sensors_and_ever
 fn slopes_are_those_of_finite_differences() {
     let mut noise = Noise::new(1);
     let truth = Truth::new(&mut noise, 2);
-    let frames = solve::Frames {
-        y: truth.y,
-        x: truth.x.clone(),
-    };
+    let frames = solve::Frames { y: truth.y, x: truth.x.clone() };
     let h = 1e-6;
-    for reading in truth.read(&bodies(&mut noise, 3), |pose| {
-        Noise::new(9).around(&pose, 30.0, 0.8)
-    }) {
+    for reading in truth.read(&bodies(&mut noise, 3), |pose| Noise::new(9).around(&pose, 30.0, 0.8))
+    {
         let slopes = frames.slopes(&reading, &frames.residual(&reading));
         for column in 0..12 {
             let at = |step: f64| {
@@ -101,10 +91,7 @@ fn slopes_are_those_of_finite_differences() {
                     0 => pose.rotation = exp_vector(&change) * pose.rotation,
                     _ => pose.translation.vector += change,
                 }
-                moved.residual(&reading).whitened(&Spread {
-                    position_mm: 1.0,
-                    angle_rad: 1.0,
-                })
+                moved.residual(&reading).whitened(&Spread { position_mm: 1.0, angle_rad: 1.0 })
             };
             let slope = (at(h) - at(-h)) / (2.0 * h);
             // Round-off of a metre over the step is 1e-7, of the formula h².
@@ -150,11 +137,8 @@ fn the_covariance_of_each_frame_holds_along_every_direction_of_its_six_numbers()
         let bodies = bodies(&mut noise, 80);
         let readings = truth.read(&bodies, |pose| noise.around(&pose, 0.5, 0.01));
         let found = hand_eye(&readings, 2, &HandEyeSettings::default()).unwrap();
-        let covariances = [
-            found.reference_covariance(),
-            found.sensor_covariance(0),
-            found.sensor_covariance(1),
-        ];
+        let covariances =
+            [found.reference_covariance(), found.sensor_covariance(0), found.sensor_covariance(1)];
         let errors = errors(&found, &truth);
         let each = errors.iter().zip(covariances);
         each.map(|(error, covariance)| {
@@ -269,16 +253,10 @@ fn known_noise_weighs_a_poor_half_of_the_readings_down() {
         let scale = Some(Spread::default());
         for (k, reading) in readings.iter_mut().enumerate() {
             let factor = if k % 2 == 0 { 10.0 } else { 1.0 };
-            reading.noise.tracker = Spread {
-                position_mm: 0.1 * factor,
-                angle_rad: 0.002 * factor,
-            };
+            reading.noise.tracker = Spread { position_mm: 0.1 * factor, angle_rad: 0.002 * factor };
         }
         let error = |scale, readings: &[PairedReading]| {
-            let settings = HandEyeSettings {
-                scale,
-                ..HandEyeSettings::default()
-            };
+            let settings = HandEyeSettings { scale, ..HandEyeSettings::default() };
             let found = hand_eye(readings, 1, &settings).unwrap();
             off(&found.body_from_sensor[0], &truth.x[0]).0
         };
@@ -286,10 +264,7 @@ fn known_noise_weighs_a_poor_half_of_the_readings_down() {
         for reading in &mut readings {
             reading.noise = ReadingNoise::default();
         }
-        let alike = Some(Spread {
-            position_mm: 100.0,
-            angle_rad: 2.0,
-        });
+        let alike = Some(Spread { position_mm: 100.0, angle_rad: 2.0 });
         plain += error(alike, &readings).powi(2);
     }
     // Variances: 1 / (20 + 20 / 100) against (20 + 20 × 100) / 40²: 25 times, of which half is left
@@ -309,10 +284,7 @@ fn a_third_of_wrong_readings_hardly_moves_the_answer() {
     }
     let clean = hand_eye(&good, 2, &HandEyeSettings::default()).unwrap();
     for loss in [Loss::Cauchy, Loss::Tukey, Loss::Huber] {
-        let settings = HandEyeSettings {
-            loss,
-            ..HandEyeSettings::default()
-        };
+        let settings = HandEyeSettings { loss, ..HandEyeSettings::default() };
         let found = hand_eye(&spoilt, 2, &settings).unwrap();
         let (mm, rad) = off(&found.body_from_sensor[0], &clean.body_from_sensor[0]);
         // Standard errors of the clean answer are 0.03 mm and 0.6 mrad. Huber's loss bounds what a
@@ -359,13 +331,7 @@ fn motions_that_do_not_tell_are_refused_with_what_is_missing() {
         hand_eye(&readings, 1, &settings).unwrap_err()
     };
     let few = refused(&bodies(&mut noise, 9));
-    assert_eq!(
-        few,
-        HandEyeError::TooFewPoses {
-            found: 9,
-            needed: 10
-        }
-    );
+    assert_eq!(few, HandEyeError::TooFewPoses { found: 9, needed: 10 });
     // Shifted anywhere, never turned.
     let start = noise.pose(300.0);
     let shifted: Vec<_> = (0..20)
@@ -383,16 +349,8 @@ fn motions_that_do_not_tell_are_refused_with_what_is_missing() {
         })
         .collect();
     match refused(&planar) {
-        HandEyeError::OneAxis {
-            axis_in_body,
-            axis_in_reference,
-            found_deg,
-            ..
-        } => {
-            assert!(
-                (axis_in_body - Vector3::z()).norm() < 1e-7,
-                "{axis_in_body}"
-            );
+        HandEyeError::OneAxis { axis_in_body, axis_in_reference, found_deg, .. } => {
+            assert!((axis_in_body - Vector3::z()).norm() < 1e-7, "{axis_in_body}");
             let expected = start.rotation * Vector3::z();
             assert!((axis_in_reference - expected).norm() < 1e-7);
             assert!(found_deg < 1e-4, "{found_deg}");
@@ -401,16 +359,9 @@ fn motions_that_do_not_tell_are_refused_with_what_is_missing() {
     }
     let mut readings = truth.read(&bodies(&mut noise, 20), |pose| pose);
     readings[3].tracker_from_sensor.translation.vector.x = f64::NAN;
-    assert_eq!(
-        hand_eye(&readings, 1, &settings),
-        Err(HandEyeError::NoAnswer)
-    );
+    assert_eq!(hand_eye(&readings, 1, &settings), Err(HandEyeError::NoAnswer));
     assert!(matches!(
         hand_eye(&readings, 2, &settings),
-        Err(HandEyeError::SensorTooFew {
-            sensor: 1,
-            found: 0,
-            ..
-        })
+        Err(HandEyeError::SensorTooFew { sensor: 1, found: 0, .. })
     ));
 }

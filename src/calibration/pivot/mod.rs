@@ -91,10 +91,7 @@ impl Pivot {
     pub fn half_widths_mm(&self) -> Option<[Vector3<f64>; 2]> {
         let student = self.worth.student_975()?;
         let half = self.covariance_mm2.diagonal().map(|v| student * v.sqrt());
-        Some([
-            half.fixed_rows::<3>(0).into_owned(),
-            half.fixed_rows::<3>(3).into_owned(),
-        ])
+        Some([half.fixed_rows::<3>(0).into_owned(), half.fixed_rows::<3>(3).into_owned()])
     }
 }
 
@@ -129,10 +126,7 @@ pub fn pivot(poses: &[Pose], limits: &PivotLimits) -> Result<Pivot, PivotError> 
     // Two poses leave a line of tips, whatever is allowed.
     let needed = limits.min_poses.max(3);
     if poses.len() < needed {
-        return Err(PivotError::TooFewPoses {
-            found: poses.len(),
-            needed,
-        });
+        return Err(PivotError::TooFewPoses { found: poses.len(), needed });
     }
     let orientation_range_rad = orientation_range_rad(poses);
     if orientation_range_rad < limits.min_range_rad {
@@ -155,10 +149,7 @@ pub fn pivot(poses: &[Pose], limits: &PivotLimits) -> Result<Pivot, PivotError> 
     let rms_mm = (squares / poses.len() as f64).sqrt();
     // Also where something is not finite.
     if rms_mm.is_nan() || rms_mm > limits.max_rms_mm {
-        return Err(PivotError::TooLargeError {
-            rms_mm,
-            allowed_mm: limits.max_rms_mm,
-        });
+        return Err(PivotError::TooLargeError { rms_mm, allowed_mm: limits.max_rms_mm });
     }
     let precision = precision::of(poses, &fit);
     Ok(Pivot {
@@ -197,12 +188,8 @@ impl Fit {
         let mut turns = DMatrix::zeros(rows, 3);
         let mut shifts = DVector::zeros(rows);
         for (i, pose) in poses.iter().enumerate() {
-            turns
-                .fixed_view_mut::<3, 3>(3 * i, 0)
-                .copy_from(&(rotation(pose) - mean_rotation));
-            shifts
-                .fixed_rows_mut::<3>(3 * i)
-                .copy_from(&(mean_at - at(pose)));
+            turns.fixed_view_mut::<3, 3>(3 * i, 0).copy_from(&(rotation(pose) - mean_rotation));
+            shifts.fixed_rows_mut::<3>(3 * i).copy_from(&(mean_at - at(pose)));
         }
         let svd = turns.svd(true, true);
         // Nothing is left out: the least singular value is judged by those who use the answer.

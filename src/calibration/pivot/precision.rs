@@ -46,10 +46,8 @@ pub(super) fn of(poses: &[Pose], fit: &Fit) -> Precision {
     let residuals: Vec<Vector3<f64>> = poses.iter().map(|pose| fit.residual_mm(pose)).collect();
     let inverse = fit.inverse();
     let mut influences = DMatrix::zeros(6, poses.len());
-    for ((pose, residual), mut column) in poses
-        .iter()
-        .zip(&residuals)
-        .zip(influences.column_iter_mut())
+    for ((pose, residual), mut column) in
+        poses.iter().zip(&residuals).zip(influences.column_iter_mut())
     {
         let turn = rotation(pose) - fit.mean_rotation;
         let of_tip = inverse * turn.transpose() * residual;
@@ -84,10 +82,8 @@ pub(super) fn quarters(poses: &[Pose], min_turn_rad: f64) -> Option<Quarters> {
     let information: Matrix3<f64> = tips.iter().map(|(_, _, weight)| weight).sum();
     let weighted: Vector3<f64> = tips.iter().map(|(tip, _, weight)| weight * tip).sum();
     let mean = information.try_inverse()? * weighted;
-    let squares: f64 = tips
-        .iter()
-        .map(|(tip, _, weight)| (tip - mean).dot(&(weight * (tip - mean))))
-        .sum();
+    let squares: f64 =
+        tips.iter().map(|(tip, _, weight)| (tip - mean).dot(&(weight * (tip - mean)))).sum();
     let pairs = (0..QUARTERS).flat_map(|a| (0..a).map(move |b| (a, b)));
     let apart = |(a, b): (usize, usize)| ((tips[a].0 - tips[b].0).norm(), a, b);
     let (apart_mm, a, b) = pairs.map(apart).max_by(|x, y| x.0.total_cmp(&y.0))?;
@@ -119,15 +115,10 @@ pub(super) fn independent_mm2(fit: &Fit, residuals: &[Vector3<f64>]) -> Matrix6<
     let to_pivot = fit.mean_rotation * inverse;
     let of_pivot = to_pivot * fit.mean_rotation.transpose() + Matrix3::identity() / fit.count;
     let mut covariance = Matrix6::zeros();
-    for (row, column, block) in [
-        (0, 0, inverse),
-        (3, 0, to_pivot),
-        (0, 3, to_pivot.transpose()),
-        (3, 3, of_pivot),
-    ] {
-        covariance
-            .fixed_view_mut::<3, 3>(row, column)
-            .copy_from(&(block * variance_mm2));
+    for (row, column, block) in
+        [(0, 0, inverse), (3, 0, to_pivot), (0, 3, to_pivot.transpose()), (3, 3, of_pivot)]
+    {
+        covariance.fixed_view_mut::<3, 3>(row, column).copy_from(&(block * variance_mm2));
     }
     covariance
 }

@@ -12,10 +12,7 @@ const PIVOT: [f64; 3] = [80.0, -30.0, -310.0];
 /// The pose that has the tip in the pivot, turned by a vector.
 fn pose(turn: Vector3<f64>) -> Pose {
     let rotation = UnitQuaternion::from_scaled_axis(turn);
-    pose_from_parts(
-        Vector3::from(PIVOT) - rotation * Vector3::from(TIP),
-        rotation,
-    )
+    pose_from_parts(Vector3::from(PIVOT) - rotation * Vector3::from(TIP), rotation)
 }
 
 /// A cone of half an angle around where the tool stands.
@@ -41,20 +38,11 @@ fn an_exact_recording_gives_tip_and_pivot_to_round_off() {
 #[test]
 fn too_few_poses_are_refused_and_three_are_the_least_that_can_answer() {
     let refused = pivot(&cone(9, 0.5), &PivotLimits::default());
-    let expected = PivotError::TooFewPoses {
-        found: 9,
-        needed: 10,
-    };
+    let expected = PivotError::TooFewPoses { found: 9, needed: 10 };
     assert_eq!(refused, Err(expected));
-    let limits = PivotLimits {
-        min_poses: 0,
-        ..PivotLimits::default()
-    };
+    let limits = PivotLimits { min_poses: 0, ..PivotLimits::default() };
     assert!(pivot(&cone(3, 0.5), &limits).is_ok());
-    let needed = PivotError::TooFewPoses {
-        found: 2,
-        needed: 3,
-    };
+    let needed = PivotError::TooFewPoses { found: 2, needed: 3 };
     assert_eq!(pivot(&cone(2, 0.5), &limits), Err(needed));
 }
 
@@ -65,9 +53,7 @@ fn a_tool_that_hardly_turns_and_one_that_only_spins_are_refused_for_their_reason
         panic!("{still}");
     };
     assert!(found_deg < 0.1_f64.to_degrees() + 1e-9);
-    let spinning: Vec<Pose> = (0..50)
-        .map(|i| pose(Vector3::y() * (0.1 * f64::from(i))))
-        .collect();
+    let spinning: Vec<Pose> = (0..50).map(|i| pose(Vector3::y() * (0.1 * f64::from(i)))).collect();
     let spun = pivot(&spinning, &PivotLimits::default()).unwrap_err();
     let PivotError::OneAxis { found_deg, .. } = spun else {
         panic!("{spun}");
@@ -85,10 +71,7 @@ fn a_tip_that_slid_is_refused_with_how_far_and_allowed_where_that_is_said() {
     let PivotError::TooLargeError { rms_mm, .. } = refused else {
         panic!("{refused}");
     };
-    let limits = PivotLimits {
-        max_rms_mm: 20.0,
-        ..PivotLimits::default()
-    };
+    let limits = PivotLimits { max_rms_mm: 20.0, ..PivotLimits::default() };
     assert_eq!(pivot(&poses, &limits).unwrap().rms_mm, rms_mm);
 }
 
@@ -112,10 +95,7 @@ fn the_standard_error_is_what_noise_does_to_the_tip() {
     }
     let measured = worst.symmetric_eigenvalues().max().sqrt();
     // The standard deviation of a spread from 400 runs is 1/√800 of it; three of them.
-    assert!(
-        (measured / told - 1.0).abs() < 3.0 / 800.0_f64.sqrt(),
-        "{measured} {told}"
-    );
+    assert!((measured / told - 1.0).abs() < 3.0 / 800.0_f64.sqrt(), "{measured} {told}");
 }
 
 /// A hand that swings the tool around in so many poses a round, and to and fro more slowly.
@@ -189,11 +169,7 @@ fn intervals_hold_for_independent_readings() {
     assert!(found.drifts <= 6, "{}", found.drifts);
     // As before: both hold, and are as large to within 5 % (1/√(2 RUNS) of it by chance).
     assert!((found.as_independent - 0.95).abs() < ALLOWED);
-    assert!(
-        (found.size - 1.0).abs() < 0.05 + 2.0 / (2.0 * RUNS as f64).sqrt(),
-        "{}",
-        found.size
-    );
+    assert!((found.size - 1.0).abs() < 0.05 + 2.0 / (2.0 * RUNS as f64).sqrt(), "{}", found.size);
 }
 
 #[test]
@@ -202,12 +178,7 @@ fn intervals_hold_for_autocorrelated_readings() {
     for (correlation, simple) in [(0.5, 0.85), (0.8, 0.65), (0.95, 0.55)] {
         let mut noise = Noise::new(32);
         let found = coverage(800, |_| noise.autocorrelated(800, correlation));
-        let Coverage {
-            stated,
-            as_independent,
-            size,
-            ..
-        } = found;
+        let Coverage { stated, as_independent, size, .. } = found;
         assert!(stated > 0.95 - ALLOWED, "{correlation}: {stated}");
         assert!(as_independent < simple, "{correlation}: {as_independent}");
         assert!((0.8..1.35).contains(&size), "{correlation}: {size}");
@@ -233,11 +204,7 @@ fn intervals_hold_for_slow_drift_beneath_noise() {
 #[test]
 fn a_sensor_that_slips_shows_in_the_quarters() {
     let mut noise = Noise::new(34);
-    let errors: Vec<_> = noise
-        .autocorrelated(800, 0.0)
-        .iter()
-        .map(|e| e * 0.1)
-        .collect();
+    let errors: Vec<_> = noise.autocorrelated(800, 0.0).iter().map(|e| e * 0.1).collect();
     let still = pivot(&swung(800, 80.0, &errors), &PivotLimits::default()).unwrap();
     assert!(!still.quarters.unwrap().has_drift, "{still:?}");
     let mut slipped = swung(800, 80.0, &errors);
@@ -260,10 +227,7 @@ fn what_a_short_recording_cannot_tell_is_open() {
     let once = pivot(&swung(800, 1600.0, &errors), &PivotLimits::default());
     assert_eq!(once.unwrap().quarters, None);
     // Eleven poses are fewer than twelve independent ones.
-    let limits = PivotLimits {
-        min_poses: 3,
-        ..PivotLimits::default()
-    };
+    let limits = PivotLimits { min_poses: 3, ..PivotLimits::default() };
     let few = pivot(&cone(11, 0.5), &limits).unwrap();
     assert_eq!((few.worth.freedom, few.half_widths_mm()), (None, None));
 }

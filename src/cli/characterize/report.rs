@@ -45,9 +45,7 @@ fn left_out(found: &Characterisation) -> Vec<(&'static str, usize, String)> {
         if let Ok(PairOutcome::Still(still)) = &pair.outcome {
             let outliers = still.sensors.iter().map(|(_, pose)| pose.outliers);
             let all = outliers.sum::<usize>() + still.reference.outliers;
-            *samples
-                .entry("far from the others of its still pose".to_owned())
-                .or_default() += all;
+            *samples.entry("far from the others of its still pose".to_owned()).or_default() += all;
         }
     }
     for (_, path) in paths(found) {
@@ -65,11 +63,7 @@ fn left_out(found: &Characterisation) -> Vec<(&'static str, usize, String)> {
         .into_iter()
         .map(|(reason, count)| ("pairs", count, reason))
         .chain(samples.chain(of_clocks).map(|(n, r)| ("samples", n, r)))
-        .chain([(
-            "readings",
-            too_far,
-            "too far from where it should be".to_owned(),
-        )])
+        .chain([("readings", too_far, "too far from where it should be".to_owned())])
         .filter(|(_, count, _)| *count > 0)
         .collect()
 }
@@ -85,14 +79,8 @@ fn errors(found: &Characterisation, sensor: usize) -> Option<[Statistics; 2]> {
 
 /// What rows and columns of the covariances are of, for each frame: a small rotation vector in the
 /// axes of the frame that is led to, by which the rotation is turned, and a shift.
-const PARAMETERS: [&str; 6] = [
-    "rotation_x_rad",
-    "rotation_y_rad",
-    "rotation_z_rad",
-    "x_mm",
-    "y_mm",
-    "z_mm",
-];
+const PARAMETERS: [&str; 6] =
+    ["rotation_x_rad", "rotation_y_rad", "rotation_z_rad", "x_mm", "y_mm", "z_mm"];
 
 fn rows<R: Dim, C: Dim, S: RawStorage<f64, R, C>>(matrix: &Matrix<f64, R, C, S>) -> Vec<Vec<f64>> {
     let row = |i| (0..matrix.ncols()).map(|j| matrix[(i, j)]).collect();
@@ -102,9 +90,7 @@ fn rows<R: Dim, C: Dim, S: RawStorage<f64, R, C>>(matrix: &Matrix<f64, R, C, S>)
 /// Of all frames together: what they are off by is not independent.
 fn covariance(found: &Characterisation) -> Value {
     let names = found.sensors.iter().map(String::as_str);
-    let frames: Vec<&str> = std::iter::once("tracker_from_reference")
-        .chain(names)
-        .collect();
+    let frames: Vec<&str> = std::iter::once("tracker_from_reference").chain(names).collect();
     json!({
         "frames": frames,
         "parameters": PARAMETERS,
@@ -204,16 +190,10 @@ fn clock_name(clock: &Clock) -> String {
 
 /// What stands before the colon of all names, where that tells them apart: ports are long.
 fn short_names(names: &[String]) -> Vec<String> {
-    let short: Vec<String> = names
-        .iter()
-        .map(|name| name.split(':').next().unwrap_or(name).trim().to_owned())
-        .collect();
+    let short: Vec<String> =
+        names.iter().map(|name| name.split(':').next().unwrap_or(name).trim().to_owned()).collect();
     let distinct: std::collections::BTreeSet<&String> = short.iter().collect();
-    if distinct.len() == names.len() {
-        short
-    } else {
-        names.to_vec()
-    }
+    if distinct.len() == names.len() { short } else { names.to_vec() }
 }
 
 pub fn as_text(found: &Characterisation) -> String {
@@ -234,10 +214,7 @@ pub fn as_text(found: &Characterisation) -> String {
         ),
     ];
     for (of, count, reason) in left_out(found) {
-        lines.push(format!(
-            "left out: {} {of}: {reason}",
-            with_separators(count)
-        ));
+        lines.push(format!("left out: {} {of}: {reason}", with_separators(count)));
     }
     lines.push(String::new());
     lines.extend(sensor_table(found, &names));
@@ -276,24 +253,14 @@ fn sensor_table(found: &Characterisation, names: &[String]) -> Vec<String> {
 
 fn place_table(found: &Characterisation, names: &[String]) -> Vec<String> {
     let hand_eye = &found.hand_eye;
-    let head = [
-        "place", "x", "y", "z mm", "qw", "qx", "qy", "qz", "± mm", "± deg",
-    ];
+    let head = ["place", "x", "y", "z mm", "qw", "qx", "qy", "qz", "± mm", "± deg"];
     let row = |name: String, pose: &Pose, error: Spread| {
         let numbers = pose_to_array(pose);
         let digits = |k: usize| if k < 3 { 2 } else { 4 };
-        let cells = numbers
-            .iter()
-            .enumerate()
-            .map(|(k, v)| format!("{v:.*}", digits(k)));
-        let errors = [
-            format!("{:.2}", error.position_mm),
-            format!("{:.2}", error.angle_rad.to_degrees()),
-        ];
-        std::iter::once(name)
-            .chain(cells)
-            .chain(errors)
-            .collect::<Vec<_>>()
+        let cells = numbers.iter().enumerate().map(|(k, v)| format!("{v:.*}", digits(k)));
+        let errors =
+            [format!("{:.2}", error.position_mm), format!("{:.2}", error.angle_rad.to_degrees())];
+        std::iter::once(name).chain(cells).chain(errors).collect::<Vec<_>>()
     };
     let mut rows = vec![
         head.map(str::to_owned).to_vec(),
@@ -332,25 +299,12 @@ fn place_table(found: &Characterisation, names: &[String]) -> Vec<String> {
 }
 
 fn distance_table(found: &Characterisation, names: &[String]) -> Vec<String> {
-    let head = [
-        "distance",
-        "moments",
-        "mm: mean",
-        "std",
-        "min",
-        "max",
-        "deg: mean",
-        "std",
-        "min",
-        "max",
-    ];
+    let head =
+        ["distance", "moments", "mm: mean", "std", "min", "max", "deg: mean", "std", "min", "max"];
     let mut rows = vec![head.map(str::to_owned).to_vec()];
     for distance in &found.distances {
         let [a, b] = distance.sensors.map(|sensor| names[sensor].as_str());
-        let mut row = vec![
-            format!("{a} to {b}"),
-            with_separators(distance.check.moments),
-        ];
+        let mut row = vec![format!("{a} to {b}"), with_separators(distance.check.moments)];
         let (mm, rad) = (&distance.check.distance_mm, &distance.check.angle_rad);
         let degrees = |v: f64| v.to_degrees();
         row.extend([mm.mean, mm.std, mm.min, mm.max].map(|v| format!("{v:.2}")));

@@ -91,9 +91,7 @@ fn offsets_as_json(worst: &WorstPose) -> Value {
 
 fn differences_as_json(differences: &[Difference], of: ErrorOf) -> Value {
     let each = differences.iter().filter(|d| d.figure.of == of);
-    let named: Map<String, Value> = each
-        .map(|d| (d.figure.name().to_owned(), json!(d)))
-        .collect();
+    let named: Map<String, Value> = each.map(|d| (d.figure.name().to_owned(), json!(d))).collect();
     Value::Object(named)
 }
 
@@ -111,9 +109,7 @@ pub(super) fn as_text(found: &Comparison, names: &Names) -> String {
             parts.extend(about(row, &labels, found.baseline));
         }
         if let Some(why) = found.rooms_unknown[room] {
-            parts.push(format!(
-                "  the room does not say how far its field may be off: {why}"
-            ));
+            parts.push(format!("  the room does not say how far its field may be off: {why}"));
         }
         parts.push(String::new());
     }
@@ -123,9 +119,8 @@ pub(super) fn as_text(found: &Comparison, names: &Names) -> String {
 
 /// The figures, a line a design.
 fn table(rows: &[&Row], labels: &[String], baseline: usize) -> String {
-    let header = [
-        "", "RMS mm", "95 % mm", "max mm", "RMS °", "max °", "required", "ΔRMS mm", "ΔRMS °",
-    ];
+    let header =
+        ["", "RMS mm", "95 % mm", "max mm", "RMS °", "max °", "required", "ΔRMS mm", "ΔRMS °"];
     let mut lines = vec![header.map(str::to_owned).to_vec()];
     for row in rows {
         let mut cells = vec![Names::of(labels, row.design).to_owned()];
@@ -151,9 +146,7 @@ fn table(rows: &[&Row], labels: &[String], baseline: usize) -> String {
             0 => format!("{cell:<width$}"),
             _ => format!("{cell:>width$}"),
         });
-        format!("  {}", padded.collect::<Vec<_>>().join("  "))
-            .trim_end()
-            .to_owned()
+        format!("  {}", padded.collect::<Vec<_>>().join("  ")).trim_end().to_owned()
     });
     aligned.collect::<Vec<_>>().join("\n")
 }
@@ -185,11 +178,7 @@ fn about(row: &Row, labels: &[String], baseline: usize) -> Vec<String> {
             if let Some(against) = &row.against_baseline {
                 let told = FIGURES.iter().zip(&against.differences);
                 let told = told.filter(|(figure, _)| REQUIRED.contains(figure));
-                let label = told
-                    .clone()
-                    .map(|(f, _)| f.label().chars().count())
-                    .max()
-                    .unwrap_or(0);
+                let label = told.clone().map(|(f, _)| f.label().chars().count()).max().unwrap_or(0);
                 lines.extend(told.map(|(figure, difference)| {
                     let words = difference_words(difference, Names::of(labels, baseline));
                     format!("    {:<label$}  {words}", figure.label())

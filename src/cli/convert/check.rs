@@ -60,14 +60,8 @@ fn checked_tool<'a>(
     let body = read(args, files, file)?.body.rigid;
     let markers = body.sensors.into_iter();
     let markers = markers.filter(|sensor| sensor.orientation == SensorOrientation::Marker);
-    let (sensors, markers) = markers
-        .map(|sensor| (sensor.name, sensor.position_in_body))
-        .unzip();
-    Ok(CheckedTool {
-        file,
-        sensors,
-        markers,
-    })
+    let (sensors, markers) = markers.map(|sensor| (sensor.name, sensor.position_in_body)).unzip();
+    Ok(CheckedTool { file, sensors, markers })
 }
 
 fn compared(tools: &[CheckedTool], least_mm: f64) -> Vec<Pair> {
@@ -78,10 +72,7 @@ fn compared(tools: &[CheckedTool], least_mm: f64) -> Vec<Pair> {
                 true => compare_with_itself(&first.markers, least_mm),
                 false => compare_tools(&first.markers, &second.markers, least_mm),
             };
-            pairs.extend(found.map(|found| Pair {
-                tools: [i, j],
-                found,
-            }));
+            pairs.extend(found.map(|found| Pair { tools: [i, j], found }));
         }
     }
     pairs
@@ -120,9 +111,7 @@ fn as_text(tools: &[CheckedTool], pairs: &[Pair]) -> String {
 
 fn as_json(tools: &[CheckedTool], pairs: &[Pair], least_mm: f64) -> Value {
     let pairs = pairs.iter().map(|pair| {
-        let [a, b] = pair
-            .tools
-            .map(|tool| tools[tool].file.display().to_string());
+        let [a, b] = pair.tools.map(|tool| tools[tool].file.display().to_string());
         json!({ "tools": [a, b], "found": pair.found })
     });
     json!({ "least_mm": least_mm, "pairs": pairs.collect::<Vec<_>>() })

@@ -100,10 +100,7 @@ pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
         Some(columns) => {
             let mut all = Vec::new();
             for file in &args.poses {
-                all.extend(
-                    args.as_is
-                        .take(files.read_poses_of(file, columns.into())?)?,
-                );
+                all.extend(args.as_is.take(files.read_poses_of(file, columns.into())?)?);
             }
             all
         }
@@ -159,11 +156,8 @@ fn chosen(poses: &[Pose], row: Option<usize>) -> anyhow::Result<Vec<(usize, Pose
 }
 
 fn kind_of(file: &Path) -> anyhow::Result<FileKind> {
-    let kinds = [
-        (".mrk.json", FileKind::Markups),
-        (".tfm", FileKind::Transform),
-        (".csv", FileKind::Csv),
-    ];
+    let kinds =
+        [(".mrk.json", FileKind::Markups), (".tfm", FileKind::Transform), (".csv", FileKind::Csv)];
     match kinds.iter().find(|(ending, _)| ends_with(file, ending)) {
         Some((_, kind)) => Ok(*kind),
         None => bail!(

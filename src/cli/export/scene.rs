@@ -105,10 +105,7 @@ fn sensor_named(design: &Design, name: &str) -> anyhow::Result<(BodyRole, usize)
         Some((_, role, index)) => Ok((*role, *index)),
         None => bail!(
             "no sensor is named {name}, expected one of {}",
-            all.iter()
-                .map(|(full, ..)| full.as_str())
-                .collect::<Vec<_>>()
-                .join(", ")
+            all.iter().map(|(full, ..)| full.as_str()).collect::<Vec<_>>().join(", ")
         ),
     }
 }

@@ -111,12 +111,7 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
             output.write(|out| markups::write_lists(out, &lists, args.axes.into()))?;
         }
     }
-    output::note_outside(
-        "trials have a sensor",
-        outcome.figures.outside,
-        index,
-        scenario.outside,
-    );
+    output::note_outside("trials have a sensor", outcome.figures.outside, index, scenario.outside);
     let frame = match scenario.crf {
         Some(_) => "CRF",
         None => "tracker",
@@ -133,15 +128,10 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
 /// Where the tips are, and where the tracker would tell that they are; a trial has one label in both.
 fn lists(design: &str, tips: &[StudiedTip]) -> [MarkupList; 2] {
     [
-        list(format!("{design}, true tips"), SERIES[0], tips, |tip| {
-            tip.crf_from_tip
+        list(format!("{design}, true tips"), SERIES[0], tips, |tip| tip.crf_from_tip),
+        list(format!("{design}, simulated tips"), SERIES[1], tips, |tip| {
+            tip.crf_from_tip_simulated
         }),
-        list(
-            format!("{design}, simulated tips"),
-            SERIES[1],
-            tips,
-            |tip| tip.crf_from_tip_simulated,
-        ),
     ]
 }
 
@@ -155,11 +145,7 @@ fn list(
         label: tip.trial.to_string(),
         tracker_from_point: pose(tip),
     };
-    MarkupList {
-        name,
-        color: [red, green, blue],
-        points: tips.iter().map(point).collect(),
-    }
+    MarkupList { name, color: [red, green, blue], points: tips.iter().map(point).collect() }
 }
 
 fn kind_of(file: &Path) -> anyhow::Result<FileKind> {

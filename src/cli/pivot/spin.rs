@@ -113,10 +113,7 @@ impl SpinArgs {
                 }
             });
         }
-        Ok(Some(Shaft {
-            spin: towards.unwrap_or(found),
-            is_towards_tip: towards.is_some(),
-        }))
+        Ok(Some(Shaft { spin: towards.unwrap_or(found), is_towards_tip: towards.is_some() }))
     }
 
     /// Where the frame of the tip goes.
@@ -223,11 +220,7 @@ impl Shaft {
         let range = format!("{:.1}", spin.orientation_range_rad.to_degrees());
         vec![
             row("turned poses", with_separators(spin.poses), ""),
-            row(
-                "  worth independent poses",
-                format!("{:.1}", spin.worth.effective),
-                "",
-            ),
+            row("  worth independent poses", format!("{:.1}", spin.worth.effective), ""),
             row("largest angle between two", range, "deg"),
             row(
                 match self.is_towards_tip {
@@ -237,22 +230,13 @@ impl Shaft {
                 direction(&spin.shaft_in_tool),
                 "",
             ),
-            row(
-                "  standard error, worst direction",
-                degrees(spin.std_error_rad),
-                "deg",
-            ),
+            row("  standard error, worst direction", degrees(spin.std_error_rad), "deg"),
             row(
                 "  95 % interval, ±, likewise",
-                self.half_width_rad()
-                    .map_or_else(|| "–".to_owned(), degrees),
+                self.half_width_rad().map_or_else(|| "–".to_owned(), degrees),
                 "deg",
             ),
-            row(
-                "shaft in the tracker's frame",
-                direction(&spin.shaft_in_tracker),
-                "",
-            ),
+            row("shaft in the tracker's frame", direction(&spin.shaft_in_tracker), ""),
             row("angle from it, RMS", degrees(spin.rms_rad), "deg"),
             row("  largest", degrees(spin.worst_rad), "deg"),
         ]

@@ -104,12 +104,7 @@ pub(super) fn as_text(design: &Design, found: &Standing) -> String {
             },
             (Step::Built, _) => "The built tool".to_owned(),
         };
-        lines.push(format!(
-            "{}. {}: {}",
-            step.number(),
-            printable(&title),
-            headline(found, step)
-        ));
+        lines.push(format!("{}. {}: {}", step.number(), printable(&title), headline(found, step)));
         match step {
             Step::Crf => lines.extend(studies(&found.crf, true)),
             Step::Tool => lines.extend(studies(&found.tool, false)),
@@ -132,9 +127,7 @@ fn studies(found: &StudiesStanding, has_targets: bool) -> Vec<String> {
         head.push("judged at");
     }
     let left = head.len();
-    head.extend([
-        "RMS mm", "mean mm", "95 % mm", "max mm", "RMS °", "95 % °", "max °", "required",
-    ]);
+    head.extend(["RMS mm", "mean mm", "95 % mm", "max mm", "RMS °", "95 % °", "max °", "required"]);
     let mut table = vec![head.into_iter().map(str::to_owned).collect::<Vec<_>>()];
     for row in &found.rows {
         let mut cells = vec![room_name(row)];
@@ -153,10 +146,8 @@ fn studies(found: &StudiesStanding, has_targets: bool) -> Vec<String> {
         }
         table.push(cells);
     }
-    let mut lines: Vec<String> = columns(&table, left)
-        .into_iter()
-        .map(|line| format!("   {line}"))
-        .collect();
+    let mut lines: Vec<String> =
+        columns(&table, left).into_iter().map(|line| format!("   {line}")).collect();
     for row in &found.rows {
         let notes = match &row.studied {
             Err(why) => vec![format!("no figures: {why}")],
@@ -168,15 +159,8 @@ fn studies(found: &StudiesStanding, has_targets: bool) -> Vec<String> {
                 expected.chain(notes).collect()
             }
         };
-        let at = row
-            .target
-            .as_ref()
-            .map_or_else(String::new, |target| format!(", {target}"));
-        lines.extend(
-            notes
-                .into_iter()
-                .map(|note| format!("   {}{at}: {note}", room_name(row))),
-        );
+        let at = row.target.as_ref().map_or_else(String::new, |target| format!(", {target}"));
+        lines.extend(notes.into_iter().map(|note| format!("   {}{at}: {note}", room_name(row))));
     }
     lines.push(format!("   {}", required(found.requirement.as_ref())));
     lines
@@ -197,11 +181,7 @@ fn required(requirement: Option<&Requirement>) -> String {
     let bounds = requirement.iter().flat_map(|r| r.bounds());
     let bounds: Vec<String> = bounds
         .filter_map(|(name, bound)| {
-            let unit = if name.starts_with("angle") {
-                "°"
-            } else {
-                " mm"
-            };
+            let unit = if name.starts_with("angle") { "°" } else { " mm" };
             bound.map(|bound| format!("{name} ≤ {bound}{unit}"))
         })
         .collect();
@@ -238,10 +218,6 @@ fn decided(decision: &Decision, changes: &[Change]) -> Vec<String> {
     if let Grounds::Recording(recording) = &decision.grounds {
         lines.push(format!("   on {}", recording.recording));
     }
-    lines.extend(
-        changes
-            .iter()
-            .map(|change| format!("   since then: {change}")),
-    );
+    lines.extend(changes.iter().map(|change| format!("   since then: {change}")));
     lines
 }

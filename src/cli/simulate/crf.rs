@@ -49,12 +49,7 @@ pub(super) fn run(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow:
         let name = &crf.body.rigid.name;
         let title = output::head(&format!("{name}{at}, alone"), &world.environment.name);
         let expected = crate::cli::expected::of(&scenario, &mode)?;
-        texts.push(study_text(
-            &title,
-            &outcome,
-            single.as_ref(),
-            expected.as_ref(),
-        ));
+        texts.push(study_text(&title, &outcome, single.as_ref(), expected.as_ref()));
         let mut value = as_json(&outcome.figures, single.as_ref());
         if let Some(expected) = &expected {
             let bounds = crate::study::expected::judged(&outcome.figures, Some(expected));

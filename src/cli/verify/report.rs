@@ -36,11 +36,7 @@ pub(super) fn as_json(recorded: &Recorded, found: &Agreement) -> Value {
     value["crf_rows_left_out"] = json!(recorded.crf_rows_left_out);
     value["without_crf"] = json!(recorded.without_crf);
     value["without_tool"] = json!(recorded.without_tool);
-    if let Some(BodySource::Sensors {
-        count,
-        misfit_rms_mm,
-    }) = recorded.source
-    {
+    if let Some(BodySource::Sensors { count, misfit_rms_mm }) = recorded.source {
         value["sensors"] = json!({"count": count, "misfit_rms_mm": misfit_rms_mm});
     }
     if let Some((pivot, designed)) = &recorded.pivot {
@@ -59,17 +55,9 @@ pub(super) fn as_text(recorded: &Recorded, found: &Agreement) -> String {
     let summary = &found.summary;
     let mut rows = vec![row("recorded poses", with_separators(summary.poses), "")];
     rows.push(row("  compared", with_separators(summary.used), ""));
-    rows.push(row(
-        "  with a sensor outside the room's box",
-        with_separators(summary.outside),
-        "",
-    ));
+    rows.push(row("  with a sensor outside the room's box", with_separators(summary.outside), ""));
     if let Some(count) = summary.unsupported {
-        rows.push(row(
-            "  on poorly supported field",
-            with_separators(count),
-            "",
-        ));
+        rows.push(row("  on poorly supported field", with_separators(count), ""));
     }
     if recorded.without_crf > 0 {
         let count = with_separators(recorded.without_crf);
@@ -84,17 +72,9 @@ pub(super) fn as_text(recorded: &Recorded, found: &Agreement) -> String {
         let count = with_separators(rows_left_out);
         rows.push(row("  rows of the tables not used", count, ""));
     }
-    rows.push(row(
-        "  worth independent poses",
-        format!("{:.1}", summary.effective),
-        "",
-    ));
+    rows.push(row("  worth independent poses", format!("{:.1}", summary.effective), ""));
     if let Some(BodySource::Sensors { misfit_rms_mm, .. }) = recorded.source {
-        rows.push(row(
-            "sensors from their places in the design, RMS",
-            mm(misfit_rms_mm),
-            "mm",
-        ));
+        rows.push(row("sensors from their places in the design, RMS", mm(misfit_rms_mm), "mm"));
     }
     if let Some((pivot, designed)) = &recorded.pivot {
         rows.push(row(
@@ -155,11 +135,7 @@ fn figures(summary: &Summary) -> Vec<(String, String, String)> {
     let mut push = |label: &str, value: Option<String>, unit: &str| {
         rows.extend(value.map(|value| row(label, value, unit)));
     };
-    push(
-        "explained of the squared tip error",
-        found.explained.as_ref().map(percent),
-        "%",
-    );
+    push("explained of the squared tip error", found.explained.as_ref().map(percent), "%");
     push(
         "  of its change from pose to pose",
         found.explained_of_variation.as_ref().map(percent),
@@ -167,63 +143,30 @@ fn figures(summary: &Summary) -> Vec<(String, String, String)> {
     );
     push(
         "  of the squared angle error",
-        summary
-            .angle_deg
-            .as_ref()
-            .and_then(|a| a.explained.as_ref().map(percent)),
+        summary.angle_deg.as_ref().and_then(|a| a.explained.as_ref().map(percent)),
         "%",
     );
-    push(
-        "predictions fit best times",
-        found.slope.as_ref().map(|i| interval(i, 1.0, 2)),
-        "",
-    );
+    push("predictions fit best times", found.slope.as_ref().map(|i| interval(i, 1.0, 2)), "");
     if let Some(bias) = &found.bias {
         let mean = bias.mean;
         let half = bias.half_width;
         for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
             let around = half.map_or_else(String::new, |h| format!(" ± {:.3}", h[k]));
-            push(
-                &format!("mean difference {axis}"),
-                Some(format!("{:.3}{around}", mean[k])),
-                "mm",
-            );
+            push(&format!("mean difference {axis}"), Some(format!("{:.3}{around}", mean[k])), "mm");
         }
         push(
             "  chance of so much without a bias",
-            bias.p.map(|p| {
-                if p < 1e-4 {
-                    "< 0.0001".to_owned()
-                } else {
-                    format!("{p:.4}")
-                }
-            }),
+            bias.p.map(|p| if p < 1e-4 { "< 0.0001".to_owned() } else { format!("{p:.4}") }),
             "",
         );
     }
     if let Some(limits) = &found.lengths {
-        push(
-            "measured minus predicted length, mean",
-            Some(interval(&limits.bias, 1.0, 3)),
-            "mm",
-        );
-        push(
-            "  lower limit of agreement",
-            Some(interval(&limits.lower, 1.0, 3)),
-            "mm",
-        );
-        push(
-            "  upper limit of agreement",
-            Some(interval(&limits.upper, 1.0, 3)),
-            "mm",
-        );
+        push("measured minus predicted length, mean", Some(interval(&limits.bias, 1.0, 3)), "mm");
+        push("  lower limit of agreement", Some(interval(&limits.lower, 1.0, 3)), "mm");
+        push("  upper limit of agreement", Some(interval(&limits.upper, 1.0, 3)), "mm");
     }
     if let Some(noise) = &summary.noise {
-        push(
-            "uncertainty that the room states, RMS",
-            Some(mm(noise.rms_mm)),
-            "mm",
-        );
+        push("uncertainty that the room states, RMS", Some(mm(noise.rms_mm)), "mm");
         let accepted = noise.accepted.map_or_else(String::new, |[low, high]| {
             format!(" (nothing else: {low:.2} to {high:.2})")
         });
@@ -233,11 +176,7 @@ fn figures(summary: &Summary) -> Vec<(String, String, String)> {
             "",
         );
     }
-    push(
-        "misfit of the room's model at the tip, RMS",
-        summary.room_misfit_rms_mm.map(mm),
-        "mm",
-    );
+    push("misfit of the room's model at the tip, RMS", summary.room_misfit_rms_mm.map(mm), "mm");
     rows
 }
 

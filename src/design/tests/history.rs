@@ -8,11 +8,7 @@ fn a_drag_is_one_step_and_undo_restores_it_to_the_bit() {
     let mut document = document();
     document.begin("Drag sensor a");
     for step in 1..=10 {
-        assert!(
-            document
-                .apply(move_to(0.1 + 0.1 * f64::from(step)))
-                .unwrap()
-        );
+        assert!(document.apply(move_to(0.1 + 0.1 * f64::from(step))).unwrap());
     }
     assert!(document.commit());
     assert!(document.is_dirty());
@@ -94,25 +90,17 @@ fn the_history_is_listed_with_the_present_and_the_saved_state() {
     let mut document = document();
     document.apply(move_to(1.0)).unwrap();
     document.mark_saved();
-    document
-        .apply(arrange(&[0], Arrangement::Duplicate))
-        .unwrap();
+    document.apply(arrange(&[0], Arrangement::Duplicate)).unwrap();
     document.undo();
     document.undo();
     let history = document.history();
     let labels: Vec<_> = history.states.iter().map(|s| s.label).collect();
-    assert_eq!(
-        labels,
-        [None, Some("Move sensor a"), Some("Duplicate sensor a")]
-    );
+    assert_eq!(labels, [None, Some("Move sensor a"), Some("Duplicate sensor a")]);
     let saved: Vec<_> = history.states.iter().map(|s| s.is_saved).collect();
     assert_eq!(saved, [false, true, false]);
     assert_eq!(history.present, 0);
     assert!(document.jump_to(2));
-    assert_eq!(
-        (document.history().present, tool_names(&document).len()),
-        (2, 3)
-    );
+    assert_eq!((document.history().present, tool_names(&document).len()), (2, 3));
     assert!(!document.jump_to(2) && !document.jump_to(3));
     document.begin("Drag");
     assert!(!document.jump_to(0));

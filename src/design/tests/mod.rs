@@ -57,33 +57,19 @@ fn design() -> Design {
 }
 
 pub(super) fn document() -> Document {
-    Document::new(
-        design(),
-        View::default(),
-        Origin::File("x.design.ron".into()),
-    )
+    Document::new(design(), View::default(), Origin::File("x.design.ron".into()))
 }
 
 fn move_to(z_mm: f64) -> Edit {
-    Edit::SetSensor {
-        body: BodyRole::Tool,
-        index: 0,
-        sensor: sensor("a", z_mm),
-    }
+    Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor: sensor("a", z_mm) }
 }
 
 fn z_mm(document: &Document) -> f64 {
-    document.design().tool.body.rigid.sensors[0]
-        .position_in_body
-        .z
+    document.design().tool.body.rigid.sensors[0].position_in_body.z
 }
 
 fn arrange(indices: &[usize], arrangement: Arrangement) -> Edit {
-    Edit::Arrange {
-        body: BodyRole::Tool,
-        indices: indices.to_vec(),
-        arrangement,
-    }
+    Edit::Arrange { body: BodyRole::Tool, indices: indices.to_vec(), arrangement }
 }
 
 fn tool_names(document: &Document) -> Vec<String> {

@@ -25,25 +25,16 @@ fn document(design: Design) -> Document {
 
 fn moved(design: &Design, role: BodyRole, movement: &Movement) -> Design {
     let mut document = document(design.clone());
-    document
-        .apply(design.moved_body(role, movement).unwrap())
-        .unwrap();
+    document.apply(design.moved_body(role, movement).unwrap()).unwrap();
     document.design().clone()
 }
 
 fn slide(by_mm: f64) -> Movement {
-    Movement::Slide {
-        direction: Unit::new_normalize(Vector3::new(0.2, 0.9, -0.4)),
-        by_mm,
-    }
+    Movement::Slide { direction: Unit::new_normalize(Vector3::new(0.2, 0.9, -0.4)), by_mm }
 }
 
 fn turn(pivot_mm: Point3<f64>, by_rad: f64) -> Movement {
-    Movement::Turn {
-        axis: Unit::new_normalize(Vector3::new(-0.5, 0.1, 0.8)),
-        pivot_mm,
-        by_rad,
-    }
+    Movement::Turn { axis: Unit::new_normalize(Vector3::new(-0.5, 0.1, 0.8)), pivot_mm, by_rad }
 }
 
 fn pivot(design: &Design, role: BodyRole) -> Point3<f64> {
@@ -110,11 +101,7 @@ fn a_sensor_turns_in_its_place_about_an_axis_of_the_tracker() {
     document.apply(edit).unwrap();
     let axis = |design: &Design| {
         let pose = design.tracker_from_body(BodyRole::Tool).unwrap();
-        pose.rotation
-            * design.tool.body.rigid.sensors[1]
-                .axis_in_body()
-                .unwrap()
-                .into_inner()
+        pose.rotation * design.tool.body.rigid.sensors[1].axis_in_body().unwrap().into_inner()
     };
     let wanted = movement.rotation() * axis(&before);
     assert!((axis(document.design()) - wanted).norm() < 1e-12);
@@ -156,10 +143,7 @@ fn beside_a_marker_another_is_put() {
     body.sensors.truncate(1);
     for wanted in ["marker 1", "marker 2"] {
         let new = sensor_beside_last(&body);
-        assert_eq!(
-            (new.name.as_str(), new.orientation),
-            (wanted, SensorOrientation::Marker)
-        );
+        assert_eq!((new.name.as_str(), new.orientation), (wanted, SensorOrientation::Marker));
         body.sensors.push(new);
     }
 }

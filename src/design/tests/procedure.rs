@@ -9,42 +9,24 @@ use crate::study::procedure::{
 use crate::study::requirement::Requirement;
 
 fn studies(rms: f64) -> Grounds {
-    let room = RoomName {
-        name: "OR".into(),
-        file: "room.env.ron".into(),
-    };
-    let requirement = Requirement {
-        position_rms_mm: Some(1.0),
-        ..Requirement::default()
-    };
+    let room = RoomName { name: "OR".into(), file: "room.env.ron".into() };
+    let requirement = Requirement { position_rms_mm: Some(1.0), ..Requirement::default() };
     let figures = DecidedFigures {
         trials: 3,
         without_field: 0,
-        position_mm: PositionFigures {
-            rms,
-            mean: 0.4,
-            p95: 0.8,
-            max: 0.9,
-        },
+        position_mm: PositionFigures { rms, mean: 0.4, p95: 0.8, max: 0.9 },
         angle_deg: AngleFigures::default(),
         met: Some(rms <= 1.0),
     };
     Grounds::Studies(DecidedStudies {
         requirement: Some(requirement),
-        rows: vec![DecidedRow {
-            room,
-            target: None,
-            figures: Ok(figures),
-        }],
+        rows: vec![DecidedRow { room, target: None, figures: Ok(figures) }],
     })
 }
 
 fn recording() -> Grounds {
     Grounds::Recording(Box::new(DecidedRecording {
-        room: RoomName {
-            name: "OR".into(),
-            file: "room.env.ron".into(),
-        },
+        room: RoomName { name: "OR".into(), file: "room.env.ron".into() },
         recording: BuiltRecording::of("built.csv".into()),
         poses: 20,
         used: 12,
@@ -61,11 +43,7 @@ fn decide(step: Step, grounds: Grounds) -> Edit {
     let date = "2005-10-26".parse().unwrap();
     Edit::Procedure(ProcedureEdit::Decide {
         step,
-        decision: Box::new(Decision {
-            date,
-            note: String::new(),
-            grounds,
-        }),
+        decision: Box::new(Decision { date, note: String::new(), grounds }),
     })
 }
 
@@ -126,18 +104,9 @@ fn what_cannot_be_leaves_the_procedure_as_it_is() {
         figures.met = Some(true);
     }
     for (edit, message) in [
-        (
-            add_room(" "),
-            "the further room's file is empty, expected a name",
-        ),
-        (
-            add_room("ward.env.ron"),
-            "the design is judged in ward.env.ron already",
-        ),
-        (
-            add_room("room.env.ron"),
-            "the design is judged in room.env.ron already",
-        ),
+        (add_room(" "), "the further room's file is empty, expected a name"),
+        (add_room("ward.env.ron"), "the design is judged in ward.env.ron already"),
+        (add_room("room.env.ron"), "the design is judged in room.env.ron already"),
         (
             remove_room("attic.env.ron"),
             "the design is not judged in \"attic.env.ron\", expected one of its further rooms",
@@ -166,9 +135,7 @@ fn what_cannot_be_leaves_the_procedure_as_it_is() {
         assert_eq!(document.design(), &*before);
     }
     for index in 1..MAX_FURTHER_ROOMS {
-        document
-            .apply(add_room(&format!("{index}.env.ron")))
-            .unwrap();
+        document.apply(add_room(&format!("{index}.env.ron"))).unwrap();
     }
     let error = document.apply(add_room("one more")).unwrap_err();
     assert_eq!(error, EditError::TooManyRooms);

@@ -61,17 +61,12 @@ impl FromWorld for Against {
 
 impl Plugin for AgainstPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Against>()
-            .init_resource::<ActiveDrag>()
-            .add_systems(
-                Update,
-                (
-                    ask.run_if(resource_exists::<OpenWorld>.and_then(is_shown)),
-                    hear.run_if(is_asked),
-                )
-                    .chain()
-                    .in_set(EditorSystems::Solve),
-            );
+        app.init_resource::<Against>().init_resource::<ActiveDrag>().add_systems(
+            Update,
+            (ask.run_if(resource_exists::<OpenWorld>.and_then(is_shown)), hear.run_if(is_asked))
+                .chain()
+                .in_set(EditorSystems::Solve),
+        );
     }
 }
 
@@ -100,10 +95,7 @@ fn ask(
     if drag.0 || against.0.asked() == Some(&key) {
         return;
     }
-    let designs = [
-        Arc::clone(&pinned.design),
-        Arc::new(world.0.document.design().clone()),
-    ];
+    let designs = [Arc::clone(&pinned.design), Arc::new(world.0.document.design().clone())];
     let environment = Arc::clone(&world.0.environment);
     desk.counts.baselines += 1;
     against.0.ask(key, move |task| {

@@ -150,9 +150,7 @@ impl Hand<'_> {
                         .to_owned(),
                 );
             }
-            Err(error) => self
-                .dialogs
-                .show(Dialog::error("The room cannot be used", &error)),
+            Err(error) => self.dialogs.show(Dialog::error("The room cannot be used", &error)),
         }
     }
 
@@ -163,8 +161,7 @@ impl Hand<'_> {
         let reference = match store::reference_to_file(&world.0, file) {
             Ok(reference) => reference,
             Err(error) => {
-                self.dialogs
-                    .show(Dialog::error("The recording cannot be used", &error));
+                self.dialogs.show(Dialog::error("The recording cannot be used", &error));
                 return;
             }
         };
@@ -187,17 +184,12 @@ impl Hand<'_> {
         };
         let note = self.desk.note(step).trim().to_owned();
         if let (Some(objection), "") = (standing.objection(step), note.as_str()) {
-            *self.notice = Notice::Refused(format!(
-                "{step}: {objection}, so the decision needs a reason"
-            ));
+            *self.notice =
+                Notice::Refused(format!("{step}: {objection}, so the decision needs a reason"));
             return;
         }
         let decision = match (standing.grounds(step), store::today()) {
-            (Ok(grounds), Ok(date)) => Decision {
-                date,
-                note,
-                grounds,
-            },
+            (Ok(grounds), Ok(date)) => Decision { date, note, grounds },
             (Err(why), _) => {
                 *self.notice = Notice::Refused(why.to_string());
                 return;
@@ -208,10 +200,7 @@ impl Hand<'_> {
             }
         };
         self.desk.notes[step.number() - 1].clear();
-        self.edit(ProcedureEdit::Decide {
-            step,
-            decision: Box::new(decision),
-        });
+        self.edit(ProcedureEdit::Decide { step, decision: Box::new(decision) });
     }
 
     fn compare(&mut self) {

@@ -22,12 +22,7 @@ const ORDER_MM: f32 = 150.0;
 /// Over what hides it.
 const SENSOR_ORDER_MM: f32 = 18_000.0;
 /// A sensor of the baseline, in millimetres and within pixels.
-const SENSOR: SizeBounds = SizeBounds {
-    true_mm: 2.5,
-    least_px: 7.0,
-    most_px: 14.0,
-    extra_px: 0.0,
-};
+const SENSOR: SizeBounds = SizeBounds { true_mm: 2.5, least_px: 7.0, most_px: 14.0, extra_px: 0.0 };
 
 /// Draws the baseline while the workspace is shown.
 pub struct BaselineGhostPlugin;
@@ -72,18 +67,12 @@ fn show(
     shapes: Res<GlyphShapes>,
     adapter: Option<Res<RenderAdapterInfo>>,
 ) {
-    let pinned = (*workspace == Workspace::Decide)
-        .then_some(desk.pinned.as_ref())
-        .flatten();
+    let pinned = (*workspace == Workspace::Decide).then_some(desk.pinned.as_ref()).flatten();
     let found = pinned.and_then(|pinned| Some((pinned, against.found(pinned.serial)?.1)));
     let tool = found
         .and_then(|(pinned, found)| Some((pinned, ToolErrors::of(&pinned.design, &found.pose)?)));
     let Some((pinned, tool)) = tool else {
-        for entity in ghosts
-            .iter()
-            .map(|g| g.0)
-            .chain(sensors.iter().map(|s| s.0))
-        {
+        for entity in ghosts.iter().map(|g| g.0).chain(sensors.iter().map(|s| s.0)) {
             commands.entity(entity).despawn();
         }
         return;
@@ -111,11 +100,8 @@ fn show(
     if let (false, Some(mesh)) = (is_drawn[0], &pinned.tool_mesh) {
         let look = GlowMaterial::translucent(palette::BASELINE, MIDDLE_ALPHA, RIM_ALPHA);
         let look = materials.add(look.order(ORDER_MM));
-        let mut root = commands.spawn((
-            Name::new("baseline ghost"),
-            GhostRoot(pinned.serial),
-            ghost_at,
-        ));
+        let mut root =
+            commands.spawn((Name::new("baseline ghost"), GhostRoot(pinned.serial), ghost_at));
         let is_software = paints_in_software(adapter);
         for part in mesh.parts.iter().filter(|part| !part.is_anatomy()) {
             let fine = meshes.add(convert::mesh(part));
@@ -131,11 +117,8 @@ fn show(
             .shown(Shown::Always)
             .order(SENSOR_ORDER_MM);
         let look = materials.add(look);
-        let mut root = commands.spawn((
-            Name::new("baseline sensors"),
-            SensorsRoot(pinned.serial),
-            tool_at,
-        ));
+        let mut root =
+            commands.spawn((Name::new("baseline sensors"), SensorsRoot(pinned.serial), tool_at));
         for sensor in &pinned.design.tool.body.rigid.sensors {
             let at_mm = sensor.position_in_body;
             root.with_child((

@@ -61,17 +61,12 @@ impl FromWorld for Judged {
 
 impl Plugin for JudgedPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Judged>()
-            .init_resource::<ActiveDrag>()
-            .add_systems(
-                Update,
-                (
-                    ask.run_if(resource_exists::<OpenWorld>.and_then(is_shown)),
-                    hear.run_if(is_asked),
-                )
-                    .chain()
-                    .in_set(EditorSystems::Solve),
-            );
+        app.init_resource::<Judged>().init_resource::<ActiveDrag>().add_systems(
+            Update,
+            (ask.run_if(resource_exists::<OpenWorld>.and_then(is_shown)), hear.run_if(is_asked))
+                .chain()
+                .in_set(EditorSystems::Solve),
+        );
     }
 }
 
@@ -105,10 +100,7 @@ fn ask(
         judged.0.forget();
     }
     let open = world.0.clone();
-    let wish = ProcedureWish {
-        recording: key.recorded.clone(),
-        ..ProcedureWish::default()
-    };
+    let wish = ProcedureWish { recording: key.recorded.clone(), ..ProcedureWish::default() };
     desk.bypass_change_detection().counts.standings += 1;
     judged.0.ask(key, move |task| {
         let notes = RefCell::new(Vec::new());

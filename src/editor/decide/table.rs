@@ -67,8 +67,7 @@ pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
     for file in wanted.files {
         match store::read_compared_designs(&Files::default(), std::slice::from_ref(&file)) {
             Ok(read) => designs.extend(
-                read.into_iter()
-                    .map(|read| (Compare::File(read.file), Arc::new(read.design))),
+                read.into_iter().map(|read| (Compare::File(read.file), Arc::new(read.design))),
             ),
             Err(error) => missing.push(error.to_string()),
         }

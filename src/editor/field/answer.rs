@@ -127,10 +127,9 @@ impl Hand<'_> {
             *self.notice = Notice::Refused(why.to_owned());
             return;
         }
-        let (Some(training), held_out) = (
-            self.desk.training.table.clone(),
-            self.desk.held_out.table.clone(),
-        ) else {
+        let (Some(training), held_out) =
+            (self.desk.training.table.clone(), self.desk.held_out.table.clone())
+        else {
             return;
         };
         let settings = self.desk.settings;
@@ -153,9 +152,7 @@ impl Hand<'_> {
             return;
         };
         let compared = Compared::new(world, *self.generation, fitted);
-        let job = Job::start("try", &self.waker, move |task| {
-            work::compare(compared, task)
-        });
+        let job = Job::start("try", &self.waker, move |task| work::compare(compared, task));
         match job {
             Ok(job) => {
                 self.desk.counts.comparisons += 1;
@@ -204,9 +201,7 @@ impl Hand<'_> {
                 ));
                 *self.notice = Notice::Done(format!("Saved {}", file.display()));
             }
-            Err(error) => self
-                .dialogs
-                .show(Dialog::error("The room cannot be saved", &error)),
+            Err(error) => self.dialogs.show(Dialog::error("The room cannot be saved", &error)),
         }
     }
 
@@ -231,9 +226,7 @@ impl Hand<'_> {
             }
             // The built-in world is out of reach of a design on the disk.
             Ok((_, None)) => self.show_save(RoomToSave::Copy(place)),
-            Err(error) => self
-                .dialogs
-                .show(Dialog::error("The room cannot be opened", &error)),
+            Err(error) => self.dialogs.show(Dialog::error("The room cannot be opened", &error)),
         }
     }
 
@@ -242,10 +235,8 @@ impl Hand<'_> {
         if let Some(left) = self.desk.own.clone() {
             self.remember(left);
         }
-        self.edits
-            .write(EditRequest::Begin(format!("Use room {name}")));
-        self.edits
-            .write(EditRequest::Apply(Edit::SetEnvironment(reference)));
+        self.edits.write(EditRequest::Begin(format!("Use room {name}")));
+        self.edits.write(EditRequest::Apply(Edit::SetEnvironment(reference)));
         self.edits.write(EditRequest::Commit);
     }
 

@@ -75,10 +75,7 @@ impl Default for FieldSettings {
 impl FieldSettings {
     /// How tables are read for it.
     pub fn reading(&self) -> SampleReading {
-        SampleReading {
-            has_rolls: self.has_rolls,
-            map: self.model.map,
-        }
+        SampleReading { has_rolls: self.has_rolls, map: self.model.map }
     }
 
     /// Whether cross-validation has something to choose, but for what the samples decide.
@@ -150,11 +147,7 @@ impl SamplesShown {
 
 impl Default for SamplesShown {
     fn default() -> Self {
-        Self {
-            training: true,
-            held_out: true,
-            value: SampleValue::Measured,
-        }
+        Self { training: true, held_out: true, value: SampleValue::Measured }
     }
 }
 
@@ -225,11 +218,7 @@ impl FieldDesk {
     /// How many threads work for it.
     pub fn jobs(&self) -> usize {
         let readings = TableRole::ALL.map(|role| self.slot(role).reading.is_some());
-        let others = [
-            self.fitting.is_some(),
-            self.comparing.is_some(),
-            self.listing.is_some(),
-        ];
+        let others = [self.fitting.is_some(), self.comparing.is_some(), self.listing.is_some()];
         let all = readings.into_iter().chain(others);
         all.filter(|is_working| *is_working).count()
     }

@@ -37,10 +37,7 @@ pub(super) fn hear(
         redraw.write(RequestRedraw);
     }
     for (title, text) in told {
-        dialogs.show(Dialog::Error {
-            title: title.to_owned(),
-            text,
-        });
+        dialogs.show(Dialog::Error { title: title.to_owned(), text });
     }
 }
 

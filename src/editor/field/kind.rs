@@ -86,10 +86,7 @@ mod tests {
         assert_eq!(labels.len(), all.len());
         for kind in all {
             let model = kind.model(Some(4)).unwrap();
-            assert_eq!(
-                kind.is_polynomial(),
-                matches!(model, RoomModel::Bernstein { .. })
-            );
+            assert_eq!(kind.is_polynomial(), matches!(model, RoomModel::Bernstein { .. }));
         }
     }
 }

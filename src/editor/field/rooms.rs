@@ -79,13 +79,10 @@ impl Places {
 fn places(world: &store::World, own: Option<&RoomPlace>, recent: &[RoomPlace]) -> Vec<Places> {
     let mut folders = Vec::new();
     if let Origin::File(file) = world.document.origin() {
-        folders.extend(
-            file.parent()
-                .map(|folder| match folder.as_os_str().is_empty() {
-                    true => PathBuf::from("."),
-                    false => folder.to_path_buf(),
-                }),
-        );
+        folders.extend(file.parent().map(|folder| match folder.as_os_str().is_empty() {
+            true => PathBuf::from("."),
+            false => folder.to_path_buf(),
+        }));
     }
     if let Some(RoomPlace::File(file)) = own {
         folders.extend(file.parent().map(PathBuf::from));

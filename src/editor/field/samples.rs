@@ -60,10 +60,7 @@ impl Plugin for SamplesPlugin {
             .init_resource::<SampleScale>()
             .add_systems(
                 Update,
-                (
-                    choose_scale.in_set(EditorSystems::Sample),
-                    draw.in_set(EditorSystems::Draw),
-                )
+                (choose_scale.in_set(EditorSystems::Sample), draw.in_set(EditorSystems::Draw))
                     .run_if(super::is_shown),
             )
             .add_systems(
@@ -89,22 +86,14 @@ fn choose_scale(
     let view = world.0.document.view();
     let is_comparable = view.layers.slice
         && results.slice.is_some()
-        && results
-            .slice
-            .as_ref()
-            .is_some_and(|s| s.value.quantity == Quantity::PositionErrorMm);
-    let of_slice = slice
-        .filter(|_| is_comparable)
-        .map(|scale| *scale)
-        .filter(|scale| scale.max_mm > 0.0);
+        && results.slice.as_ref().is_some_and(|s| s.value.quantity == Quantity::PositionErrorMm);
+    let of_slice =
+        slice.filter(|_| is_comparable).map(|scale| *scale).filter(|scale| scale.max_mm > 0.0);
     let largest_mm = TableRole::ALL
         .into_iter()
         .filter_map(|role| Some(desk.sample_values(role)?.1.position_p95_mm))
         .reduce(f64::max);
-    let own = largest_mm.map(|max_mm| ColorScale {
-        map: view.slice.color_map,
-        max_mm,
-    });
+    let own = largest_mm.map(|max_mm| ColorScale { map: view.slice.color_map, max_mm });
     scale.set_if_neq(SampleScale(own.map(|own| of_slice.unwrap_or(own))));
 }
 
@@ -127,12 +116,7 @@ fn draw(
             }
             continue;
         };
-        let wanted = Samples {
-            role,
-            values: left.position_mm.as_ptr() as usize,
-            table,
-            scale,
-        };
+        let wanted = Samples { role, values: left.position_mm.as_ptr() as usize, table, scale };
         if let Some((entity, samples)) = old {
             if samples.is_same(&wanted) {
                 continue;
@@ -169,13 +153,11 @@ pub fn pointed_at(
         let samples = &table.samples.samples;
         let radius_mm = radius_mm(table);
         let drawn = samples.iter().zip(&left.position_mm);
-        let targets = drawn
-            .step_by(stride(samples.len()))
-            .map(|(sample, &value_mm)| Target {
-                ends_mm: [sample.position_mm; 2],
-                radius_mm,
-                is: (kind, value_mm),
-            });
+        let targets = drawn.step_by(stride(samples.len())).map(|(sample, &value_mm)| Target {
+            ends_mm: [sample.position_mm; 2],
+            radius_mm,
+            is: (kind, value_mm),
+        });
         first_pointed_at(ray, reach_rad, targets).filter(|_| desk.shown.is_shown(role))
     });
     of_tables.min_by(|a, b| a.0.total_cmp(&b.0))
@@ -213,38 +195,17 @@ fn markers(of: &Samples, values_mm: &[f64]) -> Mesh {
         }
         indices.extend(triangles.iter().flatten().map(|i| first + i));
     }
-    Mesh::new(
-        PrimitiveTopology::TriangleList,
-        RenderAssetUsages::default(),
-    )
-    // Nothing lights them, but the material's pipeline wants normals.
-    .with_inserted_attribute(
-        Mesh::ATTRIBUTE_NORMAL,
-        vec![[0.0, 0.0, 1.0]; positions.len()],
-    )
-    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
-    .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colors)
-    .with_inserted_indices(Indices::U32(indices))
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+        // Nothing lights them, but the material's pipeline wants normals.
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0, 0.0, 1.0]; positions.len()])
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colors)
+        .with_inserted_indices(Indices::U32(indices))
 }
 
-const OCTAHEDRON: [Vec3; 6] = [
-    Vec3::X,
-    Vec3::NEG_X,
-    Vec3::Y,
-    Vec3::NEG_Y,
-    Vec3::Z,
-    Vec3::NEG_Z,
-];
-const OCTAHEDRON_FACES: [[u32; 3]; 8] = [
-    [0, 2, 4],
-    [2, 1, 4],
-    [1, 3, 4],
-    [3, 0, 4],
-    [2, 0, 5],
-    [1, 2, 5],
-    [3, 1, 5],
-    [0, 3, 5],
-];
+const OCTAHEDRON: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+const OCTAHEDRON_FACES: [[u32; 3]; 8] =
+    [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
 
 /// Of about the octahedron's size on the screen.
 const HALF: f32 = 0.7;
@@ -279,10 +240,9 @@ mod tests {
 
     #[test]
     fn every_face_of_a_marker_looks_outwards() {
-        for (corners, faces) in [
-            (&OCTAHEDRON[..], &OCTAHEDRON_FACES[..]),
-            (&CUBE[..], &CUBE_FACES[..]),
-        ] {
+        for (corners, faces) in
+            [(&OCTAHEDRON[..], &OCTAHEDRON_FACES[..]), (&CUBE[..], &CUBE_FACES[..])]
+        {
             for face in faces {
                 let [a, b, c] = face.map(|i| corners[i as usize]);
                 let out = (b - a).cross(c - a).dot(a + b + c);

@@ -57,12 +57,8 @@ pub fn fit(
             (chosen.settings(), Some(chosen), rest)
         }
     };
-    let FittedRoom {
-        environment,
-        fit,
-        support_left_out,
-        harmonic,
-    } = fit_model(training, held_out, &settings, model, &fitting)?;
+    let FittedRoom { environment, fit, support_left_out, harmonic } =
+        fit_model(training, held_out, &settings, model, &fitting)?;
     notes.extend(support_left_out.as_ref().map(support_note));
     Ok(Fitted {
         training_worth: worth(&fit.model, &training.samples),
@@ -117,16 +113,10 @@ fn fit_model(
     let (name, held_out_name) = (training.name(), held_out.map(|table| table.name()));
     let order = RoomOrder {
         name: &room_name(&training.file.with_extension("")),
-        table: RoomTable {
-            name: &name,
-            samples: &training.samples,
-        },
+        table: RoomTable { name: &name, samples: &training.samples },
         held_out: held_out
             .zip(held_out_name.as_deref())
-            .map(|(table, name)| RoomTable {
-                name,
-                samples: &table.samples,
-            }),
+            .map(|(table, name)| RoomTable { name, samples: &table.samples }),
         model: &room_model,
         settings: model,
         volume: settings.volume,

@@ -249,12 +249,7 @@ mod tests {
 
     #[test]
     fn amounts_have_signs_units_and_no_negative_zero() {
-        let slide = |by_mm| {
-            amount_text(&Movement::Slide {
-                direction: Vector3::x_axis(),
-                by_mm,
-            })
-        };
+        let slide = |by_mm| amount_text(&Movement::Slide { direction: Vector3::x_axis(), by_mm });
         let turn = |by_rad| {
             amount_text(&Movement::Turn {
                 axis: Vector3::x_axis(),

@@ -28,12 +28,7 @@ const ALPHA: f32 = 0.95;
 const ORDER_MM: f32 = 24_000.0;
 
 /// What is below it is as many pixels large as its transforms say millimetres.
-const PIXEL: SizeBounds = SizeBounds {
-    true_mm: 0.0,
-    least_px: 1.0,
-    most_px: 1.0,
-    extra_px: 0.0,
-};
+const PIXEL: SizeBounds = SizeBounds { true_mm: 0.0, least_px: 1.0, most_px: 1.0, extra_px: 0.0 };
 
 /// When the entities follow [`CurrentGizmo`].
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -59,9 +54,7 @@ pub(super) fn plugin(app: &mut App) {
     app.add_systems(PreStartup, make_look).add_systems(
         Update,
         (
-            (spawn, ApplyDeferred, place)
-                .chain()
-                .run_if(resource_changed::<CurrentGizmo>),
+            (spawn, ApplyDeferred, place).chain().run_if(resource_changed::<CurrentGizmo>),
             highlight.run_if(has_another_look),
         )
             .chain()
@@ -79,10 +72,7 @@ fn make_look(
         let material = GlowMaterial::translucent(color, ALPHA, ALPHA);
         materials.add(material.shown(Shown::Always).order(ORDER_MM))
     };
-    let ring = Torus {
-        minor_radius: RING_WIDTH_PX / 2.0,
-        major_radius: convert::length(RING_PX),
-    };
+    let ring = Torus { minor_radius: RING_WIDTH_PX / 2.0, major_radius: convert::length(RING_PX) };
     let ring = ring.mesh();
     commands.insert_resource(GizmoLook {
         ring: meshes.add(
@@ -117,18 +107,9 @@ fn spawn(
     let Some(gizmo) = wanted.filter(|_| !is_drawn) else {
         return;
     };
-    let size = ScreenSized {
-        at_mm: gizmo.pivot_mm(),
-        across: PIXEL,
-        along: PIXEL,
-    };
+    let size = ScreenSized { at_mm: gizmo.pivot_mm(), across: PIXEL, along: PIXEL };
     commands
-        .spawn((
-            Name::new("gizmo"),
-            GizmoRoot(gizmo.handles),
-            Transform::default(),
-            size,
-        ))
+        .spawn((Name::new("gizmo"), GizmoRoot(gizmo.handles), Transform::default(), size))
         .with_children(|root| {
             for handle in gizmo.handles {
                 spawn_handle(root, *handle, &shapes, &look);
@@ -182,10 +163,8 @@ fn place(
         return;
     };
     for (mut transform, mut size) in &mut roots {
-        let wanted = Transform {
-            scale: transform.scale,
-            ..convert::transform(&gizmo.tracker_from_gizmo)
-        };
+        let wanted =
+            Transform { scale: transform.scale, ..convert::transform(&gizmo.tracker_from_gizmo) };
         transform.set_if_neq(wanted);
         let at_mm = gizmo.pivot_mm();
         size.set_if_neq(ScreenSized { at_mm, ..*size });

@@ -115,11 +115,7 @@ pub fn gizmo_of(
             }
         }
     };
-    Some(ShownGizmo {
-        target,
-        axes,
-        gizmo,
-    })
+    Some(ShownGizmo { target, axes, gizmo })
 }
 
 /// What decides which gizmo is shown.
@@ -159,8 +155,6 @@ impl Scene<'_> {
             && shown.trial.is_none()
             && self.presentation.panels;
         let view = world.0.document.view();
-        is_wanted
-            .then(|| gizmo_of(&shown.design, view, &self.selection, self.axes.0))
-            .flatten()
+        is_wanted.then(|| gizmo_of(&shown.design, view, &self.selection, self.axes.0)).flatten()
     }
 }

@@ -30,8 +30,7 @@ impl Plugin for GhostPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<BodyMeshes>().add_systems(
             Update,
-            show.run_if(super::tip_error::anything_moved)
-                .in_set(EditorSystems::Draw),
+            show.run_if(super::tip_error::anything_moved).in_set(EditorSystems::Draw),
         );
     }
 }

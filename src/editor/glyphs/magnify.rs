@@ -17,11 +17,7 @@ pub struct MagnifyPlugin;
 
 impl Plugin for MagnifyPlugin {
     fn build(&self, app: &mut App) {
-        app.insert_resource(ShownMagnification {
-            times: 1.0,
-            is_capped: false,
-        })
-        .add_systems(
+        app.insert_resource(ShownMagnification { times: 1.0, is_capped: false }).add_systems(
             Update,
             decide
                 .run_if(resource_exists::<OpenWorld>.and_then(resource_exists::<ShownDesign>))
@@ -42,9 +38,8 @@ impl ToolErrors {
     /// Of a result: the believed pose is relative to where the CRF truly is, as the surgeon
     /// sees it.
     pub fn of(design: &Design, detail: &PoseDetail) -> Option<Self> {
-        let tracker_from_crf = design
-            .tracker_from_body(BodyRole::Crf)
-            .unwrap_or_else(Pose::identity);
+        let tracker_from_crf =
+            design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
         Some(Self {
             tracker_from_tool: tracker_from_crf * detail.trial.crf_from_tool,
             tracker_from_tool_believed: tracker_from_crf * detail.trial.crf_from_tool_simulated,
@@ -111,10 +106,8 @@ fn decide(
     {
         return;
     }
-    let Some(errors) = results
-        .pose
-        .as_ref()
-        .and_then(|pose| ToolErrors::of(&design.design, &pose.value))
+    let Some(errors) =
+        results.pose.as_ref().and_then(|pose| ToolErrors::of(&design.design, &pose.value))
     else {
         return;
     };
@@ -141,8 +134,5 @@ fn decide(
             }
         }
     };
-    shown.set_if_neq(ShownMagnification {
-        times,
-        is_capped: errors.ghost(times).is_capped,
-    });
+    shown.set_if_neq(ShownMagnification { times, is_capped: errors.ghost(times).is_capped });
 }

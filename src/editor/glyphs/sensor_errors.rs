@@ -8,10 +8,7 @@ use crate::study::PoseDetail;
 use crate::tracking::Sensor;
 use bevy::prelude::*;
 
-const HIDDEN: ShineThrough = ShineThrough {
-    alpha: 0.5,
-    order_mm: 15_000.0,
-};
+const HIDDEN: ShineThrough = ShineThrough { alpha: 0.5, order_mm: 15_000.0 };
 
 /// Draws sensors' error vectors while their layer is on.
 pub struct SensorErrorsPlugin;
@@ -23,20 +20,16 @@ impl Plugin for SensorErrorsPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             Update,
-            show.run_if(super::tip_error::anything_moved)
-                .in_set(EditorSystems::Draw),
+            show.run_if(super::tip_error::anything_moved).in_set(EditorSystems::Draw),
         );
     }
 }
 
 fn show(errors: ShownErrors, mut drawn: DrawnArrows<SensorErrors>) {
-    let mesh = errors
-        .pose()
-        .filter(|_| errors.layers().sensor_errors)
-        .and_then(|pose| {
-            let arrows = arrows(&errors.world.0.document, pose, errors.times());
-            arrows_mesh(&arrows, ArrowStyle::OF_SENSOR, &errors.rig)
-        });
+    let mesh = errors.pose().filter(|_| errors.layers().sensor_errors).and_then(|pose| {
+        let arrows = arrows(&errors.world.0.document, pose, errors.times());
+        arrows_mesh(&arrows, ArrowStyle::OF_SENSOR, &errors.rig)
+    });
     drawn.show("sensor errors", mesh, HIDDEN);
 }
 
@@ -58,10 +51,7 @@ fn arrows(document: &Document, detail: &PoseDetail, times: f64) -> Vec<Arrow> {
         .map(|(_, (_, sensor))| {
             let from = sensor.tracker_from_sensor.translation.vector;
             let to = sensor.tracker_from_measured.translation.vector;
-            Arrow {
-                start_mm: from.into(),
-                vector_mm: (to - from) * times,
-            }
+            Arrow { start_mm: from.into(), vector_mm: (to - from) * times }
         })
         .collect()
 }

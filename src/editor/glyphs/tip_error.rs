@@ -10,10 +10,7 @@ use crate::editor::study::ShownDesign;
 use crate::editor::{convert, palette};
 use bevy::prelude::*;
 
-const HIDDEN: ShineThrough = ShineThrough {
-    alpha: 0.6,
-    order_mm: 16_000.0,
-};
+const HIDDEN: ShineThrough = ShineThrough { alpha: 0.6, order_mm: 16_000.0 };
 
 /// The sphere is little more than its outline, so that it hides nothing.
 const SPHERE_ALPHA: f32 = 0.015;
@@ -40,9 +37,7 @@ impl Plugin for TipErrorPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             Update,
-            (show_arrow, show_sphere)
-                .run_if(anything_moved)
-                .in_set(EditorSystems::Draw),
+            (show_arrow, show_sphere).run_if(anything_moved).in_set(EditorSystems::Draw),
         );
     }
 }
@@ -64,11 +59,7 @@ pub fn anything_moved(
 
 fn show_arrow(errors: ShownErrors, mut drawn: DrawnArrows<TipArrow>) {
     let mesh = of_tip(&errors).and_then(|tip| {
-        arrows_mesh(
-            &[tip_arrow(&tip, errors.times())],
-            ArrowStyle::OF_TIP,
-            &errors.rig,
-        )
+        arrows_mesh(&[tip_arrow(&tip, errors.times())], ArrowStyle::OF_TIP, &errors.rig)
     });
     drawn.show("tip error", mesh, HIDDEN);
 }
@@ -77,10 +68,7 @@ fn show_arrow(errors: ShownErrors, mut drawn: DrawnArrows<TipArrow>) {
 fn tip_arrow(errors: &ToolErrors, times: f64) -> Arrow {
     let start_mm = errors.tip_mm();
     let end_mm = errors.ghost(times).world_from_body * errors.tip_in_tool;
-    Arrow {
-        start_mm,
-        vector_mm: end_mm - start_mm,
-    }
+    Arrow { start_mm, vector_mm: end_mm - start_mm }
 }
 
 fn show_sphere(
@@ -115,11 +103,7 @@ fn show_sphere(
         }
         commands.entity(entity).despawn();
     }
-    let color = if is_met {
-        palette::MET
-    } else {
-        palette::MISSED
-    };
+    let color = if is_met { palette::MET } else { palette::MISSED };
     let material = GlowMaterial::translucent(color, SPHERE_ALPHA, SPHERE_RIM_ALPHA)
         .rim(SPHERE_RIM)
         .order(100.0);

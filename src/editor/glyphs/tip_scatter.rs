@@ -25,8 +25,7 @@ impl Plugin for TipScatterPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             Update,
-            show.run_if(super::tip_error::anything_moved)
-                .in_set(EditorSystems::Draw),
+            show.run_if(super::tip_error::anything_moved).in_set(EditorSystems::Draw),
         );
     }
 }
@@ -48,9 +47,8 @@ fn show(
         transform.set_if_neq(place);
         return;
     }
-    let material = GlowMaterial::translucent(palette::GHOST, ALPHA, RIM_ALPHA)
-        .rim(RIM)
-        .order(ORDER_MM);
+    let material =
+        GlowMaterial::translucent(palette::GHOST, ALPHA, RIM_ALPHA).rim(RIM).order(ORDER_MM);
     commands.spawn((
         Name::new("tip scatter"),
         TipScatter,
@@ -68,15 +66,9 @@ fn place(errors: &ShownErrors) -> Option<Transform> {
     let scatter = errors.results.scatter.as_ref()?.as_ref().ok()?;
     let tool = errors.tool()?;
     let times = errors.times();
-    let tracker_from_crf = errors
-        .shown
-        .design
-        .tracker_from_body(BodyRole::Crf)
-        .unwrap_or_else(Pose::identity);
-    let axes_mm = scatter
-        .ellipsoid
-        .semi_axes_in_crf_mm
-        .map(|axis| tracker_from_crf * axis);
+    let tracker_from_crf =
+        errors.shown.design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
+    let axes_mm = scatter.ellipsoid.semi_axes_in_crf_mm.map(|axis| tracker_from_crf * axis);
     let lengths = axes_mm.map(|axis| axis.norm());
     // A sphere of no size has no axes.
     let unit = |k: usize| axes_mm[k].try_normalize(0.0);
@@ -85,9 +77,5 @@ fn place(errors: &ShownErrors) -> Option<Transform> {
         _ => Matrix3::identity(),
     };
     let tip = tool.ghost(times).world_from_body * tool.tip_in_tool;
-    Some(convert::ellipsoid(
-        &tip,
-        &turn,
-        &Vector3::from(lengths.map(|length| length * times)),
-    ))
+    Some(convert::ellipsoid(&tip, &turn, &Vector3::from(lengths.map(|length| length * times))))
 }

@@ -108,10 +108,7 @@ impl Plugin for ArrowsPlugin {
             .init_resource::<WorldGeneration>()
             .add_systems(
                 Update,
-                (
-                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
-                    hear.run_if(is_on),
-                )
+                (ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ), hear.run_if(is_on))
                     .chain()
                     // The trial of now, not that of the frame before.
                     .after(ShownSystems::Follow)
@@ -119,16 +116,13 @@ impl Plugin for ArrowsPlugin {
             )
             .add_systems(
                 Update,
-                draw.run_if(resource_changed::<ArrowLayer>)
-                    .in_set(EditorSystems::Draw),
+                draw.run_if(resource_changed::<ArrowLayer>).in_set(EditorSystems::Draw),
             );
     }
 }
 
 pub(super) fn is_idle(world: &World) -> bool {
-    world
-        .get_resource::<ArrowLayer>()
-        .is_none_or(|layer| layer.latest.is_idle())
+    world.get_resource::<ArrowLayer>().is_none_or(|layer| layer.latest.is_idle())
 }
 
 fn is_on(layer: Res<ArrowLayer>) -> bool {
@@ -164,10 +158,7 @@ fn ask(
     mut bars: ResMut<ColorBars>,
 ) {
     let view = world.0.document.view();
-    let look = Look {
-        map: view.slice.color_map,
-        range_mm: view.arrows.range_mm,
-    };
+    let look = Look { map: view.slice.color_map, range_mm: view.arrows.range_mm };
     if layer.bypass_change_detection().look != look {
         layer.look = look;
         bars.arrows = layer.found.as_ref().map(|found| bar(&layer, found));

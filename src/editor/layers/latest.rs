@@ -41,11 +41,7 @@ impl<A: Send + 'static> Latest<A> {
         Self {
             name,
             shared: Arc::new(Shared {
-                slot: Mutex::new(Slot {
-                    waiting: None,
-                    running: None,
-                    is_stopped: false,
-                }),
+                slot: Mutex::new(Slot { waiting: None, running: None, is_stopped: false }),
                 changed: Condvar::new(),
             }),
             sender,
@@ -135,11 +131,7 @@ pub struct Newest<K, A> {
 
 impl<K: Clone + PartialEq + Send + 'static, A: Send + 'static> Newest<K, A> {
     pub fn new(name: &'static str, waker: Waker) -> Self {
-        Self {
-            latest: Latest::new(name, waker),
-            asked: None,
-            found: None,
-        }
+        Self { latest: Latest::new(name, waker), asked: None, found: None }
     }
 
     /// What was asked for last.
@@ -210,10 +202,7 @@ fn work_on<A>(shared: &Shared<A>, sender: &Sender<(u64, A)>, waker: &Waker) {
                     slot.running = Some(task.cancel.clone());
                     break (number, work, task);
                 }
-                slot = shared
-                    .changed
-                    .wait(slot)
-                    .unwrap_or_else(PoisonError::into_inner);
+                slot = shared.changed.wait(slot).unwrap_or_else(PoisonError::into_inner);
             }
         };
         work(&task, &mut |answer| {

@@ -118,10 +118,7 @@ impl Plugin for PlacementPlugin {
             .init_resource::<ActiveDrag>()
             .add_systems(
                 Update,
-                (
-                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
-                    hear.run_if(is_on),
-                )
+                (ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ), hear.run_if(is_on))
                     .chain()
                     .in_set(EditorSystems::Solve),
             )
@@ -135,9 +132,7 @@ impl Plugin for PlacementPlugin {
 }
 
 pub(super) fn is_idle(world: &World) -> bool {
-    world
-        .get_resource::<PlacementLayer>()
-        .is_none_or(|layer| layer.latest.is_idle())
+    world.get_resource::<PlacementLayer>().is_none_or(|layer| layer.latest.is_idle())
 }
 
 fn is_on(layer: Res<PlacementLayer>) -> bool {
@@ -205,14 +200,8 @@ fn ask(
     bars.placement = None;
     let mesh = key.as_ref().and_then(|key| shown_mesh(&world.0, key.body));
     layer.mesh.clone_from(&mesh);
-    let is_stand_in = key
-        .as_ref()
-        .is_some_and(|key| mesh_of(&world.0, key.body).is_none());
-    layer.surface = mesh
-        .as_deref()
-        .filter(|_| is_stand_in)
-        .and_then(Surface::new)
-        .map(Arc::new);
+    let is_stand_in = key.as_ref().is_some_and(|key| mesh_of(&world.0, key.body).is_none());
+    layer.surface = mesh.as_deref().filter(|_| is_stand_in).and_then(Surface::new).map(Arc::new);
     let (Some(key), Some(mesh)) = (key, mesh) else {
         layer.latest.give_up();
         return;
@@ -294,10 +283,7 @@ fn draw(
         return;
     };
     let material = materials.add(PaintMaterial::over_a_body());
-    let mut colors = found
-        .places
-        .iter()
-        .map(|place| color(place.shown_mm(), bar));
+    let mut colors = found.places.iter().map(|place| color(place.shown_mm(), bar));
     for part in mesh.body_parts() {
         let own: Vec<[f32; 4]> = colors.by_ref().take(part.positions_mm.len()).collect();
         let mesh = convert::mesh(part).with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, own);

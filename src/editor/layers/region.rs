@@ -58,25 +58,19 @@ impl Plugin for RegionPlugin {
             .init_resource::<ActiveDrag>()
             .add_systems(
                 Update,
-                (
-                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
-                    hear.run_if(is_on),
-                )
+                (ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ), hear.run_if(is_on))
                     .chain()
                     .in_set(EditorSystems::Solve),
             )
             .add_systems(
                 Update,
-                draw.run_if(resource_changed::<RegionLayer>)
-                    .in_set(EditorSystems::Draw),
+                draw.run_if(resource_changed::<RegionLayer>).in_set(EditorSystems::Draw),
             );
     }
 }
 
 pub(super) fn is_idle(world: &World) -> bool {
-    world
-        .get_resource::<RegionLayer>()
-        .is_none_or(|layer| layer.latest.is_idle())
+    world.get_resource::<RegionLayer>().is_none_or(|layer| layer.latest.is_idle())
 }
 
 fn is_on(layer: Res<RegionLayer>) -> bool {
@@ -150,10 +144,9 @@ fn in_words(region: &UsableRegion) -> String {
     let percent = |part: f64| format!("{:.0} %", part * 100.0);
     let volume = crate::editor::ui::widgets::count(region.volume_cm3.round() as usize);
     let (with, own) = match region.upper_share {
-        Some(_) => (
-            " with 95 %",
-            format!("; in the room's own field {}", percent(region.own_fraction)),
-        ),
+        Some(_) => {
+            (" with 95 %", format!("; in the room's own field {}", percent(region.own_fraction)))
+        }
         None => ("", String::new()),
     };
     format!(

@@ -71,25 +71,19 @@ impl Plugin for SupportPlugin {
             .init_resource::<Diagnostics>()
             .add_systems(
                 Update,
-                (
-                    ask.run_if(resource_exists_and_changed::<OpenWorld>),
-                    hear.run_if(is_on),
-                )
+                (ask.run_if(resource_exists_and_changed::<OpenWorld>), hear.run_if(is_on))
                     .chain()
                     .in_set(EditorSystems::Solve),
             )
             .add_systems(
                 Update,
-                draw.run_if(resource_changed::<SupportLayer>)
-                    .in_set(EditorSystems::Draw),
+                draw.run_if(resource_changed::<SupportLayer>).in_set(EditorSystems::Draw),
             );
     }
 }
 
 pub(super) fn is_idle(world: &World) -> bool {
-    world
-        .get_resource::<SupportLayer>()
-        .is_none_or(|layer| layer.latest.is_idle())
+    world.get_resource::<SupportLayer>().is_none_or(|layer| layer.latest.is_idle())
 }
 
 fn is_on(layer: Res<SupportLayer>) -> bool {
@@ -130,11 +124,8 @@ fn hear(
     mut diagnostics: ResMut<Diagnostics>,
 ) {
     let answers = layer.bypass_change_detection().latest.answers();
-    diagnostics.support_evaluations += answers
-        .iter()
-        .flatten()
-        .map(|region| region.evaluations)
-        .sum::<u64>();
+    diagnostics.support_evaluations +=
+        answers.iter().flatten().map(|region| region.evaluations).sum::<u64>();
     let Some(found) = answers.into_iter().next_back() else {
         return;
     };

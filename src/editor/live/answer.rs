@@ -73,10 +73,7 @@ fn connect(world: &store::World, waker: &Waker, desk: &mut LiveDesk) {
         return;
     }
     if let Err(expected) = server_address(&desk.server) {
-        desk.problem = Some(format!(
-            "{} is no server's address: {expected}",
-            desk.server
-        ));
+        desk.problem = Some(format!("{} is no server's address: {expected}", desk.server));
         return;
     }
     let scenario = store::resolve(world.document.design(), &world.environment);
@@ -89,9 +86,7 @@ fn record(world: &store::World, desk: &mut LiveDesk, file: &Path) -> Result<(), 
     let Some(session) = &desk.session else {
         return Err("No tracker is heard: connect to its server first".to_owned());
     };
-    session
-        .record(Some(file))
-        .map_err(|error| error.to_string())?;
+    session.record(Some(file)).map_err(|error| error.to_string())?;
     desk.collect(CoveragePlan::of(&world.environment));
     Ok(())
 }

@@ -31,18 +31,14 @@ pub struct CellsPlugin;
 
 impl Plugin for CellsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<LiveDesk>()
-            .init_resource::<Workspace>()
-            .add_systems(
-                Update,
-                (
-                    draw.run_if(super::is_shown),
-                    remove
-                        .run_if(resource_changed::<Workspace>)
-                        .run_if(not(super::is_shown)),
-                )
-                    .in_set(EditorSystems::Draw),
-            );
+        app.init_resource::<LiveDesk>().init_resource::<Workspace>().add_systems(
+            Update,
+            (
+                draw.run_if(super::is_shown),
+                remove.run_if(resource_changed::<Workspace>).run_if(not(super::is_shown)),
+            )
+                .in_set(EditorSystems::Draw),
+        );
     }
 }
 
@@ -84,21 +80,11 @@ fn blocks_of(collected: &Collected) -> Mesh {
     let mut painted = Painted::default();
     for cell in collected.cells.iter().filter(|cell| cell.samples > 0) {
         let color = convert::linear(COLOR_MAP.srgb(brightness(cell.turned)));
-        block(
-            &mut painted,
-            &cell.center_mm,
-            &(collected.cell_mm * BLOCK_PART),
-            color,
-        );
+        block(&mut painted, &cell.center_mm, &(collected.cell_mm * BLOCK_PART), color);
     }
     if let Some(next_mm) = &collected.next_mm {
         let color = convert::linear(palette::ACCENT.srgb());
-        frame(
-            &mut painted,
-            next_mm,
-            &(collected.cell_mm * NEXT_PART),
-            color,
-        );
+        frame(&mut painted, next_mm, &(collected.cell_mm * NEXT_PART), color);
     }
     painted.mesh()
 }

@@ -102,10 +102,7 @@ impl Collector {
             Some(shown)
                 if shown.plan == *coverage.plan() && shown.summary.distinct == summary.distinct =>
             {
-                Some(Some(Collected {
-                    summary,
-                    ..shown.clone()
-                }))
+                Some(Some(Collected { summary, ..shown.clone() }))
             }
             _ => Some(Some(Collected {
                 plan: *coverage.plan(),

@@ -191,11 +191,7 @@ impl LivePoses {
         let (tool, crf) = (of(BodyRole::Tool), of(BodyRole::Crf));
         let is_new = (self.tool, self.crf) != (tool, crf);
         if is_new {
-            *self = Self {
-                number: self.number + 1,
-                tool,
-                crf,
-            };
+            *self = Self { number: self.number + 1, tool, crf };
         }
         is_new
     }

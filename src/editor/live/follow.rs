@@ -83,10 +83,7 @@ mod tests {
         let world = store::open_builtin("pointer-on-head").unwrap();
         let plan = CoveragePlan::of(&world.environment);
         collector.begin(plan);
-        let measured = SessionEvent::Measured {
-            tool: "Wand".to_owned(),
-            pose: Pose::identity(),
-        };
+        let measured = SessionEvent::Measured { tool: "Wand".to_owned(), pose: Pose::identity() };
         collector.hear(&measured);
         let samples = || {
             let collected = collector.newer_than(None).flatten();

@@ -82,9 +82,7 @@ impl Plugin for LivePlugin {
             )
             .add_systems(
                 Update,
-                follow::keep_room
-                    .run_if(is_connected)
-                    .in_set(EditorSystems::Solve),
+                follow::keep_room.run_if(is_connected).in_set(EditorSystems::Solve),
             );
     }
 }

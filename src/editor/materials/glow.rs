@@ -140,11 +140,7 @@ impl GlowMaterial {
                 shape: Vec4::new(middle, rim, 2.0, if is_opaque { 0.45 } else { 0.25 }),
             },
             role: color,
-            key: GlowKey {
-                shown,
-                faces: Faces::Front,
-                is_opaque,
-            },
+            key: GlowKey { shown, faces: Faces::Front, is_opaque },
             order_mm: 0.0,
         }
     }
@@ -156,11 +152,7 @@ impl Material for GlowMaterial {
     }
 
     fn alpha_mode(&self) -> AlphaMode {
-        if self.key.is_opaque {
-            AlphaMode::Opaque
-        } else {
-            AlphaMode::Blend
-        }
+        if self.key.is_opaque { AlphaMode::Opaque } else { AlphaMode::Blend }
     }
 
     fn depth_bias(&self) -> f32 {

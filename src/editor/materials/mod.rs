@@ -25,11 +25,6 @@ pub struct MaterialsPlugin;
 
 impl Plugin for MaterialsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins((
-            glow::GlowPlugin,
-            lit::LitPlugin,
-            map::MapPlugin,
-            paint::PaintPlugin,
-        ));
+        app.add_plugins((glow::GlowPlugin, lit::LitPlugin, map::MapPlugin, paint::PaintPlugin));
     }
 }

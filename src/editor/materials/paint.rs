@@ -31,26 +31,17 @@ pub struct PaintMaterial {
 impl PaintMaterial {
     /// For markers that are compared with a map beside them.
     pub fn exact() -> Self {
-        Self {
-            rim: Vec4::ONE,
-            is_over: false,
-        }
+        Self { rim: Vec4::ONE, is_over: false }
     }
 
     /// For arrows, whose colours are read against a colour bar.
     pub fn flat() -> Self {
-        Self {
-            rim: Vec4::new(0.7, 0.0, 0.0, 0.0),
-            is_over: false,
-        }
+        Self { rim: Vec4::new(0.7, 0.0, 0.0, 0.0), is_over: false }
     }
 
     /// For the surface of a body, whose form has to be seen too.
     pub fn over_a_body() -> Self {
-        Self {
-            rim: Vec4::new(0.55, 0.0, 0.0, 0.0),
-            is_over: true,
-        }
+        Self { rim: Vec4::new(0.55, 0.0, 0.0, 0.0), is_over: true }
     }
 }
 

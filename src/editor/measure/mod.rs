@@ -30,21 +30,11 @@ pub struct Row {
 
 impl Row {
     fn asked(what: impl Into<String>, measured: String, asked: &'static str, is_met: bool) -> Self {
-        Self {
-            what: what.into(),
-            measured,
-            asked: Some(asked),
-            is_met: Some(is_met),
-        }
+        Self { what: what.into(), measured, asked: Some(asked), is_met: Some(is_met) }
     }
 
     fn note(what: impl Into<String>, measured: String) -> Self {
-        Self {
-            what: what.into(),
-            measured,
-            asked: None,
-            is_met: None,
-        }
+        Self { what: what.into(), measured, asked: None, is_met: None }
     }
 }
 
@@ -83,10 +73,7 @@ pub fn measure(started: Started) -> Result<Report, MeasureError> {
     rows.extend(edit_rows()?);
     rows.extend(placement_rows()?);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    Ok(Report {
-        machine: format!("{}, {cores} processor cores, 1280x720", window.adapter),
-        rows,
-    })
+    Ok(Report { machine: format!("{}, {cores} processor cores, 1280x720", window.adapter), rows })
 }
 
 fn window_rows(window: &WindowFigures) -> Vec<Row> {
@@ -97,9 +84,7 @@ fn window_rows(window: &WindowFigures) -> Vec<Row> {
         window.first_frame <= Duration::from_millis(1500),
     )];
     let rest = &window.rest;
-    let share = rest
-        .processor
-        .map(|p| p.as_secs_f64() / rest.lasted.as_secs_f64() * 100.0);
+    let share = rest.processor.map(|p| p.as_secs_f64() / rest.lasted.as_secs_f64() * 100.0);
     rows.push(Row::asked(
         format!("at rest for {:.0} s", rest.lasted.as_secs_f64()),
         match share {
@@ -126,10 +111,7 @@ fn window_rows(window: &WindowFigures) -> Vec<Row> {
     });
     if let Some(processor) = orbit.processor {
         let ms = processor.as_secs_f64() * 1e3 / orbit.frames.max(1) as f64;
-        rows.push(Row::note(
-            "  processor time of such a frame, all cores",
-            format!("{ms:.1} ms"),
-        ));
+        rows.push(Row::note("  processor time of such a frame, all cores", format!("{ms:.1} ms")));
     }
     for (pass, ms) in &window.passes_ms {
         rows.push(Row::note(format!("  of it: {pass}"), format!("{ms:.1} ms")));
@@ -218,12 +200,7 @@ mod tests {
         let report = Report {
             machine: "a machine".to_owned(),
             rows: vec![
-                Row::asked(
-                    "start",
-                    milliseconds(Duration::from_millis(1700)),
-                    "1 s",
-                    false,
-                ),
+                Row::asked("start", milliseconds(Duration::from_millis(1700)), "1 s", false),
                 Row::note("  of it: waiting", "1 ms".to_owned()),
             ],
         };

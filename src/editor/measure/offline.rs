@@ -44,12 +44,11 @@ pub fn edits_to_figures(count: usize) -> Result<Vec<Duration>, MeasureError> {
         };
         sensor.position_in_body.z += if i % 2 == 0 { 1.0 } else { -1.0 };
         let start = Instant::now();
-        app.world_mut()
-            .write_message(EditRequest::Apply(Edit::SetSensor {
-                body: BodyRole::Tool,
-                index: 0,
-                sensor,
-            }));
+        app.world_mut().write_message(EditRequest::Apply(Edit::SetSensor {
+            body: BodyRole::Tool,
+            index: 0,
+            sensor,
+        }));
         wait_for_figures(&mut app, &wakes)?;
         times.push(start.elapsed());
     }
@@ -101,9 +100,5 @@ pub fn placement() -> Result<Placed, MeasureError> {
         first.get_or_insert_with(|| start.elapsed());
     })?;
     let last = start.elapsed();
-    Ok(Placed {
-        vertices: plan.candidates.len(),
-        first: first.unwrap_or(last),
-        last,
-    })
+    Ok(Placed { vertices: plan.candidates.len(), first: first.unwrap_or(last), last })
 }

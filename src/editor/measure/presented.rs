@@ -57,14 +57,11 @@ fn see_figures(
     results: Extract<Option<Res<Results>>>,
     mut has_figures: ResMut<HasFigures>,
 ) {
-    has_figures.0 = world
-        .as_ref()
-        .zip(results.as_ref())
-        .is_some_and(|(world, results)| {
-            let revision = world.0.document.revision();
-            let study = results.study.as_ref();
-            results.is_whole() && study.is_some_and(|study| study.revision == revision)
-        });
+    has_figures.0 = world.as_ref().zip(results.as_ref()).is_some_and(|(world, results)| {
+        let revision = world.0.document.revision();
+        let study = results.study.as_ref();
+        results.is_whole() && study.is_some_and(|study| study.revision == revision)
+    });
 }
 
 fn count(presented: Res<Presented>, has_figures: Res<HasFigures>) {

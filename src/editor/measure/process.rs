@@ -35,9 +35,7 @@ pub fn processor_time() -> Option<Duration> {
 fn age() -> Option<Duration> {
     let uptime = std::fs::read_to_string("/proc/uptime").ok()?;
     let uptime: f64 = uptime.split_whitespace().next()?.parse().ok()?;
-    Duration::try_from_secs_f64(uptime)
-        .ok()?
-        .checked_sub(ticks(&stat()?, START_TICKS)?)
+    Duration::try_from_secs_f64(uptime).ok()?.checked_sub(ticks(&stat()?, START_TICKS)?)
 }
 
 fn stat() -> Option<String> {

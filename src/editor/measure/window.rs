@@ -75,11 +75,7 @@ struct Since {
 
 impl Since {
     fn now(presented: &Presented) -> Self {
-        Self {
-            at: Instant::now(),
-            frames: presented.frames().count,
-            processor: processor_time(),
-        }
+        Self { at: Instant::now(), frames: presented.frames().count, processor: processor_time() }
     }
 
     fn until_now(self, presented: &Presented) -> Stretch {
@@ -218,9 +214,8 @@ impl Measurement {
 
     fn open(&mut self, opened: StoreWorld, world: &mut World) {
         let tool = opened.mesh(crate::design::BodyRole::Tool);
-        self.figures.triangles = tool.map_or(0, |mesh| {
-            mesh.parts.iter().map(|part| part.triangles.len()).sum()
-        });
+        self.figures.triangles =
+            tool.map_or(0, |mesh| mesh.parts.iter().map(|part| part.triangles.len()).sum());
         world.resource_mut::<OpenWorld>().0 = opened;
         world.resource_mut::<WorldGeneration>().0 += 1;
     }
@@ -230,13 +225,9 @@ impl Measurement {
 fn is_ready(world: &World) -> bool {
     let revision = world.resource::<OpenWorld>().0.document.revision();
     let results = world.resource::<Results>();
-    let has_figures = results
-        .study
-        .as_ref()
-        .is_some_and(|s| s.revision == revision);
-    let is_solved = world
-        .get_resource::<SolverHandle>()
-        .is_none_or(|handle| handle.solver.is_idle());
+    let has_figures = results.study.as_ref().is_some_and(|s| s.revision == revision);
+    let is_solved =
+        world.get_resource::<SolverHandle>().is_none_or(|handle| handle.solver.is_idle());
     has_figures && results.slice.is_some() && is_solved && layers::are_idle(world)
 }
 

@@ -34,12 +34,7 @@ pub fn order_four() -> Result<World, MeasureError> {
 pub fn with_tool_mesh(world: &World, mesh: SurfaceMesh) -> World {
     let document: Document = world.document.clone();
     let crf = world.mesh(crate::design::BodyRole::Crf).cloned();
-    World::new(
-        document,
-        Arc::clone(&world.environment),
-        Some(Arc::new(mesh)),
-        crf,
-    )
+    World::new(document, Arc::clone(&world.environment), Some(Arc::new(mesh)), crf)
 }
 
 /// A rippled tube along z: `around · (along + 1)` vertices, `2 · around · along` triangles.
@@ -62,10 +57,8 @@ pub fn tube(around: u32, along: u32) -> SurfaceMesh {
             let (sine, cosine) = (f64::from(i) / f64::from(around) * TAU).sin_cos();
             let outward = Vector3::new(cosine, sine, 0.0);
             let along_mm = Vector3::z() * (part_along * SHAFT_LENGTH_MM);
-            part.positions_mm
-                .push(Point3::from(outward * radius_mm + along_mm));
-            part.normals
-                .push((outward - Vector3::z() * climb).normalize());
+            part.positions_mm.push(Point3::from(outward * radius_mm + along_mm));
+            part.normals.push((outward - Vector3::z() * climb).normalize());
         }
     }
     for j in 0..along {
@@ -76,8 +69,5 @@ pub fn tube(around: u32, along: u32) -> SurfaceMesh {
             part.triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
-    SurfaceMesh {
-        parts: vec![part],
-        ..SurfaceMesh::default()
-    }
+    SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() }
 }

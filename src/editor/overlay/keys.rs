@@ -46,10 +46,7 @@ pub fn of_slice(results: &Results, scale: &ColorScale) -> Vec<LegendKey> {
     };
     let mut keys = Vec::new();
     let points = || slice.values.iter().zip(&slice.is_inside);
-    let no_value = |text: &str| LegendKey {
-        swatch: Swatch::NoValue,
-        text: text.to_owned(),
-    };
+    let no_value = |text: &str| LegendKey { swatch: Swatch::NoValue, text: text.to_owned() };
     if points().any(|(value, is_inside)| !is_inside && !value.is_nan()) {
         keys.push(no_value(outside_words(slice.quantity)));
     }
@@ -80,11 +77,7 @@ pub fn paint(painter: &Painter, keys: &[LegendKey], right_bottom: Pos2) -> Optio
     let lines: Vec<_> = keys
         .iter()
         .map(|key| {
-            let indent = if key.swatch == Swatch::Nothing {
-                0.0
-            } else {
-                INDENT
-            };
+            let indent = if key.swatch == Swatch::Nothing { 0.0 } else { INDENT };
             let text = painter.layout_no_wrap(key.text.clone(), theme::label_font(), color);
             (key.swatch, indent, text)
         })
@@ -99,11 +92,7 @@ pub fn paint(painter: &Painter, keys: &[LegendKey], right_bottom: Pos2) -> Optio
         let middle = at.y + LINE / 2.0;
         let box_min = pos2(at.x, middle - SWATCH[1] / 2.0);
         paint_swatch(painter, swatch, Rect::from_min_size(box_min, SWATCH.into()));
-        painter.galley(
-            pos2(at.x + indent, middle - text.size().y / 2.0),
-            text,
-            color,
-        );
+        painter.galley(pos2(at.x + indent, middle - text.size().y / 2.0), text, color);
         at.y += LINE;
     }
     Some(frame)
@@ -115,12 +104,7 @@ fn paint_swatch(painter: &Painter, swatch: Swatch, rect: Rect) {
         Swatch::Nothing => {}
         Swatch::NoValue => {
             painter.rect_filled(rect, 1.0, rgb(NO_VALUE_SRGB));
-            hatch(
-                painter,
-                rect,
-                Stroke::new(1.2, rgb(NO_VALUE_LINE_SRGB)),
-                1.0,
-            );
+            hatch(painter, rect, Stroke::new(1.2, rgb(NO_VALUE_LINE_SRGB)), 1.0);
         }
         Swatch::Unsupported(map) => {
             let middle = map.srgb(0.4);

@@ -57,9 +57,7 @@ fn place_one(
     }
     let candidates = || {
         DISTANCES.into_iter().flat_map(|distance| {
-            DIRECTIONS
-                .into_iter()
-                .map(move |direction| candidate(label, direction, distance))
+            DIRECTIONS.into_iter().map(move |direction| candidate(label, direction, distance))
         })
     };
     let is_free = |rect: &Rect| {
@@ -118,17 +116,10 @@ pub fn leader(anchor: Pos2, label: Rect) -> Option<[Pos2; 2]> {
 mod tests {
     use super::*;
 
-    const VIEW: Rect = Rect {
-        min: Pos2::ZERO,
-        max: pos2(400.0, 300.0),
-    };
+    const VIEW: Rect = Rect { min: Pos2::ZERO, max: pos2(400.0, 300.0) };
 
     fn wanted(x: f32, y: f32) -> Wanted {
-        Wanted {
-            anchor: pos2(x, y),
-            size: vec2(60.0, 16.0),
-            is_needed: false,
-        }
+        Wanted { anchor: pos2(x, y), size: vec2(60.0, 16.0), is_needed: false }
     }
 
     #[test]

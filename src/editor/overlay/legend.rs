@@ -103,10 +103,8 @@ fn scale_bar(painter: &Painter, view: &OverlayView, left_bottom: Pos2) -> Rect {
 fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
     let span = scale.max - scale.min;
     let is_clipped = scale.largest > scale.max + 1e-9 * span.abs();
-    let largest = format!(
-        "largest {}",
-        with_unit(&decimal(scale.largest, scale.decimals), scale.unit)
-    );
+    let largest =
+        format!("largest {}", with_unit(&decimal(scale.largest, scale.decimals), scale.unit));
     let width = |text: &str| {
         let color = palette::TEXT.color32();
         let laid = painter.layout_no_wrap(text.to_owned(), theme::label_font(), color);
@@ -151,11 +149,7 @@ fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
             [pos2(x, bar.bottom()), pos2(x, bar.bottom() + 3.0)],
             Stroke::new(1.0, palette::TEXT.color32()),
         );
-        let unit = if k + 1 == values.len() {
-            scale.unit
-        } else {
-            ""
-        };
+        let unit = if k + 1 == values.len() { scale.unit } else { "" };
         let label = with_unit(&format!("{value:.decimals$}"), unit);
         // The first begins at the bar's end, and one at the other end ends there, so that they stay
         // on the plate.
@@ -166,13 +160,7 @@ fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
         } else {
             Align2::CENTER_TOP
         };
-        text(
-            painter,
-            pos2(x, bar.bottom() + 3.0),
-            align,
-            &label,
-            palette::TEXT,
-        );
+        text(painter, pos2(x, bar.bottom() + 3.0), align, &label, palette::TEXT);
     }
     if let Some(limit) = scale.limit {
         requirement(painter, scale, limit, bar, frame);
@@ -238,11 +226,7 @@ fn gradient(painter: &Painter, bar: Rect, map: ColorMap) {
 fn arrow_right(painter: &Painter, bar: Rect, color: Color32) {
     let x = bar.right() + 2.0;
     painter.add(Shape::convex_polygon(
-        vec![
-            pos2(x, bar.top()),
-            pos2(x + 9.0, bar.center().y),
-            pos2(x, bar.bottom()),
-        ],
+        vec![pos2(x, bar.top()), pos2(x + 9.0, bar.center().y), pos2(x, bar.bottom())],
         color,
         Stroke::NONE,
     ));
@@ -257,22 +241,10 @@ fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> O
         true => ["how far off the tip is", "where the tracker sees the tool"],
     };
     let keys: Vec<(&str, Rgb)> = [
-        (
-            layers.sensor_errors || layers.tip_error,
-            vectors,
-            palette::ERROR_VECTOR,
-        ),
+        (layers.sensor_errors || layers.tip_error, vectors, palette::ERROR_VECTOR),
         (layers.ghost, ghost, palette::GHOST),
-        (
-            view.has_baseline,
-            "baseline as tracked, and its sensors",
-            palette::BASELINE,
-        ),
-        (
-            layers.tip_scatter && view.has_scatter,
-            "95 % of the tip's jitter",
-            palette::GHOST,
-        ),
+        (view.has_baseline, "baseline as tracked, and its sensors", palette::BASELINE),
+        (layers.tip_scatter && view.has_scatter, "95 % of the tip's jitter", palette::GHOST),
     ]
     .into_iter()
     .filter(|(is_on, _, _)| *is_on)
@@ -296,11 +268,7 @@ fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> O
         .map(|(name, _)| {
             let name = (*name).to_owned();
             let color = palette::TEXT.color32();
-            KEY_INDENT
-                + painter
-                    .layout_no_wrap(name, theme::label_font(), color)
-                    .size()
-                    .x
+            KEY_INDENT + painter.layout_no_wrap(name, theme::label_font(), color).size().x
         })
         .fold(0.0, f32::max);
     let width = head.size().x.max(widest_key) + 2.0 * PADDING;
@@ -313,17 +281,9 @@ fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> O
     at.y += head_height + 2.0;
     for (name, color) in keys {
         let y = at.y + LINE / 2.0 - 1.0;
-        painter.line_segment(
-            [pos2(at.x, y), pos2(at.x + 16.0, y)],
-            Stroke::new(3.0, color.color32()),
-        );
-        text(
-            painter,
-            at + vec2(KEY_INDENT, 0.0),
-            Align2::LEFT_TOP,
-            name,
-            palette::TEXT,
-        );
+        painter
+            .line_segment([pos2(at.x, y), pos2(at.x + 16.0, y)], Stroke::new(3.0, color.color32()));
+        text(painter, at + vec2(KEY_INDENT, 0.0), Align2::LEFT_TOP, name, palette::TEXT);
         at.y += LINE;
     }
     Some(frame)

@@ -106,9 +106,7 @@ fn sensor_point(view: &OverlayView, role: BodyRole, index: usize) -> Option<Poin
 }
 
 fn roles(view: &OverlayView) -> impl Iterator<Item = BodyRole> {
-    BodyRole::ALL
-        .into_iter()
-        .filter(|role| view.design.body(*role).is_some())
+    BodyRole::ALL.into_iter().filter(|role| view.design.body(*role).is_some())
 }
 
 /// What is wrong, said where it is wrong.
@@ -189,11 +187,7 @@ fn sensors(view: &OverlayView, labels: &mut Vec<Label>) {
                     SensorOrientation::Marker => sensor.name.clone(),
                     measured => format!("{} · {}", sensor.name, measured.kind_name()),
                 },
-                color: if is_looked_at {
-                    palette::SELECTED
-                } else {
-                    palette::SENSOR
-                },
+                color: if is_looked_at { palette::SELECTED } else { palette::SENSOR },
                 is_needed: is_looked_at,
             });
         }
@@ -219,12 +213,7 @@ fn body_troubles(view: &OverlayView, labels: &mut Vec<Label>) {
         let Some(at) = far_end(view, *role).and_then(|far| view.project(&far)) else {
             continue;
         };
-        labels.push(Label {
-            at,
-            text: trouble.clone(),
-            color: palette::MISSED,
-            is_needed: true,
-        });
+        labels.push(Label { at, text: trouble.clone(), color: palette::MISSED, is_needed: true });
     }
 }
 
@@ -253,11 +242,7 @@ fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
         };
         let name = &body.rigid.name;
         let is_told = name.to_lowercase().contains(&kind.to_lowercase());
-        let text = if is_told || view.is_plain {
-            name.clone()
-        } else {
-            format!("{name} ({kind})")
-        };
+        let text = if is_told || view.is_plain { name.clone() } else { format!("{name} ({kind})") };
         labels.push(Label {
             at,
             text,
@@ -306,11 +291,7 @@ fn gizmo_letters(painter: &Painter, view: &OverlayView) -> Vec<Rect> {
         let [tip, at] = view.gizmo?.arrow_end_px(axis, &view.eye())?.map(place);
         let font = theme::body_font();
         let text = axis.name();
-        painter.circle_filled(
-            at,
-            LETTER_PX,
-            palette::BACKGROUND.color32_alpha(PLATE_ALPHA),
-        );
+        painter.circle_filled(at, LETTER_PX, palette::BACKGROUND.color32_alpha(PLATE_ALPHA));
         let letter = painter.text(at, Align2::CENTER_CENTER, text, font, color.color32());
         Some(letter.union(Rect::from_center_size(tip, vec2(HEAD_PX, HEAD_PX))))
     };
@@ -357,12 +338,8 @@ fn volume_lengths(view: &OverlayView, volume: &Volume, labels: &mut Vec<Label>) 
 
 /// The number next to the pointer; what it covers.
 fn readout(painter: &Painter, view: Rect, at: Pos2, text: &str) -> Rect {
-    let galley = painter.layout(
-        text.to_owned(),
-        theme::body_font(),
-        palette::TEXT_STRONG.color32(),
-        320.0,
-    );
+    let galley =
+        painter.layout(text.to_owned(), theme::body_font(), palette::TEXT_STRONG.color32(), 320.0);
     let size = galley.size() + vec2(14.0, 8.0);
     let mut rect = Rect::from_min_size(at + vec2(18.0, 14.0), size);
     if rect.right() > view.right() - 4.0 {
@@ -374,10 +351,6 @@ fn readout(painter: &Painter, view: Rect, at: Pos2, text: &str) -> Rect {
     painter.rect_filled(rect, 4.0, palette::PANEL.color32_alpha(235));
     let stroke = Stroke::new(1.0, palette::ACCENT.color32());
     painter.rect_stroke(rect, 4.0, stroke, StrokeKind::Inside);
-    painter.galley(
-        rect.min + vec2(7.0, 4.0),
-        galley,
-        palette::TEXT_STRONG.color32(),
-    );
+    painter.galley(rect.min + vec2(7.0, 4.0), galley, palette::TEXT_STRONG.color32());
     rect
 }

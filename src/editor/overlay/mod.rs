@@ -170,21 +170,19 @@ fn color_bars(
     requirement: Option<Requirement>,
 ) -> Vec<ColorBar> {
     let slice = results.slice.as_ref().filter(|_| layers.slice);
-    let of_slice = slice
-        .zip(scene.color_scale.as_deref())
-        .map(|(slice, scale)| {
-            let quantity = slice.value.quantity;
-            ColorBar {
-                label: quantity.label().to_owned(),
-                unit: quantity.unit(),
-                map: scale.map,
-                min: 0.0,
-                max: scale.max_mm,
-                largest: slice.value.max,
-                decimals: quantity.decimals(),
-                limit: requirement.and_then(|of| quantity.limit(&of)),
-            }
-        });
+    let of_slice = slice.zip(scene.color_scale.as_deref()).map(|(slice, scale)| {
+        let quantity = slice.value.quantity;
+        ColorBar {
+            label: quantity.label().to_owned(),
+            unit: quantity.unit(),
+            map: scale.map,
+            min: 0.0,
+            max: scale.max_mm,
+            largest: slice.value.max,
+            decimals: quantity.decimals(),
+            limit: requirement.and_then(|of| quantity.limit(&of)),
+        }
+    });
     let of_layers = scene.color_bars.iter().flat_map(|bars| bars.all().cloned());
     of_slice.into_iter().chain(of_layers).collect()
 }
@@ -208,10 +206,7 @@ fn legend_keys(scene: &Scene, results: &Results, document: &Document) -> Vec<Leg
     let Some(bars) = &scene.color_bars else {
         return keys;
     };
-    for (text, color) in [
-        (&bars.support, palette::SUPPORT),
-        (&bars.region, palette::MET),
-    ] {
+    for (text, color) in [(&bars.support, palette::SUPPORT), (&bars.region, palette::MET)] {
         // Why there is none is for whoever makes the slide: its panel says so.
         let is_told = |text: &&String| *scene.workspace != Workspace::Present || !is_none(text);
         keys.extend(text.iter().filter(is_told).map(|text| LegendKey {
@@ -277,9 +272,7 @@ fn draw(
             && scene.decide.is_some_and(|desk| desk.pinned.is_some()),
         covered: &scene.cover.0,
     };
-    let painter = ctx
-        .layer_painter(LayerId::background())
-        .with_clip_rect(rect);
+    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(rect);
     paint(&painter, &view);
     Ok(())
 }

@@ -14,10 +14,7 @@ pub fn ticks(max: f64, count: usize) -> Vec<f64> {
         .map(|factor| below * factor)
         .find(|step| *step >= least * (1.0 - 1e-12) && is_round(*step))
         .unwrap_or(below * 10.0);
-    (0..=count)
-        .map(|k| k as f64 * step)
-        .take_while(|value| *value <= max * (1.0 + 1e-12))
-        .collect()
+    (0..=count).map(|k| k as f64 * step).take_while(|value| *value <= max * (1.0 + 1e-12)).collect()
 }
 
 /// Whether a number is 1, 2 or 5 times a power of ten.
@@ -28,11 +25,7 @@ fn is_round(value: f64) -> bool {
 /// As many decimals as the step between ticks needs.
 pub fn decimals(values: &[f64]) -> usize {
     let step = values.get(1).copied().unwrap_or(1.0);
-    if step > 0.0 {
-        (-(step.log10() + 1e-9).floor()).clamp(0.0, 6.0) as usize
-    } else {
-        0
-    }
+    if step > 0.0 { (-(step.log10() + 1e-9).floor()).clamp(0.0, 6.0) as usize } else { 0 }
 }
 
 #[cfg(test)]
@@ -41,14 +34,9 @@ mod tests {
 
     #[test]
     fn round_numbers_are_one_two_or_five_times_a_power_of_ten() {
-        for (limit, round) in [
-            (7.3, 5.0),
-            (1.0, 1.0),
-            (1.99, 1.0),
-            (260.0, 200.0),
-            (0.034, 0.02),
-            (1000.0, 1000.0),
-        ] {
+        for (limit, round) in
+            [(7.3, 5.0), (1.0, 1.0), (1.99, 1.0), (260.0, 200.0), (0.034, 0.02), (1000.0, 1000.0)]
+        {
             assert!((round_below(limit) / round - 1.0).abs() < 1e-12, "{limit}");
         }
     }

@@ -22,11 +22,7 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
         at = pos2(at.x, rect.bottom() + 2.0);
         covered = covered.union(rect);
     };
-    line(
-        &view.design.name,
-        theme::body_font(),
-        palette::TEXT_STRONG.color32(),
-    );
+    line(&view.design.name, theme::body_font(), palette::TEXT_STRONG.color32());
     if let Some(figures) = view.figures {
         let headline = headline(figures, view.expected);
         let (name, unit) = (headline.figure.label(), headline.figure.unit());

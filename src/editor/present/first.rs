@@ -16,10 +16,7 @@ pub fn slide_of(document: &Document) -> Slide {
         title: design.name.clone(),
         caption: String::new(),
         figures,
-        view: View {
-            layers: plain(own.layers),
-            ..own.clone()
-        },
+        view: View { layers: plain(own.layers), ..own.clone() },
     }
 }
 

@@ -139,10 +139,7 @@ fn answer(
             }
             PresentRequest::Add => {
                 let index = (shown + 1).min(slides.len());
-                let slide = Slide {
-                    view: document.view().clone(),
-                    ..current()
-                };
+                let slide = Slide { view: document.view().clone(), ..current() };
                 let slide = Box::new(slide);
                 edit(SlideEdit::Add { index, slide });
                 presenter.slide = index;

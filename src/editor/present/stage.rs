@@ -142,9 +142,5 @@ fn wanted(document: &Document, slide: usize, generation: u64) -> Shown {
         Some(slide) => slide.view.clone(),
         None => slide_of(document).view,
     };
-    Shown {
-        generation,
-        slide,
-        view,
-    }
+    Shown { generation, slide, view }
 }

@@ -112,11 +112,7 @@ fn draw_anatomy(
         let mut root = commands.spawn((
             Name::new(format!("anatomy {}", anatomy.name)),
             AnatomyRoot(index),
-            MadeFrom {
-                name: anatomy.name.clone(),
-                mesh: Arc::clone(mesh),
-                color,
-            },
+            MadeFrom { name: anatomy.name.clone(), mesh: Arc::clone(mesh), color },
             convert::transform(&anatomy.tracker_from_mesh(design)),
         ));
         for (part, shapes) in mesh.parts.iter().zip(shapes) {

@@ -54,27 +54,18 @@ fn show_axes(
         return;
     }
     let mut axes = GizmoAsset::default();
-    for (direction, color) in [
-        (Vec3::X, palette::AXIS_X),
-        (Vec3::Y, palette::AXIS_Y),
-        (Vec3::Z, palette::AXIS_Z),
-    ] {
-        axes.arrow(
-            Vec3::ZERO,
-            direction * convert::length(ground::AXIS_LENGTH_MM),
-            color.color(),
-        )
-        .with_tip_length(10.0);
+    for (direction, color) in
+        [(Vec3::X, palette::AXIS_X), (Vec3::Y, palette::AXIS_Y), (Vec3::Z, palette::AXIS_Z)]
+    {
+        axes.arrow(Vec3::ZERO, direction * convert::length(ground::AXIS_LENGTH_MM), color.color())
+            .with_tip_length(10.0);
     }
     commands.spawn((
         Name::new("tracker axes"),
         TrackerAxes(*theme),
         Gizmo {
             handle: gizmos.add(axes),
-            line_config: GizmoLineConfig {
-                width: 2.5,
-                ..default()
-            },
+            line_config: GizmoLineConfig { width: 2.5, ..default() },
             depth_bias: -0.002,
         },
     ));
@@ -102,10 +93,7 @@ fn show_grid(
             Ground(*theme),
             Gizmo {
                 handle: gizmos.add(grid()),
-                line_config: GizmoLineConfig {
-                    width: 1.0,
-                    ..default()
-                },
+                line_config: GizmoLineConfig { width: 1.0, ..default() },
                 ..default()
             },
         ));

@@ -93,20 +93,14 @@ fn spawn_bodies(
         if !is_wanted {
             continue;
         }
-        let mut root = commands.spawn((
-            Name::new(role.name()),
-            BodyRoot(role),
-            MadeFrom(mesh.clone()),
-        ));
+        let mut root =
+            commands.spawn((Name::new(role.name()), BodyRoot(role), MadeFrom(mesh.clone())));
         let Some(mesh) = &mesh else { continue };
         for (part, shapes) in made.of(role, mesh, &mut meshes, is_software) {
             root.with_children(|parts| {
                 let mut shape = parts.spawn((
                     Name::new(part.name.clone()),
-                    BodyPart {
-                        body: role,
-                        is_anatomy: part.is_anatomy(),
-                    },
+                    BodyPart { body: role, is_anatomy: part.is_anatomy() },
                     Mesh3d(shapes.fine.clone()),
                     shapes,
                 ));
@@ -141,11 +135,8 @@ fn place_bodies(
 fn show_anatomy(world: Res<OpenWorld>, mut parts: Query<(&BodyPart, &mut Visibility)>) {
     let is_shown = world.0.document.view().layers.anatomy;
     for (part, mut visibility) in &mut parts {
-        let wanted = if part.is_anatomy && !is_shown {
-            Visibility::Hidden
-        } else {
-            Visibility::Inherited
-        };
+        let wanted =
+            if part.is_anatomy && !is_shown { Visibility::Hidden } else { Visibility::Inherited };
         visibility.set_if_neq(wanted);
     }
 }

@@ -32,8 +32,5 @@ pub fn of_selection(world: &World, design: &Design, selection: &Selection) -> Op
 }
 
 fn at(center_mm: Point3<f64>) -> Sphere {
-    Sphere {
-        center_mm,
-        radius_mm: POINT_RADIUS_MM,
-    }
+    Sphere { center_mm, radius_mm: POINT_RADIUS_MM }
 }

@@ -16,8 +16,7 @@ impl Plugin for GeneratorPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             Update,
-            show.run_if(resource_exists_and_changed::<OpenWorld>)
-                .in_set(EditorSystems::Draw),
+            show.run_if(resource_exists_and_changed::<OpenWorld>).in_set(EditorSystems::Draw),
         );
     }
 }

@@ -83,10 +83,7 @@ fn make_materials(mut commands: Commands, mut materials: ResMut<Assets<GlowMater
         let hidden = GlowMaterial::translucent(color, HIDDEN_ALPHA, HIDDEN_ALPHA)
             .shown(Shown::Always)
             .order(ORDER_MM);
-        [
-            materials.add(GlowMaterial::solid(color)),
-            materials.add(hidden),
-        ]
+        [materials.add(GlowMaterial::solid(color)), materials.add(hidden)]
     };
     let coil = both(palette::SENSOR);
     let axis = both(palette::SENSOR_AXIS);
@@ -147,11 +144,7 @@ fn spawn_sensor(
 ) -> Entity {
     let Look(drawn) = look;
     let (across, along) = drawn.drawn_size();
-    let size = ScreenSized {
-        at_mm: Point3::origin(),
-        across,
-        along,
-    };
+    let size = ScreenSized { at_mm: Point3::origin(), across, along };
     let is_marker = drawn.is_marker();
     let (shape, outline) = match is_marker {
         true => (&shapes.ball, &shapes.ball),
@@ -160,25 +153,13 @@ fn spawn_sensor(
     let mut sensor = commands.spawn((Name::new("sensor"), mark, look));
     sensor.with_children(|sensor| {
         sensor
-            .spawn((
-                Part(mark),
-                size,
-                Transform::default(),
-                Visibility::default(),
-            ))
+            .spawn((Part(mark), size, Transform::default(), Visibility::default()))
             .with_children(|coil| spawn_coil(coil, mark, (shape, &shapes.cylinder), materials));
-        let outlined = |size: SizeBounds| SizeBounds {
-            extra_px: OUTLINE_PX,
-            ..size
-        };
+        let outlined = |size: SizeBounds| SizeBounds { extra_px: OUTLINE_PX, ..size };
         sensor.spawn((
             Part(mark),
             Outline(mark),
-            ScreenSized {
-                across: outlined(size.across),
-                along: outlined(size.along),
-                ..size
-            },
+            ScreenSized { across: outlined(size.across), along: outlined(size.along), ..size },
             Visibility::Hidden,
             Mesh3d(outline.clone()),
             MeshMaterial3d(materials.selected.clone()),
@@ -187,18 +168,9 @@ fn spawn_sensor(
             return;
         }
         let length = drawn.axis_size();
-        let axes = ScreenSized {
-            across: length,
-            along: length,
-            ..size
-        };
+        let axes = ScreenSized { across: length, along: length, ..size };
         sensor
-            .spawn((
-                Part(mark),
-                axes,
-                Transform::default(),
-                Visibility::default(),
-            ))
+            .spawn((Part(mark), axes, Transform::default(), Visibility::default()))
             .with_children(|axes| {
                 if drawn.degrees_of_freedom == 6 {
                     let quarter = std::f32::consts::FRAC_PI_2;
@@ -316,10 +288,6 @@ fn mark_outside(results: Res<Results>, mut hatches: Query<(&OutsideHatch, &mut V
         let is_outside = body
             .and_then(|body| body.sensors.get(mark.index))
             .is_some_and(|sensor| !(sensor.is_inside && sensor.is_in_volume));
-        visibility.set_if_neq(if is_outside {
-            Visibility::Inherited
-        } else {
-            Visibility::Hidden
-        });
+        visibility.set_if_neq(if is_outside { Visibility::Inherited } else { Visibility::Hidden });
     }
 }

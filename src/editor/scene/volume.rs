@@ -33,9 +33,7 @@ impl Plugin for VolumePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Theme>().add_systems(
             Update,
-            show.run_if(resource_exists::<OpenWorld>)
-                .run_if(is_due)
-                .in_set(EditorSystems::Draw),
+            show.run_if(resource_exists::<OpenWorld>).run_if(is_due).in_set(EditorSystems::Draw),
         );
     }
 }
@@ -79,10 +77,7 @@ fn show(
         }
     }
     let mut model = GizmoAsset::default();
-    if wanted
-        .volume
-        .is_none_or(|volume| !is_same_box(&volume, &wanted.model))
-    {
+    if wanted.volume.is_none_or(|volume| !is_same_box(&volume, &wanted.model)) {
         let color = palette::MODEL_BOX.color_alpha(BOX_ALPHA);
         for line in Outline::of_box(&wanted.model).lines {
             model.linestrip(points(&line), color);
@@ -90,17 +85,10 @@ fn show(
     }
     let lines = |gizmo, width, style| Gizmo {
         handle: gizmo,
-        line_config: GizmoLineConfig {
-            width,
-            style,
-            ..default()
-        },
+        line_config: GizmoLineConfig { width, style, ..default() },
         ..default()
     };
-    let dashed = GizmoLineStyle::Dashed {
-        gap_scale: 5.0,
-        line_scale: 7.0,
-    };
+    let dashed = GizmoLineStyle::Dashed { gap_scale: 5.0, line_scale: 7.0 };
     commands
         .spawn((
             Name::new("measurement volume"),
@@ -109,10 +97,7 @@ fn show(
             Visibility::default(),
         ))
         .with_children(|parent| {
-            parent.spawn((
-                VolumePart,
-                lines(gizmos.add(brackets), 2.6, GizmoLineStyle::Solid),
-            ));
+            parent.spawn((VolumePart, lines(gizmos.add(brackets), 2.6, GizmoLineStyle::Solid)));
             parent.spawn((VolumePart, lines(gizmos.add(model), 1.2, dashed)));
         });
 }

@@ -25,9 +25,7 @@ pub(super) fn plugin(app: &mut App) {
                 read_dropped
                     .run_if(on_message::<FileDragAndDrop>.and_then(is_study_shown))
                     .in_set(EditorSystems::Input),
-                answer
-                    .run_if(on_message::<FileRequest>)
-                    .in_set(EditorSystems::Edit),
+                answer.run_if(on_message::<FileRequest>).in_set(EditorSystems::Edit),
             ),
         );
 }
@@ -88,8 +86,6 @@ fn answer(
 }
 
 fn name_of(path: &Path) -> String {
-    path.file_name().map_or_else(
-        || path.display().to_string(),
-        |name| name.to_string_lossy().into_owned(),
-    )
+    path.file_name()
+        .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }

@@ -101,9 +101,7 @@ fn answer(
 /// `pointer-on-head.log.csv` for `pointer-on-head.design.ron`.
 fn log_name(world: &store::World) -> String {
     let name = crate::editor::document::default_file_name(world.document.origin());
-    let stem = name
-        .strip_suffix(crate::editor::document::DESIGN_EXTENSION)
-        .unwrap_or(&name);
+    let stem = name.strip_suffix(crate::editor::document::DESIGN_EXTENSION).unwrap_or(&name);
     format!("{stem}.log.csv")
 }
 
@@ -126,36 +124,30 @@ fn start(
     };
     let (file, waker) = (path.to_owned(), waker.clone());
     let files = Files::beside(world);
-    std::thread::Builder::new()
-        .name("log".into())
-        .spawn(move || {
-            let tell = |what| {
-                // The window may have been closed.
-                if sender.send(what).is_ok() {
-                    waker.wake();
-                }
-            };
-            let each = trials.div_ceil(STEPS);
-            let mut done = 0_usize;
-            let mut visit = |_: &crate::study::Trial| {
-                done += 1;
-                if done.is_multiple_of(each) {
-                    tell(Told::Part(done as f64 / trials as f64));
-                }
-            };
-            let written = files
-                .output(&file)
-                .map_err(LogError::from)
-                .and_then(|output| {
-                    store::write_log(&output, &scenario, &mode, &cancel, &mut visit)
-                });
-            tell(match written {
-                Ok(outcome) => Told::Written {
-                    trials: outcome.figures.trials,
-                },
-                Err(error) => Told::Failed(error),
-            });
-        })?;
+    std::thread::Builder::new().name("log".into()).spawn(move || {
+        let tell = |what| {
+            // The window may have been closed.
+            if sender.send(what).is_ok() {
+                waker.wake();
+            }
+        };
+        let each = trials.div_ceil(STEPS);
+        let mut done = 0_usize;
+        let mut visit = |_: &crate::study::Trial| {
+            done += 1;
+            if done.is_multiple_of(each) {
+                tell(Told::Part(done as f64 / trials as f64));
+            }
+        };
+        let written = files
+            .output(&file)
+            .map_err(LogError::from)
+            .and_then(|output| store::write_log(&output, &scenario, &mode, &cancel, &mut visit));
+        tell(match written {
+            Ok(outcome) => Told::Written { trials: outcome.figures.trials },
+            Err(error) => Told::Failed(error),
+        });
+    })?;
     Ok(writing)
 }
 

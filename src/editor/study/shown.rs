@@ -80,20 +80,13 @@ impl Plugin for ShownPlugin {
             .configure_sets(
                 Update,
                 (
-                    ShownSystems::Want
-                        .after(EditorSystems::Edit)
-                        .before(EditorSystems::Solve),
-                    ShownSystems::Follow
-                        .after(EditorSystems::Solve)
-                        .before(EditorSystems::Sample),
+                    ShownSystems::Want.after(EditorSystems::Edit).before(EditorSystems::Solve),
+                    ShownSystems::Follow.after(EditorSystems::Solve).before(EditorSystems::Sample),
                 ),
             )
             .add_systems(
                 Update,
-                (
-                    want.in_set(ShownSystems::Want),
-                    follow.in_set(ShownSystems::Follow),
-                ),
+                (want.in_set(ShownSystems::Want), follow.in_set(ShownSystems::Follow)),
             );
     }
 }
@@ -116,11 +109,7 @@ fn want(
     mut last_generation: Local<Option<u64>>,
 ) {
     let Some(world) = world else { return };
-    let LookedAt {
-        workspace,
-        live,
-        mut pending,
-    } = looked_at;
+    let LookedAt { workspace, live, mut pending } = looked_at;
     let is_live_shown = *workspace == Workspace::Live;
     let is_live = is_live_shown && live.is_any();
     let is_changed = world.is_changed()
@@ -184,11 +173,7 @@ fn follow(
         if let (Some((number, design)), Some(mut shown)) = (known, shown)
             && (shown.live != Some(*number) || world.is_changed())
         {
-            *shown = ShownDesign {
-                design: Arc::clone(design),
-                trial: None,
-                live: Some(*number),
-            };
+            *shown = ShownDesign { design: Arc::clone(design), trial: None, live: Some(*number) };
         }
         return;
     }
@@ -204,11 +189,7 @@ fn follow(
         return;
     }
     let trial = number.and_then(|number| shown_trial(&world.0, &desk, number));
-    let new = ShownDesign {
-        design: posed(&world.0, trial.as_ref()),
-        trial,
-        live: None,
-    };
+    let new = ShownDesign { design: posed(&world.0, trial.as_ref()), trial, live: None };
     match shown {
         Some(mut shown) => *shown = new,
         None => commands.insert_resource(new),

@@ -28,9 +28,9 @@ impl std::fmt::Display for Miss {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Beside { without_mesh: None } => f.write_str("no body under the pointer"),
-            Self::Beside {
-                without_mesh: Some(role),
-            } => write!(f, "no body under the pointer, and the {role} has no mesh"),
+            Self::Beside { without_mesh: Some(role) } => {
+                write!(f, "no body under the pointer, and the {role} has no mesh")
+            }
             Self::Locked(role) => write!(f, "the {role} is locked"),
         }
     }
@@ -68,9 +68,5 @@ pub fn aim_at(
         return Err(Miss::Beside { without_mesh });
     };
     let directions = SurfaceDirections::near(surface, &at.position_mm, mesh.long_axis());
-    Ok(AimedPoint {
-        body,
-        at,
-        directions,
-    })
+    Ok(AimedPoint { body, at, directions })
 }

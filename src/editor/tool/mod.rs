@@ -166,10 +166,9 @@ impl Scene<'_> {
                 let sensor = new_sensor(self.sight.design()?, point)?;
                 Some(Edit::AddSensor { body, sensor })
             }
-            SceneTool::SetTip => Some(Edit::SetTip {
-                body,
-                tip_in_body: Some(point.at.position_mm),
-            }),
+            SceneTool::SetTip => {
+                Some(Edit::SetTip { body, tip_in_body: Some(point.at.position_mm) })
+            }
         }
     }
 }

@@ -47,9 +47,7 @@ struct Placed {
 pub(super) fn plugin(app: &mut App) {
     app.add_systems(
         Update,
-        show.run_if(resource_changed::<ToolAim>)
-            .in_set(PreviewSystems)
-            .in_set(EditorSystems::Draw),
+        show.run_if(resource_changed::<ToolAim>).in_set(PreviewSystems).in_set(EditorSystems::Draw),
     );
 }
 
@@ -70,10 +68,7 @@ fn show(
         };
         let placed = wanted.swap_remove(place);
         let scale = transform.scale;
-        transform.set_if_neq(Transform {
-            scale,
-            ..convert::transform(&placed.tracker_from_part)
-        });
+        transform.set_if_neq(Transform { scale, ..convert::transform(&placed.tracker_from_part) });
         size.set_if_neq(placed.size());
     }
     for placed in wanted {
@@ -83,9 +78,8 @@ fn show(
             Part::Axis => (&shapes.cylinder, palette::SENSOR_AXIS, COIL_ALPHA),
             Part::Tip => (&shapes.sphere, palette::ERROR_VECTOR, [0.9, 0.9]),
         };
-        let material = GlowMaterial::translucent(color, middle, rim)
-            .shown(Shown::Always)
-            .order(ORDER_MM);
+        let material =
+            GlowMaterial::translucent(color, middle, rim).shown(Shown::Always).order(ORDER_MM);
         commands.spawn((
             Name::new("tool preview"),
             placed.part,
@@ -114,12 +108,8 @@ fn placed(aim: &ToolAim, tool: SceneTool, shown: &ShownDesign) -> Vec<Placed> {
     let Some(tracker_from_body) = shown.design.tracker_from_body(point.body) else {
         return Vec::new();
     };
-    let px = |size_px| SizeBounds {
-        true_mm: 0.0,
-        least_px: size_px,
-        most_px: size_px,
-        extra_px: 0.0,
-    };
+    let px =
+        |size_px| SizeBounds { true_mm: 0.0, least_px: size_px, most_px: size_px, extra_px: 0.0 };
     match tool {
         SceneTool::Select => Vec::new(),
         SceneTool::AddSensor => {
@@ -128,12 +118,7 @@ fn placed(aim: &ToolAim, tool: SceneTool, shown: &ShownDesign) -> Vec<Placed> {
             };
             let (coil_across, coil_along) = drawn_size(&sensor);
             let tracker_from_part = tracker_from_body * sensor.body_from_sensor();
-            let drawn = |part, across, along| Placed {
-                part,
-                tracker_from_part,
-                across,
-                along,
-            };
+            let drawn = |part, across, along| Placed { part, tracker_from_part, across, along };
             let [across, along] = AXIS_PX.map(px);
             match sensor.axis_in_body() {
                 Some(_) => vec![

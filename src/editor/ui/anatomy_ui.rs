@@ -58,18 +58,11 @@ pub fn anatomy_ui(ui: &mut Ui, design: &Design, index: usize, actions: &mut Vec<
     let Some(anatomy) = design.anatomy.get(index) else {
         return;
     };
-    let set = |anatomy: Anatomy| {
-        Edit::Anatomy(AnatomyEdit::Set {
-            index,
-            anatomy: Box::new(anatomy),
-        })
-    };
+    let set =
+        |anatomy: Anatomy| Edit::Anatomy(AnatomyEdit::Set { index, anatomy: Box::new(anatomy) });
     section_ui(ui, "Anatomy");
     if let Some(name) = text_row_ui(ui, "name", &anatomy.name) {
-        let named = Anatomy {
-            name,
-            ..anatomy.clone()
-        };
+        let named = Anatomy { name, ..anatomy.clone() };
         actions.push(PanelAction::apply(set(named)));
     }
     quiet_ui(ui, "Shown translucent; no figure depends on it");
@@ -92,10 +85,7 @@ pub fn anatomy_ui(ui: &mut Ui, design: &Design, index: usize, actions: &mut Vec<
     let pose = &anatomy.frame_from_mesh;
     let label = format!("Move anatomy {}", anatomy.name);
     let moved = |position, rotation| {
-        set(Anatomy {
-            frame_from_mesh: pose_from_parts(position, rotation),
-            ..anatomy.clone()
-        })
+        set(Anatomy { frame_from_mesh: pose_from_parts(position, rotation), ..anatomy.clone() })
     };
     let position = &pose.translation.vector;
     vector_ui(ui, "position", position, actions, &label, |position| {
@@ -145,10 +135,7 @@ fn color_ui(
     for (name, color) in CHOICES.into_iter().rev() {
         let own = color.map(|rgb| rgb.srgb().map(|part| f64::from(part) / 255.0));
         let is = match (own, anatomy.color) {
-            (Some(own), Some(has)) => own
-                .iter()
-                .zip(has)
-                .all(|(a, b)| (a - b).abs() < 0.5 / 255.0),
+            (Some(own), Some(has)) => own.iter().zip(has).all(|(a, b)| (a - b).abs() < 0.5 / 255.0),
             (own, has) => own.is_none() && has.is_none(),
         };
         let fill = color.unwrap_or(palette::BONE).color32();
@@ -164,10 +151,7 @@ fn color_ui(
         response
             .widget_info(|| egui::WidgetInfo::selected(egui::WidgetType::Button, true, is, name));
         if response.clicked() && !is {
-            actions.push(PanelAction::apply(set(Anatomy {
-                color: own,
-                ..anatomy.clone()
-            })));
+            actions.push(PanelAction::apply(set(Anatomy { color: own, ..anatomy.clone() })));
         }
     }
 }

@@ -26,10 +26,7 @@ impl<'a> BodyFileView<'a> {
         Some(Self {
             body,
             definition: own.definition.as_deref(),
-            reading: loading
-                .of()
-                .filter(|(of, _)| *of == body)
-                .map(|(_, file)| file),
+            reading: loading.of().filter(|(of, _)| *of == body).map(|(_, file)| file),
         })
     }
 }
@@ -51,9 +48,9 @@ pub fn body_file_ui(ui: &mut Ui, view: &BodyFileView) -> Vec<PanelAction> {
 
 fn definition_ui(ui: &mut Ui, definition: &ToolDefinition) {
     let kind = definition.kind().name();
-    CollapsingHeader::new(format!("From {kind}"))
-        .id_salt("tool definition")
-        .show_unindented(ui, |ui| {
+    CollapsingHeader::new(format!("From {kind}")).id_salt("tool definition").show_unindented(
+        ui,
+        |ui| {
             for fact in definition.facts() {
                 fact_ui(ui, &fact);
             }
@@ -61,7 +58,8 @@ fn definition_ui(ui: &mut Ui, definition: &ToolDefinition) {
                 ui,
                 "as it was read: saved as a definition again, the sensors are as they are now",
             );
-        });
+        },
+    );
     if let Some(doubt) = definition.doubt() {
         warning_ui(ui, &doubt);
     }
@@ -73,8 +71,7 @@ fn fact_ui(ui: &mut Ui, fact: &Fact) {
     let font = TextStyle::Body.resolve(ui.style());
     let width = |text: &str| {
         let galley =
-            ui.painter()
-                .layout_no_wrap(text.to_owned(), font.clone(), egui::Color32::PLACEHOLDER);
+            ui.painter().layout_no_wrap(text.to_owned(), font.clone(), egui::Color32::PLACEHOLDER);
         galley.size().x
     };
     let needed = width(fact.what) + 2.0 * ui.spacing().item_spacing.x + width(&value);

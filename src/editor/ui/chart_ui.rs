@@ -14,10 +14,7 @@ const MARKER_RADIUS: f32 = 4.0;
 const RING_RADIUS: f32 = 8.0;
 
 /// Labels of the x axis fade in between these distances, pixels: a narrow chart keeps its orders.
-const X_LABEL_SPACING: Rangef = Rangef {
-    min: 24.0,
-    max: 36.0,
-};
+const X_LABEL_SPACING: Rangef = Rangef { min: 24.0, max: 36.0 };
 
 /// Between the lane of what is exactly zero and the smallest value, in powers of ten.
 const LANE_GAP: f64 = 0.7;
@@ -54,14 +51,8 @@ pub fn chart_ui(ui: &mut Ui, chart: &Chart, height: f32) {
 }
 
 fn plot_ui(ui: &mut Ui, chart: &Chart, height: f32) {
-    let x = PlotAxis::new(
-        &chart.x,
-        chart.series.iter().flat_map(|s| &s.points).map(|p| p.0),
-    );
-    let y = PlotAxis::new(
-        &chart.y,
-        chart.series.iter().flat_map(|s| &s.points).map(|p| p.1),
-    );
+    let x = PlotAxis::new(&chart.x, chart.series.iter().flat_map(|s| &s.points).map(|p| p.0));
+    let y = PlotAxis::new(&chart.y, chart.series.iter().flat_map(|s| &s.points).map(|p| p.1));
     let hover = (x, y);
     Plot::new(&chart.title)
         .height(height)
@@ -74,15 +65,9 @@ fn plot_ui(ui: &mut Ui, chart: &Chart, height: f32) {
         .y_axis_label(&*chart.y.label)
         .y_axis_formatter(move |mark, _: &RangeInclusive<f64>| y.label(mark))
         .label_formatter(move |at| {
-            let (HoverPosition::NearDataPoint {
-                position: point, ..
-            }
+            let (HoverPosition::NearDataPoint { position: point, .. }
             | HoverPosition::Elsewhere { position: point }) = at;
-            Some(format!(
-                "{}, {}",
-                hover.0.value(point.x),
-                hover.1.value(point.y)
-            ))
+            Some(format!("{}, {}", hover.0.value(point.x), hover.1.value(point.y)))
         })
         .allow_scroll(false)
         .show(ui, |plot| {
@@ -153,10 +138,7 @@ impl PlotAxis {
             }
         }
         let has_lane = axis.scale == Scale::LogarithmicAndZero && has_zero && least.is_finite();
-        Self {
-            is_logarithmic,
-            lane: has_lane.then(|| least.floor() - LANE_GAP),
-        }
+        Self { is_logarithmic, lane: has_lane.then(|| least.floor() - LANE_GAP) }
     }
 
     /// `None` where the axis has no place for the value.
@@ -216,10 +198,7 @@ mod tests {
     use super::*;
 
     fn axis(scale: Scale, values: &[f64]) -> PlotAxis {
-        let axis = Axis {
-            label: String::new(),
-            scale,
-        };
+        let axis = Axis { label: String::new(), scale };
         PlotAxis::new(&axis, values.iter().copied())
     }
 
@@ -241,9 +220,6 @@ mod tests {
 
     #[test]
     fn a_front_goes_in_steps() {
-        assert_eq!(
-            steps(&[[0.0, 2.0], [1.0, 1.0]]),
-            [[0.0, 2.0], [1.0, 2.0], [1.0, 1.0]]
-        );
+        assert_eq!(steps(&[[0.0, 2.0], [1.0, 1.0]]), [[0.0, 2.0], [1.0, 2.0], [1.0, 1.0]]);
     }
 }

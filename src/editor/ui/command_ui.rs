@@ -48,11 +48,7 @@ impl CommandPages {
     }
 
     fn show(&mut self, page: Page) {
-        *self = Self {
-            open: Some(page),
-            wants_focus: true,
-            ..Self::default()
-        };
+        *self = Self { open: Some(page), wants_focus: true, ..Self::default() };
     }
 
     fn close(&mut self) {
@@ -120,11 +116,8 @@ pub fn command_pages_ui(
 
 fn search_ui(ui: &mut Ui, pages: &mut CommandPages, hint: &str) -> Response {
     let before = pages.text.clone();
-    let field = ui.add(
-        TextEdit::singleline(&mut pages.text)
-            .desired_width(f32::INFINITY)
-            .hint_text(hint),
-    );
+    let field =
+        ui.add(TextEdit::singleline(&mut pages.text).desired_width(f32::INFINITY).hint_text(hint));
     field.widget_info(|| {
         egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, ui.is_enabled(), "search")
     });
@@ -155,25 +148,22 @@ fn palette_ui(
     pages.chosen = (pages.chosen + down).saturating_sub(up).min(last);
     let mut answer = None;
     ui.add_space(6.0);
-    ScrollArea::vertical()
-        .max_height(LIST_HEIGHT)
-        .auto_shrink([false, true])
-        .show(ui, |ui| {
-            ui.spacing_mut().item_spacing.y = 0.0;
-            if commands.is_empty() {
-                quiet_ui(ui, "no command has all of these words");
+    ScrollArea::vertical().max_height(LIST_HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        if commands.is_empty() {
+            quiet_ui(ui, "no command has all of these words");
+        }
+        for (index, info) in commands.iter().enumerate() {
+            let is_chosen = index == pages.chosen;
+            let row = command_row_ui(ui, info, is_chosen, is_available(info.command));
+            if is_chosen && (up > 0 || down > 0) {
+                row.scroll_to_me(None);
             }
-            for (index, info) in commands.iter().enumerate() {
-                let is_chosen = index == pages.chosen;
-                let row = command_row_ui(ui, info, is_chosen, is_available(info.command));
-                if is_chosen && (up > 0 || down > 0) {
-                    row.scroll_to_me(None);
-                }
-                if row.clicked() || (is_chosen && is_entered) {
-                    answer = Some(info.command);
-                }
+            if row.clicked() || (is_chosen && is_entered) {
+                answer = Some(info.command);
             }
-        });
+        }
+    });
     answer.filter(|command| is_available(*command))
 }
 
@@ -199,32 +189,29 @@ fn shortcuts_ui(ui: &mut Ui, pages: &mut CommandPages) {
     search_ui(ui, pages, "key or command");
     ui.add_space(6.0);
     let commands = found(&pages.text);
-    ScrollArea::vertical()
-        .max_height(LIST_HEIGHT)
-        .auto_shrink([false, true])
-        .show(ui, |ui| {
-            for group in Group::ALL {
-                let with_keys: Vec<_> = commands
-                    .iter()
-                    .filter(|info| info.group == group && !info.keys.is_empty())
-                    .collect();
-                if with_keys.is_empty() {
-                    continue;
-                }
-                super::widgets::section_ui(ui, group.name());
-                Grid::new(("shortcuts", group.name()))
-                    .num_columns(2)
-                    .spacing([18.0, 4.0])
-                    .min_col_width(120.0)
-                    .show(ui, |ui| {
-                        for info in with_keys {
-                            keys_ui(ui, info);
-                            ui.label(info.name).on_hover_text(info.about);
-                            ui.end_row();
-                        }
-                    });
+    ScrollArea::vertical().max_height(LIST_HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+        for group in Group::ALL {
+            let with_keys: Vec<_> = commands
+                .iter()
+                .filter(|info| info.group == group && !info.keys.is_empty())
+                .collect();
+            if with_keys.is_empty() {
+                continue;
             }
-        });
+            super::widgets::section_ui(ui, group.name());
+            Grid::new(("shortcuts", group.name()))
+                .num_columns(2)
+                .spacing([18.0, 4.0])
+                .min_col_width(120.0)
+                .show(ui, |ui| {
+                    for info in with_keys {
+                        keys_ui(ui, info);
+                        ui.label(info.name).on_hover_text(info.about);
+                        ui.end_row();
+                    }
+                });
+        }
+    });
     ui.add_space(6.0);
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
         quiet_ui(ui, "Esc closes");

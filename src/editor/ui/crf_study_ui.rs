@@ -35,24 +35,15 @@ pub fn crf_study_ui(ui: &mut Ui, crf: &CrfPlacement, actions: &mut Vec<PanelActi
 fn target_ui(ui: &mut Ui, index: usize, target: &Target, actions: &mut Vec<PanelAction>) {
     let set = |target: Target| Edit::SetTarget { index, target };
     if let Some(name) = text_row_ui(ui, "name", &target.name) {
-        let renamed = Target {
-            name,
-            ..target.clone()
-        };
+        let renamed = Target { name, ..target.clone() };
         actions.push(PanelAction::apply(set(renamed)));
     }
     let label = format!("Move target {}", target.name);
     let at = &target.position_in_crf.coords;
     vector_ui(ui, &target.name, at, actions, &label, |v| {
-        Some(set(Target {
-            position_in_crf: v.into(),
-            ..target.clone()
-        }))
+        Some(set(Target { position_in_crf: v.into(), ..target.clone() }))
     });
-    if ui
-        .button(format!("Remove {}", printable(&target.name)))
-        .clicked()
-    {
+    if ui.button(format!("Remove {}", printable(&target.name))).clicked() {
         actions.push(PanelAction::apply(Edit::RemoveTarget { index }));
     }
     ui.add_space(4.0);
@@ -62,8 +53,5 @@ fn target_ui(ui: &mut Ui, index: usize, target: &Target, actions: &mut Vec<Panel
 fn new_target(crf: &CrfPlacement) -> Target {
     let is_free = |name: &String| crf.targets.iter().all(|target| target.name != *name);
     let mut names = (1..).map(|number| format!("target {number}"));
-    Target {
-        name: names.find(is_free).unwrap_or_default(),
-        position_in_crf: Point3::origin(),
-    }
+    Target { name: names.find(is_free).unwrap_or_default(), position_in_crf: Point3::origin() }
 }

@@ -17,12 +17,7 @@ pub fn few_marks(most: usize) -> impl Fn(GridInput) -> Vec<GridMark> {
         let step_size = nice_step(extent / most as f64, false);
         let (first, last) = ((low / step_size).ceil(), (high / step_size).floor());
         let steps = (last - first).max(0.0) as usize;
-        (0..=steps)
-            .map(|k| GridMark {
-                value: (first + k as f64) * step_size,
-                step_size,
-            })
-            .collect()
+        (0..=steps).map(|k| GridMark { value: (first + k as f64) * step_size, step_size }).collect()
     }
 }
 
@@ -47,10 +42,7 @@ mod tests {
     use super::*;
 
     fn marks(bounds: (f64, f64), most: usize) -> Vec<String> {
-        let input = GridInput {
-            bounds,
-            base_step_size: 1.0,
-        };
+        let input = GridInput { bounds, base_step_size: 1.0 };
         few_marks(most)(input).into_iter().map(mark_text).collect()
     }
 

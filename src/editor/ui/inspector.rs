@@ -33,10 +33,7 @@ pub struct InspectorView<'a> {
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The coil that a sensor gets when a person gives it one, mm: a common 5-DOF coil.
-const NEW_COIL: Coil = Coil {
-    diameter_mm: 0.8,
-    length_mm: 9.0,
-};
+const NEW_COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };
 
 /// Draws what is selected, or the design where nothing is.
 pub fn inspector_ui(ui: &mut Ui, inspector: &InspectorView) -> Vec<PanelAction> {
@@ -60,11 +57,7 @@ fn design_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<PanelActi
         actions.push(PanelAction::apply(Edit::SetName(name)));
     }
     weight_ui(ui, inspector, actions);
-    actions.extend(requirement_ui(
-        ui,
-        BodyRole::Tool,
-        design.requirement.as_ref(),
-    ));
+    actions.extend(requirement_ui(ui, BodyRole::Tool, design.requirement.as_ref()));
     actions.extend(motion_ui(ui, BodyRole::Tool, design.motion.as_ref()));
 }
 
@@ -111,8 +104,7 @@ fn weight_source(source: OrientationWeightSource) -> &'static str {
 }
 
 pub(super) fn right_ui<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
-    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), add)
-        .inner
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), add).inner
 }
 
 fn body_ui(ui: &mut Ui, inspector: &InspectorView, role: BodyRole, actions: &mut Vec<PanelAction>) {
@@ -147,14 +139,9 @@ fn pose_ui(ui: &mut Ui, role: BodyRole, pose: &Pose, actions: &mut Vec<PanelActi
         BodyRole::Tool => Edit::SetToolPose(pose),
         BodyRole::Crf => Edit::SetCrfPose(pose),
     };
-    vector_ui(
-        ui,
-        "position",
-        &pose.translation.vector,
-        actions,
-        &label,
-        |v| Some(edit(pose_from_parts(v, pose.rotation))),
-    );
+    vector_ui(ui, "position", &pose.translation.vector, actions, &label, |v| {
+        Some(edit(pose_from_parts(v, pose.rotation)))
+    });
     rotation_ui(ui, &pose.rotation, actions, &label, |rotation| {
         edit(pose_from_parts(pose.translation.vector, rotation))
     });
@@ -196,10 +183,7 @@ fn tip_fields_ui(
 ) {
     let label = format!("Move {} tip", role.name());
     vector_ui(ui, "position", &tip_in_body.coords, actions, &label, |v| {
-        Some(Edit::SetTip {
-            body: role,
-            tip_in_body: Some(v.into()),
-        })
+        Some(Edit::SetTip { body: role, tip_in_body: Some(v.into()) })
     });
 }
 
@@ -214,17 +198,8 @@ fn sensor_ui(
     let Some(sensor) = body.and_then(|b| b.rigid.sensors.get(index)) else {
         return;
     };
-    let set = |sensor: Sensor| Edit::SetSensor {
-        body: role,
-        index,
-        sensor,
-    };
-    let changed = |orientation| {
-        set(Sensor {
-            orientation,
-            ..sensor.clone()
-        })
-    };
+    let set = |sensor: Sensor| Edit::SetSensor { body: role, index, sensor };
+    let changed = |orientation| set(Sensor { orientation, ..sensor.clone() });
     section_ui(ui, &format!("Sensor on the {}", role.name()));
     let selected = inspector.selection.all().count();
     if selected > 1 {
@@ -237,26 +212,20 @@ fn sensor_ui(
         );
     }
     if let Some(name) = text_row_ui(ui, "name", &sensor.name) {
-        actions.push(PanelAction::apply(set(Sensor {
-            name,
-            ..sensor.clone()
-        })));
+        actions.push(PanelAction::apply(set(Sensor { name, ..sensor.clone() })));
     }
     kind_ui(ui, &sensor.orientation, actions);
     section_ui(ui, "Place in the body");
     let label = format!("Move sensor {}", sensor.name);
     let at = &sensor.position_in_body.coords;
     vector_ui(ui, "position", at, actions, &label, |v| {
-        Some(set(Sensor {
-            position_in_body: v.into(),
-            ..sensor.clone()
-        }))
+        Some(set(Sensor { position_in_body: v.into(), ..sensor.clone() }))
     });
     match &sensor.orientation {
         SensorOrientation::Marker => {}
-        SensorOrientation::FiveDof(axis) => axis_ui(ui, axis, actions, &label, |axis| {
-            changed(SensorOrientation::FiveDof(axis))
-        }),
+        SensorOrientation::FiveDof(axis) => {
+            axis_ui(ui, axis, actions, &label, |axis| changed(SensorOrientation::FiveDof(axis)))
+        }
         SensorOrientation::SixDof(rotation) => {
             rotation_ui(ui, rotation, actions, &label, |rotation| {
                 changed(SensorOrientation::SixDof(rotation))
@@ -309,12 +278,7 @@ fn coil_ui(
     set: impl Fn(Sensor) -> Edit,
 ) {
     section_ui(ui, "Coil");
-    let with = |coil| {
-        set(Sensor {
-            coil,
-            ..sensor.clone()
-        })
-    };
+    let with = |coil| set(Sensor { coil, ..sensor.clone() });
     let mut is_known = sensor.coil.is_some();
     if ui.checkbox(&mut is_known, "size is known").changed() {
         actions.push(PanelAction::apply(with(is_known.then_some(NEW_COIL))));
@@ -323,26 +287,14 @@ fn coil_ui(
     let label = format!("Change sensor {}", sensor.name);
     type SetSize = fn(Coil, f64) -> Coil;
     let sizes: [(&str, f64, SetSize); 2] = [
-        ("diameter", coil.diameter_mm, |coil, v| Coil {
-            diameter_mm: v,
-            ..coil
-        }),
-        ("length", coil.length_mm, |coil, v| Coil {
-            length_mm: v,
-            ..coil
-        }),
+        ("diameter", coil.diameter_mm, |coil, v| Coil { diameter_mm: v, ..coil }),
+        ("length", coil.length_mm, |coil, v| Coil { length_mm: v, ..coil }),
     ];
     for (name, value, change) in sizes {
         row_ui(ui, name, |ui| {
-            let field = NumberField {
-                min: 0.01,
-                speed: 0.01,
-                ..NumberField::length(name)
-            };
+            let field = NumberField { min: 0.01, speed: 0.01, ..NumberField::length(name) };
             let changes = number_ui(ui, &field, value);
-            number_edits(&changes, actions, &label, |v| {
-                Some(with(Some(change(coil, v))))
-            });
+            number_edits(&changes, actions, &label, |v| Some(with(Some(change(coil, v)))));
         });
     }
 }
@@ -465,13 +417,10 @@ fn axis_ui(
 pub(super) fn text_row_ui(ui: &mut Ui, name: &str, value: &str) -> Option<String> {
     row_ui(ui, name, |ui| {
         let id = ui.make_persistent_id((name, value));
-        let mut text = ui
-            .data(|data| data.get_temp::<String>(id))
-            .unwrap_or_else(|| value.to_owned());
+        let mut text =
+            ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| value.to_owned());
         let response = ui.add(
-            TextEdit::singleline(&mut text)
-                .id(id.with("edit"))
-                .desired_width(ui.available_width()),
+            TextEdit::singleline(&mut text).id(id.with("edit")).desired_width(ui.available_width()),
         );
         response.widget_info(|| {
             egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, ui.is_enabled(), name)

@@ -88,11 +88,7 @@ fn arrows_ui(ui: &mut Ui, view: &mut View, figures: &LayerFigures) {
     row_ui(ui, "of", |ui| {
         for (of_tool, name, about) in [
             (false, "a sensor", "A sensor that is imagined at each arrow"),
-            (
-                true,
-                "the tool's",
-                "The mean of the tool's own sensors, turned as the tool is seen",
-            ),
+            (true, "the tool's", "The mean of the tool's own sensors, turned as the tool is seen"),
         ] {
             let label = ui.selectable_label(view.arrows.of_tool == of_tool, name);
             if label.on_hover_text(about).clicked() {

@@ -18,12 +18,7 @@ struct Layer {
 }
 
 const fn of_design(name: &'static str, switch: fn(&mut Layers) -> &mut bool) -> Layer {
-    Layer {
-        name,
-        switch,
-        settings: None,
-        is_of_room: false,
-    }
+    Layer { name, switch, settings: None, is_of_room: false }
 }
 
 const fn of_room(
@@ -31,12 +26,7 @@ const fn of_room(
     switch: fn(&mut Layers) -> &mut bool,
     settings: Option<Settings>,
 ) -> Layer {
-    Layer {
-        name,
-        switch,
-        settings,
-        is_of_room: true,
-    }
+    Layer { name, switch, settings, is_of_room: true }
 }
 
 /// The layer that only a room which knows its own reach has.
@@ -108,10 +98,7 @@ fn rows_ui(ui: &mut Ui, panel: &LayersView) -> Vec<PanelAction> {
         ui.horizontal(|ui| {
             ui.add_space(6.0);
             if switch_ui(ui, (layer.switch)(&mut layers), layer.name, why_not) {
-                let view = View {
-                    layers,
-                    ..panel.view.clone()
-                };
+                let view = View { layers, ..panel.view.clone() };
                 actions.push(PanelAction::View(ViewRequest::Set(view)));
             }
         });

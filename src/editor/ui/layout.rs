@@ -69,11 +69,7 @@ pub struct PanelsShown {
 
 impl Default for PanelsShown {
     fn default() -> Self {
-        Self {
-            left: true,
-            right: true,
-            history: false,
-        }
+        Self { left: true, right: true, history: false }
     }
 }
 
@@ -200,9 +196,7 @@ fn panels(
     let mut root = egui::Ui::new(
         ctx.clone(),
         Id::new("root"),
-        UiBuilder::new()
-            .layer_id(LayerId::background())
-            .max_rect(ctx.viewport_rect()),
+        UiBuilder::new().layer_id(LayerId::background()).max_rect(ctx.viewport_rect()),
     );
     let mut actions = Vec::new();
     cover.0.clear();
@@ -413,11 +407,7 @@ impl Desk<'_> {
             document: &self.world.document,
             results: &self.shown.results,
             desk: &self.shown.desk,
-            trial: self
-                .shown
-                .trial
-                .as_ref()
-                .and_then(|shown| shown.trial.as_ref()),
+            trial: self.shown.trial.as_ref().and_then(|shown| shown.trial.as_ref()),
             log: &self.shown.log,
         }
     }
@@ -526,28 +516,26 @@ impl Desk<'_> {
             .resizable(false)
             .frame(super::result::frame())
             .show(ui, |ui| result_ui(ui, &self.result_view()));
-        egui::Frame::new()
-            .inner_margin(Margin::symmetric(12, 0))
-            .show(ui, |ui| {
-                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    if is_trials {
-                        actions.extend(study_panels.trials(ui));
-                        ui.add_space(8.0);
-                        return;
-                    }
-                    actions.extend(inspector_ui(
-                        ui,
-                        &InspectorView {
-                            design: self.design(),
-                            selection: self.selection,
-                            is_available: self.is_available,
-                            pose: results.pose.as_ref().map(|p| &p.value),
-                            derived_weight: self.environment().orientation_weight(None),
-                        },
-                    ));
-                    self.body_parts_ui(ui, actions);
+        egui::Frame::new().inner_margin(Margin::symmetric(12, 0)).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                if is_trials {
+                    actions.extend(study_panels.trials(ui));
                     ui.add_space(8.0);
-                });
+                    return;
+                }
+                actions.extend(inspector_ui(
+                    ui,
+                    &InspectorView {
+                        design: self.design(),
+                        selection: self.selection,
+                        is_available: self.is_available,
+                        pose: results.pose.as_ref().map(|p| &p.value),
+                        derived_weight: self.environment().orientation_weight(None),
+                    },
+                ));
+                self.body_parts_ui(ui, actions);
+                ui.add_space(8.0);
             });
+        });
     }
 }

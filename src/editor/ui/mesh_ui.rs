@@ -36,11 +36,9 @@ impl<'a> MeshView<'a> {
         let whose = whose.into();
         let design = world.document.design();
         let (reference, mesh, report) = match whose {
-            MeshOwner::Body(role) => (
-                design.body(role)?.mesh.as_ref(),
-                world.mesh(role),
-                world.mesh_report(role),
-            ),
+            MeshOwner::Body(role) => {
+                (design.body(role)?.mesh.as_ref(), world.mesh(role), world.mesh_report(role))
+            }
             MeshOwner::Anatomy(index) => {
                 let mesh = &design.anatomy.get(index?)?.mesh;
                 let report = world.anatomy_report(mesh);
@@ -55,10 +53,7 @@ impl<'a> MeshView<'a> {
             report,
             read_in: mesh.map(|mesh| MeshUnit::of_mm(mesh.reading.mm_per_unit)),
             problem: problem.map(|problem| problem.cause.to_string()),
-            reading: loading
-                .of()
-                .filter(|(of, _)| *of == whose)
-                .map(|(_, file)| file),
+            reading: loading.of().filter(|(of, _)| *of == whose).map(|(_, file)| file),
         })
     }
 }
@@ -127,12 +122,7 @@ fn unit_ui(
     actions: &mut Vec<PanelAction>,
 ) {
     let Some(read_in) = view.read_in else { return };
-    let set = |unit| {
-        PanelAction::Mesh(MeshRequest::SetUnit {
-            whose: view.whose,
-            unit,
-        })
-    };
+    let set = |unit| PanelAction::Mesh(MeshRequest::SetUnit { whose: view.whose, unit });
     let is_other = matches!(reference.unit, Some(MeshUnit::Factor(_)));
     ui.horizontal(|ui| {
         ui.label("unit").on_hover_text(
@@ -145,10 +135,9 @@ fn unit_ui(
                 Some(MeshUnit::Factor(_)) => OTHER.to_owned(),
                 Some(unit) => unit.to_string(),
             };
-            ComboBox::from_id_salt("mesh unit")
-                .selected_text(shown)
-                .width(UNIT_WIDTH)
-                .show_ui(ui, |ui| {
+            ComboBox::from_id_salt("mesh unit").selected_text(shown).width(UNIT_WIDTH).show_ui(
+                ui,
+                |ui| {
                     let mut choice = |ui: &mut Ui, text: &str, unit: Option<MeshUnit>, is: bool| {
                         if ui.selectable_label(is, text).clicked() && !is {
                             actions.push(set(unit));
@@ -163,7 +152,8 @@ fn unit_ui(
                     // Begins as what it is now.
                     let other = MeshUnit::Factor(read_in.mm_per_unit());
                     choice(ui, OTHER, Some(other), is_other);
-                });
+                },
+            );
         });
     });
     if is_other {

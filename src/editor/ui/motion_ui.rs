@@ -25,16 +25,8 @@ const AXES: [(&str, bool, AxisOf); 6] = [
 ];
 
 /// What an axis moves through when it is switched on: mm, and degrees.
-const NEW_SHIFT: AxisRange = AxisRange {
-    min: -50.0,
-    max: 50.0,
-    step: 50.0,
-};
-const NEW_TURN: AxisRange = AxisRange {
-    min: -45.0,
-    max: 45.0,
-    step: 45.0,
-};
+const NEW_SHIFT: AxisRange = AxisRange { min: -50.0, max: 50.0, step: 50.0 };
+const NEW_TURN: AxisRange = AxisRange { min: -45.0, max: 45.0, step: 45.0 };
 
 /// Draws the six axes of the design's motion, or of the CRF's own study, and how many poses they make.
 pub fn motion_ui(ui: &mut Ui, of: BodyRole, motion: Option<&Motion>) -> Vec<PanelAction> {
@@ -53,14 +45,7 @@ pub fn motion_ui(ui: &mut Ui, of: BodyRole, motion: Option<&Motion>) -> Vec<Pane
         }
     });
     for (name, is_shift, axis_of) in AXES {
-        axis_ui(
-            ui,
-            (of, motion_before),
-            name,
-            is_shift,
-            axis_of,
-            &mut actions,
-        );
+        axis_ui(ui, (of, motion_before), name, is_shift, axis_of, &mut actions);
     }
     match motion.map(|m| m.grid(&Pose::identity())) {
         None => quiet_ui(ui, "Does not move: judged at its own pose"),
@@ -93,24 +78,17 @@ fn axis_ui(
         ui.spacing_mut().item_spacing.x = 4.0;
         let mut is_on = range.is_some();
         let size = vec2(AXIS_WIDTH, ui.spacing().interact_size.y);
-        ui.allocate_ui_with_layout(
-            size,
-            egui::Layout::left_to_right(egui::Align::Center),
-            |ui| {
-                ui.set_min_width(AXIS_WIDTH);
-                if ui.checkbox(&mut is_on, name).changed() {
-                    let new = if is_shift { NEW_SHIFT } else { NEW_TURN };
-                    actions.push(PanelAction::apply(with(is_on.then_some(new))));
-                }
-            },
-        );
+        ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
+            ui.set_min_width(AXIS_WIDTH);
+            if ui.checkbox(&mut is_on, name).changed() {
+                let new = if is_shift { NEW_SHIFT } else { NEW_TURN };
+                actions.push(PanelAction::apply(with(is_on.then_some(new))));
+            }
+        });
         let Some(range) = range else { return };
         type Part = fn(&mut AxisRange) -> &mut f64;
-        let parts: [(&str, Part); 3] = [
-            ("from", |r| &mut r.min),
-            ("to", |r| &mut r.max),
-            ("step", |r| &mut r.step),
-        ];
+        let parts: [(&str, Part); 3] =
+            [("from", |r| &mut r.min), ("to", |r| &mut r.max), ("step", |r| &mut r.step)];
         for (part, value_of) in parts {
             let unit_name = if is_shift { "mm" } else { "degrees" };
             let field_name = format!("{name} {part} in {unit_name}");
@@ -125,13 +103,7 @@ fn axis_ui(
                 "to" => (range.min, field.max),
                 _ => (0.0, field.max),
             };
-            let field = NumberField {
-                decimals: 1,
-                speed: 0.5,
-                min,
-                max,
-                ..field.width(NARROW)
-            };
+            let field = NumberField { decimals: 1, speed: 0.5, min, max, ..field.width(NARROW) };
             let mut before = range;
             let changes = number_ui(ui, &field, *value_of(&mut before));
             super::number_edits(&changes, actions, "Change range of motion", |v| {
@@ -148,9 +120,7 @@ type BoundOf = fn(&mut Requirement) -> &mut Option<f64>;
 
 const BOUNDS: [(&str, bool, f64, BoundOf); 5] = [
     ("tip error RMS", true, 1.0, |r| &mut r.position_rms_mm),
-    ("tip error 95th percentile", true, 1.5, |r| {
-        &mut r.position_p95_mm
-    }),
+    ("tip error 95th percentile", true, 1.5, |r| &mut r.position_p95_mm),
     ("tip error max", true, 2.0, |r| &mut r.position_max_mm),
     ("angle error RMS", false, 0.5, |r| &mut r.angle_rms_deg),
     ("angle error max", false, 1.0, |r| &mut r.angle_max_deg),
@@ -190,10 +160,7 @@ pub fn requirement_ui(
                 } else {
                     NumberField::angle(&field_name)
                 };
-                let field = NumberField {
-                    speed: 0.01,
-                    ..field.positive()
-                };
+                let field = NumberField { speed: 0.01, ..field.positive() };
                 let changes = number_ui(ui, &field, bound);
                 super::number_edits(&changes, &mut actions, "Change requirement", |v| {
                     Some(with(Some(v)))

@@ -183,10 +183,8 @@ fn with_switches_ui(
         let whole = Rect::from_min_size(response.rect.min, whole);
         let is_near = ui.rect_contains_pointer(whole) || row.is_hovered;
         type ThingsOf = fn(&mut View) -> &mut Things;
-        let switches: [(Switch, ThingsOf); 2] = [
-            (Switch::Eye, |view| &mut view.hidden),
-            (Switch::Lock, |view| &mut view.locked),
-        ];
+        let switches: [(Switch, ThingsOf); 2] =
+            [(Switch::Eye, |view| &mut view.hidden), (Switch::Lock, |view| &mut view.locked)];
         for (switch, things_of) in switches {
             let mut after = view.clone();
             let things = things_of(&mut after);
@@ -248,10 +246,7 @@ pub fn sensor_trouble(detail: &BodyDetail, index: usize) -> Option<&'static str>
 }
 
 fn room_ui(ui: &mut Ui, environment: &Environment) {
-    let row = Row {
-        label: &environment.name,
-        ..Row::default()
-    };
+    let row = Row { label: &environment.name, ..Row::default() };
     row_ui(ui, &row);
     ui.indent("room", |ui| {
         if let Some(volume) = &environment.volume {

@@ -13,16 +13,7 @@ const CHART_HEIGHT: f32 = 260.0;
 const TABLE_HEIGHT: f32 = 180.0;
 
 /// As [`page::cells`] has them.
-const COLUMNS: [&str; 8] = [
-    "",
-    "method",
-    "order",
-    "orientations",
-    "size",
-    "time",
-    "each",
-    "error",
-];
+const COLUMNS: [&str; 8] = ["", "method", "order", "orientations", "size", "time", "each", "error"];
 
 /// Draws the page as a window of its own; what the person asked for.
 pub fn precision_window(
@@ -88,22 +79,20 @@ fn head_ui(
             None => quiet_ui(ui, "not measured yet"),
             Some((design, ..)) => quiet_ui(ui, design),
         };
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            match shown.part() {
-                Some(part) => {
-                    if ui.button("Cancel").clicked() {
-                        requests.push(PrecisionRequest::Cancel);
-                    }
-                    ui.add(ProgressBar::new(part as f32).desired_width(180.0));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| match shown.part() {
+            Some(part) => {
+                if ui.button("Cancel").clicked() {
+                    requests.push(PrecisionRequest::Cancel);
                 }
-                None => {
-                    let text = match shown.families.is_empty() {
-                        true => "Measure",
-                        false => "Measure again",
-                    };
-                    if ui.button(text).clicked() {
-                        requests.push(PrecisionRequest::Measure);
-                    }
+                ui.add(ProgressBar::new(part as f32).desired_width(180.0));
+            }
+            None => {
+                let text = match shown.families.is_empty() {
+                    true => "Measure",
+                    false => "Measure again",
+                };
+                if ui.button(text).clicked() {
+                    requests.push(PrecisionRequest::Measure);
                 }
             }
         });

@@ -37,18 +37,10 @@ const SHOWN: [&str; 8] = [
     "angle error max",
 ];
 
-const DETERMINED: [&str; 2] = [
-    "tip error RMS, determined part",
-    "tip error max, determined part",
-];
+const DETERMINED: [&str; 2] = ["tip error RMS, determined part", "tip error max, determined part"];
 
 /// What is shown where the result stands below something else.
-const BRIEF: [&str; 4] = [
-    "tip error RMS",
-    "tip error max",
-    "angle error RMS",
-    "angle error max",
-];
+const BRIEF: [&str; 4] = ["tip error RMS", "tip error max", "angle error RMS", "angle error max"];
 
 /// Draws the result.
 pub fn result_ui(ui: &mut Ui, result: &ResultView) {
@@ -214,10 +206,7 @@ fn counts_ui(ui: &mut Ui, figures: &Figures, results: &Results) {
             let part = counted(figures.trials, "trial", "trials");
             warning_ui(
                 ui,
-                &format!(
-                    "preview while dragging: {part} of {}",
-                    with_separators(whole)
-                ),
+                &format!("preview while dragging: {part} of {}", with_separators(whole)),
             );
         }
         Some(Extent::Whole) | None => {
@@ -243,22 +232,14 @@ pub fn warnings(figures: &Figures) -> Vec<String> {
     let mut texts = Vec::new();
     let count = |n: usize| counted(n, "trial has", "trials have");
     if figures.outside > 0 {
-        texts.push(format!(
-            "{} a sensor outside the model's box",
-            count(figures.outside)
-        ));
+        texts.push(format!("{} a sensor outside the model's box", count(figures.outside)));
     }
     if figures.out_of_volume > 0 {
-        texts.push(format!(
-            "{} a sensor out of the tracker's volume",
-            count(figures.out_of_volume)
-        ));
+        texts
+            .push(format!("{} a sensor out of the tracker's volume", count(figures.out_of_volume)));
     }
     if figures.rejected > 0 {
-        texts.push(format!(
-            "{} left out",
-            counted(figures.rejected, "trial was", "trials were")
-        ));
+        texts.push(format!("{} left out", counted(figures.rejected, "trial was", "trials were")));
     }
     if let Some(free) = &figures.free_axis {
         texts.push(capitalised(&free.statement()));

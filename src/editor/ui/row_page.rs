@@ -23,12 +23,7 @@ pub struct RowPage {
 
 impl Default for RowPage {
     fn default() -> Self {
-        Self {
-            is_open: false,
-            count: 3,
-            spacing_mm: 15.0,
-            direction: RowDirection::Z,
-        }
+        Self { is_open: false, count: 3, spacing_mm: 15.0, direction: RowDirection::Z }
     }
 }
 
@@ -151,10 +146,7 @@ pub fn row_page_ui(
         }
         None => {
             let new = rows * page.count.saturating_sub(1);
-            quiet_ui(
-                ui,
-                super::widgets::counted(new, "new sensor", "new sensors"),
-            );
+            quiet_ui(ui, super::widgets::counted(new, "new sensor", "new sensors"));
         }
     }
     ui.add_space(10.0);
@@ -174,12 +166,7 @@ pub fn row_page_ui(
 
 /// Why an arrangement cannot be made.
 fn problem(edit: &Edit, design: &Design) -> Option<ArrangeError> {
-    let Edit::Arrange {
-        body,
-        indices,
-        arrangement,
-    } = edit
-    else {
+    let Edit::Arrange { body, indices, arrangement } = edit else {
         return None;
     };
     let sensors = &design.body(*body)?.rigid.sensors;

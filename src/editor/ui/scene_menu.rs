@@ -20,15 +20,10 @@ pub fn scene_menu_ui(
     // egui may be zoomed; the window's logical pixels are not.
     let at = at / ctx.zoom_factor();
     let mut is_open = true;
-    Popup::new(
-        Id::new("scene menu"),
-        ctx.clone(),
-        pos2(at.x, at.y),
-        LayerId::background(),
-    )
-    .kind(PopupKind::Menu)
-    .open_bool(&mut is_open)
-    .show(|ui| sensor_menu_ui(ui, is_available, &mut actions));
+    Popup::new(Id::new("scene menu"), ctx.clone(), pos2(at.x, at.y), LayerId::background())
+        .kind(PopupKind::Menu)
+        .open_bool(&mut is_open)
+        .show(|ui| sensor_menu_ui(ui, is_available, &mut actions));
     if !is_open {
         menu.0 = None;
     }

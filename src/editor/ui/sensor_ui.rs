@@ -47,41 +47,29 @@ pub fn sensor_buttons_ui(
     actions: &mut Vec<PanelAction>,
 ) {
     use SensorCommand::{AlongNormal, AlongShaft, Duplicate, Mirror, MirrorCopy, Remove, Row};
-    const PLANES: [(&str, MirrorPlane); 3] = [
-        ("x = 0", MirrorPlane::X),
-        ("y = 0", MirrorPlane::Y),
-        ("z = 0", MirrorPlane::Z),
-    ];
+    const PLANES: [(&str, MirrorPlane); 3] =
+        [("x = 0", MirrorPlane::X), ("y = 0", MirrorPlane::Y), ("z = 0", MirrorPlane::Z)];
     let mirrors = |command: fn(MirrorPlane) -> SensorCommand| {
         PLANES.map(|(name, plane)| (name, command(plane)))
     };
     section_ui(ui, "Arrange");
     let rows: [(&str, &[(&str, SensorCommand)]); 4] = [
-        (
-            "",
-            &[("Duplicate", Duplicate), ("Row…", Row), ("Delete", Remove)],
-        ),
+        ("", &[("Duplicate", Duplicate), ("Row…", Row), ("Delete", Remove)]),
         ("mirror", &mirrors(Mirror)),
         ("mirror copy", &mirrors(MirrorCopy)),
-        (
-            "axis",
-            &[("along normal", AlongNormal), ("along shaft", AlongShaft)],
-        ),
+        ("axis", &[("along normal", AlongNormal), ("along shaft", AlongShaft)]),
     ];
-    egui::Grid::new("arrange")
-        .num_columns(2)
-        .spacing([10.0, 4.0])
-        .show(ui, |ui| {
-            for (name, commands) in rows {
-                ui.label(name);
-                ui.horizontal(|ui| {
-                    for (text, command) in commands {
-                        button_ui(ui, text, *command, is_available, actions);
-                    }
-                });
-                ui.end_row();
-            }
-        });
+    egui::Grid::new("arrange").num_columns(2).spacing([10.0, 4.0]).show(ui, |ui| {
+        for (name, commands) in rows {
+            ui.label(name);
+            ui.horizontal(|ui| {
+                for (text, command) in commands {
+                    button_ui(ui, text, *command, is_available, actions);
+                }
+            });
+            ui.end_row();
+        }
+    });
 }
 
 fn button_ui(
@@ -93,9 +81,7 @@ fn button_ui(
 ) {
     let command = Command::Sensors(command);
     let info = command.info();
-    let button = ui
-        .add_enabled(is_available(command), Button::new(text))
-        .on_hover_text(info.about);
+    let button = ui.add_enabled(is_available(command), Button::new(text)).on_hover_text(info.about);
     // Short names say the same twice: the whole one is for people who cannot see the row.
     ui.ctx().accesskit_node_builder(button.id, |node| {
         node.set_label(info.name.to_owned());

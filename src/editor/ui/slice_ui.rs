@@ -60,10 +60,7 @@ pub fn slice_settings_ui(ui: &mut Ui, panel: &SlicePanelView) -> Vec<PanelAction
     if slice == before {
         return Vec::new();
     }
-    let view = View {
-        slice,
-        ..panel.view.clone()
-    };
+    let view = View { slice, ..panel.view.clone() };
     vec![PanelAction::View(ViewRequest::Set(view))]
 }
 
@@ -82,9 +79,7 @@ fn plane_ui(ui: &mut Ui, panel: &SlicePanelView, slice: &mut SliceView) {
             }
         }
         let name = egui::Button::selectable(slice.free.is_some(), "the view");
-        let face = ui
-            .add_enabled(panel.camera.is_some(), name)
-            .on_hover_text(FACE);
+        let face = ui.add_enabled(panel.camera.is_some(), name).on_hover_text(FACE);
         if let Some(camera) = panel.camera.filter(|_| face.clicked()) {
             slice.face(&camera, &panel.bounds);
         }
@@ -162,11 +157,8 @@ fn short_name(quantity: Quantity) -> &'static str {
 fn position_ui(ui: &mut Ui, bounds: &Bounds, slice: &mut SliceView) {
     let [least, most] = bounds.span_mm(&slice.normal());
     row_ui(ui, "at", |ui| {
-        let field = NumberField {
-            decimals: 1,
-            speed: 1.0,
-            ..NumberField::length("slice position in mm")
-        };
+        let field =
+            NumberField { decimals: 1, speed: 1.0, ..NumberField::length("slice position in mm") };
         set_from(number_ui(ui, &field, slice.offset_mm()), |v| {
             slice.set_offset_mm(v);
         });
@@ -188,12 +180,7 @@ fn position_ui(ui: &mut Ui, bounds: &Bounds, slice: &mut SliceView) {
 /// Where colours end: by themselves, or at a number in the field's unit.
 pub fn range_ui(ui: &mut Ui, field: &NumberField, largest: Option<f64>, range: &mut Option<f64>) {
     let step = 10f64.powi(-(field.decimals as i32));
-    let field = NumberField {
-        min: step,
-        speed: step,
-        width: RANGE_WIDTH,
-        ..*field
-    };
+    let field = NumberField { min: step, speed: step, width: RANGE_WIDTH, ..*field };
     row_ui(ui, "up to", |ui| {
         if let Some(value) = *range {
             set_from(number_ui(ui, &field, value), |v| {
@@ -203,9 +190,7 @@ pub fn range_ui(ui: &mut Ui, field: &NumberField, largest: Option<f64>, range: &
         let mut is_automatic = range.is_none();
         // Beside a number there is no room for the word.
         let name = if is_automatic { "automatic" } else { "" };
-        let automatic = ui
-            .checkbox(&mut is_automatic, name)
-            .on_hover_text(AUTOMATIC);
+        let automatic = ui.checkbox(&mut is_automatic, name).on_hover_text(AUTOMATIC);
         ui.ctx().accesskit_node_builder(automatic.id, |node| {
             node.set_label("automatic".to_owned());
         });

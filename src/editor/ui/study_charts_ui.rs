@@ -62,11 +62,7 @@ pub fn share(within: &Within) -> String {
         p if p < 0.1 => "less than 0.1".to_owned(),
         p => decimal(p, 1),
     };
-    format!(
-        "{} of trials within {}",
-        with_unit(&shown, "%"),
-        length(within.limit_mm)
-    )
+    format!("{} of trials within {}", with_unit(&shown, "%"), length(within.limit_mm))
 }
 
 fn plain(name: &str) -> Plot<'_> {
@@ -125,11 +121,7 @@ fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelActi
             // All trials are as high as the highest bar.
             let curve = charted.cumulative.iter().map(|&(e, part)| [e, part * most]);
             let curve = PlotPoints::from(curve.collect::<Vec<[f64; 2]>>());
-            plot.line(
-                Line::new("cumulative", curve)
-                    .color(palette::TEXT.color32())
-                    .width(1.2),
-            );
+            plot.line(Line::new("cumulative", curve).color(palette::TEXT.color32()).width(1.2));
             if let Some(limit_mm) = limit_mm {
                 let line = VLine::new("requirement", limit_mm).color(palette::MET.color32());
                 plot.vline(line.style(LineStyle::dashed_dense()).width(1.0));
@@ -143,9 +135,7 @@ fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelActi
     let hint = "Bars: trials by tip error. Curve: the part of the trials with at most so much. A \
                 click shows the worst trial of a bar";
     quiet_ui(ui, "mm; curve: part of the trials with at most so much").on_hover_text(hint);
-    let clicked = clicked_at(&plot.response, |at| {
-        plot.transform.value_from_position(at).x
-    });
+    let clicked = clicked_at(&plot.response, |at| plot.transform.value_from_position(at).x);
     if let Some(trial) = clicked.and_then(|x| charted.worst_of_bar(bar_at(x))) {
         actions.push(PanelAction::Study(StudyRequest::Show(Some(trial))));
     }
@@ -153,18 +143,12 @@ fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelActi
 
 /// Where a chart was clicked, along x.
 fn clicked_at(response: &Response, x: impl Fn(egui::Pos2) -> f64) -> Option<f64> {
-    response
-        .clicked()
-        .then(|| response.interact_pointer_pos().map(x))
-        .flatten()
+    response.clicked().then(|| response.interact_pointer_pos().map(x)).flatten()
 }
 
 fn axes_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelAction>) {
     let axes = &view.charted.profile.axes;
-    let chosen = axes
-        .iter()
-        .find(|a| a.axis == view.axis)
-        .unwrap_or(&axes[0]);
+    let chosen = axes.iter().find(|a| a.axis == view.axis).unwrap_or(&axes[0]);
     section_ui(ui, "Tip error along the motion");
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
@@ -199,11 +183,7 @@ fn axis_ui(ui: &mut Ui, axis: &AxisProfile, limit_mm: Option<f64>, actions: &mut
     let is_number = matches!(axis.axis, POSITION | ORIENTATION);
     let value = |k: usize| match is_number {
         true => format!("{} {}", axis.axis, count(axis.values[k] as usize)),
-        false => format!(
-            "{} {}",
-            axis.axis,
-            with_unit(&decimal(axis.values[k], 2), unit(axis))
-        ),
+        false => format!("{} {}", axis.axis, with_unit(&decimal(axis.values[k], 2), unit(axis))),
     };
     let plot = plain("along the motion")
         .y_axis_min_width(38.0)
@@ -240,9 +220,7 @@ fn axis_ui(ui: &mut Ui, axis: &AxisProfile, limit_mm: Option<f64>, actions: &mut
                     );
                 }
                 plot.line(
-                    Line::new(name, PlotPoints::from(points))
-                        .color(color.color32())
-                        .width(1.2),
+                    Line::new(name, PlotPoints::from(points)).color(color.color32()).width(1.2),
                 );
             }
             if let Some(limit_mm) = limit_mm {
@@ -259,9 +237,7 @@ fn axis_ui(ui: &mut Ui, axis: &AxisProfile, limit_mm: Option<f64>, actions: &mut
         legend(ui, "RMS", palette::SERIES[0]);
         quiet_ui(ui, along(axis)).on_hover_text("A click shows the worst trial of a value");
     });
-    let clicked = clicked_at(&plot.response, |at| {
-        plot.transform.value_from_position(at).x
-    });
+    let clicked = clicked_at(&plot.response, |at| plot.transform.value_from_position(at).x);
     if let Some(k) = clicked.and_then(nearest) {
         let trial = axis.worst_trial[k];
         actions.push(PanelAction::Study(StudyRequest::Show(Some(trial))));
@@ -298,13 +274,7 @@ mod tests {
 
     #[test]
     fn a_share_is_whole_only_where_it_is() {
-        let text = |part| {
-            share(&Within {
-                name: "max",
-                limit_mm: 1.0,
-                part,
-            })
-        };
+        let text = |part| share(&Within { name: "max", limit_mm: 1.0, part });
         assert_eq!(text(0.973), "97.3\u{2009}% of trials within 1.00\u{2009}mm");
         assert!(text(0.9999).starts_with("more than 99.9\u{2009}%"));
         assert!(text(1.0).starts_with("100\u{2009}%"));

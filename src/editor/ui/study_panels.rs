@@ -107,16 +107,8 @@ pub fn sides_ui(ui: &mut Ui, shown: Side) -> Vec<PanelAction> {
     let mut actions = Vec::new();
     ui.horizontal(|ui| {
         for (side, name, about) in [
-            (
-                Side::Trials,
-                "Trials",
-                "The shown trial in numbers, and charts of all trials",
-            ),
-            (
-                Side::Inspector,
-                "Inspector",
-                "What is selected, to be edited",
-            ),
+            (Side::Trials, "Trials", "The shown trial in numbers, and charts of all trials"),
+            (Side::Inspector, "Inspector", "What is selected, to be edited"),
         ] {
             let tab = Button::selectable(side == shown, name);
             if ui.add(tab).on_hover_text(about).clicked() && side != shown {

@@ -56,10 +56,7 @@ pub fn apply(ctx: &egui::Context) {
             (TextStyle::Body, body_font()),
             (TextStyle::Button, body_font()),
             (TextStyle::Heading, figure_font()),
-            (
-                TextStyle::Monospace,
-                FontId::new(12.0, FontFamily::Monospace),
-            ),
+            (TextStyle::Monospace, FontId::new(12.0, FontFamily::Monospace)),
         ]
         .into();
         style.visuals = visuals();
@@ -100,16 +97,8 @@ fn visuals() -> Visuals {
     for (state, fill, text) in [
         (&mut widgets.noninteractive, palette::PANEL, palette::TEXT),
         (&mut widgets.inactive, palette::WIDGET, palette::TEXT),
-        (
-            &mut widgets.hovered,
-            palette::WIDGET_HOVERED,
-            palette::TEXT_STRONG,
-        ),
-        (
-            &mut widgets.active,
-            palette::WIDGET_HOVERED,
-            palette::TEXT_STRONG,
-        ),
+        (&mut widgets.hovered, palette::WIDGET_HOVERED, palette::TEXT_STRONG),
+        (&mut widgets.active, palette::WIDGET_HOVERED, palette::TEXT_STRONG),
         (&mut widgets.open, palette::WIDGET, palette::TEXT_STRONG),
     ] {
         state.bg_fill = fill.color32();
@@ -128,9 +117,7 @@ fn visuals() -> Visuals {
 
 /// A frame without lines whose fill is the panel's.
 pub fn panel_frame(margin: Margin) -> egui::Frame {
-    egui::Frame::new()
-        .fill(palette::PANEL.color32())
-        .inner_margin(margin)
+    egui::Frame::new().fill(palette::PANEL.color32()).inner_margin(margin)
 }
 
 /// The colour of a figure that is held against a requirement.

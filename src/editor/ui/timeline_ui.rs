@@ -107,8 +107,7 @@ pub fn trial_words(trial: &ShownTrial) -> String {
 fn position(pose: &InputTrial) -> Vec<String> {
     let at = pose.crf_from_tool.translation.vector;
     let axes = ["x", "y", "z"].into_iter().zip([at.x, at.y, at.z]);
-    axes.map(|(axis, value)| format!("{axis} {}", length(value)))
-        .collect()
+    axes.map(|(axis, value)| format!("{axis} {}", length(value))).collect()
 }
 
 /// Up to two decimals, none that say nothing.
@@ -142,9 +141,7 @@ fn modes_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<PanelAction>) {
         }
     }
     if view.input.is_some() {
-        let open = ui
-            .button("…")
-            .on_hover_text(Command::ReadInput.info().about);
+        let open = ui.button("…").on_hover_text(Command::ReadInput.info().about);
         if open.clicked() {
             actions.push(PanelAction::Run(Command::ReadInput));
         }
@@ -200,13 +197,7 @@ fn buttons_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<PanelAction>) 
             .on_hover_text("How fast trials play");
         text_button(ui, "Worst", Command::WorstTrial, true, actions);
     });
-    text_button(
-        ui,
-        "Own pose",
-        Command::OwnPose,
-        view.shown.is_some(),
-        actions,
-    );
+    text_button(ui, "Own pose", Command::OwnPose, view.shown.is_some(), actions);
 }
 
 fn rate(per_s: f64) -> String {
@@ -220,9 +211,7 @@ fn text_button(
     is_enabled: bool,
     actions: &mut Vec<PanelAction>,
 ) {
-    let response = ui
-        .add_enabled(is_enabled, Button::new(text))
-        .on_hover_text(about(command));
+    let response = ui.add_enabled(is_enabled, Button::new(text)).on_hover_text(about(command));
     if response.clicked() {
         actions.push(PanelAction::Run(command));
     }
@@ -347,11 +336,7 @@ fn chart_ui(
             let (HoverPosition::NearDataPoint { position, .. }
             | HoverPosition::Elsewhere { position }) = at;
             let trial = chosen(position.x)?;
-            Some(format!(
-                "trial {}\ntip error {}",
-                count(trial + 1),
-                length(error_mm(trial)?)
-            ))
+            Some(format!("trial {}\ntip error {}", count(trial + 1), length(error_mm(trial)?)))
         })
         .show(ui, |plot| {
             plot.set_plot_bounds_x(0.5..=trials as f64 + 0.5);
@@ -361,11 +346,7 @@ fn chart_ui(
                 false => palette::SERIES[0],
             };
             let line = PlotPoints::from(outline(&columns));
-            plot.line(
-                Line::new("tip error", line)
-                    .color(color.color32())
-                    .width(1.2),
-            );
+            plot.line(Line::new("tip error", line).color(color.color32()).width(1.2));
             if trials <= POINTS_UP_TO {
                 let each = profile.tip_error_mm.iter().enumerate();
                 let points: Vec<[f64; 2]> = each.map(|(k, e)| [k as f64 + 1.0, *e]).collect();
@@ -388,11 +369,7 @@ fn chart_ui(
                 && let Some(error_mm) = error_mm(trial.number)
             {
                 let x = trial.number as f64 + 1.0;
-                plot.vline(
-                    VLine::new("shown", x)
-                        .color(palette::TEXT_STRONG.color32())
-                        .width(1.0),
-                );
+                plot.vline(VLine::new("shown", x).color(palette::TEXT_STRONG.color32()).width(1.0));
                 plot.points(
                     Points::new("shown", PlotPoints::from(vec![[x, error_mm]]))
                         .radius(4.0)
@@ -413,10 +390,7 @@ fn chart_ui(
     );
     if let Some(within) = charted.within {
         let limit_mm = within.limit_mm;
-        let y = plot
-            .transform
-            .position_from_point(&PlotPoint::new(1.0, limit_mm))
-            .y;
+        let y = plot.transform.position_from_point(&PlotPoint::new(1.0, limit_mm)).y;
         // Above its line where there is room.
         let anchor = match y - rect.top() > 16.0 {
             true => egui::Align2::RIGHT_BOTTOM,
@@ -484,17 +458,11 @@ mod tests {
             of: 3375,
             kind: ModeKind::Motion,
             offsets: vec![("x", -20.0), ("rz", 22.5)],
-            pose: InputTrial {
-                tracker_from_crf: None,
-                crf_from_tool: Pose::identity(),
-            },
+            pose: InputTrial { tracker_from_crf: None, crf_from_tool: Pose::identity() },
         };
         let words = "trial 1,203 of 3,375: x \u{2212}20\u{2009}mm, rz 22.5°";
         assert_eq!(trial_words(&trial), words);
-        let given = ShownTrial {
-            kind: ModeKind::Input,
-            ..trial
-        };
+        let given = ShownTrial { kind: ModeKind::Input, ..trial };
         assert!(trial_words(&given).ends_with("z 0.00\u{2009}mm"));
     }
 

@@ -36,11 +36,7 @@ pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<PanelAction> {
     let mut actions = Vec::new();
     ui.horizontal_centered(|ui| {
         ui.add_space(4.0);
-        ui.label(
-            RichText::new("trackwright")
-                .strong()
-                .color(palette::TEXT_STRONG.color32()),
-        );
+        ui.label(RichText::new("trackwright").strong().color(palette::TEXT_STRONG.color32()));
         ui.add_space(6.0);
         egui::MenuBar::new().ui(ui, |ui| {
             ui.menu_button("File", |ui| file_menu(ui, bar, &mut actions));
@@ -146,11 +142,7 @@ fn file_menu(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<PanelAction>) {
         ui.separator();
         quiet_ui(ui, "Recent");
         for design in bar.recent {
-            let name = design
-                .file
-                .file_name()
-                .unwrap_or_default()
-                .to_string_lossy();
+            let name = design.file.file_name().unwrap_or_default().to_string_lossy();
             let response = ui
                 .add_enabled(!design.is_missing, Button::new(name))
                 .on_hover_text(design.file.display().to_string())
@@ -206,7 +198,5 @@ const VIEW_MENU: [&[Command]; 4] = [
 
 fn lower_first(text: &str) -> String {
     let mut chars = text.chars();
-    chars.next().map_or_else(String::new, |first| {
-        first.to_lowercase().chain(chars).collect()
-    })
+    chars.next().map_or_else(String::new, |first| first.to_lowercase().chain(chars).collect())
 }

@@ -52,12 +52,7 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<PanelAction> {
             }
             ui.end_row();
             let position = |pose: &Pose| pose.translation.vector;
-            row_ui(
-                ui,
-                ["x", "y", "z"],
-                poses.map(|p| position(p).into()),
-                length,
-            );
+            row_ui(ui, ["x", "y", "z"], poses.map(|p| position(p).into()), length);
             let names = match view.rotation {
                 RotationForm::Turns => ["rx", "ry", "rz"],
                 RotationForm::Rodrigues => ["rotation x", "rotation y", "rotation z"],
@@ -107,12 +102,7 @@ fn errors_ui(ui: &mut Ui, trial: &Trial, limit_mm: Option<f64>) {
     ui.add_space(4.0);
     let e = trial.tip_error_in_crf_mm;
     let axes = [e.x, e.y, e.z].map(|v| decimal(v, 2)).join(", ");
-    figure_ui(
-        ui,
-        "tip error x, y, z",
-        &with_unit(&axes, "mm"),
-        palette::TEXT,
-    );
+    figure_ui(ui, "tip error x, y, z", &with_unit(&axes, "mm"), palette::TEXT);
     let color = match limit_mm.map(|limit| trial.tip_error_mm <= limit) {
         Some(true) => palette::MET,
         Some(false) => palette::MISSED,

@@ -27,17 +27,10 @@ pub fn verdict_text(verdict: BoundVerdict) -> String {
 /// `✔ met: at most 1.00 mm`.
 pub fn bound_text(bound: &JudgedBound, unit: &str) -> String {
     let limit = with_unit(&format!("{:.2}", bound.limit), unit);
-    format!(
-        "{} {}: at most {limit}",
-        verdict_mark(bound.verdict).0,
-        bound.label()
-    )
+    format!("{} {}: at most {limit}", verdict_mark(bound.verdict).0, bound.label())
 }
 
 /// The colour of a figure that may be held against a bound.
 pub fn figure_color(verdict: Option<BoundVerdict>) -> Color32 {
-    verdict.map_or_else(
-        || theme::verdict_color(None),
-        |verdict| verdict_mark(verdict).1,
-    )
+    verdict.map_or_else(|| theme::verdict_color(None), |verdict| verdict_mark(verdict).1)
 }

@@ -103,38 +103,17 @@ pub struct NumberField<'a> {
 impl<'a> NumberField<'a> {
     /// A length in millimetres.
     pub fn length(name: &'a str) -> Self {
-        Self {
-            name,
-            unit: "mm",
-            decimals: 2,
-            speed: 0.1,
-            min: -1e6,
-            max: 1e6,
-            width: FIELD_WIDTH,
-        }
+        Self { name, unit: "mm", decimals: 2, speed: 0.1, min: -1e6, max: 1e6, width: FIELD_WIDTH }
     }
 
     /// An angle in degrees.
     pub fn angle(name: &'a str) -> Self {
-        Self {
-            unit: "°",
-            speed: 0.5,
-            min: -360.0,
-            max: 360.0,
-            ..Self::length(name)
-        }
+        Self { unit: "°", speed: 0.5, min: -360.0, max: 360.0, ..Self::length(name) }
     }
 
     /// A number without a unit.
     pub fn plain(name: &'a str) -> Self {
-        Self {
-            unit: "",
-            decimals: 3,
-            speed: 0.01,
-            min: -1.0,
-            max: 1.0,
-            ..Self::length(name)
-        }
+        Self { unit: "", decimals: 3, speed: 0.01, min: -1.0, max: 1.0, ..Self::length(name) }
     }
 
     pub fn positive(self) -> Self {
@@ -247,8 +226,7 @@ fn refusal_ui(ui: &Ui, response: &Response, new: Option<String>) {
         return;
     };
     let stroke = Stroke::new(1.0, palette::ERROR.color32());
-    ui.painter()
-        .rect_stroke(response.rect, 3.0, stroke, StrokeKind::Inside);
+    ui.painter().rect_stroke(response.rect, 3.0, stroke, StrokeKind::Inside);
     response.show_tooltip_text(why);
 }
 
@@ -384,10 +362,8 @@ const MARK_WIDTH: f32 = 16.0;
 
 /// A row that can be clicked, as wide as the panel; long labels end in an ellipsis.
 pub fn row_ui(ui: &mut Ui, row: &Row) -> Response {
-    let (rect, response) = ui.allocate_exact_size(
-        vec2(ui.available_width(), theme::ROW_HEIGHT),
-        Sense::click(),
-    );
+    let (rect, response) =
+        ui.allocate_exact_size(vec2(ui.available_width(), theme::ROW_HEIGHT), Sense::click());
     let label = printable(row.label);
     response.widget_info(|| {
         egui::WidgetInfo::selected(
@@ -422,11 +398,7 @@ pub fn row_ui(ui: &mut Ui, row: &Row) -> Response {
         row.note_color.unwrap_or(palette::TEXT_QUIET.color32()),
     );
     let note_left = rect.right() - 6.0 - note.size().x;
-    let text_color = if row.is_selected {
-        palette::TEXT_STRONG
-    } else {
-        palette::TEXT
-    };
+    let text_color = if row.is_selected { palette::TEXT_STRONG } else { palette::TEXT };
     let mut job = egui::text::LayoutJob::simple_singleline(
         label.into_owned(),
         theme::body_font(),
@@ -436,10 +408,8 @@ pub fn row_ui(ui: &mut Ui, row: &Row) -> Response {
     let label = ui.painter().layout_job(job);
     let label_y = rect.center().y - label.size().y / 2.0;
     let note_y = rect.center().y - note.size().y / 2.0;
-    ui.painter()
-        .galley(egui::pos2(x, label_y), label, text_color.color32());
-    ui.painter()
-        .galley(egui::pos2(note_left, note_y), note, text_color.color32());
+    ui.painter().galley(egui::pos2(x, label_y), label, text_color.color32());
+    ui.painter().galley(egui::pos2(note_left, note_y), note, text_color.color32());
     response
 }
 
@@ -482,10 +452,7 @@ mod tests {
         assert_eq!(angle.read(" 12.5° "), Ok(12.5));
         let turned = angle.read("0.2 rad").unwrap();
         assert!((turned - 0.2_f64.to_degrees()).abs() < 1e-12);
-        assert_eq!(
-            angle.read("361"),
-            Err("found 361.00°, expected −360° to 360°".to_owned())
-        );
+        assert_eq!(angle.read("361"), Err("found 361.00°, expected −360° to 360°".to_owned()));
         assert_eq!(NumberField::plain("axis x").read("3/5"), Ok(0.6));
     }
 }

@@ -61,10 +61,8 @@ fn precision_page(
     mut redraw: MessageWriter<RequestRedraw>,
 ) -> Result {
     let revision = world.map(|world| world.0.document.revision());
-    let is_current = page
-        .of
-        .as_ref()
-        .is_some_and(|(_, g, r)| *g == generation.0 && Some(*r) == revision);
+    let is_current =
+        page.of.as_ref().is_some_and(|(_, g, r)| *g == generation.0 && Some(*r) == revision);
     for request in precision_window(contexts.ctx_mut()?, &page, is_current) {
         requests.write(request);
         redraw.write(RequestRedraw);

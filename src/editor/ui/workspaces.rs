@@ -95,15 +95,13 @@ impl Desk<'_> {
             .resizable(false)
             .frame(super::result::frame())
             .show(ui, |ui| brief_result_ui(ui, &self.result_view()));
-        egui::Frame::new()
-            .inner_margin(Margin::symmetric(12, 0))
-            .show(ui, |ui| {
-                ui.set_min_width(ui.available_width());
-                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    let asked = baseline_ui(ui, &self.decide());
-                    actions.extend(asked.into_iter().map(PanelAction::Decide));
-                    ui.add_space(8.0);
-                });
+        egui::Frame::new().inner_margin(Margin::symmetric(12, 0)).show(ui, |ui| {
+            ui.set_min_width(ui.available_width());
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                let asked = baseline_ui(ui, &self.decide());
+                actions.extend(asked.into_iter().map(PanelAction::Decide));
+                ui.add_space(8.0);
             });
+        });
     }
 }

@@ -77,10 +77,7 @@ pub struct Batch {
 impl Batch {
     /// Buffers that use certain instructions; the results agree to a few units in the last place.
     pub fn with_instructions(instructions: Instructions) -> Self {
-        Self {
-            instructions,
-            ..Self::default()
-        }
+        Self { instructions, ..Self::default() }
     }
 
     /// What [`DistortionModel::evaluate`] gives at each pose, to a few units in the last place of
@@ -120,10 +117,7 @@ impl Batch {
         outside: OutsidePolicy,
         out: &mut Vec<Evaluation>,
     ) {
-        let nothing = Evaluation {
-            error: PoseError::default(),
-            is_inside: false,
-        };
+        let nothing = Evaluation { error: PoseError::default(), is_inside: false };
         out.resize(positions_mm.len(), nothing);
         if let Some(computed) = model.computed() {
             self.run_computed(computed, positions_mm, axes, out);
@@ -131,10 +125,8 @@ impl Batch {
         }
         if model.order() == 0 {
             for (evaluation, position_mm) in out.iter_mut().zip(positions_mm) {
-                *evaluation = Evaluation {
-                    is_inside: model.bounds().contains(position_mm),
-                    ..nothing
-                };
+                *evaluation =
+                    Evaluation { is_inside: model.bounds().contains(position_mm), ..nothing };
             }
             return;
         }

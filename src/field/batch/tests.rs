@@ -9,10 +9,8 @@ struct Numbers(u64);
 
 impl Numbers {
     fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 }
@@ -26,9 +24,7 @@ fn model(order: usize, set: DirectionSet, weighting: Weighting) -> DistortionMod
         weighting,
         MapKind::Distortion,
         Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0])),
-        (0..count)
-            .map(|_| std::array::from_fn(|_| numbers.next()))
-            .collect(),
+        (0..count).map(|_| std::array::from_fn(|_| numbers.next())).collect(),
     )
     .unwrap()
 }
@@ -65,11 +61,7 @@ fn difference(a: &Evaluation, b: &Evaluation) -> f64 {
         .max((a.error.rotation_rad - b.error.rotation_rad).amax())
 }
 
-const LEVELS: [Instructions; 3] = [
-    Instructions::Best,
-    Instructions::Avx2,
-    Instructions::Portable,
-];
+const LEVELS: [Instructions; 3] = [Instructions::Best, Instructions::Avx2, Instructions::Portable];
 
 #[test]
 fn a_batch_gives_what_single_evaluations_give() {
@@ -78,17 +70,11 @@ fn a_batch_gives_what_single_evaluations_give() {
             for order in 1..=8 {
                 let model = model(order, set, weighting);
                 let (positions, axes) = poses(150, set);
-                for outside in [
-                    OutsidePolicy::Clamp,
-                    OutsidePolicy::Reject,
-                    OutsidePolicy::Extrapolate,
-                ] {
+                for outside in
+                    [OutsidePolicy::Clamp, OutsidePolicy::Reject, OutsidePolicy::Extrapolate]
+                {
                     // Outside the box a polynomial of order 8 reaches some hundred.
-                    let scale = if outside == OutsidePolicy::Extrapolate {
-                        1e3
-                    } else {
-                        1.0
-                    };
+                    let scale = if outside == OutsidePolicy::Extrapolate { 1e3 } else { 1.0 };
                     for level in LEVELS {
                         let mut out = Vec::new();
                         Batch::with_instructions(level)

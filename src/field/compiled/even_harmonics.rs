@@ -175,10 +175,7 @@ mod tests {
                 let along: f64 = slopes[of].iter().map(|s| s.dot(&tangent).powi(2)).sum();
                 assert!((sum - count / (4.0 * PI)).abs() < 1e-12, "{l}: {sum}");
                 let expected = (l * (l + 1)) as f64 * count / (8.0 * PI);
-                assert!(
-                    (along - expected).abs() < 1e-10 * (1.0 + expected),
-                    "{l}: {along}"
-                );
+                assert!((along - expected).abs() < 1e-10 * (1.0 + expected), "{l}: {along}");
                 first += 2 * l + 1;
             }
         }
@@ -190,10 +187,8 @@ mod tests {
         let tangent = n.cross(&axis(5)).normalize();
         let (here, slopes) = (at(&n), slopes_at(&n));
         let h: f64 = 1e-5;
-        let (ahead, behind) = (
-            at(&(n * h.cos() + tangent * h.sin())),
-            at(&(n * h.cos() - tangent * h.sin())),
-        );
+        let (ahead, behind) =
+            (at(&(n * h.cos() + tangent * h.sin())), at(&(n * h.cos() - tangent * h.sin())));
         let opposite = at(&-n);
         for k in 0..MAX_FUNCTIONS {
             let difference = (ahead[k] - behind[k]) / (2.0 * h);

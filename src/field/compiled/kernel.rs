@@ -47,9 +47,7 @@ impl WithSimd for Accumulation<'_> {
         while let Some(&first) = rest.first() {
             let node = places[first as usize].node;
             let same = rest.iter().take(TOGETHER);
-            let same = same
-                .take_while(|&&i| places[i as usize].node == node)
-                .count();
+            let same = same.take_while(|&&i| places[i as usize].node == node).count();
             let (own, after) = rest.split_at(same);
             rest = after;
             for sums in &mut sums {

@@ -86,12 +86,7 @@ impl CompiledField {
             let apart = counts[k + 1..].iter().product::<usize>() * stride;
             solve_along(&mut coefficients, &axis.from_values(), apart);
         }
-        Self {
-            bounds,
-            axes,
-            degree,
-            coefficients,
-        }
+        Self { bounds, axes, degree, coefficients }
     }
 
     pub fn bounds(&self) -> &Bounds {
@@ -137,22 +132,13 @@ impl CompiledField {
                 }
             }
         }
-        Self {
-            bounds: self.bounds,
-            axes: self.axes,
-            degree: 0,
-            coefficients,
-        }
+        Self { bounds: self.bounds, axes: self.axes, degree: 0, coefficients }
     }
 
     /// Values at a place in the unit cube.
     pub fn evaluate(&self, unit: &Vector3<f64>, axis: &Unit<Vector3<f64>>) -> Coefficient {
         let mut out = [[0.0; 6]];
-        self.evaluate_all(
-            std::slice::from_ref(unit),
-            std::slice::from_ref(axis),
-            &mut out,
-        );
+        self.evaluate_all(std::slice::from_ref(unit), std::slice::from_ref(axis), &mut out);
         out[0]
     }
 
@@ -166,16 +152,8 @@ impl CompiledField {
         axes: &[Unit<Vector3<f64>>],
         out: &mut [Coefficient],
     ) {
-        assert!(
-            units.len() == axes.len() && units.len() == out.len(),
-            "one of each a place"
-        );
-        pulp::Arch::new().dispatch(Accumulation {
-            field: self,
-            units,
-            axes,
-            out,
-        });
+        assert!(units.len() == axes.len() && units.len() == out.len(), "one of each a place");
+        pulp::Arch::new().dispatch(Accumulation { field: self, units, axes, out });
     }
 
     /// Values at a place in the unit cube, with their changes.
@@ -214,11 +192,7 @@ impl CompiledField {
                 }
             }
         }
-        CompiledSlopes {
-            value,
-            by_unit,
-            by_axis: turned,
-        }
+        CompiledSlopes { value, by_unit, by_axis: turned }
     }
 
     fn node(&self, place: [usize; 3]) -> &[f64] {

@@ -112,9 +112,7 @@ impl CompiledField {
         for (l, values) in degrees(self.degree, node) {
             let most = part(l) * ((2 * l + 1) as f64 / (4.0 * PI)).sqrt();
             for (half, norm) in norms.iter_mut().enumerate() {
-                let each = values
-                    .chunks_exact(6)
-                    .flat_map(|v| &v[3 * half..3 * half + 3]);
+                let each = values.chunks_exact(6).flat_map(|v| &v[3 * half..3 * half + 3]);
                 *norm += most * each.map(|v| v * v).sum::<f64>().sqrt();
             }
         }

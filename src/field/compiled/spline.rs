@@ -124,9 +124,7 @@ impl SplineAxis {
         }
         // The places lie within the functions' supports in order, so that the matrix is regular
         // (Schoenberg and Whitney, 1953).
-        matrix
-            .try_inverse()
-            .unwrap_or_else(|| DMatrix::identity(count, count))
+        matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count))
     }
 
     /// Functions that are not zero somewhere between two places, first and after the last.
@@ -169,9 +167,8 @@ mod tests {
     #[test]
     fn coefficients_and_their_differences_bound_values_and_slopes() {
         let axis = SplineAxis::new(6);
-        let coefficients: Vec<f64> = (0..axis.functions())
-            .map(|i| (i as f64 * 1.7).sin())
-            .collect();
+        let coefficients: Vec<f64> =
+            (0..axis.functions()).map(|i| (i as f64 * 1.7).sin()).collect();
         let [first, end] = axis.functions_between(0.3, 0.45);
         let own = &coefficients[first..end];
         let most = own.iter().copied().fold(f64::NEG_INFINITY, f64::max);

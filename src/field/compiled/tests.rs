@@ -20,9 +20,7 @@ fn given(p: &Point3<f64>) -> Vec<Coefficient> {
 }
 
 fn field(cell_mm: f64) -> CompiledField {
-    CompiledField::new(room(), cell_mm, 4, |nodes| {
-        nodes.iter().map(given).collect()
-    })
+    CompiledField::new(room(), cell_mm, 4, |nodes| nodes.iter().map(given).collect())
 }
 
 fn places() -> impl Iterator<Item = (Vector3<f64>, Unit<Vector3<f64>>)> {
@@ -51,24 +49,16 @@ fn largest_difference(field: &CompiledField) -> f64 {
     places()
         .map(|(unit, axis)| {
             let (found, expected) = (field.evaluate(&unit, &axis), exact(&unit, &axis));
-            (0..3)
-                .map(|c| (found[c] - expected[c]).abs())
-                .fold(0.0, f64::max)
+            (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f64::max)
         })
         .fold(0.0, f64::max)
 }
 
 #[test]
 fn a_compiled_field_nears_what_it_was_compiled_from_by_the_fourth_power_of_its_cells() {
-    let (coarse, fine) = (
-        largest_difference(&field(60.0)),
-        largest_difference(&field(30.0)),
-    );
+    let (coarse, fine) = (largest_difference(&field(60.0)), largest_difference(&field(30.0)));
     assert!(fine < 1e-3, "{fine}");
-    assert!(
-        fine < coarse / 10.0 && fine > coarse / 30.0,
-        "{coarse} {fine}"
-    );
+    assert!(fine < coarse / 10.0 && fine > coarse / 30.0, "{coarse} {fine}");
 }
 
 #[test]
@@ -77,10 +67,7 @@ fn one_axis_has_the_values_of_the_field_at_that_axis_and_none_has_their_mean() {
     let (unit, axis) = places().nth(17).unwrap();
     let own = field.at_axis(Some(&axis));
     let mean = field.at_axis(None);
-    let (expected, found) = (
-        field.evaluate(&unit, &axis),
-        own.evaluate(&unit, &Vector3::x_axis()),
-    );
+    let (expected, found) = (field.evaluate(&unit, &axis), own.evaluate(&unit, &Vector3::x_axis()));
     // The vertices of an icosahedron average degrees 2 and 4 away.
     let twelve = crate::geometry::directions::DirectionSet::Twelve.directions();
     for c in 0..6 {
@@ -115,10 +102,8 @@ fn slopes_are_those_of_finite_differences_and_lie_within_the_bounds() {
         }
         let tangent = axis.cross(&Vector3::new(0.3, -0.5, 0.81)).normalize();
         let turned = |by: f64| Unit::new_normalize(axis.as_ref() + tangent * by);
-        let (ahead, behind) = (
-            field.evaluate(&unit, &turned(h)),
-            field.evaluate(&unit, &turned(-h)),
-        );
+        let (ahead, behind) =
+            (field.evaluate(&unit, &turned(h)), field.evaluate(&unit, &turned(-h)));
         for c in 0..6 {
             let difference = (ahead[c] - behind[c]) / (2.0 * h);
             assert!((difference - (at.by_axis * tangent)[c]).abs() < 1e-6);
@@ -130,12 +115,8 @@ fn slopes_are_those_of_finite_differences_and_lie_within_the_bounds() {
         for k in 0..3 {
             per_mm.column_mut(k).unscale_mut(size_mm[k]);
         }
-        let found = [
-            norm(&per_mm, 0),
-            norm(&per_mm, 3),
-            norm(&at.by_axis, 0),
-            norm(&at.by_axis, 3),
-        ];
+        let found =
+            [norm(&per_mm, 0), norm(&per_mm, 3), norm(&at.by_axis, 0), norm(&at.by_axis, 3)];
         for (most, found) in largest.iter_mut().zip(found) {
             *most = most.max(found);
         }
@@ -143,12 +124,7 @@ fn slopes_are_those_of_finite_differences_and_lie_within_the_bounds() {
             assert!(at.value[c] >= whole.least_mm[c] && at.value[c] <= whole.largest_mm[c]);
         }
     }
-    let bounds = [
-        whole.by_position[0],
-        whole.by_position[1],
-        whole.by_axis[0],
-        whole.by_axis[1],
-    ];
+    let bounds = [whole.by_position[0], whole.by_position[1], whole.by_axis[0], whole.by_axis[1]];
     for (found, bound) in largest.into_iter().zip(bounds) {
         // And it is no idle bound.
         assert!(found <= bound && bound < 8.0 * found, "{found} {bound}");

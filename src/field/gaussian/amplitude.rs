@@ -45,11 +45,7 @@ impl Amplitude {
     /// `s(p)`.
     pub fn at(&self, position_mm: &Point3<f64>) -> f64 {
         let terms = self.terms(position_mm);
-        let log: f64 = terms
-            .iter()
-            .zip(&self.log_variance)
-            .map(|(term, c)| term * c)
-            .sum();
+        let log: f64 = terms.iter().zip(&self.log_variance).map(|(term, c)| term * c).sum();
         (0.5 * log).exp()
     }
 
@@ -60,18 +56,7 @@ impl Amplitude {
             u.clamp(-FARTHEST, FARTHEST)
         });
         let second = |u: f64| 1.5 * u * u - 0.5;
-        [
-            1.0,
-            x,
-            y,
-            z,
-            second(x),
-            second(y),
-            second(z),
-            x * y,
-            y * z,
-            z * x,
-        ]
+        [1.0, x, y, z, second(x), second(y), second(z), x * y, y * z, z * x]
     }
 
     /// The amplitude after a regression of squared residuals, each over what this amplitude expects,
@@ -118,24 +103,16 @@ impl Amplitude {
         for (sum, by) in log_variance.iter_mut().zip(change).skip(1) {
             *sum += by;
         }
-        Self {
-            log_variance,
-            ..*self
-        }
+        Self { log_variance, ..*self }
     }
 
     /// The first number that cannot be.
     pub fn problem(&self) -> Option<(&'static str, f64)> {
         let half = self.half_mm.iter();
-        let half = half
-            .copied()
-            .find(|h| length_above_zero_problem(*h).is_some());
+        let half = half.copied().find(|h| length_above_zero_problem(*h).is_some());
         half.map(|h| ("amplitude.half_mm", h)).or_else(|| {
             let others = self.center_mm.iter().chain(&self.log_variance);
-            others
-                .into_iter()
-                .find(|v| !v.is_finite() || v.abs() > 1e6)
-                .map(|v| ("amplitude", *v))
+            others.into_iter().find(|v| !v.is_finite() || v.abs() > 1e6).map(|v| ("amplitude", *v))
         })
     }
 }

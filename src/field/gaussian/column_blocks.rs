@@ -55,10 +55,7 @@ fn each_block(x: MatMut<f64>, first: usize, work: &(impl Fn(MatMut<f64>, usize) 
     }
     let half = columns.div_ceil(2 * BLOCK) * BLOCK;
     let (left, right) = x.split_at_col_mut(half.min(columns));
-    rayon::join(
-        || each_block(left, first, work),
-        || each_block(right, first + half, work),
-    );
+    rayon::join(|| each_block(left, first, work), || each_block(right, first + half, work));
 }
 
 #[cfg(test)]

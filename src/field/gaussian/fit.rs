@@ -87,10 +87,8 @@ impl GaussianField {
         let mut rows = rows(set, trend);
         let mut fitting = Fitting::new(&rows, &bounds, set.has_rotations);
         for round in 0..ROUNDS {
-            let task = task.stretch(
-                round as f64 / ROUNDS as f64,
-                (round + 1) as f64 / ROUNDS as f64,
-            );
+            let task =
+                task.stretch(round as f64 / ROUNDS as f64, (round + 1) as f64 / ROUNDS as f64);
             fitting.improve(round, &task)?;
         }
         let (component_covariance, left_out_rms_mm) = fitting.components()?;
@@ -214,11 +212,7 @@ impl Fitting {
     fn improve(&mut self, round: usize, task: &Task) -> Result<(), GaussianError> {
         let scaled = scaled(&self.rows, &self.amplitude);
         let few = &scaled[..scaled.len().min(TUNING_ROWS)];
-        let passes = if round == 0 {
-            FIRST_PASSES
-        } else {
-            LATER_PASSES
-        };
+        let passes = if round == 0 { FIRST_PASSES } else { LATER_PASSES };
         self.hyper_parameters = hyper_parameters::tune(
             self.hyper_parameters,
             &self.prior,
@@ -260,25 +254,18 @@ impl Fitting {
         let scaled = scaled(&self.rows, &self.amplitude);
         let left_out = left_out(&mut self.kernel, &scaled)?;
         let covariance = covariance(&scaled, &left_out.solved, self.has_rotations);
-        let good: Vec<usize> = (0..scaled.len())
-            .filter(|i| scaled[*i].noise_factor < OUTLIER_NOISE)
-            .collect();
+        let good: Vec<usize> =
+            (0..scaled.len()).filter(|i| scaled[*i].noise_factor < OUTLIER_NOISE).collect();
         let found = |components: std::ops::Range<usize>, dof: f64| -> f64 {
             let each = good.iter().map(|&i| {
-                let ratio: f64 = components
-                    .clone()
-                    .map(|c| squared_ratio(&left_out, &covariance, i, c))
-                    .sum();
+                let ratio: f64 =
+                    components.clone().map(|c| squared_ratio(&left_out, &covariance, i, c)).sum();
                 (ratio / dof).min(MOST_RATIO)
             });
             (each.sum::<f64>() / good.len().max(1) as f64).sqrt()
         };
         let position = found(0..3, 3.0);
-        let rotation = if self.has_rotations {
-            found(3..6, 2.0)
-        } else {
-            1.0
-        };
+        let rotation = if self.has_rotations { found(3..6, 2.0) } else { 1.0 };
         let factor = |c: usize| if c < 3 { position } else { rotation };
         let squared_mm2 = |i: usize| -> f64 {
             let by = self.amplitude.at(&self.rows[i].point.position_mm);
@@ -316,10 +303,7 @@ impl Fitting {
 pub(super) fn scaled(rows: &[Row], amplitude: &Amplitude) -> Vec<Row> {
     let each = rows.iter().map(|row| {
         let by = 1.0 / amplitude.at(&row.point.position_mm);
-        Row {
-            error: row.error.map(|e| e * by),
-            ..*row
-        }
+        Row { error: row.error.map(|e| e * by), ..*row }
     });
     each.collect()
 }
@@ -379,11 +363,7 @@ fn squared_ratio(left_out: &LeftOut, covariance: &Matrix6<f64>, row: usize, c: u
     let variance = left_out.variance[row];
     let residual = left_out.solved[(row, c)] * variance;
     let expected = covariance[(c, c)] * variance;
-    if expected > 0.0 {
-        residual * residual / expected
-    } else {
-        0.0
-    }
+    if expected > 0.0 { residual * residual / expected } else { 0.0 }
 }
 
 /// Rows whose residuals are far beyond those of most. Each component is held against the median of
@@ -394,9 +374,8 @@ fn outliers(left_out: &LeftOut) -> Vec<bool> {
         let residual = left_out.solved[(row, c)];
         residual * residual * left_out.variance[row]
     };
-    let scales: Vec<f64> = (0..6)
-        .map(|c| median(&(0..rows).map(|row| square(row, c)).collect::<Vec<_>>()))
-        .collect();
+    let scales: Vec<f64> =
+        (0..6).map(|c| median(&(0..rows).map(|row| square(row, c)).collect::<Vec<_>>())).collect();
     let ratio = |row: usize| -> f64 {
         let told = (0..6).filter(|c| scales[*c] > 0.0);
         told.map(|c| square(row, c) / scales[c]).sum()

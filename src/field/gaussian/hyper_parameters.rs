@@ -50,11 +50,7 @@ pub(super) fn kernel(values: &HyperParameters, has_axes: bool) -> Kernel {
     let sine = if has_axes { sine } else { f64::INFINITY };
     Kernel {
         scales: [
-            KernelScale {
-                length_mm: length,
-                axis_sine: sine,
-                variance: 1.0,
-            },
+            KernelScale { length_mm: length, axis_sine: sine, variance: 1.0 },
             KernelScale {
                 length_mm: SECOND_LENGTH * length,
                 axis_sine: SECOND_SINE * sine,
@@ -80,9 +76,7 @@ pub(super) fn tune(
     task: &Task,
 ) -> Result<HyperParameters, Cancelled> {
     let objective = |values: &HyperParameters| {
-        let distance: f64 = (0..4)
-            .map(|k| ((values[k] - prior[k]) / PRIOR_STD[k]).powi(2))
-            .sum();
+        let distance: f64 = (0..4).map(|k| ((values[k] - prior[k]) / PRIOR_STD[k]).powi(2)).sum();
         log_likelihood(&kernel(values, has_rotations), rows, has_rotations) - 0.5 * distance
     };
     let (mut best, mut at) = (objective(&from), from);
@@ -128,10 +122,7 @@ fn log_likelihood(kernel: &Kernel, rows: &[Row], has_rotations: bool) -> f64 {
     let errors = errors_of(rows);
     let solved = factor.solve(&errors);
     let square = |columns: std::ops::Range<usize>| -> f64 {
-        columns
-            .flat_map(|j| (0..n).map(move |i| (i, j)))
-            .map(|at| errors[at] * solved[at])
-            .sum()
+        columns.flat_map(|j| (0..n).map(move |i| (i, j))).map(|at| errors[at] * solved[at]).sum()
     };
     let part = |columns: std::ops::Range<usize>, dof: f64| {
         let variance = square(columns) / (dof * n as f64);

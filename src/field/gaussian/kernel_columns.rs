@@ -19,9 +19,7 @@ impl PointColumns {
             });
             each.collect()
         };
-        Self {
-            coordinates: std::array::from_fn(column),
-        }
+        Self { coordinates: std::array::from_fn(column) }
     }
 
     fn len(&self) -> usize {
@@ -65,12 +63,7 @@ impl WithSimd for Fill<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            scales,
-            points: [x, y, z, a, b, c],
-            with,
-            out,
-        } = self;
+        let Self { scales, points: [x, y, z, a, b, c], with, out } = self;
         let n = out.len();
         let (x, y, z) = (&x[..n], &y[..n], &z[..n]);
         let (a, b, c) = (&a[..n], &b[..n], &c[..n]);
@@ -160,15 +153,9 @@ mod tests {
             axis: Unit::new_normalize(Vector3::new(0.3, f64::from(i % 7) - 3.0, 0.8)),
         };
         let points: Vec<_> = (0..37).map(point).collect();
-        let scale = |length_mm, axis_sine| KernelScale {
-            length_mm,
-            axis_sine,
-            variance: 0.7,
-        };
-        let kernel = Kernel {
-            scales: [scale(90.0, 0.4), scale(30.0, f64::INFINITY)],
-            nugget: 1e-4,
-        };
+        let scale = |length_mm, axis_sine| KernelScale { length_mm, axis_sine, variance: 0.7 };
+        let kernel =
+            Kernel { scales: [scale(90.0, 0.4), scale(30.0, f64::INFINITY)], nugget: 1e-4 };
         let found = PointColumns::of(&points).covariances(&kernel, 4, &points[20]);
         for (found, other) in found.iter().zip(&points[4..]) {
             let expected = kernel.covariance(other, &points[20]);

@@ -50,9 +50,7 @@ impl Kriging {
         let rows = scaled(&process.rows, &process.amplitude);
         let factor = Series::of(&process.kernel).factored(&process, task)?;
         let solved = factor.solve(&errors_of(&rows));
-        let weights = (0..rows.len())
-            .map(|i| std::array::from_fn(|c| solved[(i, c)]))
-            .collect();
+        let weights = (0..rows.len()).map(|i| std::array::from_fn(|c| solved[(i, c)])).collect();
         Ok(Self { process, weights })
     }
 
@@ -89,17 +87,11 @@ impl Kriging {
         let nodes = NodeSums::new(self, &series);
         let shortest_mm = series.lengths_mm.into_iter().fold(f64::INFINITY, f64::min);
         let cell_mm = CELL_PART * shortest_mm;
-        CompiledField::new(*bounds, cell_mm, self.axis_degree(), |places| {
-            nodes.at(places)
-        })
+        CompiledField::new(*bounds, cell_mm, self.axis_degree(), |places| nodes.at(places))
     }
 
     fn axis_degree(&self) -> usize {
-        if self.process.has_rotations {
-            AXIS_DEGREE
-        } else {
-            0
-        }
+        if self.process.has_rotations { AXIS_DEGREE } else { 0 }
     }
 
     /// What the rows outside of each fold say at the fold's rows, the hyper-parameters kept. Folds
@@ -186,10 +178,7 @@ impl Series {
             .into_par_iter()
             .map(|j| {
                 let below = &rows[j..];
-                below
-                    .iter()
-                    .map(|row| self.covariance(&row.point, &rows[j].point))
-                    .collect()
+                below.iter().map(|row| self.covariance(&row.point, &rows[j].point)).collect()
             })
             .collect();
         if task.cancel.is_cancelled() {
@@ -197,11 +186,7 @@ impl Series {
         }
         let matrix = Mat::from_fn(rows.len(), rows.len(), |i, j| {
             let (low, high) = (i.min(j), i.max(j));
-            let noise = if i == j {
-                self.nugget * rows[i].noise_factor + self.lost
-            } else {
-                0.0
-            };
+            let noise = if i == j { self.nugget * rows[i].noise_factor + self.lost } else { 0.0 };
             columns[low][high - low] + noise
         });
         matrix
@@ -274,9 +259,7 @@ impl<'a> NodeSums<'a> {
             .collect();
         // P_l(n · n') = 4π / (2l + 1) Σ Y(n) Y(n').
         let part = |scale: usize, function: usize| {
-            let half = (0..DEGREES)
-                .find(|half| function < functions(2 * half))
-                .unwrap_or(0);
+            let half = (0..DEGREES).find(|half| function < functions(2 * half)).unwrap_or(0);
             series.variances[scale][half] * 4.0 * PI / (4 * half + 1) as f64
         };
         let shares = [0, 1].map(|scale| {

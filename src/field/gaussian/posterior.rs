@@ -66,10 +66,7 @@ impl GaussianField {
     pub fn posterior(&self, at: &[FieldPoint]) -> Result<Posterior, GaussianError> {
         let given = Conditioned::new(self.kernel, &self.nearest(at), &self.amplitude)?;
         let (mean, explained) = given.at(at);
-        let amplitude: Vec<f64> = at
-            .iter()
-            .map(|p| self.amplitude.at(&p.position_mm))
-            .collect();
+        let amplitude: Vec<f64> = at.iter().map(|p| self.amplitude.at(&p.position_mm)).collect();
         let mut unit = given.kernel.lower_triangle(at);
         less_gram(unit.as_mut(), explained.as_ref());
         let unit_variance = (0..at.len()).map(|i| unit[(i, i)].max(0.0)).collect();
@@ -105,11 +102,7 @@ impl GaussianField {
         let judges: Vec<_> = at.iter().step_by(step).copied().collect();
         let points: Vec<_> = self.rows.iter().map(|row| row.point).collect();
         let across = self.kernel.matrix(&judges, &points);
-        let score = |i: usize| {
-            (0..judges.len())
-                .map(|j| across[(j, i)])
-                .fold(0.0, f64::max)
-        };
+        let score = |i: usize| (0..judges.len()).map(|j| across[(j, i)]).fold(0.0, f64::max);
         let scores: Vec<f64> = (0..points.len()).map(score).collect();
         let mut order: Vec<usize> = (0..points.len()).collect();
         order.select_nth_unstable_by(NEAREST_ROWS, |a, b| {
@@ -133,9 +126,7 @@ impl GaussianField {
                 (false, false) => 0.0,
             }
         });
-        let factor = unit
-            .cholesky()
-            .map_or_else(Matrix6::identity, |factor| factor.l());
+        let factor = unit.cholesky().map_or_else(Matrix6::identity, |factor| factor.l());
         Matrix6::from_diagonal(&scale) * factor
     }
 }
@@ -191,9 +182,8 @@ fn log_amplitude_covariance(at: &[FieldPoint], has_axes: bool) -> Mat<f64> {
         near * (PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) * (-0.5 * turn).exp())
     };
     let columns = (0..at.len()).into_par_iter();
-    let columns: Vec<Vec<f64>> = columns
-        .map(|j| at[j..].iter().map(|a| between(a, &at[j])).collect())
-        .collect();
+    let columns: Vec<Vec<f64>> =
+        columns.map(|j| at[j..].iter().map(|a| between(a, &at[j])).collect()).collect();
     lower_from(&columns)
 }
 

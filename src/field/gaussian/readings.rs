@@ -77,10 +77,7 @@ impl GaussianField {
             let by = (std * normal() - std * std).exp();
             let unit = Vector6::from_fn(|_, _| normal());
             let own = Vector6::from_fn(|_, _| normal());
-            (
-                components * unit * by,
-                own.component_mul(&self.sensor_std()),
-            )
+            (components * unit * by, own.component_mul(&self.sensor_std()))
         });
         each.collect()
     }
@@ -107,9 +104,7 @@ impl GaussianField {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             random.set_stream(2 * draw as u64 + body);
             let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-            (0..sensors)
-                .map(|_| std::array::from_fn(|c| std[c] * normal()))
-                .collect()
+            (0..sensors).map(|_| std::array::from_fn(|c| std[c] * normal())).collect()
         };
         (0..draws).map(draw).collect()
     }

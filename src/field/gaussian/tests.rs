@@ -14,32 +14,20 @@ fn axis(seeded: &mut Seeded) -> Unit<Vector3<f64>> {
 
 fn points(count: usize, bounds: &Bounds, seed: u64) -> Vec<FieldPoint> {
     let mut seeded = Seeded::new(seed);
-    let each = (0..count).map(|_| FieldPoint {
-        position_mm: seeded.position(bounds, 0.0),
-        axis: axis(&mut seeded),
-    });
+    let each = (0..count)
+        .map(|_| FieldPoint { position_mm: seeded.position(bounds, 0.0), axis: axis(&mut seeded) });
     each.collect()
 }
 
 fn known_kernel() -> Kernel {
-    let scale = |length_mm, axis_sine, variance| KernelScale {
-        length_mm,
-        axis_sine,
-        variance,
-    };
-    Kernel {
-        scales: [scale(150.0, 0.5, 1.0), scale(50.0, 0.2, 0.2)],
-        nugget: 1e-4,
-    }
+    let scale = |length_mm, axis_sine, variance| KernelScale { length_mm, axis_sine, variance };
+    Kernel { scales: [scale(150.0, 0.5, 1.0), scale(50.0, 0.2, 0.2)], nugget: 1e-4 }
 }
 
 /// A field without measurements, of 2 mm and 0.01 rad.
 fn prior_field(bounds: &Bounds) -> GaussianField {
     let variance = |c: usize| if c < 3 { 4.0 } else { 1e-4 };
-    let far = FieldPoint {
-        position_mm: Point3::new(1e6, 0.0, 0.0),
-        axis: Vector3::z_axis(),
-    };
+    let far = FieldPoint { position_mm: Point3::new(1e6, 0.0, 0.0), axis: Vector3::z_axis() };
     GaussianField {
         trend: Trend::None,
         kernel: known_kernel(),
@@ -47,11 +35,7 @@ fn prior_field(bounds: &Bounds) -> GaussianField {
         component_covariance: std::array::from_fn(|a| {
             std::array::from_fn(|b| if a == b { variance(a) } else { 0.0 })
         }),
-        rows: vec![Row {
-            point: far,
-            error: [0.0; 6],
-            noise_factor: 1.0,
-        }],
+        rows: vec![Row { point: far, error: [0.0; 6], noise_factor: 1.0 }],
         has_rotations: true,
         measured_rows: 1,
         left_out_rms_mm: 0.0,
@@ -70,11 +54,7 @@ fn drawn_samples(count: usize, seed: u64) -> SampleSet {
     let values = &factor * &unit;
     let samples = at.iter().enumerate().map(|(i, point)| {
         let three = |from: usize, size: f64| {
-            Vector3::new(
-                values[(i, from)],
-                values[(i, from + 1)],
-                values[(i, from + 2)],
-            ) * size
+            Vector3::new(values[(i, from)], values[(i, from + 1)], values[(i, from + 2)]) * size
         };
         let turn = three(3, 0.01);
         Sample {
@@ -86,11 +66,7 @@ fn drawn_samples(count: usize, seed: u64) -> SampleSet {
             },
         }
     });
-    SampleSet {
-        samples: samples.collect(),
-        has_rotations: true,
-        ambiguous: 0,
-    }
+    SampleSet { samples: samples.collect(), has_rotations: true, ambiguous: 0 }
 }
 
 fn fitted(set: &SampleSet) -> GaussianField {
@@ -101,10 +77,7 @@ fn fitted(set: &SampleSet) -> GaussianField {
 fn a_coil_turned_round_reads_the_same() {
     let kernel = known_kernel();
     for pair in points(40, &room(), 1).chunks(2) {
-        let turned = FieldPoint {
-            axis: -pair[1].axis,
-            ..pair[1]
-        };
+        let turned = FieldPoint { axis: -pair[1].axis, ..pair[1] };
         let covariance = kernel.covariance(&pair[0], &pair[1]);
         assert_eq!(covariance, kernel.covariance(&pair[0], &turned));
         assert!(covariance > 0.0 && covariance < kernel.variance());
@@ -124,13 +97,7 @@ fn far_from_all_rows_nothing_is_known() {
 #[test]
 fn at_a_row_the_field_is_what_was_measured() {
     let set = drawn_samples(200, 3);
-    let field = GaussianField {
-        kernel: Kernel {
-            nugget: 1e-8,
-            ..known_kernel()
-        },
-        ..fitted(&set)
-    };
+    let field = GaussianField { kernel: Kernel { nugget: 1e-8, ..known_kernel() }, ..fitted(&set) };
     let at: Vec<_> = field.rows.iter().take(20).map(|row| row.point).collect();
     let posterior = field.posterior(&at).unwrap();
     for (row, mean) in field.rows.iter().zip(&posterior.mean) {
@@ -183,10 +150,7 @@ fn held_out_readings_lie_in_their_intervals() {
     let field = fitted(&set);
     let mut inside = 0;
     for sample in &held_out {
-        let point = FieldPoint {
-            position_mm: sample.position_mm,
-            axis: sample.axis,
-        };
+        let point = FieldPoint { position_mm: sample.position_mm, axis: sample.axis };
         let at = field.posterior(&[point]).unwrap();
         let amplitude = field.amplitude.at(&point.position_mm);
         for c in 0..3 {
@@ -208,9 +172,7 @@ fn outliers_count_for_nothing() {
         set.samples[i].error.position_mm.x += 60.0;
     }
     let field = fitted(&set);
-    let flagged: Vec<usize> = (0..400)
-        .filter(|&i| field.rows[i].noise_factor > 1.0)
-        .collect();
+    let flagged: Vec<usize> = (0..400).filter(|&i| field.rows[i].noise_factor > 1.0).collect();
     assert_eq!(flagged, [0, 80, 160, 240, 320]);
     let ratio = field.component_covariance[0][0] / clean.component_covariance[0][0];
     assert!((0.7..1.4).contains(&ratio), "{ratio}");
@@ -232,14 +194,8 @@ fn tables_that_say_little_have_an_answer() {
             set.samples.truncate(4);
             set
         }),
-        (
-            "one place",
-            changed(&|_, s| s.position_mm = Point3::new(1.0, 2.0, -300.0)),
-        ),
-        (
-            "one line",
-            changed(&|_, s| s.position_mm = Point3::new(s.position_mm.x, 0.0, -300.0)),
-        ),
+        ("one place", changed(&|_, s| s.position_mm = Point3::new(1.0, 2.0, -300.0))),
+        ("one line", changed(&|_, s| s.position_mm = Point3::new(s.position_mm.x, 0.0, -300.0))),
         ("one axis", changed(&|_, s| s.axis = Vector3::z_axis())),
         (
             "contradictory duplicates",
@@ -297,10 +253,7 @@ fn amplitude_follows_where_errors_are_large() {
 /// The field of measurements, its kernel and amplitude given.
 fn conditioned(set: &SampleSet) -> GaussianField {
     let fitted = GaussianField::fit(set, None, &Task::default()).unwrap();
-    GaussianField {
-        kernel: known_kernel(),
-        ..fitted
-    }
+    GaussianField { kernel: known_kernel(), ..fitted }
 }
 
 #[test]
@@ -310,19 +263,14 @@ fn rows_that_are_left_out_get_what_a_process_without_them_gives() {
     let found = Kriging::left_out(&process, &folds, &Task::default()).unwrap();
     for (fold, found) in folds.iter().zip(&found) {
         let rest = (0..160).filter(|row| !fold.contains(row));
-        let without = GaussianField {
-            rows: rest.map(|row| process.rows[row]).collect(),
-            ..process.clone()
-        };
+        let without =
+            GaussianField { rows: rest.map(|row| process.rows[row]).collect(), ..process.clone() };
         let without = Kriging::new(Arc::new(without), &Task::default()).unwrap();
         for (&row, found) in fold.iter().zip(found) {
             let expected = without.evaluate(&process.rows[row].point);
             for c in 0..6 {
                 // Conditions of 1e4 and errors of some millimetres.
-                assert!(
-                    (found[c] - expected[c]).abs() < 1e-9,
-                    "{found:?} {expected:?}"
-                );
+                assert!((found[c] - expected[c]).abs() < 1e-9, "{found:?} {expected:?}");
             }
         }
     }
@@ -338,10 +286,7 @@ fn the_compiled_form_is_the_mean_within_two_hundredths_of_a_millimetre() {
         let unit = room().to_unit(&p.position_mm);
         let found = compiled.evaluate(&unit, &p.axis);
         let expected = kriging.evaluate(p);
-        let off_mm = (0..3)
-            .map(|c| (found[c] - expected[c]).powi(2))
-            .sum::<f64>()
-            .sqrt();
+        let off_mm = (0..3).map(|c| (found[c] - expected[c]).powi(2)).sum::<f64>().sqrt();
         assert!(off_mm < 0.02, "{off_mm}");
     }
 }
@@ -353,10 +298,7 @@ fn the_mean_is_the_same_for_an_axis_turned_round_and_nears_what_was_measured() {
     let (mut left, mut measured) = (0.0, 0.0);
     for row in &process.rows {
         let given = kriging.evaluate(&row.point);
-        let turned = kriging.evaluate(&FieldPoint {
-            axis: -row.point.axis,
-            ..row.point
-        });
+        let turned = kriging.evaluate(&FieldPoint { axis: -row.point.axis, ..row.point });
         for c in 0..3 {
             assert!((given[c] - turned[c]).abs() < 1e-12);
             left += (row.error[c] - given[c]).powi(2);

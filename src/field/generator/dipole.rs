@@ -15,10 +15,7 @@ pub struct Dipole {
 impl Dipole {
     #[inline]
     pub fn new(at_mm: &Point3<f64>, moment: &Vector3<f64>) -> Self {
-        Self {
-            at_mm: *at_mm,
-            moment: *moment,
-        }
+        Self { at_mm: *at_mm, moment: *moment }
     }
 
     #[inline]
@@ -102,10 +99,7 @@ mod tests {
 
     #[test]
     fn derivatives_of_the_signal_are_differences() {
-        let dipole = Dipole::new(
-            &Point3::new(10.0, -40.0, 5.0),
-            &Vector3::new(0.4, -0.7, 0.5),
-        );
+        let dipole = Dipole::new(&Point3::new(10.0, -40.0, 5.0), &Vector3::new(0.4, -0.7, 0.5));
         let n = Vector3::new(-0.3, 0.2, 0.9);
         let p = Point3::new(80.0, 30.0, -120.0);
         let h = 1e-2;

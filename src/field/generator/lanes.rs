@@ -37,10 +37,9 @@ impl Generator {
     /// Its coils, where all of them are dipoles.
     pub fn lane_dipoles(&self) -> Option<Vec<LaneDipole>> {
         let each = self.coils.iter().map(|coil| match coil {
-            Coil::Dipole { at_mm, moment } => Some(LaneDipole {
-                at_mm: at_mm.coords,
-                moment: *moment,
-            }),
+            Coil::Dipole { at_mm, moment } => {
+                Some(LaneDipole { at_mm: at_mm.coords, moment: *moment })
+            }
             Coil::SquareLoop { .. } => None,
         });
         each.collect()
@@ -79,9 +78,7 @@ pub fn read_axes(
         }
         let (unknowns, is_regular) = normal.solve();
         let squares = unknowns.iter().map(|v| *v * *v);
-        let length = squares
-            .fold(Lanes::splat(0.0), |sum, v| sum + v)
-            .simd_sqrt();
+        let length = squares.fold(Lanes::splat(0.0), |sum, v| sum + v).simd_sqrt();
         let limit = Lanes::splat(MAX_STEP_MM);
         let part = (limit / length).select(length.simd_gt(limit), Lanes::splat(1.0));
         let [x, y, z, a, b] = unknowns.map(|v| v * part);
@@ -101,11 +98,7 @@ pub fn read_axes(
             break;
         }
     }
-    LaneReadings {
-        position_mm: p,
-        axis: n,
-        is_found,
-    }
+    LaneReadings { position_mm: p, axis: n, is_found }
 }
 
 impl LaneDipole {
@@ -128,13 +121,7 @@ impl LaneDipole {
         let field = r * (three_fifth * mr) - m * cube;
         let along = mn - Lanes::splat(5.0) * mr * nr * inverse_square;
         let slope = (m * nr + n * mr + r * along) * three_fifth;
-        let row = [
-            slope.x,
-            slope.y,
-            slope.z,
-            moves[0].dot(&field),
-            moves[1].dot(&field),
-        ];
+        let row = [slope.x, slope.y, slope.z, moves[0].dot(&field), moves[1].dot(&field)];
         (signal, row)
     }
 }
@@ -180,10 +167,7 @@ struct Normal {
 impl Default for Normal {
     #[inline(always)]
     fn default() -> Self {
-        Self {
-            matrix: [[Lanes::splat(0.0); 5]; 5],
-            right: [Lanes::splat(0.0); 5],
-        }
+        Self { matrix: [[Lanes::splat(0.0); 5]; 5], right: [Lanes::splat(0.0); 5] }
     }
 }
 

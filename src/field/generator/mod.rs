@@ -27,17 +27,10 @@ pub struct Generator {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Coil {
     /// `B(p) = (3 r̂ (m·r̂) − m) / |r|³`, `r = p − at`, in mm⁻³ for a unit moment.
-    Dipole {
-        at_mm: Point3<f64>,
-        moment: Vector3<f64>,
-    },
+    Dipole { at_mm: Point3<f64>, moment: Vector3<f64> },
     /// Four straight segments, one pair of them along [`crate::geometry::rotation::perpendicular`]
     /// of the normal; far away the unit dipole along the normal.
-    SquareLoop {
-        center_mm: Point3<f64>,
-        normal: Unit<Vector3<f64>>,
-        side_mm: f64,
-    },
+    SquareLoop { center_mm: Point3<f64>, normal: Unit<Vector3<f64>>, side_mm: f64 },
 }
 
 /// Why coils are no generator.
@@ -47,12 +40,7 @@ pub enum GeneratorError {
     Coils(usize),
     /// Its index, the name of the value, what it is, and what was expected.
     #[error("coils[{coil}]: {field} is {found}, expected {expected}")]
-    Coil {
-        coil: usize,
-        field: &'static str,
-        found: String,
-        expected: &'static str,
-    },
+    Coil { coil: usize, field: &'static str, found: String, expected: &'static str },
 }
 
 /// Names of the built-in generators, for [`Generator::built_in`].
@@ -68,11 +56,7 @@ const PLANAR_NINE_MOMENTS: [[f64; 3]; 9] = [
     [0.6275371487469003, -0.5265661900635663, 0.5735199860724567],
     [0.6275371487469006, 0.526566190063566, 0.5735199860724567],
     [-0.4095957841504985, 0.70944070871468, 0.5735199860724567],
-    [
-        -0.7697882717424838,
-        -0.28018001760148614,
-        0.5735199860724567,
-    ],
+    [-0.7697882717424838, -0.28018001760148614, 0.5735199860724567],
     [0.14225112299558254, -0.8067462076650529, 0.5735199860724567],
 ];
 
@@ -140,12 +124,7 @@ impl Generator {
         }
         self.coils.iter().enumerate().find_map(|(index, coil)| {
             let (field, found, expected) = coil.problem()?;
-            Some(GeneratorError::Coil {
-                coil: index,
-                field,
-                found,
-                expected,
-            })
+            Some(GeneratorError::Coil { coil: index, field, found, expected })
         })
     }
 
@@ -187,11 +166,9 @@ impl Coil {
     pub fn field_and_gradient(&self, p: &Point3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
         match self {
             Self::Dipole { at_mm, moment } => Dipole::new(at_mm, moment).field_and_gradient(p),
-            Self::SquareLoop {
-                center_mm,
-                normal,
-                side_mm,
-            } => SquareLoop::new(center_mm, normal, *side_mm).field_and_gradient(p),
+            Self::SquareLoop { center_mm, normal, side_mm } => {
+                SquareLoop::new(center_mm, normal, *side_mm).field_and_gradient(p)
+            }
         }
     }
 
@@ -225,11 +202,7 @@ impl Coil {
                 let expected = "a finite vector above zero";
                 (!is_fine).then(|| ("moment", list(moment), expected))
             }),
-            Self::SquareLoop {
-                center_mm,
-                normal,
-                side_mm,
-            } => point("center", center_mm)
+            Self::SquareLoop { center_mm, normal, side_mm } => point("center", center_mm)
                 .or_else(|| {
                     let is_unit = (normal.norm() - 1.0).abs() < 1e-6;
                     (!is_unit).then(|| ("normal", list(normal), "a direction"))
@@ -257,10 +230,7 @@ pub(crate) mod tests {
 
     /// The worked cases of the fields.
     pub(crate) fn physics() -> Value {
-        let path = concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/tests/data/golden/physics.json"
-        );
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/golden/physics.json");
         serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
     }
 
@@ -296,10 +266,8 @@ pub(crate) mod tests {
         let built_in = Generator::planar_nine();
         assert_eq!(dipoles.len(), built_in.coils.len());
         for (coil, worked) in built_in.coils.iter().zip(dipoles) {
-            let expected = Coil::Dipole {
-                at_mm: point(&worked["at_mm"]),
-                moment: vector(&worked["moment"]),
-            };
+            let expected =
+                Coil::Dipole { at_mm: point(&worked["at_mm"]), moment: vector(&worked["moment"]) };
             assert_eq!(*coil, expected);
         }
     }
@@ -357,15 +325,8 @@ pub(crate) mod tests {
     fn a_loop_is_a_unit_dipole_far_away() {
         let normal = Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8));
         let center_mm = Point3::new(10.0, -20.0, 5.0);
-        let square = Coil::SquareLoop {
-            center_mm,
-            normal,
-            side_mm: 70.0,
-        };
-        let dipole = Coil::Dipole {
-            at_mm: center_mm,
-            moment: normal.into_inner(),
-        };
+        let square = Coil::SquareLoop { center_mm, normal, side_mm: 70.0 };
+        let dipole = Coil::Dipole { at_mm: center_mm, moment: normal.into_inner() };
         let direction = Vector3::new(0.6, 0.64, -0.48);
         for (distance, tolerance) in [(700.0, 2e-2), (7_000.0, 2e-4), (70_000.0, 2e-6)] {
             let p = center_mm + direction * distance;
@@ -422,18 +383,9 @@ pub(crate) mod tests {
                 dipole([0.0; 3], [f64::INFINITY, 0.0, 0.0]),
                 "coils[3]: moment is (inf, 0, 0), expected a finite vector above zero",
             ),
-            (
-                square([0.0; 3], 1.0),
-                "coils[3]: normal is (0, 0, 0), expected a direction",
-            ),
-            (
-                square(up, 0.0),
-                "coils[3]: side is 0, expected a length above zero",
-            ),
-            (
-                square(up, f64::NAN),
-                "coils[3]: side is NaN, expected a length above zero",
-            ),
+            (square([0.0; 3], 1.0), "coils[3]: normal is (0, 0, 0), expected a direction"),
+            (square(up, 0.0), "coils[3]: side is 0, expected a length above zero"),
+            (square(up, f64::NAN), "coils[3]: side is NaN, expected a length above zero"),
         ] {
             assert_eq!(error(coil), message);
         }

@@ -119,11 +119,7 @@ pub fn read_axis(
     disturbance: &[Vector3<f64>],
 ) -> Result<AxisReading, ReadingError> {
     let (position_mm, axis, steps) = nearest::<1, 2, 5, _>(generator, position, axis, disturbance)?;
-    Ok(AxisReading {
-        position_mm,
-        axis,
-        steps,
-    })
+    Ok(AxisReading { position_mm, axis, steps })
 }
 
 /// What the tracker reports of a sensor with three axes; as [`read_axis`].
@@ -139,16 +135,9 @@ pub fn read_pose(
     disturbance: &[Vector3<f64>],
 ) -> Result<PoseReading, ReadingError> {
     let position = tracker_from_sensor.translation.vector.into();
-    let (position_mm, rotation, steps) = nearest::<3, 3, 6, _>(
-        generator,
-        &position,
-        &tracker_from_sensor.rotation,
-        disturbance,
-    )?;
-    Ok(PoseReading {
-        tracker_from_sensor: pose_from_parts(position_mm.coords, rotation),
-        steps,
-    })
+    let (position_mm, rotation, steps) =
+        nearest::<3, 3, 6, _>(generator, &position, &tracker_from_sensor.rotation, disturbance)?;
+    Ok(PoseReading { tracker_from_sensor: pose_from_parts(position_mm.coords, rotation), steps })
 }
 
 /// Error of a reading of a sensor with one axis, measurement error (1) of a 5-DOF sensor.
@@ -300,10 +289,7 @@ where
             return Ok((position, orientation, steps));
         }
     }
-    Err(ReadingError::NoConvergence {
-        steps: MAX_STEPS,
-        step_mm,
-    })
+    Err(ReadingError::NoConvergence { steps: MAX_STEPS, step_mm })
 }
 
 /// Normal equations of one step. Squaring the Jacobian's condition (10 to 100 here) costs digits of
@@ -317,10 +303,7 @@ struct Normal<const N: usize> {
 impl<const N: usize> Default for Normal<N> {
     #[inline]
     fn default() -> Self {
-        Self {
-            matrix: [[0.0; N]; N],
-            right: [0.0; N],
-        }
+        Self { matrix: [[0.0; N]; N], right: [0.0; N] }
     }
 }
 
@@ -353,10 +336,7 @@ impl<const N: usize> Normal<N> {
                 return Err(ReadingError::NotFinite);
             }
             if left.is_nan() || left <= MIN_INDEPENDENT_SQUARE * whole {
-                return Err(ReadingError::RankLoss {
-                    column: j,
-                    unknowns: N,
-                });
+                return Err(ReadingError::RankLoss { column: j, unknowns: N });
             }
             let root = left.sqrt();
             let inverse = 1.0 / root;
@@ -396,15 +376,11 @@ mod tests {
     }
 
     fn poses() -> Vec<Pose> {
-        [
-            [20.0, -30.0, -90.0],
-            [-150.0, 120.0, -260.0],
-            [80.0, 10.0, -480.0],
-        ]
-        .iter()
-        .zip([[0.3, -0.2, 0.9], [1.9, 0.4, -0.3], [-0.6, 2.1, 0.2]])
-        .map(|(&position, turn)| pose_from_parts(position.into(), exp_vector(&turn.into())))
-        .collect()
+        [[20.0, -30.0, -90.0], [-150.0, 120.0, -260.0], [80.0, 10.0, -480.0]]
+            .iter()
+            .zip([[0.3, -0.2, 0.9], [1.9, 0.4, -0.3], [-0.6, 2.1, 0.2]])
+            .map(|(&position, turn)| pose_from_parts(position.into(), exp_vector(&turn.into())))
+            .collect()
     }
 
     fn axis_of(pose: &Pose) -> Unit<Vector3<f64>> {
@@ -422,10 +398,7 @@ mod tests {
                 assert!((reading.axis.as_ref() - axis_of(&pose).as_ref()).norm() < 1e-15);
                 assert_eq!(reading.steps, 1);
                 let reading = read_pose(&generator, &pose, &none).unwrap();
-                assert_eq!(
-                    reading.tracker_from_sensor.translation.vector,
-                    pose.translation.vector
-                );
+                assert_eq!(reading.tracker_from_sensor.translation.vector, pose.translation.vector);
                 let error = pose_error(&generator, &pose, &none).unwrap();
                 assert!(error.rotation_rad.norm() < 1e-15);
             }
@@ -530,17 +503,12 @@ mod tests {
         generator.coils.truncate(4);
         assert_eq!(
             read_axis(&generator, &p, &n, &none[..4]),
-            Err(ReadingError::RankLoss {
-                column: 4,
-                unknowns: 5
-            })
+            Err(ReadingError::RankLoss { column: 4, unknowns: 5 })
         );
         generator.coils = vec![Generator::planar_nine().coils[0]; 9];
         let error = read_axis(&generator, &p, &n, &none).unwrap_err();
         assert!(matches!(error, ReadingError::RankLoss { column: 1, .. }));
-        let Coil::Dipole { at_mm, .. } = generator.coils[0] else {
-            panic!("a dipole")
-        };
+        let Coil::Dipole { at_mm, .. } = generator.coils[0] else { panic!("a dipole") };
         assert_eq!(
             read_axis(&Generator::planar_nine(), &at_mm, &n, &none),
             Err(ReadingError::NotFinite)

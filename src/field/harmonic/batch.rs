@@ -33,9 +33,8 @@ impl WithSimd for Errors<'_> {
             let places = self.positions_mm.chunks(LANES);
             let groups = places.zip(self.axes.chunks(LANES));
             for ((positions, axes), out) in groups.zip(self.out.chunks_mut(LANES)) {
-                let errors = self
-                    .dipoles
-                    .map(|dipoles| self.model.lane_errors(dipoles, positions, axes));
+                let errors =
+                    self.dipoles.map(|dipoles| self.model.lane_errors(dipoles, positions, axes));
                 let errors = errors.unwrap_or([None; LANES]);
                 for (k, out) in out.iter_mut().enumerate() {
                     let plain = || self.model.axis_error_at(&positions[k], &axes[k]).ok();
@@ -58,10 +57,7 @@ impl HarmonicModel {
         out: &mut [Option<Coefficient>],
     ) {
         let count = positions_mm.len();
-        assert!(
-            axes.len() == count && out.len() == count,
-            "one of each a pose"
-        );
+        assert!(axes.len() == count && out.len() == count, "one of each a pose");
         let dipoles = self.generator.lane_dipoles();
         Arch::new().dispatch(Errors {
             model: self,
@@ -161,10 +157,7 @@ mod tests {
             let mut found = vec![None; 203];
             model.axis_errors(&positions, &axes, &mut found);
             for ((p, n), found) in positions.iter().zip(&axes).zip(found) {
-                let plain = model
-                    .axis_error_at(p, n)
-                    .ok()
-                    .map(|error| values_of(&error));
+                let plain = model.axis_error_at(p, n).ok().map(|error| values_of(&error));
                 match (found, plain) {
                     (Some(found), Some(plain)) => {
                         for c in 0..6 {

@@ -49,13 +49,9 @@ impl CoefficientCovariance {
     pub fn draw(&self, mean: &[f64], noise_mm: f64, z: &[f64]) -> Vec<f64> {
         assert!(mean.len() == self.len() && z.len() == self.len());
         let mut x = Mat::from_fn(z.len(), 1, |k, _| z[k]);
-        self.factor
-            .transpose()
-            .solve_upper_triangular_in_place(x.as_mut());
+        self.factor.transpose().solve_upper_triangular_in_place(x.as_mut());
         let scaled = mean.iter().zip(&self.norms).enumerate();
-        scaled
-            .map(|(k, (mean, norm))| mean + noise_mm * x[(k, 0)] / norm)
-            .collect()
+        scaled.map(|(k, (mean, norm))| mean + noise_mm * x[(k, 0)] / norm).collect()
     }
 
     /// Covariance of the error of a sensor with one axis, for rows with unit noise, to first order:
@@ -83,10 +79,8 @@ impl CoefficientCovariance {
         if !normal.iter().all(|v| v.is_finite()) {
             return Err(ReadingError::NotFinite);
         }
-        let cholesky = normal.cholesky().ok_or(ReadingError::RankLoss {
-            column: 4,
-            unknowns: 5,
-        })?;
+        let cholesky =
+            normal.cholesky().ok_or(ReadingError::RankLoss { column: 4, unknowns: 5 })?;
         let mut at = [Vector3::zeros(); MAX_TERMS];
         let x = (position - model.center_mm) / model.scale_mm;
         gradients(model.degree, &x, &mut at);
@@ -139,9 +133,7 @@ mod tests {
         let (model, covariance) = (&fitted.model, &fitted.covariance);
         let position = Point3::new(40.0, -60.0, -240.0);
         let axis = Unit::new_normalize(Vector3::new(0.2, 0.5, -0.6));
-        let stated = covariance
-            .axis_error_covariance(model, &position, &axis)
-            .unwrap();
+        let stated = covariance.axis_error_covariance(model, &position, &axis).unwrap();
         // Columns of the factor one by one are draws whose squares sum up to the covariance. The
         // noise is small enough for the error to be linear and large enough for its digits.
         let noise_mm = 1e-3;

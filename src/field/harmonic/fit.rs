@@ -50,11 +50,7 @@ pub struct HarmonicFitSettings {
 
 impl HarmonicFitSettings {
     pub fn new(degree: usize) -> Self {
-        Self {
-            degree,
-            ridge: DEFAULT_RIDGE,
-            loss: Loss::default(),
-        }
+        Self { degree, ridge: DEFAULT_RIDGE, loss: Loss::default() }
     }
 }
 
@@ -100,20 +96,13 @@ pub enum HarmonicFitError {
     #[error("measurement {0} (counted from 0) has a number that is not finite")]
     NotFinite(usize),
     #[error("measurement {measurement} (counted from 0): {cause}")]
-    Reading {
-        measurement: usize,
-        cause: ReadingError,
-    },
+    Reading { measurement: usize, cause: ReadingError },
     #[error("degree is {0}, expected 1 to {1}")]
     Degree(usize, usize),
     #[error("ridge is {0}, expected a finite number of zero or more")]
     Ridge(f64),
     #[error("{rows} rows do not determine {unknowns} coefficients with a ridge of {ridge}")]
-    NotDetermined {
-        rows: usize,
-        unknowns: usize,
-        ridge: f64,
-    },
+    NotDetermined { rows: usize, unknowns: usize, ridge: f64 },
     #[error(transparent)]
     Generator(#[from] GeneratorError),
     #[error(transparent)]
@@ -200,11 +189,9 @@ impl HarmonicRows {
         let rows = system.used().len() * system.dof();
         let not_determined = |error| match error {
             NormalError::Cancelled => HarmonicFitError::Cancelled(Cancelled),
-            NormalError::NotDetermined => HarmonicFitError::NotDetermined {
-                rows,
-                unknowns: system.unknowns(),
-                ridge,
-            },
+            NormalError::NotDetermined => {
+                HarmonicFitError::NotDetermined { rows, unknowns: system.unknowns(), ridge }
+            }
         };
         let weighted = Weighted::solve(task, &system, settings).map_err(not_determined)?;
         let model = HarmonicModel::new(
@@ -270,12 +257,10 @@ pub(super) fn check(set: &MeasurementSet) -> Result<(), HarmonicFitError> {
         return Err(HarmonicFitError::NoMeasurements);
     }
     let is_finite = |m: &Measurement| {
-        [&m.tracker_from_ideal, &m.tracker_from_measured]
-            .iter()
-            .all(|pose| {
-                let position = pose.translation.vector.iter().all(|v| v.is_finite());
-                position && pose.rotation.coords.iter().all(|v| v.is_finite())
-            })
+        [&m.tracker_from_ideal, &m.tracker_from_measured].iter().all(|pose| {
+            let position = pose.translation.vector.iter().all(|v| v.is_finite());
+            position && pose.rotation.coords.iter().all(|v| v.is_finite())
+        })
     };
     match set.measurements.iter().position(|m| !is_finite(m)) {
         Some(index) => Err(HarmonicFitError::NotFinite(index)),
@@ -327,12 +312,7 @@ impl Weighted {
             }
         }
         task.step(1, 1)?;
-        Ok(Self {
-            solved,
-            scaling,
-            residuals,
-            weights,
-        })
+        Ok(Self { solved, scaling, residuals, weights })
     }
 }
 
@@ -353,11 +333,7 @@ pub(super) fn huber_weights(residuals: &[f64], dof: usize) -> Vec<f64> {
     let lengths = lengths(residuals, dof);
     let limit = huber_limit(dof) * noise_of_lengths(&mut lengths.clone(), dof);
     let weight = |length: f64| if length <= limit { 1.0 } else { limit / length };
-    if limit > 0.0 {
-        lengths.into_iter().map(weight).collect()
-    } else {
-        vec![1.0; lengths.len()]
-    }
+    if limit > 0.0 { lengths.into_iter().map(weight).collect() } else { vec![1.0; lengths.len()] }
 }
 
 /// Where Huber's loss becomes linear: [`HUBER_FACTOR`] times the 90 % quantile of the length of 5 or
@@ -379,10 +355,7 @@ fn noise_of_lengths(lengths: &mut [f64], dof: usize) -> f64 {
 }
 
 fn lengths(residuals: &[f64], dof: usize) -> Vec<f64> {
-    residuals
-        .chunks_exact(dof)
-        .map(|r| square(r).sqrt())
-        .collect()
+    residuals.chunks_exact(dof).map(|r| square(r).sqrt()).collect()
 }
 
 fn square(values: &[f64]) -> f64 {
@@ -415,10 +388,7 @@ pub(super) mod tests {
     }
 
     fn squares(degree: usize) -> HarmonicFitSettings {
-        HarmonicFitSettings {
-            loss: Loss::Squares,
-            ..HarmonicFitSettings::new(degree)
-        }
+        HarmonicFitSettings { loss: Loss::Squares, ..HarmonicFitSettings::new(degree) }
     }
 
     fn nine() -> Generator {
@@ -430,10 +400,8 @@ pub(super) mod tests {
         let golden = physics();
         let worked = &golden["fit"];
         let degree = golden["degree"].as_u64().unwrap() as usize;
-        let settings = HarmonicFitSettings {
-            ridge: worked["ridge"].as_f64().unwrap(),
-            ..squares(degree)
-        };
+        let settings =
+            HarmonicFitSettings { ridge: worked["ridge"].as_f64().unwrap(), ..squares(degree) };
         let fitted = fit(&Task::default(), &nine(), &room_a("fit"), &settings).unwrap();
         let model = &fitted.model;
         assert!((model.center_mm() - point(&golden["centre_mm"])).norm() < 1e-9);
@@ -444,9 +412,7 @@ pub(super) mod tests {
             let m = &holdout.measurements[row["row"].as_u64().unwrap() as usize];
             let pose = &m.tracker_from_ideal;
             let axis = pose.rotation * Vector3::z_axis();
-            let reading = model
-                .read_axis(&pose.translation.vector.into(), &axis)
-                .unwrap();
+            let reading = model.read_axis(&pose.translation.vector.into(), &axis).unwrap();
             assert!((reading.position_mm - point(&row["position_mm"])).norm() < 1e-6);
             assert!((reading.axis.as_ref() - vector(&row["axis"])).norm() < 1e-8);
         }
@@ -455,9 +421,7 @@ pub(super) mod tests {
         let rms_mm = found.residuals.position_rms_mm;
         let worked_mm = worked["holdout_rms_mm"].as_f64().unwrap();
         assert!((rms_mm / worked_mm - 1.0).abs() < 1e-9, "{rms_mm}");
-        let none = model
-            .with_coefficients(vec![0.0; model.coefficients().len()])
-            .unwrap();
+        let none = model.with_coefficients(vec![0.0; model.coefficients().len()]).unwrap();
         let raw = none.residuals(&holdout.measurements, holdout.content);
         let worked_mm = worked["raw_rms_mm"].as_f64().unwrap();
         assert!((raw.residuals.position_rms_mm / worked_mm - 1.0).abs() < 1e-9);
@@ -479,15 +443,9 @@ pub(super) mod tests {
                     crate::geometry::rotation::exp_vector(&turn.vector_rad) * ideal.rotation,
                 )
             };
-            Measurement {
-                tracker_from_ideal: ideal,
-                tracker_from_measured: measured,
-            }
+            Measurement { tracker_from_ideal: ideal, tracker_from_measured: measured }
         });
-        MeasurementSet {
-            measurements: measurements.collect(),
-            content: set.content,
-        }
+        MeasurementSet { measurements: measurements.collect(), content: set.content }
     }
 
     #[test]
@@ -504,10 +462,8 @@ pub(super) mod tests {
             let after = fitted.residuals(&made.measurements, content);
             // What no pose explains of the signals is of second order: the square of the error over
             // the distance, and the part of the disturbance that the pose hides.
-            let (before, after) = (
-                before.residuals.position_rms_mm,
-                after.residuals.position_rms_mm,
-            );
+            let (before, after) =
+                (before.residuals.position_rms_mm, after.residuals.position_rms_mm);
             assert!(after < 0.1 * before, "{after} of {before}");
         }
     }
@@ -520,9 +476,7 @@ pub(super) mod tests {
         let error_mm = |set: &MeasurementSet, loss| {
             let settings = HarmonicFitSettings { loss, ..squares(4) };
             let fitted = fit(&task, &nine(), set, &settings).unwrap();
-            let found = fitted
-                .model
-                .residuals(&holdout.measurements, holdout.content);
+            let found = fitted.model.residuals(&holdout.measurements, holdout.content);
             (found.residuals.position_rms_mm, fitted)
         };
         let (clean_mm, clean) = error_mm(&set, Loss::Huber);
@@ -565,11 +519,7 @@ pub(super) mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             let pool = pool.build().unwrap();
             let settings = HarmonicFitSettings::new(4);
-            pool.install(|| {
-                fit(&Task::default(), &nine(), &set, &settings)
-                    .unwrap()
-                    .model
-            })
+            pool.install(|| fit(&Task::default(), &nine(), &set, &settings).unwrap().model)
         };
         assert_eq!(with(1), with(3));
     }
@@ -590,10 +540,7 @@ pub(super) mod tests {
             error(&|s| s.content = MeasurementContent::PositionOnly, &two),
             HarmonicFitError::PositionOnly
         );
-        assert_eq!(
-            error(&|s| s.measurements.clear(), &two),
-            HarmonicFitError::NoMeasurements
-        );
+        assert_eq!(error(&|s| s.measurements.clear(), &two), HarmonicFitError::NoMeasurements);
         let broken = |s: &mut MeasurementSet| {
             s.measurements[7].tracker_from_measured.translation.vector.x = f64::NAN;
         };
@@ -603,32 +550,16 @@ pub(super) mod tests {
         };
         assert_eq!(
             error(&on_a_coil, &two),
-            HarmonicFitError::Reading {
-                measurement: 5,
-                cause: ReadingError::NotFinite
-            }
+            HarmonicFitError::Reading { measurement: 5, cause: ReadingError::NotFinite }
         );
-        assert_eq!(
-            error(&no_change, &squares(0)),
-            HarmonicFitError::Degree(0, 10)
-        );
-        assert_eq!(
-            error(&no_change, &squares(11)),
-            HarmonicFitError::Degree(11, 10)
-        );
+        assert_eq!(error(&no_change, &squares(0)), HarmonicFitError::Degree(0, 10));
+        assert_eq!(error(&no_change, &squares(11)), HarmonicFitError::Degree(11, 10));
         let negative = HarmonicFitSettings { ridge: -1.0, ..two };
         assert_eq!(error(&no_change, &negative), HarmonicFitError::Ridge(-1.0));
-        let none = HarmonicFitSettings {
-            ridge: 0.0,
-            ..squares(6)
-        };
+        let none = HarmonicFitSettings { ridge: 0.0, ..squares(6) };
         assert_eq!(
             error(&no_change, &none),
-            HarmonicFitError::NotDetermined {
-                rows: 300,
-                unknowns: 432,
-                ridge: 0.0
-            }
+            HarmonicFitError::NotDetermined { rows: 300, unknowns: 432, ridge: 0.0 }
         );
         let cancelled = Task::default();
         cancelled.cancel.cancel();

@@ -61,12 +61,7 @@ pub struct LearnSettings {
 
 impl Default for LearnSettings {
     fn default() -> Self {
-        Self {
-            degree: None,
-            ridge: DEFAULT_RIDGE,
-            max_rows: 800,
-            max_steps: 60,
-        }
+        Self { degree: None, ridge: DEFAULT_RIDGE, max_rows: 800, max_steps: 60 }
     }
 }
 
@@ -139,23 +134,15 @@ pub fn learn(
     if used < MIN_ROWS {
         return Err(LearnError::TooFew(used));
     }
-    let degree = settings
-        .degree
-        .unwrap_or_else(|| degree_for(used - used / FOLDS));
+    let degree = settings.degree.unwrap_or_else(|| degree_for(used - used / FOLDS));
     if !(1..=MAX_DEGREE).contains(&degree) {
         return Err(HarmonicFitError::Degree(degree, MAX_DEGREE).into());
     }
-    let fixed = HarmonicFitSettings {
-        degree,
-        ridge: settings.ridge,
-        loss: Loss::Huber,
-    };
+    let fixed = HarmonicFitSettings { degree, ridge: settings.ridge, loss: Loss::Huber };
     if !(settings.ridge.is_finite() && settings.ridge >= 0.0) {
         return Err(HarmonicFitError::Ridge(settings.ridge).into());
     }
-    let thinned: Vec<_> = (0..used)
-        .map(|k| set.measurements[k * given / used])
-        .collect();
+    let thinned: Vec<_> = (0..used).map(|k| set.measurements[k * given / used]).collect();
     let with = |keep: &dyn Fn(usize) -> bool| MeasurementSet {
         measurements: (0..used).filter(|&k| keep(k)).map(|k| thinned[k]).collect(),
         content: set.content,
@@ -168,14 +155,7 @@ pub fn learn(
         let part = index as f64 / (Start::ALL.len() + 1) as f64;
         let next = (index + 1) as f64 / (Start::ALL.len() + 1) as f64;
         let task = task.stretch(part, next);
-        let found = run(
-            &task,
-            &training,
-            kind,
-            &start(kind),
-            &fixed,
-            settings.max_steps,
-        )?;
+        let found = run(&task, &training, kind, &start(kind), &fixed, settings.max_steps)?;
         let generator = found.dipoles.generator(name);
         let residuals = score(&task, &generator, &training, &held_out.measurements, &fixed)?;
         starts.push(StartReport {
@@ -257,10 +237,9 @@ fn score(
 pub(super) fn start(kind: Start) -> Dipoles {
     let axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
     Dipoles(match kind {
-        Start::Triads => TRIADS_MM
-            .iter()
-            .flat_map(|&at| axes.map(|axis| (Point3::from(at), axis)))
-            .collect(),
+        Start::Triads => {
+            TRIADS_MM.iter().flat_map(|&at| axes.map(|axis| (Point3::from(at), axis))).collect()
+        }
         Start::Circle => (0..CIRCLE_COILS)
             .map(|k| {
                 let angle = std::f64::consts::TAU * k as f64 / CIRCLE_COILS as f64;
@@ -270,10 +249,7 @@ pub(super) fn start(kind: Start) -> Dipoles {
                     1 => Vector3::z().cross(&radial),
                     _ => Vector3::z(),
                 };
-                (
-                    Point3::from(radial * CIRCLE_MM),
-                    Unit::new_normalize(moment),
-                )
+                (Point3::from(radial * CIRCLE_MM), Unit::new_normalize(moment))
             })
             .collect(),
     })
@@ -295,11 +271,7 @@ mod tests {
     #[test]
     fn a_learned_generator_predicts_its_room() {
         let set = room_a("fit");
-        let settings = LearnSettings {
-            degree: Some(3),
-            max_rows: 400,
-            ..LearnSettings::default()
-        };
+        let settings = LearnSettings { degree: Some(3), max_rows: 400, ..LearnSettings::default() };
         let learned = learn(&Task::default(), "own", &set, &settings).unwrap();
         assert_eq!((learned.measurements, learned.used), (1025, 400));
         assert_eq!((learned.held_out, learned.starts.len()), (80, 2));
@@ -312,19 +284,14 @@ mod tests {
         let holdout = room_a("holdout");
         let room = HarmonicFitSettings::new(3);
         let fitted = fit(&Task::default(), &learned.generator, &set, &room).unwrap();
-        let found = fitted
-            .model
-            .residuals(&holdout.measurements, holdout.content);
+        let found = fitted.model.residuals(&holdout.measurements, holdout.content);
         assert!(found.residuals.position_rms_mm < 0.8, "{found:?}");
     }
 
     #[test]
     fn learning_does_not_depend_on_threads() {
         let set = of_100();
-        let settings = LearnSettings {
-            max_steps: 4,
-            ..LearnSettings::default()
-        };
+        let settings = LearnSettings { max_steps: 4, ..LearnSettings::default() };
         let with = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             let pool = pool.build().unwrap();
@@ -341,26 +308,14 @@ mod tests {
         };
         let settings = LearnSettings::default();
         let mut set = of_100();
-        let high = LearnSettings {
-            degree: Some(11),
-            ..settings
-        };
-        assert_eq!(
-            error(&set, &high),
-            LearnError::Fit(HarmonicFitError::Degree(11, 10))
-        );
-        let few = LearnSettings {
-            max_rows: 12,
-            ..settings
-        };
+        let high = LearnSettings { degree: Some(11), ..settings };
+        assert_eq!(error(&set, &high), LearnError::Fit(HarmonicFitError::Degree(11, 10)));
+        let few = LearnSettings { max_rows: 12, ..settings };
         assert_eq!(error(&set, &few), LearnError::TooFew(12));
         set.measurements.truncate(MIN_ROWS - 1);
         assert_eq!(error(&set, &settings), LearnError::TooFew(MIN_ROWS - 1));
         set.content = MeasurementContent::PositionOnly;
-        assert_eq!(
-            error(&set, &settings),
-            LearnError::Fit(HarmonicFitError::PositionOnly)
-        );
+        assert_eq!(error(&set, &settings), LearnError::Fit(HarmonicFitError::PositionOnly));
         let task = Task::default();
         task.cancel.cancel();
         assert_eq!(

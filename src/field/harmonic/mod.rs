@@ -49,15 +49,9 @@ pub enum HarmonicModelError {
     #[error("degree is {0}, expected 1 to {MAX_DEGREE}")]
     Degree(usize),
     #[error("scale is {} mm, expected {expected}", short(*scale_mm))]
-    Scale {
-        scale_mm: f64,
-        expected: &'static str,
-    },
+    Scale { scale_mm: f64, expected: &'static str },
     #[error("center is {center_mm:?}, expected {expected}")]
-    Center {
-        center_mm: [f64; 3],
-        expected: &'static str,
-    },
+    Center { center_mm: [f64; 3], expected: &'static str },
     #[error("{found} coefficients, expected {expected}")]
     Coefficients { found: usize, expected: usize },
     #[error("coefficient {0} is not finite")]
@@ -86,10 +80,7 @@ impl HarmonicModel {
         }
         if let Some(expected) = position_problem(&center_mm.coords) {
             let center_mm = center_mm.coords.into();
-            return Err(Error::Center {
-                center_mm,
-                expected,
-            });
+            return Err(Error::Center { center_mm, expected });
         }
         let expected = generator.coils.len() * terms(degree);
         let found = coefficients.len();
@@ -99,13 +90,7 @@ impl HarmonicModel {
         if let Some(index) = coefficients.iter().position(|v| !v.is_finite()) {
             return Err(Error::NotFinite(index));
         }
-        Ok(Self {
-            generator,
-            center_mm,
-            scale_mm,
-            degree,
-            coefficients,
-        })
+        Ok(Self { generator, center_mm, scale_mm, degree, coefficients })
     }
 
     pub fn generator(&self) -> &Generator {
@@ -135,13 +120,7 @@ impl HarmonicModel {
     /// [`HarmonicModelError::Coefficients`] and [`HarmonicModelError::NotFinite`].
     pub fn with_coefficients(&self, coefficients: Vec<f64>) -> Result<Self, HarmonicModelError> {
         let generator = self.generator.clone();
-        Self::new(
-            generator,
-            self.center_mm,
-            self.scale_mm,
-            self.degree,
-            coefficients,
-        )
+        Self::new(generator, self.center_mm, self.scale_mm, self.degree, coefficients)
     }
 
     /// What the room adds to each coil's field at a point of the tracker frame.
@@ -152,11 +131,7 @@ impl HarmonicModel {
     pub fn disturbance(&self, p: &Point3<f64>, out: &mut [Vector3<f64>]) {
         assert_eq!(out.len(), self.generator.coils.len(), "one field a coil");
         let mut slopes = [Vector3::zeros(); MAX_TERMS];
-        gradients(
-            self.degree,
-            &((p - self.center_mm) / self.scale_mm),
-            &mut slopes,
-        );
+        gradients(self.degree, &((p - self.center_mm) / self.scale_mm), &mut slopes);
         let each = terms(self.degree);
         let slopes = &slopes[..each];
         for (out, coefficients) in out.iter_mut().zip(self.coefficients.chunks_exact(each)) {
@@ -186,9 +161,7 @@ impl HarmonicModel {
     /// See [`ReadingError`].
     pub fn read_pose(&self, tracker_from_sensor: &Pose) -> Result<PoseReading, ReadingError> {
         let position = tracker_from_sensor.translation.vector.into();
-        self.disturbed(&position, |d| {
-            read_pose(&self.generator, tracker_from_sensor, d)
-        })
+        self.disturbed(&position, |d| read_pose(&self.generator, tracker_from_sensor, d))
     }
 
     /// Measurement error (1) of a sensor with one axis, at its true pose.
@@ -210,9 +183,7 @@ impl HarmonicModel {
     /// See [`ReadingError`].
     pub fn pose_error_at(&self, tracker_from_sensor: &Pose) -> Result<PoseError, ReadingError> {
         let position = tracker_from_sensor.translation.vector.into();
-        self.disturbed(&position, |d| {
-            pose_error(&self.generator, tracker_from_sensor, d)
-        })
+        self.disturbed(&position, |d| pose_error(&self.generator, tracker_from_sensor, d))
     }
 
     /// Measurement error (1) of a sensor at its true pose, with one axis along the pose's z or with
@@ -248,9 +219,7 @@ impl HarmonicModel {
         position: &Point3<f64>,
         axis: &Unit<Vector3<f64>>,
     ) -> Result<PoseError, ReadingError> {
-        self.disturbed(position, |d| {
-            linear_error::<1, 2, 5, _>(&self.generator, position, axis, d)
-        })
+        self.disturbed(position, |d| linear_error::<1, 2, 5, _>(&self.generator, position, axis, d))
     }
 
     /// What measurements differ by from what the model predicts at their true poses.
@@ -372,9 +341,7 @@ mod tests {
     fn no_disturbance_is_no_error() {
         let golden = physics();
         let model = worked_model(&golden);
-        let model = model
-            .with_coefficients(vec![0.0; model.coefficients().len()])
-            .unwrap();
+        let model = model.with_coefficients(vec![0.0; model.coefficients().len()]).unwrap();
         let axis = Unit::new_normalize(Vector3::new(0.1, 0.5, -0.3));
         let error = model.axis_error_at(&Point3::new(30.0, 60.0, -200.0), &axis);
         assert!(error.unwrap().position_mm.norm() == 0.0);
@@ -385,23 +352,14 @@ mod tests {
         let model = worked_model(&physics());
         let with = |scale, degree, count, value| {
             let center = Point3::origin();
-            HarmonicModel::new(
-                Generator::planar_nine(),
-                center,
-                scale,
-                degree,
-                vec![value; count],
-            )
-            .map_err(|error| error.to_string())
+            HarmonicModel::new(Generator::planar_nine(), center, scale, degree, vec![value; count])
+                .map_err(|error| error.to_string())
         };
         assert!(with(1.0, 4, 216, 0.0).is_ok());
         for (found, message) in [
             (with(1.0, 0, 0, 0.0), "degree is 0, expected 1 to 10"),
             (with(1.0, 11, 0, 0.0), "degree is 11, expected 1 to 10"),
-            (
-                with(0.0, 4, 216, 0.0),
-                "scale is 0 mm, expected a length above zero",
-            ),
+            (with(0.0, 4, 216, 0.0), "scale is 0 mm, expected a length above zero"),
             (with(1.0, 4, 215, 0.0), "215 coefficients, expected 216"),
             (with(1.0, 4, 216, f64::NAN), "coefficient 0 is not finite"),
         ] {

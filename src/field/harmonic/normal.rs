@@ -119,9 +119,7 @@ impl<'a> System<'a> {
     /// are independent, so that the result does not depend on the number of threads.
     pub(super) fn gram(&self, task: &Task, weights: &[f64]) -> Result<Mat<f64>, Cancelled> {
         let coils = self.maps.coils;
-        let pairs: Vec<_> = (0..coils)
-            .flat_map(|i| (0..=i).map(move |j| (i, j)))
-            .collect();
+        let pairs: Vec<_> = (0..coils).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
         let blocks: Vec<_> = pairs
             .par_iter()
             .map(|&(i, j)| {
@@ -187,14 +185,7 @@ impl<'a> System<'a> {
                 }
                 let left = left.as_ref().subrows(first, count);
                 let scaled = scaled.as_ref();
-                matmul(
-                    sum.as_mut(),
-                    Accum::Add,
-                    left.transpose(),
-                    scaled,
-                    1.0,
-                    Par::Seq,
-                );
+                matmul(sum.as_mut(), Accum::Add, left.transpose(), scaled, 1.0, Par::Seq);
             }
         }
         sum
@@ -258,9 +249,8 @@ impl<'a> System<'a> {
     fn solve_normal(&self, gram: &Mat<f64>, weights: &[f64], scaling: &Scaling) -> Option<Solved> {
         let norms = &scaling.norms;
         let unknowns = self.unknowns();
-        let mut matrix = Mat::from_fn(unknowns, unknowns, |i, j| {
-            gram[(i, j)] / (norms[i] * norms[j])
-        });
+        let mut matrix =
+            Mat::from_fn(unknowns, unknowns, |i, j| gram[(i, j)] / (norms[i] * norms[j]));
         for k in 0..unknowns {
             matrix[(k, k)] += scaling.damping;
         }
@@ -313,10 +303,7 @@ impl<'a> System<'a> {
             right[(row, 0)] = weight * self.right[row];
             for column in 0..unknowns {
                 let (coil, term) = (column / self.terms, column % self.terms);
-                let axes = self
-                    .slopes
-                    .iter()
-                    .zip(map[coil..].iter().step_by(self.maps.coils));
+                let axes = self.slopes.iter().zip(map[coil..].iter().step_by(self.maps.coils));
                 let sum: f64 = axes.map(|(slopes, w)| w * slopes[(k, term)]).sum();
                 matrix[(row, column)] = weight * sum / scaling.norms[column];
             }
@@ -336,11 +323,7 @@ impl<'a> System<'a> {
         let scaled: Vec<_> = (0..unknowns).map(|k| rotated[(k, 0)]).collect();
         // The sign of a column is free; that of a Cholesky factor is positive on the diagonal.
         let factor = Mat::from_fn(unknowns, unknowns, |i, j| {
-            if i < j {
-                0.0
-            } else {
-                r[(j, i)] * r[(j, j)].signum()
-            }
+            if i < j { 0.0 } else { r[(j, i)] * r[(j, j)].signum() }
         });
         Ok(Solved {
             penalty: scaling.damping * norm(&scaled).powi(2),
@@ -357,17 +340,12 @@ impl Scaling {
         let unknowns = gram.nrows();
         let norm = |k: usize| Some(gram[(k, k)].sqrt()).filter(|norm| *norm > 0.0);
         let norms: Vec<_> = (0..unknowns).map(|k| norm(k).unwrap_or(1.0)).collect();
-        let scaled = Mat::from_fn(unknowns, unknowns, |i, j| {
-            gram[(i, j)] / (norms[i] * norms[j])
-        });
+        let scaled = Mat::from_fn(unknowns, unknowns, |i, j| gram[(i, j)] / (norms[i] * norms[j]));
         let eigenvalues = scaled.self_adjoint_eigenvalues(Side::Lower);
         let largest = eigenvalues.ok().and_then(|values| values.last().copied());
         let largest = largest.filter(|v| v.is_finite() && *v > 0.0);
         let largest = largest.ok_or(NormalError::NotDetermined)?;
-        Ok(Self {
-            norms,
-            damping: ridge * ridge * largest,
-        })
+        Ok(Self { norms, damping: ridge * ridge * largest })
     }
 }
 
@@ -407,9 +385,8 @@ mod tests {
             for degree in [2, 3] {
                 let used = (0..120).filter(|k| k % 7 != 3).collect();
                 let system = System::new(&harmonics, &maps, terms(degree), used);
-                let weights: Vec<_> = (0..system.used().len())
-                    .map(|k| if k % 5 == 0 { 0.3 } else { 1.0 })
-                    .collect();
+                let weights: Vec<_> =
+                    (0..system.used().len()).map(|k| if k % 5 == 0 { 0.3 } else { 1.0 }).collect();
                 let gram = system.gram(&Task::default(), &weights).unwrap();
                 let scaling = Scaling::new(&gram, 1e-6).unwrap();
                 let normal = system.solve_normal(&gram, &weights, &scaling).unwrap();
@@ -459,10 +436,7 @@ mod tests {
         let weights = [1.0; 3];
         let gram = system.gram(&Task::default(), &weights).unwrap();
         let scaling = Scaling::new(&gram, 0.0).unwrap();
-        assert_eq!(
-            system.solve(&gram, &weights, &scaling).err(),
-            Some(NormalError::NotDetermined)
-        );
+        assert_eq!(system.solve(&gram, &weights, &scaling).err(), Some(NormalError::NotDetermined));
         let scaling = Scaling::new(&gram, 1e-6).unwrap();
         let solved = system.solve(&gram, &weights, &scaling).unwrap();
         assert!(norm(&system.residuals(&solved.coefficients)) < 1e-3 * norm(&system.right));

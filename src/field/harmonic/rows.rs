@@ -47,10 +47,7 @@ pub(super) struct Maps {
 /// A measurement whose signals determine no pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum RowsError {
-    Reading {
-        measurement: usize,
-        cause: ReadingError,
-    },
+    Reading { measurement: usize, cause: ReadingError },
     Cancelled,
 }
 
@@ -68,16 +65,11 @@ impl Harmonics {
         content: MeasurementContent,
         degree: usize,
     ) -> Self {
-        let positions = measurements
-            .iter()
-            .map(|m| Point3::from(m.tracker_from_ideal.translation.vector));
+        let positions =
+            measurements.iter().map(|m| Point3::from(m.tracker_from_ideal.translation.vector));
         let (center_mm, scale_mm) = ball(positions);
         let terms = terms(degree);
-        let axes = if content == MeasurementContent::SixDof {
-            3
-        } else {
-            1
-        };
+        let axes = if content == MeasurementContent::SixDof { 3 } else { 1 };
         let mut slopes = vec![Mat::zeros(measurements.len(), terms); axes];
         let mut at = [Vector3::zeros(); MAX_TERMS];
         for (row, m) in measurements.iter().enumerate() {
@@ -93,12 +85,7 @@ impl Harmonics {
                 }
             }
         }
-        Self {
-            center_mm,
-            scale_mm,
-            terms,
-            slopes,
-        }
+        Self { center_mm, scale_mm, terms, slopes }
     }
 
     pub(super) fn measurements(&self) -> usize {
@@ -227,25 +214,17 @@ where
         return Err(ReadingError::NotFinite);
     }
     if AXES * coils < UNKNOWNS {
-        return Err(ReadingError::RankLoss {
-            column: AXES * coils,
-            unknowns: UNKNOWNS,
-        });
+        return Err(ReadingError::RankLoss { column: AXES * coils, unknowns: UNKNOWNS });
     }
     let sizes: Vec<_> = jacobian.column_iter().map(|c| c.norm()).collect();
     let qr = jacobian.qr();
     let r = qr.r();
     for (column, size) in sizes.iter().enumerate() {
         if r[(column, column)].abs() <= MIN_INDEPENDENT * size {
-            return Err(ReadingError::RankLoss {
-                column,
-                unknowns: UNKNOWNS,
-            });
+            return Err(ReadingError::RankLoss { column, unknowns: UNKNOWNS });
         }
     }
-    let map = r
-        .solve_upper_triangular(&qr.q().transpose())
-        .ok_or(ReadingError::NotFinite)?;
+    let map = r.solve_upper_triangular(&qr.q().transpose()).ok_or(ReadingError::NotFinite)?;
     maps.extend(map.transpose().iter());
     right.extend((map * gap).iter());
     Ok(())

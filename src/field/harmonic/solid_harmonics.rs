@@ -164,10 +164,8 @@ mod tests {
             for j in 0..3 {
                 let mut step = Vector3::zeros();
                 step[j] = h;
-                let (plus, minus) = (
-                    values(MAX_DEGREE, &(x + step)),
-                    values(MAX_DEGREE, &(x - step)),
-                );
+                let (plus, minus) =
+                    (values(MAX_DEGREE, &(x + step)), values(MAX_DEGREE, &(x - step)));
                 for (found, (plus, minus)) in found.iter().zip(plus.iter().zip(&minus)) {
                     let slope = (plus - minus) / (2.0 * h);
                     // Third derivatives of degree 10 are up to 1e4 here, times h² / 6.

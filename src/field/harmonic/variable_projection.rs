@@ -53,10 +53,7 @@ impl Dipoles {
         Generator {
             name: name.to_owned(),
             coils: coils
-                .map(|(at_mm, moment)| Coil::Dipole {
-                    at_mm: *at_mm,
-                    moment: moment.into_inner(),
-                })
+                .map(|(at_mm, moment)| Coil::Dipole { at_mm: *at_mm, moment: moment.into_inner() })
                 .collect(),
         }
     }
@@ -192,11 +189,7 @@ impl Problem<'_> {
             }
             state = next;
         }
-        Ok(Learned {
-            dipoles: state.dipoles,
-            steps,
-            has_converged: settled >= SETTLED_STEPS,
-        })
+        Ok(Learned { dipoles: state.dipoles, steps, has_converged: settled >= SETTLED_STEPS })
     }
 
     /// A step with a damping; `None` where it is no better, or no generator that can be read.
@@ -245,11 +238,7 @@ impl Problem<'_> {
             .zip(weights)
             .map(|(r, w)| w * r.iter().map(|v| v * v).sum::<f64>())
             .sum();
-        let prior: f64 = dipoles
-            .displacement_from(&self.start)
-            .iter()
-            .map(|v| v * v)
-            .sum();
+        let prior: f64 = dipoles.displacement_from(&self.start).iter().map(|v| v * v).sum();
         Ok(State {
             cost: squares + solved.penalty + PRIOR_WEIGHT * PRIOR_WEIGHT * prior,
             dipoles,
@@ -279,13 +268,9 @@ impl Problem<'_> {
             })
             .collect();
         let norms = &state.scaling.norms;
-        let mut followed = Mat::from_fn(norms.len(), unknowns, |k, column| {
-            columns[column][k] / norms[k]
-        });
-        state
-            .solved
-            .factor
-            .solve_lower_triangular_in_place(followed.as_mut());
+        let mut followed =
+            Mat::from_fn(norms.len(), unknowns, |k, column| columns[column][k] / norms[k]);
+        state.solved.factor.solve_lower_triangular_in_place(followed.as_mut());
         let weighted = Mat::from_fn(slopes.nrows(), unknowns, |row, column| {
             slopes[(row, column)] * weights[row / dof]
         });
@@ -296,11 +281,7 @@ impl Problem<'_> {
         for (k, displacement) in displacements.iter().enumerate() {
             matrix[(k, k)] += weight;
             let column = weighted.col_as_slice(k);
-            let along: f64 = column
-                .iter()
-                .zip(&state.residuals)
-                .map(|(a, b)| a * b)
-                .sum();
+            let along: f64 = column.iter().zip(&state.residuals).map(|(a, b)| a * b).sum();
             slope.push(along + weight * displacement);
         }
         (matrix, slope)
@@ -354,10 +335,8 @@ impl Problem<'_> {
                 *entry = a.iter().zip(b).map(|(a, b)| a * b).sum();
             }
         }
-        let Measurement {
-            tracker_from_ideal: ideal,
-            tracker_from_measured: measured,
-        } = &self.measurements[m];
+        let Measurement { tracker_from_ideal: ideal, tracker_from_measured: measured } =
+            &self.measurements[m];
         let [p, q] = [ideal, measured].map(|pose| Point3::from(pose.translation.vector));
         let axes_at_p = orientation(ideal).axes();
         let at_q = orientation(measured);

@@ -51,14 +51,11 @@ impl Contraction {
         mut ends: impl FnMut(usize, Stepped),
     ) {
         self.active.clear();
-        self.active
-            .extend((0..readings.len()).filter(|&i| is_wanted(i)));
+        self.active.extend((0..readings.len()).filter(|&i| is_wanted(i)));
         self.positions_mm.clear();
-        self.positions_mm
-            .extend(self.active.iter().map(|&i| readings[i].position_mm));
+        self.positions_mm.extend(self.active.iter().map(|&i| readings[i].position_mm));
         self.axes.clear();
-        self.axes
-            .extend(self.active.iter().map(|&i| readings[i].axis));
+        self.axes.extend(self.active.iter().map(|&i| readings[i].axis));
         for step in 1..=MAX_STEPS {
             if self.active.is_empty() {
                 break;

@@ -24,10 +24,7 @@ impl Place {
     }
 
     pub fn is_finite(&self) -> bool {
-        self.position_mm
-            .iter()
-            .chain(self.axis.iter())
-            .all(|v| v.is_finite())
+        self.position_mm.iter().chain(self.axis.iter()).all(|v| v.is_finite())
     }
 }
 
@@ -66,10 +63,7 @@ impl Remainder {
 impl Reading {
     pub fn new(place: Place) -> Self {
         let first = perpendicular(&place.axis).into_inner();
-        Self {
-            place,
-            tangents: [first, place.axis.cross(&first)],
-        }
+        Self { place, tangents: [first, place.axis.cross(&first)] }
     }
 
     /// What is left of the equations at a guess with this error.
@@ -87,11 +81,7 @@ impl Reading {
         let sine = x.hypot(y);
         let cosine = self.place.axis.dot(axis);
         if sine == 0.0 {
-            return if cosine > 0.0 {
-                [0.0; 2]
-            } else {
-                [std::f64::consts::PI, 0.0]
-            };
+            return if cosine > 0.0 { [0.0; 2] } else { [std::f64::consts::PI, 0.0] };
         }
         let scale = sine.atan2(cosine) / sine;
         [x * scale, y * scale]
@@ -131,9 +121,8 @@ impl Reading {
             let by_error = turn.left_jacobian_transposed(&turned.cross(tangent));
             let back = turn.apply_back(tangent);
             for column in 0..3 {
-                jacobian[(3 + row, column)] = (0..3)
-                    .map(|k| by_error[k] * there.by_position[(3 + k, column)])
-                    .sum();
+                jacobian[(3 + row, column)] =
+                    (0..3).map(|k| by_error[k] * there.by_position[(3 + k, column)]).sum();
             }
             for (column, step) in steps.iter().enumerate() {
                 let by_axis = there.by_axis.fixed_rows::<3>(3) * step;
@@ -216,12 +205,7 @@ impl Turn {
                 (angle - angle.sin()) / (squared * angle),
             )
         };
-        Self {
-            vector_rad: *vector_rad,
-            sine,
-            versine,
-            third,
-        }
+        Self { vector_rad: *vector_rad, sine, versine, third }
     }
 
     pub fn apply(&self, v: &Vector3<f64>) -> Vector3<f64> {
@@ -272,9 +256,7 @@ mod tests {
             // For any w: w · ((J de) × m) = (Jᵀ (m × w)) · de.
             let turn = Turn::new(&e);
             for w in [Vector3::x(), Vector3::y(), Vector3::z()] {
-                let found = turn
-                    .left_jacobian_transposed(&turn.apply(&v).cross(&w))
-                    .dot(&step);
+                let found = turn.left_jacobian_transposed(&turn.apply(&v).cross(&w)).dot(&step);
                 assert!((found - w.dot(&difference)).abs() < 1e-9, "{angle}");
             }
         }
@@ -294,12 +276,7 @@ mod tests {
             // A reading near what the guess reads, so that angles are small.
             let read = Turn::new(&there.at.error.rotation_rad).apply(&guess.axis);
             let near = Unit::new_normalize(read + Vector3::new(1e-9, -2e-9, 1e-9));
-            assert!(
-                axis_rotation(&near, &Unit::new_normalize(read))
-                    .vector_rad
-                    .norm()
-                    < 1e-8
-            );
+            assert!(axis_rotation(&near, &Unit::new_normalize(read)).vector_rad.norm() < 1e-8);
             let reading = Reading::new(Place {
                 position_mm: guess.position_mm + there.at.error.position_mm,
                 axis: near,

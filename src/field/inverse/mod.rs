@@ -106,10 +106,7 @@ impl<'a> Inverse<'a> {
             outside,
             mm_per_rad: if diagonal_mm > 0.0 { diagonal_mm } else { 1.0 },
         };
-        Self {
-            newton,
-            regions: Regions::of(model, outside),
-        }
+        Self { newton, regions: Regions::of(model, outside) }
     }
 
     /// Whether no two poses in the box can read the same, as the coefficients alone show; a
@@ -125,14 +122,14 @@ impl<'a> Inverse<'a> {
     pub fn undistort(&self, measured: &[Pose], task: &Task) -> Result<Vec<Undistorted>, Cancelled> {
         let done = AtomicUsize::new(0);
         let mut found = vec![Undistorted::NOTHING; measured.len()];
-        found
-            .par_chunks_mut(CHUNK)
-            .zip(measured.par_chunks(CHUNK))
-            .try_for_each_init(Contraction::default, |contraction, (found, chunk)| {
+        found.par_chunks_mut(CHUNK).zip(measured.par_chunks(CHUNK)).try_for_each_init(
+            Contraction::default,
+            |contraction, (found, chunk)| {
                 self.undistort_chunk(contraction, chunk, found, task)?;
                 let done = done.fetch_add(chunk.len(), Ordering::Relaxed) + chunk.len();
                 task.step(done, measured.len())
-            })?;
+            },
+        )?;
         Ok(found)
     }
 
@@ -148,10 +145,8 @@ impl<'a> Inverse<'a> {
         let Newton { model, outside, .. } = self.newton;
         let places: Vec<_> = measured.iter().map(Place::of).collect();
         let possible = self.possible(&places);
-        let tolerances: Vec<_> = places
-            .iter()
-            .map(|place| Tolerance::of(model, &self.regions, place))
-            .collect();
+        let tolerances: Vec<_> =
+            places.iter().map(|place| Tolerance::of(model, &self.regions, place)).collect();
         let anywhere = self.regions.anywhere();
         let possible = |i: usize| possible.get(i).unwrap_or(&anywhere);
         // Where Newton goes on from what did not settle; the reading with its error off for most.
@@ -172,11 +167,7 @@ impl<'a> Inverse<'a> {
             },
         );
         let uncertain = (0..places.len()).filter(|&i| !possible(i).is_certain());
-        starts.extend(
-            uncertain
-                .filter(|&i| places[i].is_finite())
-                .map(|i| (i, None)),
-        );
+        starts.extend(uncertain.filter(|&i| places[i].is_finite()).map(|i| (i, None)));
         for (i, start) in starts {
             if task.cancel.is_cancelled() {
                 return Err(Cancelled);
@@ -195,16 +186,14 @@ impl<'a> Inverse<'a> {
         let set = self.newton.model.directions();
         if set != DirectionSet::One {
             let axes: Vec<_> = places.iter().map(|p| p.axis).collect();
-            set.sphere()
-                .find_all(pulp::Scalar::new(), &axes, &mut triangles);
+            set.sphere().find_all(pulp::Scalar::new(), &axes, &mut triangles);
         }
         let mut buffer = Vec::new();
         places
             .iter()
             .zip(triangles)
             .map(|(place, triangle)| {
-                self.regions
-                    .possible(place, usize::from(triangle), &mut buffer)
+                self.regions.possible(place, usize::from(triangle), &mut buffer)
             })
             .collect()
     }
@@ -218,9 +207,7 @@ impl<'a> Inverse<'a> {
             InverseState::Converged
         };
         Undistorted {
-            pose: state
-                .has_answer()
-                .then(|| answer(measured, &stepped.place, &stepped.error)),
+            pose: state.has_answer().then(|| answer(measured, &stepped.place, &stepped.error)),
             state,
             evaluations: stepped.evaluations,
             residual_mm: stepped.residual_mm,
@@ -244,15 +231,10 @@ impl<'a> Inverse<'a> {
         });
         let reading = Reading::new(*place);
         let search = Search::run(&self.newton, possible, &reading, tolerance, start);
-        let found = search
-            .best(place)
-            .or(search.answers.first())
-            .unwrap_or(&search.first);
+        let found = search.best(place).or(search.answers.first()).unwrap_or(&search.first);
         let state = self.judged(&search, found, possible);
         Undistorted {
-            pose: state
-                .has_answer()
-                .then(|| answer(measured, &found.place, &found.there.at.error)),
+            pose: state.has_answer().then(|| answer(measured, &found.place, &found.there.at.error)),
             state,
             evaluations: search.evaluations,
             residual_mm: found.remainder.length_mm(),
@@ -265,31 +247,21 @@ impl<'a> Inverse<'a> {
         let least_determinant = found.least_determinant;
         if !found.is_solution {
             return if least_determinant <= SINGULAR {
-                InverseState::Folded {
-                    determinant: least_determinant,
-                }
+                InverseState::Folded { determinant: least_determinant }
             } else {
                 InverseState::NotConverged
             };
         }
         if !found.is_regular() {
-            return InverseState::Folded {
-                determinant: found.determinant,
-            };
+            return InverseState::Folded { determinant: found.determinant };
         }
         if self.is_left_out(found.there.at.is_inside) {
             return InverseState::Rejected;
         }
-        let other = search
-            .answers
-            .iter()
-            .find(|other| other.place != found.place);
+        let other = search.answers.iter().find(|other| other.place != found.place);
         if let Some(other) = other {
             let [distance_mm, angle_rad] = search::apart(&found.place, &other.place);
-            return InverseState::Ambiguous(Ambiguity::SecondPreimage {
-                distance_mm,
-                angle_rad,
-            });
+            return InverseState::Ambiguous(Ambiguity::SecondPreimage { distance_mm, angle_rad });
         }
         if least_determinant <= 0.0 {
             return InverseState::Ambiguous(Ambiguity::FoldOnTheWay { least_determinant });
@@ -332,10 +304,7 @@ impl<'a> Inverse<'a> {
 
 /// The pose at an answer: the reading's rotation, roll and all, turned back.
 fn answer(measured: &Pose, place: &Place, error: &PoseError) -> Pose {
-    pose_from_parts(
-        place.position_mm.coords,
-        exp_vector(&-error.rotation_rad) * measured.rotation,
-    )
+    pose_from_parts(place.position_mm.coords, exp_vector(&-error.rotation_rad) * measured.rotation)
 }
 
 impl InverseState {

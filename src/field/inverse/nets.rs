@@ -17,11 +17,8 @@ pub(super) struct Errors {
 
 impl Errors {
     pub fn of(coefficients: &[Coefficient]) -> Self {
-        let mut errors = Self {
-            least_mm: Vector3::zeros(),
-            largest_mm: Vector3::zeros(),
-            largest_rad: 0.0,
-        };
+        let mut errors =
+            Self { least_mm: Vector3::zeros(), largest_mm: Vector3::zeros(), largest_rad: 0.0 };
         if let Some(first) = coefficients.first() {
             errors.least_mm = Vector3::new(first[0], first[1], first[2]);
             errors.largest_mm = errors.least_mm;
@@ -30,9 +27,7 @@ impl Errors {
             let position = Vector3::new(c[0], c[1], c[2]);
             errors.least_mm = errors.least_mm.inf(&position);
             errors.largest_mm = errors.largest_mm.sup(&position);
-            errors.largest_rad = errors
-                .largest_rad
-                .max(Vector3::new(c[3], c[4], c[5]).norm());
+            errors.largest_rad = errors.largest_rad.max(Vector3::new(c[3], c[4], c[5]).norm());
         }
         errors
     }
@@ -67,10 +62,7 @@ impl Nets {
                 net
             })
             .collect();
-        Self {
-            order,
-            of_direction,
-        }
+        Self { order, of_direction }
     }
 
     pub fn errors(&self) -> Errors {
@@ -80,11 +72,8 @@ impl Nets {
 
     /// Of each triangle.
     pub fn all_slopes(&self, triangles: &Triangles, size_mm: &Vector3<f64>) -> Vec<Slopes> {
-        let positions: Vec<_> = self
-            .of_direction
-            .iter()
-            .map(|net| by_position(net, self.order, size_mm))
-            .collect();
+        let positions: Vec<_> =
+            self.of_direction.iter().map(|net| by_position(net, self.order, size_mm)).collect();
         triangles
             .corners
             .iter()
@@ -94,12 +83,7 @@ impl Nets {
                 let [pn, nn] = by_axis(nets, steepest);
                 let largest =
                     |half: usize| t.iter().map(|&d| positions[d][half]).fold(0.0, f64::max);
-                Slopes {
-                    pp: largest(0),
-                    pn,
-                    np: largest(1),
-                    nn,
-                }
+                Slopes { pp: largest(0), pn, np: largest(1), nn }
             })
             .collect()
     }
@@ -161,10 +145,7 @@ mod tests {
             model.directions(),
             model.weighting(),
             model.map(),
-            crate::geometry::bounds::Bounds {
-                min_mm: at(0),
-                max_mm: at(1),
-            },
+            crate::geometry::bounds::Bounds { min_mm: at(0), max_mm: at(1) },
             Nets::of(model, intervals).of_direction.concat(),
         )
         .unwrap()
@@ -176,18 +157,14 @@ mod tests {
         for order in 1..=8 {
             let model = random_model(order, DirectionSet::Six, Weighting::Area, [1.0, 1.0], 7);
             // The last goes beyond the box, where coefficients grow by 2ⁿ an axis.
-            for intervals in [
-                [[0.0, 1.0]; 3],
-                [[0.25, 0.5], [0.0, 0.125], [0.875, 1.0]],
-                [[-0.25, 1.25]; 3],
-            ] {
+            for intervals in
+                [[[0.0, 1.0]; 3], [[0.25, 0.5], [0.0, 0.125], [0.875, 1.0]], [[-0.25, 1.25]; 3]]
+            {
                 let part = part(&model, intervals);
                 for _ in 0..10 {
                     let place = seeded.pose(&room(), 0.0);
-                    let (p, n) = (
-                        place.translation.vector.into(),
-                        place.rotation * Vector3::z_axis(),
-                    );
+                    let (p, n) =
+                        (place.translation.vector.into(), place.rotation * Vector3::z_axis());
                     let whole = model.evaluate(&p, &n, OutsidePolicy::Extrapolate).error;
                     let again = part.evaluate(&p, &n, OutsidePolicy::Extrapolate).error;
                     let off = (whole.position_mm - again.position_mm).amax();
@@ -245,10 +222,7 @@ mod tests {
                 ] {
                     assert!(found <= bound, "{set:?} {order}: {found} > {bound}");
                     // And it is no idle bound.
-                    assert!(
-                        bound <= 20.0 * found,
-                        "{set:?} {order}: {bound} for {found}"
-                    );
+                    assert!(bound <= 20.0 * found, "{set:?} {order}: {bound} for {found}");
                 }
             }
         }

@@ -99,9 +99,7 @@ impl Newton<'_> {
         }
         let jacobian = self.scaled(&reading.jacobian(&at.place, &at.there));
         Found {
-            magnification: jacobian
-                .try_inverse()
-                .map_or(f64::INFINITY, |inverse| inverse.norm()),
+            magnification: jacobian.try_inverse().map_or(f64::INFINITY, |inverse| inverse.norm()),
             is_solution: at.remainder.is_accepted(tolerance),
             place: at.place,
             there: at.there,
@@ -114,15 +112,9 @@ impl Newton<'_> {
 
     fn iterate(&self, reading: &Reading, place: Place) -> Iterate {
         let there =
-            self.model
-                .evaluate_with_jacobian(&place.position_mm, &place.axis, self.outside);
+            self.model.evaluate_with_jacobian(&place.position_mm, &place.axis, self.outside);
         let remainder = reading.remainder(&place, &there.at.error);
-        Iterate {
-            place,
-            there,
-            remainder,
-            merit: self.scaled_remainder(&remainder).norm_squared(),
-        }
+        Iterate { place, there, remainder, merit: self.scaled_remainder(&remainder).norm_squared() }
     }
 
     fn scaled_remainder(&self, remainder: &Remainder) -> Vector5<f64> {

@@ -79,21 +79,14 @@ impl Regions {
             return regions;
         }
         let (whole, bounds) = if outside == OutsidePolicy::Extrapolate {
-            (
-                [-EXTRAPOLATED, 1.0 + EXTRAPOLATED],
-                grown(model.bounds(), EXTRAPOLATED),
-            )
+            ([-EXTRAPOLATED, 1.0 + EXTRAPOLATED], grown(model.bounds(), EXTRAPOLATED))
         } else {
             ([0.0, 1.0], *model.bounds())
         };
         let triangles = Triangles::of(model);
         let over = Part::of(model, &triangles, [whole; 3], &bounds.size_mm());
         regions.errors = over.errors;
-        regions.everywhere = over
-            .slopes
-            .into_iter()
-            .reduce(Slopes::max)
-            .unwrap_or_default();
+        regions.everywhere = over.slopes.into_iter().reduce(Slopes::max).unwrap_or_default();
         regions.jump = over.jump;
         if regions.everywhere.contraction() >= CERTAIN {
             let is_clamped = outside != OutsidePolicy::Extrapolate;
@@ -238,10 +231,8 @@ impl Cells {
         let sources = (0..cells.len())
             .map(|into| {
                 let place = coordinates(into);
-                let mut target = Bounds {
-                    min_mm: corner(place),
-                    max_mm: corner(place.map(|k| k + 1)),
-                };
+                let mut target =
+                    Bounds { min_mm: corner(place), max_mm: corner(place.map(|k| k + 1)) };
                 // Readings beyond the box are looked up at its sides.
                 for (k, &index) in place.iter().enumerate() {
                     if index == 0 {
@@ -255,17 +246,10 @@ impl Cells {
                     (0..3)
                         .all(|k| b.min_mm[k] <= target.max_mm[k] && target.min_mm[k] <= b.max_mm[k])
                 };
-                (0..cells.len())
-                    .filter(|&c| overlaps(&cells[c].readings))
-                    .collect()
+                (0..cells.len()).filter(|&c| overlaps(&cells[c].readings)).collect()
             })
             .collect();
-        Self {
-            bounds: *bounds,
-            cells,
-            neighbours: triangles.neighbours(),
-            sources,
-        }
+        Self { bounds: *bounds, cells, neighbours: triangles.neighbours(), sources }
     }
 
     fn possible(&self, reading: &Place, triangle: usize, kept: &mut Vec<usize>) -> Possible {
@@ -306,10 +290,7 @@ impl Cells {
             for y in first[1]..=last[1] {
                 for z in first[2]..=last[2] {
                     let own = &self.cells[index([x, y, z])];
-                    slopes = near
-                        .clone()
-                        .map(|t| own.slopes[t])
-                        .fold(slopes, Slopes::max);
+                    slopes = near.clone().map(|t| own.slopes[t]).fold(slopes, Slopes::max);
                     for (jump, own) in jump.iter_mut().zip(own.jump) {
                         *jump = jump.max(own);
                     }
@@ -321,12 +302,7 @@ impl Cells {
             let place = coordinates(cell);
             self.bounds.min_mm + Vector3::from_fn(|k, _| (place[k] as f64 + 0.5) * size_mm[k])
         };
-        let mut possible = Possible {
-            starts: Vec::new(),
-            slopes,
-            jump,
-            largest_rad,
-        };
+        let mut possible = Possible { starts: Vec::new(), slopes, jump, largest_rad };
         if !possible.is_certain() && !possible.is_too_steep() {
             possible.starts = kept.iter().copied().map(middle).collect();
         }
@@ -344,8 +320,5 @@ fn index([x, y, z]: [usize; 3]) -> usize {
 
 fn grown(bounds: &Bounds, margin: f64) -> Bounds {
     let by = bounds.size_mm() * margin;
-    Bounds {
-        min_mm: bounds.min_mm - by,
-        max_mm: bounds.max_mm + by,
-    }
+    Bounds { min_mm: bounds.min_mm - by, max_mm: bounds.max_mm + by }
 }

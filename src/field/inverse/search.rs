@@ -37,11 +37,7 @@ impl Search {
         start: Place,
     ) -> Self {
         let first = newton.solve(reading, start, tolerance);
-        let mut search = Self {
-            first,
-            answers: Vec::new(),
-            evaluations: first.evaluations,
-        };
+        let mut search = Self { first, answers: Vec::new(), evaluations: first.evaluations };
         search.see(newton, first);
         if possible.is_certain() || possible.is_too_steep() {
             return search;
@@ -82,10 +78,7 @@ impl Search {
 /// Distance in mm and angle in radians.
 pub(super) fn apart(a: &Place, b: &Place) -> [f64; 2] {
     let sine = a.axis.cross(&b.axis).norm();
-    [
-        (a.position_mm - b.position_mm).norm(),
-        sine.atan2(a.axis.dot(&b.axis)),
-    ]
+    [(a.position_mm - b.position_mm).norm(), sine.atan2(a.axis.dot(&b.axis))]
 }
 
 /// The found place mirrored in the reading, the middles of the cells that can hold an answer, and,
@@ -101,10 +94,7 @@ fn starts(newton: &Newton, possible: &Possible, reading: &Place, found: &Place) 
         let [first, second] = Reading::new(*reading).tangents_at(&reading.axis);
         for side in [first, -first, second, -second] {
             let axis = reading.axis.as_ref() * largest_rad.cos() + side * largest_rad.sin();
-            starts.push(Place {
-                position_mm: found.position_mm,
-                axis: Unit::new_normalize(axis),
-            });
+            starts.push(Place { position_mm: found.position_mm, axis: Unit::new_normalize(axis) });
         }
     }
     starts
@@ -113,23 +103,16 @@ fn starts(newton: &Newton, possible: &Possible, reading: &Place, found: &Place) 
 /// A start at a position, with the axis that the error there leads back to.
 fn at_position(newton: &Newton, reading: &Place, position_mm: Point3<f64>) -> Place {
     let Evaluation { error, .. } =
-        newton
-            .model
-            .evaluate(&position_mm, &reading.axis, newton.outside);
-    Place {
-        position_mm,
-        axis: stepped(reading, &error).axis,
-    }
+        newton.model.evaluate(&position_mm, &reading.axis, newton.outside);
+    Place { position_mm, axis: stepped(reading, &error).axis }
 }
 
 /// How far an axis is from the nearest edge of its triangle, radians.
 pub(super) fn edge_distance_rad(newton: &Newton, axis: &Unit<Vector3<f64>>) -> f64 {
     use crate::geometry::directions::Weighting;
     let set = newton.model.directions();
-    let corners = set
-        .weights(axis, Weighting::Gnomonic)
-        .directions
-        .map(|d| set.directions()[d].into_inner());
+    let corners =
+        set.weights(axis, Weighting::Gnomonic).directions.map(|d| set.directions()[d].into_inner());
     (0..3)
         .map(|k| {
             let normal = corners[(k + 1) % 3].cross(&corners[(k + 2) % 3]);

@@ -125,9 +125,7 @@ pub(super) fn largest_differences(a: &[Coefficient], b: &[Coefficient]) -> [f64;
     let mut largest = [0.0_f64; 2];
     for (a, b) in a.iter().zip(b) {
         for (half, largest) in largest.iter_mut().enumerate() {
-            let squared: f64 = (3 * half..3 * half + 3)
-                .map(|c| (a[c] - b[c]).powi(2))
-                .sum();
+            let squared: f64 = (3 * half..3 * half + 3).map(|c| (a[c] - b[c]).powi(2)).sum();
             *largest = largest.max(squared);
         }
     }
@@ -145,10 +143,7 @@ const BETWEEN_STEPS: f64 = 0.05;
 pub(super) fn steepest_weights(corners: &[Vector3<f64>; 3], weighting: Weighting) -> [f64; 3] {
     let mut steepest = [0.0_f64; 3];
     for axis in grid(corners) {
-        for (s, slope) in steepest
-            .iter_mut()
-            .zip(weight_slopes(corners, weighting, &axis))
-        {
+        for (s, slope) in steepest.iter_mut().zip(weight_slopes(corners, weighting, &axis)) {
             *s = s.max(slope.norm());
         }
     }

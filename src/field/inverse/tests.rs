@@ -47,10 +47,7 @@ fn count_right(poses: &[Pose], found: &[Undistorted]) -> usize {
         if found.state == InverseState::Converged {
             converged += 1;
             let (mm, rad) = difference(pose, &found.pose.unwrap());
-            assert!(
-                mm < 1e-9 && rad < 1e-12,
-                "{mm:e} mm, {rad:e} rad: {found:?}"
-            );
+            assert!(mm < 1e-9 && rad < 1e-12, "{mm:e} mm, {rad:e} rad: {found:?}");
             assert!(found.residual_mm < 1e-9 && found.residual_rad < 1e-12);
         }
     }
@@ -73,10 +70,7 @@ fn distorting_then_compensating_gives_the_pose_back() {
             let converged = count_right(&poses, &found);
             // A jump of weights may come to lie beside an axis, with a chance of some 1e-4.
             let least = if weighting == Weighting::Area { 39 } else { 40 };
-            assert!(
-                converged >= least,
-                "{set:?} {weighting:?} {order}: {converged}"
-            );
+            assert!(converged >= least, "{set:?} {weighting:?} {order}: {converged}");
         }
     }
 }
@@ -97,11 +91,7 @@ fn computed_models() -> [DistortionModel; 2] {
             },
         }
     });
-    let samples = SampleSet {
-        samples: samples.collect(),
-        has_rotations: true,
-        ambiguous: 0,
-    };
+    let samples = SampleSet { samples: samples.collect(), has_rotations: true, ambiguous: 0 };
     let process = GaussianField::fit(&samples, None, &Task::default()).unwrap();
     let kriging = Kriging::new(Arc::new(process), &Task::default()).unwrap();
     let generator = Generator::planar_nine();
@@ -110,11 +100,8 @@ fn computed_models() -> [DistortionModel; 2] {
     let center_mm = Point3::new(0.0, 0.0, -300.0);
     let harmonic =
         HarmonicModel::new(generator, center_mm, 433.0, 3, coefficients.collect()).unwrap();
-    [
-        FieldSource::Kriging(kriging),
-        FieldSource::Harmonic(Arc::new(harmonic)),
-    ]
-    .map(|source| DistortionModel::of_source(source, MapKind::Distortion, room()))
+    [FieldSource::Kriging(kriging), FieldSource::Harmonic(Arc::new(harmonic))]
+        .map(|source| DistortionModel::of_source(source, MapKind::Distortion, room()))
 }
 
 #[test]
@@ -146,11 +133,7 @@ fn derivatives_of_models_that_are_no_polynomials_are_those_of_finite_differences
                 let change =
                     (at(&(p + step)).position_mm - at(&(p - step)).position_mm) / (2.0 * h);
                 let found = there.by_position.fixed_view::<3, 1>(0, k);
-                assert!(
-                    (change - found).norm() < 1e-6,
-                    "{:?}: {change} {found}",
-                    model.kind()
-                );
+                assert!((change - found).norm() < 1e-6, "{:?}: {change} {found}", model.kind());
             }
             assert!((there.by_axis * n.as_ref()).norm() < 1e-9);
         }
@@ -168,10 +151,7 @@ fn strong_fields_give_the_pose_back_or_say_that_it_is_uncertain() {
                 let found = undone(&model, &poses, OutsidePolicy::Clamp);
                 converged += count_right(&poses, &found);
             }
-            assert!(
-                converged >= 20,
-                "{set:?} {weighting:?} {order}: {converged}"
-            );
+            assert!(converged >= 20, "{set:?} {weighting:?} {order}: {converged}");
         }
     }
 }
@@ -181,11 +161,7 @@ fn positions_outside_the_box_come_back_under_each_policy() {
     for (set, weighting) in SETS {
         let model = random_model(2, set, weighting, [2.0, 0.01], 4);
         let poses = poses(60, 0.2, 8);
-        for outside in [
-            OutsidePolicy::Clamp,
-            OutsidePolicy::Extrapolate,
-            OutsidePolicy::Reject,
-        ] {
+        for outside in [OutsidePolicy::Clamp, OutsidePolicy::Extrapolate, OutsidePolicy::Reject] {
             let found = undone(&model, &poses, outside);
             let mut inside = 0;
             for (pose, found) in poses.iter().zip(&found) {
@@ -200,10 +176,7 @@ fn positions_outside_the_box_come_back_under_each_policy() {
                 OutsidePolicy::Reject => inside,
                 _ => poses.len(),
             };
-            assert!(
-                count_right(&poses, &found) + 1 >= expected,
-                "{set:?} {outside:?}"
-            );
+            assert!(count_right(&poses, &found) + 1 >= expected, "{set:?} {outside:?}");
         }
     }
 }
@@ -214,11 +187,7 @@ fn order_zero_gives_the_reading_itself() {
     let poses = poses(5, 0.5, 1);
     let found = undone(&model, &poses, OutsidePolicy::Clamp);
     assert_eq!(count_right(&poses, &found), 5);
-    assert!(
-        found
-            .iter()
-            .all(|f| f.evaluations == 1 && f.residual_mm == 0.0)
-    );
+    assert!(found.iter().all(|f| f.evaluations == 1 && f.residual_mm == 0.0));
 }
 
 /// `x -> x + e(x)` on a box of 100 mm, nothing else changes; coefficients along x.
@@ -250,10 +219,7 @@ fn fold() -> DistortionModel {
 /// What the fold reads at x, and its slope.
 fn folded(x: f64) -> (f64, f64) {
     let t = x / 100.0;
-    (
-        100.0 * (2.0 * t * t * t - 3.0 * t * t + 1.26 * t),
-        6.0 * (t - 0.3) * (t - 0.7),
-    )
+    (100.0 * (2.0 * t * t * t - 3.0 * t * t + 1.26 * t), 6.0 * (t - 0.3) * (t - 0.7))
 }
 
 #[test]
@@ -273,28 +239,18 @@ fn where_a_map_folds_every_reading_is_flagged_and_elsewhere_none() {
             continue;
         }
         let is_folded = (bottom..top).contains(&reading);
-        let is_second = matches!(
-            found.state,
-            InverseState::Ambiguous(Ambiguity::SecondPreimage { .. })
-        );
+        let is_second =
+            matches!(found.state, InverseState::Ambiguous(Ambiguity::SecondPreimage { .. }));
         assert_eq!(is_second, is_folded, "x = {x}: {found:?}");
         // A search that crosses the fold on its way to the only answer says so.
-        let is_on_the_way = matches!(
-            found.state,
-            InverseState::Ambiguous(Ambiguity::FoldOnTheWay { .. })
-        );
+        let is_on_the_way =
+            matches!(found.state, InverseState::Ambiguous(Ambiguity::FoldOnTheWay { .. }));
         certain += usize::from(found.state == InverseState::Converged);
         assert!(is_second || is_on_the_way || found.state == InverseState::Converged);
         let answer = found.pose.unwrap().translation.vector;
         let (back, slope) = folded(answer.x);
-        assert!(
-            (back - reading).abs() < 1e-9,
-            "no answer to its reading: {answer}"
-        );
-        assert!(
-            slope > 0.0,
-            "an answer on the sheet that runs backwards: {answer}"
-        );
+        assert!((back - reading).abs() < 1e-9, "no answer to its reading: {answer}");
+        assert!(slope > 0.0, "an answer on the sheet that runs backwards: {answer}");
     }
     // Some 48 of the 251 come from one position only.
     assert!(certain > 24, "{certain}");
@@ -348,10 +304,8 @@ fn a_reading_that_no_pose_has_is_not_answered() {
 fn readings_that_are_no_numbers_have_no_answer_and_harm_no_other() {
     let model = random_model(2, DirectionSet::Fourteen, Weighting::Area, [1.0, 0.01], 3);
     let poses = poses(20, 0.0, 2);
-    let mut measured: Vec<_> = poses
-        .iter()
-        .map(|p| model.distort(p, OutsidePolicy::Clamp).0)
-        .collect();
+    let mut measured: Vec<_> =
+        poses.iter().map(|p| model.distort(p, OutsidePolicy::Clamp).0).collect();
     measured[3].translation.vector.x = f64::NAN;
     measured[7].translation.vector.z = f64::INFINITY;
     measured[11].rotation =
@@ -361,13 +315,7 @@ fn readings_that_are_no_numbers_have_no_answer_and_harm_no_other() {
         assert_eq!(found[i].state, InverseState::NotConverged);
         assert!(found[i].pose.is_none() && !found[i].is_inside);
     }
-    assert_eq!(
-        found
-            .iter()
-            .filter(|f| f.state == InverseState::Converged)
-            .count(),
-        17
-    );
+    assert_eq!(found.iter().filter(|f| f.state == InverseState::Converged).count(), 17);
 }
 
 #[test]
@@ -385,17 +333,11 @@ fn coordinates_of_a_million_millimetres_come_back_to_round_off() {
     .unwrap();
     let mut seeded = Seeded::new(6);
     let poses: Vec<_> = (0..30).map(|_| seeded.pose(&far, 0.0)).collect();
-    for (pose, found) in poses
-        .iter()
-        .zip(undone(&model, &poses, OutsidePolicy::Clamp))
-    {
+    for (pose, found) in poses.iter().zip(undone(&model, &poses, OutsidePolicy::Clamp)) {
         assert_eq!(found.state, InverseState::Converged);
         // A coordinate has half an epsilon of 1.7e6 mm; eight roundings, three axes.
         let (mm, rad) = difference(pose, &found.pose.unwrap());
-        assert!(
-            mm < 8.0 * 1.7e6 * f64::EPSILON && rad < 1e-12,
-            "{mm:e} {rad:e}"
-        );
+        assert!(mm < 8.0 * 1.7e6 * f64::EPSILON && rad < 1e-12, "{mm:e} {rad:e}");
     }
 }
 
@@ -404,10 +346,7 @@ fn beside_a_jump_of_area_weights_answers_are_flagged_and_gnomonic_ones_are_not()
     let set = DirectionSet::FortyTwo;
     // Icosahedron corner to edge middle: the triangles on both sides are unlike.
     let mut flagged = [0; 2];
-    for (kind, weighting) in [Weighting::Area, Weighting::Gnomonic]
-        .into_iter()
-        .enumerate()
-    {
+    for (kind, weighting) in [Weighting::Area, Weighting::Gnomonic].into_iter().enumerate() {
         let model = random_model(2, set, weighting, [2.0, 0.01], 12);
         for triangle in set.triangles() {
             let [a, b] = [0, 1].map(|k| set.directions()[triangle[k]].into_inner());
@@ -434,10 +373,7 @@ fn answers_do_not_depend_on_the_number_of_threads() {
     let model = random_model(3, DirectionSet::Fourteen, Weighting::Area, [30.0, 0.3], 3);
     let measured = poses(2 * CHUNK + 100, 0.1, 5);
     let by = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             undistort(&model, &measured, OutsidePolicy::Clamp, &Task::default()).unwrap()
         })

@@ -133,9 +133,7 @@ fn weight_jumps(set: DirectionSet) -> Vec<([usize; 2], f64)> {
 /// with `c` and in that with `d`.
 fn weight_jump([a, b, c, d]: [Vector3<f64>; 4]) -> f64 {
     let half_area = |n: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>| {
-        n.dot(&b.cross(c))
-            .abs()
-            .atan2(1.0 + n.dot(b) + b.dot(c) + c.dot(n))
+        n.dot(&b.cross(c)).abs().atan2(1.0 + n.dot(b) + b.dot(c) + c.dot(n))
     };
     let weight = |n: &Vector3<f64>, third: &Vector3<f64>| {
         let (of_a, of_b) = (half_area(n, &b, third), half_area(n, &a, third));

@@ -80,9 +80,7 @@ impl PairedDifference {
 pub fn choose(contenders: &[Contender]) -> Option<Choice> {
     let eligible = eligible(contenders);
     let (by_position, least) = smallest(contenders, &eligible, Contender::position)?;
-    let has_angles = contenders
-        .iter()
-        .all(|c| c.scores.overall.angle_rms_rad.is_some());
+    let has_angles = contenders.iter().all(|c| c.scores.overall.angle_rms_rad.is_some());
     let better: Vec<usize> = eligible
         .into_iter()
         .filter(|&i| has_angles && contenders[i].is_better_on_both(&contenders[by_position]))
@@ -106,12 +104,9 @@ fn eligible(contenders: &[Contender]) -> Vec<usize> {
     let mut sizes = contenders.iter().map(|c| c.size).filter(|&size| size > 0);
     let first = sizes.next();
     let is_one_size = sizes.all(|size| Some(size) == first);
-    let is_any_admissible = contenders
-        .iter()
-        .any(|c| c.is_admissible && (c.size > 0 || !is_one_size));
-    (0..contenders.len())
-        .filter(|&i| contenders[i].is_admissible || !is_any_admissible)
-        .collect()
+    let is_any_admissible =
+        contenders.iter().any(|c| c.is_admissible && (c.size > 0 || !is_one_size));
+    (0..contenders.len()).filter(|&i| contenders[i].is_admissible || !is_any_admissible).collect()
 }
 
 /// The smallest within [`TOLERANCE`] of the least score, and the least.
@@ -121,19 +116,12 @@ fn smallest<'a>(
     score: impl Fn(&Contender<'a>) -> f64,
 ) -> Option<(usize, usize)> {
     let score = |i: usize| score(&contenders[i]);
-    let least = places
-        .iter()
-        .copied()
-        .min_by(|&a, &b| score(a).total_cmp(&score(b)))?;
+    let least = places.iter().copied().min_by(|&a, &b| score(a).total_cmp(&score(b)))?;
     let limit = score(least) * (1.0 + TOLERANCE);
-    let best = places
-        .iter()
-        .copied()
-        .filter(|&i| score(i) <= limit)
-        .min_by(|&a, &b| {
-            let key = |i: usize| (contenders[i].size, contenders[i].is_regularised);
-            key(a).cmp(&key(b)).then(score(a).total_cmp(&score(b)))
-        })?;
+    let best = places.iter().copied().filter(|&i| score(i) <= limit).min_by(|&a, &b| {
+        let key = |i: usize| (contenders[i].size, contenders[i].is_regularised);
+        key(a).cmp(&key(b)).then(score(a).total_cmp(&score(b)))
+    })?;
     Some((best, least))
 }
 
@@ -170,10 +158,7 @@ mod tests {
     }
 
     fn ridged(size: usize, position_rms_mm: f64) -> Model {
-        Model {
-            is_regularised: true,
-            ..row(size, position_rms_mm)
-        }
+        Model { is_regularised: true, ..row(size, position_rms_mm) }
     }
 
     fn chosen(table: &[Model]) -> Choice {
@@ -212,17 +197,11 @@ mod tests {
 
     #[test]
     fn what_is_not_determined_is_chosen_only_by_itself() {
-        let undetermined = || Model {
-            is_admissible: false,
-            ..ridged(343, 1.0)
-        };
+        let undetermined = || Model { is_admissible: false, ..ridged(343, 1.0) };
         assert_eq!(chosen(&[row(0, 9.0), row(8, 2.0), undetermined()]).best, 1);
         assert_eq!(chosen(&[row(0, 9.0), undetermined()]).best, 1);
         // Of several that are not, none: no correction is better than any that looks good.
-        let larger = || Model {
-            size: 729,
-            ..undetermined()
-        };
+        let larger = || Model { size: 729, ..undetermined() };
         assert_eq!(chosen(&[row(0, 9.0), undetermined(), larger()]).best, 0);
         assert_eq!(chosen(&[larger(), undetermined()]).best, 1);
     }

@@ -73,10 +73,7 @@ impl<'a> Tree<'a> {
         }
         let mut edges = spanning_tree(positions_mm);
         edges.sort_unstable_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
-        Some(Self {
-            positions_mm,
-            edges,
-        })
+        Some(Self { positions_mm, edges })
     }
 
     /// See [`find`].
@@ -108,11 +105,7 @@ impl<'a> Tree<'a> {
     pub fn repeats(&self) -> Option<Repeats> {
         let longest_mm = self.edges.first()?.length_mm;
         let floor_mm = longest_mm * ROUND_OFF;
-        let lengths: Vec<f64> = self
-            .edges
-            .iter()
-            .map(|e| e.length_mm.max(floor_mm))
-            .collect();
+        let lengths: Vec<f64> = self.edges.iter().map(|e| e.length_mm.max(floor_mm)).collect();
         let cut = two_classes(&lengths)?;
         let (spacing_mm, within_mm) = (lengths[cut / 2], lengths[(cut + lengths.len()) / 2]);
         if spacing_mm < MIN_SPACING_RATIO * within_mm {
@@ -160,9 +153,8 @@ fn two_classes(lengths: &[f64]) -> Option<usize> {
 /// The minimum spanning tree, one edge fewer than positions.
 fn spanning_tree(positions_mm: &[Point3<f64>]) -> Vec<Edge> {
     // Positions outside the tree, and their nearest one inside it.
-    let mut outside: Vec<(usize, f64, usize)> = (1..positions_mm.len())
-        .map(|i| (i, f64::INFINITY, 0))
-        .collect();
+    let mut outside: Vec<(usize, f64, usize)> =
+        (1..positions_mm.len()).map(|i| (i, f64::INFINITY, 0)).collect();
     let mut tree = Vec::with_capacity(outside.len());
     let mut newest = 0;
     while !outside.is_empty() {
@@ -177,10 +169,7 @@ fn spanning_tree(positions_mm: &[Point3<f64>]) -> Vec<Edge> {
             }
         }
         let (i, square, from) = outside.swap_remove(nearest.0);
-        tree.push(Edge {
-            length_mm: square.sqrt(),
-            ends: [from, i],
-        });
+        tree.push(Edge { length_mm: square.sqrt(), ends: [from, i] });
         newest = i;
     }
     tree
@@ -241,9 +230,7 @@ mod tests {
     #[test]
     fn places_that_were_measured_several_times_are_clusters_wherever_they_lie() {
         let mut next = uniform();
-        let places: Vec<_> = (0..40)
-            .map(|_| Point3::new(next(), next(), next()) * 400.0)
-            .collect();
+        let places: Vec<_> = (0..40).map(|_| Point3::new(next(), next(), next()) * 400.0).collect();
         // Repeats lie within 0.1 mm, and two places are hardly ever within 1 mm.
         let positions: Vec<_> = (0..400)
             .map(|i| places[i % 40] + Vector3::new(next(), next(), next()) * 0.05)
@@ -268,17 +255,15 @@ mod tests {
     #[test]
     fn scattered_positions_are_no_clusters() {
         let mut next = uniform();
-        let positions: Vec<_> = (0..500)
-            .map(|_| Point3::new(next(), next(), next()) * 400.0)
-            .collect();
+        let positions: Vec<_> =
+            (0..500).map(|_| Point3::new(next(), next(), next()) * 400.0).collect();
         assert_eq!(find(&positions), None);
     }
 
     #[test]
     fn positions_on_a_path_or_a_lattice_by_themselves_are_no_clusters() {
-        let path: Vec<_> = (0..200)
-            .map(|i| Point3::new(f64::from(i), 0.0, f64::from(i % 5)))
-            .collect();
+        let path: Vec<_> =
+            (0..200).map(|i| Point3::new(f64::from(i), 0.0, f64::from(i % 5))).collect();
         assert_eq!(find(&path), None);
         let lattice: Vec<_> = (0..125)
             .map(|i| Point3::new((i % 5) as f64, (i / 5 % 5) as f64, (i / 25) as f64))
@@ -288,13 +273,8 @@ mod tests {
 
     #[test]
     fn exact_repeats_are_clusters_and_one_place_is_none() {
-        let twice: Vec<_> = (0..20)
-            .map(|i| Point3::new(f64::from(i % 10), 0.0, 0.0))
-            .collect();
-        assert_eq!(
-            find(&twice).unwrap(),
-            (0..20).map(|i| i % 10).collect::<Vec<_>>()
-        );
+        let twice: Vec<_> = (0..20).map(|i| Point3::new(f64::from(i % 10), 0.0, 0.0)).collect();
+        assert_eq!(find(&twice).unwrap(), (0..20).map(|i| i % 10).collect::<Vec<_>>());
         assert_eq!(find(&[Point3::origin(); 9]), None);
         assert_eq!(find(&[Point3::origin()]), None);
         assert_eq!(find(&[]), None);

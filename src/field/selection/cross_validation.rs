@@ -67,21 +67,13 @@ struct Fitted {
 impl<'a> Problem<'a> {
     pub fn new(set: &'a SampleSet, bounds: Bounds) -> Self {
         let positions: Vec<_> = set.samples.iter().map(|s| s.position_mm).collect();
-        Self {
-            places: clusters::find(&positions),
-            ..Self::without_places(set, bounds)
-        }
+        Self { places: clusters::find(&positions), ..Self::without_places(set, bounds) }
     }
 
     /// For residuals only: nobody asks what is determined.
     pub fn without_places(set: &'a SampleSet, bounds: Bounds) -> Self {
         let unit = |s: &Sample| bounds.to_unit(&s.position_mm);
-        Self {
-            set,
-            bounds,
-            unit_positions: set.samples.iter().map(unit).collect(),
-            places: None,
-        }
+        Self { set, bounds, unit_positions: set.samples.iter().map(unit).collect(), places: None }
     }
 
     /// How many of a set's orientations have fewer places than coefficients. All rows count: it is
@@ -92,10 +84,8 @@ impl<'a> Problem<'a> {
         }
         let mut rows_of = vec![Vec::new(); system.directions.len()];
         for (row, sample) in self.set.samples.iter().enumerate() {
-            let DirectionWeights {
-                directions,
-                weights,
-            } = system.directions.weights(&sample.axis, settings.weighting);
+            let DirectionWeights { directions, weights } =
+                system.directions.weights(&sample.axis, settings.weighting);
             for (direction, weight) in directions.into_iter().zip(weights) {
                 if weight > 0.0 {
                     rows_of[direction].push(row);
@@ -173,21 +163,14 @@ pub(super) fn scores(
 ) -> Result<Outcome, SelectError> {
     let weights = problem.weights(system, settings);
     let fitted = fit_complements(problem, &weights, system, split, settings, progress)?;
-    let judge = Judge {
-        problem,
-        weights: &weights,
-        system,
-        method: settings.method,
-        fitted: &fitted,
-    };
+    let judge =
+        Judge { problem, weights: &weights, system, method: settings.method, fitted: &fitted };
     // By ridge, then fold.
     let mut sums = vec![Vec::with_capacity(split.folds.rows.len()); system.ridges.len()];
     let mut determined = 0;
     for (fold, rows) in split.folds.rows.iter().enumerate() {
-        let blocks: Vec<_> = rows
-            .par_chunks(BLOCK_ROWS)
-            .map(|rows| judge.sums(fold, rows))
-            .collect();
+        let blocks: Vec<_> =
+            rows.par_chunks(BLOCK_ROWS).map(|rows| judge.sums(fold, rows)).collect();
         for (ridge, of_folds) in sums.iter_mut().enumerate() {
             let mut sum = FoldSums::default();
             for block in &blocks {
@@ -333,14 +316,11 @@ fn complements(parts: &[&Triangle]) -> Vec<Triangle> {
 
 /// The solution for every ridge as `[unknown][ridge][value]`, and the number of unknowns.
 fn solve_all(decomposition: &Decomposition, rcond: f64, ridges: &[f64]) -> (Vec<f64>, usize) {
-    let solutions: Vec<_> = ridges
-        .iter()
-        .map(|&ridge| decomposition.solve(rcond, ridge).unknowns)
-        .collect();
+    let solutions: Vec<_> =
+        ridges.iter().map(|&ridge| decomposition.solve(rcond, ridge).unknowns).collect();
     let unknowns = solutions.first().map_or(0, Vec::len);
-    let coefficients = (0..unknowns)
-        .flat_map(|i| solutions.iter().flat_map(move |x| x[i]))
-        .collect();
+    let coefficients =
+        (0..unknowns).flat_map(|i| solutions.iter().flat_map(move |x| x[i])).collect();
     (coefficients, unknowns)
 }
 
@@ -385,15 +365,8 @@ impl Judge<'_> {
     /// Six values for each ridge, added to `predicted`.
     fn predict(&self, fold: usize, row: usize, products: &mut Vec<f64>, predicted: &mut [f64]) {
         products.clear();
-        push_products(
-            self.system.order,
-            &self.problem.unit_positions[row],
-            products,
-        );
-        let DirectionWeights {
-            directions,
-            weights,
-        } = self.weights[row];
+        push_products(self.system.order, &self.problem.unit_positions[row], products);
+        let DirectionWeights { directions, weights } = self.weights[row];
         for (direction, w) in directions.into_iter().zip(weights) {
             if w == 0.0 {
                 continue;
@@ -417,10 +390,7 @@ impl Judge<'_> {
 
     /// Whether the orientation nearest to a held-out row was fitted to more places than unknowns.
     fn is_determined(&self, fold: usize, row: usize) -> bool {
-        let DirectionWeights {
-            directions,
-            weights,
-        } = self.weights[row];
+        let DirectionWeights { directions, weights } = self.weights[row];
         let nearest = (0..3).max_by(|&a, &b| weights[a].total_cmp(&weights[b]));
         let of_system = match (self.method, nearest) {
             (FitMethod::PerDirection, Some(k)) => self.fitted.get(directions[k]),

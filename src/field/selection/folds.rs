@@ -77,10 +77,7 @@ mod tests {
     fn every_row_is_held_out_exactly_once() {
         let groups: Vec<usize> = (0..103).map(|i| i * i % 17).collect();
         let (groups, count) = numbered(&groups);
-        for folds in [
-            Folds::of_rows(103, 5, 1),
-            Folds::of_groups(&groups, count, 4, 1),
-        ] {
+        for folds in [Folds::of_rows(103, 5, 1), Folds::of_groups(&groups, count, 4, 1)] {
             let mut all = folds.rows.concat();
             all.sort_unstable();
             assert_eq!(all, (0..103).collect::<Vec<_>>());
@@ -89,11 +86,7 @@ mod tests {
 
     #[test]
     fn folds_of_rows_differ_by_at_most_one_row() {
-        let sizes: Vec<_> = Folds::of_rows(103, 5, 9)
-            .rows
-            .iter()
-            .map(Vec::len)
-            .collect();
+        let sizes: Vec<_> = Folds::of_rows(103, 5, 9).rows.iter().map(Vec::len).collect();
         assert_eq!(sizes, [21, 21, 21, 20, 20]);
     }
 

@@ -58,10 +58,7 @@ impl AllFolds {
         });
         let labelled = |labels: &[usize], are_few_fine: bool| {
             if labels.len() != rows {
-                return Err(SelectError::GroupCount {
-                    found: labels.len(),
-                    expected: rows,
-                });
+                return Err(SelectError::GroupCount { found: labels.len(), expected: rows });
             }
             let (groups, count) = numbered(labels);
             let folds = match are_few_fine {
@@ -69,15 +66,9 @@ impl AllFolds {
                 false => settings.folds,
             };
             if count < folds {
-                return Err(SelectError::FewerGroupsThanFolds {
-                    groups: count,
-                    folds,
-                });
+                return Err(SelectError::FewerGroupsThanFolds { groups: count, folds });
             }
-            Ok((
-                Folds::of_groups(&groups, count, folds, settings.seed),
-                count,
-            ))
+            Ok((Folds::of_groups(&groups, count, folds, settings.seed), count))
         };
         let groups = hold_outs
             .groups
@@ -110,17 +101,10 @@ impl AllFolds {
             folds: self.rows.rows.len(),
             count: self.rows.rows.iter().map(Vec::len).sum(),
         };
-        let labelled = [
-            (HoldOutBy::Groups, &self.groups),
-            (HoldOutBy::Sensors, &self.sensors),
-        ];
+        let labelled = [(HoldOutBy::Groups, &self.groups), (HoldOutBy::Sensors, &self.sensors)];
         let labelled = labelled.into_iter().filter_map(|(by, folds)| {
             let (folds, count) = folds.as_ref()?;
-            Some(HoldOut {
-                by,
-                folds: folds.rows.len(),
-                count: *count,
-            })
+            Some(HoldOut { by, folds: folds.rows.len(), count: *count })
         });
         std::iter::once(rows).chain(labelled).collect()
     }

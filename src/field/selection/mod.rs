@@ -292,10 +292,7 @@ pub fn select(
     settings: &SelectSettings,
     task: &Task,
 ) -> Result<Selection, SelectError> {
-    let hold_outs = HoldOuts {
-        groups,
-        ..HoldOuts::default()
-    };
+    let hold_outs = HoldOuts { groups, ..HoldOuts::default() };
     select_by(set, &hold_outs, settings, task)
 }
 
@@ -343,11 +340,7 @@ pub fn select_by(
         let overall = |outcome: &Outcome, i: usize| outcome.scores[i].overall;
         for (i, &ridge) in system.ridges.iter().enumerate() {
             table.push(Scored {
-                candidate: Candidate {
-                    order: system.order,
-                    directions: system.directions,
-                    ridge,
-                },
+                candidate: Candidate { order: system.order, directions: system.directions, ridge },
                 by_row: overall(&by_row, i),
                 by_group: by_group.as_ref().map(|outcome| overall(outcome, i)),
                 by_sensor: by_sensor.as_ref().map(|outcome| overall(outcome, i)),
@@ -375,19 +368,11 @@ pub fn select_by(
         least: choice.least,
         instead_of: choice.instead_of,
         table,
-        groups: by_group.and(
-            listed
-                .iter()
-                .find(|h| h.by == HoldOutBy::Groups)
-                .map(|h| h.count),
-        ),
+        groups: by_group.and(listed.iter().find(|h| h.by == HoldOutBy::Groups).map(|h| h.count)),
         hold_outs: listed,
         decided_by,
         sensors,
-        left_out: left_out
-            .iter()
-            .map(|system| (system.order, system.directions))
-            .collect(),
+        left_out: left_out.iter().map(|system| (system.order, system.directions)).collect(),
     })
 }
 
@@ -426,16 +411,11 @@ pub fn held_out_residuals(
 /// chosen where another order is determined, and they are the ones that take hours.
 fn affordable(systems: Vec<System>, method: FitMethod, rows: usize) -> (Vec<System>, Vec<System>) {
     let is_hopeless = |system: &System| {
-        let candidate = Candidate {
-            order: system.order,
-            directions: system.directions,
-            ridge: 0.0,
-        };
+        let candidate =
+            Candidate { order: system.order, directions: system.directions, ridge: 0.0 };
         method == FitMethod::Joint && candidate.coefficients() >= rows
     };
-    let all_are = systems
-        .iter()
-        .all(|system| system.order == 0 || is_hopeless(system));
+    let all_are = systems.iter().all(|system| system.order == 0 || is_hopeless(system));
     if all_are {
         return (systems, Vec::new());
     }
@@ -456,11 +436,7 @@ fn systems(settings: &SelectSettings) -> Vec<System> {
     let mut systems = Vec::new();
     for order in orders {
         if order == 0 {
-            systems.push(System {
-                order,
-                directions: DirectionSet::One,
-                ridges: vec![0.0],
-            });
+            systems.push(System { order, directions: DirectionSet::One, ridges: vec![0.0] });
             continue;
         }
         systems.extend(sets.iter().map(|&directions| System {
@@ -481,10 +457,7 @@ fn check(set: &SampleSet, settings: &SelectSettings) -> Result<(), SelectError> 
         return Err(SelectError::Folds(settings.folds));
     }
     if rows < settings.folds {
-        return Err(SelectError::FewerRowsThanFolds {
-            rows,
-            folds: settings.folds,
-        });
+        return Err(SelectError::FewerRowsThanFolds { rows, folds: settings.folds });
     }
     for (is_empty, what) in [
         (settings.orders.is_empty(), "orders"),
@@ -499,30 +472,19 @@ fn check(set: &SampleSet, settings: &SelectSettings) -> Result<(), SelectError> 
         return Err(SelectError::Order(order));
     }
     if !set.has_rotations
-        && let Some(sets) = settings
-            .direction_sets
-            .iter()
-            .find(|&&sets| sets != DirectionSet::One)
+        && let Some(sets) = settings.direction_sets.iter().find(|&&sets| sets != DirectionSet::One)
     {
         return Err(SelectError::NeedsOneDirection(sets.len()));
     }
-    if let Some(&ridge) = settings
-        .ridges
-        .iter()
-        .find(|r| !(r.is_finite() && **r >= 0.0))
-    {
+    if let Some(&ridge) = settings.ridges.iter().find(|r| !(r.is_finite() && **r >= 0.0)) {
         return Err(SelectError::Ridge(ridge));
     }
     if !(0.0..1.0).contains(&settings.rcond) {
         return Err(SelectError::Rcond(settings.rcond));
     }
     let is_finite = |s: &super::samples::Sample| {
-        let values = [
-            s.position_mm.coords,
-            s.axis.into_inner(),
-            s.error.position_mm,
-            s.error.rotation_rad,
-        ];
+        let values =
+            [s.position_mm.coords, s.axis.into_inner(), s.error.position_mm, s.error.rotation_rad];
         values.iter().all(|v| v.iter().all(|x| x.is_finite()))
     };
     match set.samples.iter().position(|s| !is_finite(s)) {

@@ -33,13 +33,8 @@ pub fn score<E: From<SelectError>>(
     mut residuals: impl FnMut(&Folds) -> Result<Vec<Option<Residual>>, E>,
 ) -> Result<OtherScored, E> {
     let all = AllFolds::new(hold_outs, set.samples.len(), settings)?;
-    let labelled = [
-        (HoldOutBy::Groups, all.groups),
-        (HoldOutBy::Sensors, all.sensors),
-    ];
-    let known = labelled
-        .into_iter()
-        .filter_map(|(by, folds)| Some((by, folds?.0)));
+    let labelled = [(HoldOutBy::Groups, all.groups), (HoldOutBy::Sensors, all.sensors)];
+    let known = labelled.into_iter().filter_map(|(by, folds)| Some((by, folds?.0)));
     let mut scored = Vec::new();
     for (by, folds) in std::iter::once((HoldOutBy::Rows, all.rows)).chain(known) {
         let residuals = residuals(&folds)?;
@@ -53,8 +48,5 @@ pub fn score<E: From<SelectError>>(
         let scores = HeldOutScores::of_sums(by_fold.collect(), set.has_rotations);
         scored.push((by, scores));
     }
-    Ok(OtherScored {
-        hold_outs: scored,
-        decided_by: all.deciding,
-    })
+    Ok(OtherScored { hold_outs: scored, decided_by: all.deciding })
 }

@@ -102,12 +102,9 @@ pub fn find(set: &SampleSet) -> Option<Places> {
         return None;
     }
     let residuals = moderate_residuals(set, &repeats)?;
-    let scale_mm2: f64 = set
-        .samples
-        .iter()
-        .map(|s| s.error.position_mm.norm_squared())
-        .sum::<f64>()
-        / set.samples.len() as f64;
+    let scale_mm2: f64 =
+        set.samples.iter().map(|s| s.error.position_mm.norm_squared()).sum::<f64>()
+            / set.samples.len() as f64;
     let sill_mm2 = variance_mm2(&residuals);
     if sill_mm2 <= ROUND_OFF * ROUND_OFF * scale_mm2 {
         return None;
@@ -150,11 +147,7 @@ fn moderate_residuals(set: &SampleSet, repeats: &Repeats) -> Option<Vec<Vector3<
         *order == 0 || PLACES_PER_COEFFICIENT * coefficient_count(*order) <= repeats.count
     };
     let order = (0..=MAX_MODERATE_ORDER).rev().find(has_enough)?;
-    let candidate = Candidate {
-        order,
-        directions: DirectionSet::One,
-        ridge: 0.0,
-    };
+    let candidate = Candidate { order, directions: DirectionSet::One, ridge: 0.0 };
     let folds = Folds::of_groups(&repeats.groups, repeats.count, DEFAULT_FOLDS, DEFAULT_SEED);
     let bounds = Bounds::around(set.samples.iter().map(|s| s.position_mm))?;
     let residuals = cross_validation::residuals(
@@ -195,11 +188,8 @@ impl Variance {
             .zip(&repeats.groups)
             .map(|(r, &place)| (r - means[place]).norm_squared())
             .sum();
-        let between: f64 = means
-            .iter()
-            .zip(&sizes)
-            .map(|(mean, size)| size * (mean - grand).norm_squared())
-            .sum();
+        let between: f64 =
+            means.iter().zip(&sizes).map(|(mean, size)| size * (mean - grand).norm_squared()).sum();
         let between_freedom = repeats.count as f64 - 1.0;
         let within_freedom = rows - repeats.count as f64;
         if between_freedom < 1.0 || within_freedom < 1.0 {
@@ -272,9 +262,7 @@ fn drawn(rows: usize) -> Vec<usize> {
         return (0..rows).collect();
     }
     let parts = rows.div_ceil(VARIOGRAM_ROWS);
-    Folds::of_rows(rows, parts, DEFAULT_SEED)
-        .rows
-        .swap_remove(0)
+    Folds::of_rows(rows, parts, DEFAULT_SEED).rows.swap_remove(0)
 }
 
 #[cfg(test)]
@@ -307,11 +295,8 @@ mod tests {
     /// A field that no polynomial of order 2 follows: it changes over some 60 mm.
     fn field_mm(p: &Point3<f64>) -> Vector3<f64> {
         let phase = |a: f64, b: f64, c: f64| (p.x * a + p.y * b + p.z * c).sin();
-        Vector3::new(
-            phase(0.03, 0.01, -0.02),
-            phase(-0.01, 0.03, 0.02),
-            phase(0.02, -0.02, 0.03),
-        ) * 3.0
+        Vector3::new(phase(0.03, 0.01, -0.02), phase(-0.01, 0.03, 0.02), phase(0.02, -0.02, 0.03))
+            * 3.0
     }
 
     fn set(
@@ -322,10 +307,7 @@ mod tests {
         let sample = |(i, p): (usize, &Point3<f64>)| Sample {
             position_mm: *p,
             axis: Unit::new_normalize(axis(i)),
-            error: PoseError {
-                position_mm: error(p),
-                rotation_rad: Vector3::zeros(),
-            },
+            error: PoseError { position_mm: error(p), rotation_rad: Vector3::zeros() },
         };
         SampleSet {
             samples: positions.iter().enumerate().map(sample).collect(),
@@ -340,9 +322,7 @@ mod tests {
 
     fn repeated(random: &mut Random, places: usize, scatter_mm: f64) -> Vec<Point3<f64>> {
         let centers: Vec<_> = (0..places).map(|_| random.position()).collect();
-        (0..5 * places)
-            .map(|i| centers[i % places] + random.normal(scatter_mm))
-            .collect()
+        (0..5 * places).map(|i| centers[i % places] + random.normal(scatter_mm)).collect()
     }
 
     #[test]
@@ -381,23 +361,13 @@ mod tests {
                 designs.push((0..rows).map(|_| random.position()).collect::<Vec<_>>());
             }
         }
-        designs.push(
-            (0..1000)
-                .map(|_| Point3::from(random.normal(100.0)))
-                .collect(),
-        );
+        designs.push((0..1000).map(|_| Point3::from(random.normal(100.0))).collect());
         let node = |i: usize| Point3::new((i % 10) as f64, (i / 10 % 10) as f64, (i / 100) as f64);
         designs.push((0..1000).map(|i| node(i) * 50.0).collect());
-        designs.push(
-            (0..1000)
-                .map(|i| node(i) * 50.0 + random.normal(2.0))
-                .collect(),
-        );
+        designs.push((0..1000).map(|i| node(i) * 50.0 + random.normal(2.0)).collect());
         // Half of the rows in an eighth of each side.
         designs.push(
-            (0..800)
-                .map(|i| random.position() * if i % 2 == 0 { 1.0 } else { 0.125 })
-                .collect(),
+            (0..800).map(|i| random.position() * if i % 2 == 0 { 1.0 } else { 0.125 }).collect(),
         );
         // A path, and lines with a step of a twentieth of their distance.
         let mut at = Point3::origin();
@@ -435,9 +405,7 @@ mod tests {
         let one_place = vec![Point3::new(1.0, 2.0, 3.0); 50];
         assert_eq!(find(&set(&one_place, field_mm, along_z)), None);
         assert_eq!(find(&set(&[], field_mm, along_z)), None);
-        let line: Vec<_> = (0..50)
-            .map(|i| Point3::new(f64::from(i), 0.0, 0.0))
-            .collect();
+        let line: Vec<_> = (0..50).map(|i| Point3::new(f64::from(i), 0.0, 0.0)).collect();
         assert_eq!(find(&set(&line, |_| Vector3::zeros(), along_z)), None);
         // Errors that are the same everywhere leave nothing to depend on each other.
         let mut random = Random(ChaCha8Rng::seed_from_u64(5));

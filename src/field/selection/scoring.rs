@@ -56,9 +56,8 @@ impl FoldSums {
     pub fn add(&mut self, other: &Self) {
         self.rows += other.rows;
         self.position_squares_mm2 += other.position_squares_mm2;
-        self.position_max_square_mm2 = self
-            .position_max_square_mm2
-            .max(other.position_max_square_mm2);
+        self.position_max_square_mm2 =
+            self.position_max_square_mm2.max(other.position_max_square_mm2);
         self.rotation_squares_rad2 += other.rotation_squares_rad2;
     }
 
@@ -141,9 +140,7 @@ mod tests {
 
     #[test]
     fn scores_are_root_mean_squares_and_the_largest() {
-        let folds = Folds {
-            rows: vec![vec![0, 2], vec![1, 3]],
-        };
+        let folds = Folds { rows: vec![vec![0, 2], vec![1, 3]] };
         let found = scores(&[3.0, 0.0, 4.0, -5.0], &folds);
         let rms = (50.0_f64 / 4.0).sqrt();
         assert!((found.overall.position_rms_mm - rms).abs() < 1e-15);
@@ -156,9 +153,7 @@ mod tests {
     #[test]
     fn pairing_takes_out_what_folds_have_in_common() {
         // Folds differ by a factor of hundred, the candidates by 1 mm² in each.
-        let folds = Folds {
-            rows: vec![vec![0], vec![1], vec![2]],
-        };
+        let folds = Folds { rows: vec![vec![0], vec![1], vec![2]] };
         let a = scores(&[1.0, 10.0, 100.0], &folds);
         let squares = [2.0_f64, 101.0, 10_001.0].map(f64::sqrt);
         let difference = scores(&squares, &folds).position_difference(&a);
@@ -168,9 +163,7 @@ mod tests {
 
     #[test]
     fn one_fold_has_no_noise_to_judge_by() {
-        let folds = Folds {
-            rows: vec![vec![0, 1], vec![]],
-        };
+        let folds = Folds { rows: vec![vec![0, 1], vec![]] };
         let a = scores(&[1.0, 1.0], &folds);
         let b = scores(&[2.0, 2.0], &folds);
         assert_eq!(a.rotation_difference(&b).std_error, f64::INFINITY);

@@ -66,20 +66,14 @@ pub fn sensor_spread(
     let of_folds = held_out.rows.iter().map(Vec::len).sum();
     let counts = [sensors.len(), poses.map_or(rows, <[usize]>::len), of_folds];
     if let Some(&found) = counts.iter().find(|&&count| count != rows) {
-        return Err(SensorSpreadError::Rows {
-            found,
-            expected: rows,
-        });
+        return Err(SensorSpreadError::Rows { found, expected: rows });
     }
     let count = sensors.iter().max().map_or(0, |last| last + 1);
     if count < 2 {
         return Err(SensorSpreadError::FewSensors(count));
     }
     if rows <= count {
-        return Err(SensorSpreadError::FewRows {
-            rows,
-            sensors: count,
-        });
+        return Err(SensorSpreadError::FewRows { rows, sensors: count });
     }
     let inflation = inflation(sensors, count, held_out);
     let crossed = poses.and_then(|poses| crossed(sensors, count, poses));
@@ -112,10 +106,7 @@ impl SensorSpread {
 
     /// Between-sensor variance of the rotation vector, rad².
     pub fn rotation_variance_rad2(&self) -> Option<[f64; 3]> {
-        Some(less(
-            &self.rotation_between_rad2?,
-            self.rotation_rest_rad2.as_ref()?,
-        ))
+        Some(less(&self.rotation_between_rad2?, self.rotation_rest_rad2.as_ref()?))
     }
 
     /// Variance of what a sensor that was not measured is off by from the mean of those that were, a
@@ -181,11 +172,7 @@ fn crossed(sensors: &[usize], count: usize, poses: &[usize]) -> Option<Vec<Vec<u
         table[pose][sensor].push(row);
     }
     let is_whole = |readings: &Vec<Vec<usize>>| readings.iter().all(|rows| rows.len() == 1);
-    let whole: Vec<Vec<usize>> = table
-        .into_iter()
-        .filter(is_whole)
-        .map(|r| r.concat())
-        .collect();
+    let whole: Vec<Vec<usize>> = table.into_iter().filter(is_whole).map(|r| r.concat()).collect();
     let share = (whole.len() * count) as f64 / sensors.len() as f64;
     (whole.len() > 1 && share >= MIN_CROSSED_SHARE).then_some(whole)
 }
@@ -199,15 +186,11 @@ fn inflation(sensors: &[usize], count: usize, held_out: &Folds) -> f64 {
     for (held, rows) in held.iter_mut().zip(&held_out.rows) {
         rows.iter().for_each(|&row| held[sensors[row]] += 1.0);
     }
-    let all: Vec<f64> = (0..count)
-        .map(|s| held.iter().map(|h| h[s]).sum())
-        .collect();
+    let all: Vec<f64> = (0..count).map(|s| held.iter().map(|h| h[s]).sum()).collect();
     let row_of = |sensor: usize| -> Vec<f64> {
         let mut row = vec![0.0; count];
         row[sensor] = 1.0;
-        let whole = held
-            .iter()
-            .find(|h| all[sensor] > 0.0 && h[sensor] == all[sensor]);
+        let whole = held.iter().find(|h| all[sensor] > 0.0 && h[sensor] == all[sensor]);
         if let Some(held) = whole {
             let fitted: f64 = all.iter().zip(held).map(|(all, held)| all - held).sum();
             if fitted > 0.0 {
@@ -222,10 +205,7 @@ fn inflation(sensors: &[usize], count: usize, held_out: &Folds) -> f64 {
     let mut squares = 0.0;
     for column in 0..count {
         let mean = a.iter().map(|row| row[column]).sum::<f64>() / count as f64;
-        squares += a
-            .iter()
-            .map(|row| (row[column] - mean).powi(2))
-            .sum::<f64>();
+        squares += a.iter().map(|row| (row[column] - mean).powi(2)).sum::<f64>();
     }
     let found = squares / (count - 1) as f64;
     if found > 0.0 { found } else { 1.0 }
@@ -254,10 +234,7 @@ impl Variance {
             .iter()
             .flat_map(|of_pose| of_pose.iter().zip(&means).map(|(d, m)| (d - m).powi(2)))
             .sum();
-        Self {
-            between,
-            rest: squares / ((sensors - 1.0) * (poses - 1.0)) / poses,
-        }
+        Self { between, rest: squares / ((sensors - 1.0) * (poses - 1.0)) / poses }
     }
 
     fn one_way(sensors: &[usize], count: usize, value: impl Fn(usize) -> f64) -> Self {
@@ -281,10 +258,7 @@ impl Variance {
             .enumerate()
             .map(|(row, &sensor)| (value(row) - means[sensor]).powi(2))
             .sum();
-        Self {
-            between: between / freedom / size,
-            rest: within / (rows - count as f64) / size,
-        }
+        Self { between: between / freedom / size, rest: within / (rows - count as f64) / size }
     }
 }
 
@@ -311,9 +285,8 @@ mod tests {
         is_held_out: bool,
         is_crossed: bool,
     ) -> Vec<Residual> {
-        let offsets: Vec<Residual> = (0..sensors)
-            .map(|_| OFFSET.map(|std_dev| std_dev * normal(random)))
-            .collect();
+        let offsets: Vec<Residual> =
+            (0..sensors).map(|_| OFFSET.map(|std_dev| std_dev * normal(random))).collect();
         let mut residuals = Vec::new();
         for _ in 0..poses {
             let mut pose = OFFSET.map(|std_dev| 2.0 * std_dev * normal(random));
@@ -324,11 +297,7 @@ mod tests {
                 residuals.push(std::array::from_fn(|i| {
                     let sum: f64 = offsets.iter().map(|o| o[i]).sum();
                     let others = (sum - offsets[sensor][i]) / (sensors - 1) as f64;
-                    let fitted = if is_held_out {
-                        others
-                    } else {
-                        sum / sensors as f64
-                    };
+                    let fitted = if is_held_out { others } else { sum / sensors as f64 };
                     offsets[sensor][i] - fitted + pose[i] + 0.3 * OFFSET[i] * normal(random)
                 }));
             }
@@ -370,10 +339,7 @@ mod tests {
                 // below zero.
                 for (found, std_dev) in mean.iter().zip(OFFSET) {
                     let ratio = found / (std_dev * std_dev);
-                    assert!(
-                        (ratio - 1.0).abs() < 0.25,
-                        "{ratio}, {is_held_out} {poses:?}"
-                    );
+                    assert!((ratio - 1.0).abs() < 0.25, "{ratio}, {is_held_out} {poses:?}");
                 }
                 let expected = 0.02_f64.powi(2) + 0.01_f64.powi(2) + 0.03_f64.powi(2);
                 assert!((angle / expected - 1.0).abs() < 0.25, "{angle} {expected}");
@@ -388,9 +354,8 @@ mod tests {
     fn sensors_that_are_alike_differ_by_nothing() {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let sensors: Vec<usize> = (0..900).map(|row| row % 3).collect();
-        let residuals: Vec<Residual> = (0..900)
-            .map(|_| std::array::from_fn(|_| normal(&mut random)))
-            .collect();
+        let residuals: Vec<Residual> =
+            (0..900).map(|_| std::array::from_fn(|_| normal(&mut random))).collect();
         let folds = Folds::of_groups(&sensors, 3, 3, 1);
         let found = sensor_spread(&residuals, &sensors, None, &folds, false).unwrap();
         // Means of 300 rows scatter by 0.058.
@@ -411,13 +376,7 @@ mod tests {
         };
         assert_eq!(spread(&one, None), Err(SensorSpreadError::FewSensors(1)));
         let each: Vec<usize> = (0..10).collect();
-        assert_eq!(
-            spread(&each, None),
-            Err(SensorSpreadError::FewRows {
-                rows: 10,
-                sensors: 10
-            })
-        );
+        assert_eq!(spread(&each, None), Err(SensorSpreadError::FewRows { rows: 10, sensors: 10 }));
         assert!(spread(&each[..9], None).is_err());
         let two: Vec<usize> = (0..10).map(|row| row % 2).collect();
         assert!(spread(&two, Some(&two[..3])).is_err());

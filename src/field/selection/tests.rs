@@ -15,10 +15,8 @@ struct Random(u64);
 impl Random {
     /// Uniform from -1 to 1.
     fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
@@ -50,11 +48,7 @@ fn samples(
             }
         })
         .collect();
-    SampleSet {
-        samples,
-        has_rotations: true,
-        ambiguous: 0,
-    }
+    SampleSet { samples, has_rotations: true, ambiguous: 0 }
 }
 
 /// A polynomial with every product of powers up to 2, and noise of 0.05 mm.
@@ -89,11 +83,7 @@ fn run(
 #[test]
 fn a_noisy_polynomial_of_order_two_is_recognised() {
     let set = quadratic(600);
-    let tried = settings(
-        &set,
-        &[0, 1, 2, 3, 4],
-        &[DirectionSet::One, DirectionSet::Six],
-    );
+    let tried = settings(&set, &[0, 1, 2, 3, 4], &[DirectionSet::One, DirectionSet::Six]);
     let found = run(&set, None, &tried).unwrap();
     let best = found.best().candidate;
     assert_eq!((best.order, best.directions), (2, DirectionSet::One));
@@ -117,9 +107,7 @@ fn neighbours_tell_a_held_out_row_but_not_a_held_out_group() {
     // Each of 60 places has an error of its own that says nothing about the other places, and
     // was measured eight times.
     let mut random = Random(11);
-    let places: Vec<_> = (0..60)
-        .map(|_| (random.position(), random.vector()))
-        .collect();
+    let places: Vec<_> = (0..60).map(|_| (random.position(), random.vector())).collect();
     let groups: Vec<usize> = (0..480).map(|i| i % 60).collect();
     let samples = groups
         .iter()
@@ -132,11 +120,7 @@ fn neighbours_tell_a_held_out_row_but_not_a_held_out_group() {
             },
         })
         .collect();
-    let set = SampleSet {
-        samples,
-        has_rotations: false,
-        ambiguous: 0,
-    };
+    let set = SampleSet { samples, has_rotations: false, ambiguous: 0 };
     let tried = settings(&set, &[0, 1, 2], &[DirectionSet::One]);
     let found = run(&set, Some(&groups), &tried).unwrap();
     assert_eq!(found.groups, Some(60));
@@ -162,11 +146,8 @@ fn one_by_one(set: &SampleSet, tried: &SelectSettings, candidate: &Candidate) ->
     for held_out in &folds.rows {
         let mut rest = set.clone();
         let mut row = 0..;
-        rest.samples
-            .retain(|_| !held_out.contains(&row.next().unwrap()));
-        let model = fit(&rest, &tried.fit_settings(candidate), Some(bounds))
-            .unwrap()
-            .model;
+        rest.samples.retain(|_| !held_out.contains(&row.next().unwrap()));
+        let model = fit(&rest, &tried.fit_settings(candidate), Some(bounds)).unwrap().model;
         for &row in held_out {
             let s = &set.samples[row];
             let e = model.evaluate(&s.position_mm, &s.axis, OutsidePolicy::Clamp);
@@ -199,11 +180,7 @@ fn every_score_is_that_of_fits_done_one_by_one() {
             let exact = one_by_one(&set, &tried, &row.candidate);
             let close = |a: f64, b: f64, what: &str| {
                 // Condition numbers here are below 1e4, so round-off stays below 1e-11.
-                assert!(
-                    (a - b).abs() <= 1e-10 * b,
-                    "{what} {:?}: {a} {b}",
-                    row.candidate
-                );
+                assert!((a - b).abs() <= 1e-10 * b, "{what} {:?}: {a} {b}", row.candidate);
             };
             close(row.by_row.position_rms_mm, exact.position_rms_mm, "RMS");
             close(row.by_row.position_max_mm, exact.position_max_mm, "max");
@@ -220,8 +197,7 @@ fn the_number_of_threads_changes_no_bit() {
     let tried = settings(&set, &[0, 1, 2, 3], &[DirectionSet::One, DirectionSet::Six]);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap()
-            .install(|| run(&set, Some(&groups), &tried).unwrap())
+        pool.unwrap().install(|| run(&set, Some(&groups), &tried).unwrap())
     };
     assert_eq!(with(1), with(4));
 }
@@ -230,29 +206,21 @@ fn the_number_of_threads_changes_no_bit() {
 fn what_samples_do_not_determine_is_shown_and_not_chosen() {
     // Order 2 has 27 coefficients, and 30 rows in 3 folds leave 20 to fit.
     let set = quadratic(30);
-    let tried = SelectSettings {
-        folds: 3,
-        ..settings(&set, &[0, 1, 2], &[DirectionSet::One])
-    };
+    let tried = SelectSettings { folds: 3, ..settings(&set, &[0, 1, 2], &[DirectionSet::One]) };
     let found = run(&set, None, &tried).unwrap();
     for row in &found.table {
         assert_eq!(row.is_determined, row.candidate.order < 2);
     }
     assert!(found.best().candidate.order < 2);
     // Where nothing else is asked for, it is what there is.
-    let only = SelectSettings {
-        orders: vec![2],
-        ..tried
-    };
+    let only = SelectSettings { orders: vec![2], ..tried };
     assert_eq!(run(&set, None, &only).unwrap().best().candidate.order, 2);
 }
 
 /// All axes along two directions of twelve.
 fn two_directions(count: usize) -> SampleSet {
     let mut random = Random(17);
-    let mut set = samples(count, &mut random, |p, random| {
-        p.coords / 100.0 + random.vector() * 0.1
-    });
+    let mut set = samples(count, &mut random, |p, random| p.coords / 100.0 + random.vector() * 0.1);
     let known = DirectionSet::Twelve.directions();
     for (i, sample) in set.samples.iter_mut().enumerate() {
         sample.axis = known[i % 2];
@@ -281,9 +249,7 @@ fn mostly_under_sampled_models_are_refused() {
 fn sensors_in_poses() -> (SampleSet, Vec<usize>, Vec<usize>) {
     const OFFSETS_MM: [f64; 3] = [-2.0, 0.0, 2.0];
     let mut random = Random(23);
-    let mut set = samples(180, &mut random, |p, random| {
-        p.coords / 100.0 + random.vector() * 0.1
-    });
+    let mut set = samples(180, &mut random, |p, random| p.coords / 100.0 + random.vector() * 0.1);
     let sensors: Vec<usize> = (0..180).map(|row| row % 3).collect();
     let poses: Vec<usize> = (0..180).map(|row| row / 3).collect();
     for (row, &sensor) in sensors.iter().enumerate() {
@@ -312,18 +278,10 @@ fn poses_and_sensors_are_both_held_out() {
     };
     let found = by(None);
     assert_eq!(found.decided_by, HoldOutBy::Groups);
-    let counts: Vec<_> = found
-        .hold_outs
-        .iter()
-        .map(|h| (h.by, h.folds, h.count))
-        .collect();
+    let counts: Vec<_> = found.hold_outs.iter().map(|h| (h.by, h.folds, h.count)).collect();
     assert_eq!(
         counts,
-        [
-            (HoldOutBy::Rows, 5, 180),
-            (HoldOutBy::Groups, 5, 60),
-            (HoldOutBy::Sensors, 3, 3)
-        ]
+        [(HoldOutBy::Rows, 5, 180), (HoldOutBy::Groups, 5, 60), (HoldOutBy::Sensors, 3, 3)]
     );
     let best = found.best();
     let [poses_mm, sensors_mm] = [HoldOutBy::Groups, HoldOutBy::Sensors]
@@ -334,10 +292,7 @@ fn poses_and_sensors_are_both_held_out() {
     assert_eq!(*best.deciding(), best.by_group.unwrap());
     // Their standard deviation is 2 mm, with two degrees of freedom.
     let spread = found.sensors.unwrap();
-    assert!(
-        (spread.position_std_dev_mm()[0] - 2.0).abs() < 0.1,
-        "{spread:?}"
-    );
+    assert!((spread.position_std_dev_mm()[0] - 2.0).abs() < 0.1, "{spread:?}");
     assert!(spread.position_std_dev_mm()[1] < 0.1, "{spread:?}");
     assert_eq!(spread.degrees_of_freedom, 2);
     for deciding in [HoldOutBy::Rows, HoldOutBy::Sensors] {
@@ -363,23 +318,13 @@ fn residuals_score_as_their_candidate_does() {
         let left =
             held_out_residuals(&set, &folds, &row.candidate, &tried, &Task::default()).unwrap();
         let scores = HeldOutScores::of_residuals(&left, &folds, true);
-        let (a, b) = (
-            scores.overall.position_rms_mm,
-            row.deciding().position_rms_mm,
-        );
+        let (a, b) = (scores.overall.position_rms_mm, row.deciding().position_rms_mm);
         // Each ridge is solved from the same decomposition; sums are taken in another order.
         assert!((a - b).abs() < 1e-12 * b, "{a} {b}");
     }
-    let short = Folds {
-        rows: vec![vec![0], vec![1]],
-    };
-    let refused = held_out_residuals(
-        &set,
-        &short,
-        &found.best().candidate,
-        &tried,
-        &Task::default(),
-    );
+    let short = Folds { rows: vec![vec![0], vec![1]] };
+    let refused =
+        held_out_residuals(&set, &short, &found.best().candidate, &tried, &Task::default());
     assert_eq!(refused, Err(SelectError::NoPartition { rows: 180 }));
 }
 
@@ -389,35 +334,18 @@ fn sensors_that_cannot_be_held_out_matter_only_when_wanted() {
     let tried = settings(&set, &[0, 1], &[DirectionSet::One]);
     let one = vec![4; 180];
     let by = |sensors, groups, deciding| {
-        let hold_outs = HoldOuts {
-            groups,
-            sensors,
-            deciding,
-            has_few_groups: true,
-        };
+        let hold_outs = HoldOuts { groups, sensors, deciding, has_few_groups: true };
         select_by(&set, &hold_outs, &tried, &Task::default())
     };
     let found = by(Some(one.as_slice()), Some(poses.as_slice()), None).unwrap();
     assert_eq!((found.hold_outs.len(), found.sensors), (2, None));
     let refused = |sensors, groups, deciding| by(sensors, groups, Some(deciding)).unwrap_err();
-    assert_eq!(
-        refused(Some(one.as_slice()), None, HoldOutBy::Sensors),
-        SelectError::FewSensors(1)
-    );
-    assert_eq!(
-        refused(None, None, HoldOutBy::Sensors),
-        SelectError::NothingToHoldOut("sensors")
-    );
-    assert_eq!(
-        refused(None, None, HoldOutBy::Groups),
-        SelectError::NothingToHoldOut("groups")
-    );
+    assert_eq!(refused(Some(one.as_slice()), None, HoldOutBy::Sensors), SelectError::FewSensors(1));
+    assert_eq!(refused(None, None, HoldOutBy::Sensors), SelectError::NothingToHoldOut("sensors"));
+    assert_eq!(refused(None, None, HoldOutBy::Groups), SelectError::NothingToHoldOut("groups"));
     assert_eq!(
         refused(None, Some(one.as_slice()), HoldOutBy::Groups),
-        SelectError::FewerGroupsThanFolds {
-            groups: 1,
-            folds: 2
-        }
+        SelectError::FewerGroupsThanFolds { groups: 1, folds: 2 }
     );
 }
 
@@ -443,50 +371,26 @@ fn what_cannot_be_selected_says_why() {
         run(&set, None, &wrong).unwrap_err()
     };
     assert_eq!(error(&|s| s.folds = 1), SelectError::Folds(1));
-    assert_eq!(
-        error(&|s| s.folds = 21),
-        SelectError::FewerRowsThanFolds {
-            rows: 20,
-            folds: 21
-        }
-    );
-    assert_eq!(
-        error(&|s| s.orders.clear()),
-        SelectError::NothingToTry("orders")
-    );
-    assert_eq!(
-        error(&|s| s.ridges.clear()),
-        SelectError::NothingToTry("ridges")
-    );
+    assert_eq!(error(&|s| s.folds = 21), SelectError::FewerRowsThanFolds { rows: 20, folds: 21 });
+    assert_eq!(error(&|s| s.orders.clear()), SelectError::NothingToTry("orders"));
+    assert_eq!(error(&|s| s.ridges.clear()), SelectError::NothingToTry("ridges"));
     assert_eq!(error(&|s| s.orders.push(13)), SelectError::Order(13));
     assert_eq!(error(&|s| s.ridges.push(-0.1)), SelectError::Ridge(-0.1));
-    assert!(matches!(
-        error(&|s| s.ridges.push(f64::NAN)),
-        SelectError::Ridge(_)
-    ));
+    assert!(matches!(error(&|s| s.ridges.push(f64::NAN)), SelectError::Ridge(_)));
     assert_eq!(error(&|s| s.rcond = 1.0), SelectError::Rcond(1.0));
     let groups: Vec<usize> = (0..20).map(|i| i / 7).collect();
     assert_eq!(
         run(&set, Some(&groups), &good),
-        Err(SelectError::FewerGroupsThanFolds {
-            groups: 3,
-            folds: 5
-        })
+        Err(SelectError::FewerGroupsThanFolds { groups: 3, folds: 5 })
     );
     assert_eq!(
         run(&set, Some(&groups[1..]), &good),
-        Err(SelectError::GroupCount {
-            found: 19,
-            expected: 20
-        })
+        Err(SelectError::GroupCount { found: 19, expected: 20 })
     );
     let mut flat = set.clone();
     flat.has_rotations = false;
     let many = settings(&set, &[1], &[DirectionSet::Six]);
-    assert_eq!(
-        run(&flat, None, &many),
-        Err(SelectError::NeedsOneDirection(6))
-    );
+    assert_eq!(run(&flat, None, &many), Err(SelectError::NeedsOneDirection(6)));
     let mut wrong = set.clone();
     wrong.samples[7].error.position_mm.y = f64::INFINITY;
     assert_eq!(run(&wrong, None, &good), Err(SelectError::NotFinite(7)));

@@ -46,11 +46,7 @@ pub enum SupportError {
         "the support of order {order} with {directions} orientations is {values} numbers, expected \
          at most {MAX_STORED}"
     )]
-    TooLarge {
-        order: usize,
-        directions: usize,
-        values: usize,
-    },
+    TooLarge { order: usize, directions: usize, values: usize },
     #[error(
         "the support of a joint fit needs a singular value decomposition of its {unknowns} unknowns, \
          expected at most {MAX_JOINT_UNKNOWNS}"
@@ -88,31 +84,18 @@ impl Support {
         if order == 0 {
             return Err(SupportError::NoOrder);
         }
-        let FitSettings {
-            method,
-            rcond,
-            ridge,
-            ..
-        } = factored.settings;
+        let FitSettings { method, rcond, ridge, .. } = factored.settings;
         let values = Self::stored_values(order, directions, method);
         if values > MAX_STORED {
-            return Err(SupportError::TooLarge {
-                order,
-                directions: directions.len(),
-                values,
-            });
+            return Err(SupportError::TooLarge { order, directions: directions.len(), values });
         }
         let unknowns = directions.len() * coefficient_count(order);
         if method == FitMethod::Joint && unknowns > MAX_JOINT_UNKNOWNS {
             return Err(SupportError::TooManyUnknowns { unknowns });
         }
         let pairs = Pairs::of(directions);
-        let factors: Vec<_> = factored
-            .decompose()?
-            .systems
-            .iter()
-            .map(|s| Factor::of(s, rcond, ridge))
-            .collect();
+        let factors: Vec<_> =
+            factored.decompose()?.systems.iter().map(|s| Factor::of(s, rcond, ridge)).collect();
         let mut parts = match method {
             FitMethod::PerDirection => each_direction(set, &factors, &pairs, model, task)?,
             FitMethod::Joint => jointly(set, &factors, &pairs, model, ridge),
@@ -148,19 +131,14 @@ impl Support {
                 .reduce(nothing, larger);
             greatest = larger(greatest, found);
         }
-        (
-            self.parts.greatest_leverage,
-            self.parts.greatest_undetermined,
-        ) = greatest.into_iter().unzip();
+        (self.parts.greatest_leverage, self.parts.greatest_undetermined) =
+            greatest.into_iter().unzip();
         Ok(())
     }
 }
 
 fn larger(a: Vec<(f64, f64)>, b: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
-    a.iter()
-        .zip(&b)
-        .map(|(a, b)| (a.0.max(b.0), a.1.max(b.1)))
-        .collect()
+    a.iter().zip(&b).map(|(a, b)| (a.0.max(b.0), a.1.max(b.1))).collect()
 }
 
 /// What of a system's decomposition is used: the singular values that count.
@@ -203,19 +181,13 @@ impl Factor {
 
     /// Rows of `v` from `start`, columns scaled.
     fn scaled(&self, start: usize, count: usize, scale: impl Fn(usize) -> f64) -> Mat<f64> {
-        Mat::from_fn(count, self.inverse.len(), |i, k| {
-            self.v[(start + i, k)] * scale(k)
-        })
+        Mat::from_fn(count, self.inverse.len(), |i, k| self.v[(start + i, k)] * scale(k))
     }
 }
 
 /// The step that a form's coefficients are rounded to: a power of ten.
 fn rounding_step(mean_leverage: f64) -> i32 {
-    if mean_leverage > 0.0 {
-        (KEPT_DIGITS * mean_leverage).log10().floor() as i32
-    } else {
-        0
-    }
+    if mean_leverage > 0.0 { (KEPT_DIGITS * mean_leverage).log10().floor() as i32 } else { 0 }
 }
 
 /// Rounded to a multiple of a power of ten, so that its shortest decimal is short.
@@ -249,11 +221,8 @@ fn each_direction(
     let order = model.order();
     let mut triangles: BTreeMap<Vec<usize>, Vec<usize>> = BTreeMap::new();
     for (i, sample) in set.samples.iter().enumerate() {
-        let mut corners = model
-            .directions()
-            .weights(&sample.axis, model.weighting())
-            .directions
-            .to_vec();
+        let mut corners =
+            model.directions().weights(&sample.axis, model.weighting()).directions.to_vec();
         corners.sort_unstable();
         corners.dedup();
         triangles.entry(corners).or_default().push(i);
@@ -266,10 +235,7 @@ fn each_direction(
         })
         .collect::<Result<_, Cancelled>>()?;
     let ranks: Vec<_> = factors.iter().map(|f| f.inverse.len()).collect();
-    let mut grams: Vec<_> = pairs
-        .iter()
-        .map(|[a, b]| Mat::zeros(ranks[a], ranks[b]))
-        .collect();
+    let mut grams: Vec<_> = pairs.iter().map(|[a, b]| Mat::zeros(ranks[a], ranks[b])).collect();
     let mut squares = vec![[0.0; 3]; factors.len()];
     for tally in tallies {
         for (pair, gram) in tally.grams {
@@ -283,14 +249,9 @@ fn each_direction(
     }
     let noise = Noise::of(factors, &grams, &squares);
     let p = coefficient_count(order);
-    let gains: Vec<_> = factors
-        .iter()
-        .map(|f| f.scaled(0, p, |k| f.inverse[k] * f.filter[k]))
-        .collect();
-    let steps: Vec<_> = factors
-        .iter()
-        .map(|f| rounding_step(f.mean_leverage()))
-        .collect();
+    let gains: Vec<_> =
+        factors.iter().map(|f| f.scaled(0, p, |k| f.inverse[k] * f.filter[k])).collect();
+    let steps: Vec<_> = factors.iter().map(|f| rounding_step(f.mean_leverage())).collect();
     let variance: Vec<_> = pairs
         .iter()
         .enumerate()
@@ -308,10 +269,7 @@ fn each_direction(
         .zip(&steps)
         .map(|(f, &step)| {
             let right = f.scaled(0, p, |k| f.inverse[k].powi(2) * f.filter[k]);
-            rounded(
-                coefficients(order, (&f.v * right.transpose()).as_ref()),
-                step,
-            )
+            rounded(coefficients(order, (&f.v * right.transpose()).as_ref()), step)
         })
         .collect();
     let undetermined = if factors.iter().any(|f| f.is_deficient) {
@@ -362,10 +320,7 @@ fn tally(
         .flat_map(|a| (a..corners.len()).map(move |b| (a, b)))
         .map(|(a, b)| {
             let (rows, columns) = (directions[a].1.ncols(), directions[b].1.ncols());
-            (
-                pairs.index(corners[a], corners[b]),
-                Mat::<f64>::zeros(rows, columns),
-            )
+            (pairs.index(corners[a], corners[b]), Mat::<f64>::zeros(rows, columns))
         })
         .collect();
     let mut products = Vec::new();
@@ -378,11 +333,7 @@ fn tally(
         let b = MatRef::from_row_major_slice(&products, block.len(), p);
         let weights: Vec<_> = block
             .iter()
-            .map(|&i| {
-                model
-                    .directions()
-                    .weights(&set.samples[i].axis, model.weighting())
-            })
+            .map(|&i| model.directions().weights(&set.samples[i].axis, model.weighting()))
             .collect();
         let scaled: Vec<Mat<f64>> = directions
             .iter()
@@ -449,11 +400,7 @@ impl Noise {
                     .map(|(k, f)| f * (2.0 - f) * gram[(k, k)])
                     .sum();
                 let left = weights - taken;
-                if left > NO_FREEDOM * weights {
-                    left
-                } else {
-                    0.0
-                }
+                if left > NO_FREEDOM * weights { left } else { 0.0 }
             })
             .collect();
         let one = |value: usize| {
@@ -461,27 +408,18 @@ impl Noise {
                 .iter()
                 .zip(squares)
                 .filter(|(f, _)| **f > 0.0)
-                .fold((0.0, 0.0), |(s, f), (free, squares)| {
-                    (s + squares[value], f + free)
-                });
+                .fold((0.0, 0.0), |(s, f), (free, squares)| (s + squares[value], f + free));
             let pooled = (all_freedom > 0.0).then(|| all_squares / all_freedom);
             freedom
                 .iter()
                 .zip(squares)
                 .map(|(&free, squares)| {
-                    let variance = if free > 0.0 {
-                        Some(squares[value] / free)
-                    } else {
-                        pooled
-                    };
+                    let variance = if free > 0.0 { Some(squares[value] / free) } else { pooled };
                     variance.map(f64::sqrt)
                 })
                 .collect()
         };
-        Self {
-            position_mm: one(1),
-            angle_rad: one(2),
-        }
+        Self { position_mm: one(1), angle_rad: one(2) }
     }
 }
 
@@ -515,10 +453,7 @@ fn jointly(
                 let both_ways = if a == b { 1.0 } else { 2.0 };
                 let left = factor.scaled(a * p, p, |k| both_ways * scale(k));
                 let right = factor.v.subrows(b * p, p);
-                rounded(
-                    coefficients(order, (&left * right.transpose()).as_ref()),
-                    step,
-                )
+                rounded(coefficients(order, (&left * right.transpose()).as_ref()), step)
             })
             .collect()
     };
@@ -544,11 +479,7 @@ fn jointly(
         .iter()
         .map(|s| {
             let e = model
-                .evaluate(
-                    &s.position_mm,
-                    &s.axis,
-                    crate::field::OutsidePolicy::Extrapolate,
-                )
+                .evaluate(&s.position_mm, &s.axis, crate::field::OutsidePolicy::Extrapolate)
                 .error;
             let e = [e.position_mm, e.rotation_rad];
             residual_squares(s, |k| e[k / 3][k % 3])

@@ -42,12 +42,7 @@ impl Cells {
             }))
         };
         let tree = Tree::new(cells.iter().map(|c| (center(c), c.directions)).collect());
-        Self {
-            origin_mm,
-            edge_mm,
-            cells,
-            tree,
-        }
+        Self { origin_mm, edge_mm, cells, tree }
     }
 
     /// Thins samples, each with the bits of its directions.
@@ -101,9 +96,7 @@ impl Cells {
     /// To the nearest sample of a direction, to within [`Self::resolution_mm`]; infinite where
     /// there is none.
     pub fn distance_mm(&self, position_mm: &Point3<f64>, direction: usize) -> f64 {
-        self.tree
-            .nearest_squared(position_mm, 1 << direction)
-            .sqrt()
+        self.tree.nearest_squared(position_mm, 1 << direction).sqrt()
     }
 
     pub(super) fn check(&self, directions: usize) -> Result<(), SupportPartsError> {
@@ -262,10 +255,8 @@ mod tests {
             for (i, at) in self::samples(50).into_iter().enumerate() {
                 let at = at.0 * 1.5;
                 for direction in 0..6 {
-                    let (found, exact) = (
-                        cells.distance_mm(&at, direction),
-                        nearest(&samples, &at, direction),
-                    );
+                    let (found, exact) =
+                        (cells.distance_mm(&at, direction), nearest(&samples, &at, direction));
                     let is_close = found == exact || (found - exact).abs() <= cells.resolution_mm();
                     assert!(is_close, "{count} {i} {direction}: {found} {exact}");
                 }
@@ -277,13 +268,7 @@ mod tests {
     fn samples_in_one_place_are_one_cell_there() {
         let place = Point3::new(1.0, 2.0, 3.0);
         let cells = Cells::thinned([(place, 1), (place, 4)].into_iter());
-        assert_eq!(
-            cells.cells(),
-            [Cell {
-                index: [0; 3],
-                directions: 5
-            }]
-        );
+        assert_eq!(cells.cells(), [Cell { index: [0; 3], directions: 5 }]);
         assert_eq!(cells.distance_mm(&Point3::new(1.0, 2.0, 8.0), 2), 5.0);
         assert_eq!(cells.distance_mm(&place, 1), f64::INFINITY);
     }

@@ -84,12 +84,7 @@ struct Used {
 impl Used {
     /// With all its directions, whose weights are those of its place.
     fn whole(place: usize) -> Self {
-        Self {
-            place,
-            weight: 1.0,
-            shared: 1.0,
-            own: (0, 0.0),
-        }
+        Self { place, weight: 1.0, shared: 1.0, own: (0, 0.0) }
     }
 
     /// Its part of one direction, where it has one: with `w` over a triangle, an edge or a corner
@@ -147,23 +142,15 @@ impl Support {
                 let mut random = ChaCha8Rng::seed_from_u64(seed);
                 // The first stream is that of the places.
                 random.set_stream(1 + column as u64);
-                (0..places.len() * SHARES)
-                    .map(|_| StandardNormal.sample(&mut random))
-                    .collect()
+                (0..places.len() * SHARES).map(|_| StandardNormal.sample(&mut random)).collect()
             })
             .collect();
         let per_direction = model.of_direction(0).len();
         let directions = self.directions.len();
         let systems: Vec<_> = match self.is_joint() {
-            true => vec![System {
-                direction: None,
-                unknowns: directions * per_direction,
-            }],
+            true => vec![System { direction: None, unknowns: directions * per_direction }],
             false => (0..directions)
-                .map(|direction| System {
-                    direction: Some(direction),
-                    unknowns: per_direction,
-                })
+                .map(|direction| System { direction: Some(direction), unknowns: per_direction })
                 .collect(),
         };
         let moved: Vec<Mat<f64>> = systems
@@ -172,10 +159,8 @@ impl Support {
             .collect::<Result<_, DrawError>>()?;
         let models = (0..count).map(|draw| {
             let mut coefficients: Vec<Coefficient> = model.coefficients().to_vec();
-            for (system, (moved, scales)) in moved
-                .iter()
-                .zip(position_std_mm.iter().zip(&angle_std_rad))
-                .enumerate()
+            for (system, (moved, scales)) in
+                moved.iter().zip(position_std_mm.iter().zip(&angle_std_rad)).enumerate()
             {
                 let first = system * moved.nrows();
                 let of_system = &mut coefficients[first..first + moved.nrows()];
@@ -196,9 +181,7 @@ impl Support {
                 coefficients,
             )
         });
-        Ok(FieldDraws {
-            models: models.collect(),
-        })
+        Ok(FieldDraws { models: models.collect() })
     }
 
     /// What unit noise does to a system's unknowns: a row each, a column a draw and value.
@@ -220,10 +203,7 @@ impl Support {
             .collect();
         let unknowns = system.unknowns;
         if used.len() < unknowns {
-            return Err(DrawError::TooFewPlaces {
-                rows: used.len(),
-                unknowns,
-            });
+            return Err(DrawError::TooFewPlaces { rows: used.len(), unknowns });
         }
         let mut normal = Mat::<f64>::zeros(unknowns, unknowns);
         let mut right = Mat::<f64>::zeros(unknowns, noise.len());
@@ -241,9 +221,7 @@ impl Support {
         for k in 0..unknowns {
             normal[(k, k)] += damping;
         }
-        let factor = normal
-            .llt(Side::Lower)
-            .map_err(|_| DrawError::NotDetermined)?;
+        let factor = normal.llt(Side::Lower).map_err(|_| DrawError::NotDetermined)?;
         let mut moved = factor.solve(&right);
         match system.direction {
             Some(direction) => self.calibrate(direction, places, moved.as_mut())?,
@@ -328,12 +306,12 @@ impl Support {
             }));
             let unit = self.bounds.to_unit(&self.bounds.clamp(&center));
             places.extend(
-                samples_of(self.directions, cell.directions, &mut random)
-                    .into_iter()
-                    .map(|(directions, weights)| Place {
+                samples_of(self.directions, cell.directions, &mut random).into_iter().map(
+                    |(directions, weights)| Place {
                         unit,
                         weighed: Weighed::new(&directions, &weights),
-                    }),
+                    },
+                ),
             );
         }
         places
@@ -342,10 +320,7 @@ impl Support {
 
 /// Every system's deviation, or that one has none.
 fn known(std: &[Option<f64>]) -> Result<Vec<f64>, DrawError> {
-    std.iter()
-        .copied()
-        .collect::<Option<_>>()
-        .ok_or(DrawError::NoResidual)
+    std.iter().copied().collect::<Option<_>>().ok_or(DrawError::NoResidual)
 }
 
 /// Samples whose axes weigh these directions: one where they are a triangle or part of one, else as

@@ -129,9 +129,8 @@ mod tests {
     fn a_form_is_the_product_with_its_matrix_inside_and_outside_the_cube() {
         for order in [1, 2, 5] {
             let p = coefficient_count(order);
-            let matrix = Mat::from_fn(p, p, |i, j| {
-                ((i * 7 + j * 13 + i * j) as f64 * 0.618).fract() - 0.4
-            });
+            let matrix =
+                Mat::from_fn(p, p, |i, j| ((i * 7 + j * 13 + i * j) as f64 * 0.618).fract() - 0.4);
             let form = coefficients(order, matrix.as_ref());
             assert_eq!(form.len(), (2 * order + 1).pow(3));
             for unit in [[0.1, 0.6, 0.9], [0.0, 1.0, 0.5], [1.2, -0.1, 0.3]] {
@@ -147,10 +146,7 @@ mod tests {
                     }
                 }
                 let found = FormBasis::new(2 * order, &unit).value(&form);
-                assert!(
-                    (found - exact).abs() < 1e-14 * size.max(1.0),
-                    "{found} {exact}"
-                );
+                assert!((found - exact).abs() < 1e-14 * size.max(1.0), "{found} {exact}");
             }
         }
     }

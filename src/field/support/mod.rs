@@ -106,17 +106,9 @@ pub struct SupportAt {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SupportPartsError {
     #[error("{name} has {found} entries, expected {expected}")]
-    Count {
-        name: &'static str,
-        found: usize,
-        expected: usize,
-    },
+    Count { name: &'static str, found: usize, expected: usize },
     #[error("{name} holds {}, expected {expected}", short(*found))]
-    Value {
-        name: &'static str,
-        found: f64,
-        expected: &'static str,
-    },
+    Value { name: &'static str, found: f64, expected: &'static str },
     #[error("a model of order 0 has none")]
     NoOrder,
 }
@@ -184,20 +176,12 @@ impl Support {
             }
         }
         let std_error = |std: &[Option<f64>]| {
-            if is_determined {
-                self.std_error(&variance, &weighed, std)
-            } else {
-                f64::INFINITY
-            }
+            if is_determined { self.std_error(&variance, &weighed, std) } else { f64::INFINITY }
         };
         SupportAt {
             position_std_error_mm: std_error(&self.parts.position_std_mm),
             angle_std_error_rad: self.parts.angle_std_rad.as_deref().map(std_error),
-            leverage: if is_determined {
-                reach.leverage
-            } else {
-                f64::INFINITY
-            },
+            leverage: if is_determined { reach.leverage } else { f64::INFINITY },
             is_supported: is_determined && reach.is_within && bounds.contains(position_mm),
             distance_mm: self.distance_mm(position_mm, &weighed),
         }
@@ -234,15 +218,13 @@ impl Support {
     /// mean is its error, and no angle.
     pub fn at_marker(&self, position_mm: &Point3<f64>, outside: OutsidePolicy) -> SupportAt {
         let each = self.directions.directions().iter();
-        let worst = each
-            .map(|axis| self.at(position_mm, axis, outside))
-            .reduce(|a, b| SupportAt {
-                position_std_error_mm: a.position_std_error_mm.max(b.position_std_error_mm),
-                angle_std_error_rad: None,
-                leverage: a.leverage.max(b.leverage),
-                is_supported: a.is_supported && b.is_supported,
-                distance_mm: a.distance_mm.max(b.distance_mm),
-            });
+        let worst = each.map(|axis| self.at(position_mm, axis, outside)).reduce(|a, b| SupportAt {
+            position_std_error_mm: a.position_std_error_mm.max(b.position_std_error_mm),
+            angle_std_error_rad: None,
+            leverage: a.leverage.max(b.leverage),
+            is_supported: a.is_supported && b.is_supported,
+            distance_mm: a.distance_mm.max(b.distance_mm),
+        });
         SupportAt {
             angle_std_error_rad: None,
             ..worst.unwrap_or_else(|| self.at(position_mm, &Vector3::z_axis(), outside))
@@ -275,11 +257,7 @@ impl Support {
     /// the greatest.
     fn reach(&self, basis: &FormBasis, weighed: &Weighed) -> Reach {
         let parts = &self.parts;
-        let mut reach = Reach {
-            leverage: 0.0,
-            is_within: true,
-            is_determined: true,
-        };
+        let mut reach = Reach { leverage: 0.0, is_within: true, is_determined: true };
         self.each_leverage(basis, weighed, |system, leverage, undetermined| {
             reach.leverage = reach.leverage.max(leverage);
             reach.is_within &= leverage <= parts.greatest_leverage[system] * (1.0 + LEVERAGE_SLACK);
@@ -344,10 +322,7 @@ struct Weighed {
 
 impl Weighed {
     fn new(directions: &[usize; 3], weights: &[f64; 3]) -> Self {
-        let mut weighed = Self {
-            entries: [(0, 0.0); 3],
-            len: 0,
-        };
+        let mut weighed = Self { entries: [(0, 0.0); 3], len: 0 };
         for (&direction, &w) in directions.iter().zip(weights) {
             if w > 0.0 {
                 weighed.entries[weighed.len] = (direction, w);
@@ -366,11 +341,9 @@ impl Weighed {
         &'a self,
         pairs: &'a Pairs,
     ) -> impl Iterator<Item = ((usize, f64), (usize, f64), usize)> + 'a {
-        self.iter().enumerate().flat_map(move |(i, a)| {
-            self.iter()
-                .skip(i)
-                .map(move |b| (a, b, pairs.index(a.0, b.0)))
-        })
+        self.iter()
+            .enumerate()
+            .flat_map(move |(i, a)| self.iter().skip(i).map(move |b| (a, b, pairs.index(a.0, b.0))))
     }
 }
 
@@ -403,11 +376,7 @@ impl Pairs {
             numbers[a * directions + b] = directions + i;
             numbers[b * directions + a] = directions + i;
         }
-        Self {
-            directions,
-            edges,
-            numbers,
-        }
+        Self { directions, edges, numbers }
     }
 
     pub fn len(&self) -> usize {
@@ -424,9 +393,7 @@ impl Pairs {
 
     /// All pairs in their order.
     fn iter(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
-        (0..self.directions)
-            .map(|d| [d, d])
-            .chain(self.edges.iter().copied())
+        (0..self.directions).map(|d| [d, d]).chain(self.edges.iter().copied())
     }
 }
 
@@ -441,29 +408,17 @@ fn check(
     }
     let directions = model.directions().len();
     let is_joint = parts.position_std_mm.len() == 1;
-    let (systems, forms_each) = if is_joint {
-        (1, pairs.len())
-    } else {
-        (directions, directions)
-    };
+    let (systems, forms_each) = if is_joint { (1, pairs.len()) } else { (directions, directions) };
     let count = |name, found, expected| {
         if found == expected {
             Ok(())
         } else {
-            Err(SupportPartsError::Count {
-                name,
-                found,
-                expected,
-            })
+            Err(SupportPartsError::Count { name, found, expected })
         }
     };
     let values = |name, values: &[f64]| match values.iter().find(|v| !(v.is_finite() && **v >= 0.0))
     {
-        Some(&found) => Err(SupportPartsError::Value {
-            name,
-            found,
-            expected: "zero or more",
-        }),
+        Some(&found) => Err(SupportPartsError::Value { name, found, expected: "zero or more" }),
         None => Ok(()),
     };
     let some = |std: &[Option<f64>]| std.iter().flatten().copied().collect::<Vec<_>>();
@@ -475,11 +430,7 @@ fn check(
     }
     count("greatest_leverage", parts.greatest_leverage.len(), systems)?;
     values("greatest_leverage", &parts.greatest_leverage)?;
-    count(
-        "greatest_undetermined",
-        parts.greatest_undetermined.len(),
-        systems,
-    )?;
+    count("greatest_undetermined", parts.greatest_undetermined.len(), systems)?;
     values("greatest_undetermined", &parts.greatest_undetermined)?;
     let coefficients = (2 * model.order() + 1).pow(3);
     let forms = |name, forms: &[Vec<f64>], expected: usize, may_be_zero: bool| {
@@ -487,11 +438,7 @@ fn check(
         for form in forms.iter().filter(|f| !(may_be_zero && f.is_empty())) {
             count(name, form.len(), coefficients)?;
             if let Some(&found) = form.iter().find(|v| !v.is_finite()) {
-                return Err(SupportPartsError::Value {
-                    name,
-                    found,
-                    expected: "finite numbers",
-                });
+                return Err(SupportPartsError::Value { name, found, expected: "finite numbers" });
             }
         }
         Ok(())

@@ -105,10 +105,8 @@ impl StudiesEntry {
         let rows = self.rows.into_iter().enumerate();
         let rows =
             rows.map(|(index, row)| row.check(&format!("procedure.{}.rows[{index}]", step.key())));
-        let studies = DecidedStudies {
-            requirement: self.requirement,
-            rows: rows.collect::<Result<_, _>>()?,
-        };
+        let studies =
+            DecidedStudies { requirement: self.requirement, rows: rows.collect::<Result<_, _>>()? };
         decision(step, &self.date, self.note, Grounds::Studies(studies))
     }
 }
@@ -133,20 +131,13 @@ impl RowEntry {
                         p95: position.p95,
                         max: position.max,
                     },
-                    angle_deg: AngleFigures {
-                        rms: angle.rms,
-                        p95: angle.p95,
-                        max: angle.max,
-                    },
+                    angle_deg: AngleFigures { rms: angle.rms, p95: angle.p95, max: angle.max },
                     met: self.met,
                 })
             }
         };
         Ok(DecidedRow {
-            room: RoomName {
-                name: self.room,
-                file: self.file,
-            },
+            room: RoomName { name: self.room, file: self.file },
             target: self.target,
             figures,
         })
@@ -156,10 +147,7 @@ impl RowEntry {
 impl RecordingEntry {
     fn check(self) -> Result<Decision, FormatError> {
         let decided = DecidedRecording {
-            room: RoomName {
-                name: self.room,
-                file: self.file,
-            },
+            room: RoomName { name: self.room, file: self.file },
             recording: BuiltRecording {
                 table: self.table,
                 crf_table: self.crf_table,
@@ -258,10 +246,8 @@ fn write_figures(out: &mut Lines, figures: &DecidedFigures) {
     if figures.without_field > 0 {
         out.field(5, "without_field", &figures.without_field.to_string());
     }
-    let position = format!(
-        "(rms: {:?}, mean: {:?}, p95: {:?}, max: {:?})",
-        p.rms, p.mean, p.p95, p.max
-    );
+    let position =
+        format!("(rms: {:?}, mean: {:?}, p95: {:?}, max: {:?})", p.rms, p.mean, p.p95, p.max);
     out.field(5, "position", &position);
     let angle = format!("(rms: {:?}, p95: {:?}, max: {:?})", a.rms, a.p95, a.max);
     out.field(5, "angle", &angle);

@@ -42,10 +42,7 @@ fn the_example_of_the_contract_is_read() {
 #[test]
 fn a_slide_that_cannot_be_drawn_is_named_and_layers_that_are_no_more_are_told_and_do_no_harm() {
     let with = |slides: &str| {
-        EXAMPLE.replace(
-            "    motion: (",
-            &format!("    slides: {slides},\n    motion: ("),
-        )
+        EXAMPLE.replace("    motion: (", &format!("    slides: {slides},\n    motion: ("))
     };
     let gone = with(
         r#"[(title: "new"), Slide(title: "old", view: View(layers: Layers(ghost: false, halo: true, glow: (strength: 0.5, of: ["tip"]), rim: false)))]"#,
@@ -55,31 +52,17 @@ fn a_slide_that_cannot_be_drawn_is_named_and_layers_that_are_no_more_are_told_an
         panic!("{:?}", design.slides);
     };
     assert!(!old.view.layers.ghost);
-    assert_eq!(
-        std::mem::take(&mut old.view.unknown_layers),
-        ["halo", "glow"]
-    );
-    assert_eq!(
-        (&new.view, &design.view),
-        (&View::default(), &View::default())
-    );
+    assert_eq!(std::mem::take(&mut old.view.unknown_layers), ["halo", "glow"]);
+    assert_eq!((&new.view, &design.view), (&View::default(), &View::default()));
     // It is not written, so it is told once.
     assert_eq!(parse(write(&design).as_bytes()).unwrap(), design);
-    let mistyped = EXAMPLE.replace(
-        "    motion: (",
-        "    view: (layers: (gost: true)),\n    motion: (",
-    );
+    let mistyped =
+        EXAMPLE.replace("    motion: (", "    view: (layers: (gost: true)),\n    motion: (");
     let error = parse(mistyped.as_bytes()).unwrap_err().to_string();
-    assert_eq!(
-        error,
-        "line 10, column 21: found the unknown field `gost`, expected `ghost`"
-    );
+    assert_eq!(error, "line 10, column 21: found the unknown field `gost`, expected `ghost`");
     let broken = with(r#"[(title: "a"), (title: "b", view: (arrows: (range_mm: 0.0)))]"#);
     let error = parse(broken.as_bytes()).unwrap_err().to_string();
-    assert!(
-        error.contains("slides[1].view.arrows.range_mm is 0"),
-        "{error}"
-    );
+    assert!(error.contains("slides[1].view.arrows.range_mm is 0"), "{error}");
 }
 
 #[test]
@@ -94,10 +77,7 @@ fn options_may_be_bare_wrapped_none_or_absent() {
         );
     assert_eq!(parse(bare.as_bytes()).unwrap(), example());
     let without = EXAMPLE.replace("orientation_weight: 100.0", "orientation_weight: None");
-    assert_eq!(
-        parse(without.as_bytes()).unwrap().orientation_weight_mm,
-        None
-    );
+    assert_eq!(parse(without.as_bytes()).unwrap().orientation_weight_mm, None);
 }
 
 #[test]
@@ -144,11 +124,7 @@ fn what_is_written_reads_back() {
 #[test]
 fn every_wrong_field_is_named_with_what_was_found_and_expected() {
     for (from, to, message) in [
-        (
-            "version: 1",
-            "version: 7",
-            "version is 7, expected 1; a newer trackwright wrote it",
-        ),
+        ("version: 1", "version: 7", "version is 7, expected 1; a newer trackwright wrote it"),
         (
             "rotation: (2.0, 0.0, 0.0, 0.0)",
             "rotation: (0, 0, 0, 0)",
@@ -174,11 +150,7 @@ fn every_wrong_field_is_named_with_what_was_found_and_expected() {
             "position_rms: NaN",
             "requirement.position_rms is NaN, expected zero or more",
         ),
-        (
-            "\"or-table.env.ron\"",
-            "\"\"",
-            "environment is empty, expected a file",
-        ),
+        ("\"or-table.env.ron\"", "\"\"", "environment is empty, expected a file"),
         (
             "x: (min: -50.0, max: 50.0, step: 50.0)",
             "x: (min: -50.0, max: 50.0, step: -50.0)",
@@ -199,14 +171,8 @@ fn every_wrong_field_is_named_with_what_was_found_and_expected() {
 #[test]
 fn a_range_of_a_million_million_poses_is_refused_with_its_count() {
     let text = EXAMPLE
-        .replace(
-            "(min: -50.0, max: 50.0, step: 50.0)",
-            "(min: 0, max: 999999, step: 1)",
-        )
-        .replace(
-            "(min: -90.0, max: 90.0, step: 45.0)",
-            "(min: 0, max: 3600, step: 0.0036)",
-        );
+        .replace("(min: -50.0, max: 50.0, step: 50.0)", "(min: 0, max: 999999, step: 1)")
+        .replace("(min: -90.0, max: 90.0, step: 45.0)", "(min: 0, max: 3600, step: 0.0036)");
     let message = parse(text.as_bytes()).unwrap_err().to_string();
     assert!(message.contains("1.0000e12 poses"), "{message}");
 }

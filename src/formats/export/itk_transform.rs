@@ -23,12 +23,8 @@ pub fn write(out: &mut dyn Write, target_from_source: &Pose, axes: PatientAxes) 
     let turn = flip * source_from_target.rotation.to_rotation_matrix().matrix() * flip;
     let shift = axes.lps(&source_from_target.translation.vector);
     // Row by row, then the shift.
-    let numbers: Vec<String> = turn
-        .transpose()
-        .iter()
-        .chain(&shift)
-        .map(|v| shortest(v + 0.0))
-        .collect();
+    let numbers: Vec<String> =
+        turn.transpose().iter().chain(&shift).map(|v| shortest(v + 0.0)).collect();
     write!(
         out,
         "#Insight Transform File V1.0\n\

@@ -55,10 +55,8 @@ fn write_markups(out: &mut dyn Write, markups: Vec<Value>) -> io::Result<()> {
 }
 
 fn fiducials(points: &[MarkupPoint], axes: PatientAxes) -> Value {
-    let controls: Vec<Value> = (1..)
-        .zip(points)
-        .map(|(id, point)| control_point(id, point, axes))
-        .collect();
+    let controls: Vec<Value> =
+        (1..).zip(points).map(|(id, point)| control_point(id, point, axes)).collect();
     json!({
         "type": "Fiducial",
         "coordinateSystem": "LPS",

@@ -12,10 +12,7 @@ fn pose() -> Pose {
 }
 
 fn markup(axes: PatientAxes) -> Value {
-    let point = MarkupPoint {
-        label: "tip \"1\"".to_owned(),
-        tracker_from_point: pose(),
-    };
+    let point = MarkupPoint { label: "tip \"1\"".to_owned(), tracker_from_point: pose() };
     let mut bytes = Vec::new();
     markups::write(&mut bytes, &[point], axes).unwrap();
     serde_json::from_slice(&bytes).unwrap()

@@ -76,10 +76,8 @@ pub fn write(out: &mut dyn Write, field: &FieldLattice) -> io::Result<()> {
 pub(super) fn names(displacement: Displacement) -> [&'static str; 3] {
     match displacement {
         Displacement::Error => ["error_mm", "error_magnitude_mm", "error_angle_deg"],
-        Displacement::Correction => [
-            "correction_mm",
-            "correction_magnitude_mm",
-            "correction_angle_deg",
-        ],
+        Displacement::Correction => {
+            ["correction_mm", "correction_magnitude_mm", "correction_angle_deg"]
+        }
     }
 }

@@ -11,11 +11,8 @@ pub(super) fn vectors(
     name: &str,
     accessor: &gltf::Accessor,
 ) -> Result<Vec<Vector3<f64>>, GltfError> {
-    let error = |found: String, expected| GltfError::Mesh {
-        mesh: name.to_owned(),
-        found,
-        expected,
-    };
+    let error =
+        |found: String, expected| GltfError::Mesh { mesh: name.to_owned(), found, expected };
     if accessor.data_type() != DataType::F32 || accessor.dimensions() != Dimensions::Vec3 {
         let found = format!("{:?} {:?}", accessor.dimensions(), accessor.data_type());
         return Err(error(found, "Vec3 F32"));
@@ -23,12 +20,7 @@ pub(super) fn vectors(
     elements(buffers, name, accessor)?
         .map(|bytes| {
             let component = |k: usize| {
-                let four = [
-                    bytes[4 * k],
-                    bytes[4 * k + 1],
-                    bytes[4 * k + 2],
-                    bytes[4 * k + 3],
-                ];
+                let four = [bytes[4 * k], bytes[4 * k + 1], bytes[4 * k + 2], bytes[4 * k + 3]];
                 f64::from(f32::from_le_bytes(four))
             };
             let vector = Vector3::new(component(0), component(1), component(2));
@@ -49,11 +41,8 @@ pub(super) fn triangles(
     accessor: &gltf::Accessor,
     vertices: usize,
 ) -> Result<Vec<[u32; 3]>, GltfError> {
-    let error = |found: String, expected| GltfError::Mesh {
-        mesh: name.to_owned(),
-        found,
-        expected,
-    };
+    let error =
+        |found: String, expected| GltfError::Mesh { mesh: name.to_owned(), found, expected };
     let data_type = accessor.data_type();
     let is_index = matches!(data_type, DataType::U8 | DataType::U16 | DataType::U32);
     if !is_index || accessor.dimensions() != Dimensions::Scalar {
@@ -76,10 +65,7 @@ pub(super) fn triangles(
             }
         })
         .collect::<Result<Vec<u32>, _>>()?;
-    Ok(indices
-        .chunks_exact(3)
-        .map(|t| [t[0], t[1], t[2]])
-        .collect())
+    Ok(indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect())
 }
 
 /// The bytes of each element of an accessor, all of them in the file.
@@ -109,10 +95,7 @@ fn elements<'a>(
         .and_then(|data| data.get(accessor.offset()..))
         .ok_or_else(cut_short)?;
     if stride < size || size == 0 {
-        return Err(error(
-            "elements that overlap",
-            "a stride of at least their size",
-        ));
+        return Err(error("elements that overlap", "a stride of at least their size"));
     }
     let needed = match count.checked_sub(1) {
         None => Some(0),

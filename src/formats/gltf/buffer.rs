@@ -34,9 +34,7 @@ impl<'a> Buffers<'a> {
 
 /// The bytes of a data URI (RFC 2397) in base64, which is all that glTF has.
 fn inline(uri: &str, buffer: usize) -> Result<Vec<u8>, GltfError> {
-    let has_scheme = uri
-        .get(..5)
-        .is_some_and(|s| s.eq_ignore_ascii_case("data:"));
+    let has_scheme = uri.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:"));
     if !has_scheme {
         return Err(GltfError::ExternalBuffer {
             buffer,
@@ -50,8 +48,5 @@ fn inline(uri: &str, buffer: usize) -> Result<Vec<u8>, GltfError> {
     })?;
     BASE64
         .decode(encoded.as_bytes())
-        .map_err(|error| GltfError::Base64 {
-            buffer,
-            found: error.to_string(),
-        })
+        .map_err(|error| GltfError::Base64 { buffer, found: error.to_string() })
 }

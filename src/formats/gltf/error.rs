@@ -12,25 +12,13 @@ pub enum GltfError {
     #[error("buffer {buffer}: found {found}, expected its bytes in base64")]
     Base64 { buffer: usize, found: String },
     #[error("mesh {mesh:?}: found {found}, expected {expected}")]
-    Mesh {
-        mesh: String,
-        found: String,
-        expected: &'static str,
-    },
+    Mesh { mesh: String, found: String, expected: &'static str },
     #[error("node {node:?}: found {found}, expected {expected}")]
-    Node {
-        node: String,
-        found: &'static str,
-        expected: &'static str,
-    },
+    Node { node: String, found: &'static str, expected: &'static str },
     #[error("found no triangles, expected some")]
     Empty,
     #[error("found {found} {what}, expected at most {most}")]
-    TooLarge {
-        found: usize,
-        what: &'static str,
-        most: usize,
-    },
+    TooLarge { found: usize, what: &'static str, most: usize },
 }
 
 /// Why a scene cannot be written.
@@ -39,12 +27,7 @@ pub enum GltfWriteError {
     #[error("{name:?}: found a {what} that 32-bit numbers cannot hold, expected one within 1e38")]
     NotFinite { name: String, what: &'static str },
     #[error("{name:?}: found {found} {what} for {expected} positions")]
-    Counts {
-        name: String,
-        what: &'static str,
-        found: usize,
-        expected: usize,
-    },
+    Counts { name: String, what: &'static str, found: usize, expected: usize },
     #[error(
         "found {bytes} bytes, expected at most the 4 GiB that a .glb can state; fewer triangles take less"
     )]

@@ -33,10 +33,7 @@ pub fn parse(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, GltfError> {
     let root = document.into_json();
     check_positions(&root)?;
     let file = gltf::Document::from_json(root).map_err(not_gltf)?;
-    let scene = file
-        .default_scene()
-        .or_else(|| file.scenes().next())
-        .ok_or(GltfError::Empty)?;
+    let scene = file.default_scene().or_else(|| file.scenes().next()).ok_or(GltfError::Empty)?;
     let placed = placed_meshes(&file, &scene)?;
     check_counts(&placed)?;
     let mut reader = Reader {
@@ -45,16 +42,9 @@ pub fn parse(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, GltfError> {
         mesh: SurfaceMesh::default(),
         rest: HashMap::new(),
     };
-    for Placed {
-        name,
-        mesh,
-        body_from_node,
-    } in &placed
-    {
-        let name = name.map_or_else(
-            || format!("part {}", reader.mesh.parts.len() + 1),
-            str::to_owned,
-        );
+    for Placed { name, mesh, body_from_node } in &placed {
+        let name =
+            name.map_or_else(|| format!("part {}", reader.mesh.parts.len() + 1), str::to_owned);
         for primitive in mesh.primitives() {
             reader.push(&name, &primitive, body_from_node)?;
         }
@@ -129,21 +119,13 @@ fn placed_meshes<'a>(
     while let Some((node, parent)) = open.pop() {
         // Each node may be met once, or a cycle would never end.
         if std::mem::replace(&mut is_visited[node.index()], true) {
-            return Err(node_error(
-                &node,
-                "it twice in the scene",
-                "a tree of nodes",
-            ));
+            return Err(node_error(&node, "it twice in the scene", "a tree of nodes"));
         }
         let body_from_node = parent * transform(&node)?;
         let children: Vec<_> = node.children().map(|n| (n, body_from_node)).collect();
         open.extend(children.into_iter().rev());
         if let Some(mesh) = node.mesh() {
-            placed.push(Placed {
-                name: node.name().or(mesh.name()),
-                mesh,
-                body_from_node,
-            });
+            placed.push(Placed { name: node.name().or(mesh.name()), mesh, body_from_node });
         }
     }
     Ok(placed)
@@ -160,10 +142,9 @@ fn check_counts(placed: &[Placed]) -> Result<(), GltfError> {
         vertices = vertices.saturating_add(positions);
         triangles = triangles.saturating_add(corners / 3);
     }
-    for (found, what, most) in [
-        (vertices, "vertices", MAX_VERTICES),
-        (triangles, "triangles", MAX_TRIANGLES),
-    ] {
+    for (found, what, most) in
+        [(vertices, "vertices", MAX_VERTICES), (triangles, "triangles", MAX_TRIANGLES)]
+    {
         if found > most {
             return Err(GltfError::TooLarge { found, what, most });
         }
@@ -172,11 +153,7 @@ fn check_counts(placed: &[Placed]) -> Result<(), GltfError> {
 }
 
 fn node_error(node: &gltf::Node, found: &'static str, expected: &'static str) -> GltfError {
-    GltfError::Node {
-        node: node.name().unwrap_or_default().to_owned(),
-        found,
-        expected,
-    }
+    GltfError::Node { node: node.name().unwrap_or_default().to_owned(), found, expected }
 }
 
 /// The node's own transform.
@@ -210,11 +187,8 @@ impl Reader<'_> {
         primitive: &gltf::Primitive,
         body_from_node: &Matrix4<f64>,
     ) -> Result<(), GltfError> {
-        let error = |found: String, expected| GltfError::Mesh {
-            mesh: name.to_owned(),
-            found,
-            expected,
-        };
+        let error =
+            |found: String, expected| GltfError::Mesh { mesh: name.to_owned(), found, expected };
         if primitive.mode() != Mode::Triangles {
             return Err(error(format!("{:?}", primitive.mode()), "triangles"));
         }
@@ -253,10 +227,7 @@ impl Reader<'_> {
             }
             (Some(normals), Some(inverse)) => {
                 let body_from_normal = inverse.transpose();
-                normals
-                    .into_iter()
-                    .map(|n| unit_or_z(body_from_normal * n))
-                    .collect()
+                normals.into_iter().map(|n| unit_or_z(body_from_normal * n)).collect()
             }
             _ => {
                 self.mesh.reading.normals_made = true;
@@ -308,9 +279,7 @@ impl Reader<'_> {
 
 /// Triangles of vertices that come three by three.
 fn implied_triangles(vertices: usize) -> Vec<[u32; 3]> {
-    (0..vertices as u32 / 3)
-        .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
-        .collect()
+    (0..vertices as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect()
 }
 
 /// Means of the triangles around each vertex, weighted by area.

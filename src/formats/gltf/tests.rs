@@ -52,9 +52,7 @@ fn error_with(from: &str, to: &str) -> String {
 #[test]
 fn metres_under_nested_nodes_become_millimetres_of_the_body() {
     let mesh = parse(&triangle()).unwrap();
-    let [part] = &mesh.parts[..] else {
-        panic!("{mesh:?}")
-    };
+    let [part] = &mesh.parts[..] else { panic!("{mesh:?}") };
     assert!(part.is_anatomy());
     assert_eq!(part.triangles, [[0, 1, 2]]);
     assert_eq!(part.positions_mm[1], Point3::new(2000.0, 0.0, 1000.0));
@@ -81,42 +79,18 @@ fn meshes_that_cannot_be_are_refused() {
     let mut corners = CORNERS;
     corners[4] = f32::NAN;
     let not_finite = parse(&glb(JSON, corners, [0, 1, 2])).unwrap_err();
-    assert!(
-        not_finite
-            .to_string()
-            .contains("found (1, NaN, 0), expected finite")
-    );
+    assert!(not_finite.to_string().contains("found (1, NaN, 0), expected finite"));
     for (from, to, part) in [
-        (
-            "\"scenes\":[{\"nodes\":[0]}]",
-            "\"scenes\":[{\"nodes\":[]}]",
-            "found no triangles",
-        ),
-        (
-            "\"children\":[1]",
-            "\"children\":[1,1]",
-            "found it twice in the scene",
-        ),
-        (
-            "\"scale\":[2,2,2]",
-            "\"children\":[0]",
-            "found it twice in the scene",
-        ),
-        (
-            "\"scale\":[2,2,2]",
-            "\"scale\":[2,0,2]",
-            "a transform without inverse",
-        ),
+        ("\"scenes\":[{\"nodes\":[0]}]", "\"scenes\":[{\"nodes\":[]}]", "found no triangles"),
+        ("\"children\":[1]", "\"children\":[1,1]", "found it twice in the scene"),
+        ("\"scale\":[2,2,2]", "\"children\":[0]", "found it twice in the scene"),
+        ("\"scale\":[2,2,2]", "\"scale\":[2,0,2]", "a transform without inverse"),
         (
             "\"byteLength\":44",
             "\"byteLength\":44,\"uri\":\"x.bin\"",
             "found buffer 0 in a file of its own, \"x.bin\"",
         ),
-        (
-            "\"byteLength\":36",
-            "\"byteLength\":4000000000",
-            "data beyond the end",
-        ),
+        ("\"byteLength\":36", "\"byteLength\":4000000000", "data beyond the end"),
         (
             "\"count\":3,\"type\":\"VEC3\"",
             "\"count\":4000000000,\"type\":\"VEC3\"",
@@ -132,21 +106,9 @@ fn meshes_that_cannot_be_are_refused() {
             "\"count\":3000000000,\"type\":\"SCALAR\"",
             "found 1000000000 triangles, expected at most 10000000",
         ),
-        (
-            "\"count\":3,\"type\":\"SCALAR\"",
-            "\"count\":2,\"type\":\"SCALAR\"",
-            "found 2 indices",
-        ),
-        (
-            "\"indices\":1",
-            "\"indices\":1,\"mode\":1",
-            "found Lines, expected triangles",
-        ),
-        (
-            "5123",
-            "5126",
-            "found F32 indices, expected unsigned integers",
-        ),
+        ("\"count\":3,\"type\":\"SCALAR\"", "\"count\":2,\"type\":\"SCALAR\"", "found 2 indices"),
+        ("\"indices\":1", "\"indices\":1,\"mode\":1", "found Lines, expected triangles"),
+        ("5123", "5126", "found F32 indices, expected unsigned integers"),
     ] {
         let message = error_with(from, to);
         assert!(message.contains(part), "{message}");
@@ -215,11 +177,7 @@ fn instances_are_counted_before_they_are_made() {
     let file = glb(&instances(1000).replace(&from, &to), CORNERS, [0, 1, 2]);
     assert_eq!(
         parse(&file).unwrap_err(),
-        GltfError::TooLarge {
-            found: 20_000_000,
-            what: "triangles",
-            most: 10_000_000
-        }
+        GltfError::TooLarge { found: 20_000_000, what: "triangles", most: 10_000_000 }
     );
 }
 
@@ -229,12 +187,7 @@ fn nodes_may_nest_as_deep_as_a_file_is_long() {
     let inner = (1..depth).map(|k| format!("{{\"children\":[{k}]}}"));
     let nodes: Vec<String> = inner.chain(["{\"mesh\":0}".to_owned()]).collect();
     let [from, to] = ["\"nodes\":[{", "\"materials\""].map(|key| JSON.find(key).unwrap());
-    let json = format!(
-        "{}\"nodes\":[{}],{}",
-        &JSON[..from],
-        nodes.join(","),
-        &JSON[to..]
-    );
+    let json = format!("{}\"nodes\":[{}],{}", &JSON[..from], nodes.join(","), &JSON[to..]);
     let mesh = parse(&glb(&json, CORNERS, [0, 1, 2])).unwrap();
     assert_eq!(mesh.parts[0].positions_mm[1], Point3::new(1000.0, 0.0, 0.0));
 }
@@ -248,10 +201,5 @@ fn lengths_that_do_not_fit_the_bytes_are_refused() {
     file[8] = 3;
     file[9] = 0;
     file[10] = 0;
-    assert!(
-        parse(&file)
-            .unwrap_err()
-            .to_string()
-            .contains("3 bytes announced")
-    );
+    assert!(parse(&file).unwrap_err().to_string().contains("3 bytes announced"));
 }

@@ -149,10 +149,9 @@ impl GlbWriter {
     pub fn shape(&mut self, name: &str, shape: &Shape) -> Option<ShapeId> {
         let corners = shape.positions.len();
         let (mode, indices) = match shape.elements {
-            Elements::Triangles(triangles) => (
-                Mode::Triangles,
-                self.indices(triangles.as_flattened(), corners),
-            ),
+            Elements::Triangles(triangles) => {
+                (Mode::Triangles, self.indices(triangles.as_flattened(), corners))
+            }
             Elements::Lines(lines) => (Mode::Lines, self.indices(lines.as_flattened(), corners)),
         };
         let indices = indices?;
@@ -161,12 +160,7 @@ impl GlbWriter {
             let normals = self.normals(name, shape.normals, corners)?;
             attributes.push((Semantic::Normals, normals));
         }
-        let id = ShapeId {
-            attributes,
-            indices,
-            mode,
-            corners,
-        };
+        let id = ShapeId { attributes, indices, mode, corners };
         match shape.colors.is_empty() {
             true => Some(id),
             false => self.painted(name, &id, shape.colors),
@@ -195,8 +189,7 @@ impl GlbWriter {
         };
         let colors = Index::push(&mut self.root.accessors, accessor);
         let mut id = of.clone();
-        id.attributes
-            .retain(|(what, _)| *what != Semantic::Colors(0));
+        id.attributes.retain(|(what, _)| *what != Semantic::Colors(0));
         id.attributes.push((Semantic::Colors(0), colors));
         Some(id)
     }
@@ -253,16 +246,9 @@ impl GlbWriter {
         let place = &node.place;
         let camera = node.camera_fov_rad.map(|fov| self.camera(&node.name, fov));
         let q = place.rotation.quaternion();
-        let numbers = [
-            place.translation.as_slice(),
-            place.scale.as_slice(),
-            q.coords.as_slice(),
-        ];
+        let numbers = [place.translation.as_slice(), place.scale.as_slice(), q.coords.as_slice()];
         if numbers.concat().iter().any(|v| !(*v as f32).is_finite()) {
-            self.fail(GltfWriteError::NotFinite {
-                name: node.name.clone(),
-                what: "place",
-            });
+            self.fail(GltfWriteError::NotFinite { name: node.name.clone(), what: "place" });
         }
         let f32s = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
         let standing = Place::default();
@@ -325,11 +311,7 @@ impl GlbWriter {
             return Err(GltfWriteError::TooLarge { bytes });
         }
         let glb = Glb {
-            header: Header {
-                magic: *b"glTF",
-                version: 2,
-                length: 0,
-            },
+            header: Header { magic: *b"glTF", version: 2, length: 0 },
             json: Cow::Owned(text),
             bin: (!self.bytes.is_empty()).then_some(Cow::Owned(self.bytes)),
         };
@@ -415,17 +397,11 @@ impl GlbWriter {
         let (view, component) = match is_short {
             true => {
                 let bytes = indices.iter().flat_map(|i| (*i as u16).to_le_bytes());
-                (
-                    self.view(bytes, Target::ElementArrayBuffer)?,
-                    ComponentType::U16,
-                )
+                (self.view(bytes, Target::ElementArrayBuffer)?, ComponentType::U16)
             }
             false => {
                 let bytes = indices.iter().flat_map(|i| i.to_le_bytes());
-                (
-                    self.view(bytes, Target::ElementArrayBuffer)?,
-                    ComponentType::U32,
-                )
+                (self.view(bytes, Target::ElementArrayBuffer)?, ComponentType::U32)
             }
         };
         let accessor = accessor(view, indices.len(), component, Type::Scalar);
@@ -503,10 +479,7 @@ fn accessor(
 fn written(material: &Material) -> json::Material {
     // What knows nothing of unlit materials had better paint them rough and matt.
     let (metallic, roughness) = match material.light {
-        Light::Lit {
-            metallic,
-            roughness,
-        } => (metallic, roughness),
+        Light::Lit { metallic, roughness } => (metallic, roughness),
         Light::Unlit => (0.0, 0.9),
     };
     let is_opaque = material.color[3] >= 1.0 && !material.fades;
@@ -526,9 +499,8 @@ fn written(material: &Material) -> json::Material {
             ..PbrMetallicRoughness::default()
         },
         emissive_factor: EmissiveFactor::default(),
-        extensions: (material.light == Light::Unlit).then_some(MaterialExtensions {
-            unlit: Some(Unlit {}),
-        }),
+        extensions: (material.light == Light::Unlit)
+            .then_some(MaterialExtensions { unlit: Some(Unlit {}) }),
         ..json::Material::default()
     }
 }

@@ -10,10 +10,7 @@ fn lit(name: &str, alpha: f64) -> Material {
     Material {
         name: name.to_owned(),
         color: [0.5, 0.25, 1.0, alpha],
-        light: Light::Lit {
-            metallic: 0.5,
-            roughness: 0.25,
-        },
+        light: Light::Lit { metallic: 0.5, roughness: 0.25 },
         both_faces: false,
         fades: false,
     }
@@ -30,12 +27,7 @@ fn file(
     let id = writer.shape(name, shape);
     let material = writer.material(&lit(name, 0.5));
     let mesh = writer.mesh(name, id.map(|shape| (shape, material)));
-    let node = writer.node(Node {
-        name: name.to_owned(),
-        place,
-        mesh,
-        ..Node::default()
-    });
+    let node = writer.node(Node { name: name.to_owned(), place, mesh, ..Node::default() });
     writer.finish(name, &[node], extras)
 }
 
@@ -56,13 +48,8 @@ fn the_programs_own_reader_finds_what_was_written() {
         ..Place::default()
     };
     let read = parse(&file("blade", &shape, place, &Value::Null).unwrap(), 1000.0).unwrap();
-    let [part] = &read.parts[..] else {
-        panic!("{read:?}")
-    };
-    assert_eq!(
-        (part.name.as_str(), part.triangles.as_slice()),
-        ("blade", &[[0, 1, 2]][..])
-    );
+    let [part] = &read.parts[..] else { panic!("{read:?}") };
+    assert_eq!((part.name.as_str(), part.triangles.as_slice()), ("blade", &[[0, 1, 2]][..]));
     assert_eq!(part.positions_mm[2], Point3::new(0.0, 6000.0, 2000.0));
     assert_eq!(part.normals, [Vector3::z(); 3]);
     assert_eq!(part.base_color, [0.5, 0.25, 1.0, 0.5]);
@@ -73,9 +60,7 @@ fn the_programs_own_reader_finds_what_was_written() {
 fn indices_are_as_wide_as_their_vertices_need() {
     // 65,535 is the number that stands for no vertex in 16 bits.
     for (corners, bytes) in [(65_535_usize, 2), (65_536, 4)] {
-        let positions: Vec<_> = (0..corners)
-            .map(|k| Point3::new(k as f64, 0.0, 1.0))
-            .collect();
+        let positions: Vec<_> = (0..corners).map(|k| Point3::new(k as f64, 0.0, 1.0)).collect();
         let last = corners as u32 - 1;
         let shape = Shape {
             positions: &positions,
@@ -103,24 +88,12 @@ fn what_no_number_of_the_format_holds_is_told_with_its_name() {
             elements: Elements::Triangles(&[[0, 1, 2]]),
         };
         let error = file("blade", &shape, Place::default(), &Value::Null).unwrap_err();
-        assert!(
-            error.to_string().starts_with("\"blade\": found a position"),
-            "{error}"
-        );
-        let place = Place {
-            translation: Vector3::new(0.0, bad, 0.0),
-            ..Place::default()
-        };
+        assert!(error.to_string().starts_with("\"blade\": found a position"), "{error}");
+        let place = Place { translation: Vector3::new(0.0, bad, 0.0), ..Place::default() };
         let positions = CORNERS.map(Point3::from);
-        let shape = Shape {
-            positions: &positions,
-            ..shape
-        };
+        let shape = Shape { positions: &positions, ..shape };
         let error = file("blade", &shape, place, &Value::Null).unwrap_err();
-        assert!(
-            error.to_string().starts_with("\"blade\": found a place"),
-            "{error}"
-        );
+        assert!(error.to_string().starts_with("\"blade\": found a place"), "{error}");
     }
     let positions = CORNERS.map(Point3::from);
     let shape = Shape {
@@ -130,20 +103,13 @@ fn what_no_number_of_the_format_holds_is_told_with_its_name() {
         elements: Elements::Triangles(&[[0, 1, 2]]),
     };
     let error = file("blade", &shape, Place::default(), &Value::Null).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "\"blade\": found 2 normals for 3 positions"
-    );
+    assert_eq!(error.to_string(), "\"blade\": found 2 normals for 3 positions");
 }
 
 #[test]
 fn a_scene_of_nothing_is_a_file_too() {
-    let nothing = Shape {
-        positions: &[],
-        normals: &[],
-        colors: &[],
-        elements: Elements::Lines(&[]),
-    };
+    let nothing =
+        Shape { positions: &[], normals: &[], colors: &[], elements: Elements::Lines(&[]) };
     let glb = file("nothing", &nothing, Place::default(), &json!({"a": 1})).unwrap();
     let read = gltf::Gltf::from_slice(&glb).unwrap();
     assert_eq!((read.meshes().count(), read.nodes().count()), (0, 1));

@@ -66,11 +66,7 @@ impl Builder {
             name = "part 1";
         }
         if self.names.len() >= MAX_PARTS && !self.by_name.contains_key(name) {
-            name = if name.starts_with(ANATOMY_PREFIX) {
-                REST_OF_ANATOMY
-            } else {
-                REST
-            };
+            name = if name.starts_with(ANATOMY_PREFIX) { REST_OF_ANATOMY } else { REST };
         }
         let part = match self.by_name.get(name) {
             Some(&part) => part,
@@ -124,15 +120,7 @@ impl Builder {
     /// The mesh with normals made.
     pub(super) fn finish(self) -> Result<SurfaceMesh, MeshError> {
         self.check()?;
-        let Self {
-            names,
-            positions_mm,
-            by_position,
-            triangles,
-            parts,
-            left_out,
-            ..
-        } = self;
+        let Self { names, positions_mm, by_position, triangles, parts, left_out, .. } = self;
         drop(by_position);
         let smooth = smoothed(&positions_mm, &triangles);
         let reading = MeshReading {

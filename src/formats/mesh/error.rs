@@ -10,19 +10,11 @@ pub enum MeshError {
     #[error(transparent)]
     Gltf(#[from] GltfError),
     #[error("line {line}: found {found}, expected {expected}")]
-    Line {
-        line: usize,
-        found: String,
-        expected: &'static str,
-    },
+    Line { line: usize, found: String, expected: &'static str },
     #[error(
         "found an STL of {found} bytes, expected {expected} for the {triangles} triangles announced"
     )]
-    Length {
-        found: usize,
-        expected: u64,
-        triangles: u32,
-    },
+    Length { found: usize, expected: u64, triangles: u32 },
     #[error("found no triangles, expected some")]
     Empty,
     #[error("found {left_out} triangles, all with corners that are no numbers, expected some")]
@@ -35,10 +27,7 @@ pub enum MeshError {
     #[error("found a corner {0:.3e} mm from the origin, expected at most {MAX_COORDINATE_MM:.0e}")]
     TooFar(f64),
     #[error("the unit is {unit}, expected {expected}")]
-    Unit {
-        unit: MeshUnit,
-        expected: &'static str,
-    },
+    Unit { unit: MeshUnit, expected: &'static str },
     /// With the file's extension.
     #[error("found a file {}, expected a mesh as .glb, .gltf, .stl or .obj", called(.0))]
     Unknown(String),

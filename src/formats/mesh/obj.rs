@@ -46,10 +46,7 @@ pub(super) fn parse(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, MeshE
     // What is not UTF-8 can only be in a name or comment, or is quoted in an error.
     let text = String::from_utf8_lossy(bytes);
     let text = text.trim_start_matches('\u{feff}');
-    let mut reader = Reader {
-        corner_normals: Some(Vec::new()),
-        ..Reader::default()
-    };
+    let mut reader = Reader { corner_normals: Some(Vec::new()), ..Reader::default() };
     let mut all = lines(text).enumerate();
     while let Some((index, content)) = all.next() {
         let mut content = Cow::Borrowed(content);
@@ -62,11 +59,7 @@ pub(super) fn parse(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, MeshE
         }
         reader.read_line(&content, index + 1, mm_per_unit)?;
     }
-    let Reader {
-        builder,
-        corner_normals,
-        ..
-    } = reader;
+    let Reader { builder, corner_normals, .. } = reader;
     match corner_normals {
         Some(normals) => builder.finish_with(&normals),
         None => builder.finish(),
@@ -76,9 +69,7 @@ pub(super) fn parse(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, MeshE
 impl Reader {
     fn read_line(&mut self, content: &str, line: usize, mm_per_unit: f64) -> Result<(), MeshError> {
         let content = content.split('#').next().unwrap_or_default().trim();
-        let (keyword, rest) = content
-            .split_once(char::is_whitespace)
-            .unwrap_or((content, ""));
+        let (keyword, rest) = content.split_once(char::is_whitespace).unwrap_or((content, ""));
         match keyword {
             "v" => {
                 let mut position = vector(rest, line)?;
@@ -93,8 +84,7 @@ impl Reader {
                 let normal = vector(rest, line)?;
                 check_count(self.normals.len(), "normals", line)?;
                 let unit = normal.try_normalize(f64::MIN_POSITIVE);
-                self.normals
-                    .push(unit.filter(|n| n.iter().all(|v| v.is_finite())));
+                self.normals.push(unit.filter(|n| n.iter().all(|v| v.is_finite())));
             }
             "o" | "g" if !rest.trim().is_empty() => self.builder.begin_part(rest.trim()),
             "f" => self.read_face(rest, line)?,
@@ -113,10 +103,7 @@ impl Reader {
                 None | Some("") => None,
                 Some(normal) => Some(index(normal, self.normals.len(), line, "normal")? as u32),
             };
-            self.corners.push(Corner {
-                vertex: self.vertices[vertex],
-                normal,
-            });
+            self.corners.push(Corner { vertex: self.vertices[vertex], normal });
         }
         if self.corners.len() < 3 {
             return Err(MeshError::Line {
@@ -131,8 +118,7 @@ impl Reader {
             return Ok(());
         };
         self.polygon_mm.clear();
-        self.polygon_mm
-            .extend(vertices.iter().map(|&v| self.builder.position_mm(v)));
+        self.polygon_mm.extend(vertices.iter().map(|&v| self.builder.position_mm(v)));
         for triangle in self.cutter.triangles(&self.polygon_mm).chunks_exact(3) {
             let places = [0, 1, 2].map(|k| triangle[k] as usize);
             self.builder.push(places.map(|k| vertices[k]), line)?;
@@ -152,11 +138,7 @@ impl Reader {
 
 /// A file can have more numbers than the limit on triangles lets anything use.
 fn check_count(count: usize, what: &'static str, line: usize) -> Result<(), MeshError> {
-    if count < MAX_TRIANGLES {
-        Ok(())
-    } else {
-        Err(MeshError::TooLargeAt { line, what })
-    }
+    if count < MAX_TRIANGLES { Ok(()) } else { Err(MeshError::TooLargeAt { line, what }) }
 }
 
 /// Three numbers; what follows (a weight, a colour) is passed over.
@@ -165,13 +147,11 @@ fn vector(rest: &str, line: usize) -> Result<Vector3<f64>, MeshError> {
     let mut vector = Vector3::zeros();
     for value in vector.iter_mut() {
         let word = words.next();
-        *value = word
-            .and_then(|word| word.parse().ok())
-            .ok_or_else(|| MeshError::Line {
-                line,
-                found: word.map_or_else(|| "the end of the line".to_owned(), quote),
-                expected: "a number",
-            })?;
+        *value = word.and_then(|word| word.parse().ok()).ok_or_else(|| MeshError::Line {
+            line,
+            found: word.map_or_else(|| "the end of the line".to_owned(), quote),
+            expected: "a number",
+        })?;
     }
     Ok(vector)
 }
@@ -180,16 +160,14 @@ fn vector(rest: &str, line: usize) -> Result<Vector3<f64>, MeshError> {
 fn index(word: &str, count: usize, line: usize, what: &'static str) -> Result<usize, MeshError> {
     let from_zero = match word.parse::<i64>() {
         Ok(n @ 1..) => usize::try_from(n - 1).ok(),
-        Ok(n @ ..=-1) => usize::try_from(n.unsigned_abs())
-            .ok()
-            .and_then(|back| count.checked_sub(back)),
+        Ok(n @ ..=-1) => {
+            usize::try_from(n.unsigned_abs()).ok().and_then(|back| count.checked_sub(back))
+        }
         _ => None,
     };
-    from_zero
-        .filter(|&index| index < count)
-        .ok_or_else(|| MeshError::Line {
-            line,
-            found: format!("{what} {} of {count} so far", quote(word)),
-            expected: "one of them",
-        })
+    from_zero.filter(|&index| index < count).ok_or_else(|| MeshError::Line {
+        line,
+        found: format!("{what} {} of {count} so far", quote(word)),
+        expected: "one of them",
+    })
 }

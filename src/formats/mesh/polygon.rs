@@ -36,8 +36,7 @@ impl Cutter {
 
     fn cut_ears(&mut self, polygon_mm: &[Point3<f64>]) {
         self.corners.clear();
-        self.corners
-            .extend(polygon_mm.iter().map(|p| <[f64; 3]>::from(p.coords)));
+        self.corners.extend(polygon_mm.iter().map(|p| <[f64; 3]>::from(p.coords)));
         let corners = &self.corners;
         if !project3d_to_2d(corners, corners.len(), &mut self.flat) {
             return;
@@ -60,18 +59,13 @@ impl Cutter {
 fn is_convex(polygon_mm: &[Point3<f64>]) -> bool {
     let area = polygon_area(polygon_mm);
     let first = polygon_mm[0];
-    polygon_mm[1..]
-        .windows(2)
-        .all(|pair| doubled_area(first, pair[0], pair[1]).dot(&area) >= 0.0)
+    polygon_mm[1..].windows(2).all(|pair| doubled_area(first, pair[0], pair[1]).dot(&area) >= 0.0)
 }
 
 /// Twice its area along its normal (Newell).
 fn polygon_area(polygon_mm: &[Point3<f64>]) -> Vector3<f64> {
     let first = polygon_mm[0];
-    polygon_mm[1..]
-        .windows(2)
-        .map(|pair| doubled_area(first, pair[0], pair[1]))
-        .sum()
+    polygon_mm[1..].windows(2).map(|pair| doubled_area(first, pair[0], pair[1])).sum()
 }
 
 fn doubled_area(a: Point3<f64>, b: Point3<f64>, c: Point3<f64>) -> Vector3<f64> {

@@ -132,11 +132,7 @@ fn parse_text(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, MeshError> 
         let mut words = content.split_whitespace();
         while let Some(word) = words.next() {
             let error = |found: &str, expected| {
-                Err(MeshError::Line {
-                    line,
-                    found: found.to_owned(),
-                    expected,
-                })
+                Err(MeshError::Line { line, found: found.to_owned(), expected })
             };
             match (word.to_ascii_lowercase().as_str(), place) {
                 ("solid", Place::Outside) => {

@@ -6,10 +6,8 @@ use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use std::fmt::Write;
 
-const SQUARE: [[[f32; 3]; 3]; 2] = [
-    [[0.0; 3], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0]],
-    [[0.0; 3], [2.0, 2.0, 0.0], [0.0, 2.0, -0.0]],
-];
+const SQUARE: [[[f32; 3]; 3]; 2] =
+    [[[0.0; 3], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0]], [[0.0; 3], [2.0, 2.0, 0.0], [0.0, 2.0, -0.0]]];
 
 fn binary(header: &str, triangles: &[[[f32; 3]; 3]]) -> Vec<u8> {
     let mut out = header.as_bytes().to_vec();
@@ -39,11 +37,7 @@ const OBJ: &str = "# two faces\nmtllib x.mtl\nv 0 0 0 0.5 0.5 0.5\nv 2 0 0 1.0\n
 vt 0 0\no plate\nusemtl steel\nf 1/1 2/1 3/1 4/1\ng anatomy skin\nv 0 0 5\nf -1 -4 -3\n";
 
 pub(in crate::formats) fn good_files() -> [Vec<u8>; 3] {
-    [
-        binary("solid 12", &SQUARE),
-        text_stl("plate", &SQUARE).into_bytes(),
-        OBJ.as_bytes().to_vec(),
-    ]
+    [binary("solid 12", &SQUARE), text_stl("plate", &SQUARE).into_bytes(), OBJ.as_bytes().to_vec()]
 }
 
 fn only_part(bytes: &[u8], extension: &str) -> MeshPart {
@@ -57,9 +51,7 @@ fn error(bytes: &[u8], extension: &str) -> String {
 }
 
 fn corners(part: &MeshPart) -> Vec<[Point3<f64>; 3]> {
-    (0..part.triangles.len())
-        .map(|t| part.corners_mm(t))
-        .collect()
+    (0..part.triangles.len()).map(|t| part.corners_mm(t)).collect()
 }
 
 #[test]
@@ -87,10 +79,7 @@ fn a_binary_file_that_begins_with_solid_is_binary() {
         let part = only_part(&binary(header, &SQUARE), "stl");
         assert_eq!(part.triangles.len(), 2);
     }
-    assert_eq!(
-        only_part(&binary("solid hook", &SQUARE), "stl").name,
-        "hook"
-    );
+    assert_eq!(only_part(&binary("solid hook", &SQUARE), "stl").name, "hook");
     assert_eq!(only_part(&binary("", &SQUARE), "stl").name, "part 1");
 }
 
@@ -161,10 +150,7 @@ fn more_triangles_than_the_limit_are_refused_by_their_number() {
     let mut file = binary("", &[]);
     file[80..84].copy_from_slice(&count.to_le_bytes());
     file.resize(84 + 50 * count as usize, 0);
-    assert_eq!(
-        error(&file, "stl"),
-        "found 10000001 triangles, expected at most 10000000"
-    );
+    assert_eq!(error(&file, "stl"), "found 10000001 triangles, expected at most 10000000");
 }
 
 #[test]
@@ -194,10 +180,7 @@ fn triangles_whose_corners_are_no_numbers_are_left_out_and_counted() {
     let mut triangles = SQUARE.to_vec();
     triangles.push([[f32::NAN, 0.0, 0.0], [1.0; 3], [2.0; 3]]);
     triangles.push([[0.0; 3], [f32::INFINITY; 3], [2.0; 3]]);
-    for file in [
-        binary("", &triangles),
-        text_stl("", &triangles).into_bytes(),
-    ] {
+    for file in [binary("", &triangles), text_stl("", &triangles).into_bytes()] {
         let mesh = read(&file, "stl", None).unwrap();
         assert_eq!(mesh.parts[0].triangles.len(), 2);
         assert_eq!(mesh.reading.triangles_left_out, 2);
@@ -216,62 +199,26 @@ fn triangles_whose_corners_are_no_numbers_are_left_out_and_counted() {
 fn wrong_text_is_named_with_its_line() {
     let text = text_stl("x", &SQUARE);
     for (from, to, message) in [
-        (
-            "2e0 0e0 0e0",
-            "2e0 0,5 0e0",
-            "line 5: found `0,5`, expected a number",
-        ),
-        (
-            "2e0 0e0 0e0",
-            "2e0",
-            "line 5: found the end of the line, expected a number",
-        ),
-        (
-            "    endloop\n",
-            "",
-            "line 7: found `endfacet`, expected `vertex` or `endloop`",
-        ),
-        (
-            "      vertex 2e0 0e0 0e0\n",
-            "",
-            "line 6: found 2 corners, expected three",
-        ),
+        ("2e0 0e0 0e0", "2e0 0,5 0e0", "line 5: found `0,5`, expected a number"),
+        ("2e0 0e0 0e0", "2e0", "line 5: found the end of the line, expected a number"),
+        ("    endloop\n", "", "line 7: found `endfacet`, expected `vertex` or `endloop`"),
+        ("      vertex 2e0 0e0 0e0\n", "", "line 6: found 2 corners, expected three"),
         (
             "endsolid x\n",
             "",
             "line 16: found the end of the file, expected `endsolid`: it is cut short",
         ),
-        (
-            "endsolid x\n",
-            "endsolid x\nrubbish\n",
-            "line 17: found `rubbish`, expected `solid`",
-        ),
+        ("endsolid x\n", "endsolid x\nrubbish\n", "line 17: found `rubbish`, expected `solid`"),
     ] {
         assert!(text.contains(from), "{from}");
         assert_eq!(error(text.replacen(from, to, 1).as_bytes(), "stl"), message);
     }
     for (from, to, message) in [
-        (
-            "v 2 2 0",
-            "v 2 2",
-            "line 5: found the end of the line, expected a number",
-        ),
+        ("v 2 2 0", "v 2 2", "line 5: found the end of the line, expected a number"),
         ("v 2 2 0", "v 2 x 0", "line 5: found `x`, expected a number"),
-        (
-            "3/1 4/1",
-            "3/1 5/1",
-            "line 10: found position `5` of 4 so far, expected one of them",
-        ),
-        (
-            "3/1 4/1",
-            "3/1 0/1",
-            "line 10: found position `0` of 4 so far, expected one of them",
-        ),
-        (
-            "-1 -4",
-            "-1 -6",
-            "line 13: found position `-6` of 5 so far, expected one of them",
-        ),
+        ("3/1 4/1", "3/1 5/1", "line 10: found position `5` of 4 so far, expected one of them"),
+        ("3/1 4/1", "3/1 0/1", "line 10: found position `0` of 4 so far, expected one of them"),
+        ("-1 -4", "-1 -6", "line 13: found position `-6` of 5 so far, expected one of them"),
         (
             "3/1 4/1",
             "3/1 4//6148914691236517206",
@@ -282,11 +229,7 @@ fn wrong_text_is_named_with_its_line() {
             "-9223372036854775808 -4",
             "line 13: found position `-9223372036854775808` of 5 so far, expected one of them",
         ),
-        (
-            "f -1 -4 -3",
-            "f -1 -4",
-            "line 13: found a face of 2 corners, expected three or more",
-        ),
+        ("f -1 -4 -3", "f -1 -4", "line 13: found a face of 2 corners, expected three or more"),
     ] {
         assert!(OBJ.contains(from), "{from}");
         assert_eq!(error(OBJ.replacen(from, to, 1).as_bytes(), "obj"), message);
@@ -296,9 +239,7 @@ fn wrong_text_is_named_with_its_line() {
 #[test]
 fn groups_are_parts_and_indices_count_back_from_the_latest_position() {
     let mesh = read(OBJ.as_bytes(), "obj", None).unwrap();
-    let [plate, skin] = &mesh.parts[..] else {
-        panic!("{mesh:?}")
-    };
+    let [plate, skin] = &mesh.parts[..] else { panic!("{mesh:?}") };
     assert_eq!((plate.name.as_str(), plate.triangles.len()), ("plate", 2));
     assert!(skin.is_anatomy());
     let expected = [[0.0, 0.0, 5.0], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0]];
@@ -385,10 +326,7 @@ fn numbers_near_the_largest_are_refused_in_any_unit() {
                endloop\nendfacet\nendsolid a\n";
     let obj = "v 0 0 0\nv 1e308 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\nf 1 4 3\n";
     for (text, extension) in [(stl, "stl"), (obj, "obj")] {
-        for (unit, found) in [
-            (MeshUnit::Millimetre, "1.000e308"),
-            (MeshUnit::Metre, "1.798e308"),
-        ] {
+        for (unit, found) in [(MeshUnit::Millimetre, "1.000e308"), (MeshUnit::Metre, "1.798e308")] {
             let error = read(text.as_bytes(), extension, Some(unit)).unwrap_err();
             assert_eq!(
                 error.to_string(),

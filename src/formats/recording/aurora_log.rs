@@ -18,11 +18,7 @@ const SECONDS_A_DAY: f64 = 86_400.0;
 pub fn is_header(line: &str) -> bool {
     let mut cells = line.split(',').map(str::trim);
     let names = ["Sample", "Hour", "Minutes", "Seconds", "ms"];
-    names.iter().all(|name| {
-        cells
-            .next()
-            .is_some_and(|cell| cell.trim_end_matches(':') == *name)
-    })
+    names.iter().all(|name| cells.next().is_some_and(|cell| cell.trim_end_matches(':') == *name))
 }
 
 /// Reads a log; times run on over midnight.
@@ -34,10 +30,8 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     let mut lines = (1..).zip(text.trim_end().lines()).peekable();
     let expected =
         "Sample, Hour, Minutes, Seconds, ms, and X, Y, Z, qo, qx, qy, qz for each sensor";
-    let (header_line, header) = lines
-        .by_ref()
-        .find(|(_, line)| is_header(line))
-        .ok_or_else(|| FormatError::Line {
+    let (header_line, header) =
+        lines.by_ref().find(|(_, line)| is_header(line)).ok_or_else(|| FormatError::Line {
             line: 1,
             found: quoted(text.lines().next().unwrap_or("")),
             expected: format!("a line that names the columns: {expected}"),
@@ -132,9 +126,7 @@ impl Clock {
         };
         let of_day_s = hours * 3600.0 + minutes * 60.0 + seconds + milliseconds / 1000.0;
         // A clock that is set back by less than half a day is that, and no midnight.
-        let is_midnight = self
-            .last_s
-            .is_some_and(|last_s| of_day_s < last_s - SECONDS_A_DAY / 2.0);
+        let is_midnight = self.last_s.is_some_and(|last_s| of_day_s < last_s - SECONDS_A_DAY / 2.0);
         if is_midnight {
             self.days += 1.0;
         }
@@ -156,9 +148,7 @@ mod tests {
     #[test]
     fn sensors_are_named_by_their_letters_and_zeros_are_missing() {
         let found = parse(LOG.as_bytes()).unwrap();
-        let [a, b] = found.tools.as_slice() else {
-            panic!("two sensors")
-        };
+        let [a, b] = found.tools.as_slice() else { panic!("two sensors") };
         assert_eq!((a.name.as_str(), b.name.as_str()), ("a", "b"));
         assert_eq!(a.samples[0].pose, Err(Unusable::Missing));
         let at = a.samples[1].pose.as_ref().unwrap().translation.vector;
@@ -172,20 +162,11 @@ mod tests {
     #[test]
     fn what_is_no_such_log_is_named_with_its_line() {
         for (text, expected) in [
-            (
-                String::new(),
-                "line 1: found \"\", expected a line that names",
-            ),
+            (String::new(), "line 1: found \"\", expected a line that names"),
             (LOG.replace(",qzb", ""), "line 5: found 18 columns"),
-            (
-                LOG.replace("0.8 , 0.6 , 0, 0, ", ""),
-                "line 6: found 15 cells",
-            ),
+            (LOG.replace("0.8 , 0.6 , 0, 0, ", ""), "line 6: found 15 cells"),
             (LOG.replace("10.5", "ten"), "line 6: Xb is \"ten\""),
-            (
-                LOG.lines().take(5).collect::<Vec<_>>().join("\n"),
-                "found no rows",
-            ),
+            (LOG.lines().take(5).collect::<Vec<_>>().join("\n"), "found no rows"),
         ] {
             let error = parse(text.as_bytes()).unwrap_err().to_string();
             assert!(error.starts_with(expected), "{error}");

@@ -49,11 +49,7 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     if samples > (transforms + frames.len()).saturating_mul(MAX_SAMPLES_EACH) {
         return Err(FormatError::field(
             "number of transforms",
-            format!(
-                "{transforms}, of {} names in {} frames",
-                tracks.len(),
-                frames.len()
-            ),
+            format!("{transforms}, of {} names in {} frames", tracks.len(), frames.len()),
             "frames that name the same transforms",
         ));
     }
@@ -69,13 +65,9 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     if tracks.is_empty() {
         return Err(FormatError::NoRows);
     }
-    let tools = tracks.into_iter().map(|(name, samples)| ToolTrack {
-        name: name.to_owned(),
-        samples,
-    });
-    Ok(Recording {
-        tools: tools.collect(),
-    })
+    let tools =
+        tracks.into_iter().map(|(name, samples)| ToolTrack { name: name.to_owned(), samples });
+    Ok(Recording { tools: tools.collect() })
 }
 
 impl Frame<'_> {
@@ -99,10 +91,7 @@ impl Frame<'_> {
             // Sixteen numbers that are no rotation are the tracker's doing, and a reason to leave
             // the sample out.
             Err(_)
-                if numbers
-                    .split_whitespace()
-                    .filter(|n| n.parse::<f64>().is_ok())
-                    .count()
+                if numbers.split_whitespace().filter(|n| n.parse::<f64>().is_ok()).count()
                     == 16 =>
             {
                 Ok(Err(Unusable::NoPose))
@@ -204,22 +193,10 @@ mod tests {
     #[test]
     fn what_is_no_such_heading_is_named_with_its_line() {
         for (text, expected) in [
-            (
-                HEADING.replace("ElementDataFile", "Other"),
-                "line 11: found the end of the file",
-            ),
-            (
-                HEADING.replace("DimSize = ", "DimSize "),
-                "line 2: found \"DimSize 0 0 2\"",
-            ),
-            (
-                HEADING.replace("5 0 0 1 6", "x 0 0 1 6"),
-                "line 3: found \"1 0 0 4 0 1 0 x",
-            ),
-            (
-                "ObjectType = Image\nElementDataFile = LOCAL\n".to_owned(),
-                "found no rows",
-            ),
+            (HEADING.replace("ElementDataFile", "Other"), "line 11: found the end of the file"),
+            (HEADING.replace("DimSize = ", "DimSize "), "line 2: found \"DimSize 0 0 2\""),
+            (HEADING.replace("5 0 0 1 6", "x 0 0 1 6"), "line 3: found \"1 0 0 4 0 1 0 x"),
+            ("ObjectType = Image\nElementDataFile = LOCAL\n".to_owned(), "found no rows"),
         ] {
             let error = parse(text.as_bytes()).unwrap_err().to_string();
             assert!(error.starts_with(expected), "{error}");
@@ -237,10 +214,7 @@ mod tests {
     fn frames_that_each_name_other_transforms_fill_no_memory() {
         let frames = |count: usize, name: fn(usize) -> usize| {
             let frame = |i| {
-                format!(
-                    "Seq_Frame{i}_t{}Transform = 1 0 0 4 0 1 0 5 0 0 1 6 0 0 0 1\n",
-                    name(i)
-                )
+                format!("Seq_Frame{i}_t{}Transform = 1 0 0 4 0 1 0 5 0 0 1 6 0 0 0 1\n", name(i))
             };
             let frames: String = (0..count).map(frame).collect();
             parse(format!("ObjectType = Image\n{frames}ElementDataFile = LOCAL\n").as_bytes())

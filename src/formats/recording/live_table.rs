@@ -57,10 +57,7 @@ pub fn write_row(out: &mut Vec<u8>, sample: &LiveSample) {
 
 /// A cell in quotes where it needs them; a line stays a line.
 fn quoted_cell(text: &str) -> String {
-    let text: String = text
-        .chars()
-        .map(|c| if c.is_control() { ' ' } else { c })
-        .collect();
+    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     match text.contains([',', '"']) || text.trim() != text {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
         false => text,
@@ -91,10 +88,7 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
         }
     }
     for (line, content) in lines.filter(|(_, content)| !content.trim().is_empty()) {
-        let row = Row {
-            line,
-            cells: cells(content),
-        };
+        let row = Row { line, cells: cells(content) };
         let (tool, sample) = row.sample()?;
         tools.push(tool, sample);
     }
@@ -107,9 +101,7 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     if tools.tracks.is_empty() {
         return Err(FormatError::NoRows);
     }
-    Ok(Recording {
-        tools: tools.tracks,
-    })
+    Ok(Recording { tools: tools.tracks })
 }
 
 /// Without the beginning of a character that the file ends in.
@@ -134,10 +126,7 @@ impl Tools {
         let next = self.tracks.len();
         let index = *self.by_name.entry(tool.clone()).or_insert(next);
         if index == next {
-            self.tracks.push(ToolTrack {
-                name: tool,
-                samples: Vec::new(),
-            });
+            self.tracks.push(ToolTrack { name: tool, samples: Vec::new() });
         }
         if let Some(track) = self.tracks.get_mut(index) {
             track.samples.push(sample);
@@ -148,14 +137,7 @@ impl Tools {
     fn push_cut(&mut self, tool: Option<String>) {
         let before = self.last.and_then(|index| self.tracks.get(index));
         if let Some(name) = tool.or_else(|| before.map(|track| track.name.clone())) {
-            self.push(
-                name,
-                TrackSample {
-                    frame: None,
-                    time_s: None,
-                    pose: Err(Unusable::Cut),
-                },
-            );
+            self.push(name, TrackSample { frame: None, time_s: None, pose: Err(Unusable::Cut) });
         }
     }
 }
@@ -212,29 +194,16 @@ impl Row {
             *number = self.number(column)?;
         }
         let measured = match (state.as_str(), numbers) {
-            (
-                GOOD,
-                [
-                    Some(x),
-                    Some(y),
-                    Some(z),
-                    Some(w),
-                    Some(qx),
-                    Some(qy),
-                    Some(qz),
-                ],
-            ) => pose([x, y, z], [w, qx, qy, qz]),
+            (GOOD, [Some(x), Some(y), Some(z), Some(w), Some(qx), Some(qy), Some(qz)]) => {
+                pose([x, y, z], [w, qx, qy, qz])
+            }
             (GOOD | "missing", _) => Err(Unusable::Missing),
             (state, _) if state == Unusable::NoPose.to_string() => Err(Unusable::NoPose),
             (state, _) => Err(Unusable::State(state.to_owned())),
         };
         // The sender's own time, where it states any: the network's delays are not in it.
         let at = if time.is_empty() { 0 } else { 1 };
-        let sample = TrackSample {
-            frame: None,
-            time_s: self.number(at)?,
-            pose: measured,
-        };
+        let sample = TrackSample { frame: None, time_s: self.number(at)?, pose: measured };
         Ok((tool.clone(), sample))
     }
 
@@ -263,20 +232,11 @@ mod tests {
 
     fn samples() -> Vec<LiveSample<'static>> {
         let pose = pose_from_array([1.25, -2.5, -300.0, 0.5, 0.5, -0.5, 0.5]).unwrap();
-        let sample = |tool, time_s, pose| LiveSample {
-            received_s: 100.5,
-            time_s,
-            tool,
-            pose,
-        };
+        let sample = |tool, time_s, pose| LiveSample { received_s: 100.5, time_s, tool, pose };
         vec![
             sample("StylusToTracker", Some(7.25), Ok(pose)),
             sample("a, \"b\" ü", None, Ok(pose)),
-            sample(
-                "StylusToTracker",
-                Some(7.5),
-                Err(Unusable::State("INVALID, far".to_owned())),
-            ),
+            sample("StylusToTracker", Some(7.5), Err(Unusable::State("INVALID, far".to_owned()))),
             sample("StylusToTracker", Some(7.75), Err(Unusable::Missing)),
             sample("StylusToTracker", Some(8.0), Err(Unusable::NoPose)),
         ]
@@ -285,13 +245,8 @@ mod tests {
     #[test]
     fn what_was_written_is_read_with_every_state_and_any_name() {
         let found = parse(&table(&samples())).unwrap();
-        let [stylus, other] = found.tools.as_slice() else {
-            panic!("{found:?}")
-        };
-        assert_eq!(
-            (stylus.name.as_str(), other.name.as_str()),
-            ("StylusToTracker", "a, \"b\" ü")
-        );
+        let [stylus, other] = found.tools.as_slice() else { panic!("{found:?}") };
+        assert_eq!((stylus.name.as_str(), other.name.as_str()), ("StylusToTracker", "a, \"b\" ü"));
         for (track, expected) in [(stylus, vec![0, 2, 3, 4]), (other, vec![1])] {
             for (sample, index) in track.samples.iter().zip(expected) {
                 let written = &samples()[index];
@@ -307,10 +262,7 @@ mod tests {
         let bytes = table(&samples());
         let first_row = HEADER.len() + 1;
         for end in first_row..bytes.len() {
-            let whole = bytes[first_row..end]
-                .iter()
-                .filter(|&&b| b == b'\n')
-                .count();
+            let whole = bytes[first_row..end].iter().filter(|&&b| b == b'\n').count();
             let is_cut = bytes[end - 1] != b'\n';
             let found = match parse(&bytes[..end]) {
                 Ok(found) => found,
@@ -322,11 +274,7 @@ mod tests {
             };
             let all: Vec<_> = found.tools.iter().flat_map(|tool| &tool.samples).collect();
             let cut = all.iter().filter(|s| s.pose == Err(Unusable::Cut)).count();
-            assert_eq!(
-                (all.len() - cut, cut),
-                (whole, usize::from(is_cut)),
-                "{end}"
-            );
+            assert_eq!((all.len() - cut, cut), (whole, usize::from(is_cut)), "{end}");
         }
     }
 
@@ -336,18 +284,9 @@ mod tests {
         for (text, expected) in [
             (String::new(), "line 1: found \"\", expected received_s"),
             (format!("{HEADER}\n"), "found no rows"),
-            (
-                whole.replace("-300,", ""),
-                "line 2: found 10 cells, expected 11",
-            ),
-            (
-                whole.replace("-300,", "far,"),
-                "line 2: z is \"far\", expected a number",
-            ),
-            (
-                whole.replace("-300,", "NaN,"),
-                "line 2: z is \"NaN\", expected a number",
-            ),
+            (whole.replace("-300,", ""), "line 2: found 10 cells, expected 11"),
+            (whole.replace("-300,", "far,"), "line 2: z is \"far\", expected a number"),
+            (whole.replace("-300,", "NaN,"), "line 2: z is \"NaN\", expected a number"),
         ] {
             let error = parse(text.as_bytes()).unwrap_err().to_string();
             assert!(error.starts_with(expected), "{error}");

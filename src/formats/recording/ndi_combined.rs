@@ -63,10 +63,8 @@ fn header(line: &str) -> Option<Header> {
         return None;
     }
     let separator = line.chars().find(|c| ['\t', ';', ','].contains(c))?;
-    let names: Vec<String> = line
-        .split(separator)
-        .map(|cell| cell.trim().to_ascii_lowercase())
-        .collect();
+    let names: Vec<String> =
+        line.split(separator).map(|cell| cell.trim().to_ascii_lowercase()).collect();
     // Of all tools only the first is named, behind their number and its information.
     let first = if is_wide { 2 } else { 0 };
     let named = |name: &str| names.iter().skip(first).position(|cell| cell == name);
@@ -101,10 +99,8 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     // A row whose line ends is whole.
     let is_ended = text.ends_with('\n');
     let mut lines = (1..).zip(text.lines()).peekable();
-    let header = lines
-        .by_ref()
-        .find_map(|(_, line)| header(line))
-        .ok_or_else(|| FormatError::Line {
+    let header =
+        lines.by_ref().find_map(|(_, line)| header(line)).ok_or_else(|| FormatError::Line {
             line: 1,
             found: quoted(text.lines().next().unwrap_or("")),
             expected:
@@ -119,10 +115,7 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
         }
         let row = Row {
             line,
-            cells: without_brackets(content)
-                .split(header.separator)
-                .map(str::trim)
-                .collect(),
+            cells: without_brackets(content).split(header.separator).map(str::trim).collect(),
             has_decimal_commas: header.separator != ',',
             is_cut: !is_ended && lines.peek().is_none(),
         };
@@ -133,9 +126,7 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     }
     match tools.tracks.is_empty() {
         true => Err(FormatError::NoRows),
-        false => Ok(Recording {
-            tools: tools.tracks,
-        }),
+        false => Ok(Recording { tools: tools.tracks }),
     }
 }
 
@@ -149,10 +140,7 @@ struct Tools {
 impl Tools {
     fn add(&mut self, name: &str, sample: TrackSample) {
         let place = *self.by_name.entry(name.to_owned()).or_insert_with(|| {
-            self.tracks.push(ToolTrack {
-                name: name.to_owned(),
-                samples: Vec::new(),
-            });
+            self.tracks.push(ToolTrack { name: name.to_owned(), samples: Vec::new() });
             self.tracks.len() - 1
         });
         self.tracks[place].samples.push(sample);
@@ -224,18 +212,10 @@ impl Row<'_> {
 
     /// What is said of the tool whose cells begin there.
     fn sample(&self, first: usize, columns: &Columns) -> Result<TrackSample, FormatError> {
-        let last = columns
-            .pose
-            .iter()
-            .copied()
-            .fold(columns.status, usize::max);
+        let last = columns.pose.iter().copied().fold(columns.status, usize::max);
         // The last cell of a row that is cut may lack digits.
         if self.is_cut && self.cells.len() <= first + last + 1 {
-            return Ok(TrackSample {
-                frame: None,
-                time_s: None,
-                pose: Err(Unusable::Cut),
-            });
+            return Ok(TrackSample { frame: None, time_s: None, pose: Err(Unusable::Cut) });
         }
         let status = self.cell(first + columns.status)?;
         let mut numbers = [Some(0.0); 7];
@@ -248,37 +228,26 @@ impl Row<'_> {
             _ if !status.is_empty() && !GOOD.contains(&status) => {
                 Err(Unusable::State(status.to_owned()))
             }
-            [
-                Some(w),
-                Some(qx),
-                Some(qy),
-                Some(qz),
-                Some(x),
-                Some(y),
-                Some(z),
-            ] => pose([x, y, z], [w, qx, qy, qz]),
+            [Some(w), Some(qx), Some(qy), Some(qz), Some(x), Some(y), Some(z)] => {
+                pose([x, y, z], [w, qx, qy, qz])
+            }
             _ => Err(Unusable::Missing),
         };
         let frame = self.number(first + columns.frame, "Frame#")?;
         Ok(TrackSample {
             // A counter of 32 bits, exact in a double.
-            frame: frame
-                .filter(|frame| *frame >= 0.0)
-                .map(|frame| frame as u64),
+            frame: frame.filter(|frame| *frame >= 0.0).map(|frame| frame as u64),
             time_s: None,
             pose,
         })
     }
 
     fn cell(&self, column: usize) -> Result<&str, FormatError> {
-        self.cells
-            .get(column)
-            .copied()
-            .ok_or_else(|| FormatError::Line {
-                line: self.line,
-                found: format!("{} cells", self.cells.len()),
-                expected: format!("{} at least", column + 1),
-            })
+        self.cells.get(column).copied().ok_or_else(|| FormatError::Line {
+            line: self.line,
+            found: format!("{} cells", self.cells.len()),
+            expected: format!("{} at least", column + 1),
+        })
     }
 
     /// `None` where nothing was measured.
@@ -331,14 +300,9 @@ mod tests {
         let written = parse(WRITTEN.as_bytes()).unwrap();
         let names = |r: &Recording| r.tools.iter().map(|t| t.name.clone()).collect::<Vec<_>>();
         assert_eq!(names(&printed), ["Port:1", "Port:2"]);
-        assert_eq!(
-            names(&written),
-            ["Port:1 8700340 s/n:1", "Port:2 8700339 s/n:2"]
-        );
+        assert_eq!(names(&written), ["Port:1 8700340 s/n:1", "Port:2 8700339 s/n:2"]);
         assert_eq!(samples(&printed), samples(&written));
-        let [a, b] = printed.tools.as_slice() else {
-            panic!("two tools")
-        };
+        let [a, b] = printed.tools.as_slice() else { panic!("two tools") };
         let at: Vec<_> = a.good().map(|pose| pose.translation.vector).collect();
         assert_eq!(at, [Vector3::new(1.5, 2.0, 3.0)]);
         let state = Unusable::State("PartiallyOutOfVolume".to_owned());
@@ -358,13 +322,7 @@ mod tests {
             .map(|line| format!("{line}\n"))
             .collect();
         let found = parse(some.as_bytes()).unwrap();
-        let frames = |k: usize| {
-            found.tools[k]
-                .samples
-                .iter()
-                .map(|s| s.frame)
-                .collect::<Vec<_>>()
-        };
+        let frames = |k: usize| found.tools[k].samples.iter().map(|s| s.frame).collect::<Vec<_>>();
         assert_eq!(frames(0), [Some(100), Some(101)]);
         assert_eq!(frames(1), [Some(101)]);
     }
@@ -375,11 +333,7 @@ mod tests {
             let expected = samples(&parse(text.as_bytes()).unwrap());
             for (between, point) in [(";", ","), ("\t", ","), (";", ".")] {
                 let other = text.replace(',', between).replace('.', point);
-                assert_eq!(
-                    samples(&parse(other.as_bytes()).unwrap()),
-                    expected,
-                    "{between}"
-                );
+                assert_eq!(samples(&parse(other.as_bytes()).unwrap()), expected, "{between}");
             }
         }
     }
@@ -387,40 +341,22 @@ mod tests {
     #[test]
     fn what_is_no_such_file_is_named_with_its_line() {
         for (text, expected) in [
-            (
-                String::new(),
-                "line 1: found \"\", expected a line that names",
-            ),
-            (
-                "Frame#,ToolHandle\n".to_owned(),
-                "line 1: found \"Frame#,ToolHandle\"",
-            ),
+            (String::new(), "line 1: found \"\", expected a line that names"),
+            ("Frame#,ToolHandle\n".to_owned(), "line 1: found \"Frame#,ToolHandle\""),
             (PRINTED.lines().next().unwrap().to_owned(), "found no rows"),
-            (
-                PRINTED.replace("1.5", "one"),
-                "line 2: tx is \"one\", expected a number",
-            ),
+            (PRINTED.replace("1.5", "one"), "line 2: tx is \"one\", expected a number"),
             (
                 PRINTED.replace("100,Port:2,0,Missing,,,,,,,,,", "100,Port:2,0,Missing,"),
                 "line 3: qx is \"Missing\", expected a number",
             ),
-            (
-                PRINTED.replace("101,Port:1,1,", "101,Port:1,\n1,"),
-                "line 4: found 3 cells",
-            ),
-            (
-                WRITTEN.replace("0.1,1,OK", "0.1,one,OK"),
-                "line 2: #Markers is \"one\"",
-            ),
+            (PRINTED.replace("101,Port:1,1,", "101,Port:1,\n1,"), "line 4: found 3 cells"),
+            (WRITTEN.replace("0.1,1,OK", "0.1,one,OK"), "line 2: #Markers is \"one\""),
             // A marker more than there are cells.
             (
                 WRITTEN.replace("0.25,0", "0.25,1"),
                 "line 3: found 29 cells, expected 1 markers of 4",
             ),
-            (
-                WRITTEN.replace("0.25,0", "0.25,18446744073709551615"),
-                "line 3: found 29 cells",
-            ),
+            (WRITTEN.replace("0.25,0", "0.25,18446744073709551615"), "line 3: found 29 cells"),
         ] {
             let error = parse(text.as_bytes()).unwrap_err().to_string();
             assert!(error.starts_with(expected), "{error}");

@@ -57,10 +57,7 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     let tools = columns(&cells).ok_or_else(no_header)?;
     let mut tracks: Vec<ToolTrack> = tools
         .iter()
-        .map(|tool| ToolTrack {
-            name: tool.name.clone(),
-            samples: Vec::new(),
-        })
+        .map(|tool| ToolTrack { name: tool.name.clone(), samples: Vec::new() })
         .collect();
     while let Some((line, content)) = lines.next() {
         if content.trim().is_empty() {
@@ -85,9 +82,7 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
 /// Each tool's columns, from its port to the next one's; `None` where there is no tool or one has no
 /// pose.
 fn columns(header: &[&str]) -> Option<Vec<Columns>> {
-    let ports: Vec<usize> = (1..header.len())
-        .filter(|&k| header[k].starts_with("Port"))
-        .collect();
+    let ports: Vec<usize> = (1..header.len()).filter(|&k| header[k].starts_with("Port")).collect();
     let tools: Option<Vec<Columns>> = ports
         .iter()
         .zip(ports.iter().skip(1).chain([&header.len()]))
@@ -98,10 +93,7 @@ fn columns(header: &[&str]) -> Option<Vec<Columns>> {
                 *column = named(name)?;
             }
             Some(Columns {
-                name: header[from]
-                    .split_whitespace()
-                    .collect::<Vec<_>>()
-                    .join(" "),
+                name: header[from].split_whitespace().collect::<Vec<_>>().join(" "),
                 frame: named("Frame"),
                 time: named("Time"),
                 state: named("State")?,
@@ -122,14 +114,11 @@ struct Row<'a> {
 
 impl Row<'_> {
     fn cell(&self, column: usize) -> Result<&str, FormatError> {
-        self.cells
-            .get(column)
-            .copied()
-            .ok_or_else(|| FormatError::Line {
-                line: self.line,
-                found: format!("{} cells", self.cells.len()),
-                expected: format!("{} at least, as the header has", column + 1),
-            })
+        self.cells.get(column).copied().ok_or_else(|| FormatError::Line {
+            line: self.line,
+            found: format!("{} cells", self.cells.len()),
+            expected: format!("{} at least, as the header has", column + 1),
+        })
     }
 
     /// `None` where nothing was measured.
@@ -155,11 +144,7 @@ impl Row<'_> {
         // The last cell of a row that is cut may lack digits.
         let last = tool.pose.iter().copied().fold(tool.state, usize::max);
         if self.is_cut && self.cells.len() <= last + 1 {
-            return Ok(TrackSample {
-                frame: None,
-                time_s: None,
-                pose: Err(Unusable::Cut),
-            });
+            return Ok(TrackSample { frame: None, time_s: None, pose: Err(Unusable::Cut) });
         }
         let state = self.cell(tool.state)?;
         let mut numbers = [Some(0.0); 7];
@@ -169,15 +154,9 @@ impl Row<'_> {
         let pose = match numbers {
             // What is missing has a state too, and that says more.
             _ if !state.is_empty() && state != GOOD => Err(Unusable::State(state.to_owned())),
-            [
-                Some(w),
-                Some(qx),
-                Some(qy),
-                Some(qz),
-                Some(x),
-                Some(y),
-                Some(z),
-            ] => pose([x, y, z], [w, qx, qy, qz]),
+            [Some(w), Some(qx), Some(qy), Some(qz), Some(x), Some(y), Some(z)] => {
+                pose([x, y, z], [w, qx, qy, qz])
+            }
             _ => Err(Unusable::Missing),
         };
         let counted = |column: Option<usize>, name| match column {
@@ -187,9 +166,7 @@ impl Row<'_> {
         let frame = counted(tool.frame, "Frame")?;
         Ok(TrackSample {
             // A counter of 32 bits, exact in a double.
-            frame: frame
-                .filter(|frame| *frame >= 0.0)
-                .map(|frame| frame as u64),
+            frame: frame.filter(|frame| *frame >= 0.0).map(|frame| frame as u64),
             time_s: counted(tool.time, "Time")?,
             pose,
         })
@@ -210,25 +187,13 @@ mod tests {
     #[test]
     fn tools_are_told_apart_and_what_is_bad_says_why() {
         let found = parse(TSV.as_bytes()).unwrap();
-        let [a, b] = found.tools.as_slice() else {
-            panic!("two tools")
-        };
+        let [a, b] = found.tools.as_slice() else { panic!("two tools") };
         assert_eq!(a.name, "Port 1: A s/n:1");
         let poses: Vec<_> = a.good().map(|pose| pose.translation.vector).collect();
-        assert_eq!(
-            poses,
-            [Vector3::new(1.5, 2.0, 3.0), Vector3::new(4.0, 5.0, 6.0)]
-        );
+        assert_eq!(poses, [Vector3::new(1.5, 2.0, 3.0), Vector3::new(4.0, 5.0, 6.0)]);
         assert_eq!(a.samples[1].frame, Some(24));
-        let reasons: Vec<_> = b
-            .samples
-            .iter()
-            .map(|s| s.pose.clone().unwrap_err())
-            .collect();
-        assert_eq!(
-            reasons,
-            [Unusable::State("Bad Fit".into()), Unusable::Missing]
-        );
+        let reasons: Vec<_> = b.samples.iter().map(|s| s.pose.clone().unwrap_err()).collect();
+        assert_eq!(reasons, [Unusable::State("Bad Fit".into()), Unusable::Missing]);
     }
 
     #[test]
@@ -237,12 +202,8 @@ mod tests {
         let decimal = parse(TSV.replace('.', ",").as_bytes()).unwrap();
         let expected = parse(TSV.as_bytes()).unwrap();
         for found in [csv, decimal] {
-            let samples = |r: &Recording| {
-                r.tools
-                    .iter()
-                    .map(|t| t.samples.clone())
-                    .collect::<Vec<_>>()
-            };
+            let samples =
+                |r: &Recording| r.tools.iter().map(|t| t.samples.clone()).collect::<Vec<_>>();
             assert_eq!(samples(&found), samples(&expected));
         }
     }

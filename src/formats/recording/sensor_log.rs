@@ -72,17 +72,10 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     let scalar = scalar(&samples)?;
     let mut tools: Vec<ToolTrack> = Vec::new();
     for sample in samples {
-        let track = TrackSample {
-            frame: None,
-            time_s: sample.time_s,
-            pose: sample.pose(scalar),
-        };
+        let track = TrackSample { frame: None, time_s: sample.time_s, pose: sample.pose(scalar) };
         match tools.iter_mut().find(|tool| tool.name == sample.sensor) {
             Some(tool) => tool.samples.push(track),
-            None => tools.push(ToolTrack {
-                name: sample.sensor,
-                samples: vec![track],
-            }),
+            None => tools.push(ToolTrack { name: sample.sensor, samples: vec![track] }),
         }
     }
     match tools.is_empty() {
@@ -124,10 +117,8 @@ fn sample(line: u64, content: &str) -> Option<Sample> {
 
 /// The order of all quaternions of a log; any where there are none.
 fn scalar(samples: &[Sample]) -> Result<Scalar, FormatError> {
-    let four: Vec<[f64; 4]> = samples
-        .iter()
-        .filter_map(|sample| sample.orientation.as_slice().try_into().ok())
-        .collect();
+    let four: Vec<[f64; 4]> =
+        samples.iter().filter_map(|sample| sample.orientation.as_slice().try_into().ok()).collect();
     let wrong = |found: String| {
         Err(FormatError::Line {
             line: samples.first().map_or(1, |sample| sample.line),
@@ -167,12 +158,7 @@ impl Sample {
             return Err(Unusable::NoPose);
         };
         let is_missing = |value: &f64| value.abs() > MISSING;
-        if self
-            .position
-            .iter()
-            .chain(&self.orientation)
-            .any(is_missing)
-        {
+        if self.position.iter().chain(&self.orientation).any(is_missing) {
             return Err(Unusable::Missing);
         }
         match (self.orientation.as_slice(), scalar) {

@@ -68,8 +68,7 @@ impl AtracsysIni {
                 }
             };
             let keys = section.iter().filter_map(|line| Some(entry(line)?.0));
-            keys.filter(|key| !known.contains(&key.as_str()))
-                .for_each(&mut add);
+            keys.filter(|key| !known.contains(&key.as_str())).for_each(&mut add);
         }
         found
     }
@@ -78,11 +77,7 @@ impl AtracsysIni {
     pub(super) fn of(geometry: &Geometry) -> Self {
         let empty = Self {
             text: String::new(),
-            geometry: Geometry {
-                id: None,
-                fiducials: Vec::new(),
-                pivot: None,
-            },
+            geometry: Geometry { id: None, fiducials: Vec::new(), pivot: None },
         };
         empty.with_geometry(geometry, &vec![None; geometry.fiducials.len()])
     }
@@ -119,10 +114,7 @@ impl AtracsysIni {
         if !has(Part::Pivot) {
             push_pivot(&mut out, geometry, &["[pivot]\n"]);
         }
-        Self {
-            text: out,
-            geometry: geometry.clone(),
-        }
+        Self { text: out, geometry: geometry.clone() }
     }
 }
 
@@ -264,11 +256,7 @@ struct Values<'a> {
 
 impl<'a> Values<'a> {
     fn of(file: &'a str) -> Result<Self, FormatError> {
-        let mut values = Self {
-            of: HashMap::new(),
-            fiducials: 0,
-            has_pivot: false,
-        };
+        let mut values = Self { of: HashMap::new(), fiducials: 0, has_pivot: false };
         let mut section: Option<String> = None;
         for (number, line) in (1..).zip(file.lines()) {
             let wrong = |found: String, expected: &str| FormatError::Line {
@@ -291,10 +279,7 @@ impl<'a> Values<'a> {
                 }
             } else if !bare(line).is_empty() {
                 let found: String = bare(line).chars().take(24).collect();
-                return Err(wrong(
-                    format!("{found:?}"),
-                    "a [section] or a key=value within one",
-                ));
+                return Err(wrong(format!("{found:?}"), "a [section] or a key=value within one"));
             }
         }
         Ok(values)

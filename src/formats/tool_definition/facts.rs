@@ -49,10 +49,8 @@ impl ToolDefinition {
 }
 
 pub(super) fn beyond_body(rom: &NdiRom) -> Vec<String> {
-    let (is_numbered, is_made) = (
-        rom.serial().number() != 0,
-        !rom.manufacturer().trim().is_empty(),
-    );
+    let (is_numbered, is_made) =
+        (rom.serial().number() != 0, !rom.manufacturer().trim().is_empty());
     let mut what = vec![
         (is_numbered, "serial number and date"),
         (is_made, "manufacturer"),
@@ -82,11 +80,7 @@ pub(super) fn beyond_body(rom: &NdiRom) -> Vec<String> {
 }
 
 fn fact(what: &'static str, value: impl ToString, unit: &'static str) -> Fact {
-    Fact {
-        what,
-        value: value.to_string(),
-        unit,
-    }
+    Fact { what, value: value.to_string(), unit }
 }
 
 fn geometry_facts(geometry: &Geometry) -> Vec<Fact> {
@@ -156,11 +150,7 @@ fn push_optical(facts: &mut Vec<Fact>, rom: &OpticalRom) {
         57 => "Radix lenses",
         _ => "not known here",
     };
-    facts.push(fact(
-        "marker type",
-        typed(rom.marker_type(), marker_type),
-        "",
-    ));
+    facts.push(fact("marker type", typed(rom.marker_type(), marker_type), ""));
     let angle = rom.max_angle_deg();
     facts.push(fact("largest angle of a marker", angle, "deg"));
     let error = rom.max_error_mm();
@@ -172,11 +162,8 @@ fn push_optical(facts: &mut Vec<Fact>, rom: &OpticalRom) {
 
 /// `8: EE FD FF FF FD FD FF FF`.
 fn shown_bytes(trailing: &[u8]) -> String {
-    let mut shown: Vec<_> = trailing
-        .iter()
-        .take(MAX_SHOWN_BYTES)
-        .map(|byte| format!("{byte:02X}"))
-        .collect();
+    let mut shown: Vec<_> =
+        trailing.iter().take(MAX_SHOWN_BYTES).map(|byte| format!("{byte:02X}")).collect();
     if trailing.len() > MAX_SHOWN_BYTES {
         shown.push("…".to_owned());
     }

@@ -91,11 +91,7 @@ impl Conversion {
         }
         let rom = self.definition.rom();
         if let (Some(was), Some(rom)) = (self.mended_checksum, rom) {
-            notes.push(format!(
-                "checksum was {}, is {} now",
-                was.stored,
-                rom.checksum().stored
-            ));
+            notes.push(format!("checksum was {}, is {} now", was.stored, rom.checksum().stored));
         }
         if matches!(rom, Some(NdiRom::Em(_))) {
             notes.push(
@@ -111,22 +107,12 @@ impl Conversion {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ConversionError {
     #[error("{found} {what}, expected {least} to {most} in {}", kind.name())]
-    Count {
-        kind: DefinitionKind,
-        what: &'static str,
-        found: usize,
-        least: usize,
-        most: usize,
-    },
+    Count { kind: DefinitionKind, what: &'static str, found: usize, least: usize, most: usize },
     #[error(
         "{markers} markers, {five_dof} 5-DOF and {six_dof} 6-DOF sensors, expected markers alone \
          (an NDI optical ROM) or 5-DOF sensors alone (an NDI Aurora ROM)"
     )]
-    Kinds {
-        markers: usize,
-        five_dof: usize,
-        six_dof: usize,
-    },
+    Kinds { markers: usize, five_dof: usize, six_dof: usize },
     #[error("{sensor:?} is at ({} {} {}) mm, expected what a 32-bit number can hold", at.x, at.y, at.z)]
     TooFar { sensor: String, at: Point3<f64> },
 }
@@ -143,9 +129,7 @@ pub fn from_body(body: &BodyFile, format: DefinitionFormat) -> Result<Conversion
     let carried = body.definition.as_deref();
     let mut lost = Losses::default();
     if let Some(mesh) = &body.mesh {
-        lost.push(Lost::Mesh {
-            file: mesh.file.clone(),
-        });
+        lost.push(Lost::Mesh { file: mesh.file.clone() });
     }
     let sized = body.rigid.sensors.iter().filter(|s| s.coil.is_some());
     match sized.count() {
@@ -182,10 +166,7 @@ impl Losses {
         let differ = |(a, b): &(&Sensor, &Sensor)| a.name != b.name;
         let mut lost = sensors.iter().zip(names).filter(differ);
         if let Some((first, _)) = lost.next() {
-            self.push(Lost::SensorNames {
-                count: 1 + lost.count(),
-                first: first.name.clone(),
-            });
+            self.push(Lost::SensorNames { count: 1 + lost.count(), first: first.name.clone() });
         }
     }
 }
@@ -201,11 +182,7 @@ fn rom_of(
         (markers, 0, 0) if markers > 0 => NdiRom::Optical(OpticalRom::blank()),
         (0, five_dof, 0) if five_dof > 0 => NdiRom::Em(EmRom::blank()),
         (markers, five_dof, six_dof) => {
-            return Err(ConversionError::Kinds {
-                markers,
-                five_dof,
-                six_dof,
-            });
+            return Err(ConversionError::Kinds { markers, five_dof, six_dof });
         }
     };
     let carried_rom = carried.and_then(ToolDefinition::rom);
@@ -230,15 +207,10 @@ fn rom_of(
         NdiRom::Em(rom) => write_coils(rom, &rigid.sensors, &mut rounding)?,
     }
     if rounding.greatest_mm > NOTABLE_ROUNDING_MM {
-        lost.push(Lost::Digits {
-            greatest_mm: rounding.greatest_mm,
-        });
+        lost.push(Lost::Digits { greatest_mm: rounding.greatest_mm });
     }
     if (is_new_image || rom.name() != rigid.name) && !rom.set_part_number(&rigid.name) {
-        lost.push(Lost::BodyName {
-            name: rigid.name.clone(),
-            kept: rom.part_number(),
-        });
+        lost.push(Lost::BodyName { name: rigid.name.clone(), kept: rom.part_number() });
     }
     let tip_in_body = rigid.judged_tip_in_body();
     if tip_in_body != Point3::origin() {
@@ -312,9 +284,7 @@ fn is_same_f32(a: &Point3<f64>, b: &Point3<f64>) -> bool {
 fn likes<T: Copy>(sensors: &[Sensor], slots: &[Sensor], old: &[T], first: T) -> Vec<T> {
     let like = |(sensor, own): (&Sensor, Option<usize>)| {
         let slot = own.or_else(|| nearest_slot(&sensor.position_in_body, slots));
-        slot.and_then(|slot| old.get(slot))
-            .copied()
-            .unwrap_or(first)
+        slot.and_then(|slot| old.get(slot)).copied().unwrap_or(first)
     };
     let own = slots_of(sensors, slots, is_same_f32);
     sensors.iter().zip(own).map(like).collect()
@@ -336,10 +306,7 @@ fn write_markers(
     let likes = likes(sensors, &slots, &old, OpticalMarker::FIRST);
     let mut markers = Vec::with_capacity(sensors.len());
     for (sensor, like) in sensors.iter().zip(likes) {
-        markers.push(OpticalMarker {
-            position: rounding.place(sensor, like.position)?,
-            ..like
-        });
+        markers.push(OpticalMarker { position: rounding.place(sensor, like.position)?, ..like });
     }
     rom.set_markers(&markers);
     Ok(())
@@ -350,13 +317,7 @@ fn write_coils(
     sensors: &[Sensor],
     rounding: &mut Rounding,
 ) -> Result<(), ConversionError> {
-    check_count(
-        DefinitionKind::NdiEm,
-        "coils",
-        sensors.len(),
-        EmRom::MIN_COILS,
-        EmRom::MAX_COILS,
-    )?;
+    check_count(DefinitionKind::NdiEm, "coils", sensors.len(), EmRom::MIN_COILS, EmRom::MAX_COILS)?;
     let (old, slots) = (rom.coils(), rom.sensors());
     let likes = likes(sensors, &slots, &old, EmCoil::FIRST);
     let mut coils = Vec::with_capacity(sensors.len());
@@ -388,13 +349,7 @@ fn check_count(
     if (least..=most).contains(&found) {
         return Ok(());
     }
-    Err(ConversionError::Count {
-        kind,
-        what,
-        found,
-        least,
-        most,
-    })
+    Err(ConversionError::Count { kind, what, found, least, most })
 }
 
 fn geometry_of(
@@ -426,10 +381,7 @@ fn geometry_of(
         pivot: rigid.tip_in_body,
     };
     let geometry = match carried_geometry {
-        Some(old) if old.name() == rigid.name => Geometry {
-            id: old.id,
-            ..geometry
-        },
+        Some(old) if old.name() == rigid.name => Geometry { id: old.id, ..geometry },
         _ => geometry,
     };
     let slots = carried_geometry.map_or_else(Vec::new, |old| old.to_body().sensors);
@@ -456,16 +408,8 @@ fn geometry_of(
         }
     };
     if geometry.name() != rigid.name {
-        lost.push(Lost::BodyName {
-            name: rigid.name.clone(),
-            kept: geometry.name(),
-        });
+        lost.push(Lost::BodyName { name: rigid.name.clone(), kept: geometry.name() });
     }
     lost.push_names(&rigid.sensors, &geometry.to_body().sensors);
-    Ok(Conversion {
-        definition,
-        lost: lost.0,
-        is_new_image: false,
-        mended_checksum: None,
-    })
+    Ok(Conversion { definition, lost: lost.0, is_new_image: false, mended_checksum: None })
 }

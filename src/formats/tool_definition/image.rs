@@ -19,10 +19,7 @@ impl Checksum {
         if self.matches() || on_mismatch == OnMismatch::Accept {
             return Ok(());
         }
-        Err(FormatError::Checksum {
-            stored: self.stored,
-            computed: self.computed,
-        })
+        Err(FormatError::Checksum { stored: self.stored, computed: self.computed })
     }
 }
 

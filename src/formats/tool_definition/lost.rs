@@ -69,29 +69,24 @@ impl Lost {
 impl std::fmt::Display for Lost {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Tip { tip_in_body: tip } => write!(
-                f,
-                "the tip ({} {} {} mm): a ROM's own is its origin",
-                tip.x, tip.y, tip.z
-            ),
+            Self::Tip { tip_in_body: tip } => {
+                write!(f, "the tip ({} {} {} mm): a ROM's own is its origin", tip.x, tip.y, tip.z)
+            }
             Self::Mesh { file } => write!(f, "the mesh {file}"),
             Self::BodyName { name, kept } => write!(f, "the name {name:?}: the file says {kept:?}"),
             Self::SensorNames { count: 1, first } => {
                 write!(f, "the name of a sensor, {first:?}: it has a number")
             }
-            Self::SensorNames { count, first } => write!(
-                f,
-                "the names of {count} sensors, {first:?} the first: they have numbers"
-            ),
+            Self::SensorNames { count, first } => {
+                write!(f, "the names of {count} sensors, {first:?} the first: they have numbers")
+            }
             Self::CoilSizes { count } => write!(f, "the coil sizes of {}", sensors(*count)),
             Self::Axes { count } => {
                 write!(f, "the axes of {}: they are markers there", sensors(*count))
             }
-            Self::Rotations { count } => write!(
-                f,
-                "the rotations of {}: they are markers there",
-                sensors(*count)
-            ),
+            Self::Rotations { count } => {
+                write!(f, "the rotations of {}: they are markers there", sensors(*count))
+            }
             Self::Digits { greatest_mm } => write!(
                 f,
                 "digits: positions are up to {greatest_mm:.1e} mm off, as the file keeps seven"

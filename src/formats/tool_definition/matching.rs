@@ -26,10 +26,7 @@ pub(super) fn slots_of(
         }
     };
     let is_there = |sensor: usize, slot: usize| {
-        is_same_place(
-            &sensors[sensor].position_in_body,
-            &slots[slot].position_in_body,
-        )
+        is_same_place(&sensors[sensor].position_in_body, &slots[slot].position_in_body)
     };
     let is_named = |sensor: usize, slot: usize| sensors[sensor].name == slots[slot].name;
     // Two may be in one place.

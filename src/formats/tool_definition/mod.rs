@@ -241,11 +241,9 @@ impl ToolDefinition {
             (Some(rom), _) => rom.to_body(),
             (None, Some(geometry)) => geometry.to_body(),
             // Each kind is one or the other.
-            (None, None) => RigidBody {
-                name: String::new(),
-                tip_in_body: None,
-                sensors: Vec::new(),
-            },
+            (None, None) => {
+                RigidBody { name: String::new(), tip_in_body: None, sensors: Vec::new() }
+            }
         }
     }
 }

@@ -79,17 +79,9 @@ impl EmCoil {
     }
 
     /// A coil of a tool that has none yet.
-    pub(super) const FIRST: Self = Self {
-        value: 18.0,
-        ..Self::NONE
-    };
+    pub(super) const FIRST: Self = Self { value: 18.0, ..Self::NONE };
 
-    const NONE: Self = Self {
-        position: [0.0; 3],
-        azimuth: 0.0,
-        polar: 0.0,
-        value: 0.0,
-    };
+    const NONE: Self = Self { position: [0.0; 3], azimuth: 0.0, polar: 0.0, value: 0.0 };
 }
 
 impl EmRom {
@@ -107,10 +99,7 @@ impl EmRom {
         put(&mut image, MIN_COILS, &2_u32.to_le_bytes());
         put(&mut image, UNKNOWN_THIRD, &0x3eaa_aa9f_u32.to_le_bytes());
         put(&mut image, CAPACITY, &(SLOTS as u32).to_le_bytes());
-        Self {
-            image,
-            trailing: Vec::new(),
-        }
+        Self { image, trailing: Vec::new() }
     }
 
     /// Reads an image and what follows it.
@@ -123,20 +112,12 @@ impl EmRom {
         let rom = Self { image, trailing };
         let payload = u16_at(&rom.image, PAYLOAD);
         if usize::from(payload) != SIZE - FRAME {
-            return Err(FormatError::field(
-                "payload's length",
-                payload,
-                "321 (bytes 2 and 3)",
-            ));
+            return Err(FormatError::field("payload's length", payload, "321 (bytes 2 and 3)"));
         }
         rom.checksum().check(on_mismatch)?;
         let count = u32_at(&rom.image, COUNT);
         if !(Self::MIN_COILS as u32..=Self::MAX_COILS as u32).contains(&count) {
-            return Err(FormatError::field(
-                "number of coils",
-                count,
-                "2 to 8 (byte 16)",
-            ));
+            return Err(FormatError::field("number of coils", count, "2 to 8 (byte 16)"));
         }
         for (i, coil) in rom.coils().iter().enumerate() {
             check_finite(&format!("coil {}: position", i + 1), &coil.position)?;
@@ -189,11 +170,7 @@ impl EmRom {
         put_vector(&mut self.image, at, coil.position);
         put(&mut self.image, at + 12, &coil.azimuth.to_le_bytes());
         put(&mut self.image, at + 16, &coil.polar.to_le_bytes());
-        put(
-            &mut self.image,
-            VALUES + 4 * slot,
-            &coil.value.to_le_bytes(),
-        );
+        put(&mut self.image, VALUES + 4 * slot, &coil.value.to_le_bytes());
     }
 
     /// Gives it these coils, 2 to 8 of them. While their number stays what it is, what lies behind
@@ -238,10 +215,6 @@ impl EmRom {
     }
 
     pub(super) fn to_body(&self, name: String) -> RigidBody {
-        RigidBody {
-            name,
-            tip_in_body: Some(Point3::origin()),
-            sensors: self.sensors(),
-        }
+        RigidBody { name, tip_in_body: Some(Point3::origin()), sensors: self.sensors() }
     }
 }

@@ -90,10 +90,7 @@ impl OpticalRom {
         image[ALGORITHM] = 0x80;
         // Passive spheres.
         image[MARKER_TYPE] = 41;
-        Self {
-            image,
-            trailing: Vec::new(),
-        }
+        Self { image, trailing: Vec::new() }
     }
 
     /// Reads an image and what follows it.
@@ -115,11 +112,7 @@ impl OpticalRom {
         rom.checksum().check(on_mismatch)?;
         let count = usize::from(rom.image[COUNT]);
         if !(Self::MIN_MARKERS..=Self::MAX_MARKERS).contains(&count) {
-            return Err(FormatError::field(
-                "number of markers",
-                count,
-                "3 to 20 (byte 28)",
-            ));
+            return Err(FormatError::field("number of markers", count, "3 to 20 (byte 28)"));
         }
         for (i, marker) in rom.markers().iter().enumerate() {
             check_finite(&format!("marker {}: position", i + 1), &marker.position)?;
@@ -233,34 +226,18 @@ impl OpticalRom {
 
     pub(super) fn sensors(&self) -> Vec<Sensor> {
         let markers = self.markers().into_iter().enumerate();
-        markers
-            .map(|(slot, m)| marker(slot, m.position.map(f64::from).into()))
-            .collect()
+        markers.map(|(slot, m)| marker(slot, m.position.map(f64::from).into())).collect()
     }
 
     pub(super) fn to_body(&self, name: String) -> RigidBody {
-        RigidBody {
-            name,
-            tip_in_body: None,
-            sensors: self.sensors(),
-        }
+        RigidBody { name, tip_in_body: None, sensors: self.sensors() }
     }
 }
 
 impl OpticalMarker {
     /// What a slot without marker holds.
-    const NONE: Self = Self {
-        position: [0.0; 3],
-        normal: [0.0; 3],
-        firing: 0,
-        face: 0,
-        group: 0,
-    };
+    const NONE: Self = Self { position: [0.0; 3], normal: [0.0; 3], firing: 0, face: 0, group: 0 };
 
     /// A marker of a tool that has none yet: on the first face, with no normal.
-    pub(super) const FIRST: Self = Self {
-        face: 1,
-        group: 1,
-        ..Self::NONE
-    };
+    pub(super) const FIRST: Self = Self { face: 1, group: 1, ..Self::NONE };
 }

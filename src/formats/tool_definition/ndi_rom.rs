@@ -122,12 +122,7 @@ impl NdiRom {
 
     /// How sawNDITracker tells tools apart: main type, serial number and part number.
     pub fn unique_id(&self) -> String {
-        format!(
-            "{:02X}-{}-{}",
-            self.main_type(),
-            self.serial(),
-            self.part_number()
-        )
+        format!("{:02X}-{}-{}", self.main_type(), self.serial(), self.part_number())
     }
 
     /// The body's name: the part number, or who made it.

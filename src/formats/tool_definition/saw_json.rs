@@ -97,10 +97,7 @@ impl SawJson {
             Some(pivot) => object.insert("pivot".into(), point_value(pivot, old.get("pivot"))),
             None => object.remove("pivot"),
         };
-        Self {
-            text: format!("{:#}\n", Value::Object(object)),
-            geometry: geometry.clone(),
-        }
+        Self { text: format!("{:#}\n", Value::Object(object)), geometry: geometry.clone() }
     }
 }
 
@@ -131,11 +128,7 @@ fn geometry(value: &Value) -> Result<Geometry, FormatError> {
             Some(_) => "missing beside `tools`, which is a tracker's configuration",
             None => "missing",
         };
-        return Err(FormatError::field(
-            "fiducials",
-            found,
-            "the markers of a tool",
-        ));
+        return Err(FormatError::field("fiducials", found, "the markers of a tool"));
     };
     let Some(fiducials) = fiducials.as_array().filter(|list| !list.is_empty()) else {
         return Err(FormatError::field(
@@ -158,10 +151,9 @@ fn geometry(value: &Value) -> Result<Geometry, FormatError> {
     Geometry::check_count(fiducials.len())?;
     let id = match value.get("id") {
         None => None,
-        Some(id) => Some(
-            id.as_i64()
-                .ok_or_else(|| FormatError::field("id", short(id), "a whole number"))?,
-        ),
+        Some(id) => {
+            Some(id.as_i64().ok_or_else(|| FormatError::field("id", short(id), "a whole number"))?)
+        }
     };
     let points = fiducials.iter().enumerate();
     Ok(Geometry {
@@ -169,10 +161,7 @@ fn geometry(value: &Value) -> Result<Geometry, FormatError> {
         fiducials: points
             .map(|(i, at)| point(&format!("fiducials[{i}]"), at))
             .collect::<Result<_, _>>()?,
-        pivot: value
-            .get("pivot")
-            .map(|at| point("pivot", at))
-            .transpose()?,
+        pivot: value.get("pivot").map(|at| point("pivot", at)).transpose()?,
     })
 }
 

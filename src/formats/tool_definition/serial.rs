@@ -58,11 +58,7 @@ impl SerialWord {
             let days = u16::from(days_of_month(year, month));
             if day < days {
                 let is_named = u16::from(month) == (b2 >> 3 & 15) + 1;
-                return is_named.then_some(CalendarDate {
-                    year,
-                    month,
-                    day: low_byte(day + 1),
-                });
+                return is_named.then_some(CalendarDate { year, month, day: low_byte(day + 1) });
             }
             day -= days;
         }
@@ -124,10 +120,7 @@ mod tests {
         }
         assert_eq!(SerialWord([0x03, 0x14, 0x80, 0x34]).sequence(), 3);
         // Day 366 (5 * 64 + 45, from 0) of a year that has 365, and a January day that calls itself a February one.
-        assert_eq!(
-            SerialWord([0, 45 << 2, 0x80 | 11 << 3 | 5, 50]).date(),
-            None
-        );
+        assert_eq!(SerialWord([0, 45 << 2, 0x80 | 11 << 3 | 5, 50]).date(), None);
         assert_eq!(SerialWord([0, 0, 1 << 3, 50]).date(), None);
     }
 

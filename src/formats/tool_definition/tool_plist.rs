@@ -91,11 +91,7 @@ impl ToolPlist {
         let data = encode(&rom);
         let mut text = self.text.clone();
         text.replace_range(self.data.clone(), &data);
-        Self {
-            text,
-            data: self.data.start..self.data.start + data.len(),
-            rom,
-        }
+        Self { text, data: self.data.start..self.data.start + data.len(), rom }
     }
 }
 
@@ -114,11 +110,7 @@ fn encode(rom: &NdiRom) -> String {
 }
 
 fn decode(data: &[u8]) -> Result<Vec<u8>, FormatError> {
-    let letters: Vec<u8> = data
-        .iter()
-        .copied()
-        .filter(|b| !b.is_ascii_whitespace())
-        .collect();
+    let letters: Vec<u8> = data.iter().copied().filter(|b| !b.is_ascii_whitespace()).collect();
     BASE64.decode(&letters).map_err(|error| {
         FormatError::field(
             "ROMData",
@@ -186,10 +178,7 @@ fn find_data(list: &str) -> Result<Range<usize>, FormatError> {
 fn content(list: &str, reader: &mut Reader<&[u8]>, inside: u64) -> Result<Range<usize>, String> {
     loop {
         let at = reader.buffer_position();
-        match reader
-            .read_event()
-            .map_err(|error| format!("found no XML ({error})"))?
-        {
+        match reader.read_event().map_err(|error| format!("found no XML ({error})"))? {
             Event::Text(_) => {}
             Event::End(_) => {
                 let place = |at: u64| usize::try_from(at).unwrap_or(usize::MAX).min(list.len());
@@ -202,10 +191,7 @@ fn content(list: &str, reader: &mut Reader<&[u8]>, inside: u64) -> Result<Range<
 
 fn syntax(list: &str, at: usize, problem: String) -> FormatError {
     let before = list.as_bytes().get(..at).unwrap_or_default();
-    let line_start = before
-        .iter()
-        .rposition(|b| *b == b'\n')
-        .map_or(0, |i| i + 1);
+    let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
     FormatError::Syntax {
         line: 1 + before.iter().filter(|b| **b == b'\n').count(),
         column: 1 + before.len() - line_start,

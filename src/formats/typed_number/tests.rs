@@ -83,95 +83,35 @@ fn errors_say_what_is_wrong_and_where() {
         (" \t\u{a0}", Plain, "found nothing, expected a number"),
         ("12 +", Plain, "column 5: found the end, expected a number"),
         ("−−x", Plain, "column 3: found `x`, expected a number"),
-        (
-            "12 34",
-            Plain,
-            "column 4: found `34`, expected an operator or the end",
-        ),
-        (
-            "(1+2",
-            Plain,
-            "column 1: found no `)` for this `(`, expected one",
-        ),
-        (
-            "(1 2)",
-            Plain,
-            "column 4: found `2`, expected an operator or `)`",
-        ),
-        (
-            "1)",
-            Plain,
-            "column 2: found `)`, expected an operator or the end",
-        ),
+        ("12 34", Plain, "column 4: found `34`, expected an operator or the end"),
+        ("(1+2", Plain, "column 1: found no `)` for this `(`, expected one"),
+        ("(1 2)", Plain, "column 4: found `2`, expected an operator or `)`"),
+        ("1)", Plain, "column 2: found `)`, expected an operator or the end"),
         ("()", Plain, "column 2: found `)`, expected a number"),
-        (
-            "5 / (2-2)",
-            Plain,
-            "column 5: found a division by zero, expected another divisor",
-        ),
-        (
-            "0/0",
-            Plain,
-            "column 3: found a division by zero, expected another divisor",
-        ),
-        (
-            "1e999",
-            Plain,
-            "column 1: found a number that is too large, expected one below 1.8e308",
-        ),
+        ("5 / (2-2)", Plain, "column 5: found a division by zero, expected another divisor"),
+        ("0/0", Plain, "column 3: found a division by zero, expected another divisor"),
+        ("1e999", Plain, "column 1: found a number that is too large, expected one below 1.8e308"),
         (
             "1e300*1e300",
             Plain,
             "column 1: found a number that is too large, expected one below 1.8e308",
         ),
-        (
-            "1.2.3",
-            Plain,
-            "column 4: found `.`, expected one decimal point or comma",
-        ),
-        (
-            "1,234,567",
-            Plain,
-            "column 6: found `,`, expected one decimal point or comma",
-        ),
-        (
-            "1.234,5",
-            Plain,
-            "column 6: found `,`, expected one decimal point or comma",
-        ),
+        ("1.2.3", Plain, "column 4: found `.`, expected one decimal point or comma"),
+        ("1,234,567", Plain, "column 6: found `,`, expected one decimal point or comma"),
+        ("1.234,5", Plain, "column 6: found `,`, expected one decimal point or comma"),
         ("5,", Plain, "column 3: found the end, expected a digit"),
         (".", Plain, "column 2: found the end, expected a digit"),
         ("nan", Plain, "column 1: found `nan`, expected a number"),
-        (
-            "5e",
-            Millimetre,
-            "column 2: found `e`, expected µm, mm, cm, m or in",
-        ),
-        (
-            "5 MM",
-            Millimetre,
-            "column 3: found `MM`, expected µm, mm, cm, m or in",
-        ),
-        (
-            "5 mm",
-            Plain,
-            "column 3: found a length (µm, mm, cm, m, in), expected a plain number",
-        ),
+        ("5e", Millimetre, "column 2: found `e`, expected µm, mm, cm, m or in"),
+        ("5 MM", Millimetre, "column 3: found `MM`, expected µm, mm, cm, m or in"),
+        ("5 mm", Plain, "column 3: found a length (µm, mm, cm, m, in), expected a plain number"),
         (
             "5 rad",
             Millimetre,
             "column 3: found an angle (°, deg, rad, mrad), expected a length (µm, mm, cm, m, in)",
         ),
-        (
-            "5 mm cm",
-            Millimetre,
-            "column 6: found `cm`, expected an operator or the end",
-        ),
-        (
-            "(5 mm) cm",
-            Millimetre,
-            "column 8: found a second unit, `cm`, expected one",
-        ),
+        ("5 mm cm", Millimetre, "column 6: found `cm`, expected an operator or the end"),
+        ("(5 mm) cm", Millimetre, "column 8: found a second unit, `cm`, expected one"),
         (
             "5 mm * 2 mm",
             Millimetre,
@@ -183,17 +123,9 @@ fn errors_say_what_is_wrong_and_where() {
             "column 5: found a length (µm, mm, cm, m, in), expected a plain number",
         ),
         ("٣", Plain, "column 1: found `٣`, expected a number"),
-        (
-            "1💥",
-            Plain,
-            "column 2: found `💥`, expected an operator or the end",
-        ),
+        ("1💥", Plain, "column 2: found `💥`, expected an operator or the end"),
     ] {
-        assert_eq!(
-            parse(text, unit).unwrap_err().to_string(),
-            message,
-            "{text:?}"
-        );
+        assert_eq!(parse(text, unit).unwrap_err().to_string(), message, "{text:?}");
     }
 }
 
@@ -212,10 +144,7 @@ fn nesting_is_bounded_and_signs_cost_no_stack() {
         Err(true)
     );
     let digits = "9".repeat(1_000_000);
-    assert_eq!(
-        parse(&digits, Plain),
-        Err(TypedNumberError::TooLarge { column: 1 })
-    );
+    assert_eq!(parse(&digits, Plain), Err(TypedNumberError::TooLarge { column: 1 }));
     let message = parse(&format!("1{}", "x".repeat(1_000_000)), Millimetre);
     assert!(message.unwrap_err().to_string().chars().count() < 100);
 }

@@ -41,9 +41,7 @@ fn every_handle_is_under_its_own_grip_wherever_the_camera_is() {
         eye.camera.distance_mm = 60.0 + 90.0 * f64::from(k);
         let usable = gizmo().handles.iter();
         let usable = usable.filter(|handle| gizmo().is_usable(**handle, &eye));
-        let gripped = usable
-            .clone()
-            .filter(|handle| gizmo().grip_px(**handle, &eye).is_some());
+        let gripped = usable.clone().filter(|handle| gizmo().grip_px(**handle, &eye).is_some());
         // Two rings may lie over each other on the screen, and then one of them hides the other.
         assert!(gripped.count() + 1 >= usable.count(), "{k}");
     }
@@ -55,10 +53,7 @@ fn a_handle_keeps_its_size_on_the_screen() {
         let mut eye = eye();
         eye.camera.distance_mm = distance_mm;
         eye.camera.focus_mm = gizmo().pivot_mm();
-        let [x, y] = eye
-            .camera
-            .project(&gizmo().pivot_mm(), eye.view_px)
-            .unwrap();
+        let [x, y] = eye.camera.project(&gizmo().pivot_mm(), eye.view_px).unwrap();
         // A ring's silhouette is a little larger than its radius, which perspective adds.
         let beside = (0..64)
             .map(|k| f64::from(k) * TAU / 64.0)
@@ -81,13 +76,7 @@ fn an_arrow_is_pulled_by_what_lies_under_the_pointer() {
         let mut drag = HandleDrag::new(&gizmo(), arrow, &ray(on_axis(40.0)), &eye()).unwrap();
         for wanted_mm in [-25.0, 0.0, 12.5, 60.0] {
             let movement = drag.movement_at(&ray(on_axis(40.0 + wanted_mm))).unwrap();
-            let Movement::Slide {
-                direction: d,
-                by_mm,
-            } = movement
-            else {
-                panic!("{movement:?}")
-            };
+            let Movement::Slide { direction: d, by_mm } = movement else { panic!("{movement:?}") };
             assert_eq!(d, direction);
             assert!((by_mm - wanted_mm).abs() < 1e-7, "{by_mm} {wanted_mm}");
         }
@@ -104,9 +93,7 @@ fn a_ring_turns_with_the_pointer_and_goes_on_past_half_a_turn() {
         for step in 1..=90 {
             let wanted_rad = f64::from(step) * 0.1;
             let movement = drag.movement_at(&ray(at(0.4 + wanted_rad))).unwrap();
-            let Movement::Turn { by_rad, .. } = movement else {
-                panic!("{movement:?}")
-            };
+            let Movement::Turn { by_rad, .. } = movement else { panic!("{movement:?}") };
             assert!((by_rad - wanted_rad).abs() < 1e-7, "{by_rad} {wanted_rad}");
         }
     }
@@ -118,10 +105,7 @@ fn a_ring_on_its_edge_turns_along_its_tangent() {
     let mut eye = eye();
     eye.camera.look_along(Axis::Y);
     eye.camera.focus_mm = Point3::origin();
-    let gizmo = Gizmo {
-        tracker_from_gizmo: Pose::identity(),
-        handles: Handle::ALL,
-    };
+    let gizmo = Gizmo { tracker_from_gizmo: Pose::identity(), handles: Handle::ALL };
     let ray = |x: f64| {
         let [middle_x, middle_y] = eye.view_px.map(|side| side / 2.0);
         eye.camera.ray([middle_x + x, middle_y], eye.view_px)

@@ -9,10 +9,7 @@ use std::collections::HashMap;
 
 /// Takes away what lies where the scalar, one number a vertex, is above zero.
 pub(super) fn clip(surface: &mut Isosurface, excess: &[f64]) {
-    let mut cut = Cut {
-        vertex_of_edge: HashMap::new(),
-        excess,
-    };
+    let mut cut = Cut { vertex_of_edge: HashMap::new(), excess };
     let triangles = std::mem::take(&mut surface.triangles);
     for triangle in triangles {
         let polygon = cut.polygon(surface, triangle);
@@ -58,15 +55,12 @@ impl Cut<'_> {
         if part == 0.0 {
             return within;
         }
-        *self
-            .vertex_of_edge
-            .entry((within, beyond))
-            .or_insert_with(|| {
-                let (positions, normals) = (&mut surface.positions_mm, &mut surface.normals);
-                positions.push(positions[from] + (positions[to] - positions[from]) * part);
-                normals.push(normals[from] * (1.0 - part) + normals[to] * part);
-                next
-            })
+        *self.vertex_of_edge.entry((within, beyond)).or_insert_with(|| {
+            let (positions, normals) = (&mut surface.positions_mm, &mut surface.normals);
+            positions.push(positions[from] + (positions[to] - positions[from]) * part);
+            normals.push(normals[from] * (1.0 - part) + normals[to] * part);
+            next
+        })
     }
 }
 
@@ -100,10 +94,7 @@ struct Corner {
 /// Which part of a tetrahedron is both within and at most the level, and which is within, from what
 /// its corners have.
 pub(super) fn low_and_whole(values: [f64; 4], level: f64, excess: [f64; 4]) -> [f64; 2] {
-    let corner = |k: usize| Corner {
-        shares: Vector4::ith(k, 1.0),
-        value: values[k],
-    };
+    let corner = |k: usize| Corner { shares: Vector4::ith(k, 1.0), value: values[k] };
     // Where the cut meets the edge from a corner within to one beyond.
     let on = |from: usize, to: usize| {
         let part = part(excess[from], excess[to], 0.0);
@@ -112,32 +103,25 @@ pub(super) fn low_and_whole(values: [f64; 4], level: f64, excess: [f64; 4]) -> [
             0.0 => values[from],
             part => values[from] * (1.0 - part) + values[to] * part,
         };
-        Corner {
-            shares: Vector4::ith(from, 1.0 - part) + Vector4::ith(to, part),
-            value: between,
-        }
+        Corner { shares: Vector4::ith(from, 1.0 - part) + Vector4::ith(to, part), value: between }
     };
     let (within, beyond): (Vec<usize>, Vec<usize>) = (0..4).partition(|k| excess[*k] <= 0.0);
     let pieces: Vec<[Corner; 4]> = match (within.as_slice(), beyond.as_slice()) {
         (_, []) => vec![[0, 1, 2, 3].map(corner)],
         (&[a], &[b, c, d]) => vec![[corner(a), on(a, b), on(a, c), on(a, d)]],
-        (&[a, b, c], &[d]) => prism(
-            [corner(a), corner(b), corner(c)],
-            [on(a, d), on(b, d), on(c, d)],
-        ),
-        (&[a, b], &[c, d]) => prism(
-            [corner(a), on(a, c), on(a, d)],
-            [corner(b), on(b, c), on(b, d)],
-        ),
+        (&[a, b, c], &[d]) => {
+            prism([corner(a), corner(b), corner(c)], [on(a, d), on(b, d), on(c, d)])
+        }
+        (&[a, b], &[c, d]) => {
+            prism([corner(a), on(a, c), on(a, d)], [corner(b), on(b, c), on(b, d)])
+        }
         _ => Vec::new(),
     };
     let mut sums = [0.0; 2];
     for piece in pieces {
         let whole = share_of(&piece);
         let (low, high): (Vec<usize>, Vec<usize>) = (0..4).partition(|k| piece[*k].value <= level);
-        let low = low_part(&low, &high, |a, b| {
-            part(piece[a].value, piece[b].value, level)
-        });
+        let low = low_part(&low, &high, |a, b| part(piece[a].value, piece[b].value, level));
         sums = [sums[0] + whole * low, sums[1] + whole];
     }
     sums
@@ -145,11 +129,7 @@ pub(super) fn low_and_whole(values: [f64; 4], level: f64, excess: [f64; 4]) -> [
 
 /// Between two triangles whose corners belong together, as three tetrahedra.
 fn prism(p: [Corner; 3], q: [Corner; 3]) -> Vec<[Corner; 4]> {
-    vec![
-        [p[0], p[1], p[2], q[2]],
-        [p[0], p[1], q[1], q[2]],
-        [p[0], q[0], q[1], q[2]],
-    ]
+    vec![[p[0], p[1], p[2], q[2]], [p[0], p[1], q[1], q[2]], [p[0], q[0], q[1], q[2]]]
 }
 
 /// How much of the tetrahedron a piece of it is.

@@ -23,44 +23,32 @@ pub(crate) fn cylinder(radius_mm: f64, length_mm: f64, sides: u32) -> SurfaceMes
     for i in 0..sides {
         let base = part.positions_mm.len() as u32;
         for (corner, z) in [(i, 0.0), (i + 1, 0.0), (i + 1, length_mm), (i, length_mm)] {
-            part.positions_mm
-                .push(Point3::from(rim(corner) * radius_mm + Vector3::z() * z));
+            part.positions_mm.push(Point3::from(rim(corner) * radius_mm + Vector3::z() * z));
             part.normals.push(rim(corner));
         }
-        part.triangles
-            .extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
-        for (z, normal, order) in [
-            (0.0, -Vector3::z(), [0, 2, 1]),
-            (length_mm, Vector3::z(), [0, 1, 2]),
-        ] {
+        part.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
+        for (z, normal, order) in
+            [(0.0, -Vector3::z(), [0, 2, 1]), (length_mm, Vector3::z(), [0, 1, 2])]
+        {
             let base = part.positions_mm.len() as u32;
             for offset in [Vector3::zeros(), rim(i) * radius_mm, rim(i + 1) * radius_mm] {
-                part.positions_mm
-                    .push(Point3::from(offset + Vector3::z() * z));
+                part.positions_mm.push(Point3::from(offset + Vector3::z() * z));
                 part.normals.push(normal);
             }
             part.triangles.push(order.map(|k: u32| base + k));
         }
     }
-    SurfaceMesh {
-        parts: vec![part],
-        ..SurfaceMesh::default()
-    }
+    SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() }
 }
 
 fn ray(origin: [f64; 3], direction: [f64; 3]) -> Ray {
-    Ray {
-        origin_mm: origin.into(),
-        direction: Unit::new_normalize(direction.into()),
-    }
+    Ray { origin_mm: origin.into(), direction: Unit::new_normalize(direction.into()) }
 }
 
 #[test]
 fn a_ray_hits_the_near_side_with_the_smooth_normal() {
     let surface = Surface::new(&cylinder(2.0, 100.0, 64)).unwrap();
-    let hit = surface
-        .cast(&ray([50.0, 0.7, 40.0], [-1.0, 0.0, 0.0]))
-        .unwrap();
+    let hit = surface.cast(&ray([50.0, 0.7, 40.0], [-1.0, 0.0, 0.0])).unwrap();
     // A chord of 64 sides is 2 (1 - cos(pi / 64)) = 0.0024 mm inside the circle.
     assert!((hit.position_mm - Point3::new((4.0f64 - 0.49).sqrt(), 0.7, 40.0)).norm() < 0.003);
     let radial = Vector3::new(hit.position_mm.x, hit.position_mm.y, 0.0).normalize();
@@ -70,21 +58,9 @@ fn a_ray_hits_the_near_side_with_the_smooth_normal() {
 #[test]
 fn rays_from_inside_or_past_the_body_miss() {
     let surface = Surface::new(&cylinder(2.0, 100.0, 32)).unwrap();
-    assert!(
-        surface
-            .cast(&ray([0.0, 0.0, 50.0], [1.0, 0.0, 0.0]))
-            .is_none()
-    );
-    assert!(
-        surface
-            .cast(&ray([50.0, 3.0, 50.0], [-1.0, 0.0, 0.0]))
-            .is_none()
-    );
-    assert!(
-        surface
-            .cast(&ray([50.0, 0.0, 50.0], [1.0, 0.0, 0.0]))
-            .is_none()
-    );
+    assert!(surface.cast(&ray([0.0, 0.0, 50.0], [1.0, 0.0, 0.0])).is_none());
+    assert!(surface.cast(&ray([50.0, 3.0, 50.0], [-1.0, 0.0, 0.0])).is_none());
+    assert!(surface.cast(&ray([50.0, 0.0, 50.0], [1.0, 0.0, 0.0])).is_none());
 }
 
 #[test]
@@ -92,9 +68,7 @@ fn the_tree_agrees_with_trying_every_triangle() {
     let surface = Surface::new(&cylinder(5.0, 80.0, 48)).unwrap();
     let mut state = 1u64;
     let mut random = || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
     };
     for _ in 0..300 {
@@ -134,8 +108,7 @@ fn torus(steps: [u32; 2], ring_mm: f64, radius_mm: f64) -> SurfaceMesh {
         for j in 0..across {
             let (sine, cosine) = (f64::from(j) / f64::from(across) * TAU).sin_cos();
             let normal = outward * cosine + Vector3::z() * sine;
-            part.positions_mm
-                .push(Point3::from(outward * ring_mm + normal * radius_mm));
+            part.positions_mm.push(Point3::from(outward * ring_mm + normal * radius_mm));
             part.normals.push(normal);
             let at = |i: u32, j: u32| i % around * across + j % across;
             let [a, b] = [at(i, j), at(i + 1, j)];
@@ -156,9 +129,7 @@ fn a_tree_built_on_many_threads_is_the_one_built_on_one_and_finds_what_a_torus_h
     assert_eq!(format!("{:?}", surface.nodes), format!("{:?}", alone.nodes));
     let mut state = 5u64;
     let mut random = || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
     };
     for i in 0..60 {
@@ -166,11 +137,7 @@ fn a_tree_built_on_many_threads_is_the_one_built_on_one_and_finds_what_a_torus_h
         let from = Point3::new(random() * 400.0, random() * 400.0, random() * 400.0);
         let to = Point3::new(random() * 150.0, random() * 150.0, random() * 30.0);
         let direction = if i % 6 == 0 { -Vector3::z() } else { to - from };
-        let origin = if i % 6 == 0 {
-            to + Vector3::z() * 99.0
-        } else {
-            from
-        };
+        let origin = if i % 6 == 0 { to + Vector3::z() * 99.0 } else { from };
         let ray = ray(origin.coords.into(), direction.into());
         let all = surface.triangles.iter().filter_map(|t| t.meets(&ray));
         let nearest = all.map(|m| m.0).min_by(f64::total_cmp);

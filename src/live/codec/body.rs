@@ -90,10 +90,7 @@ pub struct Point {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BodyError {
     #[error("found {found} bytes, expected {expected}")]
-    Length {
-        found: usize,
-        expected: &'static str,
-    },
+    Length { found: usize, expected: &'static str },
     #[error("found a {field} that is no text, expected UTF-8")]
     NotText { field: &'static str },
     #[error("found {found}, expected {expected}")]
@@ -156,10 +153,7 @@ impl Content {
 
     /// The content of a type; `None` for one that is not known here.
     pub fn decode(kind: &str, bytes: &[u8]) -> Option<Result<Self, BodyError>> {
-        let wrong_length = |expected| BodyError::Length {
-            found: bytes.len(),
-            expected,
-        };
+        let wrong_length = |expected| BodyError::Length { found: bytes.len(), expected };
         let empty = |content| match bytes {
             [] => Ok(content),
             _ => Err(wrong_length("none")),
@@ -287,20 +281,14 @@ fn elements<const N: usize, T>(
 ) -> Result<Vec<T>, BodyError> {
     let (parts, rest) = bytes.as_chunks::<N>();
     if !rest.is_empty() {
-        return Err(BodyError::Length {
-            found: bytes.len(),
-            expected,
-        });
+        return Err(BodyError::Length { found: bytes.len(), expected });
     }
     parts.iter().map(element).collect()
 }
 
 /// The next text of fixed width.
 fn text(reader: &mut Reader, width: usize, field: &'static str) -> Result<String, BodyError> {
-    reader
-        .take(width)
-        .and_then(text_of)
-        .ok_or(BodyError::NotText { field })
+    reader.take(width).and_then(text_of).ok_or(BodyError::NotText { field })
 }
 
 /// The name of a tool in a list; empty where it is no text, so that the other tools of the list are
@@ -311,20 +299,13 @@ fn tool_name(reader: &mut Reader) -> String {
 }
 
 /// What cannot be missing, because the length was looked at.
-const CUT: BodyError = BodyError::Length {
-    found: 0,
-    expected: "a whole element",
-};
+const CUT: BodyError = BodyError::Length { found: 0, expected: "a whole element" };
 
 fn tracking_element(bytes: &[u8; 70]) -> Result<TrackingElement, BodyError> {
     let mut reader = Reader(bytes);
     let name = tool_name(&mut reader);
     let [kind, _] = reader.array().ok_or(CUT)?;
-    Ok(TrackingElement {
-        name,
-        kind: kind.into(),
-        matrix: Matrix(reader.floats().ok_or(CUT)?),
-    })
+    Ok(TrackingElement { name, kind: kind.into(), matrix: Matrix(reader.floats().ok_or(CUT)?) })
 }
 
 fn quaternion_element(bytes: &[u8; 50]) -> Result<QuaternionElement, BodyError> {
@@ -359,19 +340,15 @@ fn point(bytes: &[u8; 136]) -> Result<Point, BodyError> {
 fn decode_status(bytes: &[u8]) -> Result<Status, BodyError> {
     let mut reader = Reader(bytes);
     let mut numbers = || Some((reader.u16()?, reader.i64()?, reader.take(NAME_BYTES)?));
-    let (code, subcode, name) = numbers().ok_or(BodyError::Length {
-        found: bytes.len(),
-        expected: "30 at least",
-    })?;
+    let (code, subcode, name) =
+        numbers().ok_or(BodyError::Length { found: bytes.len(), expected: "30 at least" })?;
     // The text is for people: what is no UTF-8 in it is shown as such.
     let end = reader.0.iter().position(|&b| b == 0);
     let said = reader.0.get(..end.unwrap_or(reader.0.len()));
     Ok(Status {
         code: StatusCode(code),
         subcode,
-        name: text_of(name).ok_or(BodyError::NotText {
-            field: "status name",
-        })?,
+        name: text_of(name).ok_or(BodyError::NotText { field: "status name" })?,
         text: String::from_utf8_lossy(said.unwrap_or_default()).into_owned(),
     })
 }
@@ -381,10 +358,7 @@ fn decode_string(bytes: &[u8]) -> Option<Text> {
     let encoding = reader.u16()?;
     let length = reader.u16()?;
     let said = reader.take(length.into())?;
-    reader.0.is_empty().then(|| Text {
-        encoding,
-        bytes: said.to_vec(),
-    })
+    reader.0.is_empty().then(|| Text { encoding, bytes: said.to_vec() })
 }
 
 fn decode_start(bytes: &[u8]) -> Result<StartTracking, BodyError> {
@@ -394,9 +368,6 @@ fn decode_start(bytes: &[u8]) -> Result<StartTracking, BodyError> {
             resolution_ms,
             frame: text(&mut reader, FRAME_BYTES, "coordinate frame")?,
         }),
-        _ => Err(BodyError::Length {
-            found: bytes.len(),
-            expected: "36",
-        }),
+        _ => Err(BodyError::Length { found: bytes.len(), expected: "36" }),
     }
 }

@@ -4,18 +4,9 @@
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EncodeError {
     #[error("{field} {text:?} has {found} bytes, the message's field holds {limit}")]
-    TooLong {
-        field: &'static str,
-        text: String,
-        found: usize,
-        limit: usize,
-    },
+    TooLong { field: &'static str, text: String, found: usize, limit: usize },
     #[error("{field}: {found}, the message's field holds {limit} at most")]
-    TooMany {
-        field: &'static str,
-        found: usize,
-        limit: usize,
-    },
+    TooMany { field: &'static str, found: usize, limit: usize },
 }
 
 /// A count as a field of the message has it.
@@ -24,11 +15,7 @@ pub fn counted<T: TryFrom<usize>>(
     field: &'static str,
     limit: usize,
 ) -> Result<T, EncodeError> {
-    T::try_from(found).map_err(|_| EncodeError::TooMany {
-        field,
-        found,
-        limit,
-    })
+    T::try_from(found).map_err(|_| EncodeError::TooMany { field, found, limit })
 }
 
 /// Writes a text of fixed width, filled with zeros.

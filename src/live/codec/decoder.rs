@@ -41,12 +41,7 @@ pub enum DecodeError {
     #[error(
         "{kind} of {device:?}: found a body of {found} bytes announced, expected {limit} at most"
     )]
-    TooLong {
-        kind: String,
-        device: String,
-        found: u64,
-        limit: u64,
-    },
+    TooLong { kind: String, device: String, found: u64, limit: u64 },
     /// The message is passed over; the next one is found.
     #[error(
         "{kind}: found a device name \"{}\", expected UTF-8 without control characters",
@@ -56,18 +51,9 @@ pub enum DecodeError {
     #[error(
         "{kind} of {device:?}: found checksum {found:016x}, expected {expected:016x}, that of its body"
     )]
-    Checksum {
-        kind: String,
-        device: String,
-        found: u64,
-        expected: u64,
-    },
+    Checksum { kind: String, device: String, found: u64, expected: u64 },
     #[error("{kind} of {device:?}: {problem}")]
-    Body {
-        kind: String,
-        device: String,
-        problem: BodyError,
-    },
+    Body { kind: String, device: String, problem: BodyError },
 }
 
 impl DecodeError {
@@ -100,11 +86,7 @@ pub struct Decoder {
 impl Decoder {
     /// Longer bodies than `max_body_bytes` are skipped.
     pub fn new(max_body_bytes: usize) -> Self {
-        Self {
-            state: State::Header,
-            kept: Vec::new(),
-            max_body_bytes,
-        }
+        Self { state: State::Header, kept: Vec::new(), max_body_bytes }
     }
 
     /// Takes bytes from the front of `arrived` until a message is whole, and gives what it is;
@@ -118,9 +100,8 @@ impl Decoder {
                     return None;
                 }
                 State::Skipping { bytes_left } => {
-                    let taken = arrived
-                        .len()
-                        .min(usize::try_from(bytes_left).unwrap_or(usize::MAX));
+                    let taken =
+                        arrived.len().min(usize::try_from(bytes_left).unwrap_or(usize::MAX));
                     *arrived = arrived.get(taken..).unwrap_or_default();
                     let bytes_left = bytes_left - taken as u64;
                     if bytes_left > 0 {
@@ -185,16 +166,10 @@ impl Decoder {
                 within(limit, &header.kind, &header.device, header.body_bytes)?;
                 Ok(header)
             }
-            Err(HeaderError::Device {
-                kind,
-                device,
-                body_bytes,
-            }) => {
+            Err(HeaderError::Device { kind, device, body_bytes }) => {
                 // The longer limit: whatever it is, it is passed over.
                 within(longest_body(&kind, Version::Two), &kind, "", body_bytes)?;
-                self.state = State::Skipping {
-                    bytes_left: body_bytes,
-                };
+                self.state = State::Skipping { bytes_left: body_bytes };
                 Err(DecodeError::Name { kind, device })
             }
             Err(error) => Err(error.into()),
@@ -208,9 +183,7 @@ impl Decoder {
             self.state = State::Body(header);
             return None;
         }
-        self.state = State::Skipping {
-            bytes_left: header.body_bytes,
-        };
+        self.state = State::Skipping { bytes_left: header.body_bytes };
         Some(Decoded::Skipped {
             kind: header.kind,
             device: header.device,
@@ -223,12 +196,7 @@ fn within(limit: u64, kind: &str, device: &str, found: u64) -> Result<(), Decode
     if found <= limit {
         return Ok(());
     }
-    Err(DecodeError::TooLong {
-        kind: kind.to_owned(),
-        device: device.to_owned(),
-        found,
-        limit,
-    })
+    Err(DecodeError::TooLong { kind: kind.to_owned(), device: device.to_owned(), found, limit })
 }
 
 fn message(header: &Header, body: &[u8]) -> Result<Message, DecodeError> {
@@ -242,11 +210,7 @@ fn message(header: &Header, body: &[u8]) -> Result<Message, DecodeError> {
             expected,
         });
     }
-    let wrong = |problem| DecodeError::Body {
-        kind: kind(),
-        device: device(),
-        problem,
-    };
+    let wrong = |problem| DecodeError::Body { kind: kind(), device: device(), problem };
     let (extension, content) = match header.version {
         Version::One => (None, body),
         Version::Two => {
@@ -254,12 +218,7 @@ fn message(header: &Header, body: &[u8]) -> Result<Message, DecodeError> {
             (Some(extension), content)
         }
     };
-    let unknown = || {
-        Err(BodyError::Length {
-            found: content.len(),
-            expected: "a known type",
-        })
-    };
+    let unknown = || Err(BodyError::Length { found: content.len(), expected: "a known type" });
     let content = Content::decode(&header.kind, content).unwrap_or_else(unknown);
     Ok(Message {
         device: device(),

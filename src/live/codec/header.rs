@@ -36,9 +36,7 @@ impl Timestamp {
     pub fn now() -> Self {
         // A clock before 1970 is no time.
         Self::from_unix(
-            std::time::SystemTime::now()
-                .duration_since(std::time::UNIX_EPOCH)
-                .unwrap_or_default(),
+            std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default(),
         )
     }
 
@@ -92,11 +90,7 @@ pub enum HeaderError {
         "{kind}: found a device name \"{}\", expected UTF-8 without control characters",
         .device.escape_ascii()
     )]
-    Device {
-        kind: String,
-        device: Vec<u8>,
-        body_bytes: u64,
-    },
+    Device { kind: String, device: Vec<u8>, body_bytes: u64 },
 }
 
 impl Header {
@@ -127,14 +121,7 @@ impl Header {
                 body_bytes,
             });
         };
-        Ok(Self {
-            version,
-            kind,
-            device,
-            timestamp,
-            body_bytes,
-            checksum,
-        })
+        Ok(Self { version, kind, device, timestamp, body_bytes, checksum })
     }
 
     /// # Errors

@@ -35,11 +35,7 @@ pub struct MetadataEntry {
 
 impl MetadataEntry {
     pub fn text(key: &str, value: &str) -> Self {
-        Self {
-            key: key.to_owned(),
-            encoding: ASCII,
-            value: value.as_bytes().to_vec(),
-        }
+        Self { key: key.to_owned(), encoding: ASCII, value: value.as_bytes().to_vec() }
     }
 }
 
@@ -80,24 +76,15 @@ impl Extension {
             found: format!("an extended header and metadata of {around} bytes"),
             expected: format!("no more than the body's {}", body.len()),
         };
-        let content_bytes = (body.len() as u64)
-            .checked_sub(around)
-            .ok_or_else(too_long)?;
+        let content_bytes = (body.len() as u64).checked_sub(around).ok_or_else(too_long)?;
         let mut parts = Reader(body);
         let mut part = |bytes: u64| parts.take(usize::try_from(bytes).ok()?);
         let mut parts = || {
             part(extended_bytes.into())?;
-            Some((
-                part(content_bytes)?,
-                part(header_bytes.into())?,
-                part(values_bytes.into())?,
-            ))
+            Some((part(content_bytes)?, part(header_bytes.into())?, part(values_bytes.into())?))
         };
         let (content, header, values) = parts().ok_or_else(too_long)?;
-        let extension = Self {
-            message_id,
-            metadata: decode_metadata(header, values)?,
-        };
+        let extension = Self { message_id, metadata: decode_metadata(header, values)? };
         Ok((extension, content))
     }
 
@@ -106,11 +93,8 @@ impl Extension {
         const FIELD: &str = "metadata";
         let entries: u16 = counted(self.metadata.len(), FIELD, u16::MAX.into())?;
         let header_bytes = 2 + ENTRY_BYTES * self.metadata.len();
-        let values_bytes: usize = self
-            .metadata
-            .iter()
-            .map(|entry| entry.key.len() + entry.value.len())
-            .sum();
+        let values_bytes: usize =
+            self.metadata.iter().map(|entry| entry.key.len() + entry.value.len()).sum();
         let header_size: u16 = counted(header_bytes, FIELD, u16::MAX.into())?;
         let values_size: u32 = counted(values_bytes, FIELD, u32::MAX as usize)?;
         out.extend_from_slice(&EXTENDED_BYTES.to_be_bytes());

@@ -41,12 +41,7 @@ pub struct Message {
 impl Message {
     /// A message with a header of version 1, which every receiver reads.
     pub fn new(device: impl Into<String>, timestamp: Timestamp, content: Content) -> Self {
-        Self {
-            device: device.into(),
-            timestamp,
-            content,
-            extension: None,
-        }
+        Self { device: device.into(), timestamp, content, extension: None }
     }
 
     /// The bytes to send.

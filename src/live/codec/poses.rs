@@ -100,10 +100,7 @@ impl Orientation {
         if at_mm.iter().any(|value| !value.is_finite()) {
             return Err(NotAPose::NotFinite);
         }
-        Ok(pose_from_parts(
-            Vector3::from(at_mm.map(f64::from)),
-            rotation,
-        ))
+        Ok(pose_from_parts(Vector3::from(at_mm.map(f64::from)), rotation))
     }
 }
 

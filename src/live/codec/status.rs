@@ -27,20 +27,10 @@ pub struct Status {
 
 impl Status {
     pub fn ok(text: impl Into<String>) -> Self {
-        Self {
-            code: StatusCode::OK,
-            subcode: 0,
-            name: String::new(),
-            text: text.into(),
-        }
+        Self { code: StatusCode::OK, subcode: 0, name: String::new(), text: text.into() }
     }
 
     pub fn problem(code: StatusCode, name: &str, text: impl Into<String>) -> Self {
-        Self {
-            code,
-            subcode: 0,
-            name: name.to_owned(),
-            text: text.into(),
-        }
+        Self { code, subcode: 0, name: name.to_owned(), text: text.into() }
     }
 }

@@ -57,29 +57,14 @@ fn content() -> impl Strategy<Value = Content> {
         floats().prop_map(Orientation::Full),
     ];
     let position = (floats(), orientation);
-    let tracking =
-        (name(20), any::<u8>(), floats()).prop_map(|(name, kind, values)| TrackingElement {
-            name,
-            kind: kind.into(),
-            matrix: Matrix(values),
-        });
+    let tracking = (name(20), any::<u8>(), floats()).prop_map(|(name, kind, values)| {
+        TrackingElement { name, kind: kind.into(), matrix: Matrix(values) }
+    });
     let quaternions =
         (name(20), any::<u8>(), floats(), floats()).prop_map(|(name, kind, at_mm, quaternion)| {
-            QuaternionElement {
-                name,
-                kind: kind.into(),
-                at_mm,
-                quaternion,
-            }
+            QuaternionElement { name, kind: kind.into(), at_mm, quaternion }
         });
-    let points = (
-        name(64),
-        name(32),
-        any::<[u8; 4]>(),
-        floats(),
-        0.0_f32..9.0,
-        name(20),
-    );
+    let points = (name(64), name(32), any::<[u8; 4]>(), floats(), 0.0_f32..9.0, name(20));
     let points = points.prop_map(|(name, group, rgba, at_mm, radius_mm, owner)| Point {
         name,
         group,
@@ -97,10 +82,8 @@ fn content() -> impl Strategy<Value = Content> {
     });
     let text = (any::<u16>(), prop::collection::vec(any::<u8>(), 0..90));
     let start = || {
-        (any::<u32>(), name(32)).prop_map(|(resolution_ms, frame)| StartTracking {
-            resolution_ms,
-            frame,
-        })
+        (any::<u32>(), name(32))
+            .prop_map(|(resolution_ms, frame)| StartTracking { resolution_ms, frame })
     };
     prop_oneof![
         floats().prop_map(|values| Content::Transform(Matrix(values))),
@@ -131,25 +114,16 @@ fn message() -> impl Strategy<Value = Message> {
         encoding,
         value,
     });
-    let extension =
-        (any::<u32>(), prop::collection::vec(entry, 0..4)).prop_map(|(message_id, metadata)| {
-            Extension {
-                message_id,
-                metadata,
-            }
-        });
-    (
-        name(20),
-        any::<u64>(),
-        content(),
-        prop::option::of(extension),
-    )
-        .prop_map(|(device, timestamp, content, extension)| Message {
+    let extension = (any::<u32>(), prop::collection::vec(entry, 0..4))
+        .prop_map(|(message_id, metadata)| Extension { message_id, metadata });
+    (name(20), any::<u64>(), content(), prop::option::of(extension)).prop_map(
+        |(device, timestamp, content, extension)| Message {
             device,
             timestamp: Timestamp(timestamp),
             content,
             extension,
-        })
+        },
+    )
 }
 
 proptest! {
@@ -218,10 +192,8 @@ proptest! {
 
 #[test]
 fn a_stream_cut_anywhere_gives_the_whole_messages_before_the_cut() {
-    let extension = Extension {
-        message_id: 3,
-        metadata: vec![MetadataEntry::text("TransformStatus", "OK")],
-    };
+    let extension =
+        Extension { message_id: 3, metadata: vec![MetadataEntry::text("TransformStatus", "OK")] };
     let matrix = Matrix::from_pose(&Pose::translation(1.0, 2.0, 3.0));
     let mut sent = [
         Message::new("A", Timestamp(1), Content::Transform(matrix)),
@@ -229,24 +201,15 @@ fn a_stream_cut_anywhere_gives_the_whole_messages_before_the_cut() {
         Message::new("C", Timestamp(3), Content::StopTracking),
     ];
     sent[1].extension = Some(extension);
-    let parts: Vec<Vec<u8>> = sent
-        .iter()
-        .map(|message| message.encode().unwrap())
-        .collect();
-    let ends: Vec<usize> = (1..=parts.len())
-        .map(|n| parts[..n].concat().len())
-        .collect();
+    let parts: Vec<Vec<u8>> = sent.iter().map(|message| message.encode().unwrap()).collect();
+    let ends: Vec<usize> = (1..=parts.len()).map(|n| parts[..n].concat().len()).collect();
     let stream = parts.concat();
     for cut in 0..=stream.len() {
         let (found, decoder) = decode_in(7, &stream[..cut]);
         let whole = ends.iter().filter(|end| **end <= cut).count();
         assert_eq!(found.len(), whole, "{cut}");
         assert!(found.iter().all(Result::is_ok));
-        assert_eq!(
-            decoder.is_between_messages(),
-            cut == 0 || ends.contains(&cut),
-            "{cut}"
-        );
+        assert_eq!(decoder.is_between_messages(), cut == 0 || ends.contains(&cut), "{cut}");
     }
 }
 
@@ -286,11 +249,7 @@ fn announced_bytes_are_neither_allocated_nor_waited_for_without_end() {
             body_bytes: bytes,
         };
         assert_eq!(found, [Ok(skipped), Ok(Decoded::Message(next))]);
-        assert!(
-            decoder.kept.capacity() <= 128,
-            "{}",
-            decoder.kept.capacity()
-        );
+        assert!(decoder.kept.capacity() <= 128, "{}", decoder.kept.capacity());
     }
 }
 
@@ -298,11 +257,7 @@ fn announced_bytes_are_neither_allocated_nor_waited_for_without_end() {
 fn lengths_that_lie_are_named() {
     let said = |stream: &[u8]| messages(stream)[0].as_ref().unwrap_err().to_string();
     for (kind, body, expected) in [
-        (
-            "TRANSFORM",
-            47,
-            "TRANSFORM of \"Probe\": found 47 bytes, expected 48",
-        ),
+        ("TRANSFORM", 47, "TRANSFORM of \"Probe\": found 47 bytes, expected 48"),
         ("POSITION", 20, "found 20 bytes, expected 12, 24 or 28"),
         ("TDATA", 71, "found 71 bytes, expected a multiple of 70"),
         ("QTDATA", 49, "found 49 bytes, expected a multiple of 50"),
@@ -321,9 +276,7 @@ fn lengths_that_lie_are_named() {
     let body = [0, 12, 255, 255, 255, 255, 255, 255, 0, 0, 0, 1];
     let said_of_all = said(&framed(2, "TRANSFORM", &body));
     assert!(said_of_all.contains("found an extended header and metadata of 4295032842 bytes, expected no more than the body's 12"), "{said_of_all}");
-    let entry = [
-        0, 12, 0, 10, 0, 0, 0, 2, 0, 0, 0, 1, 0, 1, 0, 9, 0, 3, 0, 0, 0, 9, b'k', b'v',
-    ];
+    let entry = [0, 12, 0, 10, 0, 0, 0, 2, 0, 0, 0, 1, 0, 1, 0, 9, 0, 3, 0, 0, 0, 9, b'k', b'v'];
     let said_of_entry = said(&framed(2, "STP_TDATA", &entry));
     assert!(
         said_of_entry.contains("metadata that end in entry 1, expected 1 entries"),
@@ -344,10 +297,7 @@ fn lengths_that_lie_are_named() {
         assert!(said.contains("extended header"), "{said}");
     }
     let short = said(&framed(2, "TRANSFORM", &[0; 5]));
-    assert!(
-        short.contains("found 5 bytes, expected 12 at least"),
-        "{short}"
-    );
+    assert!(short.contains("found 5 bytes, expected 12 at least"), "{short}");
 }
 
 #[test]
@@ -359,10 +309,7 @@ fn a_bad_name_costs_its_own_message_only() {
         stream[14..34].fill(0);
         stream[14..14 + name.len()].copy_from_slice(name);
         stream.extend(next.encode().unwrap());
-        let wrong = DecodeError::Name {
-            kind: "TRANSFORM".to_owned(),
-            device: name.to_vec(),
-        };
+        let wrong = DecodeError::Name { kind: "TRANSFORM".to_owned(), device: name.to_vec() };
         let said = wrong.to_string();
         assert!(said.contains(&name.escape_ascii().to_string()), "{said}");
         for piece in [1, 1000] {
@@ -390,9 +337,7 @@ fn a_bad_name_in_a_list_costs_its_own_tool_only() {
     Content::Tracking(elements).encode(&mut body).unwrap();
     body[70] = 0xff;
     let found = messages(&framed(1, "TDATA", &body));
-    let Ok(Decoded::Message(message)) = &found[0] else {
-        panic!("{found:?}")
-    };
+    let Ok(Decoded::Message(message)) = &found[0] else { panic!("{found:?}") };
     let expected = vec![element("a"), element(""), element("c")];
     assert_eq!(message.content, Content::Tracking(expected));
 }
@@ -404,31 +349,20 @@ fn what_is_no_openigtlink_says_what_was_expected_and_ends_the_stream() {
             b"GET / HTTP/1.1\r\nHost: localhost\r\nUser-Agent: some browser\r\n\r\n".to_vec(),
             "found header version 18245, expected",
         ),
-        (
-            framed(1, "transform", &[]),
-            "found a message type that begins \"transform\\x00",
-        ),
-        (
-            framed(3, "TRANSFORM", &[]),
-            "found header version 3, expected",
-        ),
+        (framed(1, "transform", &[]), "found a message type that begins \"transform\\x00"),
+        (framed(3, "TRANSFORM", &[]), "found header version 3, expected"),
     ];
     for (stream, expected) in cases {
         let found = messages(&stream);
         let error = found[0].as_ref().unwrap_err();
-        assert!(
-            error.ends_the_stream() && error.to_string().contains(expected),
-            "{error}"
-        );
+        assert!(error.ends_the_stream() && error.to_string().contains(expected), "{error}");
         assert_eq!(found.len(), 1);
     }
 }
 
 #[test]
 fn only_rotations_and_numbers_are_poses() {
-    let quarter = Matrix([
-        0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 10.0, 20.0, 30.0,
-    ]);
+    let quarter = Matrix([0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 10.0, 20.0, 30.0]);
     let pose = quarter.pose().unwrap();
     // Column by column: the x axis goes to y.
     let moved = pose * nalgebra::Point3::new(1.0, 0.0, 0.0);
@@ -442,34 +376,16 @@ fn only_rotations_and_numbers_are_poses() {
         assert_eq!(changed(index, value), Err(NotAPose::NotFinite));
     }
     // A reflection, a scale, nothing at all.
-    assert!(matches!(
-        changed(8, -1.0),
-        Err(NotAPose::NotARotation { .. })
-    ));
-    assert!(matches!(
-        changed(8, 1.05),
-        Err(NotAPose::NotARotation { .. })
-    ));
-    assert!(matches!(
-        Matrix([0.0; 12]).pose(),
-        Err(NotAPose::NotARotation { .. })
-    ));
-    assert!(matches!(
-        Matrix([f32::MAX; 12]).pose(),
-        Err(NotAPose::NotARotation { .. })
-    ));
+    assert!(matches!(changed(8, -1.0), Err(NotAPose::NotARotation { .. })));
+    assert!(matches!(changed(8, 1.05), Err(NotAPose::NotARotation { .. })));
+    assert!(matches!(Matrix([0.0; 12]).pose(), Err(NotAPose::NotARotation { .. })));
+    assert!(matches!(Matrix([f32::MAX; 12]).pose(), Err(NotAPose::NotARotation { .. })));
     assert!(changed(8, 1.0001).is_ok());
 
     let at = [1.0, 2.0, 3.0];
     assert_eq!(Orientation::None.pose(at), Err(NotAPose::NoOrientation));
-    assert!(matches!(
-        Orientation::Full([0.0; 4]).pose(at),
-        Err(NotAPose::NotAUnit { .. })
-    ));
-    assert_eq!(
-        Orientation::Full([f32::NAN, 0.0, 0.0, 1.0]).pose(at),
-        Err(NotAPose::NotFinite)
-    );
+    assert!(matches!(Orientation::Full([0.0; 4]).pose(at), Err(NotAPose::NotAUnit { .. })));
+    assert_eq!(Orientation::Full([f32::NAN, 0.0, 0.0, 1.0]).pose(at), Err(NotAPose::NotFinite));
     assert_eq!(
         Orientation::Full([0.0, 0.0, 0.0, 1.0]).pose([f32::NAN, 0.0, 0.0]),
         Err(NotAPose::NotFinite)
@@ -488,15 +404,9 @@ fn what_a_field_cannot_hold_is_an_error_and_no_other_message() {
         said,
         "device name \"a device of 21 bytes.\" has 21 bytes, the message's field holds 20"
     );
-    let text = Text {
-        encoding: 3,
-        bytes: vec![b'a'; 65_536],
-    };
+    let text = Text { encoding: 3, bytes: vec![b'a'; 65_536] };
     let long = Message::new("", Timestamp::NONE, Content::Text(text));
-    assert!(matches!(
-        long.encode(),
-        Err(EncodeError::TooMany { found: 65_536, .. })
-    ));
+    assert!(matches!(long.encode(), Err(EncodeError::TooMany { found: 65_536, .. })));
 }
 
 #[test]

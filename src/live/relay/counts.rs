@@ -76,10 +76,7 @@ impl Reason {
 
     /// Whether it speaks of one sample only: the tool is as good as it was until it is stale.
     pub(super) fn is_of_the_sample(self) -> bool {
-        matches!(
-            self,
-            Self::Late | Self::Early | Self::OutOfOrder | Self::Repeated
-        )
+        matches!(self, Self::Late | Self::Early | Self::OutOfOrder | Self::Repeated)
     }
 }
 

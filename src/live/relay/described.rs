@@ -24,14 +24,7 @@ pub const LATENCY_MS: &str = "trackwright.latency_ms";
 pub const CLOCK_SHIFT_MS: &str = "trackwright.clock_shift_ms";
 
 /// All of them.
-pub const KEYS: [&str; 6] = [
-    VALIDITY,
-    TIP_RMS_MM,
-    STD_MM,
-    STD_DEG,
-    LATENCY_MS,
-    CLOCK_SHIFT_MS,
-];
+pub const KEYS: [&str; 6] = [VALIDITY, TIP_RMS_MM, STD_MM, STD_DEG, LATENCY_MS, CLOCK_SHIFT_MS];
 
 /// What stands for a number, or a validity, that is not known.
 pub const UNKNOWN: &str = "unknown";
@@ -56,8 +49,5 @@ pub fn describe(extension: &mut Extension, known: Option<&BodyPrediction>, clock
     extension.set(STD_DEG, &number(std_rad.map(f64::to_degrees), 4));
     let ms = |s: f64| 1e3 * s;
     extension.set(LATENCY_MS, &number(clock.latency_s.map(ms), 3));
-    extension.set(
-        CLOCK_SHIFT_MS,
-        &number(clock.latency_s.map(|_| ms(clock.shift_s)), 3),
-    );
+    extension.set(CLOCK_SHIFT_MS, &number(clock.latency_s.map(|_| ms(clock.shift_s)), 3));
 }

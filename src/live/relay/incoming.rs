@@ -70,10 +70,7 @@ pub fn incoming(message: &Message) -> Vec<Incoming> {
     };
     if let Some(word) = objection(message) {
         for sample in &mut samples {
-            sample.pose = Err(Refusal {
-                reason: Reason::NotTracked,
-                word: word.to_owned(),
-            });
+            sample.pose = Err(Refusal { reason: Reason::NotTracked, word: word.to_owned() });
         }
     }
     samples
@@ -84,12 +81,7 @@ fn of_matrix(tool: String, kind: ToolKind, matrix: Matrix) -> Incoming {
         ToolKind::ThreeDof => Err(NotAPose::NoOrientation),
         _ => matrix.pose(),
     };
-    Incoming {
-        tool,
-        kind,
-        pose: pose.map_err(Refusal::from),
-        matrix: Some(matrix),
-    }
+    Incoming { tool, kind, pose: pose.map_err(Refusal::from), matrix: Some(matrix) }
 }
 
 /// The sender's word for a transform that it does not stand by.

@@ -76,19 +76,11 @@ impl Default for RelayOptions {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Output {
     /// What was measured, for a recording.
-    Measured {
-        tool: String,
-        timestamp: Timestamp,
-        pose: Result<Pose, Unusable>,
-    },
+    Measured { tool: String, timestamp: Timestamp, pose: Result<Pose, Unusable> },
     /// A tool that is good: its transform, to be sent on.
     Pose(SentPose),
     /// What is said of a tool that is not good, or is again.
-    Said {
-        tool: String,
-        state: ToolState,
-        message: Message,
-    },
+    Said { tool: String, state: ToolState, message: Message },
     /// What a tool's timestamps show, each kind once until it is over.
     Clock { tool: String, change: ClockChange },
     /// Samples that no tool is made for, the first of their kind.
@@ -257,9 +249,8 @@ impl<'a> Relay<'a> {
             None => readings.iter().map(|(_, pose)| Ok(*pose)).collect(),
             Some(_) if readings.is_empty() => Vec::new(),
             Some(correction) => {
-                let named: Vec<_> = (readings.iter())
-                    .map(|(sample, pose)| (sample.tool.as_str(), *pose))
-                    .collect();
+                let named: Vec<_> =
+                    (readings.iter()).map(|(sample, pose)| (sample.tool.as_str(), *pose)).collect();
                 correction.correct(&named)
             }
         }
@@ -314,10 +305,7 @@ impl<'a> Relay<'a> {
         let dropped = self.counts.dropped.entry(reason).or_default();
         *dropped += 1;
         if *dropped == 1 && matches!(reason, Reason::NoName | Reason::TooManyTools) {
-            out.push(Output::Refused {
-                tool: name.to_owned(),
-                reason,
-            });
+            out.push(Output::Refused { tool: name.to_owned(), reason });
         }
         if reason.is_of_the_sample() {
             return;
@@ -329,19 +317,12 @@ impl<'a> Relay<'a> {
 }
 
 fn clock(name: &str, change: ClockChange) -> Output {
-    Output::Clock {
-        tool: name.to_owned(),
-        change,
-    }
+    Output::Clock { tool: name.to_owned(), change }
 }
 
 fn say(name: &str, tool: &mut Tool, reason: Reason, at: Instant, out: &mut Vec<Output>) {
     if let Some(message) = tool.not_good(name, reason, at) {
-        out.push(Output::Said {
-            tool: name.to_owned(),
-            state: tool.state,
-            message,
-        });
+        out.push(Output::Said { tool: name.to_owned(), state: tool.state, message });
     }
 }
 
@@ -355,9 +336,5 @@ fn measured(sample: &Incoming, timestamp: Timestamp, admitted: Result<Pose, Reas
         }
         (Ok(pose), _) => Ok(*pose),
     };
-    Output::Measured {
-        tool: sample.tool.clone(),
-        timestamp,
-        pose,
-    }
+    Output::Measured { tool: sample.tool.clone(), timestamp, pose }
 }

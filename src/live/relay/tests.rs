@@ -33,10 +33,7 @@ struct Desk<'a> {
 
 impl<'a> Desk<'a> {
     fn new(correction: Option<Correction<'a>>) -> Self {
-        Self {
-            relay: Relay::new(correction, RelayOptions::default()),
-            start: Instant::now(),
-        }
+        Self { relay: Relay::new(correction, RelayOptions::default()), start: Instant::now() }
     }
 
     fn moment(&self, seconds: f64) -> Instant {
@@ -70,11 +67,7 @@ fn sent(out: &[Output]) -> Vec<&SentPose> {
 fn said(out: &[Output]) -> Vec<(&str, ToolState, &Status)> {
     out.iter()
         .filter_map(|output| match output {
-            Output::Said {
-                tool,
-                state,
-                message,
-            } => match &message.content {
+            Output::Said { tool, state, message } => match &message.content {
                 Content::Status(status) => Some((tool.as_str(), *state, status)),
                 other => panic!("{other:?} is no status"),
             },
@@ -153,14 +146,9 @@ fn with_a_room_what_is_sent_is_what_the_room_makes_of_it() {
     let off_mm = found.pose.translation.vector - pose(10.0).translation.vector;
     assert!(off_mm.norm() < 1e-5, "{off_mm}");
     assert!(found.pose.rotation.angle_to(&pose(0.0).rotation) < 1e-6);
-    let Content::Transform(matrix) = &found.message.content else {
-        panic!("{:?}", found.message)
-    };
+    let Content::Transform(matrix) = &found.message.content else { panic!("{:?}", found.message) };
     assert_eq!(*matrix, Matrix::from_pose(&found.pose));
-    assert_eq!(
-        (found.message.device.as_str(), found.message.timestamp),
-        ("Probe", stamp(0.0))
-    );
+    assert_eq!((found.message.device.as_str(), found.message.timestamp), ("Probe", stamp(0.0)));
 
     // Far outside the box, and in a frame that the room is not measured in.
     let content = Content::Transform(Matrix::from_pose(&pose(1e5)));
@@ -204,9 +192,7 @@ fn a_tool_called_like_a_body_of_the_design_is_compensated_by_its_sensors() {
         let known = found.known.expect("a room with support");
         let tip_rms_mm = known.tip_rms_mm.unwrap();
         assert!((0.05..10.0).contains(&tip_rms_mm), "{name}: {tip_rms_mm}");
-        let written: f64 = value(&found.message, described::TIP_RMS_MM)
-            .parse()
-            .unwrap();
+        let written: f64 = value(&found.message, described::TIP_RMS_MM).parse().unwrap();
         assert!((written - tip_rms_mm).abs() <= 5.1e-5);
         let std_mm: f64 = value(&found.message, described::STD_MM).parse().unwrap();
         assert!(std_mm > 0.0 && std_mm < tip_rms_mm, "{name}: {std_mm}");
@@ -229,10 +215,7 @@ fn every_kind_of_message_gives_one_transform_a_tool() {
     let [x, y, z] = expected.translation.vector.map(|v| v as f32).into();
     let q = expected.rotation.coords.map(|v| v as f32);
     let quaternion = [q.x, q.y, q.z, q.w];
-    let position = Position {
-        at_mm: [x, y, z],
-        orientation: Orientation::Full(quaternion),
-    };
+    let position = Position { at_mm: [x, y, z], orientation: Orientation::Full(quaternion) };
     let elements = ["a", "b"].map(|name| TrackingElement {
         name: name.to_owned(),
         kind: ToolKind::FiveDof,
@@ -247,10 +230,7 @@ fn every_kind_of_message_gives_one_transform_a_tool() {
     for (content, names) in [
         (Content::Position(position), vec!["device"]),
         (Content::Tracking(elements.to_vec()), vec!["a", "b"]),
-        (
-            Content::QuaternionTracking(quaternions.to_vec()),
-            vec!["a", "b"],
-        ),
+        (Content::QuaternionTracking(quaternions.to_vec()), vec!["a", "b"]),
     ] {
         let mut desk = Desk::new(None);
         let out = desk.receive(&Message::new("device", stamp(0.0), content), 0.0);
@@ -263,16 +243,10 @@ fn every_kind_of_message_gives_one_transform_a_tool() {
         }
     }
     // A place alone is no pose.
-    let bare = Position {
-        at_mm: [x, y, z],
-        orientation: Orientation::None,
-    };
+    let bare = Position { at_mm: [x, y, z], orientation: Orientation::None };
     let mut three = elements.to_vec();
     three[0].kind = ToolKind::ThreeDof;
-    for content in [
-        Content::Position(bare),
-        Content::Tracking(three[..1].to_vec()),
-    ] {
+    for content in [Content::Position(bare), Content::Tracking(three[..1].to_vec())] {
         let mut desk = Desk::new(None);
         let out = desk.receive(&Message::new("device", stamp(0.0), content), 0.0);
         assert!(sent(&out).is_empty());
@@ -283,23 +257,15 @@ fn every_kind_of_message_gives_one_transform_a_tool() {
 #[test]
 fn what_the_tracker_does_not_stand_by_is_said_at_once_and_again_until_it_does() {
     let mut desk = Desk::new(None);
-    assert_eq!(
-        sent(&desk.receive(&transform("Probe", 0.0, 0.0), 0.0)).len(),
-        1
-    );
+    assert_eq!(sent(&desk.receive(&transform("Probe", 0.0, 0.0), 0.0)).len(), 1);
     let mut invalid = transform("Probe", 1.0, 0.025);
     invalid.extension = Some(Extension::default());
     let extension = invalid.extension.as_mut().unwrap();
     extension.set("TransformStatus", "INVALID");
     let out = desk.receive(&invalid, 0.025);
     assert!(sent(&out).is_empty());
-    let [(tool, state, status)] = said(&out)[..] else {
-        panic!("{out:?}")
-    };
-    assert_eq!(
-        (tool, state),
-        ("Probe", ToolState::NotGood(Reason::NotTracked))
-    );
+    let [(tool, state, status)] = said(&out)[..] else { panic!("{out:?}") };
+    assert_eq!((tool, state), ("Probe", ToolState::NotGood(Reason::NotTracked)));
     assert_eq!(status.code, StatusCode::NOT_PRESENT);
     assert_eq!(status.name, "NOT_TRACKED");
     let recorded = Err(Unusable::State("INVALID".to_owned()));
@@ -324,9 +290,7 @@ fn a_tool_that_says_nothing_is_stale_after_its_time_and_not_before() {
     desk.receive(&transform("Probe", 0.0, 0.0), 0.0);
     assert!(desk.tick(0.25).is_empty());
     let out = desk.tick(0.26);
-    let [(_, state, status)] = said(&out)[..] else {
-        panic!("{out:?}")
-    };
+    let [(_, state, status)] = said(&out)[..] else { panic!("{out:?}") };
     assert_eq!(state, ToolState::NotGood(Reason::Stale));
     assert_eq!(status.code, StatusCode::TIME_OUT);
     assert_eq!(desk.relay.counts().went_stale, 1);
@@ -338,10 +302,7 @@ fn a_tool_that_says_nothing_is_stale_after_its_time_and_not_before() {
         let out = desk.receive(&frozen, f64::from(frame) / 40.0);
         assert_eq!(sent(&out).len(), usize::from(frame == 0));
     }
-    assert_eq!(
-        said(&desk.tick(0.26))[0].1,
-        ToolState::NotGood(Reason::Stale)
-    );
+    assert_eq!(said(&desk.tick(0.26))[0].1, ToolState::NotGood(Reason::Stale));
     assert_eq!(desk.relay.counts().dropped[&Reason::Repeated], 7);
     // Without timestamps a tool that lies still looks like that, and is taken as it comes.
     let mut still = frozen;
@@ -361,10 +322,7 @@ fn a_server_that_is_gone_takes_its_tools_and_its_clock_with_it() {
     desk.relay.lost(now, &mut out);
     let lost = said(&out);
     assert_eq!(lost.len(), 2);
-    assert!(
-        lost.iter()
-            .all(|s| s.1 == ToolState::NotGood(Reason::LinkLost))
-    );
+    assert!(lost.iter().all(|s| s.1 == ToolState::NotGood(Reason::LinkLost)));
     // It comes back with a clock that was set back, which is taken once it has lasted, and shown.
     let mut first = None;
     for frame in 0..120 {
@@ -401,11 +359,7 @@ fn late_samples_are_not_sent_and_said_to_be_late() {
     assert_eq!(taken, 40);
     // At once, and every second.
     assert!(reasons.len() >= 8, "{reasons:?}");
-    assert!(
-        reasons
-            .iter()
-            .all(|state| *state == ToolState::NotGood(Reason::Late))
-    );
+    assert!(reasons.iter().all(|state| *state == ToolState::NotGood(Reason::Late)));
     assert!(
         matches!(told[..], [ClockChange::Late { by_s }] if (by_s - 2.0).abs() < 1e-6),
         "{told:?}"
@@ -422,9 +376,7 @@ fn latency_is_said_of_every_pose() {
         let at = f64::from(frame) / 40.0;
         let delay = if frame % 2 == 0 { 0.0 } else { 0.1 };
         let out = desk.receive(&transform("Probe", at, at), at + delay);
-        let [sent] = sent(&out)[..] else {
-            panic!("{out:?}")
-        };
+        let [sent] = sent(&out)[..] else { panic!("{out:?}") };
         let found: f64 = value(&sent.message, described::LATENCY_MS).parse().unwrap();
         // What drift allows for in a second.
         assert!((found - 1e3 * delay).abs() < 0.3, "{found}");

@@ -141,10 +141,7 @@ impl Tool {
     }
 
     pub fn clock(&self) -> ToolClock {
-        ToolClock {
-            latency_s: self.latency_s,
-            shift_s: self.clock.shift_s(),
-        }
+        ToolClock { latency_s: self.latency_s, shift_s: self.clock.shift_s() }
     }
 
     /// A good sample came; says so where the tool was not good before.
@@ -169,8 +166,7 @@ impl Tool {
     }
 
     pub fn is_to_be_reminded_of(&self, at: Instant) -> bool {
-        self.last_said
-            .is_none_or(|said| at.saturating_duration_since(said) >= REMINDER)
+        self.last_said.is_none_or(|said| at.saturating_duration_since(said) >= REMINDER)
     }
 
     pub fn is_stale(&self, options: &RelayOptions, now: Instant) -> bool {

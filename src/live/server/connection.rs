@@ -258,40 +258,33 @@ impl Requests<'_> {
     fn answer(&self, request: &Message) -> Vec<Item> {
         let reply = |content| {
             let message = Message::new(request.device.clone(), Timestamp::now(), content);
-            Encoded::of(&message).ok().map(|message| Item::Send {
-                message: Arc::new(message),
-                pose: None,
-            })
+            Encoded::of(&message)
+                .ok()
+                .map(|message| Item::Send { message: Arc::new(message), pose: None })
         };
         let start = |start: &StartTracking, has_quaternions| {
             self.is_tracking.store(true, Ordering::Relaxed);
             let every = Duration::from_millis(start.resolution_ms.into()).max(SHORTEST_INTERVAL);
-            Item::Track(Some(Tracking {
-                every,
-                has_quaternions,
-            }))
+            Item::Track(Some(Tracking { every, has_quaternions }))
         };
         let stop = || {
             self.is_tracking.store(false, Ordering::Relaxed);
             Item::Track(None)
         };
         match &request.content {
-            Content::StartTracking(wanted) => reply(Content::TrackingReply(0))
-                .into_iter()
-                .chain([start(wanted, false)])
-                .collect(),
+            Content::StartTracking(wanted) => {
+                reply(Content::TrackingReply(0)).into_iter().chain([start(wanted, false)]).collect()
+            }
             Content::StartQuaternionTracking(wanted) => reply(Content::QuaternionTrackingReply(0))
                 .into_iter()
                 .chain([start(wanted, true)])
                 .collect(),
-            Content::StopTracking => [stop()]
-                .into_iter()
-                .chain(reply(Content::TrackingReply(0)))
-                .collect(),
-            Content::StopQuaternionTracking => [stop()]
-                .into_iter()
-                .chain(reply(Content::QuaternionTrackingReply(0)))
-                .collect(),
+            Content::StopTracking => {
+                [stop()].into_iter().chain(reply(Content::TrackingReply(0))).collect()
+            }
+            Content::StopQuaternionTracking => {
+                [stop()].into_iter().chain(reply(Content::QuaternionTrackingReply(0))).collect()
+            }
             Content::GetTransform => {
                 let found = lock(&self.shared.served).transforms(&request.device, Instant::now());
                 if found.is_empty() {
@@ -302,15 +295,12 @@ impl Requests<'_> {
                     );
                     return reply(Content::Status(status)).into_iter().collect();
                 }
-                let send = |message| Item::Send {
-                    message,
-                    pose: None,
-                };
+                let send = |message| Item::Send { message, pose: None };
                 found.into_iter().map(send).collect()
             }
-            Content::GetStatus => reply(Content::Status(Status::ok("serving")))
-                .into_iter()
-                .collect(),
+            Content::GetStatus => {
+                reply(Content::Status(Status::ok("serving"))).into_iter().collect()
+            }
             _ => Vec::new(),
         }
     }

@@ -128,10 +128,7 @@ pub enum ServerError {
     #[error("port {port} of {host} is in use, expected a free one: another program serves there", port = .0.port(), host = .0.ip())]
     InUse(SocketAddr),
     #[error("cannot serve at {address}: {cause}")]
-    Bind {
-        address: SocketAddr,
-        cause: io::Error,
-    },
+    Bind { address: SocketAddr, cause: io::Error },
     #[error("cannot start the server's thread: {0}")]
     Thread(io::Error),
 }
@@ -279,9 +276,7 @@ impl Server {
         let encoded = self.encoded(message)?;
         let times = PoseTimes::new(arrived, latency, self.max_age);
         lock(&self.shared.served).set(message, kind, &encoded, times);
-        self.queue(&encoded, Some(times), |slot| {
-            !slot.is_tracking.load(Ordering::Relaxed)
-        });
+        self.queue(&encoded, Some(times), |slot| !slot.is_tracking.load(Ordering::Relaxed));
         Ok(())
     }
 
@@ -297,10 +292,7 @@ impl Server {
 
     fn encoded(&self, message: &Message) -> Result<Arc<Encoded>, EncodeError> {
         if self.is_version_one && message.extension.is_some() {
-            let plain = Message {
-                extension: None,
-                ..message.clone()
-            };
+            let plain = Message { extension: None, ..message.clone() };
             return Encoded::of(&plain).map(Arc::new);
         }
         Encoded::of(message).map(Arc::new)
@@ -472,12 +464,7 @@ impl Accepting {
         };
         let clients = {
             let mut clients = lock(&self.shared.clients);
-            clients.push(Slot {
-                id,
-                outbox,
-                is_tracking,
-                _hold: hold,
-            });
+            clients.push(Slot { id, outbox, is_tracking, _hold: hold });
             clients.len()
         };
         let tell = self.tell.clone();
@@ -490,22 +477,14 @@ impl Accepting {
                 clients.retain(|slot| slot.id != id);
                 clients.len()
             };
-            tell(ServerEvent::Left {
-                client,
-                why,
-                clients,
-            });
+            tell(ServerEvent::Left { client, why, clients });
         }
     }
 }
 
 /// A file descriptor that can be given away, where the system counts them.
 fn spare() -> Option<File> {
-    if cfg!(unix) {
-        File::open("/dev/null").ok()
-    } else {
-        None
-    }
+    if cfg!(unix) { File::open("/dev/null").ok() } else { None }
 }
 
 /// Says why and closes; a client that takes no hundred bytes gets none.

@@ -26,10 +26,7 @@ impl Encoded {
         let one = match message.extension {
             None => Arc::clone(&own),
             Some(_) => {
-                let plain = Message {
-                    extension: None,
-                    ..message.clone()
-                };
+                let plain = Message { extension: None, ..message.clone() };
                 plain.encode()?.into()
             }
         };
@@ -55,11 +52,7 @@ pub struct PoseTimes {
 impl PoseTimes {
     /// Of a pose that arrived at a moment and was as old as this then.
     pub fn new(arrived: Instant, latency: Duration, max_age: Duration) -> Self {
-        Self {
-            arrived,
-            latency,
-            good_until: arrived.checked_add(max_age.saturating_sub(latency)),
-        }
+        Self { arrived, latency, good_until: arrived.checked_add(max_age.saturating_sub(latency)) }
     }
 
     pub fn is_too_old(&self, now: Instant) -> bool {
@@ -142,11 +135,7 @@ impl Dropped {
 
 impl Outbox {
     pub fn new(limit: usize) -> Self {
-        Self {
-            waiting: Mutex::default(),
-            filled: Notify::new(),
-            limit: limit.max(1),
-        }
+        Self { waiting: Mutex::default(), filled: Notify::new(), limit: limit.max(1) }
     }
 
     /// Adds an item; how many messages were thrown away for it.
@@ -154,11 +143,7 @@ impl Outbox {
         let dropped = {
             let mut waiting = lock(&self.waiting);
             let before = waiting.items.len();
-            while waiting
-                .items
-                .front()
-                .is_some_and(|item| item.is_too_old(now))
-            {
+            while waiting.items.front().is_some_and(|item| item.is_too_old(now)) {
                 waiting.items.pop_front();
             }
             if waiting.items.len() >= self.limit {
@@ -281,10 +266,7 @@ mod tests {
     fn a_full_queue_loses_poses_before_statuses() {
         let outbox = Outbox::new(3);
         let now = Instant::now();
-        let said = || Item::Send {
-            message: status(),
-            pose: None,
-        };
+        let said = || Item::Send { message: status(), pose: None };
         for item in [said(), pose(now), pose(now)] {
             assert_eq!(outbox.push(item, now), 0);
         }

@@ -80,9 +80,7 @@ impl Served {
                     .collect(),
             ),
             true => Content::QuaternionTracking(
-                self.fresh(now)
-                    .filter_map(|(name, tool)| quaternion_element(name, tool))
-                    .collect(),
+                self.fresh(now).filter_map(|(name, tool)| quaternion_element(name, tool)).collect(),
             ),
         };
         Some(Message::new(DEVICE, newest, content))

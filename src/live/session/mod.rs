@@ -131,21 +131,15 @@ impl Session {
             Some(options) => {
                 let inputs = inputs.clone();
                 // One bound for all: what is too old here is too old for every client.
-                let options = ServerOptions {
-                    max_age: settings.relay.stale_after,
-                    ..options.clone()
-                };
+                let options =
+                    ServerOptions { max_age: settings.relay.stale_after, ..options.clone() };
                 Some(Server::start(&options, move |event| {
                     // The session is ending.
                     let _ = inputs.send(Input::Server(event));
                 })?)
             }
         };
-        let recorder = settings
-            .record
-            .as_deref()
-            .map(Recorder::create)
-            .transpose()?;
+        let recorder = settings.record.as_deref().map(Recorder::create).transpose()?;
         let address = server.as_ref().map(Server::address);
         let state = Arc::new(Mutex::new(SessionState::new(&settings, address)));
         let client = {
@@ -155,24 +149,12 @@ impl Session {
                 let _ = inputs.send(Input::Client(event));
             })?
         };
-        let ends = Ends {
-            client,
-            server,
-            recorder,
-            received,
-        };
-        let thread = std::thread::Builder::new()
-            .name("live session".to_owned())
-            .spawn({
-                let state = state.clone();
-                move || run(settings, ends, &state, tell)
-            })?;
-        Ok(Self {
-            address,
-            state,
-            inputs,
-            thread: Some(thread),
-        })
+        let ends = Ends { client, server, recorder, received };
+        let thread = std::thread::Builder::new().name("live session".to_owned()).spawn({
+            let state = state.clone();
+            move || run(settings, ends, &state, tell)
+        })?;
+        Ok(Self { address, state, inputs, thread: Some(thread) })
     }
 
     /// Where the server is, with the port that was free.
@@ -182,10 +164,7 @@ impl Session {
 
     /// How everything is now.
     pub fn state(&self) -> SessionState {
-        self.state
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Compensates by another room from now on; without one poses are passed on as they are.
@@ -240,12 +219,7 @@ fn run(
     state: &Mutex<SessionState>,
     tell: impl FnMut(&SessionEvent),
 ) {
-    let Ends {
-        client,
-        server,
-        recorder,
-        received,
-    } = ends;
+    let Ends { client, server, recorder, received } = ends;
     let mut running = Running::new(settings.relay, server.as_ref(), recorder, state, tell);
     let mut room = settings.room.map(Box::new);
     loop {

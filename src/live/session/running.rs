@@ -147,10 +147,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                 self.told_statuses.clear();
                 lock(self.state).connections += 1;
                 let since = Instant::now();
-                self.link(
-                    Link::Connected { server, since },
-                    SessionEvent::Connected { server },
-                );
+                self.link(Link::Connected { server, since }, SessionEvent::Connected { server });
             }
             ClientEvent::Lost { why, wait } => {
                 let was_connected = matches!(lock(self.state).link, Link::Connected { .. });
@@ -160,11 +157,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                     self.relay.lost(self.lost_since, &mut outputs);
                     self.act(outputs, self.lost_since);
                 }
-                let link = Link::Lost {
-                    since: self.lost_since,
-                    why: why.clone(),
-                    wait,
-                };
+                let link = Link::Lost { since: self.lost_since, why: why.clone(), wait };
                 self.link(link, SessionEvent::Lost { why, wait });
             }
             ClientEvent::Skipped { kind } => {
@@ -195,9 +188,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         if let Content::Status(status) = &message.content
             && status.code != StatusCode::OK
             && self.told_statuses.len() < MAX_KINDS
-            && self
-                .told_statuses
-                .insert((message.device.clone(), status.code.0))
+            && self.told_statuses.insert((message.device.clone(), status.code.0))
         {
             (self.tell)(&SessionEvent::TrackerSays {
                 device: message.device.clone(),
@@ -220,11 +211,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                         let latency = Duration::try_from_secs_f64(latency_s).unwrap_or_default();
                         server.send_delayed(&sent.message, sent.kind, at, latency)
                     }
-                    Output::Said {
-                        tool,
-                        state,
-                        message,
-                    } => {
+                    Output::Said { tool, state, message } => {
                         if *state != ToolState::Good {
                             server.withdraw(tool);
                         }
@@ -238,11 +225,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         }
         for output in outputs.drain(..) {
             match output {
-                Output::Measured {
-                    tool,
-                    timestamp,
-                    pose,
-                } => {
+                Output::Measured { tool, timestamp, pose } => {
                     self.record(&LiveSample {
                         received_s: Timestamp::now().seconds(),
                         time_s: timestamp.is_stated().then(|| timestamp.seconds()),
@@ -293,19 +276,12 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         let is_new = {
             let mut state = lock(self.state);
             let last = Some((sent.measured, sent.pose, at));
-            let view = ToolView {
-                state: ToolState::Good,
-                role: sent.role,
-                last,
-                clock: sent.clock,
-            };
+            let view =
+                ToolView { state: ToolState::Good, role: sent.role, last, clock: sent.clock };
             state.tools.insert(sent.tool.clone(), view).is_none()
         };
         if is_new {
-            (self.tell)(&SessionEvent::Tool {
-                tool: sent.tool.clone(),
-                state: ToolState::Good,
-            });
+            (self.tell)(&SessionEvent::Tool { tool: sent.tool.clone(), state: ToolState::Good });
         }
         (self.tell)(&SessionEvent::Pose(Box::new(sent)));
     }
@@ -328,10 +304,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
     }
 
     fn served(&mut self, event: ServerEvent) {
-        if let ServerEvent::Left {
-            why: Left::TooSlow, ..
-        } = event
-        {
+        if let ServerEvent::Left { why: Left::TooSlow, .. } = event {
             lock(self.state).slow_clients += 1;
         }
         (self.tell)(&SessionEvent::Server(event));

@@ -64,11 +64,7 @@ pub struct Recording {
 
 impl Recording {
     pub(super) fn begun(file: PathBuf) -> Self {
-        Self {
-            file,
-            samples: 0,
-            failed: None,
-        }
+        Self { file, samples: 0, failed: None }
     }
 }
 

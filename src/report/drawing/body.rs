@@ -49,9 +49,7 @@ pub fn body_drawings(body: &RigidBody, mesh: Option<&SurfaceMesh>) -> Vec<Markup
     let datum = Some(body.judged_tip_in_body()).filter(is_drawable);
     let datum = datum.unwrap_or_else(Point3::origin);
     let mesh = mesh.filter(|mesh| mesh.body_bounds().is_some());
-    let whole_mm = mesh
-        .and_then(SurfaceMesh::body_bounds)
-        .map(|bounds| bounds.diagonal_mm());
+    let whole_mm = mesh.and_then(SurfaceMesh::body_bounds).map(|bounds| bounds.diagonal_mm());
     let places = drawn_sensors(body).map(|(_, sensor)| sensor.position_in_body);
     let group_mm = Bounds::around(places.chain([datum])).map(|bounds| bounds.diagonal_mm());
     match (whole_mm, group_mm) {
@@ -80,10 +78,7 @@ fn drawing(
     let sheet = Sheet::new(body, mesh, datum, shown);
     let word = datum_word(body);
     let [front, top, side] = sheet.papers();
-    let title = format!(
-        "{} from three sides, with the places of its sensors",
-        body.name
-    );
+    let title = format!("{} from three sides, with the places of its sensors", body.name);
     html! {
         svg class="drawing" role="img" viewBox=(format!("0 0 {WIDTH_PX:.0} {:.0}", sheet.height_px())) {
             title { (title) }
@@ -147,19 +142,15 @@ impl Sheet {
     fn new(body: &RigidBody, mesh: Option<&SurfaceMesh>, datum: Point3<f64>, shown: Shown) -> Self {
         let coil_ends = body.sensors.iter().flat_map(|sensor| {
             let half_mm = sensor.coil.map_or(0.0, |coil| coil.length_mm / 2.0);
-            let axis = sensor
-                .axis_in_body()
-                .map_or(Vector3::zeros(), Unit::into_inner);
+            let axis = sensor.axis_in_body().map_or(Vector3::zeros(), Unit::into_inner);
             [-half_mm, half_mm].map(|along| sensor.position_in_body + axis * along)
         });
         let mesh_bounds = mesh.and_then(SurfaceMesh::body_bounds);
         let corners = mesh_bounds.iter().flat_map(Bounds::corners_mm);
         let points = coil_ends.chain(corners).chain([datum]);
         let bounds = Bounds::around(points.filter(is_drawable));
-        let bounds = bounds.unwrap_or(Bounds {
-            min_mm: Point3::origin(),
-            max_mm: Point3::origin(),
-        });
+        let bounds =
+            bounds.unwrap_or(Bounds { min_mm: Point3::origin(), max_mm: Point3::origin() });
         let axes = axes_of(&bounds);
         let spans_mm = axes.map(|axis| {
             let [low, high] = bounds.span_mm(&axis);
@@ -183,9 +174,8 @@ impl Sheet {
         let [right, up, towards] = spans_mm.map(|[low, high]| high - low);
         let beside = EDGE_PX + STEP_PX * (rows[1].len() + 1) as f64;
         let width = WIDTH_PX - beside - EDGE_PX - 2.0 * GAP_PX;
-        let px_per_mm = (width / (right + towards))
-            .min(VIEWS_HEIGHT_PX / (up + towards))
-            .min(MOST_PX_PER_MM);
+        let px_per_mm =
+            (width / (right + towards)).min(VIEWS_HEIGHT_PX / (up + towards)).min(MOST_PX_PER_MM);
         let to_datum_px = (axes[0].dot(&datum.coords) - spans_mm[0][0]) * px_per_mm;
         let letters = datum_word(body).len() as f64;
         let word_px = (WORD_OFF_PX + LETTER_PX * letters - to_datum_px).max(0.0);
@@ -240,24 +230,14 @@ impl Sheet {
         let front_y = self.front_top_px() + u[1] * s;
         let side_left = self.left_px() + self.length_px(0) + GAP_PX;
         [
-            Paper {
-                right,
-                up,
-                px_per_mm: s,
-                origin_px: [front_x, front_y],
-            },
+            Paper { right, up, px_per_mm: s, origin_px: [front_x, front_y] },
             Paper {
                 right,
                 up: -towards,
                 px_per_mm: s,
                 origin_px: [front_x, self.top_top_px() - t[0] * s],
             },
-            Paper {
-                right: -towards,
-                up,
-                px_per_mm: s,
-                origin_px: [side_left + t[1] * s, front_y],
-            },
+            Paper { right: -towards, up, px_per_mm: s, origin_px: [side_left + t[1] * s, front_y] },
         ]
     }
 
@@ -294,15 +274,7 @@ impl Sheet {
 fn axes_of(bounds: &Bounds) -> [Unit<Vector3<f64>>; 3] {
     let longest = bounds.size_mm().imax();
     let mut right = Vector3::zeros();
-    right[longest] = if bounds.center_mm()[longest] < 0.0 {
-        -1.0
-    } else {
-        1.0
-    };
-    let up = if longest == 1 {
-        Vector3::z()
-    } else {
-        Vector3::y()
-    };
+    right[longest] = if bounds.center_mm()[longest] < 0.0 { -1.0 } else { 1.0 };
+    let up = if longest == 1 { Vector3::z() } else { Vector3::y() };
     [right, up, right.cross(&up)].map(Unit::new_unchecked)
 }

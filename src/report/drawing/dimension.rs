@@ -19,11 +19,7 @@ const DIGIT_PX: f64 = 8.0;
 /// A dimension along the paper's x, its line at height `at_px`; extension lines come from
 /// `from_px` heights.
 pub fn across(ends_px: [f64; 2], from_px: f64, at_px: f64, length_mm: f64) -> Markup {
-    let down = if at_px > from_px {
-        BEYOND_PX
-    } else {
-        -BEYOND_PX
-    };
+    let down = if at_px > from_px { BEYOND_PX } else { -BEYOND_PX };
     html! {
         @for x in ends_px {
             (line("extension", [x, from_px], [x, at_px + down]))
@@ -34,11 +30,7 @@ pub fn across(ends_px: [f64; 2], from_px: f64, at_px: f64, length_mm: f64) -> Ma
 
 /// A dimension along the paper's y, its line at `at_px` from the left.
 pub fn upright(ends_px: [f64; 2], from_px: f64, at_px: f64, length_mm: f64) -> Markup {
-    let out = if at_px > from_px {
-        BEYOND_PX
-    } else {
-        -BEYOND_PX
-    };
+    let out = if at_px > from_px { BEYOND_PX } else { -BEYOND_PX };
     html! {
         @for y in ends_px {
             (line("extension", [from_px, y], [at_px + out, y]))

@@ -47,10 +47,9 @@ pub fn sensor(paper: &Paper, sensor: &Sensor, number: usize) -> Markup {
 
 fn coil(paper: &Paper, sensor: &Sensor, axis: &Unit<Vector3<f64>>) -> Markup {
     let (half_mm, width_px) = match sensor.coil {
-        Some(coil) => (
-            coil.length_mm / 2.0,
-            (coil.diameter_mm * paper.px_per_mm).max(LEAST_COIL_PX),
-        ),
+        Some(coil) => {
+            (coil.length_mm / 2.0, (coil.diameter_mm * paper.px_per_mm).max(LEAST_COIL_PX))
+        }
         None => (UNKNOWN_COIL_PX / 2.0 / paper.px_per_mm, LEAST_COIL_PX),
     };
     let ends = [-half_mm, half_mm]
@@ -107,14 +106,10 @@ pub fn datum(paper: &Paper, point: &Point3<f64>, word: &str) -> Markup {
 
 /// The body's axes that lie in the paper, as arrows from a corner.
 pub fn axes(paper: &Paper, corner: [f64; 2]) -> Markup {
-    let shown = [
-        ("x", Vector3::x()),
-        ("y", Vector3::y()),
-        ("z", Vector3::z()),
-    ]
-    .map(|(name, axis)| (name, paper.direction(&axis)))
-    .into_iter()
-    .filter(|(_, (_, towards))| towards.abs() < 0.5);
+    let shown = [("x", Vector3::x()), ("y", Vector3::y()), ("z", Vector3::z())]
+        .map(|(name, axis)| (name, paper.direction(&axis)))
+        .into_iter()
+        .filter(|(_, (_, towards))| towards.abs() < 0.5);
     html! {
         @for (name, (direction, _)) in shown {
             @let tip = [0, 1].map(|k| corner[k] + 22.0 * direction[k]);

@@ -31,10 +31,7 @@ impl Paper {
 
     /// A direction in pixels, y down, and how much of it points at the reader.
     pub fn direction(&self, direction: &Vector3<f64>) -> ([f64; 2], f64) {
-        (
-            [self.right.dot(direction), -self.up.dot(direction)],
-            self.towards().dot(direction),
-        )
+        ([self.right.dot(direction), -self.up.dot(direction)], self.towards().dot(direction))
     }
 
     /// The direction that points at the reader.
@@ -46,10 +43,7 @@ impl Paper {
 /// The silhouettes of a mesh's parts, the farthest first; `frame_from_mesh` puts the mesh into the
 /// drawn frame.
 pub fn parts(paper: &Paper, mesh: &SurfaceMesh, frame_from_mesh: &Pose) -> Vec<DrawnPart> {
-    mesh.parts
-        .iter()
-        .filter_map(|part| DrawnPart::of(paper, part, frame_from_mesh))
-        .collect()
+    mesh.parts.iter().filter_map(|part| DrawnPart::of(paper, part, frame_from_mesh)).collect()
 }
 
 /// A part of a mesh on paper.
@@ -64,11 +58,8 @@ pub struct DrawnPart {
 impl DrawnPart {
     fn of(paper: &Paper, part: &MeshPart, frame_from_mesh: &Pose) -> Option<Self> {
         let towards = paper.towards();
-        let points: Vec<Point3<f64>> = part
-            .positions_mm
-            .iter()
-            .map(|point| frame_from_mesh * point)
-            .collect();
+        let points: Vec<Point3<f64>> =
+            part.positions_mm.iter().map(|point| frame_from_mesh * point).collect();
         let places: Vec<[f64; 2]> = points.iter().map(|point| paper.at(point)).collect();
         let triangles: Vec<[[f64; 2]; 3]> = part
             .triangles

@@ -33,9 +33,7 @@ pub struct SetUp<'a> {
 /// The drawing, the tracker's -z up: its generator below.
 pub fn setup_drawing(setup: &SetUp) -> Markup {
     let design = setup.design;
-    let tracker_from_tool = design
-        .tracker_from_body(BodyRole::Tool)
-        .unwrap_or_else(Pose::identity);
+    let tracker_from_tool = design.tracker_from_body(BodyRole::Tool).unwrap_or_else(Pose::identity);
     let tracker_from_crf = design.tracker_from_body(BodyRole::Crf);
     let meshes: Vec<(&SurfaceMesh, Pose, &str)> = [
         (setup.generator_mesh, Some(Pose::identity()), "generator"),
@@ -63,10 +61,7 @@ pub fn setup_drawing(setup: &SetUp) -> Markup {
         .collect();
     let shapes = meshes.iter().flat_map(|(mesh, pose, _)| {
         let corners = mesh.body_bounds().map(|bounds| bounds.corners_mm());
-        corners
-            .into_iter()
-            .flatten()
-            .map(move |corner| pose * corner)
+        corners.into_iter().flatten().map(move |corner| pose * corner)
     });
     let lines = volume.lines.iter().flatten().copied();
     let points: Vec<Point3<f64>> = shapes
@@ -125,19 +120,11 @@ fn fitted(points: &[Point3<f64>]) -> Paper {
     );
     let right = Unit::new_normalize((-Vector3::z()).cross(&towards));
     let up = Unit::new_normalize(towards.cross(&right));
-    let mut paper = Paper {
-        right,
-        up,
-        px_per_mm: 1.0,
-        origin_px: [0.0; 2],
-    };
+    let mut paper = Paper { right, up, px_per_mm: 1.0, origin_px: [0.0; 2] };
     let places: Vec<[f64; 2]> = points.iter().map(|point| paper.at(point)).collect();
     let span = |k: usize| {
         let low = places.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min);
-        let high = places
-            .iter()
-            .map(|p| p[k])
-            .fold(f64::NEG_INFINITY, f64::max);
+        let high = places.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
         [low, high]
     };
     let spans = [span(0), span(1)];
@@ -154,11 +141,8 @@ fn fitted(points: &[Point3<f64>]) -> Paper {
 }
 
 fn polyline(class: &str, paper: &Paper, path: &[Point3<f64>]) -> Markup {
-    let points: Vec<String> = path
-        .iter()
-        .map(|point| paper.at(point))
-        .map(|[x, y]| format!("{x:.1},{y:.1}"))
-        .collect();
+    let points: Vec<String> =
+        path.iter().map(|point| paper.at(point)).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
     html! { polyline class=(class) points=(points.join(" ")) {} }
 }
 

@@ -21,12 +21,7 @@ pub fn silhouette(triangles: &[[[f64; 2]; 3]], cell: f64) -> Vec<Vec<[f64; 2]>> 
     raster
         .borders()
         .into_iter()
-        .map(|ring| {
-            simplified(&ring)
-                .into_iter()
-                .map(|at| raster.place(at))
-                .collect()
-        })
+        .map(|ring| simplified(&ring).into_iter().map(|at| raster.place(at)).collect())
         .collect()
 }
 
@@ -57,12 +52,7 @@ impl Raster {
         // A free cell all around, so that every border closes.
         let origin = low.map(|v| v - 1.5 * cell);
         let size = [0, 1].map(|k| ((high[k] - low[k]) / cell) as usize + 4);
-        let mut raster = Self {
-            origin,
-            cell,
-            size,
-            covered: vec![false; size[0] * size[1]],
-        };
+        let mut raster = Self { origin, cell, size, covered: vec![false; size[0] * size[1]] };
         for triangle in triangles {
             if triangle.iter().flatten().all(|v| v.is_finite()) {
                 raster.cover(&triangle.map(|corner| raster.cells(corner)));
@@ -105,11 +95,7 @@ impl Raster {
         for [from, to] in [[a, b], [b, c], [c, a]] {
             let steps = (to[0] - from[0]).abs().max((to[1] - from[1]).abs()).ceil();
             for step in 0..=steps as usize {
-                let part = if steps > 0.0 {
-                    step as f64 / steps
-                } else {
-                    0.0
-                };
+                let part = if steps > 0.0 { step as f64 / steps } else { 0.0 };
                 self.mark([0, 1].map(|k| from[k] + (to[k] - from[k]) * part));
             }
         }
@@ -201,9 +187,7 @@ fn simplified(ring: &[[f64; 2]]) -> Vec<[f64; 2]> {
         }
     }
     let kept = ring.iter().zip(&is_kept);
-    kept.filter(|(_, is_kept)| **is_kept)
-        .map(|(at, _)| *at)
-        .collect()
+    kept.filter(|(_, is_kept)| **is_kept).map(|(at, _)| *at).collect()
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -232,11 +216,8 @@ mod tests {
             .iter()
             .map(|ring| {
                 let turned = ring.iter().cycle().skip(1);
-                let twice: f64 = ring
-                    .iter()
-                    .zip(turned)
-                    .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
-                    .sum();
+                let twice: f64 =
+                    ring.iter().zip(turned).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
                 twice / 2.0
             })
             .sum()
@@ -269,10 +250,7 @@ mod tests {
             assert!(ring.len() < 200, "{}", ring.len());
         }
         // The hole runs the other way around.
-        let mut each: Vec<f64> = rings
-            .iter()
-            .map(|r| area(std::slice::from_ref(r)))
-            .collect();
+        let mut each: Vec<f64> = rings.iter().map(|r| area(std::slice::from_ref(r))).collect();
         each.sort_by(f64::total_cmp);
         assert!(each[0] < 0.0 && each[1] > 0.0);
     }
@@ -283,10 +261,7 @@ mod tests {
         let rings = silhouette(&needle, 0.5);
         let xs = || rings.iter().flatten().map(|at| at[0]);
         let (low, high) = (xs().fold(f64::MAX, f64::min), xs().fold(f64::MIN, f64::max));
-        assert!(
-            low.abs() <= 0.5 && (high - 100.0).abs() <= 0.5,
-            "{low} {high}"
-        );
+        assert!(low.abs() <= 0.5 && (high - 100.0).abs() <= 0.5, "{low} {high}");
     }
 
     #[test]

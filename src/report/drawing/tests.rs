@@ -12,9 +12,7 @@ use scraper::{ElementRef, Html, Selector};
 fn texts(html: &str, what: &str) -> Vec<String> {
     let page = Html::parse_fragment(html);
     let selector = Selector::parse(what).unwrap();
-    page.select(&selector)
-        .map(|element| element.text().collect())
-        .collect()
+    page.select(&selector).map(|element| element.text().collect()).collect()
 }
 
 fn drawn(body: &RigidBody, mesh: Option<&SurfaceMesh>) -> String {
@@ -36,11 +34,7 @@ fn sensors_that_are_a_small_part_of_their_body_are_drawn_once_more_by_themselves
     let measures = texts(&drawn(crf, mesh), "text.measure");
     // Each place once, in the drawing that is large enough.
     let times = |length: &str| measures.iter().filter(|m| *m == length).count();
-    assert_eq!(
-        (times("13.5"), times("8.4"), times("5.8")),
-        (2, 1, 1),
-        "{measures:?}"
-    );
+    assert_eq!((times("13.5"), times("8.4"), times("5.8")), (2, 1, 1), "{measures:?}");
 }
 
 #[test]
@@ -61,16 +55,10 @@ fn each_sensor_of_the_pointer_has_its_distance_from_the_tip_along_the_shaft() {
     let drawing = drawn(tool, Some(mesh));
     let measures = texts(&drawing, "text.measure");
     for expected in ["72", "112", "148", "5"] {
-        assert!(
-            measures.iter().any(|m| m == expected),
-            "{expected}: {measures:?}"
-        );
+        assert!(measures.iter().any(|m| m == expected), "{expected}: {measures:?}");
     }
     let length_mm = mesh.body_bounds().unwrap().size_mm().z;
-    assert!(
-        measures.contains(&dimension_text(length_mm)),
-        "{measures:?}"
-    );
+    assert!(measures.contains(&dimension_text(length_mm)), "{measures:?}");
     // Views are drawn to one scale that the bar tells.
     assert!(measures.iter().any(|m| m.ends_with("mm")));
 }
@@ -96,10 +84,7 @@ fn the_datums_word_covers_no_dimension_beside_the_view() {
                 let leftmost = begin.fold(f64::INFINITY, f64::min);
                 for number in drawing.select(&upright) {
                     let at = x(&number);
-                    assert!(
-                        (0.0..leftmost).contains(&at),
-                        "{name}: {at} under {leftmost}"
-                    );
+                    assert!((0.0..leftmost).contains(&at), "{name}: {at} under {leftmost}");
                 }
             }
         }
@@ -131,15 +116,11 @@ fn a_dimension_is_as_long_as_its_number_says() {
         .collect();
     assert_eq!(lengths.len(), 2);
     assert!((lengths[1] / lengths[0] - 4.0).abs() < 0.01, "{lengths:?}");
-    let bar = page
-        .select(&Selector::parse("line.scale-bar").unwrap())
-        .nth(2)
-        .unwrap();
+    let bar = page.select(&Selector::parse("line.scale-bar").unwrap()).nth(2).unwrap();
     let of = |name| bar.attr(name).unwrap().parse::<f64>().unwrap();
-    let said = texts(&drawing, "text.measure").into_iter().find_map(|m| {
-        m.strip_suffix("\u{2009}mm")
-            .map(|m| m.parse::<f64>().unwrap())
-    });
+    let said = texts(&drawing, "text.measure")
+        .into_iter()
+        .find_map(|m| m.strip_suffix("\u{2009}mm").map(|m| m.parse::<f64>().unwrap()));
     let px_per_mm = (of("x2") - of("x1")) / said.unwrap();
     assert!((lengths[1] / px_per_mm - 100.0).abs() < 0.3, "{px_per_mm}");
 }
@@ -185,15 +166,8 @@ fn bodies_of_no_sensors_of_one_place_and_of_absurd_size_are_drawn() {
         vec![at([1e300, 0.0, 0.0]), at([-1e300, 0.0, 0.0])],
         vec![at([1e-300, 0.0, 0.0])],
     ] {
-        let body = RigidBody {
-            name: "b".to_owned(),
-            tip_in_body: None,
-            sensors,
-        };
+        let body = RigidBody { name: "b".to_owned(), tip_in_body: None, sensors };
         let drawing = drawn(&body, None);
-        assert!(
-            !drawing.contains("NaN") && !drawing.contains("inf"),
-            "{drawing}"
-        );
+        assert!(!drawing.contains("NaN") && !drawing.contains("inf"), "{drawing}");
     }
 }

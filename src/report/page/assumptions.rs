@@ -58,10 +58,7 @@ fn of_room(report: &Report, room: &Environment) -> Vec<Fact> {
             "box of the model, tracker frame",
             format!("x {}, y {}, z {}\u{2009}mm", span(0), span(1), span(2)),
         ),
-        fact(
-            "volume of the tracker",
-            room.volume.map_or("not stated", |volume| volume.name()),
-        ),
+        fact("volume of the tracker", room.volume.map_or("not stated", |volume| volume.name())),
     ]);
     match &room.provenance {
         None => facts.push(fact(
@@ -77,22 +74,14 @@ fn of_room(report: &Report, room: &Environment) -> Vec<Fact> {
                 "{}\u{2009}mm and {:.3}° standard deviation{}",
                 jitter.position_mm,
                 jitter.angle_rad.to_degrees(),
-                if jitter.growth.is_some() {
-                    " at the generator, more away from it"
-                } else {
-                    ""
-                }
+                if jitter.growth.is_some() { " at the generator, more away from it" } else { "" }
             )
         }),
     ));
     let weight = room.orientation_weight(report.world.document.design().orientation_weight_mm);
     facts.push(fact(
         "weight of an axis against a position",
-        format!(
-            "{:.4}\u{2009}mm, {}",
-            weight.value_mm,
-            weight.source.label()
-        ),
+        format!("{:.4}\u{2009}mm, {}", weight.value_mm, weight.source.label()),
     ));
     facts
 }
@@ -162,14 +151,8 @@ fn held_out(holdout: &HoldoutProvenance) -> String {
 
 fn before_and_after(before: &Residuals, after: &Residuals) -> String {
     let one = |residuals: &Residuals| {
-        let angle = residuals
-            .angle_rms_rad
-            .map(|rad| format!(" and {:.3}°", rad.to_degrees()));
-        format!(
-            "{:.3}\u{2009}mm{}",
-            residuals.position_rms_mm,
-            angle.unwrap_or_default()
-        )
+        let angle = residuals.angle_rms_rad.map(|rad| format!(" and {:.3}°", rad.to_degrees()));
+        format!("{:.3}\u{2009}mm{}", residuals.position_rms_mm, angle.unwrap_or_default())
     };
     format!("{} RMS; {} without a model", one(after), one(before))
 }
@@ -194,10 +177,7 @@ fn of_study(report: &Report) -> Vec<Fact> {
         fact("poses", mode),
         fact("positions", with_separators(figures.trials)),
         fact("a sensor outside the model's box", outside),
-        fact(
-            "positions with such a sensor",
-            with_separators(figures.outside),
-        ),
+        fact("positions with such a sensor", with_separators(figures.outside)),
         fact(
             "positions with a sensor out of the tracker's volume",
             match report.world.environment.volume {
@@ -205,10 +185,7 @@ fn of_study(report: &Report) -> Vec<Fact> {
                 Some(_) => with_separators(figures.out_of_volume),
             },
         ),
-        fact(
-            "random numbers",
-            "none, so there is no seed: the same files give the same figures",
-        ),
+        fact("random numbers", "none, so there is no seed: the same files give the same figures"),
     ]
 }
 
@@ -230,11 +207,7 @@ fn axes(motion: &Motion, reference: &str) -> Vec<Vec<String>> {
         let value = |value: f64| format!("{value}{unit}").replace('-', "−");
         vec![name, value(range.min), value(range.max), value(range.step)]
     };
-    motion
-        .axes()
-        .into_iter()
-        .filter_map(|(axis, range)| Some(row(axis, range?)))
-        .collect()
+    motion.axes().into_iter().filter_map(|(axis, range)| Some(row(axis, range?))).collect()
 }
 
 fn of_files(report: &Report) -> Vec<Fact> {
@@ -247,10 +220,7 @@ fn of_files(report: &Report) -> Vec<Fact> {
     for (role, body) in design.bodies() {
         facts.push(fact(role.name(), file_name(&body.reference)));
     }
-    facts.push(fact(
-        "program",
-        format!("trackwright {}", env!("CARGO_PKG_VERSION")),
-    ));
+    facts.push(fact("program", format!("trackwright {}", env!("CARGO_PKG_VERSION"))));
     if let Some(date) = &report.extras.date {
         facts.push(fact("date of this report", date.as_str()));
     }

@@ -31,15 +31,8 @@ impl Slide {
     /// [`SlideError`] where they are not that.
     pub fn new(title: String, caption: String, png: Vec<u8>) -> Result<Self, SlideError> {
         match png.starts_with(PNG_SIGNATURE) {
-            true => Ok(Self {
-                title,
-                caption,
-                png,
-            }),
-            false => Err(SlideError {
-                title,
-                length: png.len(),
-            }),
+            true => Ok(Self { title, caption, png }),
+            false => Err(SlideError { title, length: png.len() }),
         }
     }
 }

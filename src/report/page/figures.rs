@@ -39,11 +39,7 @@ pub fn errors(report: &Report) -> Markup {
 
 /// How to read the charts of this mode.
 fn what_charts_show(report: &Report) -> &'static str {
-    let has_axes = report
-        .study
-        .profile
-        .as_ref()
-        .is_some_and(|profile| !profile.axes.is_empty());
+    let has_axes = report.study.profile.as_ref().is_some_and(|profile| !profile.axes.is_empty());
     match has_axes {
         true => {
             "Each line follows one axis of the motion: every point is the RMS, or the largest, of \
@@ -123,11 +119,7 @@ fn worst(report: &Report) -> Markup {
     let along = offsets
         .iter()
         .map(|(axis, value)| {
-            let unit = if axis.starts_with('r') {
-                "°"
-            } else {
-                "\u{2009}mm"
-            };
+            let unit = if axis.starts_with('r') { "°" } else { "\u{2009}mm" };
             format!("{axis} {}{unit}", signed_offset(*value)).replace('-', "−")
         })
         .collect::<Vec<_>>()

@@ -19,11 +19,8 @@ pub fn section(report: &Report) -> Markup {
 fn of_body(report: &Report, role: BodyRole, body: &DesignBody) -> Markup {
     let rigid = &body.rigid;
     let mesh = report.mesh(role);
-    let missing = report
-        .world
-        .mesh_problems()
-        .into_iter()
-        .find(|problem| problem.whose == role.into());
+    let missing =
+        report.world.mesh_problems().into_iter().find(|problem| problem.whose == role.into());
     html! {
         div class="body" {
             h3 { (match role { BodyRole::Tool => "Tool: ", BodyRole::Crf => "Reference (CRF): " }) (rigid.name) }
@@ -49,27 +46,14 @@ fn of_body(report: &Report, role: BodyRole, body: &DesignBody) -> Markup {
 }
 
 fn sensors(body: &RigidBody) -> Markup {
-    let head = [
-        "",
-        "sensor",
-        "kind",
-        "x, mm",
-        "y, mm",
-        "z, mm",
-        "from the tip, mm",
-        "axis",
-        "coil, mm",
-    ]
-    .map(|cell| match (cell, body.tip_in_body) {
-        ("from the tip, mm", None) => "from the origin, mm".to_owned(),
-        _ => cell.to_owned(),
-    });
-    let rows: Vec<Vec<String>> = body
-        .sensors
-        .iter()
-        .enumerate()
-        .map(|(index, sensor)| row(body, index, sensor))
-        .collect();
+    let head =
+        ["", "sensor", "kind", "x, mm", "y, mm", "z, mm", "from the tip, mm", "axis", "coil, mm"]
+            .map(|cell| match (cell, body.tip_in_body) {
+                ("from the tip, mm", None) => "from the origin, mm".to_owned(),
+                _ => cell.to_owned(),
+            });
+    let rows: Vec<Vec<String>> =
+        body.sensors.iter().enumerate().map(|(index, sensor)| row(body, index, sensor)).collect();
     html! {
         @if rows.is_empty() {
             p class="note" { "The body has no sensors." }

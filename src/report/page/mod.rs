@@ -78,20 +78,8 @@ impl ReportedStudy {
         let figures = outcome.figures;
         let expected =
             expected_where_measured(&scenario, &mode, cancel).map_err(|_| StudyError::Cancelled)?;
-        let words = plain_words(
-            &scenario,
-            &mode,
-            (&figures, expected.as_ref()),
-            profile.as_ref(),
-        );
-        Ok(Self {
-            scenario,
-            mode,
-            figures,
-            expected,
-            profile,
-            words,
-        })
+        let words = plain_words(&scenario, &mode, (&figures, expected.as_ref()), profile.as_ref());
+        Ok(Self { scenario, mode, figures, expected, profile, words })
     }
 }
 

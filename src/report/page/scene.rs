@@ -23,10 +23,7 @@ pub struct Scene<'a> {
 
 impl<'a> Scene<'a> {
     pub fn new(report: &'a Report<'a>) -> Self {
-        Self {
-            report,
-            glb: report.extras.scene_glb.as_deref(),
-        }
+        Self { report, glb: report.extras.scene_glb.as_deref() }
     }
 
     pub fn section(&self) -> Markup {

@@ -7,12 +7,8 @@ use crate::study::{BoundVerdict, Expected, figure_rows};
 use maud::{Markup, html};
 
 /// The figures that are shown large, as their rows are labelled.
-const LARGE: [&str; 4] = [
-    "tip error RMS",
-    "tip error 95th percentile",
-    "tip error max",
-    "angle error RMS",
-];
+const LARGE: [&str; 4] =
+    ["tip error RMS", "tip error 95th percentile", "tip error max", "angle error RMS"];
 
 pub fn head(report: &Report) -> Markup {
     let design = report.world.document.design();
@@ -62,9 +58,7 @@ pub fn section(report: &Report) -> Markup {
 /// Those of the room's own field, with two of their decimals; the table has them all.
 fn own_figures(study: &ReportedStudy) -> Vec<Markup> {
     let rows = figure_rows(&study.figures);
-    let large = LARGE
-        .iter()
-        .filter_map(|label| rows.iter().find(|row| row.label == *label));
+    let large = LARGE.iter().filter_map(|label| rows.iter().find(|row| row.label == *label));
     large
         .map(|row| {
             let short = match row.value.parse::<f64>() {

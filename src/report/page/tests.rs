@@ -16,11 +16,7 @@ fn world(name: &str) -> World {
 
 fn page(world: &World, mode: Mode, extras: Extras) -> String {
     let study = ReportedStudy::run(world, mode, &CancelToken::default()).unwrap();
-    let report = Report {
-        world,
-        study: &study,
-        extras,
-    };
+    let report = Report { world, study: &study, extras };
     report.to_html()
 }
 
@@ -61,20 +57,14 @@ fn the_figures_are_those_that_the_command_line_prints() {
 
 fn evil_decision() -> Decision {
     let row = DecidedRow {
-        room: RoomName {
-            name: EVIL.to_owned(),
-            file: EVIL.to_owned(),
-        },
+        room: RoomName { name: EVIL.to_owned(), file: EVIL.to_owned() },
         target: Some(EVIL.to_owned()),
         figures: Err(EVIL.to_owned()),
     };
     Decision {
         date: "2005-10-26".parse().unwrap(),
         note: EVIL.to_owned(),
-        grounds: Grounds::Studies(DecidedStudies {
-            requirement: None,
-            rows: vec![row],
-        }),
+        grounds: Grounds::Studies(DecidedStudies { requirement: None, rows: vec![row] }),
     }
 }
 
@@ -83,14 +73,7 @@ fn what_nobody_gives_has_no_section() {
     let world = world(store::DEFAULT_BUILTIN);
     let bare = page(&world, Mode::Motion, Extras::default());
     let parsed = Html::parse_document(&bare);
-    for absent in [
-        "#decisions",
-        "#slides",
-        "#manufacturing",
-        "canvas",
-        "script",
-        "details",
-    ] {
+    for absent in ["#decisions", "#slides", "#manufacturing", "canvas", "script", "details"] {
         assert!(all(&parsed, absent).is_empty(), "{absent}");
     }
     assert!(bare.contains("script-src 'none'"));
@@ -139,11 +122,7 @@ fn markup_in_any_name_is_text_everywhere() {
     provenance.holdout.as_mut().unwrap().data = EVIL.to_owned();
     let mesh = |role| opened.mesh(role).cloned();
     let world = World::new(
-        Document::new(
-            design,
-            opened.document.view().clone(),
-            Origin::File("x".into()),
-        ),
+        Document::new(design, opened.document.view().clone(), Origin::File("x".into())),
         Arc::new(environment),
         mesh(BodyRole::Tool),
         mesh(BodyRole::Crf),
@@ -189,11 +168,7 @@ fn markup_in_any_name_is_text_everywhere() {
     // Within SVG as well: sensors' tooltips, names in the set-up.
     let tooltips = all(&parsed, "#geometry svg g.sensor title");
     assert!(!tooltips.is_empty() && tooltips.iter().all(|title| words(title).contains(EVIL)));
-    assert!(
-        all(&parsed, "#setup svg text")
-            .iter()
-            .any(|text| words(text) == EVIL)
-    );
+    assert!(all(&parsed, "#setup svg text").iter().any(|text| words(text) == EVIL));
     // What follows the last thing that was written is still where it belongs.
     assert_eq!(all(&parsed, "body > footer").len(), 1);
 }
@@ -201,10 +176,7 @@ fn markup_in_any_name_is_text_everywhere() {
 #[test]
 fn nothing_in_the_page_leads_out_of_it() {
     let world = world(store::DEFAULT_BUILTIN);
-    let extras = Extras {
-        scene_glb: Some(b"glTF".to_vec()),
-        ..Extras::default()
-    };
+    let extras = Extras { scene_glb: Some(b"glTF".to_vec()), ..Extras::default() };
     let html = page(&world, Mode::Motion, extras);
     let parsed = Html::parse_document(&html);
     for outward in ["link", "iframe", "a[href]", "script[src]", "base", "object"] {
@@ -215,10 +187,7 @@ fn nothing_in_the_page_leads_out_of_it() {
     }
     assert!(!html.contains("url(") && !html.contains("@import"));
     let policy = all(&parsed, "meta[http-equiv]")[0].attr("content").unwrap();
-    assert!(
-        policy.starts_with("default-src 'none'; script-src 'sha256-"),
-        "{policy}"
-    );
+    assert!(policy.starts_with("default-src 'none'; script-src 'sha256-"), "{policy}");
 }
 
 #[test]
@@ -241,11 +210,7 @@ fn a_design_without_reference_requirement_motion_meshes_and_provenance_has_its_p
     environment.process = None;
     environment.volume = None;
     environment.jitter = None;
-    let document = Document::new(
-        design,
-        opened.document.view().clone(),
-        Origin::File("x".into()),
-    );
+    let document = Document::new(design, opened.document.view().clone(), Origin::File("x".into()));
     let world = World::new(document, Arc::new(environment), None, None);
     let html = page(&world, Mode::Single, Extras::default());
     let parsed = Html::parse_document(&html);
@@ -267,10 +232,9 @@ fn a_design_without_reference_requirement_motion_meshes_and_provenance_has_its_p
 
 #[test]
 fn motions_and_the_worst_place_are_told_against_the_reference_that_there_is() {
-    for (name, is, is_not) in [
-        ("pointer-on-head", "CRF", "tracker"),
-        ("endoscope", "tracker", "CRF"),
-    ] {
+    for (name, is, is_not) in
+        [("pointer-on-head", "CRF", "tracker"), ("endoscope", "tracker", "CRF")]
+    {
         let page = page(&world(name), Mode::Motion, Extras::default());
         let page = Html::parse_document(&page);
         let axes = all(&page, "#assumptions table.motion td:first-child");

@@ -79,10 +79,7 @@ fn notes(sheet: &ManufacturingSheet) -> Vec<String> {
         })
         .collect();
     if !together.is_empty() {
-        notes.push(format!(
-            "All sensors may be off at once: {}.",
-            together.join(", ")
-        ));
+        notes.push(format!("All sensors may be off at once: {}.", together.join(", ")));
     }
     if !sheet.together_worst.is_empty() {
         let checks: Vec<String> = sheet.together_worst.iter().map(check_words).collect();

@@ -73,11 +73,8 @@ impl<'a> Layout<'a> {
         let (width, height) = (width as i32, height as i32);
         let text_width = width - 2 * EDGE_PX;
         let title = wrapped(&chart.title, TITLE_PX, text_width);
-        let notes: Vec<String> = chart
-            .notes()
-            .iter()
-            .flat_map(|n| wrapped(n, NOTE_PX, text_width))
-            .collect();
+        let notes: Vec<String> =
+            chart.notes().iter().flat_map(|n| wrapped(n, NOTE_PX, text_width)).collect();
         let (legend, legend_width) = legend(chart, width);
         // A bound has a level and no place along x.
         let kept = |with_bounds: bool| {
@@ -101,20 +98,11 @@ impl<'a> Layout<'a> {
         let numbers = y.labelled.iter().map(|(_, l)| width_px(l, TICK_PX)).max();
         let left = EDGE_PX + line_px(TEXT_PX) + 8 + numbers.unwrap_or(0) + 8;
         let right = width - EDGE_PX - legend_width;
-        let x = Ticks::new(
-            chart.x.scale,
-            kept(false).map(|p| p.0),
-            wanted(right - left),
-        );
+        let x = Ticks::new(chart.x.scale, kept(false).map(|p| p.0), wanted(right - left));
         Self {
             chart,
             size: (width, height),
-            plot: Rect {
-                left,
-                top,
-                right: right.max(left + 1),
-                bottom: bottom.max(top + 1),
-            },
+            plot: Rect { left, top, right: right.max(left + 1), bottom: bottom.max(top + 1) },
             x,
             y,
             title,
@@ -304,12 +292,7 @@ impl<'a> Layout<'a> {
 
     fn draw_front<'b>(&self, area: &Area<'b>, series: &Series) -> Drawn<'b> {
         let mut path: Vec<(i32, i32)> = Vec::new();
-        for at in series
-            .points
-            .iter()
-            .filter(|&&p| self.chart.holds(p))
-            .map(|&p| self.at(p))
-        {
+        for at in series.points.iter().filter(|&&p| self.chart.holds(p)).map(|&p| self.at(p)) {
             if let Some(&(_, y)) = path.last() {
                 path.push((at.0, y));
             }
@@ -400,10 +383,7 @@ fn numbered(chart: &Chart) -> impl Iterator<Item = (usize, &Series)> {
     let mut next = 0;
     chart.series.iter().map(move |series| {
         let number = next;
-        next += usize::from(matches!(
-            series.style,
-            SeriesStyle::Line | SeriesStyle::Points
-        ));
+        next += usize::from(matches!(series.style, SeriesStyle::Line | SeriesStyle::Points));
         (number, series)
     })
 }
@@ -419,11 +399,7 @@ fn legend(chart: &Chart, width: i32) -> (Vec<Entry<'_>>, i32) {
             lines: wrapped(&series.name, TEXT_PX, max),
         })
         .collect();
-    let widest = entries
-        .iter()
-        .flat_map(|e| &e.lines)
-        .map(|l| width_px(l, TEXT_PX))
-        .max();
+    let widest = entries.iter().flat_map(|e| &e.lines).map(|l| width_px(l, TEXT_PX)).max();
     let width = widest.map_or(0, |w| 18 + LEGEND_SYMBOL_PX + w);
     (entries, width)
 }

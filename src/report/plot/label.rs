@@ -111,12 +111,7 @@ pub fn place(
         (x + 3 * gap, y + 3 * gap),
         (x - 3 * gap - w, y - 3 * gap - h),
     ];
-    let rects = corners.map(|(left, top)| Rect {
-        left,
-        top,
-        right: left + w,
-        bottom: top + h,
-    });
+    let rects = corners.map(|(left, top)| Rect { left, top, right: left + w, bottom: top + h });
     let cost = |r: &Rect| {
         let covered = points.iter().filter(|&&p| r.grown(5).holds(p)).count();
         let labels = taken.iter().filter(|t| t.meets(r)).count();
@@ -130,12 +125,7 @@ pub fn place(
 mod tests {
     use super::*;
 
-    const PLOT: Rect = Rect {
-        left: 0,
-        top: 0,
-        right: 400,
-        bottom: 300,
-    };
+    const PLOT: Rect = Rect { left: 0, top: 0, right: 400, bottom: 300 };
 
     #[test]
     fn text_is_broken_at_spaces_and_long_words_within() {

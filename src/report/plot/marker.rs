@@ -22,29 +22,15 @@ pub fn draw<'a>(area: &Area<'a>, at: (i32, i32), shape: usize, color: RGBColor) 
     let r = RADIUS;
     match shape {
         0 => {
-            area.draw(&Circle::new(
-                at,
-                r + 1,
-                super::super::palette::PAPER.filled(),
-            ))?;
+            area.draw(&Circle::new(at, r + 1, super::super::palette::PAPER.filled()))?;
             area.draw(&Circle::new(at, r, color.filled()))
         }
         1 => polygon(area, at, &[(-r, -r), (r, -r), (r, r), (-r, r)], color),
         2 => polygon(area, at, &[(0, -r - 1), (r + 1, r), (-r - 1, r)], color),
-        3 => polygon(
-            area,
-            at,
-            &[(0, -r - 2), (r + 2, 0), (0, r + 2), (-r - 2, 0)],
-            color,
-        ),
+        3 => polygon(area, at, &[(0, -r - 2), (r + 2, 0), (0, r + 2), (-r - 2, 0)], color),
         4 => polygon(area, at, &[(0, r + 1), (r + 1, -r), (-r - 1, -r)], color),
         5 => strokes(area, at, &[[(-r, -r), (r, r)], [(-r, r), (r, -r)]], color),
-        _ => strokes(
-            area,
-            at,
-            &[[(-r - 1, 0), (r + 1, 0)], [(0, -r - 1), (0, r + 1)]],
-            color,
-        ),
+        _ => strokes(area, at, &[[(-r - 1, 0), (r + 1, 0)], [(0, -r - 1), (0, r + 1)]], color),
     }
 }
 
@@ -55,15 +41,9 @@ fn polygon<'a>(
     color: RGBColor,
 ) -> Drawn<'a> {
     let placed = |scale: &dyn Fn(i32) -> i32| -> Vec<(i32, i32)> {
-        corners
-            .iter()
-            .map(|&(x, y)| (at.0 + scale(x), at.1 + scale(y)))
-            .collect()
+        corners.iter().map(|&(x, y)| (at.0 + scale(x), at.1 + scale(y))).collect()
     };
-    area.draw(&Polygon::new(
-        placed(&|v| v + v.signum()),
-        super::super::palette::PAPER.filled(),
-    ))?;
+    area.draw(&Polygon::new(placed(&|v| v + v.signum()), super::super::palette::PAPER.filled()))?;
     area.draw(&Polygon::new(placed(&|v| v), color.filled()))
 }
 

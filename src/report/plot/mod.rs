@@ -83,21 +83,13 @@ impl Chart {
     /// What a reader has to know about points that are not there.
     fn notes(&self) -> Vec<String> {
         let all: usize = self.series.iter().map(|s| s.points.len()).sum();
-        let missing = self
-            .series
-            .iter()
-            .flat_map(|s| &s.points)
-            .filter(|&&p| !self.holds(p))
-            .count();
+        let missing =
+            self.series.iter().flat_map(|s| &s.points).filter(|&&p| !self.holds(p)).count();
         match (all, missing) {
             (0, _) => vec!["No points to show.".to_owned()],
             (_, 0) => Vec::new(),
             (all, missing) => {
-                let (noun, verb) = if missing == 1 {
-                    ("point", "is")
-                } else {
-                    ("points", "are")
-                };
+                let (noun, verb) = if missing == 1 { ("point", "is") } else { ("points", "are") };
                 let scales = [self.x.scale, self.y.scale];
                 let why = if scales.contains(&Scale::Logarithmic) {
                     "zero, negative or not finite on a logarithmic axis"
@@ -106,9 +98,7 @@ impl Chart {
                 } else {
                     "not finite"
                 };
-                vec![format!(
-                    "{missing} {noun} of {all} {verb} not shown: {why}."
-                )]
+                vec![format!("{missing} {noun} of {all} {verb} not shown: {why}.")]
             }
         }
     }

@@ -3,18 +3,11 @@
 use super::*;
 
 fn axis(label: &str, scale: Scale) -> Axis {
-    Axis {
-        label: label.to_owned(),
-        scale,
-    }
+    Axis { label: label.to_owned(), scale }
 }
 
 fn series(name: &str, style: SeriesStyle, points: &[(f64, f64)]) -> Series {
-    Series {
-        name: name.to_owned(),
-        points: points.to_vec(),
-        style,
-    }
+    Series { name: name.to_owned(), points: points.to_vec(), style }
 }
 
 fn chart(scale: Scale, series: Vec<Series>) -> Chart {
@@ -55,11 +48,8 @@ fn title_labels_and_names_are_in_the_picture() {
 #[test]
 fn points_that_a_logarithmic_axis_cannot_hold_are_counted() {
     let points = [(1.0, 0.0), (2.0, 1.0), (-1.0, 2.0), (f64::NAN, 1.0)];
-    let svg = chart(
-        Scale::Logarithmic,
-        vec![series("a", SeriesStyle::Points, &points)],
-    )
-    .to_svg(SIZE);
+    let svg =
+        chart(Scale::Logarithmic, vec![series("a", SeriesStyle::Points, &points)]).to_svg(SIZE);
     assert!(svg.contains("3 points of 4 are not shown"));
 }
 
@@ -89,18 +79,9 @@ fn nothing_to_show_is_said() {
 
 #[test]
 fn small_pictures_and_absurd_values_still_make_one() {
-    let points = [
-        (f64::MIN_POSITIVE, f64::MAX),
-        (-f64::MAX, f64::MAX),
-        (f64::INFINITY, 0.0),
-        (0.0, -0.0),
-    ];
-    for style in [
-        SeriesStyle::Line,
-        SeriesStyle::Points,
-        SeriesStyle::Marked,
-        SeriesStyle::Front,
-    ] {
+    let points =
+        [(f64::MIN_POSITIVE, f64::MAX), (-f64::MAX, f64::MAX), (f64::INFINITY, 0.0), (0.0, -0.0)];
+    for style in [SeriesStyle::Line, SeriesStyle::Points, SeriesStyle::Marked, SeriesStyle::Front] {
         for scale in [Scale::Linear, Scale::Logarithmic] {
             for size in [(1, 1), (200, 100), SIZE] {
                 let svg = chart(scale, vec![series("name", style, &points)]).to_svg(size);
@@ -123,8 +104,7 @@ fn two_series_differ_in_colour_and_in_shape() {
 #[test]
 fn no_two_of_forty_series_share_both_colour_and_shape() {
     let colors = super::super::palette::SERIES.len();
-    let looks: std::collections::HashSet<_> = (0..40)
-        .map(|number| (number % colors, marker::shape(number, colors)))
-        .collect();
+    let looks: std::collections::HashSet<_> =
+        (0..40).map(|number| (number % colors, marker::shape(number, colors))).collect();
     assert_eq!(looks.len(), 40);
 }

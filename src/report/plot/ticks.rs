@@ -93,18 +93,9 @@ fn linear(values: &[f64], wanted: usize) -> Ticks {
     let step = nice_step((max - min) / wanted.max(1) as f64, counts_things);
     let first = (min / step).ceil();
     let count = ((max / step).floor() - first).max(0.0) as usize;
-    let labelled = (0..=count)
-        .map(|i| (first + i as f64) * step)
-        .map(|v| (v, decimal(v, step)))
-        .collect();
-    Ticks {
-        scale: Scale::Linear,
-        min,
-        max,
-        labelled,
-        minor: Vec::new(),
-        zero_lane: 0.0,
-    }
+    let labelled =
+        (0..=count).map(|i| (first + i as f64) * step).map(|v| (v, decimal(v, step))).collect();
+    Ticks { scale: Scale::Linear, min, max, labelled, minor: Vec::new(), zero_lane: 0.0 }
 }
 
 /// 1, 2 or 5 times a power of ten, at least `rough`.
@@ -128,11 +119,7 @@ fn logarithmic(values: &[f64], wanted: usize) -> Ticks {
     let (first, last) = (low.floor() as i32, high.floor() as i32);
     let within = |log: f64| (low - 1e-9..=high + 1e-9).contains(&log);
     let at = |multiple: f64, power: i32| multiple.log10() + f64::from(power);
-    let mantissas: &[f64] = if decades <= MAX_DECADES_IN_THREE {
-        &[1.0, 2.0, 5.0]
-    } else {
-        &[1.0]
-    };
+    let mantissas: &[f64] = if decades <= MAX_DECADES_IN_THREE { &[1.0, 2.0, 5.0] } else { &[1.0] };
     let stride = (decades / wanted.max(1) as f64).ceil().max(1.0) as i32;
     let chosen: Vec<(f64, i32)> = (first..=last)
         .filter(|power| power.rem_euclid(stride) == 0)
@@ -143,22 +130,14 @@ fn logarithmic(values: &[f64], wanted: usize) -> Ticks {
     let labelled = chosen
         .iter()
         .map(|&(m, power)| {
-            let label = if is_plain {
-                plain(m, power)
-            } else {
-                scientific(m, power)
-            };
+            let label = if is_plain { plain(m, power) } else { scientific(m, power) };
             (10.0_f64.powf(at(m, power)), label)
         })
         .collect();
     let minor = (first..=last)
         .filter(|_| stride <= MAX_UNLABELLED_DECADES)
         .flat_map(|power| {
-            let multiples = if decades <= MAX_DECADES_WITH_MINOR {
-                1..10
-            } else {
-                1..2
-            };
+            let multiples = if decades <= MAX_DECADES_WITH_MINOR { 1..10 } else { 1..2 };
             multiples.map(move |m| (f64::from(m), power))
         })
         .filter(|&(m, power)| within(at(m, power)) && !chosen.contains(&(m, power)))
@@ -189,11 +168,7 @@ fn scientific(multiple: f64, power: i32) -> String {
                 [digit.to_digit(10).unwrap_or(0) as usize],
         })
         .collect();
-    if multiple == 1.0 {
-        format!("10{digits}")
-    } else {
-        format!("{multiple}·10{digits}")
-    }
+    if multiple == 1.0 { format!("10{digits}") } else { format!("{multiple}·10{digits}") }
 }
 
 /// A value of a linear axis with the decimals that its step needs.

@@ -93,17 +93,11 @@ fn headline(
     }
     // Those that were left out of the figures are in the profile.
     let part =
-        profile
-            .filter(|_| figures.rejected == 0)
-            .zip(limit_mm)
-            .map(|(profile, limit_mm)| {
-                let within = profile.part_within(limit_mm);
-                let limit = as_set(limit_mm, "mm");
-                format!(
-                    "{} within {limit}",
-                    part_of_positions(within, figures.trials)
-                )
-            });
+        profile.filter(|_| figures.rejected == 0).zip(limit_mm).map(|(profile, limit_mm)| {
+            let within = profile.part_within(limit_mm);
+            let limit = as_set(limit_mm, "mm");
+            format!("{} within {limit}", part_of_positions(within, figures.trials))
+        });
     let part = part.unwrap_or_else(|| {
         format!(
             "Half of the positions within {}, 95{THIN_SPACE}% within {}",
@@ -137,12 +131,7 @@ pub fn length(value_mm: f64, limit_mm: Option<f64>) -> String {
 
 /// An angle likewise, with two decimals below ten degrees.
 pub fn angle(value_deg: f64, limit_deg: Option<f64>) -> String {
-    rounded(
-        value_deg,
-        limit_deg,
-        if value_deg < 10.0 { 2 } else { 1 },
-        "°",
-    )
+    rounded(value_deg, limit_deg, if value_deg < 10.0 { 2 } else { 1 }, "°")
 }
 
 fn rounded(value: f64, limit: Option<f64>, decimals: usize, unit: &str) -> String {
@@ -178,10 +167,7 @@ fn expected_headline(figures: &Figures, expected: &Expected, limit_mm: Option<f6
         let asked = limit_mm.map_or_else(String::new, |limit_mm| {
             format!("; {} is asked for", as_set(limit_mm, "mm"))
         });
-        return format!(
-            "Expected: the tip is {} from where it is shown{asked}",
-            of(max)
-        );
+        return format!("Expected: the tip is {} from where it is shown{asked}", of(max));
     }
     let part = match expected.within {
         Some(within) => {
@@ -215,10 +201,7 @@ fn verdict(bounds: &[JudgedBound]) -> String {
                 || "The measurements of this room cannot tell".to_owned(),
                 |why| format!("It cannot be told, because {why},"),
             );
-            format!(
-                "{subject} whether the requirement is met: {}.",
-                open.join("; ")
-            )
+            format!("{subject} whether the requirement is met: {}.", open.join("; "))
         }
     }
 }
@@ -245,11 +228,7 @@ fn cautions(scenario: &Scenario, figures: &Figures) -> Vec<String> {
     let mut cautions = Vec::new();
     let of_all = |count: usize| match figures.trials {
         1 => "At the position looked at".to_owned(),
-        trials => format!(
-            "In {} of {} positions",
-            with_separators(count),
-            with_separators(trials)
-        ),
+        trials => format!("In {} of {} positions", with_separators(count), with_separators(trials)),
     };
     if figures.outside > 0 {
         let what = match scenario.outside {

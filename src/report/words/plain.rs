@@ -66,24 +66,15 @@ pub fn plain_figure(
                 verdict: verdict.filter(|v| *v != BoundVerdict::Met || part == 1.0),
             }
         }
-        SlideFigure::TypicalTipError => of(
-            ErrorOf::Position,
-            Summary::Median,
-            p.median,
-            "typical error at the tip",
-        ),
-        SlideFigure::LargestTipError => of(
-            ErrorOf::Position,
-            Summary::Max,
-            p.max,
-            "largest error at the tip",
-        ),
-        SlideFigure::TypicalAngleError => of(
-            ErrorOf::Angle,
-            Summary::Median,
-            a.median,
-            "typical error of the direction",
-        ),
+        SlideFigure::TypicalTipError => {
+            of(ErrorOf::Position, Summary::Median, p.median, "typical error at the tip")
+        }
+        SlideFigure::LargestTipError => {
+            of(ErrorOf::Position, Summary::Max, p.max, "largest error at the tip")
+        }
+        SlideFigure::TypicalAngleError => {
+            of(ErrorOf::Angle, Summary::Median, a.median, "typical error of the direction")
+        }
     })
 }
 
@@ -136,9 +127,6 @@ mod tests {
     fn nearly_all_is_not_all_and_a_few_are_not_none() {
         let shown = [0.0, 1e-6, 0.5, 0.9799, 0.9901, 0.999_999, 1.0].map(percent);
         let plain = shown.map(|text| text.replace('\u{2009}', " "));
-        assert_eq!(
-            plain,
-            ["0 %", "< 1 %", "50 %", "97 %", "> 99 %", "> 99 %", "100 %"]
-        );
+        assert_eq!(plain, ["0 %", "< 1 %", "50 %", "97 %", "> 99 %", "> 99 %", "100 %"]);
     }
 }

@@ -22,14 +22,9 @@ fn words(scenario: &Scenario, mode: &Mode) -> PlainWords {
 fn held(turn: UnitQuaternion<f64>, shift: [f64; 3]) -> WorstPose {
     let scenario = scenario();
     let own = scenario.crf_from_tool;
-    let crf_from_tool: Pose = pose_from_parts(
-        own.translation.vector + Vector3::from(shift),
-        turn * own.rotation,
-    );
-    let trial = InputTrial {
-        tracker_from_crf: None,
-        crf_from_tool,
-    };
+    let crf_from_tool: Pose =
+        pose_from_parts(own.translation.vector + Vector3::from(shift), turn * own.rotation);
+    let trial = InputTrial { tracker_from_crf: None, crf_from_tool };
     let mode = Mode::Input(vec![trial].into());
     worst_pose(&scenario, &mode, &trial)
 }
@@ -50,10 +45,8 @@ fn the_headline_has_the_part_within_the_limit_and_the_worst_of_the_figures() {
     let (outcome, profile) = run_profiled(&scenario, &mode, &CancelToken::default()).unwrap();
     // A limit that lies within the errors.
     let limit_mm = outcome.figures.position_mm.median;
-    scenario.requirement = Some(Requirement {
-        position_max_mm: Some(limit_mm),
-        ..Requirement::default()
-    });
+    scenario.requirement =
+        Some(Requirement { position_max_mm: Some(limit_mm), ..Requirement::default() });
     let said = words(&scenario, &mode);
     let part = (100.0 * profile.unwrap().part_within(limit_mm)).floor();
     assert!((49.0..=51.0).contains(&part));
@@ -75,19 +68,10 @@ fn no_rounding_crosses_a_limit_or_makes_most_of_them_all() {
     assert_eq!(length(0.9999, Some(1.0)), "1.00\u{2009}mm");
     assert_eq!(length(1.25, Some(1.249)), "1.25\u{2009}mm");
     assert_eq!(length(f64::NAN, Some(1.0)), "no number");
-    assert_eq!(
-        part_of_positions(0.999, 3375),
-        "More than 99\u{2009}% of the positions"
-    );
-    assert_eq!(
-        part_of_positions(0.946, 3375),
-        "94\u{2009}% of the positions"
-    );
+    assert_eq!(part_of_positions(0.999, 3375), "More than 99\u{2009}% of the positions");
+    assert_eq!(part_of_positions(0.946, 3375), "94\u{2009}% of the positions");
     assert_eq!(part_of_positions(1.0, 3375), "All 3,375 positions");
-    assert_eq!(
-        part_of_positions(0.001, 3375),
-        "Less than 1\u{2009}% of the positions"
-    );
+    assert_eq!(part_of_positions(0.001, 3375), "Less than 1\u{2009}% of the positions");
     assert_eq!(part_of_positions(0.0, 3375), "None of the 3,375 positions");
     assert_eq!(as_set(1.25, "mm"), "1.25\u{2009}mm");
 }
@@ -95,21 +79,12 @@ fn no_rounding_crosses_a_limit_or_makes_most_of_them_all() {
 #[test]
 fn a_shaft_is_called_flat_or_upright_where_it_is_that_to_the_generator() {
     let flat = held(to(Vector3::new(0.6, 0.8, 0.05)), [0.0; 3]);
-    assert_eq!(
-        flat.in_short().as_deref(),
-        Some("held flat to the field generator")
-    );
+    assert_eq!(flat.in_short().as_deref(), Some("held flat to the field generator"));
     // The volume is at negative z: a handle there leaves the tip next to the generator.
     let at = held(to(-Vector3::z()), [0.0; 3]);
-    assert_eq!(
-        at.in_short().as_deref(),
-        Some("pointing straight at the field generator")
-    );
+    assert_eq!(at.in_short().as_deref(), Some("pointing straight at the field generator"));
     let away = held(to(Vector3::z()), [0.0; 3]);
-    assert_eq!(
-        away.in_short().as_deref(),
-        Some("pointing straight away from the field generator")
-    );
+    assert_eq!(away.in_short().as_deref(), Some("pointing straight away from the field generator"));
 }
 
 #[test]
@@ -145,21 +120,14 @@ fn farther_is_away_from_the_generator_and_aside_is_along_its_front() {
         "with the tool 20\u{2009}mm farther from the field generator and 5\u{2009}mm aside"
     );
     let nearer = held(UnitQuaternion::identity(), [0.0, 0.0, 7.0]).in_full();
-    assert_eq!(
-        nearer,
-        "with the tool 7\u{2009}mm nearer to the field generator"
-    );
+    assert_eq!(nearer, "with the tool 7\u{2009}mm nearer to the field generator");
 }
 
 #[test]
 fn a_study_that_does_not_turn_the_tool_says_nothing_of_how_it_is_turned() {
     let mut scenario = scenario();
     scenario.motion = Some(Motion {
-        z: Some(AxisRange {
-            min: -40.0,
-            max: 40.0,
-            step: 40.0,
-        }),
+        z: Some(AxisRange { min: -40.0, max: 40.0, step: 40.0 }),
         ..Motion::default()
     });
     let said = words(&scenario, &Mode::Motion);
@@ -179,11 +147,7 @@ fn a_plate_of_sensors_around_its_tip_has_no_shaft_to_hold_flat() {
     let mut scenario = scenario();
     scenario.tool.tip_in_body = None;
     for (sensor, place) in
-        scenario
-            .tool
-            .sensors
-            .iter_mut()
-            .zip([[9.0, 0.0, 0.0], [-9.0, 5.0, 0.0], [0.0, -5.0, 0.0]])
+        scenario.tool.sensors.iter_mut().zip([[9.0, 0.0, 0.0], [-9.0, 5.0, 0.0], [0.0, -5.0, 0.0]])
     {
         sensor.position_in_body = place.into();
     }

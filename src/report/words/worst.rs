@@ -48,10 +48,7 @@ pub struct WorstPose {
 
 /// Measures a trial against the design.
 pub fn worst_pose(scenario: &Scenario, mode: &Mode, trial: &InputTrial) -> WorstPose {
-    let own_crf = scenario
-        .crf
-        .as_ref()
-        .map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
+    let own_crf = scenario.crf.as_ref().map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
     let trial_crf = match &scenario.crf {
         None => own_crf,
         Some(_) => trial.tracker_from_crf.unwrap_or(own_crf),
@@ -95,9 +92,7 @@ pub fn worst_pose(scenario: &Scenario, mode: &Mode, trial: &InputTrial) -> Worst
 
 /// Whether the range of motion has more than one position, and more than one orientation.
 fn axes_that_move(scenario: &Scenario) -> (bool, bool) {
-    let grid = scenario
-        .motion
-        .and_then(|motion| motion.grid(&scenario.crf_from_tool).ok());
+    let grid = scenario.motion.and_then(|motion| motion.grid(&scenario.crf_from_tool).ok());
     grid.map_or((false, false), |grid| {
         let orientations = grid.orientations();
         (grid.trials() > orientations, orientations > 1)
@@ -114,11 +109,7 @@ fn shaft_in_tool(tool: &RigidBody) -> Option<Unit<Vector3<f64>>> {
     let mut axis = Vector3::zeros();
     axis[longest] = line[longest].signum();
     let is_along = line.angle(&axis).to_degrees() <= ALONG_AXIS_DEG;
-    Some(if is_along {
-        Unit::new_unchecked(axis)
-    } else {
-        line
-    })
+    Some(if is_along { Unit::new_unchecked(axis) } else { line })
 }
 
 /// An angle as one from minus to plus half a turn.
@@ -131,20 +122,14 @@ impl WorstPose {
     /// How the tool is held, to follow "the tool"; `None` where the study neither turns nor moves
     /// it far enough to tell.
     pub fn in_short(&self) -> Option<String> {
-        self.posture()
-            .or_else(|| self.shift_words().into_iter().next())
+        self.posture().or_else(|| self.shift_words().into_iter().next())
     }
 
     /// How the tool is held and where, to follow "the worst is".
     pub fn in_full(&self) -> String {
-        let posture = self
-            .posture()
-            .filter(|_| self.is_flat() || self.is_upright());
-        let parts: Vec<String> = posture
-            .into_iter()
-            .chain(self.turn_words())
-            .chain(self.shift_words())
-            .collect();
+        let posture = self.posture().filter(|_| self.is_flat() || self.is_upright());
+        let parts: Vec<String> =
+            posture.into_iter().chain(self.turn_words()).chain(self.shift_words()).collect();
         match parts.split_last() {
             None => "with the tool held likewise".to_owned(),
             Some((last, [])) => format!("with the tool {last}"),
@@ -153,13 +138,11 @@ impl WorstPose {
     }
 
     fn is_flat(&self) -> bool {
-        self.shaft_elevation_deg
-            .is_some_and(|elevation| elevation <= FLAT_DEG)
+        self.shaft_elevation_deg.is_some_and(|elevation| elevation <= FLAT_DEG)
     }
 
     fn is_upright(&self) -> bool {
-        self.shaft_elevation_deg
-            .is_some_and(|elevation| elevation >= 90.0 - FLAT_DEG)
+        self.shaft_elevation_deg.is_some_and(|elevation| elevation >= 90.0 - FLAT_DEG)
     }
 
     fn posture(&self) -> Option<String> {
@@ -170,11 +153,7 @@ impl WorstPose {
             return Some("held flat to the field generator".to_owned());
         }
         if self.is_upright() {
-            let word = if self.tip_is_nearer {
-                "at"
-            } else {
-                "away from"
-            };
+            let word = if self.tip_is_nearer { "at" } else { "away from" };
             return Some(format!("pointing straight {word} the field generator"));
         }
         let turns = self.turn_words().join(" and ");
@@ -197,10 +176,7 @@ impl WorstPose {
             words.push(format!("{verb} by {:.0}°", self.tilt_deg));
         }
         if self.twist_deg.abs() >= LEAST_TURN_DEG {
-            words.push(format!(
-                "turned by {:.0}° about its shaft",
-                self.twist_deg.abs()
-            ));
+            words.push(format!("turned by {:.0}° about its shaft", self.twist_deg.abs()));
         }
         words
     }

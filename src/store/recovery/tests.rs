@@ -49,9 +49,8 @@ fn crashed(state: &Path, world: &World) -> Leftover {
 
 fn files(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<_> = entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
+    let mut names: Vec<_> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
 }
@@ -95,9 +94,7 @@ fn a_killed_process_leaves_its_design_to_the_next_one_and_to_no_other_before() {
     child.kill().unwrap();
     child.wait().unwrap();
     let found = leftovers(&state).unwrap();
-    let [leftover] = &found[..] else {
-        panic!("{found:?}")
-    };
+    let [leftover] = &found[..] else { panic!("{found:?}") };
     assert_eq!(files(&state), before);
     let content = leftover.content().unwrap();
     assert_eq!(content.process, child.id());
@@ -115,10 +112,7 @@ fn a_killed_process_leaves_its_design_to_the_next_one_and_to_no_other_before() {
     assert_eq!(world.mesh(BodyRole::Crf), expected.mesh(BodyRole::Crf));
     assert!(world.document.is_dirty());
     let written = save(&mut world).unwrap().written;
-    assert_eq!(
-        written,
-        [folder.path().join("pointer.body.ron"), design.clone()]
-    );
+    assert_eq!(written, [folder.path().join("pointer.body.ron"), design.clone()]);
     let again = open_design(&design).unwrap();
     assert_eq!(again.document.design(), expected.document.design());
 }
@@ -159,10 +153,7 @@ fn what_did_not_change_is_not_written_again_and_an_old_name_goes() {
     assert!(recovery.write(&Snapshot::of(&world)).unwrap());
     let names = files(&state);
     assert_eq!(names.len(), 2, "{names:?}");
-    assert!(
-        names.iter().any(|name| name.ends_with(".new.recovery.ron")),
-        "{names:?}"
-    );
+    assert!(names.iter().any(|name| name.ends_with(".new.recovery.ron")), "{names:?}");
 }
 
 #[test]
@@ -175,10 +166,7 @@ fn a_recovered_built_in_design_can_be_saved_as_another() {
     assert_eq!(recovered.document.design(), world.document.design());
     assert_eq!(recovered.document.origin(), &Origin::BuiltIn("endoscope"));
     assert!(recovered.document.is_dirty() && recovered.mesh(BodyRole::Tool).is_some());
-    assert!(matches!(
-        save(&mut recovered),
-        Err(StoreError::ReadOnly("endoscope"))
-    ));
+    assert!(matches!(save(&mut recovered), Err(StoreError::ReadOnly("endoscope"))));
     save_as(&mut recovered, &folder.path().join("mine.design.ron")).unwrap();
     assert!(!recovered.document.is_dirty());
 }
@@ -188,26 +176,14 @@ fn a_design_whose_files_are_gone_is_recovered_and_saved_whole() {
     let (folder, state, mut world) = saved_world();
     change(&mut world);
     let leftover = crashed(&state, &world);
-    for name in [
-        "a b.design.ron",
-        "head-crf.body.ron",
-        "pointer.body.ron",
-        "pointer.glb",
-    ] {
+    for name in ["a b.design.ron", "head-crf.body.ron", "pointer.body.ron", "pointer.glb"] {
         fs::remove_file(folder.path().join(name)).unwrap();
     }
     let mut recovered = leftover.open().unwrap();
     assert_eq!(recovered.mesh_problems().len(), 1);
     assert!(recovered.mesh(BodyRole::Tool).is_none() && recovered.mesh(BodyRole::Crf).is_some());
     assert!(recovered.document.is_dirty());
-    assert!(
-        recovered
-            .document
-            .history()
-            .states
-            .iter()
-            .all(|s| !s.is_saved)
-    );
+    assert!(recovered.document.history().states.iter().all(|s| !s.is_saved));
     assert_eq!(save(&mut recovered).unwrap().written.len(), 3);
     assert!(!recovered.document.is_dirty());
     // A room that is gone is an error, and the file stays for when it is back.
@@ -228,10 +204,7 @@ fn what_was_changed_after_the_crash_is_told_and_not_written_over() {
     let mut recovered = leftover.open().unwrap();
     let found = changes(&recovered);
     assert_eq!(found.len(), 1, "{found:?}");
-    assert_eq!(
-        (found[0].part, found[0].change),
-        (WatchedPart::Design, FileChange::Content)
-    );
+    assert_eq!((found[0].part, found[0].change), (WatchedPart::Design, FileChange::Content));
     let error = save(&mut recovered).unwrap_err();
     assert!(matches!(error, StoreError::ChangedOnDisk { .. }), "{error}");
     assert_eq!(fs::read_to_string(&file).unwrap(), theirs);
@@ -250,10 +223,7 @@ fn a_broken_recovery_file_is_reported_and_stays_until_it_is_discarded() {
     assert_eq!(found.len(), 2);
     let broken = found.remove(1);
     let message = broken.content().unwrap_err().to_string();
-    assert!(
-        message.starts_with(&format!("{}: ", file.display())),
-        "{message}"
-    );
+    assert!(message.starts_with(&format!("{}: ", file.display())), "{message}");
     assert!(broken.open().is_err());
     assert!(file.exists());
     broken.discard().unwrap();

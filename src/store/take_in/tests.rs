@@ -53,10 +53,8 @@ fn take(world: &mut World, role: BodyRole, file: &Path) -> bool {
     let wanted = WantedBody::of_file(world, role, file, OnMismatch::Refuse);
     let taken = wanted.unwrap().unwrap().read().unwrap();
     world.keep_body(&taken);
-    let is_changed = world.document.apply(Edit::SetBody {
-        body: role,
-        content: Box::new(taken.body),
-    });
+    let is_changed =
+        world.document.apply(Edit::SetBody { body: role, content: Box::new(taken.body) });
     refresh_meshes(world).unwrap();
     is_changed.unwrap()
 }
@@ -66,12 +64,7 @@ fn tool(world: &World) -> &DesignBody {
 }
 
 fn written(world: &mut World) -> Vec<String> {
-    save(world)
-        .unwrap()
-        .written
-        .iter()
-        .map(|f| file_name(f))
-        .collect()
+    save(world).unwrap().written.iter().map(|f| file_name(f)).collect()
 }
 
 #[test]
@@ -79,10 +72,7 @@ fn a_makers_file_is_saved_beside_the_design_and_undo_leads_to_the_files_that_wer
     let (folder, _, rom) = saved();
     let at = |name: &str| folder.path().join(name);
     // As a person would write it: Save has no reason to put it in order.
-    let by_hand = format!(
-        "// by hand\n{}",
-        fs::read_to_string(at("pointer.body.ron")).unwrap()
-    );
+    let by_hand = format!("// by hand\n{}", fs::read_to_string(at("pointer.body.ron")).unwrap());
     fs::write(at("pointer.body.ron"), &by_hand).unwrap();
     let mut world = open_design(&at("a.design.ron")).unwrap();
     let before = world.document.shared_design();
@@ -114,10 +104,7 @@ fn a_file_that_took_the_name_meanwhile_is_not_written_over() {
     take(&mut world, BodyRole::Tool, &rom);
     let theirs = folder.path().join("pointer-2.body.ron");
     fs::write(&theirs, "theirs").unwrap();
-    assert_eq!(
-        written(&mut world),
-        ["pointer-2-2.body.ron", "a.design.ron"]
-    );
+    assert_eq!(written(&mut world), ["pointer-2-2.body.ron", "a.design.ron"]);
     assert_eq!(fs::read_to_string(theirs).unwrap(), "theirs");
     // The state before refers to what it did.
     world.document.undo();
@@ -130,19 +117,13 @@ fn a_body_file_of_the_designs_folder_is_used_where_it_is_and_one_of_another_fold
     let (folder, mut world, _) = saved();
     let at = |name: &str| folder.path().join(name);
     let mesh = at("roms/other.obj");
-    fs::write(
-        &mesh,
-        "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
-    )
-    .unwrap();
+    fs::write(&mesh, "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+        .unwrap();
     let text = "(version: 1, name: \"other\", mesh: \"other.obj\", sensors: [(name: \"a\", kind: Marker, position: (1, 2, 3))])";
     fs::write(at("roms/other.body.ron"), text).unwrap();
     take(&mut world, BodyRole::Tool, &at("roms/other.body.ron"));
     assert_eq!(tool(&world).reference, "other.body.ron");
-    assert_eq!(
-        tool(&world).mesh,
-        Some(MeshReference::new("roms/other.obj"))
-    );
+    assert_eq!(tool(&world).mesh, Some(MeshReference::new("roms/other.obj")));
     assert!(world.mesh(BodyRole::Tool).is_some());
     assert_eq!(written(&mut world), ["other.body.ron", "a.design.ron"]);
     assert_eq!(fs::read_to_string(at("roms/other.body.ron")).unwrap(), text);
@@ -169,10 +150,7 @@ fn a_crash_keeps_a_body_that_was_taken_in() {
     let leftover = leftovers(&state).unwrap().remove(0);
     let mut recovered = leftover.open().unwrap();
     assert_eq!(recovered.document.design(), world.document.design());
-    assert_eq!(
-        written(&mut recovered),
-        ["pointer-2.body.ron", "a.design.ron"]
-    );
+    assert_eq!(written(&mut recovered), ["pointer-2.body.ron", "a.design.ron"]);
 }
 
 #[test]
@@ -221,10 +199,5 @@ fn a_sum_that_does_not_match_is_refused_until_it_is_wanted_and_then_kept() {
     assert!(definition.doubt().unwrap().contains("checksum is "));
     fs::write(&rom, &bytes[..100]).unwrap();
     let error = wanted(OnMismatch::Accept).unwrap_err();
-    assert!(
-        !error.is_checksum()
-            && error
-                .to_string()
-                .contains("pointer.rom: length is 100 bytes")
-    );
+    assert!(!error.is_checksum() && error.to_string().contains("pointer.rom: length is 100 bytes"));
 }

@@ -65,11 +65,7 @@ fn reference(world: &World, role: BodyRole) -> &str {
 fn shift(world: &mut World, body: BodyRole) {
     let mut sensor = world.document.design().body(body).unwrap().rigid.sensors[0].clone();
     sensor.position_in_body.y += 1.0;
-    let edit = Edit::SetSensor {
-        body,
-        index: 0,
-        sensor,
-    };
+    let edit = Edit::SetSensor { body, index: 0, sensor };
     assert!(world.document.apply(edit).unwrap());
 }
 
@@ -90,10 +86,7 @@ fn a_makers_file_is_never_written_over_and_a_changed_body_goes_beside_the_design
     assert_eq!(shared_bodies(&world), []);
     let report = save(&mut world).unwrap();
     assert_eq!(written(&report), ["probe-2.body.ron", "a.design.ron"]);
-    assert_eq!(
-        fs::read(folder.path().join("probe.body.ron")).unwrap(),
-        b"mine"
-    );
+    assert_eq!(fs::read(folder.path().join("probe.body.ron")).unwrap(), b"mine");
     assert_eq!(fs::read(folder.path().join(PROBE)).unwrap(), probe());
     assert!(!world.document.is_dirty());
     assert_eq!(changes(&world), []);
@@ -114,10 +107,7 @@ fn a_mesh_that_was_given_to_a_makers_tool_is_still_reached_after_the_body_moved(
     let (folder, file, mut world) = world("endoscope");
     fs::write(folder.path().join("m.stl"), "solid s\nendsolid s\n").unwrap();
     for file in ["../m.stl", "/nowhere/m.stl", "../m.stl"] {
-        let edit = Edit::SetMesh {
-            body: BodyRole::Tool,
-            mesh: Some(MeshReference::new(file)),
-        };
+        let edit = Edit::SetMesh { body: BodyRole::Tool, mesh: Some(MeshReference::new(file)) };
         world.document.apply(edit).unwrap();
     }
     save(&mut world).unwrap();
@@ -182,10 +172,7 @@ fn what_a_crash_left_of_a_makers_tool_is_saved_beside_the_design_too() {
     assert_eq!(fs::read(folder.path().join(PROBE)).unwrap(), other);
     assert_eq!(reference(&recovered, BodyRole::Tool), "probe.body.ron");
     let again = open_design(&file).unwrap();
-    assert_eq!(
-        again.document.design(),
-        world_after(&world, "probe.body.ron").document.design()
-    );
+    assert_eq!(again.document.design(), world_after(&world, "probe.body.ron").document.design());
     // The first session goes on after all, and was told of what the second one wrote.
     fs::remove_file(folder.path().join(PROBE)).unwrap();
     accept_changes(&mut world);

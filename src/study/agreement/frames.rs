@@ -94,10 +94,7 @@ fn common_words(common: Option<&CommonFrame>) -> String {
 
 /// Looks at the size of the disagreement. `scenario` is that of the rows.
 pub fn frame_mismatch(scenario: &Scenario, rows: &[AgreementRow]) -> Option<FrameMismatch> {
-    let predicted_max_mm = rows
-        .iter()
-        .map(|row| row.predicted_mm.norm())
-        .fold(0.0, f64::max);
+    let predicted_max_mm = rows.iter().map(|row| row.predicted_mm.norm()).fold(0.0, f64::max);
     let distances: Vec<f64> = rows.iter().map(|row| row.measured_mm.norm()).collect();
     let median_mm = median(distances)?;
     let outside = rows.iter().filter(|row| row.outside > 0).count();
@@ -111,18 +108,13 @@ pub fn frame_mismatch(scenario: &Scenario, rows: &[AgreementRow]) -> Option<Fram
         });
     }
     let distance_mm = median(rows.iter().map(|row| from_box_mm(scenario, row)).collect())?;
-    (outside == rows.len() && distance_mm > APART_MM).then_some(FrameMismatch::NotInRoom {
-        poses: rows.len(),
-        distance_mm,
-    })
+    (outside == rows.len() && distance_mm > APART_MM)
+        .then_some(FrameMismatch::NotInRoom { poses: rows.len(), distance_mm })
 }
 
 fn common_frame(scenario: &Scenario, rows: &[AgreementRow]) -> Option<CommonFrame> {
     let truth: Vec<Point3<f64>> = rows.iter().map(|row| tip_in_crf(row, scenario)).collect();
-    let measured = truth
-        .iter()
-        .zip(rows)
-        .map(|(tip, row)| tip + row.measured_mm);
+    let measured = truth.iter().zip(rows).map(|(tip, row)| tip + row.measured_mm);
     let measured: Vec<Point3<f64>> = measured.collect();
     let found = register(&truth, &measured).ok()?;
     let count = rows.len() as f64;
@@ -201,10 +193,7 @@ mod tests {
     #[test]
     fn errors_of_the_field_are_no_matter_of_frames() {
         let scenario = scenario();
-        assert_eq!(
-            frame_mismatch(&scenario, &rows(&scenario, &Pose::identity())),
-            None
-        );
+        assert_eq!(frame_mismatch(&scenario, &rows(&scenario, &Pose::identity())), None);
         // As far as the median of a part of any room.
         let shift = pose_from_parts(Vector3::new(0.0, 15.7, 0.0), UnitQuaternion::identity());
         assert_eq!(frame_mismatch(&scenario, &rows(&scenario, &shift)), None);
@@ -216,21 +205,13 @@ mod tests {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.5);
         let other = pose_from_parts(Vector3::new(300.0, -20.0, 100.0), turn);
         let found = frame_mismatch(&scenario, &rows(&scenario, &other)).unwrap();
-        let FrameMismatch::Apart {
-            common: Some(common),
-            predicted_max_mm,
-            ..
-        } = &found
-        else {
+        let FrameMismatch::Apart { common: Some(common), predicted_max_mm, .. } = &found else {
             panic!("{found:?}");
         };
         assert!(common.explains());
         // What is left is no more than what the field does.
         assert!(common.left_rms_mm <= *predicted_max_mm, "{found:?}");
-        assert!(
-            (common.turn_deg - 0.5_f64.to_degrees()).abs() < 3.0,
-            "{found:?}"
-        );
+        assert!((common.turn_deg - 0.5_f64.to_degrees()).abs() < 3.0, "{found:?}");
         let said = found.to_string();
         assert!(said.contains("different frames"), "{said}");
     }

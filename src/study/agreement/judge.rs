@@ -49,10 +49,8 @@ pub fn agreement(
         return Err(AgreementError::NotFinite(index));
     }
     let noise = Noise::new(scenario, settings.averaged, settings.truth_std_mm);
-    let unsupported: Vec<Option<bool>> = rows
-        .par_iter()
-        .map(|row| noise.is_unsupported(row))
-        .collect();
+    let unsupported: Vec<Option<bool>> =
+        rows.par_iter().map(|row| noise.is_unsupported(row)).collect();
     task.step(1, 10)?;
     for (row, is_unsupported) in rows.iter_mut().zip(unsupported) {
         row.is_unsupported = is_unsupported;
@@ -66,17 +64,12 @@ pub fn agreement(
     task.step(2, 10)?;
     let used: Vec<&AgreementRow> = rows.iter().filter(|row| row.is_used).collect();
 
-    let pairs: Vec<_> = used
-        .iter()
-        .map(|r| (r.measured_mm, r.predicted_mm))
-        .collect();
+    let pairs: Vec<_> = used.iter().map(|r| (r.measured_mm, r.predicted_mm)).collect();
     let sample = Sample::new(&used, &pairs);
     let part = |from: f64, to: f64| task.stretch(from, to);
     let position_mm = compared(&pairs, &sample, settings, &part(0.2, 0.6))?;
-    let turns: Option<Vec<_>> = used
-        .iter()
-        .map(|r| Some((in_deg(&r.measured_rad?), in_deg(&r.predicted_rad))))
-        .collect();
+    let turns: Option<Vec<_>> =
+        used.iter().map(|r| Some((in_deg(&r.measured_rad?), in_deg(&r.predicted_rad)))).collect();
     let angle_deg = match turns {
         Some(pairs) => {
             let sample = Sample::new(&used, &pairs);
@@ -99,9 +92,7 @@ pub fn agreement(
         poses: rows.len(),
         used: used.len(),
         outside: count(|row| row.outside > 0),
-        unsupported: noise
-            .has_field_error()
-            .then(|| count(|row| row.is_unsupported == Some(true))),
+        unsupported: noise.has_field_error().then(|| count(|row| row.is_unsupported == Some(true))),
         unknowns: settings.unknowns,
         position_mm,
         angle_deg,
@@ -116,11 +107,7 @@ pub fn agreement(
         Unknowns::None => expected_of(scenario, &rows, task)?,
         Unknowns::Registration | Unknowns::Pivot => None,
     };
-    Ok(Agreement {
-        rows,
-        summary,
-        expected,
-    })
+    Ok(Agreement { rows, summary, expected })
 }
 
 /// What the errors at the poses that count are to be expected to be.
@@ -141,26 +128,12 @@ fn expected_of(
 }
 
 fn check(settings: &AgreementSettings) -> Result<(), AgreementError> {
-    let wrong = |name, found, expected| {
-        Err(AgreementError::Setting {
-            name,
-            found,
-            expected,
-        })
-    };
+    let wrong = |name, found, expected| Err(AgreementError::Setting { name, found, expected });
     if !(settings.averaged.is_finite() && settings.averaged >= 1.0) {
-        return wrong(
-            "readings that a pose is the mean of",
-            settings.averaged,
-            "1 or more",
-        );
+        return wrong("readings that a pose is the mean of", settings.averaged, "1 or more");
     }
     if !(settings.truth_std_mm.is_finite() && settings.truth_std_mm >= 0.0) {
-        return wrong(
-            "noise of the true tip, mm",
-            settings.truth_std_mm,
-            "zero or more",
-        );
+        return wrong("noise of the true tip, mm", settings.truth_std_mm, "zero or more");
     }
     if !RESAMPLES.contains(&settings.resamples) {
         return wrong("resamplings", settings.resamples as f64, "200 to 1,000,000");
@@ -170,12 +143,8 @@ fn check(settings: &AgreementSettings) -> Result<(), AgreementError> {
 
 /// Also that squares of the errors are numbers.
 fn is_usable(row: &AgreementRow) -> bool {
-    let vectors = [
-        Some(row.measured_mm),
-        Some(row.predicted_mm),
-        Some(row.predicted_rad),
-        row.measured_rad,
-    ];
+    let vectors =
+        [Some(row.measured_mm), Some(row.predicted_mm), Some(row.predicted_rad), row.measured_rad];
     is_finite(&row.crf_from_tool)
         && row.tracker_from_crf.as_ref().is_none_or(is_finite)
         && vectors.iter().flatten().all(|v| v.norm_squared() < 1e100)
@@ -195,29 +164,20 @@ fn check_poses(rows: &[AgreementRow], tips: &[Point3<f64>]) -> Result<(), Agreem
     }
     let n = count as f64;
     let middle = used().map(|(_, tip)| tip.coords).sum::<Vector3<f64>>() / n;
-    let squares: f64 = used()
-        .map(|(_, tip)| (tip.coords - middle).norm_squared())
-        .sum();
+    let squares: f64 = used().map(|(_, tip)| (tip.coords - middle).norm_squared()).sum();
     let spread_mm = (squares / n).sqrt();
     let Some((first, _)) = used().next() else {
         return Ok(());
     };
     let squares: f64 = used()
         .map(|(row, _)| {
-            let turn = first
-                .crf_from_tool
-                .rotation
-                .rotation_to(&row.crf_from_tool.rotation);
+            let turn = first.crf_from_tool.rotation.rotation_to(&row.crf_from_tool.rotation);
             rotation_angle_rad(&turn).powi(2)
         })
         .sum();
     let spread_deg = (squares / n).sqrt().to_degrees();
     if spread_mm < MIN_SPREAD_MM && spread_deg < MIN_SPREAD_DEG {
-        return Err(AgreementError::OnePose {
-            poses: count,
-            spread_mm,
-            spread_deg,
-        });
+        return Err(AgreementError::OnePose { poses: count, spread_mm, spread_deg });
     }
     Ok(())
 }
@@ -250,10 +210,8 @@ impl Sample {
                 sums
             })
             .collect();
-        let residuals: Vec<Vector3<f64>> = units
-            .iter()
-            .map(|u| (u.measured - u.predicted) / u.count)
-            .collect();
+        let residuals: Vec<Vector3<f64>> =
+            units.iter().map(|u| (u.measured - u.predicted) / u.count).collect();
         // To first order the explained part is a mean of these.
         let mut all = Sums::default();
         for unit in &units {
@@ -266,11 +224,7 @@ impl Sample {
             .collect();
         let [a, b] = [&residuals, &influence].map(|series| Dependence::of(series));
         let count = units.len() as f64;
-        let groups = used
-            .iter()
-            .map(|row| row.group)
-            .collect::<HashSet<_>>()
-            .len();
+        let groups = used.iter().map(|row| row.group).collect::<HashSet<_>>().len();
         // Rows of one group are of one pose, whatever their errors look like.
         let rows_a_group = pairs.len() as f64 / groups.max(1) as f64;
         Self {
@@ -308,11 +262,7 @@ fn compared(
     }
     let figure = |of: fn(&Sums) -> Option<f64>| {
         let ends = interval(&resampled, of);
-        of(&all).map(|value| Interval {
-            value,
-            low: ends.map(|e| e[0]),
-            high: ends.map(|e| e[1]),
-        })
+        of(&all).map(|value| Interval { value, low: ends.map(|e| e[0]), high: ends.map(|e| e[1]) })
     };
     let lengths = |of: fn(&(Vector3<f64>, Vector3<f64>)) -> f64| {
         let mut values: Vec<f64> = pairs.iter().map(of).collect();
@@ -342,18 +292,12 @@ fn compared(
 pub(super) fn bias(pairs: &[(Vector3<f64>, Vector3<f64>)], effective: f64) -> Bias {
     let n = pairs.len() as f64;
     let mean = pairs.iter().map(|(m, p)| m - p).sum::<Vector3<f64>>() / n;
-    let scatter: Matrix3<f64> = pairs
-        .iter()
-        .map(|(m, p)| m - p - mean)
-        .map(|r| r * r.transpose())
-        .sum::<Matrix3<f64>>()
-        / (n - 1.0);
+    let scatter: Matrix3<f64> =
+        pairs.iter().map(|(m, p)| m - p - mean).map(|r| r * r.transpose()).sum::<Matrix3<f64>>()
+            / (n - 1.0);
     let student = student_975(effective);
     let half_width = student.map(|t| [0, 1, 2].map(|k| t * (scatter[(k, k)] / effective).sqrt()));
-    let squares: f64 = pairs
-        .iter()
-        .map(|(m, p)| m.norm_squared() + p.norm_squared())
-        .sum();
+    let squares: f64 = pairs.iter().map(|(m, p)| m.norm_squared() + p.norm_squared()).sum();
     // A scatter that is round-off says nothing of a mean.
     let is_there = scatter.trace() > ROUND_OFF * (squares / n);
     let p = student.filter(|_| is_there).and_then(|_| {
@@ -363,11 +307,7 @@ pub(super) fn bias(pairs: &[(Vector3<f64>, Vector3<f64>)], effective: f64) -> Bi
         let distribution = FisherSnedecor::new(3.0, effective - 3.0).ok()?;
         Some(distribution.sf(f)).filter(|p| p.is_finite())
     });
-    Bias {
-        mean: mean.into(),
-        half_width,
-        p,
-    }
+    Bias { mean: mean.into(), half_width, p }
 }
 
 /// The 97.5 % quantile of Student's distribution for a mean of so many.
@@ -375,11 +315,7 @@ fn student_975(effective: f64) -> Option<f64> {
     if effective < MIN_EFFECTIVE {
         return None;
     }
-    Some(
-        StudentsT::new(0.0, 1.0, effective - 1.0)
-            .ok()?
-            .inverse_cdf(0.975),
-    )
+    Some(StudentsT::new(0.0, 1.0, effective - 1.0).ok()?.inverse_cdf(0.975))
 }
 
 /// Bland & Altman 1999, section 2: the standard error of a limit is that of the mean and that of the
@@ -425,10 +361,8 @@ fn noise_check(
         of_residual += square(&row.residual_mm(), covariance)?;
         variance += covariance.trace();
     }
-    let of_measured: Option<f64> = used
-        .iter()
-        .map(|row| square(&row.measured_mm, &noise.of_measurement(row)?))
-        .sum();
+    let of_measured: Option<f64> =
+        used.iter().map(|row| square(&row.measured_mm, &noise.of_measurement(row)?)).sum();
     let freedom = 3.0 * effective * free / components;
     let accepted = ChiSquared::new(freedom)
         .ok()

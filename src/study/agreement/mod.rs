@@ -229,22 +229,13 @@ pub enum AgreementError {
         "{used} of {poses} poses can be used ({outside} have a sensor outside the room's box, {unsupported} are left \
          out as not supported), expected at least {MIN_POSES}"
     )]
-    TooFew {
-        poses: usize,
-        used: usize,
-        outside: usize,
-        unsupported: usize,
-    },
+    TooFew { poses: usize, used: usize, outside: usize, unsupported: usize },
     #[error(
         "all {poses} poses are the same: the tip scatters by {spread_mm:.2} mm RMS and the tool turns by \
          {spread_deg:.2}°, expected at least {MIN_SPREAD_MM} mm or {MIN_SPREAD_DEG}°; record the tool all over where \
          it will be used"
     )]
-    OnePose {
-        poses: usize,
-        spread_mm: f64,
-        spread_deg: f64,
-    },
+    OnePose { poses: usize, spread_mm: f64, spread_deg: f64 },
     #[error("pose {0} holds what is no number")]
     NotFinite(usize),
     #[error(
@@ -257,11 +248,7 @@ pub enum AgreementError {
     #[error(
         "{found} is no number of readings, standard deviation or count of resamplings: {name}, expected {expected}"
     )]
-    Setting {
-        name: &'static str,
-        found: f64,
-        expected: &'static str,
-    },
+    Setting { name: &'static str, found: f64, expected: &'static str },
     #[error(transparent)]
     Study(#[from] StudyError),
     #[error(transparent)]

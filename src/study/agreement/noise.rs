@@ -73,10 +73,7 @@ impl<'a> Noise<'a> {
     /// judged by. `None` where it does not say.
     pub fn misfit_mm2(&self, row: &AgreementRow) -> Option<f64> {
         let provenance = self.scenario.environment.provenance.as_ref()?;
-        let left = provenance
-            .holdout
-            .as_ref()
-            .map_or(provenance.train_after, |h| h.after);
+        let left = provenance.holdout.as_ref().map_or(provenance.train_after, |h| h.after);
         let of = |sensor: &Sensor, _: &Pose| {
             // The turn of an axis has two components.
             let components = match sensor.orientation {
@@ -84,10 +81,7 @@ impl<'a> Noise<'a> {
                 SensorOrientation::SixDof(_) | SensorOrientation::Marker => 3.0,
             };
             let angle_rad = left.angle_rms_rad.unwrap_or(0.0);
-            Some([
-                left.position_rms_mm.powi(2) / 3.0,
-                angle_rad.powi(2) / components,
-            ])
+            Some([left.position_rms_mm.powi(2) / 3.0, angle_rad.powi(2) / components])
         };
         Some(self.tip_covariance(row, &of)?.trace())
     }
@@ -170,9 +164,7 @@ impl<'a> Noise<'a> {
     fn field_error(&self, sensor: &Sensor, tracker_from_body: &Pose) -> Variances {
         let at = tracker_from_body * sensor.position_in_body;
         let support = self.scenario.environment.support.as_ref();
-        support.map_or([0.0; 2], |support| {
-            field_variances(support, sensor, &at, tracker_from_body)
-        })
+        support.map_or([0.0; 2], |support| field_variances(support, sensor, &at, tracker_from_body))
     }
 }
 
@@ -186,23 +178,12 @@ fn field_variances(
     let (found, components) = match sensor.axis_in_body() {
         None => (support.at_marker(at, OutsidePolicy::Clamp), 3.0),
         Some(axis) => (
-            support.at(
-                at,
-                &(tracker_from_body.rotation * axis),
-                OutsidePolicy::Clamp,
-            ),
-            if sensor.orientation.degrees_of_freedom() == 5 {
-                2.0
-            } else {
-                3.0
-            },
+            support.at(at, &(tracker_from_body.rotation * axis), OutsidePolicy::Clamp),
+            if sensor.orientation.degrees_of_freedom() == 5 { 2.0 } else { 3.0 },
         ),
     };
     let angle_rad = found.angle_std_error_rad.unwrap_or(0.0);
-    [
-        found.position_std_error_mm.powi(2) / 3.0,
-        angle_rad.powi(2) / components,
-    ]
+    [found.position_std_error_mm.powi(2) / 3.0, angle_rad.powi(2) / components]
 }
 
 fn motion(

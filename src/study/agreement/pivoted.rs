@@ -37,17 +37,11 @@ pub fn pivoted_tool(
     task: &Task,
 ) -> Result<PivotedTool, PivotedError> {
     // How far the tip strays is what is asked here, so no distance is too large.
-    let limits = PivotLimits {
-        max_rms_mm: f64::MAX,
-        ..PivotLimits::default()
-    };
+    let limits = PivotLimits { max_rms_mm: f64::MAX, ..PivotLimits::default() };
     let found = pivot(poses, &limits).map_err(PivotedError::NoTip)?;
     let (with_tip, rows) = pivot_rows(scenario, poses, &found, &task.stretch(0.0, 0.5))
         .map_err(PivotedError::Simulation)?;
     let agreement = agreement(&with_tip, rows, settings, &task.stretch(0.5, 1.0))
         .map_err(PivotedError::Agreement)?;
-    Ok(PivotedTool {
-        pivot: found,
-        agreement,
-    })
+    Ok(PivotedTool { pivot: found, agreement })
 }

@@ -65,9 +65,7 @@ impl Sums {
 }
 
 fn ratio(above: f64, below: f64) -> Option<f64> {
-    (below > 0.0)
-        .then(|| above / below)
-        .filter(|value| value.is_finite())
+    (below > 0.0).then(|| above / below).filter(|value| value.is_finite())
 }
 
 impl AddAssign<&Sums> for Sums {

@@ -144,10 +144,7 @@ pub fn pivot_rows(
     let mut given = Vec::with_capacity(measured.len());
     for (index, pose) in measured.iter().enumerate() {
         task.step(index, 2 * measured.len())?;
-        given.push(InputTrial {
-            tracker_from_crf: None,
-            crf_from_tool: compensator.nearest(pose),
-        });
+        given.push(InputTrial { tracker_from_crf: None, crf_from_tool: compensator.nearest(pose) });
     }
     let trials = simulated(&scenario, given, &task.stretch(0.5, 1.0))?;
     let rows = measured.iter().zip(&trials).enumerate();
@@ -197,25 +194,14 @@ fn simulated(
     if let Some((body, _)) = Simulator::new(&scenario).free_motion() {
         let crf = scenario.crf.as_ref().filter(|_| body == "crf");
         let free = crf.map_or(&scenario.tool, |crf| &crf.body);
-        return Err(AgreementError::FreeRotation {
-            body: free.name.clone(),
-        });
+        return Err(AgreementError::FreeRotation { body: free.name.clone() });
     }
-    run(
-        &scenario,
-        &Mode::Input(given.into()),
-        &task.cancel,
-        Some(&mut log),
-    )?;
+    run(&scenario, &Mode::Input(given.into()), &task.cancel, Some(&mut log))?;
     Ok(trials)
 }
 
 pub(super) fn is_finite(pose: &Pose) -> bool {
-    let numbers = pose
-        .translation
-        .vector
-        .iter()
-        .chain(pose.rotation.coords.iter());
+    let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
     numbers.into_iter().all(|v| v.is_finite())
 }
 

@@ -51,10 +51,8 @@ fn true_poses(count: usize, seed: u64) -> Vec<Pose> {
 
 /// What the study says the tracker would tell.
 fn read(scenario: &Scenario, poses: &[Pose]) -> Vec<Pose> {
-    let given = poses.iter().map(|pose| InputTrial {
-        tracker_from_crf: None,
-        crf_from_tool: *pose,
-    });
+    let given =
+        poses.iter().map(|pose| InputTrial { tracker_from_crf: None, crf_from_tool: *pose });
     let mut read = Vec::new();
     let mut log = |trial: &crate::study::Trial| read.push(trial.crf_from_tool_simulated);
     let mode = Mode::Input(given.collect());
@@ -81,16 +79,11 @@ fn exact_rows(scenario: &Scenario, count: usize) -> Vec<AgreementRow> {
 }
 
 fn quick() -> AgreementSettings {
-    AgreementSettings {
-        resamples: 400,
-        ..AgreementSettings::default()
-    }
+    AgreementSettings { resamples: 400, ..AgreementSettings::default() }
 }
 
 fn judged(scenario: &Scenario, rows: Vec<AgreementRow>) -> Summary {
-    agreement(scenario, rows, &quick(), &Task::default())
-        .unwrap()
-        .summary
+    agreement(scenario, rows, &quick(), &Task::default()).unwrap().summary
 }
 
 fn normal(seeded: &mut Seeded) -> Vector {
@@ -105,22 +98,14 @@ fn a_recording_that_is_what_the_study_predicts_is_explained_whole() {
     // Poses of half a metre, fitted once here and once there.
     assert!(found.position_mm.residual.max < 1e-11, "{found:?}");
     for compared in [&found.position_mm, found.angle_deg.as_ref().unwrap()] {
-        for figure in [
-            compared.explained,
-            compared.explained_of_variation,
-            compared.slope,
-        ] {
+        for figure in [compared.explained, compared.explained_of_variation, compared.slope] {
             let figure = figure.unwrap();
             assert!((figure.value - 1.0).abs() < 1e-12, "{figure:?}");
             assert!(figure.low.unwrap() > 1.0 - 1e-12 && figure.high.unwrap() < 1.0 + 1e-12);
         }
     }
     assert_eq!(found.verdict, Verdict::Explains);
-    assert!(
-        found.statement.contains("explains 100 %"),
-        "{}",
-        found.statement
-    );
+    assert!(found.statement.contains("explains 100 %"), "{}", found.statement);
 }
 
 #[test]
@@ -141,11 +126,7 @@ fn a_tip_that_is_off_by_the_same_everywhere_is_found_with_its_interval() {
         assert!((0.015..0.045).contains(&half[k]), "{bias:?}");
     }
     assert!(bias.p.unwrap() < 1e-9);
-    assert!(
-        found.statement.contains("same at all poses"),
-        "{}",
-        found.statement
-    );
+    assert!(found.statement.contains("same at all poses"), "{}", found.statement);
 }
 
 #[test]
@@ -176,10 +157,7 @@ fn figures_are_those_of_numpy_and_scipy() {
         assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
     };
     near(sums.explained().unwrap(), 0.894_645_532_125_836_4);
-    near(
-        sums.explained_of_variation().unwrap(),
-        0.915_494_313_198_180_3,
-    );
+    near(sums.explained_of_variation().unwrap(), 0.915_494_313_198_180_3);
     near(sums.slope().unwrap(), 1.216_009_375_746_528_2);
     let bias = bias(&pairs, 30.0);
     let means = [0.175_312_68, 0.000_955_87, 0.002_092_01];
@@ -191,16 +169,10 @@ fn figures_are_those_of_numpy_and_scipy() {
     near(bias.p.unwrap(), 0.000_518_254_553_300_326_1);
     let limits = limits_of_agreement(&pairs, 30.0).unwrap();
     near(limits.bias.value, 0.164_923_052_282_753_06);
-    near(
-        limits.bias.high.unwrap() - limits.bias.value,
-        0.065_111_080_109_751_31,
-    );
+    near(limits.bias.high.unwrap() - limits.bias.value, 0.065_111_080_109_751_31);
     near(limits.lower.value, -0.176_837_190_646_212_73);
     near(limits.upper.value, 0.506_683_295_211_718_8);
-    near(
-        limits.upper.value - limits.upper.low.unwrap(),
-        0.112_530_360_261_358_2,
-    );
+    near(limits.upper.value - limits.upper.low.unwrap(), 0.112_530_360_261_358_2);
 }
 
 /// Three standard deviations of a part of 0.95 among 200 trials.
@@ -214,10 +186,8 @@ fn noise_as_the_room_states_it_is_accepted_and_more_is_not() {
     scenario.environment = Arc::new(environment);
     let exact = exact_rows(&scenario, 60);
     let noise = Noise::new(&scenario, 1.0, 0.0);
-    let scatters: Vec<_> = exact
-        .iter()
-        .map(|row| noise.at(row).unwrap().cholesky().unwrap().l())
-        .collect();
+    let scatters: Vec<_> =
+        exact.iter().map(|row| noise.at(row).unwrap().cholesky().unwrap().l()).collect();
     let mut seeded = Seeded::new(6);
     let (mut accepted, mut accepted_more, mut falsely_biased) = (0, 0, 0);
     for _ in 0..200 {
@@ -226,10 +196,7 @@ fn noise_as_the_room_states_it_is_accepted_and_more_is_not() {
             for (row, scatter) in rows.iter_mut().zip(&scatters) {
                 row.measured_mm += scatter * normal(&mut seeded) * size;
             }
-            let settings = AgreementSettings {
-                resamples: 200,
-                ..quick()
-            };
+            let settings = AgreementSettings { resamples: 200, ..quick() };
             let found = agreement(&scenario, rows, &settings, &Task::default()).unwrap();
             let check = found.summary.noise.unwrap();
             let [low, high] = check.accepted.unwrap();
@@ -254,14 +221,9 @@ fn another_room_explains_nothing_and_is_called_so() {
     let measured = read(&own, &truth);
     let rows = paired_rows(&other, &recorded(&truth, &measured), &Task::default()).unwrap();
     let found = judged(&other, rows);
-    assert!(
-        found.position_mm.explained.unwrap().value < 0.0,
-        "{found:?}"
-    );
-    let is_refused = matches!(
-        found.verdict,
-        Verdict::WorseThanNothing | Verdict::NoBetterThanNothing
-    );
+    assert!(found.position_mm.explained.unwrap().value < 0.0, "{found:?}");
+    let is_refused =
+        matches!(found.verdict, Verdict::WorseThanNothing | Verdict::NoBetterThanNothing);
     assert!(is_refused, "{}", found.statement);
     assert!(found.statement.contains("predicting no error at all"));
 }
@@ -315,10 +277,8 @@ fn no_choice_of_axes_changes_what_is_said() {
         row.measured_mm += normal(&mut seeded) * 0.7;
         row.measured_rad = row.measured_rad.map(|r| r + normal(&mut seeded) * 0.003);
     }
-    let frame = pose_from_parts(
-        Vector::new(700.0, -50.0, 90.0),
-        exp_vector(&Vector::new(1.0, -0.4, 2.0)),
-    );
+    let frame =
+        pose_from_parts(Vector::new(700.0, -50.0, 90.0), exp_vector(&Vector::new(1.0, -0.4, 2.0)));
     let turned: Vec<AgreementRow> = rows
         .iter()
         .map(|row| AgreementRow {
@@ -331,23 +291,14 @@ fn no_choice_of_axes_changes_what_is_said() {
         })
         .collect();
     for unknowns in [Unknowns::None, Unknowns::Registration, Unknowns::Pivot] {
-        let settings = AgreementSettings {
-            unknowns,
-            ..quick()
-        };
+        let settings = AgreementSettings { unknowns, ..quick() };
         let [a, b] = [&rows, &turned].map(|rows| {
-            agreement(&scenario, rows.clone(), &settings, &Task::default())
-                .unwrap()
-                .summary
+            agreement(&scenario, rows.clone(), &settings, &Task::default()).unwrap().summary
         });
         let numbers = |s: &Summary| {
             let mut all = vec![s.effective, s.block];
             for compared in [&s.position_mm, s.angle_deg.as_ref().unwrap()] {
-                for i in [
-                    compared.explained,
-                    compared.explained_of_variation,
-                    compared.slope,
-                ] {
+                for i in [compared.explained, compared.explained_of_variation, compared.slope] {
                     let i = i.unwrap();
                     all.extend([i.value, i.low.unwrap(), i.high.unwrap()]);
                 }
@@ -357,10 +308,7 @@ fn no_choice_of_axes_changes_what_is_said() {
             all
         };
         for (a, b) in numbers(&a).into_iter().zip(numbers(&b)) {
-            assert!(
-                (a - b).abs() < 1e-8 * a.abs().max(1.0),
-                "{unknowns:?}: {a} {b}"
-            );
+            assert!((a - b).abs() < 1e-8 * a.abs().max(1.0), "{unknowns:?}: {a} {b}");
         }
         assert_eq!(a.verdict, b.verdict);
     }
@@ -378,20 +326,12 @@ fn what_a_registration_took_up_does_not_count_against_the_prediction() {
         row.measured_mm += shift + turn.cross(&at) + row.crf_from_tool.rotation * carried;
     }
     let of = |unknowns| {
-        let settings = AgreementSettings {
-            unknowns,
-            ..quick()
-        };
-        agreement(&scenario, rows.clone(), &settings, &Task::default())
-            .unwrap()
-            .summary
+        let settings = AgreementSettings { unknowns, ..quick() };
+        agreement(&scenario, rows.clone(), &settings, &Task::default()).unwrap().summary
     };
     assert!(of(Unknowns::None).position_mm.residual.rms > 1.0);
     let registered = of(Unknowns::Registration);
-    assert!(
-        registered.position_mm.residual.max < 1e-10,
-        "{registered:?}"
-    );
+    assert!(registered.position_mm.residual.max < 1e-10, "{registered:?}");
     assert!(registered.position_mm.measured.rms > 0.1);
     assert!(registered.position_mm.bias.is_none());
 }
@@ -399,10 +339,7 @@ fn what_a_registration_took_up_does_not_count_against_the_prediction() {
 #[test]
 fn a_pivot_in_a_distorted_room_is_explained_by_that_room() {
     let scenario = scenario(13);
-    let (tip, rest) = (
-        Point3::new(0.4, -0.3, -1.0),
-        Point3::new(10.0, 20.0, -250.0),
-    );
+    let (tip, rest) = (Point3::new(0.4, -0.3, -1.0), Point3::new(10.0, 20.0, -250.0));
     let mut seeded = Seeded::new(14);
     let truth: Vec<Pose> = (0..60)
         .map(|_| {
@@ -411,16 +348,10 @@ fn a_pivot_in_a_distorted_room_is_explained_by_that_room() {
         })
         .collect();
     let measured = read(&scenario, &truth);
-    let limits = PivotLimits {
-        max_rms_mm: 1e3,
-        ..PivotLimits::default()
-    };
+    let limits = PivotLimits { max_rms_mm: 1e3, ..PivotLimits::default() };
     let found = pivot(&measured, &limits).unwrap();
     let (with_tip, rows) = pivot_rows(&scenario, &measured, &found, &Task::default()).unwrap();
-    let settings = AgreementSettings {
-        unknowns: Unknowns::Pivot,
-        ..quick()
-    };
+    let settings = AgreementSettings { unknowns: Unknowns::Pivot, ..quick() };
     let judged = agreement(&with_tip, rows, &settings, &Task::default()).unwrap();
     let position = &judged.summary.position_mm;
     // What `pivot` leaves is what there is to explain; it took out a shift of the tip in the axes as
@@ -441,10 +372,7 @@ fn recordings_that_cannot_answer_are_refused_for_their_reasons() {
     };
     let rows = exact_rows(&scenario, 20);
     let few = refused(rows[..9].to_vec(), quick());
-    assert!(
-        matches!(few, AgreementError::TooFew { used: 9, .. }),
-        "{few}"
-    );
+    assert!(matches!(few, AgreementError::TooFew { used: 9, .. }), "{few}");
     let same = refused(vec![rows[0]; 30], quick());
     assert!(matches!(same, AgreementError::OnePose { .. }), "{same}");
     let mut broken = rows.clone();
@@ -458,24 +386,11 @@ fn recordings_that_cannot_answer_are_refused_for_their_reasons() {
         row.outside = 1;
     }
     let away = refused(outside, quick());
-    let is_said = matches!(
-        away,
-        AgreementError::TooFew {
-            used: 0,
-            outside: 20,
-            ..
-        }
-    );
+    let is_said = matches!(away, AgreementError::TooFew { used: 0, outside: 20, .. });
     assert!(is_said, "{away}");
-    let wrong = AgreementSettings {
-        averaged: 0.0,
-        ..quick()
-    };
+    let wrong = AgreementSettings { averaged: 0.0, ..quick() };
     assert!(refused(rows.clone(), wrong).to_string().contains("mean of"));
-    let unsaid = AgreementSettings {
-        keeps_unsupported: false,
-        ..quick()
-    };
+    let unsaid = AgreementSettings { keeps_unsupported: false, ..quick() };
     assert_eq!(refused(rows.clone(), unsaid), AgreementError::NoSupport);
 
     let mut truth = true_poses(20, 3);
@@ -486,10 +401,7 @@ fn recordings_that_cannot_answer_are_refused_for_their_reasons() {
     single.tool.sensors.truncate(1);
     let truth = true_poses(20, 3);
     let rows = paired_rows(&single, &recorded(&truth, &truth), &Task::default());
-    assert!(
-        matches!(rows, Err(AgreementError::FreeRotation { .. })),
-        "{rows:?}"
-    );
+    assert!(matches!(rows, Err(AgreementError::FreeRotation { .. })), "{rows:?}");
     let task = Task::default();
     task.cancel.cancel();
     let stopped = paired_rows(&scenario, &recorded(&truth, &truth), &task);
@@ -509,11 +421,7 @@ fn rows_of_few_groups_are_worth_no_more_than_these() {
     assert!(found.effective <= 3.0);
     assert_eq!(found.verdict, Verdict::TooFewIndependent);
     assert!(found.position_mm.explained.unwrap().low.is_none());
-    assert!(
-        found.statement.contains("60 poses are worth 3"),
-        "{}",
-        found.statement
-    );
+    assert!(found.statement.contains("60 poses are worth 3"), "{}", found.statement);
 }
 
 #[test]
@@ -529,10 +437,5 @@ fn a_still_room_with_noise_alone_has_nothing_to_explain() {
         row.predicted_mm *= 0.01;
     }
     let found = judged(&scenario, rows);
-    assert_eq!(
-        found.verdict,
-        Verdict::NothingToExplain,
-        "{}",
-        found.statement
-    );
+    assert_eq!(found.verdict, Verdict::NothingToExplain, "{}", found.statement);
 }

@@ -69,9 +69,7 @@ impl Columns {
         let axis = |k: usize| Vector3::ith(k, 1.0);
         let fixed = (0..3).map(|k| vec![axis(k); rotations.len()]);
         let carried = (0..3).map(|k| rotations.iter().map(|r| r * axis(k)).collect());
-        Self {
-            columns: fixed.chain(carried).collect(),
-        }
+        Self { columns: fixed.chain(carried).collect() }
     }
 
     /// Turns about the middle of the tips.
@@ -91,11 +89,7 @@ impl Columns {
         };
         let lengths: Vec<f64> = self.columns.iter().map(|c| dot(c, c).sqrt()).collect();
         let scale = |k: usize| {
-            if lengths[k] > 0.0 {
-                1.0 / lengths[k]
-            } else {
-                0.0
-            }
+            if lengths[k] > 0.0 { 1.0 / lengths[k] } else { 0.0 }
         };
         let count = self.columns.len();
         let gram = DMatrix::from_fn(count, count, |a, b| {
@@ -103,9 +97,8 @@ impl Columns {
         });
         let eigen = SymmetricEigen::new(gram);
         let largest = eigen.eigenvalues.max();
-        let held: Vec<usize> = (0..count)
-            .filter(|&k| eigen.eigenvalues[k] > NOTHING * largest)
-            .collect();
+        let held: Vec<usize> =
+            (0..count).filter(|&k| eigen.eigenvalues[k] > NOTHING * largest).collect();
         // Twice: the second time takes out the round-off of the first.
         for _ in 0..2 {
             let sides = DVector::from_fn(count, |k, _| dot(&self.columns[k], vectors) * scale(k));

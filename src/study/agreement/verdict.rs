@@ -83,10 +83,7 @@ pub(super) fn verdict(
 }
 
 fn left_over(found: &Compared, noise: Option<&NoiseCheck>, room: Option<f64>) -> String {
-    let left = format!(
-        "What it does not explain, {:.2} mm RMS,",
-        found.residual.rms
-    );
+    let left = format!("What it does not explain, {:.2} mm RMS,", found.residual.rms);
     let misfit = room.map(|mm| {
         format!("the misfit of the room's own model would come to {mm:.2} mm RMS at the tip")
     });

@@ -23,13 +23,8 @@ fn compensated(
 ) -> Compensated {
     let environment = &*scenario.environment;
     let weight_mm = scenario.orientation_weight_mm;
-    let compensator = BodyCompensator::new(
-        body.clone(),
-        weight_mm,
-        environment,
-        scenario.outside,
-        method,
-    );
+    let compensator =
+        BodyCompensator::new(body.clone(), weight_mm, environment, scenario.outside, method);
     let sensors = Compensator::new(&environment.model, scenario.outside, method);
     compensator.compensate(measured, &sensors)
 }
@@ -78,11 +73,7 @@ fn a_body_of_markers_and_one_of_a_single_coil_are_turned_back_as_far_as_they_det
     };
     use SensorOrientation::{FiveDof, Marker};
     for sensors in [
-        vec![
-            at(0.0, 0.0, Marker),
-            at(40.0, 0.0, Marker),
-            at(0.0, 50.0, Marker),
-        ],
+        vec![at(0.0, 0.0, Marker), at(40.0, 0.0, Marker), at(0.0, 50.0, Marker)],
         vec![at(5.0, -3.0, FiveDof(Vector3::y_axis()))],
     ] {
         scenario.tool.sensors = sensors;

@@ -80,18 +80,14 @@ pub struct Least {
 
 impl Default for Least {
     fn default() -> Self {
-        Self {
-            mm: LEAST_MM,
-            deg: LEAST_DEG,
-        }
+        Self { mm: LEAST_MM, deg: LEAST_DEG }
     }
 }
 
 /// Every figure of a design less the baseline's.
 pub(super) fn differences(design: Side<'_>, baseline: Side<'_>, least: Least) -> Vec<Difference> {
     let each = FIGURES.iter().enumerate();
-    each.map(|(index, figure)| difference(index, *figure, design, baseline, least))
-        .collect()
+    each.map(|(index, figure)| difference(index, *figure, design, baseline, least)).collect()
 }
 
 fn difference(
@@ -117,11 +113,7 @@ fn difference(
             hull.add(a - wide_b);
             sampling = Some(Spread::none());
         } else {
-            sampling = Some(Spread::of_replicates(
-                &sides.map(|side| side.sampled),
-                [a, b],
-                index,
-            ));
+            sampling = Some(Spread::of_replicates(&sides.map(|side| side.sampled), [a, b], index));
         }
     }
     let drawn = match sides.map(|side| side.drawn) {
@@ -194,10 +186,7 @@ struct Hull {
 
 impl Hull {
     fn of(value: f64) -> Self {
-        Self {
-            low: value,
-            high: value,
-        }
+        Self { low: value, high: value }
     }
 
     fn add(&mut self, value: f64) {
@@ -207,10 +196,7 @@ impl Hull {
 
     /// Holds what it held, and the same moved by so much.
     fn shift(&mut self, by: f64) {
-        let moved = Self {
-            low: self.low + by,
-            high: self.high + by,
-        };
+        let moved = Self { low: self.low + by, high: self.high + by };
         self.add(moved.low);
         self.add(moved.high);
     }
@@ -228,33 +214,20 @@ struct Spread {
 
 impl Spread {
     fn none() -> Self {
-        Self {
-            std: 0.0,
-            half_width: 0.0,
-            shift: 0.0,
-        }
+        Self { std: 0.0, half_width: 0.0, shift: 0.0 }
     }
 
     /// Of the mean of independent looks at the range of motion, in which both designs take the same
     /// part of theirs; `grid` stands for a design that does not move.
     fn of_replicates(sampled: &[Option<&Sampled>; 2], grid: [f64; 2], index: usize) -> Self {
-        let count = sampled
-            .iter()
-            .flatten()
-            .map(|s| s.replicates.len())
-            .min()
-            .unwrap_or(0);
+        let count = sampled.iter().flatten().map(|s| s.replicates.len()).min().unwrap_or(0);
         let value = |side: usize, replicate: usize| {
             sampled[side].map_or(grid[side], |s| s.replicates[replicate][index])
         };
         let each = (0..count).map(|replicate| value(0, replicate) - value(1, replicate));
         let (_, std) = mean_and_std(each);
         let std = std / (count.max(1) as f64).sqrt();
-        Self {
-            std,
-            half_width: quantile(count) * std,
-            shift: 0.0,
-        }
+        Self { std, half_width: quantile(count) * std, shift: 0.0 }
     }
 
     /// Over drawn fields, the same for both designs where they are in one room.
@@ -267,11 +240,7 @@ impl Spread {
             DrawnFrom::Refits => (-bias, 1.0),
             DrawnFrom::Measurements => (bias, STRETCH),
         };
-        Self {
-            std,
-            half_width: stretch * quantile(a.draws.len().min(b.draws.len())) * std,
-            shift,
-        }
+        Self { std, half_width: stretch * quantile(a.draws.len().min(b.draws.len())) * std, shift }
     }
 }
 
@@ -286,25 +255,13 @@ const SIZE_STRETCH: f64 = 1.25;
 /// `a` and the baseline's `b`, ratio `r = ln(a / b)` and size `s = sqrt(a b)`, it is `2 s sinh(r / 2)`.
 /// `None` where fields were drawn otherwise, and where a figure is zero in one of them.
 fn measured_ends(a: &Drawn, b: &Drawn, index: usize) -> Option<[f64; 4]> {
-    if [a, b]
-        .iter()
-        .any(|drawn| drawn.from != DrawnFrom::Measurements)
-    {
+    if [a, b].iter().any(|drawn| drawn.from != DrawnFrom::Measurements) {
         return None;
     }
-    let pairs: Vec<[f64; 2]> = a
-        .draws
-        .iter()
-        .zip(&b.draws)
-        .map(|(a, b)| [a[index], b[index]])
-        .collect();
+    let pairs: Vec<[f64; 2]> =
+        a.draws.iter().zip(&b.draws).map(|(a, b)| [a[index], b[index]]).collect();
     let own = [a.nominal[index], b.nominal[index]];
-    if pairs
-        .iter()
-        .chain([&own])
-        .flatten()
-        .any(|value| *value <= 0.0)
-    {
+    if pairs.iter().chain([&own]).flatten().any(|value| *value <= 0.0) {
         return None;
     }
     let ends = |stretch: f64, (mean, std): (f64, f64)| {
@@ -370,12 +327,7 @@ mod tests {
         let moved = |by: f64| draws.iter().map(|d| d + by).collect::<Vec<_>>();
         let (shared, also) = (drawn(1.0, &moved(1.0)), drawn(1.5, &moved(1.5)));
         let own = drawn(1.5, &moved(1.5).into_iter().rev().collect::<Vec<_>>());
-        let side = |grid, drawn| Side {
-            grid,
-            sampled: None,
-            drawn: Some(drawn),
-            unsettled: None,
-        };
+        let side = |grid, drawn| Side { grid, sampled: None, drawn: Some(drawn), unsettled: None };
         let same_room = rms(side(&two, &also), side(&one, &shared));
         assert!(same_room.model_std.unwrap() < 1e-15);
         assert!((same_room.low - 0.5).abs() < 1e-14 && (same_room.high - 0.5).abs() < 1e-14);
@@ -392,9 +344,7 @@ mod tests {
     #[test]
     fn an_error_of_size_that_both_share_does_not_hide_which_is_better() {
         // In every field the design is off by a fifth less, and fields differ by a factor of four.
-        let sizes: Vec<f64> = (0..64)
-            .map(|k| 2.0_f64.powf(f64::from(k % 8) / 3.5))
-            .collect();
+        let sizes: Vec<f64> = (0..64).map(|k| 2.0_f64.powf(f64::from(k % 8) / 3.5)).collect();
         let less: Vec<f64> = sizes.iter().map(|size| 0.8 * size).collect();
         let measured = |nominal, draws: &[f64]| Drawn {
             from: DrawnFrom::Measurements,
@@ -402,19 +352,11 @@ mod tests {
         };
         let (design, baseline) = (measured(0.4, &less), measured(0.5, &sizes));
         let (own, theirs) = ([0.4; FIGURES.len()], [0.5; FIGURES.len()]);
-        let side = |grid, drawn| Side {
-            grid,
-            sampled: None,
-            drawn: Some(drawn),
-            unsettled: None,
-        };
+        let side = |grid, drawn| Side { grid, sampled: None, drawn: Some(drawn), unsettled: None };
         let found = rms(side(&own, &design), side(&theirs, &baseline));
         assert_eq!(found.verdict, Verdict::Better);
         // The largest difference in a drawn field is a fifth of four.
-        assert!(
-            found.low < -0.8 && (-0.2..0.0).contains(&found.high),
-            "{found:?}"
-        );
+        assert!(found.low < -0.8 && (-0.2..0.0).contains(&found.high), "{found:?}");
     }
 
     #[test]
@@ -422,21 +364,13 @@ mod tests {
         let (one, two) = ([1.0; FIGURES.len()], [1.5; FIGURES.len()]);
         // The design's own 1.2 over its range, four looks that differ by 0.1 each.
         let looks = sampled(&[1.05, 1.15, 1.25, 1.35]);
-        let side = |grid, sampled| Side {
-            grid,
-            sampled,
-            drawn: None,
-            unsettled: None,
-        };
+        let side = |grid, sampled| Side { grid, sampled, drawn: None, unsettled: None };
         let found = rms(side(&two, Some(&looks)), side(&one, None));
         assert!((found.over_range.unwrap() - 0.2).abs() < 1e-14);
         let std = (0.05 / 3.0_f64).sqrt() / 2.0;
         assert!((found.sampling_std.unwrap() - std).abs() < 1e-14);
         // Student's t of three degrees of freedom.
-        assert!(
-            (found.low - (0.2 - 3.182_446 * std)).abs() < 1e-6,
-            "{found:?}"
-        );
+        assert!((found.low - (0.2 - 3.182_446 * std)).abs() < 1e-6, "{found:?}");
         assert!((found.high - (0.5 + 3.182_446 * std)).abs() < 1e-6);
         // The largest over grid and range is the grid's 1.5.
         let max = differences(side(&two, Some(&looks)), side(&one, None), Least::default())[6];
@@ -447,12 +381,8 @@ mod tests {
     fn less_than_matters_is_no_difference_and_a_silent_room_names_no_winner() {
         let verdict = |a: f64, b: f64| {
             let [a, b] = [a, b].map(|v| [v; FIGURES.len()]);
-            let [a, b] = [&a, &b].map(|grid| Side {
-                grid,
-                sampled: None,
-                drawn: None,
-                unsettled: None,
-            });
+            let [a, b] =
+                [&a, &b].map(|grid| Side { grid, sampled: None, drawn: None, unsettled: None });
             rms(a, b).verdict
         };
         assert_eq!(verdict(1.0, 1.0), Verdict::Negligible);

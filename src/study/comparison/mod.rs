@@ -159,18 +159,12 @@ pub fn compare(plan: &Plan, settings: &Settings, task: &Task) -> Result<Comparis
     let mut rooms_unknown = Vec::with_capacity(plan.rooms.len());
     let mut done = 0;
     for (room, environment) in plan.rooms.iter().enumerate() {
-        let of_room: Vec<usize> = (0..plan.pairs.len())
-            .filter(|&pair| plan.pairs[pair].room == room)
-            .collect();
+        let of_room: Vec<usize> =
+            (0..plan.pairs.len()).filter(|&pair| plan.pairs[pair].room == room).collect();
         let end = done + of_room.len();
         let all = plan.pairs.len().max(1) as f64;
         let task = task.stretch(done as f64 / all, end as f64 / all);
-        let in_room = InRoom {
-            plan,
-            settings,
-            pairs: &of_room,
-            room,
-        };
+        let in_room = InRoom { plan, settings, pairs: &of_room, room };
         let RoomRows { rows, unknown } = in_room.measure(environment, &task)?;
         for (pair, row) in of_room.iter().zip(rows) {
             measured[*pair] = Some(row);
@@ -192,11 +186,7 @@ pub fn compare(plan: &Plan, settings: &Settings, task: &Task) -> Result<Comparis
         measured,
         against_baseline,
     });
-    Ok(Comparison {
-        baseline: plan.baseline,
-        rows: rows.collect(),
-        rooms_unknown,
-    })
+    Ok(Comparison { baseline: plan.baseline, rows: rows.collect(), rooms_unknown })
 }
 
 fn against_baseline(
@@ -283,11 +273,7 @@ impl InRoom<'_> {
             })
             .collect::<Result<_, Cancelled>>()?;
         // With nothing to be held against, nobody asks.
-        let is_asked = self
-            .plan
-            .pairs
-            .iter()
-            .any(|p| p.design != self.plan.baseline);
+        let is_asked = self.plan.pairs.iter().any(|p| p.design != self.plan.baseline);
         let has_any = studied.iter().any(Result::is_ok);
         let mut unknown = None;
         if is_asked && has_any {
@@ -301,10 +287,7 @@ impl InRoom<'_> {
             };
         }
         let rows = studied.into_iter().map(|s| s.map(|(measured, _)| measured));
-        Ok(RoomRows {
-            rows: rows.collect(),
-            unknown,
-        })
+        Ok(RoomRows { rows: rows.collect(), unknown })
     }
 
     /// The study itself, and the looks between its poses.
@@ -375,13 +358,7 @@ impl InRoom<'_> {
             };
             let scenario = &pair(place).scenario;
             let beside = baseline_at.filter(|_| !is_baseline(place));
-            found.push(MeasuredFields::draw(
-                process,
-                (scenario, at),
-                beside,
-                draws,
-                seed,
-            ));
+            found.push(MeasuredFields::draw(process, (scenario, at), beside, draws, seed));
         }
         let mut unknown = None;
         for (studied, found) in studied.iter_mut().zip(found) {
@@ -430,11 +407,7 @@ impl InRoom<'_> {
             let all: Option<Vec<FigureValues>> = found.iter().copied().collect();
             measured.drawn = all.and_then(|all| {
                 let (nominal, draws) = all.split_first()?;
-                Some(Drawn {
-                    nominal: *nominal,
-                    draws: draws.to_vec(),
-                    from: DrawnFrom::Refits,
-                })
+                Some(Drawn { nominal: *nominal, draws: draws.to_vec(), from: DrawnFrom::Refits })
             });
             if measured.drawn.is_none() {
                 unknown = Some(RoomUnknown::NoPoses);
@@ -454,12 +427,7 @@ fn studied(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Stud
     };
     let at = |trial: usize| trial_pose(scenario, &mode, trial);
     let extremes: Vec<InputTrial> = own.extremes.iter().copied().filter_map(at).collect();
-    let looks = range_trials(
-        scenario,
-        settings.replicates,
-        settings.poses_each,
-        settings.seed,
-    );
+    let looks = range_trials(scenario, settings.replicates, settings.poses_each, settings.seed);
     let sampled = Sampled::of(scenario, &looks, &task.cancel)?;
     let tried = &looks[..settings.drawn_replicates.min(looks.len())];
     let drawn_at = DrawnAt::new(scenario, tried, &extremes);

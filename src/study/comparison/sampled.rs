@@ -77,9 +77,7 @@ pub(super) fn range_trials(
         });
         trials.collect()
     };
-    (0..replicates)
-        .map(|_| replicate(std::array::from_fn(|_| random.next_u32())))
-        .collect()
+    (0..replicates).map(|_| replicate(std::array::from_fn(|_| random.next_u32()))).collect()
 }
 
 /// Whether an axis has more than one value, as its grid has it.
@@ -98,12 +96,7 @@ pub(super) fn errors_at(
         let is_kept = !is_rejected(trial, scenario.outside);
         errors.push(is_kept.then_some([trial.tip_error_mm, trial.angle_error_deg]));
     };
-    match run(
-        scenario,
-        &Mode::Input(Arc::clone(trials)),
-        cancel,
-        Some(&mut keep),
-    ) {
+    match run(scenario, &Mode::Input(Arc::clone(trials)), cancel, Some(&mut keep)) {
         Ok(_) | Err(StudyError::AllRejected { .. }) => Ok(errors),
         Err(error) => Err(error),
     }
@@ -113,10 +106,7 @@ pub(super) fn errors_at(
 pub(super) fn figures_of<'a>(errors: impl Iterator<Item = &'a Errors>) -> Option<FigureValues> {
     let (mut tip_mm, mut angle_deg): (Vec<f64>, Vec<f64>) =
         errors.flatten().map(|[tip, angle]| (*tip, *angle)).unzip();
-    Some(values(
-        &Statistics::of(&mut tip_mm)?,
-        &Statistics::of(&mut angle_deg)?,
-    ))
+    Some(values(&Statistics::of(&mut tip_mm)?, &Statistics::of(&mut angle_deg)?))
 }
 
 impl Sampled {
@@ -132,14 +122,10 @@ impl Sampled {
         let all: Arc<[InputTrial]> = trials.iter().flatten().copied().collect();
         let errors = errors_at(scenario, &all, cancel)?;
         let each = trials.first().map_or(1, Vec::len).max(1);
-        let replicates: Option<Vec<_>> = errors
-            .chunks(each)
-            .map(|part| figures_of(part.iter()))
-            .collect();
+        let replicates: Option<Vec<_>> =
+            errors.chunks(each).map(|part| figures_of(part.iter())).collect();
         let whole = figures_of(errors.iter());
-        Ok(whole
-            .zip(replicates)
-            .map(|(whole, replicates)| Self { whole, replicates }))
+        Ok(whole.zip(replicates).map(|(whole, replicates)| Self { whole, replicates }))
     }
 }
 
@@ -153,20 +139,14 @@ pub(super) struct DrawnAt {
 impl DrawnAt {
     /// Evenly spread poses, or the design's own where nothing moves, and the worst of the grid.
     pub fn new(scenario: &Scenario, spread: &[Vec<InputTrial>], worst: &[InputTrial]) -> Self {
-        let own = InputTrial {
-            tracker_from_crf: None,
-            crf_from_tool: scenario.crf_from_tool,
-        };
+        let own = InputTrial { tracker_from_crf: None, crf_from_tool: scenario.crf_from_tool };
         let mut trials: Vec<_> = spread.iter().flatten().copied().collect();
         if trials.is_empty() {
             trials.push(own);
         }
         let spread = trials.len();
         trials.extend(worst);
-        Self {
-            trials: trials.into(),
-            spread,
-        }
+        Self { trials: trials.into(), spread }
     }
 
     /// The poses.
@@ -179,21 +159,16 @@ impl DrawnAt {
         let step = self.trials.len().div_ceil(most.max(1));
         let spread = self.trials[..self.spread].iter().step_by(step);
         let extremes = self.trials[self.spread..].iter().step_by(step);
-        Self {
-            spread: spread.len(),
-            trials: spread.chain(extremes).copied().collect(),
-        }
+        Self { spread: spread.len(), trials: spread.chain(extremes).copied().collect() }
     }
 
     /// The figures of the errors at the poses, those of extremes from all of them.
     pub fn figures_of(&self, errors: &[Errors]) -> Option<FigureValues> {
         let (spread, _) = errors.split_at(self.spread.min(errors.len()));
         let (of_spread, of_all) = (figures_of(spread.iter())?, figures_of(errors.iter())?);
-        Some(std::array::from_fn(|index| {
-            match super::FIGURES[index].is_extreme() {
-                true => of_all[index],
-                false => of_spread[index],
-            }
+        Some(std::array::from_fn(|index| match super::FIGURES[index].is_extreme() {
+            true => of_all[index],
+            false => of_spread[index],
         }))
     }
 
@@ -204,10 +179,7 @@ impl DrawnAt {
         room: &Arc<Environment>,
         cancel: &CancelToken,
     ) -> Result<Option<FigureValues>, StudyError> {
-        let in_room = Scenario {
-            environment: Arc::clone(room),
-            ..scenario.clone()
-        };
+        let in_room = Scenario { environment: Arc::clone(room), ..scenario.clone() };
         let errors = errors_at(&in_room, &self.trials, cancel)?;
         Ok(self.figures_of(&errors))
     }
@@ -224,17 +196,9 @@ mod tests {
         let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
         let scenario = Scenario {
             motion: Some(Motion {
-                y: Some(AxisRange {
-                    min: -10.0,
-                    max: 30.0,
-                    step: 15.0,
-                }),
+                y: Some(AxisRange { min: -10.0, max: 30.0, step: 15.0 }),
                 // A step of zero is one value, and so is a range without length.
-                z: Some(AxisRange {
-                    min: 4.0,
-                    max: 9.0,
-                    step: 0.0,
-                }),
+                z: Some(AxisRange { min: 4.0, max: 9.0, step: 0.0 }),
                 ..Motion::default()
             }),
             ..store::resolve(world.document.design(), &world.environment)
@@ -250,10 +214,7 @@ mod tests {
             // Digital nets: the same number in each of 2^k equal cells.
             assert_eq!(cells, [4; 16]);
         }
-        let still = Scenario {
-            motion: None,
-            ..scenario
-        };
+        let still = Scenario { motion: None, ..scenario };
         assert!(range_trials(&still, 4, 64, 3).is_empty());
     }
 }

@@ -32,19 +32,16 @@ pub fn difference_words(difference: &Difference, baseline: &str) -> String {
             signed(difference.low, unit),
             signed(difference.high, unit)
         ),
-        Verdict::Negligible => format!(
-            "no difference that matters ({})",
-            signed(difference.difference, unit)
-        ),
+        Verdict::Negligible => {
+            format!("no difference that matters ({})", signed(difference.difference, unit))
+        }
         Verdict::RoomUnknown => format!(
             "{size} {side} than {baseline} as the room stands ({from} to {to} for the sampling); how far the \
              room may be off is not known, so this is no verdict"
         ),
         Verdict::Unsettled => format!(
             "{size} {side} than {baseline} as far as the figures go; {}, so this is no verdict",
-            difference
-                .unsettled
-                .map_or_else(String::new, |why| why.to_string())
+            difference.unsettled.map_or_else(String::new, |why| why.to_string())
         ),
     }
 }
@@ -77,18 +74,12 @@ pub fn worst_words(measured: &Measured) -> String {
 pub fn worst_place_words(measured: &Measured) -> String {
     let offsets = &measured.worst_pose.offsets;
     let of = |unit: &str, is_turn: bool| {
-        let axes = offsets
-            .iter()
-            .filter(|(a, _)| a.starts_with('r') == is_turn);
-        let axes: Vec<String> = axes
-            .map(|(axis, v)| format!("{axis} {}", signed_offset(*v)))
-            .collect();
+        let axes = offsets.iter().filter(|(a, _)| a.starts_with('r') == is_turn);
+        let axes: Vec<String> =
+            axes.map(|(axis, v)| format!("{axis} {}", signed_offset(*v))).collect();
         (!axes.is_empty()).then(|| format!("{}{unit}", axes.join(" ")))
     };
-    let places: Vec<String> = [of(" mm", false), of("°", true)]
-        .into_iter()
-        .flatten()
-        .collect();
+    let places: Vec<String> = [of(" mm", false), of("°", true)].into_iter().flatten().collect();
     match places.is_empty() {
         true => "its own pose".to_owned(),
         false => {

@@ -133,10 +133,7 @@ impl<'a> DrawnTrials<'a> {
             };
             let simulated = tracker_from_crf.inverse() * tracker_from_tool;
             let error = relative_error(&trial.crf_from_tool, &simulated, tip);
-            [
-                error.tip_error_in_crf_mm.norm(),
-                error.angle_rad.to_degrees(),
-            ]
+            [error.tip_error_in_crf_mm.norm(), error.angle_rad.to_degrees()]
         })
         .collect()
     }
@@ -145,8 +142,5 @@ impl<'a> DrawnTrials<'a> {
 /// An error as the field has it, from six values.
 fn pose_error(values: &ErrorValues) -> PoseError {
     let [x, y, z, rx, ry, rz] = *values;
-    PoseError {
-        position_mm: Vector3::new(x, y, z),
-        rotation_rad: Vector3::new(rx, ry, rz),
-    }
+    PoseError { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }
 }

@@ -163,15 +163,11 @@ pub fn expected(
     let each = sensors(&scenario.tool) + if crf_moves { crf_sensors } else { 0 };
     let most = (MOST_POINTS.saturating_sub(crf_sensors) / each.max(1)).max(1);
     let tried = own.tried(most);
-    let trials: Vec<InputTrial> = tried
-        .iter()
-        .map(|&i| plan.trial(scenario, own.trials[i]))
-        .collect();
+    let trials: Vec<InputTrial> =
+        tried.iter().map(|&i| plan.trial(scenario, own.trials[i])).collect();
     let count = trials.len();
     let drawn = DrawnTrials::new(&simulator, trials).ok_or(ExpectedError::Markers)?;
-    let posterior = process
-        .posterior(drawn.points())
-        .map_err(ExpectedError::Process)?;
+    let posterior = process.posterior(drawn.points()).map_err(ExpectedError::Process)?;
     if cancel.is_cancelled() {
         return Err(StudyError::Cancelled.into());
     }
@@ -192,10 +188,7 @@ pub fn expected(
             let kept = kept.filter(|(_, is_spread)| **is_spread || !only_spread);
             let (mut tip_mm, mut angle_deg): (Vec<f64>, Vec<f64>) =
                 kept.map(|([tip, angle], _)| (*tip, *angle)).unzip();
-            Some(values(
-                &Statistics::of(&mut tip_mm)?,
-                &Statistics::of(&mut angle_deg)?,
-            ))
+            Some(values(&Statistics::of(&mut tip_mm)?, &Statistics::of(&mut angle_deg)?))
         };
         let (of_spread, of_all) = (pick(true)?, pick(false)?);
         Some(std::array::from_fn(|k| match FIGURES[k].is_extreme() {
@@ -216,9 +209,7 @@ pub fn expected(
     let (figures, mut parts): (Vec<FigureValues>, Vec<f64>) =
         found.ok_or(StudyError::NoTrials)?.into_iter().unzip();
     let some = own.at(&tried);
-    let (of_some, of_all) = figures_of(&some)
-        .zip(own.figures())
-        .ok_or(StudyError::NoTrials)?;
+    let (of_some, of_all) = figures_of(&some).zip(own.figures()).ok_or(StudyError::NoTrials)?;
     // What the trials that were tried say in the room's own field against what all of them say.
     let whole: FigureValues = std::array::from_fn(|k| match of_some[k] > 0.0 {
         true => (of_all[k] / of_some[k]).clamp(1.0 / MOST_SAMPLING, MOST_SAMPLING),
@@ -262,10 +253,7 @@ fn stretched_part(drawn: &mut [f64], limit_mm: f64) -> ExpectedWithin {
     ExpectedWithin {
         limit_mm,
         part,
-        interval: [
-            end(percentile(drawn, TAIL)),
-            end(percentile(drawn, 1.0 - TAIL)),
-        ],
+        interval: [end(percentile(drawn, TAIL)), end(percentile(drawn, 1.0 - TAIL))],
     }
 }
 
@@ -297,15 +285,9 @@ impl OwnErrors {
     }
 
     fn figures(&self) -> Option<FigureValues> {
-        let (mut tip_mm, mut angle_deg): (Vec<f64>, Vec<f64>) = self
-            .errors
-            .iter()
-            .map(|[tip, angle]| (*tip, *angle))
-            .unzip();
-        Some(values(
-            &Statistics::of(&mut tip_mm)?,
-            &Statistics::of(&mut angle_deg)?,
-        ))
+        let (mut tip_mm, mut angle_deg): (Vec<f64>, Vec<f64>) =
+            self.errors.iter().map(|[tip, angle]| (*tip, *angle)).unzip();
+        Some(values(&Statistics::of(&mut tip_mm)?, &Statistics::of(&mut angle_deg)?))
     }
 
     fn at(&self, places: &[usize]) -> Vec<[f64; 2]> {

@@ -99,13 +99,8 @@ pub fn shrinking(
         if cancel.is_cancelled() {
             return Err(StudyError::Cancelled.into());
         }
-        let given = GaussianField {
-            rows,
-            ..process.clone()
-        };
-        let posterior = given
-            .posterior(drawn.points())
-            .map_err(ExpectedError::Process)?;
+        let given = GaussianField { rows, ..process.clone() };
+        let posterior = given.posterior(drawn.points()).map_err(ExpectedError::Process)?;
         let variance: f64 = posterior.unit_variance.iter().sum();
         Ok((variance / posterior.unit_variance.len() as f64).sqrt())
     };

@@ -29,12 +29,7 @@ pub fn expected_rows(expected: &Expected) -> Vec<ExpectedRow> {
     let each = REQUIRED.iter().filter_map(|&figure| {
         let (value, [low, high]) = expected.of(figure)?;
         let [value, low, high] = [value, low, high].map(|v| format!("{v:.4}"));
-        Some(ExpectedRow {
-            figure,
-            value,
-            low,
-            high,
-        })
+        Some(ExpectedRow { figure, value, low, high })
     });
     each.collect()
 }

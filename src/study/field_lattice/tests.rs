@@ -63,10 +63,8 @@ fn a_corrections_end_is_measured_where_it_begins() {
     let mut told = 0;
     for (at, correction) in found.points().zip(&found.displacement_mm) {
         // The axis that reads so is not known here; that it hardly turns is.
-        let nearly = model.distort(
-            &pose_from_parts(at.coords + correction, turn),
-            OutsidePolicy::Clamp,
-        );
+        let nearly =
+            model.distort(&pose_from_parts(at.coords + correction, turn), OutsidePolicy::Clamp);
         if correction.x.is_finite() {
             told += 1;
             let off = (nearly.0.translation.vector - at.coords).norm();
@@ -85,12 +83,8 @@ fn outside_the_box_the_policy_decides() {
         let plan = FieldPlan { outside, ..plan };
         sample_field(&model, &plan, &Task::default()).unwrap()
     };
-    let [clamped, beyond, rejected] = [
-        OutsidePolicy::Clamp,
-        OutsidePolicy::Extrapolate,
-        OutsidePolicy::Reject,
-    ]
-    .map(of);
+    let [clamped, beyond, rejected] =
+        [OutsidePolicy::Clamp, OutsidePolicy::Extrapolate, OutsidePolicy::Reject].map(of);
     assert_eq!(clamped.is_outside, rejected.is_outside);
     let last = plan.counts[0] - 1;
     assert!(clamped.is_outside[last] && !clamped.is_outside[0]);
@@ -134,10 +128,7 @@ fn a_correction_map_tells_no_error_at_the_true_position() {
         sample_field(&zero, &plan, &Task::default()),
         Err(FieldLatticeError::NeedsDistortionMap)
     );
-    let plan = FieldPlan {
-        displacement: Displacement::Correction,
-        ..plan
-    };
+    let plan = FieldPlan { displacement: Displacement::Correction, ..plan };
     let found = sample_field(&zero, &plan, &Task::default()).unwrap();
     assert!(found.displacement_mm.iter().all(|d| *d == Vector3::zeros()));
     assert_eq!(found.angle_rad, None);

@@ -27,10 +27,7 @@ fn poses() -> (Pose, Pose) {
     let turn = |x, y, z| UnitQuaternion::from_euler_angles(x, y, z);
     (
         Pose::from_parts(Vector3::new(20.0, -30.0, 40.0).into(), turn(0.3, -0.8, 1.9)),
-        Pose::from_parts(
-            Vector3::new(-50.0, 10.0, -300.0).into(),
-            turn(-0.5, 0.2, 0.4),
-        ),
+        Pose::from_parts(Vector3::new(-50.0, 10.0, -300.0).into(), turn(-0.5, 0.2, 0.4)),
     )
 }
 
@@ -43,9 +40,7 @@ fn outline_of(motion: &Motion, tool: &RigidBody) -> MotionOutline {
 fn trials(motion: &Motion, point_in_tool: Point3<f64>) -> Vec<Point3<f64>> {
     let (crf_from_tool, tracker_from_crf) = poses();
     let grid = motion.grid(&crf_from_tool).unwrap();
-    (0..grid.trials())
-        .map(|trial| tracker_from_crf * grid.pose(trial) * point_in_tool)
-        .collect()
+    (0..grid.trials()).map(|trial| tracker_from_crf * grid.pose(trial) * point_in_tool).collect()
 }
 
 fn has(points: &[Point3<f64>], point: &Point3<f64>) -> bool {
@@ -96,10 +91,7 @@ fn axes_that_stay_where_they_are_make_a_rectangle_a_line_or_nothing() {
     let still = Motion { x: None, ..line };
     for (motion, edges, handles) in [(flat, 4, 4), (line, 1, 2), (still, 0, 0)] {
         let outline = outline_of(&motion, &tool([0.0; 3]));
-        assert_eq!(
-            (outline.edges.len(), outline.handles.len()),
-            (edges, handles)
-        );
+        assert_eq!((outline.edges.len(), outline.handles.len()), (edges, handles));
         let tips = trials(&motion, Point3::origin());
         let ends = outline.edges.iter().flatten();
         assert!(ends.into_iter().all(|end| has(&tips, end)));
@@ -131,10 +123,7 @@ fn the_ends_of_an_arc_are_the_tip_at_the_extreme_angles() {
 
 #[test]
 fn where_turning_leaves_the_tip_in_its_place_the_fan_shows_the_farthest_sensor() {
-    let motion = Motion {
-        rx: range(-10.0, 10.0, 10.0),
-        ..Motion::default()
-    };
+    let motion = Motion { rx: range(-10.0, 10.0, 10.0), ..Motion::default() };
     let mut tool = tool([0.0; 3]);
     let sensor = tool.sensors[0].position_in_body;
     let ends = trials(&motion, sensor);
@@ -150,10 +139,7 @@ fn where_turning_leaves_the_tip_in_its_place_the_fan_shows_the_farthest_sensor()
 /// From somewhere to a point.
 fn ray_to(point: &Point3<f64>) -> Ray {
     let origin_mm = point + Vector3::new(300.0, -700.0, 400.0);
-    Ray {
-        origin_mm,
-        direction: Unit::new_normalize(point - origin_mm),
-    }
+    Ray { origin_mm, direction: Unit::new_normalize(point - origin_mm) }
 }
 
 #[test]
@@ -189,14 +175,8 @@ fn a_handle_under_the_pointer_takes_its_end_along_in_steps_and_nothing_else() {
         let mut held = held_at.take(&motion, &ray_to(&held_at.at_mm)).unwrap();
         let before = motion.axes()[axis].1.unwrap();
         let with = |value| match end {
-            RangeEnd::Min => AxisRange {
-                min: value,
-                ..before
-            },
-            RangeEnd::Max => AxisRange {
-                max: value,
-                ..before
-            },
+            RangeEnd::Min => AxisRange { min: value, ..before },
+            RangeEnd::Max => AxisRange { max: value, ..before },
         };
         // The place on the handle's path that belongs to the value.
         let there = match held_at.path {
@@ -221,32 +201,21 @@ fn a_handle_under_the_pointer_takes_its_end_along_in_steps_and_nothing_else() {
 
 #[test]
 fn rounded_ends_are_whole_numbers_and_leave_one_of_them() {
-    let given = AxisRange {
-        min: -12.5,
-        max: 20.0,
-        step: 10.0,
-    };
+    let given = AxisRange { min: -12.5, max: 20.0, step: 10.0 };
     let rounded = |end, value| with_end(given, end, value, Some(1.0), FARTHEST_MM);
     assert_eq!(rounded(RangeEnd::Max, 33.4).max, 33.0);
     assert_eq!(rounded(RangeEnd::Max, -40.0).max, -12.0);
     assert_eq!(rounded(RangeEnd::Min, -3.6).min, -4.0);
     assert_eq!(rounded(RangeEnd::Min, 90.0).min, 19.0);
     assert_eq!(rounded(RangeEnd::Max, 1e9).max, FARTHEST_MM - 12.0);
-    let tenths = AxisRange {
-        min: 0.0,
-        max: 0.2,
-        step: 0.1,
-    };
+    let tenths = AxisRange { min: 0.0, max: 0.2, step: 0.1 };
     let longer = with_end(tenths, RangeEnd::Max, 0.31, None, FARTHEST_MM);
     assert_eq!(longer.max, 0.3);
 }
 
 #[test]
 fn an_angle_goes_on_beyond_half_a_turn_and_ends_after_a_whole_one() {
-    let motion = Motion {
-        rz: range(0.0, 90.0, 45.0),
-        ..Motion::default()
-    };
+    let motion = Motion { rz: range(0.0, 90.0, 45.0), ..Motion::default() };
     let outline = outline_of(&motion, &tool([80.0, 0.0, 0.0]));
     let handle = outline.handles[1];
     let HandlePath::Circle { center_mm, axis } = handle.path else {
@@ -255,10 +224,7 @@ fn an_angle_goes_on_beyond_half_a_turn_and_ends_after_a_whole_one() {
     let at = |angle_deg: f64| {
         let turn = UnitQuaternion::from_axis_angle(&axis, angle_deg.to_radians());
         let point = center_mm + turn * (handle.at_mm - center_mm);
-        Ray {
-            origin_mm: point + axis.into_inner() * 500.0,
-            direction: -axis,
-        }
+        Ray { origin_mm: point + axis.into_inner() * 500.0, direction: -axis }
     };
     let mut held = handle.take(&motion, &at(0.0)).unwrap();
     let mut largest = 0.0;
@@ -272,19 +238,14 @@ fn an_angle_goes_on_beyond_half_a_turn_and_ends_after_a_whole_one() {
 
 #[test]
 fn a_fan_seen_edge_on_still_follows_the_pointer() {
-    let motion = Motion {
-        rz: range(0.0, 90.0, 10.0),
-        ..Motion::default()
-    };
+    let motion = Motion { rz: range(0.0, 90.0, 10.0), ..Motion::default() };
     let tool = tool([80.0, 0.0, 0.0]);
     let identity = Pose::identity();
     let outline = motion_outline(&motion, &tool, &identity, &identity).unwrap();
     let handle = outline.handles[1];
     // The tip is at (0, 80, 0) there, seen from y: turning on takes it towards -x.
-    let along = |x_mm: f64| Ray {
-        origin_mm: Point3::new(x_mm, 500.0, 0.0),
-        direction: -Vector3::y_axis(),
-    };
+    let along =
+        |x_mm: f64| Ray { origin_mm: Point3::new(x_mm, 500.0, 0.0), direction: -Vector3::y_axis() };
     let mut held = handle.take(&motion, &along(0.0)).unwrap();
     let now = held.motion_at(&along(-14.0), None).unwrap();
     // 14 mm of a circle with 80 mm are 10.03°.

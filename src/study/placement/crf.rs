@@ -163,10 +163,6 @@ impl<'a> CrfAt<'a> {
         // Below zero by rounding where all errors vanish.
         let rms_mm = (squares_mm2.max(0.0) / self.weights).sqrt();
         let is_known = self.weights > 0.0 && !is_rejected && rms_mm.is_finite();
-        Found {
-            tip_rms_mm: is_known.then_some(rms_mm),
-            is_outside: !is_inside,
-            variation: 0.0,
-        }
+        Found { tip_rms_mm: is_known.then_some(rms_mm), is_outside: !is_inside, variation: 0.0 }
     }
 }

@@ -35,11 +35,7 @@ struct Near {
 
 impl Samples {
     fn new(places: Vec<Place>, values: Vec<f64>) -> Self {
-        let mut samples = Self {
-            places,
-            values,
-            off: Vec::new(),
-        };
+        let mut samples = Self { places, values, off: Vec::new() };
         samples.off = (0..samples.values.len())
             .into_par_iter()
             .map_init(Near::default, |near, i| {
@@ -57,10 +53,7 @@ impl Samples {
     fn mix(&self, at: &Place, without: Option<usize>, near: &mut Near) -> Option<(f64, f64)> {
         shares(at, &self.places, without, &mut near.near, &mut near.shares);
         let shares = near.shares.iter();
-        let value = shares
-            .clone()
-            .map(|&(share, i)| share * self.values[i])
-            .sum();
+        let value = shares.clone().map(|&(share, i)| share * self.values[i]).sum();
         let off = shares.map(|&(_, i)| self.off.get(i).copied().unwrap_or(0.0));
         (!near.shares.is_empty()).then(|| (value, off.fold(0.0, f64::max)))
     }
@@ -79,9 +72,7 @@ impl Known<'_> {
     pub fn features(&self) -> Vec<Place> {
         let all = self.candidates.places.iter().zip(&self.few);
         let is_finite = |place: &Place| place.iter().all(|v| v.is_finite());
-        let are_known = all
-            .clone()
-            .all(|(place, few)| few.is_some() || !is_finite(place));
+        let are_known = all.clone().all(|(place, few)| few.is_some() || !is_finite(place));
         all.map(|(place, few)| {
             let mut place = *place;
             if let Some(found) =
@@ -107,9 +98,8 @@ impl Known<'_> {
             })
             .unzip();
         let ratios = Samples::new(places, values);
-        let (places, values) = all
-            .filter_map(|(i, place)| Some((*place, value(&self.few[i])?)))
-            .unzip();
+        let (places, values) =
+            all.filter_map(|(i, place)| Some((*place, value(&self.few[i])?))).unzip();
         // Needed only while some places have no value of their own.
         let partly = match self.few.iter().any(Option::is_none) {
             true => Samples::new(places, values),
@@ -122,8 +112,7 @@ impl Known<'_> {
             })
             .collect();
         let trials = self.study.trials;
-        self.candidates
-            .outcome(&of_place, trials, is_final, self.work)
+        self.candidates.outcome(&of_place, trials, is_final, self.work)
     }
 
     fn placement(

@@ -134,8 +134,7 @@ pub struct ExpectedTip {
 impl Placement {
     /// The expected tip RMS where it is known, else that of the room's own field.
     pub fn shown_mm(&self) -> Option<f64> {
-        self.expected
-            .map_or(self.tip_rms_mm, |expected| Some(expected.rms_mm))
+        self.expected.map_or(self.tip_rms_mm, |expected| Some(expected.rms_mm))
     }
 }
 
@@ -173,11 +172,7 @@ pub enum PlacementError {
     #[error("the design has no CRF")]
     NoCrf,
     #[error("sensor {sensor} of {body} is to be moved, which has {sensors}")]
-    NoSensor {
-        body: String,
-        sensor: usize,
-        sensors: usize,
-    },
+    NoSensor { body: String, sensor: usize, sensors: usize },
     #[error(transparent)]
     Study(#[from] StudyError),
 }
@@ -213,9 +208,7 @@ impl PlacementOutcome {
     /// Likewise the 95 % interval of the expected value.
     pub fn interval_between(&self, candidates: [usize; 3], weights: [f64; 3]) -> Option<[f64; 2]> {
         let end = |k: usize| {
-            self.mixed(candidates, weights, |place| {
-                Some(place.expected?.interval_mm[k])
-            })
+            self.mixed(candidates, weights, |place| Some(place.expected?.interval_mm[k]))
         };
         Some([end(0)?, end(1)?])
     }
@@ -298,13 +291,7 @@ pub fn place(
     let (mut outcome, features) = match (plan.body, &scenario.crf) {
         (PlacedBody::Crf, Some(crf)) => {
             let of = |rule| CrfAt::new(scenario, crf, plan.sensor, rule, &task.cancel);
-            let outcome = on_crf(
-                &of(&study.many)?,
-                &of(&study.few)?,
-                &study,
-                &candidates,
-                task,
-            )?;
+            let outcome = on_crf(&of(&study.many)?, &of(&study.few)?, &study, &candidates, task)?;
             (outcome, candidates.places.clone())
         }
         _ => {
@@ -373,10 +360,7 @@ struct Candidates {
 
 impl Candidates {
     fn new(sensor: &Sensor, plan: &PlacementPlan) -> Self {
-        let nameless = Sensor {
-            name: String::new(),
-            ..sensor.clone()
-        };
+        let nameless = Sensor { name: String::new(), ..sensor.clone() };
         let mut known: HashMap<[u64; 7], usize> = HashMap::new();
         let (mut sensors, mut places) = (Vec::new(), Vec::new());
         let place_of = plan
@@ -396,11 +380,7 @@ impl Candidates {
                 })
             })
             .collect();
-        Self {
-            sensors,
-            places,
-            place_of,
-        }
+        Self { sensors, places, place_of }
     }
 
     fn is_finite(&self, place: usize) -> bool {
@@ -430,12 +410,8 @@ impl Candidates {
     }
 }
 
-const NOWHERE: Placement = Placement {
-    tip_rms_mm: None,
-    basis: Basis::Full,
-    expected: None,
-    is_outside: true,
-};
+const NOWHERE: Placement =
+    Placement { tip_rms_mm: None, basis: Basis::Full, expected: None, is_outside: true };
 
 fn on_crf(
     many: &CrfAt,
@@ -495,9 +471,8 @@ fn on_tool(
     task: &Task,
     deliver: &mut dyn FnMut(&PlacementOutcome),
 ) -> Result<(PlacementOutcome, Vec<Place>), PlacementError> {
-    let all: Vec<usize> = (0..candidates.places.len())
-        .filter(|&place| candidates.is_finite(place))
-        .collect();
+    let all: Vec<usize> =
+        (0..candidates.places.len()).filter(|&place| candidates.is_finite(place)).collect();
     let most = (FULL_TRIALS / many.poses()).max(LEAST_FULL).min(all.len());
     let mut known = Known {
         candidates,
@@ -548,12 +523,7 @@ fn leaves_box(
     let crf = scenario.crf.as_ref();
     let tracker_from_crf = crf.map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
     let ends = study.corners.iter().map(|pose| tracker_from_crf * pose);
-    let poses: Vec<Pose> = few
-        .tracker_from_tool()
-        .iter()
-        .copied()
-        .chain(ends)
-        .collect();
+    let poses: Vec<Pose> = few.tracker_from_tool().iter().copied().chain(ends).collect();
     candidates
         .sensors
         .par_iter()

@@ -20,12 +20,7 @@ fn built_in(name: &str, body: PlacedBody) -> (Scenario, Vec<SurfacePoint>) {
 }
 
 fn plan(body: PlacedBody, rule: AxisRule, candidates: &[SurfacePoint]) -> PlacementPlan {
-    PlacementPlan {
-        body,
-        sensor: 1,
-        rule,
-        candidates: candidates.into(),
-    }
+    PlacementPlan { body, sensor: 1, rule, candidates: candidates.into() }
 }
 
 fn placed(scenario: &Scenario, plan: &PlacementPlan) -> PlacementOutcome {
@@ -91,10 +86,7 @@ fn a_marker_s_place_is_the_study_with_the_marker_there_whatever_the_rule() {
         for (at, place) in some.iter().zip(&keep.places) {
             let studied = studied_mm(&scenario, &plan, at).unwrap();
             let found = place.tip_rms_mm.unwrap();
-            assert!(
-                (found - studied).abs() < 1e-12 * studied,
-                "{found} {studied}"
-            );
+            assert!((found - studied).abs() < 1e-12 * studied, "{found} {studied}");
         }
     }
 }
@@ -148,10 +140,7 @@ fn places_between_are_nearly_as_good_as_full_ones_and_say_how_good() {
     let (scenario, all) = built_in("shaver-on-head", PlacedBody::Tool);
     // Where the axis stays, values are smooth along the surface; where it follows the normal, some
     // vertices hardly determine the tool's roll, and trials swing far at some of the poses.
-    for (rule, half, most) in [
-        (AxisRule::Keep, 0.001, 0.005),
-        (AxisRule::Normal, 0.02, 0.15),
-    ] {
+    for (rule, half, most) in [(AxisRule::Keep, 0.001, 0.005), (AxisRule::Normal, 0.02, 0.15)] {
         let plan = plan(PlacedBody::Tool, rule, &all);
         let mut pictures = Vec::new();
         let outcome = place(&scenario, &plan, &Task::default(), &mut |picture| {
@@ -190,15 +179,10 @@ fn places_between_are_nearly_as_good_as_full_ones_and_say_how_good() {
 #[test]
 fn what_does_not_change_is_computed_once() {
     let (scenario, all) = built_in("pointer-on-head", PlacedBody::Tool);
-    let still = Scenario {
-        motion: None,
-        ..scenario.clone()
-    };
+    let still = Scenario { motion: None, ..scenario.clone() };
     let some = &all[..50];
-    let different: std::collections::HashSet<_> = some
-        .iter()
-        .map(|at| at.position_mm.coords.map(f64::to_bits))
-        .collect();
+    let different: std::collections::HashSet<_> =
+        some.iter().map(|at| at.position_mm.coords.map(f64::to_bits)).collect();
     let (n, tool) = (different.len() as u64, scenario.tool.sensors.len() as u64);
     let crf = scenario.crf.as_ref().unwrap().body.sensors.len() as u64;
     let work = placed(&still, &plan(PlacedBody::Tool, AxisRule::Keep, some)).work;
@@ -231,27 +215,19 @@ fn without_distortion_no_place_has_an_error() {
 fn a_place_outside_is_told_and_where_all_trials_are_left_out_it_has_no_value() {
     for body in [PlacedBody::Tool, PlacedBody::Crf] {
         let (clamped, all) = built_in("pointer-on-head", body);
-        let far = |y: f64| SurfacePoint {
-            position_mm: Point3::new(0.0, y, 0.0),
-            ..all[0]
-        };
+        let far = |y: f64| SurfacePoint { position_mm: Point3::new(0.0, y, 0.0), ..all[0] };
         let some = [all[0], far(2e3), far(f64::NAN)];
         let plan = plan(body, AxisRule::Keep, &some);
         let places = placed(&clamped, &plan).places;
         assert!(!places[0].is_outside && places[1].is_outside && places[2].is_outside);
         assert!(places[1].tip_rms_mm.unwrap() > places[0].tip_rms_mm.unwrap());
         assert_eq!(places[2].tip_rms_mm, None);
-        let rejecting = Scenario {
-            outside: OutsidePolicy::Reject,
-            ..clamped.clone()
-        };
+        let rejecting = Scenario { outside: OutsidePolicy::Reject, ..clamped.clone() };
         let places = placed(&rejecting, &plan).places;
         assert_eq!(places[1].tip_rms_mm, None);
         assert_eq!(studied_mm(&rejecting, &plan, &some[1]), None);
-        let (found, studied) = (
-            places[0].tip_rms_mm.unwrap(),
-            studied_mm(&rejecting, &plan, &some[0]).unwrap(),
-        );
+        let (found, studied) =
+            (places[0].tip_rms_mm.unwrap(), studied_mm(&rejecting, &plan, &some[0]).unwrap());
         assert!((found - studied).abs() < 1e-12 * studied);
     }
 }
@@ -300,10 +276,7 @@ fn a_sensor_that_is_not_there_is_named() {
     wrong.sensor = 17;
     let error = place(&scenario, &wrong, &Task::default(), &mut |_| {}).unwrap_err();
     assert!(error.to_string().starts_with("sensor 17 of "), "{error}");
-    let alone = Scenario {
-        crf: None,
-        ..scenario
-    };
+    let alone = Scenario { crf: None, ..scenario };
     let of_crf = plan(PlacedBody::Crf, AxisRule::Keep, &all[..1]);
     let error = place(&alone, &of_crf, &Task::default(), &mut |_| {}).unwrap_err();
     assert_eq!(error, PlacementError::NoCrf);
@@ -317,10 +290,7 @@ fn a_long_motion_is_sampled_and_says_so() {
         let range = axis.as_mut().unwrap();
         range.step = (range.max - range.min) / 11.0;
     }
-    let long = Scenario {
-        motion: Some(Motion { z: None, ..motion }),
-        ..scenario
-    };
+    let long = Scenario { motion: Some(Motion { z: None, ..motion }), ..scenario };
     let some: Vec<_> = all.iter().step_by(all.len() / 4).copied().collect();
     let plan = plan(PlacedBody::Tool, AxisRule::Keep, &some);
     let outcome = placed(&long, &plan);
@@ -374,10 +344,7 @@ fn expected_places_are_near_the_expected_study() {
             assert!(found.interval_mm[0] <= found.rms_mm && found.rms_mm <= found.interval_mm[1]);
         }
         off.sort_unstable_by(f64::total_cmp);
-        assert!(
-            off[off.len() / 2] < 0.12 && off[off.len() - 1] < 0.2,
-            "{off:?}"
-        );
+        assert!(off[off.len() / 2] < 0.12 && off[off.len() - 1] < 0.2, "{off:?}");
         assert!(covered == 2 * off.len(), "{covered} of {}", off.len());
     }
 }

@@ -203,10 +203,7 @@ pub(super) fn without(body: &RigidBody, sensor: usize) -> RigidBody {
         tip_in_body: body.tip_in_body,
         sensors: others
             .filter(|(i, _)| *i != sensor)
-            .map(|(_, s)| Sensor {
-                name: String::new(),
-                ..s.clone()
-            })
+            .map(|(_, s)| Sensor { name: String::new(), ..s.clone() })
             .collect(),
     }
 }

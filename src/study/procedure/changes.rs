@@ -40,11 +40,7 @@ pub enum Changed {
         now: usize,
     },
     /// Of the requirement, by its name in a design file.
-    Bound {
-        bound: &'static str,
-        before: Option<f64>,
-        now: Option<f64>,
-    },
+    Bound { bound: &'static str, before: Option<f64>, now: Option<f64> },
     /// Another recording, or another way to take it.
     Recording { before: String, now: String },
     /// There were none then.
@@ -68,13 +64,7 @@ pub(super) fn figure(
     let last_digit = 0.1_f64.powi(i32::try_from(digits).unwrap_or(i32::MAX));
     // Whatever is no number is another figure.
     let is_same = (before - now).abs() <= last_digit;
-    (!is_same).then_some(Changed::Figure {
-        figure,
-        unit,
-        digits,
-        before,
-        now,
-    })
+    (!is_same).then_some(Changed::Figure { figure, unit, digits, before, now })
 }
 
 fn count(of: &'static str, [before, now]: [usize; 2]) -> Option<Changed> {
@@ -128,15 +118,11 @@ fn row_changes(before: &DecidedRow, row: &Row) -> Vec<Changed> {
     match (&before.figures, &row.studied) {
         (Err(_), Err(_)) => Vec::new(),
         (Err(_), Ok(_)) => vec![Changed::HasFigures],
-        (Ok(_), Err(why)) => vec![Changed::HasNoFigures {
-            why: why.to_string(),
-        }],
+        (Ok(_), Err(why)) => vec![Changed::HasNoFigures { why: why.to_string() }],
         (Ok(before), Ok(now)) => {
             let now = DecidedFigures::of(&now.figures, now.without_field);
-            let (p, a) = (
-                [before, &now].map(|f| f.position_mm),
-                [before, &now].map(|f| f.angle_deg),
-            );
+            let (p, a) =
+                ([before, &now].map(|f| f.position_mm), [before, &now].map(|f| f.angle_deg));
             let mm = |name, values| figure(name, "mm", STUDY_DIGITS, values);
             let deg = |name, values| figure(name, "°", STUDY_DIGITS, values);
             let changes = [
@@ -148,10 +134,7 @@ fn row_changes(before: &DecidedRow, row: &Row) -> Vec<Changed> {
                 deg("angle error 95th percentile", a.map(|f| f.p95)),
                 deg("angle error max", a.map(|f| f.max)),
                 count("trials", [before.trials, now.trials]),
-                count(
-                    "trials without field",
-                    [before.without_field, now.without_field],
-                ),
+                count("trials without field", [before.without_field, now.without_field]),
             ];
             changes.into_iter().flatten().collect()
         }
@@ -163,11 +146,7 @@ pub(super) fn recording_changes(
     before: &DecidedRecording,
     now: Result<&DecidedRecording, &str>,
 ) -> Vec<Change> {
-    let everywhere = |what| Change {
-        room: None,
-        target: None,
-        what,
-    };
+    let everywhere = |what| Change { room: None, target: None, what };
     let now = match now {
         Ok(now) => now,
         Err(why) => {
@@ -183,27 +162,10 @@ pub(super) fn recording_changes(
     // A part that is not known is none.
     let part = |of: Option<f64>| of.unwrap_or(0.0);
     let changes = [
-        mm(
-            "measured tip error RMS",
-            before.measured_rms_mm,
-            now.measured_rms_mm,
-        ),
-        mm(
-            "predicted tip error RMS",
-            before.predicted_rms_mm,
-            now.predicted_rms_mm,
-        ),
-        mm(
-            "measured minus predicted RMS",
-            before.residual_rms_mm,
-            now.residual_rms_mm,
-        ),
-        figure(
-            "explained part",
-            "%",
-            1,
-            [before, now].map(|of| 100.0 * part(of.explained)),
-        ),
+        mm("measured tip error RMS", before.measured_rms_mm, now.measured_rms_mm),
+        mm("predicted tip error RMS", before.predicted_rms_mm, now.predicted_rms_mm),
+        mm("measured minus predicted RMS", before.residual_rms_mm, now.residual_rms_mm),
+        figure("explained part", "%", 1, [before, now].map(|of| 100.0 * part(of.explained))),
         figure("slope", "", 2, [before, now].map(|of| part(of.slope))),
         count("recorded poses", [before.poses, now.poses]),
         count("compared poses", [before.used, now.used]),
@@ -232,37 +194,19 @@ impl fmt::Display for Change {
 impl fmt::Display for Changed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Figure {
-                figure,
-                unit,
-                digits,
-                before,
-                now,
-            } => {
-                let space = if unit.is_empty() || *unit == "°" {
-                    ""
-                } else {
-                    " "
-                };
+            Self::Figure { figure, unit, digits, before, now } => {
+                let space = if unit.is_empty() || *unit == "°" { "" } else { " " };
                 write!(
                     f,
                     "{figure} was {before:.digits$}{space}{unit}, is {now:.digits$}{space}{unit}"
                 )
             }
-            Self::Count { of, before, now } => write!(
-                f,
-                "{of} were {}, are {}",
-                with_separators(*before),
-                with_separators(*now)
-            ),
+            Self::Count { of, before, now } => {
+                write!(f, "{of} were {}, are {}", with_separators(*before), with_separators(*now))
+            }
             Self::Bound { bound, before, now } => {
                 let shown = |of: &Option<f64>| of.map_or("none".to_owned(), |v| v.to_string());
-                write!(
-                    f,
-                    "required {bound} was {}, is {}",
-                    shown(before),
-                    shown(now)
-                )
+                write!(f, "required {bound} was {}, is {}", shown(before), shown(now))
             }
             Self::Recording { before, now } => write!(f, "decided on {before}, looked at is {now}"),
             Self::HasFigures => f.write_str("has figures, had none"),

@@ -161,17 +161,8 @@ impl DecidedFigures {
         Self {
             trials: figures.trials,
             without_field,
-            position_mm: PositionFigures {
-                rms: p.rms,
-                mean: p.mean,
-                p95: p.p95,
-                max: p.max,
-            },
-            angle_deg: AngleFigures {
-                rms: a.rms,
-                p95: a.p95,
-                max: a.max,
-            },
+            position_mm: PositionFigures { rms: p.rms, mean: p.mean, p95: p.p95, max: p.max },
+            angle_deg: AngleFigures { rms: a.rms, p95: a.p95, max: a.max },
             met: figures.within_bounds(),
         }
     }

@@ -161,12 +161,7 @@ fn rows(
             Err(why) => Err(NoFigures::Room(why.clone())),
             Ok(scenario) => own_study(scenario, &mode_of(scenario), &task.cancel)?,
         };
-        rows.push(Row {
-            room: room.name.clone(),
-            is_for_now: room.is_for_now,
-            target,
-            studied,
-        });
+        rows.push(Row { room: room.name.clone(), is_for_now: room.is_for_now, target, studied });
     }
     task.step(all, all)?;
     Ok(rows)
@@ -178,9 +173,8 @@ fn studies_standing(
     decided: Option<&DecidedStudies>,
 ) -> StudiesStanding {
     let lasting = rows.iter().filter(|row| !row.is_for_now);
-    let changes = decided.map_or_else(Vec::new, |decided| {
-        study_changes(decided, requirement.as_ref(), lasting)
-    });
+    let changes = decided
+        .map_or_else(Vec::new, |decided| study_changes(decided, requirement.as_ref(), lasting));
     let verdict = verdict_of_all(rows.iter().filter_map(Row::verdict));
     let state = match decided {
         Some(_) => State::of_decided(&changes),
@@ -192,12 +186,7 @@ fn studies_standing(
             Some(BoundVerdict::CannotTell) => State::CannotTell,
         },
     };
-    StudiesStanding {
-        state,
-        requirement,
-        rows,
-        changes,
-    }
+    StudiesStanding { state, requirement, rows, changes }
 }
 
 fn built_standing(
@@ -217,11 +206,7 @@ fn built_standing(
         (None, Some(Err(_))) => State::NoFigures,
         (None, Some(Ok(_))) => State::Compared,
     };
-    BuiltStanding {
-        state,
-        recording,
-        changes,
-    }
+    BuiltStanding { state, recording, changes }
 }
 
 impl State {
@@ -261,11 +246,7 @@ impl StudiesStanding {
     /// How many rows have figures, and what is known of them.
     pub fn counts(&self) -> RowCounts {
         let rows = &self.rows;
-        let of = |verdict| {
-            rows.iter()
-                .filter(|row| row.verdict() == Some(verdict))
-                .count()
-        };
+        let of = |verdict| rows.iter().filter(|row| row.verdict() == Some(verdict)).count();
         RowCounts {
             with_figures: rows.iter().filter(|row| row.studied.is_ok()).count(),
             missed: of(BoundVerdict::Missed),
@@ -293,15 +274,10 @@ impl StudiesStanding {
             })
             .collect();
         if rows.iter().any(|row| row.figures.is_ok()) {
-            return Ok(Grounds::Studies(DecidedStudies {
-                requirement: self.requirement,
-                rows,
-            }));
+            return Ok(Grounds::Studies(DecidedStudies { requirement: self.requirement, rows }));
         }
         let mut why = rows.into_iter().filter_map(|row| row.figures.err());
-        Err(Undecidable::NoFigures {
-            why: why.next().unwrap_or_default(),
-        })
+        Err(Undecidable::NoFigures { why: why.next().unwrap_or_default() })
     }
 }
 

@@ -13,10 +13,7 @@ fn plan() -> Plan {
     let world = store::open_builtin_without_meshes("pointer-on-head").unwrap();
     let design = world.document.design();
     let crf = store::resolve_crf(design, &world.environment);
-    let named = |file: &str| RoomName {
-        name: String::new(),
-        file: file.to_owned(),
-    };
+    let named = |file: &str| RoomName { name: String::new(), file: file.to_owned() };
     Plan {
         crf_targets: crf.iter().map(|judged| judged.target.clone()).collect(),
         crf_requirement: design.crf.as_ref().and_then(|crf| crf.requirement),
@@ -25,10 +22,7 @@ fn plan() -> Plan {
             Room {
                 name: named("own.env.ron"),
                 is_for_now: false,
-                studies: Ok(RoomStudies {
-                    crf,
-                    tool: store::resolve(design, &world.environment),
-                }),
+                studies: Ok(RoomStudies { crf, tool: store::resolve(design, &world.environment) }),
             },
             Room {
                 name: named("gone.env.ron"),
@@ -45,14 +39,9 @@ fn plan() -> Plan {
 
 /// With this bound of the tool's RMS error.
 fn bounded(mut plan: Plan, position_rms_mm: Option<f64>) -> Plan {
-    plan.requirement = position_rms_mm.map(|limit| Requirement {
-        position_rms_mm: Some(limit),
-        ..Requirement::default()
-    });
-    let readable = plan
-        .rooms
-        .iter_mut()
-        .filter_map(|room| room.studies.as_mut().ok());
+    plan.requirement = position_rms_mm
+        .map(|limit| Requirement { position_rms_mm: Some(limit), ..Requirement::default() });
+    let readable = plan.rooms.iter_mut().filter_map(|room| room.studies.as_mut().ok());
     for studies in readable {
         studies.tool.requirement = plan.requirement;
     }
@@ -79,11 +68,9 @@ fn a_requirement_is_met_or_missed_by_the_rooms_that_have_figures() {
     };
     let expected = own.expected.as_ref().expect("the room was measured");
     let (value, [low, high]) = expected.of(REQUIRED[0]).unwrap();
-    for (limit, state) in [
-        (high, State::Met),
-        (value, State::CannotTell),
-        (0.999 * low, State::Missed),
-    ] {
+    for (limit, state) in
+        [(high, State::Met), (value, State::CannotTell), (0.999 * low, State::Missed)]
+    {
         let found = judged(bounded(plan(), Some(limit)));
         assert_eq!(found.tool.state, state);
         let counts = RowCounts {
@@ -100,10 +87,7 @@ fn a_requirement_is_met_or_missed_by_the_rooms_that_have_figures() {
     let mut nowhere = plan();
     nowhere.rooms.remove(0);
     let found = judged(nowhere);
-    assert_eq!(
-        (found.crf.state, found.tool.state),
-        (State::NoFigures, State::NoFigures)
-    );
+    assert_eq!((found.crf.state, found.tool.state), (State::NoFigures, State::NoFigures));
     // Every target of the CRF has its row there too.
     assert_eq!(found.crf.rows.len(), plan().crf_targets.len());
     let why = found.grounds(Step::Tool).unwrap_err().to_string();
@@ -119,10 +103,7 @@ fn a_step_is_decided_as_long_as_everything_is_as_it_was() {
         ..bounded(plan(), Some(10.0))
     };
     let found = judged(decided());
-    assert_eq!(
-        (found.crf.state, found.tool.state),
-        (State::Decided, State::Decided)
-    );
+    assert_eq!((found.crf.state, found.tool.state), (State::Decided, State::Decided));
 
     let told = |plan: Plan, step: Step| {
         let found = judged(plan);
@@ -131,48 +112,31 @@ fn a_step_is_decided_as_long_as_everything_is_as_it_was() {
         changes.map(ToString::to_string).collect::<Vec<_>>()
     };
     let stricter = bounded(decided(), Some(9.0));
-    assert_eq!(
-        told(stricter, Step::Tool),
-        ["required position_rms was 10, is 9"]
-    );
+    assert_eq!(told(stricter, Step::Tool), ["required position_rms was 10, is 9"]);
     let mut fewer = decided();
     fewer.rooms.pop();
-    assert_eq!(
-        told(fewer.clone(), Step::Tool),
-        ["gone.env.ron: not judged any more"]
-    );
+    assert_eq!(told(fewer.clone(), Step::Tool), ["gone.env.ron: not judged any more"]);
     assert_eq!(told(fewer, Step::Crf).len(), plan().crf_targets.len());
     let mut more = decided();
     let mut attic = more.rooms[1].clone();
     attic.name.file = "attic.env.ron".to_owned();
     more.rooms.push(attic);
-    assert_eq!(
-        told(more.clone(), Step::Tool),
-        ["attic.env.ron: not judged then"]
-    );
+    assert_eq!(told(more.clone(), Step::Tool), ["attic.env.ron: not judged then"]);
     more.rooms[2].is_for_now = true;
     assert_eq!(judged(more).tool.state, State::Decided);
     let mut lost = decided();
     lost.rooms[0].studies = Err("lost".to_owned());
-    assert_eq!(
-        told(lost, Step::Tool),
-        ["own.env.ron: no figures any more: lost"]
-    );
+    assert_eq!(told(lost, Step::Tool), ["own.env.ron: no figures any more: lost"]);
     let mut found_again = decided();
     found_again.rooms[1].studies = found_again.rooms[0].studies.clone();
-    assert_eq!(
-        told(found_again, Step::Tool),
-        ["gone.env.ron: has figures, had none"]
-    );
+    assert_eq!(told(found_again, Step::Tool), ["gone.env.ron: has figures, had none"]);
     let mut moved = decided();
     if let Ok(studies) = &mut moved.rooms[0].studies {
         studies.tool.crf_from_tool.translation.vector.y += 15.0;
     }
     let told_of_moved = told(moved, Step::Tool);
     assert!(
-        told_of_moved
-            .iter()
-            .any(|told| told.contains("tip error RMS was ")),
+        told_of_moved.iter().any(|told| told.contains("tip error RMS was ")),
         "{told_of_moved:?}"
     );
 }
@@ -191,21 +155,14 @@ fn another_recording_is_another_decision_and_one_that_is_gone_is_told() {
         slope: Some(1.0),
         statement: String::new(),
     };
-    let with = |recording| Plan {
-        recording,
-        decided_built: Some(decided.clone()),
-        ..plan()
-    };
+    let with = |recording| Plan { recording, decided_built: Some(decided.clone()), ..plan() };
     let found = judged(with(None));
     assert_eq!(found.built.state, State::Decided);
     let found = judged(with(Some(Err("a.csv: no such file".to_owned()))));
     assert_eq!(found.built.state, State::DecidedOnOtherFigures);
     let told = found.changes(Step::Built)[0].to_string();
     assert_eq!(told, "no figures any more: a.csv: no such file");
-    assert!(matches!(
-        found.grounds(Step::Built),
-        Err(Undecidable::NoFigures { .. })
-    ));
+    assert!(matches!(found.grounds(Step::Built), Err(Undecidable::NoFigures { .. })));
 }
 
 proptest! {

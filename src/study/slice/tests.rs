@@ -15,11 +15,7 @@ use std::sync::Arc;
 fn scenario(environment: Environment) -> Scenario {
     Scenario {
         environment: Arc::new(environment),
-        tool: RigidBody {
-            name: "none".into(),
-            tip_in_body: None,
-            sensors: Vec::new(),
-        },
+        tool: RigidBody { name: "none".into(), tip_in_body: None, sensors: Vec::new() },
         crf: None,
         crf_from_tool: Pose::identity(),
         motion: None,
@@ -33,10 +29,8 @@ fn scenario(environment: Environment) -> Scenario {
 /// hundredth of that, in radians.
 fn room() -> Scenario {
     let bounds = Bounds::from(([0.0; 3], [100.0; 3]));
-    let coefficients = (0..8)
-        .map(|i| f64::from(i / 4))
-        .map(|x| [x, 0.0, 0.0, 0.0, 0.01 * x, 0.0])
-        .collect();
+    let coefficients =
+        (0..8).map(|i| f64::from(i / 4)).map(|x| [x, 0.0, 0.0, 0.0, 0.01 * x, 0.0]).collect();
     scenario(Environment {
         name: "slope".into(),
         model: DistortionModel::new(
@@ -74,9 +68,7 @@ fn plan(position_mm: f64) -> SlicePlan {
 }
 
 fn slice(scenario: &Scenario, quantity: Quantity, plan: &SlicePlan) -> SliceOutcome {
-    sample_slice(scenario, quantity, plan, &CancelToken::default())
-        .unwrap()
-        .unwrap()
+    sample_slice(scenario, quantity, plan, &CancelToken::default()).unwrap().unwrap()
 }
 
 #[test]
@@ -115,11 +107,7 @@ fn a_free_plane_along_the_axes_is_the_plane_across_the_third() {
     let scenario = built_in("pointer-on-head");
     let bounds = *scenario.environment.model.bounds();
     let across = SlicePlan {
-        plane: SlicePlane::Across {
-            normal_axis: 1,
-            position_mm: 20.0,
-            bounds,
-        },
+        plane: SlicePlane::Across { normal_axis: 1, position_mm: 20.0, bounds },
         sensor_axis: Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8)),
         counts: [21, 37],
     };
@@ -132,10 +120,7 @@ fn a_free_plane_along_the_axes_is_the_plane_across_the_third() {
         ..across
     };
     for quantity in Quantity::ALL {
-        let (a, b) = (
-            slice(&scenario, quantity, &across),
-            slice(&scenario, quantity, &free),
-        );
+        let (a, b) = (slice(&scenario, quantity, &across), slice(&scenario, quantity, &free));
         for (a, b) in a.values.iter().zip(&b.values) {
             // The same points but for rounding, the same sums in another order.
             assert!((a - b).abs() < 1e-10, "{quantity:?}: {a} {b}");

@@ -28,9 +28,7 @@ const PART_OF_LONG: usize = 8192;
 
 /// Moves the poses that stand for a long study off the corner of its range; the square roots of the
 /// first primes, which share no period with the sequence.
-const SHIFT: [f64; 6] = [
-    0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625, 0.605_551,
-];
+const SHIFT: [f64; 6] = [0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625, 0.605_551];
 
 /// How far off each sensor of both bodies is, in its body's axes, one a sensor.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,10 +47,7 @@ impl BuildErrors {
     /// Everything where it is drawn.
     pub fn none(scenario: &Scenario) -> Self {
         let crf = scenario.crf.as_ref().map_or(0, |c| c.body.sensors.len());
-        Self {
-            tool: vec![AS_DRAWN; scenario.tool.sensors.len()],
-            crf: vec![AS_DRAWN; crf],
-        }
+        Self { tool: vec![AS_DRAWN; scenario.tool.sensors.len()], crf: vec![AS_DRAWN; crf] }
     }
 }
 
@@ -115,18 +110,10 @@ impl<'a> BuiltStudy<'a> {
             Built::new(scenario, &crf.body, at, 1, &mut buffers)
         });
         let crf_work = buffers.take_work();
-        let tracker_from_crf = scenario
-            .crf
-            .as_ref()
-            .map_or_else(Pose::identity, |c| c.tracker_from_crf);
+        let tracker_from_crf =
+            scenario.crf.as_ref().map_or_else(Pose::identity, |c| c.tracker_from_crf);
         let tracker_from_tool = poses.iter().map(|pose| tracker_from_crf * pose).collect();
-        let tool = Built::new(
-            scenario,
-            &scenario.tool,
-            tracker_from_tool,
-            run,
-            &mut buffers,
-        );
+        let tool = Built::new(scenario, &scenario.tool, tracker_from_tool, run, &mut buffers);
         let crf_is_inside = crf.as_ref().is_none_or(|c| c.are_inside.iter().all(|i| *i));
         // The poses are those of the design as drawn: one that a sensor leaves the box in because it
         // is a hair off must not make the figures better.
@@ -186,14 +173,10 @@ impl<'a> BuiltStudy<'a> {
             None => Pose::identity(),
             Some(crf) => {
                 crf.fit(self.scenario, buffers, &errors.crf, cancel)?;
-                buffers
-                    .fitted
-                    .first()
-                    .map_or_else(Pose::identity, Pose::inverse)
+                buffers.fitted.first().map_or_else(Pose::identity, Pose::inverse)
             }
         };
-        self.tool
-            .fit(self.scenario, buffers, &errors.tool, cancel)?;
+        self.tool.fit(self.scenario, buffers, &errors.tool, cancel)?;
         buffers.simulated.clear();
         buffers.position_mm.clear();
         buffers.angle_deg.clear();
@@ -306,11 +289,7 @@ impl<'a> Built<'a> {
         );
         let count = self.tracker_from_body.len();
         // Whole runs, or pieces of a long one.
-        let len = if self.run < PIECE {
-            PIECE / self.run * self.run
-        } else {
-            PIECE
-        };
+        let len = if self.run < PIECE { PIECE / self.run * self.run } else { PIECE };
         for start in (0..count).step_by(len) {
             if cancel.is_cancelled() {
                 return Err(Cancelled);
@@ -320,9 +299,7 @@ impl<'a> Built<'a> {
             let run = self.run.min(poses.len());
             buffers.read.clear();
             tracker.read_all(&mut buffers.track, poses, run, &mut buffers.read);
-            let BuiltBuffers {
-                read, all, fitted, ..
-            } = &mut *buffers;
+            let BuiltBuffers { read, all, fitted, .. } = &mut *buffers;
             self.fit_piece(piece, &off, read, all, fitted);
         }
         let work = &mut buffers.track.work;
@@ -360,9 +337,7 @@ pub(super) fn built_sensor(sensor: &Sensor, error: &SensorError) -> Sensor {
     Sensor {
         name: String::new(),
         position_in_body: sensor.position_in_body + error.position_mm,
-        orientation: sensor
-            .orientation
-            .rotated_by(&exp_vector(&error.rotation_rad)),
+        orientation: sensor.orientation.rotated_by(&exp_vector(&error.rotation_rad)),
         coil: None,
     }
 }

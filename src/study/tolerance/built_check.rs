@@ -67,8 +67,7 @@ pub fn check_built(
         .into_par_iter()
         .map_init(BuiltBuffers::default, |buffers, draw| {
             let before = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            task.step(before, draws)
-                .map_err(|_| StudyError::Cancelled)?;
+            task.step(before, draws).map_err(|_| StudyError::Cancelled)?;
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(draw as u64);
             let errors = drawn(scenario, sheet, &mut rng);
@@ -112,11 +111,7 @@ fn drawn(scenario: &Scenario, sheet: &ManufacturingSheet, rng: &mut ChaCha8Rng) 
     let crf = scenario.crf.as_ref();
     BuildErrors {
         tool: of_body(&scenario.tool.sensors, body(BuiltBody::Tool), rng),
-        crf: of_body(
-            crf.map_or(&[], |c| &c.body.sensors),
-            body(BuiltBody::Crf),
-            rng,
-        ),
+        crf: of_body(crf.map_or(&[], |c| &c.body.sensors), body(BuiltBody::Crf), rng),
     }
 }
 

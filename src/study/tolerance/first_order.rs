@@ -50,10 +50,9 @@ impl Block {
     pub fn unit_along(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         let (error, other) = match &self.idle_axis {
             None => (*vector, Vector3::x()),
-            Some(axis) => (
-                vector - axis.into_inner() * axis.dot(vector),
-                perpendicular(axis).into_inner(),
-            ),
+            Some(axis) => {
+                (vector - axis.into_inner() * axis.dot(vector), perpendicular(axis).into_inner())
+            }
         };
         // What is left of a vector along the axis is round-off.
         error.try_normalize(1e-9 * vector.norm()).unwrap_or(other)
@@ -157,8 +156,7 @@ impl FirstOrder {
     /// What the blocks do at so many mm and radians each.
     pub fn motions(&self, blocks: &[usize], sizes: &[f64], direction: &Direction) -> Motions {
         let each = blocks.iter().zip(sizes).zip(direction);
-        each.map(|((&block, size), unit)| self.blocks[block].effect * (unit * *size))
-            .sum()
+        each.map(|((&block, size), unit)| self.blocks[block].effect * (unit * *size)).sum()
     }
 
     /// A bound's figure as a part of its limit.
@@ -262,8 +260,7 @@ impl FirstOrder {
         each.map(|(&block, before)| {
             let pull = self.blocks[block].effect.transpose() * gradient;
             let unit = pull.try_normalize(0.0);
-            unit.filter(|v| v.iter().all(|c| c.is_finite()))
-                .unwrap_or(*before)
+            unit.filter(|v| v.iter().all(|c| c.is_finite())).unwrap_or(*before)
         })
         .collect()
     }
@@ -328,13 +325,11 @@ impl Linear {
             ErrorKind::Position => 0,
             ErrorKind::Angle => 3,
         };
-        j.fixed_columns_mut::<3>(tool)
-            .copy_from(&self.crf_from_tool);
+        j.fixed_columns_mut::<3>(tool).copy_from(&self.crf_from_tool);
         match of {
             ErrorKind::Position => {
                 j.fixed_columns_mut::<3>(6).copy_from(&-Matrix3::identity());
-                j.fixed_columns_mut::<3>(9)
-                    .copy_from(&self.tip_lever_mm.cross_matrix());
+                j.fixed_columns_mut::<3>(9).copy_from(&self.tip_lever_mm.cross_matrix());
             }
             ErrorKind::Angle => j.fixed_columns_mut::<3>(9).copy_from(&-Matrix3::identity()),
         }
@@ -365,11 +360,8 @@ pub(super) fn part(value: f64, limit: f64) -> f64 {
 
 fn mean_square(poses: &[Linear], of: ErrorKind) -> MeanSquare {
     let n = poses.len().max(1) as f64;
-    let mut mean = MeanSquare {
-        constant: 0.0,
-        linear: Motions::zeros(),
-        quadratic: SMatrix::zeros(),
-    };
+    let mut mean =
+        MeanSquare { constant: 0.0, linear: Motions::zeros(), quadratic: SMatrix::zeros() };
     for pose in poses {
         let error = pose.error(of, &Motions::zeros());
         let jacobian = pose.jacobian(of);
@@ -412,22 +404,15 @@ fn blocks(
         let mut effect = SMatrix::<f64, 12, 3>::zeros();
         for component in 0..3 {
             let mut errors = vec![AS_DRAWN; body.sensors.len()];
-            let SensorError {
-                position_mm,
-                rotation_rad,
-            } = &mut errors[sensor];
+            let SensorError { position_mm, rotation_rad } = &mut errors[sensor];
             match kind {
                 ErrorKind::Position => position_mm[component] = 1.0,
                 ErrorKind::Angle => rotation_rad[component] = 1.0,
             }
             let motion = fit.motion(&errors);
             let mut column = effect.column_mut(component);
-            column
-                .fixed_rows_mut::<3>(row)
-                .copy_from(&motion.at(&lever_mm));
-            column
-                .fixed_rows_mut::<3>(row + 3)
-                .copy_from(&motion.turn_rad);
+            column.fixed_rows_mut::<3>(row).copy_from(&motion.at(&lever_mm));
+            column.fixed_rows_mut::<3>(row + 3).copy_from(&motion.turn_rad);
         }
         effect
     };
@@ -439,11 +424,7 @@ fn blocks(
     };
     let sensors = body.sensors.iter().enumerate();
     sensors
-        .flat_map(|(sensor, s)| {
-            kinds(&s.orientation)
-                .iter()
-                .map(move |kind| (sensor, *kind))
-        })
+        .flat_map(|(sensor, s)| kinds(&s.orientation).iter().map(move |kind| (sensor, *kind)))
         .map(|(sensor, kind)| Block {
             body: role,
             sensor,

@@ -61,11 +61,7 @@ enum NoTolerances {
         "the requirement is missed with every sensor where it is drawn: {name} is {value:.4}, at most \
          {limit} is allowed"
     )]
-    Missed {
-        name: &'static str,
-        value: f64,
-        limit: f64,
-    },
+    Missed { name: &'static str, value: f64, limit: f64 },
     #[error("it cannot be told whether the requirement is met as drawn: {0}")]
     Unsettled(Unsettled),
     #[error("{found} sensors, expected at most {MAX_SENSORS} in tool and CRF together")]
@@ -160,11 +156,7 @@ fn find(
     let mut buffers = BuiltBuffers::default();
     study.simulate(&mut buffers, &BuildErrors::none(scenario), &task.cancel)?;
     let first_order = FirstOrder::new(&study, &buffers.simulated);
-    let search = Search {
-        study: &study,
-        first_order: &first_order,
-        cancel: &task.cancel,
-    };
+    let search = Search { study: &study, first_order: &first_order, cancel: &task.cancel };
     // Every sensor alone, then each kind of error of each body, then all together.
     let all = first_order.blocks.len() + 4 + 2;
     let done = AtomicUsize::new(0);
@@ -196,13 +188,8 @@ impl ManufacturingSheet {
 
 /// What is said until something is found.
 fn no_axis() -> Tolerances {
-    let none = Tolerance::None {
-        none: NoTolerance::NoAxis,
-    };
-    Tolerances {
-        position_mm: none.clone(),
-        angle_deg: none,
-    }
+    let none = Tolerance::None { none: NoTolerance::NoAxis };
+    Tolerances { position_mm: none.clone(), angle_deg: none }
 }
 
 fn of_kind(tolerances: &mut Tolerances, kind: ErrorKind) -> &mut Tolerance {
@@ -223,12 +210,7 @@ fn scale_of(kind: ErrorKind) -> (f64, f64) {
 /// Errors of one kind that are all of one size.
 fn family_of(blocks: Vec<usize>, kind: ErrorKind) -> Family {
     let (cap, unit) = scale_of(kind);
-    Family {
-        sizes: vec![unit; blocks.len()],
-        blocks,
-        cap,
-        floor: SMALLEST,
-    }
+    Family { sizes: vec![unit; blocks.len()], blocks, cap, floor: SMALLEST }
 }
 
 /// How far off one sensor may be, in position or in angle, all else as drawn.
@@ -310,13 +292,7 @@ fn together(
     let mut shares = Vec::new();
     for ((body, kind, blocks), found) in kinds.into_iter().zip(found?) {
         sheet.count(found.cost);
-        shares.push(Share {
-            body,
-            kind,
-            blocks,
-            by_itself: found.scale,
-            value: 0.0,
-        });
+        shares.push(Share { body, kind, blocks, by_itself: found.scale, value: 0.0 });
     }
     step()?;
     let whole = Family {
@@ -335,9 +311,7 @@ fn together(
         let body = sheet.bodies.iter_mut().find(|b| b.role == share.body);
         let Some(body) = body else { continue };
         let tolerance = match share.value >= SMALLEST {
-            false => Tolerance::None {
-                none: NoTolerance::NothingLeft,
-            },
+            false => Tolerance::None { none: NoTolerance::NothingLeft },
             true => Tolerance::Within(Within {
                 value: share.value,
                 simulated: found.scale * share.by_itself,

@@ -178,13 +178,7 @@ impl Search<'_> {
             };
             high = Some(missed);
         }
-        Ok(Found {
-            scale,
-            first_order,
-            limit: high,
-            directions: critical,
-            cost,
-        })
+        Ok(Found { scale, first_order, limit: high, directions: critical, cost })
     }
 
     /// The requirement in the worst of the directions given and of those spread over all, at sizes of
@@ -199,12 +193,8 @@ impl Search<'_> {
         directions: &[Direction],
         cost: &mut Cost,
     ) -> Result<Vec<Check>, Cancelled> {
-        let family = Family {
-            blocks: blocks.to_vec(),
-            sizes: sizes.to_vec(),
-            cap: 1.0,
-            floor: 0.0,
-        };
+        let family =
+            Family { blocks: blocks.to_vec(), sizes: sizes.to_vec(), cap: 1.0, floor: 0.0 };
         let mut all = directions.to_vec();
         all.extend(self.spread(&family));
         let found = self.simulate_all(&family, 1.0, &all, cost)?;
@@ -225,9 +215,7 @@ impl Search<'_> {
     ) -> Result<(f64, Option<Missed>), Cancelled> {
         let mut low = 0.0;
         let mut step = FIRST_STEP;
-        let mut next = high
-            .as_ref()
-            .map_or(guess.min(family.cap), |high| guess.min(high.scale));
+        let mut next = high.as_ref().map_or(guess.min(family.cap), |high| guess.min(high.scale));
         loop {
             let found = self.simulate_all(family, next, directions, cost)?;
             match missed(next, &found, directions) {
@@ -258,9 +246,7 @@ impl Search<'_> {
         direction: &Direction,
         cost: &mut Cost,
     ) -> Result<Vec<Check>, Cancelled> {
-        let errors = self
-            .first_order
-            .build_errors(self.study, blocks, sizes, direction);
+        let errors = self.first_order.build_errors(self.study, blocks, sizes, direction);
         let simulated = self.simulate(&mut BuiltBuffers::default(), &errors)?;
         cost.simulations += 1;
         cost.work += simulated.work;
@@ -299,16 +285,11 @@ impl Search<'_> {
         errors: &BuildErrors,
     ) -> Result<Simulated, Cancelled> {
         let checks = self.study.simulate(buffers, errors, self.cancel)?;
-        Ok(Simulated {
-            ratio: worst_ratio(&checks),
-            checks,
-            work: buffers.take_work(),
-        })
+        Ok(Simulated { ratio: worst_ratio(&checks), checks, work: buffers.take_work() })
     }
 
     fn errors(&self, family: &Family, sizes: &[f64], direction: &Direction) -> BuildErrors {
-        self.first_order
-            .build_errors(self.study, &family.blocks, sizes, direction)
+        self.first_order.build_errors(self.study, &family.blocks, sizes, direction)
     }
 
     /// Of each bound, the next step from the errors that are simulated in its worst direction.
@@ -326,9 +307,7 @@ impl Search<'_> {
         for bound in &self.first_order.bounds {
             let motions = |d: &Direction| self.first_order.motions(&family.blocks, &sizes, d);
             let ratio = |d: &Direction| self.first_order.ratio(bound, &motions(d));
-            let worst = directions
-                .iter()
-                .max_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+            let worst = directions.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b)));
             let Some(worst) = worst else { continue };
             let errors = self.errors(family, &sizes, worst);
             cost.simulations += 1;
@@ -342,13 +321,8 @@ impl Search<'_> {
                     ]
                 },
             );
-            let next = self
-                .first_order
-                .step_from(bound, &family.blocks, errors, worst);
-            let is_new = next
-                .iter()
-                .zip(worst)
-                .any(|(a, b)| (a - b).norm() > SAME_STEP);
+            let next = self.first_order.step_from(bound, &family.blocks, errors, worst);
+            let is_new = next.iter().zip(worst).any(|(a, b)| (a - b).norm() > SAME_STEP);
             if is_new {
                 refined.push(next);
             }
@@ -363,9 +337,7 @@ impl Search<'_> {
         let is_met = |scale: f64, known: &[Worst]| {
             let sizes = Self::sizes(family, scale);
             known.iter().all(|worst| {
-                let motions = self
-                    .first_order
-                    .motions(&family.blocks, &sizes, &worst.direction);
+                let motions = self.first_order.motions(&family.blocks, &sizes, &worst.direction);
                 let bound = &self.first_order.bounds[worst.bound];
                 self.first_order.ratio(bound, &motions) <= 1.0
             })
@@ -415,10 +387,7 @@ impl Search<'_> {
             let mut kept: Vec<Worst> = Vec::new();
             for (_, direction) in found {
                 if kept.len() < KEPT && !kept.iter().any(|k| is_same(&k.direction, &direction)) {
-                    kept.push(Worst {
-                        bound: number,
-                        direction,
-                    });
+                    kept.push(Worst { bound: number, direction });
                 }
             }
             worst.extend(kept);
@@ -440,11 +409,7 @@ impl Search<'_> {
         let (blocks, first_order) = (&family.blocks, self.first_order);
         let mut motions = first_order.motions(blocks, &sizes, start);
         let mut best = (first_order.ratio(bound, &motions), start.clone());
-        let steps = if bound.is_costly() {
-            COSTLY_STEPS
-        } else {
-            STEPS
-        };
+        let steps = if bound.is_costly() { COSTLY_STEPS } else { STEPS };
         for _ in 0..steps {
             let next = first_order.step(bound, blocks, &motions, &best.1);
             motions = first_order.motions(blocks, &sizes, &next);
@@ -468,9 +433,7 @@ impl Search<'_> {
         let block = &self.first_order.blocks[only];
         let range = || [-1.0, 0.0, 1.0].into_iter();
         let all = range().flat_map(|x| range().flat_map(move |y| range().map(move |z| [x, y, z])));
-        all.filter(|v| *v != [0.0; 3])
-            .map(|v| vec![block.unit_along(&Vector3::from(v))])
-            .collect()
+        all.filter(|v| *v != [0.0; 3]).map(|v| vec![block.unit_along(&Vector3::from(v))]).collect()
     }
 
     fn random(&self, family: &Family, count: usize) -> Vec<Direction> {
@@ -479,9 +442,7 @@ impl Search<'_> {
         (0..count)
             .map(|_| {
                 let blocks = family.blocks.iter();
-                blocks
-                    .map(|&block| self.first_order.blocks[block].unit_along(&one()))
-                    .collect()
+                blocks.map(|&block| self.first_order.blocks[block].unit_along(&one())).collect()
             })
             .collect()
     }
@@ -504,10 +465,7 @@ fn worst_of(found: &[Simulated], directions: &[Direction]) -> Vec<Direction> {
     let each = found.iter().zip(directions);
     let mut near: Vec<_> = each.filter(|(s, _)| s.ratio >= worst - NEAR).collect();
     near.sort_by(|a, b| b.0.ratio.total_cmp(&a.0.ratio));
-    near.into_iter()
-        .take(MOST_NEAR)
-        .map(|(_, d)| d.clone())
-        .collect()
+    near.into_iter().take(MOST_NEAR).map(|(_, d)| d.clone()).collect()
 }
 
 fn is_same(a: &Direction, b: &Direction) -> bool {

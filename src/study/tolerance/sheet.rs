@@ -175,11 +175,7 @@ pub fn rounded_down(value: f64) -> f64 {
     let unit = 10.0_f64.powi(stated_decimals(value) as i32);
     let rounded = (value * unit).floor() / unit;
     // The product may round up to the next whole number.
-    if rounded > value {
-        ((value * unit).floor() - 1.0) / unit
-    } else {
-        rounded
-    }
+    if rounded > value { ((value * unit).floor() - 1.0) / unit } else { rounded }
 }
 
 /// The next smaller number that can be stated.

@@ -36,26 +36,15 @@ fn sheet_of(scenario: &Scenario) -> ManufacturingSheet {
 }
 
 fn sensor(position: [f64; 3], orientation: SensorOrientation) -> Sensor {
-    Sensor {
-        name: "s".into(),
-        position_in_body: position.into(),
-        orientation,
-        coil: None,
-    }
+    Sensor { name: "s".into(), position_in_body: position.into(), orientation, coil: None }
 }
 
 fn six(position: [f64; 3]) -> Sensor {
-    sensor(
-        position,
-        SensorOrientation::SixDof(UnitQuaternion::from_euler_angles(0.3, -0.4, 1.0)),
-    )
+    sensor(position, SensorOrientation::SixDof(UnitQuaternion::from_euler_angles(0.3, -0.4, 1.0)))
 }
 
 fn five(position: [f64; 3], axis: [f64; 3]) -> Sensor {
-    sensor(
-        position,
-        SensorOrientation::FiveDof(Unit::new_normalize(axis.into())),
-    )
+    sensor(position, SensorOrientation::FiveDof(Unit::new_normalize(axis.into())))
 }
 
 /// A tool with its tip in the origin, in a room without distortion.
@@ -70,11 +59,7 @@ fn ideal(sensors: Vec<Sensor>, requirement: Requirement) -> Scenario {
             support: None,
             process: None,
         }),
-        tool: RigidBody {
-            name: "tool".into(),
-            tip_in_body: Some(Point3::origin()),
-            sensors,
-        },
+        tool: RigidBody { name: "tool".into(), tip_in_body: Some(Point3::origin()), sensors },
         crf: None,
         crf_from_tool: Pose::translation(0.0, 0.0, -300.0),
         motion: None,
@@ -85,24 +70,12 @@ fn ideal(sensors: Vec<Sensor>, requirement: Requirement) -> Scenario {
 }
 
 fn at_most_mm(position_max_mm: f64) -> Requirement {
-    Requirement {
-        position_max_mm: Some(position_max_mm),
-        ..Requirement::default()
-    }
+    Requirement { position_max_mm: Some(position_max_mm), ..Requirement::default() }
 }
 
 fn turning(degrees: f64) -> Option<Motion> {
-    let range = Some(AxisRange {
-        min: -degrees,
-        max: degrees,
-        step: degrees,
-    });
-    Some(Motion {
-        x: range,
-        rx: range,
-        ry: range,
-        ..Motion::default()
-    })
+    let range = Some(AxisRange { min: -degrees, max: degrees, step: degrees });
+    Some(Motion { x: range, rx: range, ry: range, ..Motion::default() })
 }
 
 /// Of the only sensor of the tool: position and angle.
@@ -141,10 +114,7 @@ fn a_crf_that_is_off_counts_as_much_as_the_tool() {
     // The tip is 50 mm from the only sensor of the CRF, the requirement is on the angle.
     let mut scenario = ideal(
         vec![six([0.0, 0.0, 100.0])],
-        Requirement {
-            angle_rms_deg: Some(0.6),
-            ..at_most_mm(1.05)
-        },
+        Requirement { angle_rms_deg: Some(0.6), ..at_most_mm(1.05) },
     );
     scenario.crf = Some(ScenarioCrf {
         body: RigidBody {
@@ -183,10 +153,7 @@ fn figures_anew(scenario: &Scenario, errors: &BuildErrors) -> Vec<Check> {
                 let own = pose_from_parts(s.position_in_body.coords + e.position_mm, turn);
                 let model = &scenario.environment.model;
                 let (pose, _) = model.distort(&(tracker_from_body * own), scenario.outside);
-                Reading {
-                    position_mm: pose.translation.vector.into(),
-                    rotation: pose.rotation,
-                }
+                Reading { position_mm: pose.translation.vector.into(), rotation: pose.rotation }
             })
             .collect();
         FrameFitter::new(body, scenario.orientation_weight_mm)
@@ -195,11 +162,7 @@ fn figures_anew(scenario: &Scenario, errors: &BuildErrors) -> Vec<Check> {
     };
     let crf = scenario.crf.as_ref().unwrap();
     let crf_fitted = fitted(&crf.body, &errors.crf, crf.tracker_from_crf);
-    let grid = scenario
-        .motion
-        .unwrap()
-        .grid(&scenario.crf_from_tool)
-        .unwrap();
+    let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
     let tip = scenario.tool.judged_tip_in_body();
     let (mut mm, mut deg): (Vec<f64>, Vec<f64>) = (0..grid.trials())
         .map(|trial| {
@@ -241,10 +204,7 @@ fn at_the_edge(scenario: &Scenario, sheet: &ManufacturingSheet, seed: u64) -> Bu
                 let axis = s.axis_in_body().unwrap();
                 let any = unit();
                 let across = (any - axis.into_inner() * axis.dot(&any)).normalize();
-                SensorError {
-                    position_mm: unit() * mm,
-                    rotation_rad: across * deg.to_radians(),
-                }
+                SensorError { position_mm: unit() * mm, rotation_rad: across * deg.to_radians() }
             })
             .collect::<Vec<_>>()
     };
@@ -339,10 +299,7 @@ fn the_first_order_is_the_derivative_of_the_simulation_in_a_room_without_distort
                 let turn = log_quaternion(&(plus.rotation * minus.rotation.inverse()));
                 let turn = turn / (2.0 * step);
                 // Round-off of positions of some hundred mm over the step.
-                assert!(
-                    (found - moved).norm() < 1e-6 * (1.0 + moved.norm()),
-                    "{block}"
-                );
+                assert!((found - moved).norm() < 1e-6 * (1.0 + moved.norm()), "{block}");
                 assert!((turn - turned).norm() < 1e-7, "{block}");
             }
         }
@@ -406,9 +363,7 @@ fn drawn_tools_meet_the_requirement_within_the_tolerances_and_not_far_beyond() {
         let scenario = built_in(name);
         let mut sheet = sheet_of(&scenario);
         let check = |sheet: &ManufacturingSheet| {
-            check_built(&scenario, sheet, 200, 7, &Task::default())
-                .unwrap()
-                .unwrap()
+            check_built(&scenario, sheet, 200, 7, &Task::default()).unwrap().unwrap()
         };
         let found = check(&sheet);
         assert!(found.holds() && found.met == 200, "{name}: {found:?}");
@@ -438,10 +393,7 @@ fn a_bound_on_the_95th_percentile_or_the_maximum_holds_at_the_edge_too() {
     let as_drawn = figures_anew(&scenario, &BuildErrors::none(&scenario));
     let of = |name: &str| 1.2 * as_drawn.iter().find(|c| c.name == name).unwrap().value;
     for requirement in [
-        Requirement {
-            position_p95_mm: Some(of("position_p95")),
-            ..Requirement::default()
-        },
+        Requirement { position_p95_mm: Some(of("position_p95")), ..Requirement::default() },
         Requirement {
             position_max_mm: Some(of("position_max")),
             angle_max_deg: Some(of("angle_max")),
@@ -467,10 +419,7 @@ fn the_sheet_does_not_hang_on_the_number_of_threads() {
     let mut scenario = built_in("shaver-on-head");
     scenario.motion = turning(15.0);
     let with = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| sheet_of(&scenario))
     };
     assert_eq!(with(1), with(3));

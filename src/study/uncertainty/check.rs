@@ -58,21 +58,14 @@ pub fn check_first_order(
         next_order_rms_mm,
         relative_difference,
         holds: relative_difference <= TOLERANCE,
-        work: Work {
-            frame_fits: fits + half_fits,
-            ..Work::default()
-        },
+        work: Work { frame_fits: fits + half_fits, ..Work::default() },
     }))
 }
 
 /// How far two figures differ, as a part of the second.
 fn part_of(figure: f64, reference: f64) -> f64 {
     let difference = (figure - reference).abs();
-    if difference == 0.0 {
-        0.0
-    } else {
-        difference / reference
-    }
+    if difference == 0.0 { 0.0 } else { difference / reference }
 }
 
 /// RMS distance of the tip from where it is without jitter, at `scale` times the jitter, and the

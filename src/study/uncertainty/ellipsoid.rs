@@ -72,11 +72,8 @@ mod tests {
         }
         assert!(e.semi_axes_in_crf_mm[0].cross(&turn.column(0)).norm() < 1e-13 * k);
         assert!(Matrix3::from_columns(&e.semi_axes_in_crf_mm).determinant() > 0.0);
-        let back: Matrix3<f64> = e
-            .semi_axes_in_crf_mm
-            .iter()
-            .map(|a| a * a.transpose() / CHI_SQUARED_95_OF_3)
-            .sum();
+        let back: Matrix3<f64> =
+            e.semi_axes_in_crf_mm.iter().map(|a| a * a.transpose() / CHI_SQUARED_95_OF_3).sum();
         assert!((back - covariance).norm() < 1e-13);
     }
 

@@ -78,24 +78,15 @@ pub fn first_order(scenario: &Scenario) -> Result<TipUncertainty, UncertaintyErr
     let weight_mm = scenario.orientation_weight_mm;
     let tip_in_crf = still.tip_in_crf();
     let tool = LinearFit::new(&scenario.tool, weight_mm);
-    let tool_in_crf = InCrf::new(
-        &tool,
-        &still.look.tool,
-        &still.tool_jitter,
-        &scenario.crf_from_tool.rotation,
-    );
+    let tool_in_crf =
+        InCrf::new(&tool, &still.look.tool, &still.tool_jitter, &scenario.crf_from_tool.rotation);
     let tool_lever_mm =
         scenario.crf_from_tool.rotation * tool.lever_mm(&scenario.tool.judged_tip_in_body());
     let mut sum = tool_in_crf.at(&tool_lever_mm);
     let mut crf_linear = None;
     if let (Some(crf), Some(detail)) = (&scenario.crf, &still.look.crf) {
         let linear = LinearFit::new(&crf.body, weight_mm);
-        let own = InCrf::new(
-            &linear,
-            detail,
-            &still.crf_jitter,
-            &UnitQuaternion::identity(),
-        );
+        let own = InCrf::new(&linear, detail, &still.crf_jitter, &UnitQuaternion::identity());
         sum.subtract(&own.at(&linear.lever_mm(&tip_in_crf)));
         crf_linear = Some(linear);
     }
@@ -198,10 +189,7 @@ impl InCrf {
 /// What is free, the tool's before the CRF's, as in studies.
 pub(super) fn free_body(tool: &LinearFit, crf: Option<&LinearFit>) -> Option<FreeBody> {
     let of = |body, linear: &LinearFit| {
-        linear.free_motion().map(|motion_in_body| FreeBody {
-            body,
-            motion_in_body,
-        })
+        linear.free_motion().map(|motion_in_body| FreeBody { body, motion_in_body })
     };
     of("tool", tool).or_else(|| of("crf", crf?))
 }
@@ -239,9 +227,7 @@ fn rms(covariance: &Matrix3<f64>) -> f64 {
 /// Below this a simulated error is round-off of the poses that it is the difference of: some ten
 /// operations on coordinates of this size.
 fn round_off_mm(scenario: &Scenario, tip_in_crf: &Point3<f64>) -> f64 {
-    let crf_mm = scenario
-        .crf
-        .as_ref()
-        .map_or(0.0, |c| c.tracker_from_crf.translation.vector.norm());
+    let crf_mm =
+        scenario.crf.as_ref().map_or(0.0, |c| c.tracker_from_crf.translation.vector.norm());
     64.0 * f64::EPSILON * (tip_in_crf.coords.norm() + crf_mm)
 }

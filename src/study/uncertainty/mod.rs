@@ -26,11 +26,7 @@ pub enum UncertaintyError {
     #[error("the environment {environment:?} states no jitter")]
     NoJitter { environment: String },
     #[error("{name} is {found}, expected {expected}")]
-    Jitter {
-        name: &'static str,
-        found: f64,
-        expected: &'static str,
-    },
+    Jitter { name: &'static str, found: f64, expected: &'static str },
     #[error("{body} has no sensors")]
     NoSensors { body: String },
     #[error("the pose is left out: {sensors} sensors are outside the model's box")]
@@ -39,12 +35,7 @@ pub enum UncertaintyError {
         "the jitter of sensor {sensor:?} of {body} is too large to compute with: \
          {position_mm:e} mm, {angle_rad:e} rad"
     )]
-    TooLarge {
-        body: String,
-        sensor: String,
-        position_mm: f64,
-        angle_rad: f64,
-    },
+    TooLarge { body: String, sensor: String, position_mm: f64, angle_rad: f64 },
     #[error("{found} samples, expected {MIN_SAMPLES} to {MAX_SAMPLES}")]
     Samples { found: usize },
     #[error("the design has no range of motion")]

@@ -80,11 +80,7 @@ pub fn monte_carlo(
         return Err(UncertaintyError::Samples { found: samples });
     }
     let still = Still::new(scenario)?;
-    let sampler = Sampler {
-        refit: still.refit(),
-        free: free(scenario),
-        seed,
-    };
+    let sampler = Sampler { refit: still.refit(), free: free(scenario), seed };
     let base = sampler.refit.without_noise();
     let mut distances = vec![Distances::default(); samples];
     let done = AtomicUsize::new(0);
@@ -146,10 +142,7 @@ pub fn monte_carlo(
         rotation_rms_rad: rotation_covariance_rad2.trace().max(0.0).sqrt(),
         determined_mm,
         work: still.look.work
-            + Work {
-                frame_fits: sampler.refit.fits() * (samples as u64 + 1),
-                ..Work::default()
-            },
+            + Work { frame_fits: sampler.refit.fits() * (samples as u64 + 1), ..Work::default() },
     })
 }
 
@@ -192,9 +185,7 @@ impl Sampler {
             if task.cancel.is_cancelled() {
                 return Err(Cancelled);
             }
-            let sample = self
-                .refit
-                .with_noise(|| StandardNormal.sample(&mut rng), &mut readings);
+            let sample = self.refit.with_noise(|| StandardNormal.sample(&mut rng), &mut readings);
             sums.count(&sample, base);
             *distances = Distances {
                 tip_error_mm: sample.tip_error_mm.norm(),

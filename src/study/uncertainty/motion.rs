@@ -131,10 +131,7 @@ impl CrfScatter {
             let local = jitter.at(&at);
             check_size(&local, &crf.body, sensor)?;
             is_inside &= bounds.contains(&at);
-            covariances.push(SensorCovariance::isotropic(
-                local.position_mm,
-                local.angle_rad,
-            ));
+            covariances.push(SensorCovariance::isotropic(local.position_mm, local.angle_rad));
         }
         Ok(Self {
             tracker_from_crf: crf.tracker_from_crf,
@@ -163,11 +160,8 @@ impl<'a> Scatter<'a> {
                 by_rotation: squares(&unit.rotation),
             })
             .collect();
-        let crf = scenario
-            .crf
-            .as_ref()
-            .map(|crf| CrfScatter::new(crf, scenario, &jitter))
-            .transpose()?;
+        let crf =
+            scenario.crf.as_ref().map(|crf| CrfScatter::new(crf, scenario, &jitter)).transpose()?;
         let free = free_body(&linear, crf.as_ref().map(|c| &c.linear));
         Ok(Self {
             scenario,
@@ -183,10 +177,8 @@ impl<'a> Scatter<'a> {
 
     /// RMS of the tip in mm and of the turn in rad; `None` where the pose is left out.
     fn at(&self, crf_from_tool: &Pose) -> Result<Option<[f64; 2]>, UncertaintyError> {
-        let tracker_from_tool = self
-            .crf
-            .as_ref()
-            .map_or(*crf_from_tool, |c| c.tracker_from_crf * crf_from_tool);
+        let tracker_from_tool =
+            self.crf.as_ref().map_or(*crf_from_tool, |c| c.tracker_from_crf * crf_from_tool);
         let bounds = self.scenario.environment.model.bounds();
         let mut is_inside = self.crf.as_ref().is_none_or(|c| c.is_inside);
         let (mut tip_mm2, mut turn_rad2) = (0.0, 0.0);

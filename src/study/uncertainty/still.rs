@@ -26,21 +26,14 @@ impl<'a> Still<'a> {
         let jitter = stated_jitter(scenario)?;
         let look = look(scenario);
         if scenario.outside == OutsidePolicy::Reject && look.trial.outside > 0 {
-            return Err(UncertaintyError::Outside {
-                sensors: look.trial.outside,
-            });
+            return Err(UncertaintyError::Outside { sensors: look.trial.outside });
         }
         let tool_jitter = local_jitter(&jitter, &scenario.tool, &look.tool)?;
         let crf_jitter = match (&scenario.crf, &look.crf) {
             (Some(crf), Some(detail)) => local_jitter(&jitter, &crf.body, detail)?,
             _ => Vec::new(),
         };
-        Ok(Self {
-            scenario,
-            look,
-            tool_jitter,
-            crf_jitter,
-        })
+        Ok(Self { scenario, look, tool_jitter, crf_jitter })
     }
 
     /// The true tip.
@@ -58,14 +51,9 @@ impl<'a> Still<'a> {
                 &self.look.tool,
                 &self.tool_jitter,
             ),
-            crf: self
-                .scenario
-                .crf
-                .as_ref()
-                .zip(self.look.crf.as_ref())
-                .map(|(crf, detail)| {
-                    RefitBody::new(&crf.body, weight_mm, detail, &self.crf_jitter)
-                }),
+            crf: self.scenario.crf.as_ref().zip(self.look.crf.as_ref()).map(|(crf, detail)| {
+                RefitBody::new(&crf.body, weight_mm, detail, &self.crf_jitter)
+            }),
             crf_from_tool: self.scenario.crf_from_tool,
             tip_in_tool: self.scenario.tool.judged_tip_in_body(),
         }
@@ -76,23 +64,14 @@ impl<'a> Still<'a> {
 pub(super) fn stated_jitter(scenario: &Scenario) -> Result<Jitter, UncertaintyError> {
     let bodies = [Some(&scenario.tool), scenario.crf.as_ref().map(|c| &c.body)];
     if let Some(body) = bodies.into_iter().flatten().find(|b| b.sensors.is_empty()) {
-        return Err(UncertaintyError::NoSensors {
-            body: body.name.clone(),
-        });
+        return Err(UncertaintyError::NoSensors { body: body.name.clone() });
     }
-    let jitter = scenario
-        .environment
-        .jitter
-        .ok_or_else(|| UncertaintyError::NoJitter {
-            environment: scenario.environment.name.clone(),
-        })?;
+    let jitter = scenario.environment.jitter.ok_or_else(|| UncertaintyError::NoJitter {
+        environment: scenario.environment.name.clone(),
+    })?;
     match jitter.problem() {
         None => Ok(jitter),
-        Some((name, found, expected)) => Err(UncertaintyError::Jitter {
-            name,
-            found,
-            expected,
-        }),
+        Some((name, found, expected)) => Err(UncertaintyError::Jitter { name, found, expected }),
     }
 }
 
@@ -217,25 +196,16 @@ impl RefitBody {
     /// sensors' order, position before turn; `readings` is room to work in.
     pub fn fit(&self, mut normal: impl FnMut() -> f64, readings: &mut Vec<Reading>) -> Pose {
         readings.clear();
-        readings.extend(
-            self.readings
-                .iter()
-                .zip(&self.noise)
-                .map(|(reading, noise)| {
-                    let position = Vector3::from_fn(|_, _| normal() * noise.position_mm);
-                    let turn_rad: Vector3<f64> = noise.turns_rad[..noise.turns]
-                        .iter()
-                        .map(|direction| direction * normal())
-                        .sum();
-                    Reading {
-                        position_mm: reading.position_mm + position,
-                        rotation: exp_vector(&turn_rad) * reading.rotation,
-                    }
-                }),
-        );
-        self.fitter
-            .fit(readings, &self.tracker_from_body)
-            .tracker_from_body
+        readings.extend(self.readings.iter().zip(&self.noise).map(|(reading, noise)| {
+            let position = Vector3::from_fn(|_, _| normal() * noise.position_mm);
+            let turn_rad: Vector3<f64> =
+                noise.turns_rad[..noise.turns].iter().map(|direction| direction * normal()).sum();
+            Reading {
+                position_mm: reading.position_mm + position,
+                rotation: exp_vector(&turn_rad) * reading.rotation,
+            }
+        }));
+        self.fitter.fit(readings, &self.tracker_from_body).tracker_from_body
     }
 
     fn fit_without_noise(&self) -> Pose {
@@ -285,12 +255,9 @@ impl Refit {
     /// The part of a refit's tip error that a free motion of the tool (in its frame) or the CRF
     /// (in its own) cannot change.
     pub fn determined_mm(&self, free: &FreeBody, refitted: &Refitted) -> f64 {
-        let (truth, simulated) = (
-            self.crf_from_tool * self.tip_in_tool,
-            refitted.crf_from_tool * self.tip_in_tool,
-        );
-        free.in_crf(&refitted.crf_from_tool)
-            .determined_error_mm(&truth, &simulated)
+        let (truth, simulated) =
+            (self.crf_from_tool * self.tip_in_tool, refitted.crf_from_tool * self.tip_in_tool);
+        free.in_crf(&refitted.crf_from_tool).determined_error_mm(&truth, &simulated)
     }
 }
 

@@ -45,18 +45,13 @@ impl OpenPart {
         if scenario.environment.process.is_none() {
             return Ok(None);
         }
-        let mut squares = ScalarLattice {
-            bounds,
-            counts: [COUNT; 3],
-            values: Vec::new(),
-        };
+        let mut squares = ScalarLattice { bounds, counts: [COUNT; 3], values: Vec::new() };
         let cell_mm = bounds.size_mm().norm() / (COUNT - 1) as f64;
         let excess = scenario.environment.volume.as_ref();
         let excess = excess.and_then(Volume::excess_mm);
         let is_near = |p: &Point3<f64>| excess.as_ref().is_none_or(|excess| excess(p) <= cell_mm);
-        let at: Vec<Point3<f64>> = (0..COUNT.pow(3))
-            .map(|place| squares.point_mm(squares.index(place)))
-            .collect();
+        let at: Vec<Point3<f64>> =
+            (0..COUNT.pow(3)).map(|place| squares.point_mm(squares.index(place))).collect();
         let found: Result<Vec<Option<f64>>, Cancelled> = at
             .par_iter()
             .map(|tip| match is_near(tip) {
@@ -67,10 +62,7 @@ impl OpenPart {
         let found: Option<Vec<f64>> = found?.into_iter().collect();
         Ok(found.map(|values| {
             squares.values = values;
-            Self {
-                points: at.iter().filter(|p| is_near(p)).count(),
-                squares,
-            }
+            Self { points: at.iter().filter(|p| is_near(p)).count(), squares }
         }))
     }
 
@@ -108,12 +100,11 @@ fn open_square(
     };
     let own = requirement.checks_of(REQUIRED.map(|figure| found.own_of(figure)));
     let upper = judged_checks(&own, None, Some(&found));
-    let upper = share_of(upper.iter().map(|bound| {
-        (
-            bound.interval.map_or(bound.value, |[_, high]| high),
-            bound.limit,
-        )
-    }));
+    let upper = share_of(
+        upper
+            .iter()
+            .map(|bound| (bound.interval.map_or(bound.value, |[_, high]| high), bound.limit)),
+    );
     let own = share_of(own.iter().map(|check| (check.value, check.limit)));
     Ok(Some(match own.is_finite() {
         true => (upper * upper - own * own).max(0.0),

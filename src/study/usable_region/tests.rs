@@ -84,12 +84,7 @@ fn where_the_error_grows_evenly_the_region_ends_at_a_plane() {
     let region = region(&slope(1.9), [6, 5, 4]);
     // The sensor at 95 mm, the tip 10 mm before it; the volume begins at 30 mm and is 140 mm long.
     assert!(region.surface.triangles.len() >= 2 * 4 * 3);
-    for (p, n) in region
-        .surface
-        .positions_mm
-        .iter()
-        .zip(&region.surface.normals)
-    {
+    for (p, n) in region.surface.positions_mm.iter().zip(&region.surface.normals) {
         assert!((p.x - 85.0).abs() < 1e-9, "{p}");
         assert!((n - Vector3::x()).norm() < 1e-9);
     }
@@ -120,9 +115,8 @@ fn where_it_grows_with_the_square_of_the_distance_the_region_is_an_ellipsoid() {
         (0..3).map(|k| curvature[k] * squares[k]).sum()
     };
     // Between lattice points the share is too large by at most this.
-    let most: f64 = (0..3)
-        .map(|k| curvature[k] * (140.0 / (counts[k] - 1) as f64).powi(2) / 4.0)
-        .sum();
+    let most: f64 =
+        (0..3).map(|k| curvature[k] * (140.0 / (counts[k] - 1) as f64).powi(2) / 4.0).sum();
     assert!(most < 0.1 * limit);
     for p in &region.surface.positions_mm {
         let error = error(p);
@@ -159,11 +153,7 @@ fn each_point_is_the_study_with_the_tip_there_at_every_turn() {
     let tracker_from_crf = scenario.crf.as_ref().unwrap().tracker_from_crf;
     // The first, third and last of the five angles about each axis.
     let turns: Vec<_> = (0..125)
-        .filter(|i| {
-            [i / 25, i / 5 % 5, i % 5]
-                .iter()
-                .all(|angle| angle % 2 == 0)
-        })
+        .filter(|i| [i / 25, i / 5 % 5, i % 5].iter().all(|angle| angle % 2 == 0))
         .map(|i| grid.pose(i).rotation)
         .collect();
     for place in [0, 37, 62, 99] {
@@ -261,21 +251,11 @@ fn a_region_of_a_dome_is_a_part_of_the_dome_and_not_of_the_box_around_it() {
 #[test]
 fn without_a_requirement_there_is_no_region() {
     let mut scenario = slope(1.0);
-    let none = usable_region(
-        &scenario,
-        [1, 3, 3],
-        RegionBasis::Interval,
-        &Task::default(),
-    );
+    let none = usable_region(&scenario, [1, 3, 3], RegionBasis::Interval, &Task::default());
     assert_eq!(none, Err(RegionError::Counts { counts: [1, 3, 3] }));
     for requirement in [None, Some(Requirement::default())] {
         scenario.requirement = requirement;
-        let none = usable_region(
-            &scenario,
-            [3, 3, 3],
-            RegionBasis::Interval,
-            &Task::default(),
-        );
+        let none = usable_region(&scenario, [3, 3, 3], RegionBasis::Interval, &Task::default());
         assert_eq!(none, Err(RegionError::NoRequirement));
     }
 }
@@ -295,12 +275,7 @@ fn intervals_leave_less_than_the_rooms_own_field() {
     assert_eq!(own.share, both.share);
     assert_eq!((own.interval_points, both.interval_points), (0, 125));
     assert_eq!(own.fraction, both.own_fraction);
-    assert!(
-        both.fraction < own.fraction,
-        "{} {}",
-        both.fraction,
-        own.fraction
-    );
+    assert!(both.fraction < own.fraction, "{} {}", both.fraction, own.fraction);
     let upper = both.upper_share.unwrap();
     let pairs = || upper.values.iter().zip(&own.share.values);
     assert!(pairs().all(|(upper, own)| upper >= own));
@@ -319,10 +294,7 @@ fn intervals_leave_less_than_the_rooms_own_field() {
             });
             let mode = Mode::Input(trials.collect());
             let found = expected(&scenario, &mode, &CancelToken::default()).unwrap();
-            let share = [
-                (found.intervals[0][1], 1.0),
-                (found.of(REQUIRED[3]).unwrap().1[1], 1.0),
-            ];
+            let share = [(found.intervals[0][1], 1.0), (found.of(REQUIRED[3]).unwrap().1[1], 1.0)];
             (upper.values[place] / share_of(share.into_iter()) - 1.0).abs()
         })
         .collect();

@@ -11,9 +11,8 @@ const SIZE: &str = "160x120";
 
 /// The frames of a folder, which are numbered from 1 without a gap.
 fn numbered(folder: &Path) -> Vec<Picture> {
-    let mut files: Vec<_> = (fs::read_dir(folder).unwrap())
-        .map(|entry| entry.unwrap().path())
-        .collect();
+    let mut files: Vec<_> =
+        (fs::read_dir(folder).unwrap()).map(|entry| entry.unwrap().path()).collect();
     files.sort();
     for (index, file) in files.iter().enumerate() {
         let name = format!("frame-{:05}.png", index + 1);
@@ -27,18 +26,9 @@ fn a_turn_begins_as_the_picture_is_and_every_frame_is_from_elsewhere() {
     let copy = Copied::new("pointer-on-head");
     let folder = text(&copy.path("turn")) + "/";
     let design = text(&copy.design);
-    let turn = [
-        "--turntable",
-        "--seconds",
-        "1",
-        "--fps",
-        "4",
-        "--size",
-        SIZE,
-    ];
-    let output = trackwright(&[&["render", &design, "-o", &folder], &turn[..]].concat())
-        .output()
-        .unwrap();
+    let turn = ["--turntable", "--seconds", "1", "--fps", "4", "--size", SIZE];
+    let output =
+        trackwright(&[&["render", &design, "-o", &folder], &turn[..]].concat()).output().unwrap();
     assert!(output.status.success(), "{output:?}");
     let frames = numbered(Path::new(&folder));
     assert_eq!(frames.len(), 4);
@@ -49,10 +39,7 @@ fn a_turn_begins_as_the_picture_is_and_every_frame_is_from_elsewhere() {
         assert!(changed > 1000, "{a} and {b}: {changed}");
     }
     let said = String::from_utf8(output.stdout).unwrap();
-    assert!(
-        said.starts_with("ffmpeg -framerate 4 -i ") && said.contains("-frames:v 4"),
-        "{said}"
-    );
+    assert!(said.starts_with("ffmpeg -framerate 4 -i ") && said.contains("-frames:v 4"), "{said}");
 }
 
 #[test]
@@ -61,9 +48,8 @@ fn a_motion_ends_with_the_tool_where_the_last_trial_has_it() {
     let folder = text(&copy.path("motion")) + "/";
     let design = text(&copy.design);
     let motion = ["--motion", "--seconds", "1", "--fps", "3", "--size", SIZE];
-    let output = trackwright(&[&["render", &design, "-o", &folder], &motion[..]].concat())
-        .output()
-        .unwrap();
+    let output =
+        trackwright(&[&["render", &design, "-o", &folder], &motion[..]].concat()).output().unwrap();
     assert!(output.status.success(), "{output:?}");
     let frames = numbered(Path::new(&folder));
     assert_eq!(frames.len(), 3);
@@ -100,11 +86,8 @@ fn an_encoder_gets_every_byte_and_what_it_says_when_it_fails_is_told() {
             // The first encoder's file begins as no video does.
             "--overwrite",
         ];
-        let path = format!(
-            "{}:{}",
-            text(encoder.parent().unwrap()),
-            std::env::var("PATH").unwrap()
-        );
+        let path =
+            format!("{}:{}", text(encoder.parent().unwrap()), std::env::var("PATH").unwrap());
         trackwright(&arguments).env("PATH", path).output().unwrap()
     };
     let output = run("for last; do :; done\ncat > \"$last\"");
@@ -116,10 +99,7 @@ fn an_encoder_gets_every_byte_and_what_it_says_when_it_fails_is_told() {
     let output = run("cat > /dev/null\necho 'no space left' >&2\nexit 1");
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     let said = String::from_utf8(output.stderr).unwrap();
-    assert!(
-        said.contains("ffmpeg failed") && said.contains("no space left"),
-        "{said}"
-    );
+    assert!(said.contains("ffmpeg failed") && said.contains("no space left"), "{said}");
     // The first video is as it was, and nothing lies beside it.
     assert_eq!(fs::read(scratch.path("turn.mp4")).unwrap(), bytes);
     assert_eq!(fs::read_dir(encoder.parent().unwrap()).unwrap().count(), 2);
@@ -130,19 +110,10 @@ fn what_cannot_be_a_video_is_said_before_anything_is_painted() {
     let copy = Copied::new("endoscope");
     let design = text(&copy.design);
     for (more, why) in [
-        (
-            &["-o", "a.png", "--turntable"][..],
-            "expected a name that ends in .mp4",
-        ),
-        (
-            &["-o", "a.mp4", "--turntable", "--size", "161x120"],
-            "expected even numbers",
-        ),
+        (&["-o", "a.png", "--turntable"][..], "expected a name that ends in .mp4"),
+        (&["-o", "a.mp4", "--turntable", "--size", "161x120"], "expected even numbers"),
         (&["-o", "a.mp4"], "expected a name that ends in .png"),
-        (
-            &["-o", "a.mp4", "--turntable", "--motion"],
-            "cannot be used with",
-        ),
+        (&["-o", "a.mp4", "--turntable", "--motion"], "cannot be used with"),
         (&["-o", "a.png", "--seconds", "3"], "--turntable"),
     ] {
         let said = fail(&[&["render", &design], more].concat());
@@ -169,9 +140,7 @@ fn a_signal_ends_a_report_that_paints_its_slides() {
     }
     store::save(&mut world).unwrap();
     let (design, page) = (text(&copy.design), text(&copy.path("page.html")));
-    let mut child = trackwright(&["report", &design, "-o", &page])
-        .spawn()
-        .unwrap();
+    let mut child = trackwright(&["report", &design, "-o", &page]).spawn().unwrap();
     // The study is done, and pictures are painted.
     crate::support::program::pause(Duration::from_secs(15));
     let id = child.id().to_string();

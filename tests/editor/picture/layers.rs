@@ -36,11 +36,7 @@ fn each_layer_draws_what_it_is_named_for_and_nothing_where_it_is_off() {
     assert!(more(&vectors, is_ghost) < 20);
     // The edges of the volume cross the whole picture.
     let volume = layers("volume");
-    assert!(
-        volume.differences(&none) > 400,
-        "{}",
-        volume.differences(&none)
-    );
+    assert!(volume.differences(&none) > 400, "{}", volume.differences(&none));
 }
 
 /// Every layer, and how many pixels of this picture it changes at least: far less than the things

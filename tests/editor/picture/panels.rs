@@ -90,16 +90,10 @@ fn every_workspace_has_its_panels_written_in_and_the_view_between_them_free() {
                 assert!(written > A_WORD_PX, "{workspace} {name} {panel}: {written}");
                 // Charts and fields have a ground of their own.
                 let ground = area.count(&picture, is_panel) as f32;
-                assert!(
-                    ground > 0.2 * area.size_px(),
-                    "{workspace} {name} {panel}: {ground}"
-                );
+                assert!(ground > 0.2 * area.size_px(), "{workspace} {name} {panel}: {ground}");
             }
             let covered = view.count(&picture, is_panel) as f32;
-            assert!(
-                covered < 0.05 * view.size_px(),
-                "{workspace} {name}: {covered} of the view"
-            );
+            assert!(covered < 0.05 * view.size_px(), "{workspace} {name}: {covered} of the view");
         }
     }
 }
@@ -118,10 +112,7 @@ fn the_inspector_shows_another_page_for_each_thing_that_is_selected() {
             let picture = render(&copy, &name, &more);
             let written = picture.all(is_text);
             let is_inside = |[x, _]: &[usize; 2]| *x as f32 >= right.x[0];
-            written
-                .into_iter()
-                .filter(is_inside)
-                .collect::<std::collections::BTreeSet<_>>()
+            written.into_iter().filter(is_inside).collect::<std::collections::BTreeSet<_>>()
         })
         .collect();
     for (k, page) in pages.iter().enumerate() {

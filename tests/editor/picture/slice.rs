@@ -63,12 +63,7 @@ fn seen(world: &World) -> Vec<Seen> {
     let sensors: Vec<[f64; 2]> = BodyRole::ALL
         .into_iter()
         .filter_map(|role| Some((design.body(role)?, design.tracker_from_body(role)?)))
-        .flat_map(|(body, pose)| {
-            body.rigid
-                .sensors
-                .iter()
-                .map(move |s| pose * s.position_in_body)
-        })
+        .flat_map(|(body, pose)| body.rigid.sensors.iter().map(move |s| pose * s.position_in_body))
         .map(|point| project(&point))
         .collect();
     let plan = slice_plan(&world.environment, &slice());
@@ -78,9 +73,7 @@ fn seen(world: &World) -> Vec<Seen> {
             let point_mm = plan.point_mm(u, v);
             let at = project(&point_mm);
             let is_free = (0..2).all(|k| (0.2..0.75).contains(&(at[k] / view_px[k])))
-                && sensors
-                    .iter()
-                    .all(|s| (s[0] - at[0]).hypot(s[1] - at[1]) > SENSOR_PX);
+                && sensors.iter().all(|s| (s[0] - at[0]).hypot(s[1] - at[1]) > SENSOR_PX);
             if !is_free {
                 continue;
             }
@@ -111,28 +104,15 @@ fn distorted_mm(copy: &Copied, points: &[Seen]) -> Vec<f64> {
     let (ideal, measured) = (copy.path("ideal.csv"), copy.path("measured.csv"));
     std::fs::write(&ideal, table).unwrap();
     let environment = copy.path("assets/environments/operating-table.env.ron");
-    succeed(&[
-        "distort",
-        &text(&environment),
-        &text(&ideal),
-        "-o",
-        &text(&measured),
-    ]);
+    succeed(&["distort", &text(&environment), &text(&ideal), "-o", &text(&measured)]);
     let measured = std::fs::read_to_string(measured).unwrap();
     let position = |row: &str| {
-        let cells: Vec<f64> = row
-            .split(',')
-            .take(3)
-            .map(|cell| cell.parse().unwrap())
-            .collect();
+        let cells: Vec<f64> = row.split(',').take(3).map(|cell| cell.parse().unwrap()).collect();
         Point3::from_slice(&cells)
     };
     let rows: Vec<_> = measured.lines().skip(1).map(position).collect();
     assert_eq!(rows.len(), points.len());
-    rows.iter()
-        .zip(points)
-        .map(|(row, seen)| (row - seen.point_mm).norm())
-        .collect()
+    rows.iter().zip(points).map(|(row, seen)| (row - seen.point_mm).norm()).collect()
 }
 
 #[test]
@@ -150,16 +130,10 @@ fn five_pixels_of_the_slice_have_the_colours_of_what_distort_gives_there() {
     let errors_mm = distorted_mm(&copy, &points);
     let mut colors = Vec::new();
     for (seen, error_mm) in points.iter().zip(&errors_mm) {
-        assert!(
-            *error_mm < RANGE_MM,
-            "{error_mm} mm is beyond the colour bar"
-        );
+        assert!(*error_mm < RANGE_MM, "{error_mm} mm is beyond the colour bar");
         let wanted = ColorMap::Viridis.srgb_of_value(*error_mm, RANGE_MM);
         let found = picture.at(seen.pixel);
-        assert!(
-            is_near(found, wanted, 2),
-            "{found:?}, not {wanted:?}: {error_mm} mm at {seen:?}"
-        );
+        assert!(is_near(found, wanted, 2), "{found:?}, not {wanted:?}: {error_mm} mm at {seen:?}");
         colors.push(wanted);
     }
     colors.dedup();
@@ -217,9 +191,7 @@ fn a_slice_that_faces_the_view_is_hatched_where_it_leaves_the_box_and_nowhere_el
             };
             let is_free = (0.2..0.75).contains(&(x / f64::from(SIZE[0])))
                 && (0.2..0.75).contains(&(y / f64::from(SIZE[1])))
-                && sensors
-                    .iter()
-                    .all(|s| (s[0] - x).hypot(s[1] - y) > SENSOR_PX);
+                && sensors.iter().all(|s| (s[0] - x).hypot(s[1] - y) > SENSOR_PX);
             // Neighbours that are told otherwise make a pixel of both.
             let around = [(-1, -1), (-1, 1), (1, -1), (1, 1)].map(|(i, j)| {
                 let place = |at: usize, by: isize| at.wrapping_add_signed(by);

@@ -16,13 +16,8 @@ const TICKS_A_SECOND: u64 = 100;
 fn processor_ticks(pid: u32) -> u64 {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
     // The name in parentheses may contain anything; fields are counted from behind it.
-    let fields: Vec<&str> = stat[stat.rfind(')').unwrap() + 1..]
-        .split_whitespace()
-        .collect();
-    [11, 12]
-        .map(|k| fields[k].parse::<u64>().unwrap())
-        .iter()
-        .sum()
+    let fields: Vec<&str> = stat[stat.rfind(')').unwrap() + 1..].split_whitespace().collect();
+    [11, 12].map(|k| fields[k].parse::<u64>().unwrap()).iter().sum()
 }
 
 #[track_caller]
@@ -32,10 +27,7 @@ fn assert_rests(window: &mut Window) {
     let ticks = processor_ticks(window.pid()) - before;
     assert_eq!(line, None, "something was drawn or computed");
     let all = WATCHED.as_secs() * TICKS_A_SECOND;
-    assert!(
-        ticks * 100 < all,
-        "{ticks} ticks of processor time of {all}"
-    );
+    assert!(ticks * 100 < all, "{ticks} ticks of processor time of {all}");
 }
 
 #[test]

@@ -26,14 +26,8 @@ fn a_broken_file_is_told_as_on_the_command_line_and_the_document_stays() {
         copy.path("designs/missing.design.ron"),
         broken("truncated", &sound.as_bytes()[..sound.len() / 2]),
         broken("binary", &[0, 159, 146, 150, 0, 255]),
-        broken(
-            "version",
-            sound.replace("version: 1", "version: 99").as_bytes(),
-        ),
-        broken(
-            "room",
-            sound.replace("operating-table", "no-such-room").as_bytes(),
-        ),
+        broken("version", sound.replace("version: 1", "version: 99").as_bytes()),
+        broken("room", sound.replace("operating-table", "no-such-room").as_bytes()),
     ];
     let mut window = Window::open(&copy.design);
     let kept = |window: &Window| {

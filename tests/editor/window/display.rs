@@ -26,10 +26,7 @@ fn without_a_display_the_design_is_simulated() {
     let line = does_the_main_job(|command| {
         command.env_remove("DISPLAY");
     });
-    assert!(
-        line.starts_with("no editor: no display: DISPLAY is not set"),
-        "{line}"
-    );
+    assert!(line.starts_with("no editor: no display: DISPLAY is not set"), "{line}");
 }
 
 #[test]
@@ -38,10 +35,7 @@ fn with_a_display_that_does_not_answer_the_design_is_simulated() {
     let line = does_the_main_job(|command| {
         command.env("DISPLAY", ":9999");
     });
-    assert!(
-        line.starts_with("no editor: no display: :9999 does not answer"),
-        "{line}"
-    );
+    assert!(line.starts_with("no editor: no display: :9999 does not answer"), "{line}");
 }
 
 /// Makes the Vulkan loader find no driver.

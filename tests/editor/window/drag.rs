@@ -27,12 +27,8 @@ fn pointer_on_head() -> (Copied, OrbitCamera) {
     let copy = Copied::new("pointer-on-head");
     let world = store::open_design(&copy.design).unwrap();
     let (_, shaft) = tool_sensor(&world, "shaft");
-    let camera = OrbitCamera {
-        focus_mm: shaft,
-        distance_mm: 450.0,
-        azimuth_rad: -0.5,
-        elevation_rad: 0.25,
-    };
+    let camera =
+        OrbitCamera { focus_mm: shaft, distance_mm: 450.0, azimuth_rad: -0.5, elevation_rad: 0.25 };
     copy.look(|view| {
         view.camera = Some(camera.into());
         // The map's colours run through the ghost's; vectors and labels that move with the sensor
@@ -75,9 +71,7 @@ fn ghost(picture: &Picture, avoid: &[[f64; 2]]) -> BTreeSet<Pixel> {
     ghost.retain(|[x, y]| {
         let at = [*x as f64, *y as f64];
         view().contains(pos2(at[0] as f32, at[1] as f32))
-            && avoid
-                .iter()
-                .all(|a| (a[0] - at[0]).hypot(a[1] - at[1]) > 60.0)
+            && avoid.iter().all(|a| (a[0] - at[0]).hypot(a[1] - at[1]) > 60.0)
     });
     ghost
 }
@@ -119,9 +113,7 @@ fn a_dragged_sensor_changes_the_figures_and_the_ghost_and_undo_restores_the_file
     assert_ne!(window.figures(), figures);
     window.point_at([20.0, 20.0]);
     let after = window.picture();
-    let moved = ghost(&before, &ends)
-        .symmetric_difference(&ghost(&after, &ends))
-        .count();
+    let moved = ghost(&before, &ends).symmetric_difference(&ghost(&after, &ends)).count();
     assert!(moved > LEAST_MOVED, "{moved} of the ghost's pixels");
 
     window.key("ctrl+s");

@@ -99,21 +99,12 @@ impl Window {
         window.wait_for("its first figures", |told| {
             told.iter().any(|line| line.starts_with("result "))
         });
-        let named = [
-            "search",
-            "--sync",
-            "--onlyvisible",
-            "--limit",
-            "1",
-            "--name",
-            "trackwright$",
-        ];
+        let named = ["search", "--sync", "--onlyvisible", "--limit", "1", "--name", "trackwright$"];
         window.id = window.xdotool(&named);
         // There is no window manager that would give it the keys.
         window.xdotool(&["windowfocus", &window.id]);
-        window.poll("the keyboard", |window| {
-            window.screen.xdotool(&["getwindowfocus"]) == window.id
-        });
+        window
+            .poll("the keyboard", |window| window.screen.xdotool(&["getwindowfocus"]) == window.id);
         window.settle();
         window
     }
@@ -259,9 +250,7 @@ impl Window {
             .collect();
         // Another document that was opened counts its revisions anew.
         let first = rows.first().map(|(label, _)| label.clone());
-        let begin = rows
-            .iter()
-            .rposition(|(label, _)| Some(label) == first.as_ref());
+        let begin = rows.iter().rposition(|(label, _)| Some(label) == first.as_ref());
         rows[begin.unwrap_or(0)..].to_vec()
     }
 
@@ -282,11 +271,7 @@ impl Window {
             if is_quiet && is_solved(&self.told) {
                 return;
             }
-            assert!(
-                start.elapsed() < PATIENCE,
-                "never at rest; {}",
-                self.newest()
-            );
+            assert!(start.elapsed() < PATIENCE, "never at rest; {}", self.newest());
         }
     }
 
@@ -301,16 +286,8 @@ impl Window {
         let start = Instant::now();
         while !is_there(self) {
             let ended = self.program.try_wait().unwrap();
-            assert!(
-                ended.is_none(),
-                "ended before {what}: {ended:?}; {}",
-                self.newest()
-            );
-            assert!(
-                start.elapsed() < PATIENCE,
-                "never {what}; {}",
-                self.newest()
-            );
+            assert!(ended.is_none(), "ended before {what}: {ended:?}; {}", self.newest());
+            assert!(start.elapsed() < PATIENCE, "never {what}; {}", self.newest());
             self.listen(Duration::from_millis(50));
         }
     }
@@ -352,9 +329,7 @@ impl Drop for Window {
 }
 
 fn last_of<'a>(told: &'a [String], word: &str) -> Option<&'a str> {
-    told.iter()
-        .rev()
-        .find_map(|line| line.strip_prefix(word)?.strip_prefix(' '))
+    told.iter().rev().find_map(|line| line.strip_prefix(word)?.strip_prefix(' '))
 }
 
 /// `revision=3 dirty=true undo=Move sensor shaft redo=none`: a value reaches to the next name.
@@ -365,9 +340,7 @@ fn field_of<'a>(line: &'a str, field: &str) -> &'a str {
     let Some(equals) = rest.find('=') else {
         return rest;
     };
-    rest[..equals]
-        .rsplit_once(' ')
-        .map_or(rest, |(value, _)| value)
+    rest[..equals].rsplit_once(' ').map_or(rest, |(value, _)| value)
 }
 
 /// Whether the newest figures are those of the newest document.
@@ -386,10 +359,7 @@ fn is_expected_answered(told: &[String], revision: &str) -> bool {
 }
 
 fn revision_of<'a>(told: &'a [String], word: &str) -> Option<&'a str> {
-    last_of(told, word)?
-        .strip_prefix("revision=")?
-        .split(' ')
-        .next()
+    last_of(told, word)?.strip_prefix("revision=")?.split(' ').next()
 }
 
 /// What `simulate --mode motion` prints as text for a design, as rows of the result panel.

@@ -104,9 +104,7 @@ fn promised_mm(turn: &Turn, copy: &Copied, state: &Path, seed: u64) -> f64 {
     }
     stream.begin();
     let moment = Instant::now() + midst;
-    let Stream {
-        mut window, shown, ..
-    } = stream;
+    let Stream { mut window, shown, .. } = stream;
     while window.next_line(moment - Instant::now()).is_some() {}
     // The window's end is a kill.
     drop(window);
@@ -180,7 +178,5 @@ fn recovered_files(state: &Path) -> usize {
         return 0;
     };
     let names = entries.map(|entry| entry.unwrap().file_name());
-    names
-        .filter(|name| name.to_string_lossy().ends_with(".recovery.ron"))
-        .count()
+    names.filter(|name| name.to_string_lossy().ends_with(".recovery.ron")).count()
 }

@@ -25,22 +25,13 @@ fn the_slice_is_evaluated_at_its_points_when_turned_on_and_not_at_all_while_off(
     let studies = window.counter("studies");
     window.key("Return");
     assert_eq!(window.counter("studies"), studies + 1);
-    assert_eq!(
-        window.counter("slice_evaluations"),
-        points,
-        "while it is off"
-    );
+    assert_eq!(window.counter("slice_evaluations"), points, "while it is off");
 
     let evaluations = window.counter("study_evaluations");
     window.click(switch);
     window.wait_for("a second slice", |told| {
-        told.iter()
-            .any(|line| line.starts_with("counters ") && line.contains(" slices=2 "))
+        told.iter().any(|line| line.starts_with("counters ") && line.contains(" slices=2 "))
     });
     assert_eq!(window.counter("slice_evaluations"), 2 * points);
-    assert_eq!(
-        window.counter("study_evaluations"),
-        evaluations,
-        "a view is no edit"
-    );
+    assert_eq!(window.counter("study_evaluations"), evaluations, "a view is no edit");
 }

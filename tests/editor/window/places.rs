@@ -23,10 +23,7 @@ pub fn view() -> Rect {
     let [width, height] = SIZE.map(f32::from);
     Rect::from_min_max(
         pos2(theme::LEFT_WIDTH, theme::TOP_BAR_HEIGHT),
-        pos2(
-            width - theme::RIGHT_WIDTH,
-            height - theme::STATUS_BAR_HEIGHT,
-        ),
+        pos2(width - theme::RIGHT_WIDTH, height - theme::STATUS_BAR_HEIGHT),
     )
 }
 
@@ -34,9 +31,7 @@ pub fn view() -> Rect {
 pub fn project(camera: &OrbitCamera, point_mm: &Point3<f64>) -> [f64; 2] {
     let size = view().size();
     let view_px = [f64::from(size.x), f64::from(size.y)];
-    let [x, y] = camera
-        .project(point_mm, view_px)
-        .expect("in front of the camera");
+    let [x, y] = camera.project(point_mm, view_px).expect("in front of the camera");
     [x + f64::from(view().min.x), y + f64::from(view().min.y)]
 }
 
@@ -69,10 +64,7 @@ pub fn in_outliner(world: &World, label: &str) -> [f64; 2] {
 pub fn in_inspector(world: &World, selected: Option<Selected>, label: &str) -> [f64; 2] {
     let right = f32::from(SIZE[0]);
     let rect = Rect::from_min_max(
-        pos2(
-            right - theme::RIGHT_WIDTH + RIGHT_MARGIN,
-            theme::TOP_BAR_HEIGHT,
-        ),
+        pos2(right - theme::RIGHT_WIDTH + RIGHT_MARGIN, theme::TOP_BAR_HEIGHT),
         pos2(right - RIGHT_MARGIN, SIZE[1].into()),
     );
     let harness = laid_out(rect, |ui| {
@@ -94,24 +86,16 @@ pub fn in_inspector(world: &World, selected: Option<Selected>, label: &str) -> [
 pub fn tool_sensor(world: &World, name: &str) -> (Selected, Point3<f64>) {
     let design = world.document.design();
     let sensors = &design.tool.body.rigid.sensors;
-    let index = sensors
-        .iter()
-        .position(|sensor| sensor.name == name)
-        .expect("a sensor");
+    let index = sensors.iter().position(|sensor| sensor.name == name).expect("a sensor");
     let pose = design.tracker_from_body(BodyRole::Tool).expect("a pose");
-    (
-        Selected::Sensor(BodyRole::Tool, index),
-        pose * sensors[index].position_in_body,
-    )
+    (Selected::Sensor(BodyRole::Tool, index), pose * sensors[index].position_in_body)
 }
 
 fn laid_out<'a>(rect: Rect, panel: impl Fn(&mut egui::Ui) + 'a) -> Harness<'a> {
-    Harness::builder()
-        .with_size(egui::vec2(SIZE[0].into(), SIZE[1].into()))
-        .build_ui(move |ui| {
-            theme::apply(ui.ctx());
-            ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| panel(ui));
-        })
+    Harness::builder().with_size(egui::vec2(SIZE[0].into(), SIZE[1].into())).build_ui(move |ui| {
+        theme::apply(ui.ctx());
+        ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| panel(ui));
+    })
 }
 
 fn place(rect: Rect) -> [f64; 2] {

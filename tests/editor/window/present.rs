@@ -39,11 +39,7 @@ fn slides_are_turned_by_keys_written_on_in_place_and_saved_and_the_window_comes_
     window.click([(f64::from(theme::LEFT_WIDTH) + x) * zoom, y * zoom]);
     window.key("ctrl+a");
     window.write("Ward 3");
-    assert_eq!(
-        window.document("dirty"),
-        "false",
-        "it is still being written"
-    );
+    assert_eq!(window.document("dirty"), "false", "it is still being written");
     window.key("Return");
     assert_eq!(window.document("dirty"), "true");
     window.key("e");

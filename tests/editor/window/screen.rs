@@ -22,15 +22,7 @@ pub struct Screen {
 impl Screen {
     pub fn start() -> Self {
         let mut server = Command::new("Xvfb")
-            .args([
-                "-displayfd",
-                "1",
-                "-noreset",
-                "-nolisten",
-                "tcp",
-                "-screen",
-                "0",
-            ])
+            .args(["-displayfd", "1", "-noreset", "-nolisten", "tcp", "-screen", "0"])
             .arg(format!("{}x{}x24", SIZE[0], SIZE[1]))
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -39,18 +31,11 @@ impl Screen {
         // The server chooses a free number and tells it once it listens.
         let mut number = String::new();
         let told = server.stdout.take().expect("a pipe");
-        BufReader::new(told)
-            .read_line(&mut number)
-            .expect("Xvfb tells its display");
+        BufReader::new(told).read_line(&mut number).expect("Xvfb tells its display");
         let name = format!(":{}", number.trim());
         let (connection, index) = x11rb::connect(Some(&name)).expect("Xvfb answers");
         let root = connection.setup().roots[index].root;
-        Self {
-            server,
-            connection,
-            root,
-            name,
-        }
+        Self { server, connection, root, name }
     }
 
     /// What is on the screen now.
@@ -63,11 +48,7 @@ impl Screen {
             .reply()
             .expect("the screen can be read");
         // 24 bits deep: blue, green, red, and a byte that means nothing.
-        let pixels = image
-            .data
-            .chunks_exact(4)
-            .map(|p| [p[2], p[1], p[0]])
-            .collect();
+        let pixels = image.data.chunks_exact(4).map(|p| [p[2], p[1], p[0]]).collect();
         Picture::new(usize::from(width), usize::from(height), pixels)
     }
 

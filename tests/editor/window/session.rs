@@ -64,10 +64,7 @@ fn arrow_of_crf(world: &World, camera: &OrbitCamera) -> ([f64; 2], [f64; 2]) {
     let axes = HandleAxes::default();
     let shown = gizmo_of(document.design(), document.view(), &selection, axes).unwrap();
     let size = view().size();
-    let eye = Eye {
-        camera: *camera,
-        view_px: [size.x.into(), size.y.into()],
-    };
+    let eye = Eye { camera: *camera, view_px: [size.x.into(), size.y.into()] };
     let [x, y] = shown.gizmo.grip_px(Handle::arrow(Axis::X), &eye).unwrap();
     let grip = [x + f64::from(view().min.x), y + f64::from(view().min.y)];
     let pivot = project(camera, &shown.gizmo.pivot_mm());

@@ -24,9 +24,6 @@ fn a_typed_number_gives_the_figures_of_the_saved_design() {
 
     let saved = store::open_design(&copy.design).unwrap();
     let sensors = &saved.document.design().tool.body.rigid.sensors;
-    let shaft = sensors
-        .iter()
-        .find(|sensor| sensor.name == "shaft")
-        .unwrap();
+    let shaft = sensors.iter().find(|sensor| sensor.name == "shaft").unwrap();
     assert!((shaft.position_in_body.z - 81.25).abs() < 1e-9, "{shaft:?}");
 }

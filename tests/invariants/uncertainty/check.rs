@@ -41,10 +41,7 @@ fn the_first_order_holds_for_large_tools_and_for_none_that_are_as_small_as_the_j
     let holds = |size_mm| {
         let scenario = short(size_mm);
         let formula = first_order(&scenario).unwrap();
-        check_first_order(&scenario, &formula)
-            .unwrap()
-            .unwrap()
-            .holds
+        check_first_order(&scenario, &formula).unwrap().unwrap().holds
     };
     for size_mm in [12.0, 50.0, 300.0] {
         assert!(holds(size_mm), "{size_mm} mm");
@@ -58,9 +55,8 @@ fn the_first_order_holds_for_large_tools_and_for_none_that_are_as_small_as_the_j
 
 #[test]
 fn with_too_many_sensors_the_check_is_left_out() {
-    let sensors = (0..21)
-        .map(|k| five([f64::from(k), f64::from(k * k), 0.0], [0.0, 0.0, 1.0]))
-        .collect();
+    let sensors =
+        (0..21).map(|k| five([f64::from(k), f64::from(k * k), 0.0], [0.0, 0.0, 1.0])).collect();
     let scenario = alone(body(sensors, [0.0; 3]), 60.0, jitter());
     let formula = first_order(&scenario).unwrap();
     assert_eq!(check_first_order(&scenario, &formula), Ok(None));

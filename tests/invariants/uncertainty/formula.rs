@@ -19,11 +19,7 @@ fn one_six_dof_sensor_scatters_its_tip_as_its_own_reading_does() {
     let lever: Vector3<f64> = Vector3::new(0.0, 30.0, 90.0);
     let tool = body(vec![six([0.0; 3], [0.1, 0.2, 0.3])], lever.into());
     let found = first_order(&alone(tool, 95.0, jitter())).unwrap();
-    let Jitter {
-        position_mm,
-        angle_rad,
-        ..
-    } = jitter();
+    let Jitter { position_mm, angle_rad, .. } = jitter();
     let expected = (3.0 * position_mm.powi(2) + 2.0 * (angle_rad * lever.norm()).powi(2)).sqrt();
     assert!((found.rms_mm - expected).abs() < 1e-13);
     assert!((found.rotation_rms_rad - 3.0_f64.sqrt() * angle_rad).abs() < 1e-16);
@@ -35,10 +31,7 @@ fn fitzpatrick_mm(markers: &[[f64; 3]], tip: [f64; 3], sigma_mm: f64) -> f64 {
     let n = markers.len() as f64;
     let points: Vec<Vector3<f64>> = markers.iter().map(|p| Vector3::from(*p)).collect();
     let mean = points.iter().sum::<Vector3<f64>>() / n;
-    let moments: Matrix3<f64> = points
-        .iter()
-        .map(|p| (p - mean) * (p - mean).transpose())
-        .sum();
+    let moments: Matrix3<f64> = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
     let axes = moments.symmetric_eigen().eigenvectors;
     let distance2 = |p: &Vector3<f64>, k: usize| {
         let d = p - mean;
@@ -58,22 +51,12 @@ fn position_only_tools_have_fitzpatricks_target_registration_error() {
     // NDI's passive rigid bodies 8700340 and 8700339, as published in their tool definitions.
     let cases = [
         (
-            [
-                [0.0, 0.0, 0.0],
-                [0.0, 0.0, 50.0],
-                [0.0, 25.0, 100.0],
-                [0.0, -25.0, 135.0],
-            ],
+            [[0.0, 0.0, 0.0], [0.0, 0.0, 50.0], [0.0, 25.0, 100.0], [0.0, -25.0, 135.0]],
             [0.0, 0.0, -150.0],
             0.7881,
         ),
         (
-            [
-                [0.0, 0.0, 0.0],
-                [0.0, 28.59, 41.02],
-                [0.0, 0.0, 88.0],
-                [0.0, -44.32, 40.45],
-            ],
+            [[0.0, 0.0, 0.0], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]],
             [120.0, 30.0, -60.0],
             0.9575,
         ),
@@ -95,14 +78,7 @@ fn tool_and_crf_add_up_as_west_and_maurer_say() {
     let tool = alone(three_fives(), 60.0, jitter());
     let both = on_head(tool.clone(), head());
     let tip_in_crf = both.crf_from_tool * both.tool.judged_tip_in_body();
-    let crf = alone(
-        RigidBody {
-            tip_in_body: Some(tip_in_crf),
-            ..head()
-        },
-        60.0,
-        jitter(),
-    );
+    let crf = alone(RigidBody { tip_in_body: Some(tip_in_crf), ..head() }, 60.0, jitter());
     let [tool, crf, both] = [tool, crf, both].map(|s| first_order(&s).unwrap());
     assert!((both.rms_mm - tool.rms_mm.hypot(crf.rms_mm)).abs() < 1e-12);
     assert!(
@@ -118,11 +94,8 @@ fn turning_and_moving_the_tool_changes_nothing_but_the_axes() {
         Vector3::new(-100.0, 70.0, -20.0),
         UnitQuaternion::from_euler_angles(2.0, 1.4, -0.8),
     );
-    let moved = first_order(&Scenario {
-        crf_from_tool: turn * scenario.crf_from_tool,
-        ..scenario
-    })
-    .unwrap();
+    let moved = first_order(&Scenario { crf_from_tool: turn * scenario.crf_from_tool, ..scenario })
+        .unwrap();
     let r = turn.rotation.to_rotation_matrix().into_inner();
     let expected = r * at_home.covariance_mm2 * r.transpose();
     assert!((moved.covariance_mm2 - expected).norm() < 1e-13);
@@ -136,10 +109,7 @@ fn jitter_that_grows_scatters_a_tool_more_farther_from_the_generator() {
     let scenario = alone(
         three_fives(),
         60.0,
-        Jitter {
-            growth: Some(JitterGrowth::dipole(200.0)),
-            ..jitter()
-        },
+        Jitter { growth: Some(JitterGrowth::dipole(200.0)), ..jitter() },
     );
     let at = |z_mm: f64| {
         first_order(&Scenario {
@@ -162,10 +132,7 @@ fn the_order_of_the_sensors_does_not_matter() {
     let mut other = scenario.clone();
     other.tool.sensors.rotate_left(1);
     other.crf.as_mut().unwrap().body.sensors.swap(0, 2);
-    let (a, b) = (
-        first_order(&scenario).unwrap(),
-        first_order(&other).unwrap(),
-    );
+    let (a, b) = (first_order(&scenario).unwrap(), first_order(&other).unwrap());
     assert!((a.covariance_mm2 - b.covariance_mm2).norm() < 1e-13);
     assert!((a.cross_covariance_mm_rad - b.cross_covariance_mm_rad).norm() < 1e-15);
 }
@@ -183,10 +150,9 @@ fn the_first_order_bias_is_the_simulated_error_up_to_the_square_of_the_field() {
     });
     // Ten times less field, a hundred times less of the second order; the third adds some per
     // cent to the first ratio.
-    for (ratio, slack) in [
-        (difference[0] / difference[1], 20.0),
-        (difference[1] / difference[2], 2.0),
-    ] {
+    for (ratio, slack) in
+        [(difference[0] / difference[1], 20.0), (difference[1] / difference[2], 2.0)]
+    {
         assert!((ratio - 100.0).abs() < slack, "{ratio}");
     }
 }
@@ -216,34 +182,16 @@ fn the_same_shift_and_turn_of_everything_is_no_bias_relative_to_a_crf() {
 
 #[test]
 fn over_a_range_of_motion_each_pose_scatters_as_it_does_alone() {
-    let axis = |max: f64, step: f64| {
-        Some(AxisRange {
-            min: -max,
-            max,
-            step,
-        })
-    };
-    let motion = Motion {
-        x: axis(30.0, 60.0),
-        ry: axis(40.0, 40.0),
-        ..Motion::default()
-    };
-    let grown = Jitter {
-        growth: Some(JitterGrowth::dipole(250.0)),
-        ..jitter()
-    };
-    let scenario = Scenario {
-        motion: Some(motion),
-        ..on_head(alone(three_fives(), 60.0, grown), head())
-    };
+    let axis = |max: f64, step: f64| Some(AxisRange { min: -max, max, step });
+    let motion = Motion { x: axis(30.0, 60.0), ry: axis(40.0, 40.0), ..Motion::default() };
+    let grown = Jitter { growth: Some(JitterGrowth::dipole(250.0)), ..jitter() };
+    let scenario =
+        Scenario { motion: Some(motion), ..on_head(alone(three_fives(), 60.0, grown), head()) };
     let over = over_motion(&scenario, &Task::default()).unwrap();
     let grid = motion.grid(&scenario.crf_from_tool).unwrap();
     let each: Vec<_> = (0..grid.trials())
         .map(|index| {
-            let at = Scenario {
-                crf_from_tool: grid.pose(index),
-                ..scenario.clone()
-            };
+            let at = Scenario { crf_from_tool: grid.pose(index), ..scenario.clone() };
             let tip = first_order(&at).unwrap();
             (tip.rms_mm, tip.rotation_rms_rad.to_degrees())
         })

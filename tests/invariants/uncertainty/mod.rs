@@ -32,12 +32,7 @@ const SIGMAS: f64 = 4.0;
 const SAMPLES: usize = 50_000;
 
 fn sensor(position: [f64; 3], orientation: SensorOrientation) -> Sensor {
-    Sensor {
-        name: "s".into(),
-        position_in_body: position.into(),
-        orientation,
-        coil: None,
-    }
+    Sensor { name: "s".into(), position_in_body: position.into(), orientation, coil: None }
 }
 
 fn five(position: [f64; 3], axis: [f64; 3]) -> Sensor {
@@ -51,11 +46,7 @@ fn six(position: [f64; 3], turn: [f64; 3]) -> Sensor {
 }
 
 fn body(sensors: Vec<Sensor>, tip: [f64; 3]) -> RigidBody {
-    RigidBody {
-        name: "body".into(),
-        tip_in_body: Some(tip.into()),
-        sensors,
-    }
+    RigidBody { name: "body".into(), tip_in_body: Some(tip.into()), sensors }
 }
 
 /// Three 5-DOF sensors not on one line.
@@ -120,10 +111,7 @@ fn on_head(scenario: Scenario, crf: RigidBody) -> Scenario {
     );
     Scenario {
         crf_from_tool: tracker_from_crf.inverse() * scenario.crf_from_tool,
-        crf: Some(ScenarioCrf {
-            body: crf,
-            tracker_from_crf,
-        }),
+        crf: Some(ScenarioCrf { body: crf, tracker_from_crf }),
         ..scenario
     }
 }
@@ -147,21 +135,12 @@ fn built_in(field: f64) -> Scenario {
         jitter: Some(jitter()),
         ..(*scenario.environment).clone()
     };
-    Scenario {
-        environment: Arc::new(environment),
-        ..scenario
-    }
+    Scenario { environment: Arc::new(environment), ..scenario }
 }
 
 fn with_jitter(scenario: &Scenario, jitter: Option<Jitter>) -> Scenario {
-    let environment = Environment {
-        jitter,
-        ..(*scenario.environment).clone()
-    };
-    Scenario {
-        environment: Arc::new(environment),
-        ..scenario.clone()
-    }
+    let environment = Environment { jitter, ..(*scenario.environment).clone() };
+    Scenario { environment: Arc::new(environment), ..scenario.clone() }
 }
 
 fn sampled(scenario: &Scenario) -> MonteCarlo {
@@ -183,10 +162,7 @@ fn assert_agree(scenario: &Scenario, what: &str) -> TipUncertainty {
     assert!(off < allowed, "{what}: off by {off}, allowed {allowed}");
     let pairs = [
         (&formula.covariance_mm2, &sample.covariance_mm2),
-        (
-            &formula.rotation_covariance_rad2,
-            &sample.rotation_covariance_rad2,
-        ),
+        (&formula.rotation_covariance_rad2, &sample.rotation_covariance_rad2),
     ];
     for (expected, found) in pairs {
         let n = sample.samples as f64;

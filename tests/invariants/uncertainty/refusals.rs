@@ -9,11 +9,7 @@ use trackwright::task::{CancelToken, Cancelled, Task};
 
 #[test]
 fn no_jitter_is_no_scatter() {
-    let tip = first_order(&with_jitter(
-        &built_in(1.0),
-        Some(Jitter::uniform(0.0, 0.0)),
-    ))
-    .unwrap();
+    let tip = first_order(&with_jitter(&built_in(1.0), Some(Jitter::uniform(0.0, 0.0)))).unwrap();
     assert_eq!((tip.rms_mm, tip.rotation_rms_rad), (0.0, 0.0));
     assert_eq!(tip.total_rms_mm, tip.bias_mm.norm());
     assert_eq!(tip.ellipsoid.lengths_mm(), [0.0; 3]);
@@ -30,10 +26,7 @@ fn what_cannot_be_told_is_refused_with_a_reason() {
         assert_eq!(sampled.to_string(), message);
     };
     says(&with_jitter(&scenario, None), "states no jitter");
-    says(
-        &with_jitter(&scenario, Some(Jitter::uniform(-1.0, 0.0))),
-        "jitter.position_mm is -1",
-    );
+    says(&with_jitter(&scenario, Some(Jitter::uniform(-1.0, 0.0))), "jitter.position_mm is -1");
     says(
         &with_jitter(&scenario, Some(Jitter::uniform(1e200, 0.0))),
         "expected a length of at most 1e6 mm",
@@ -47,25 +40,13 @@ fn what_cannot_be_told_is_refused_with_a_reason() {
     outside.outside = OutsidePolicy::Reject;
     says(&outside, "outside the model's box");
     let task = Task::default();
-    assert_eq!(
-        monte_carlo(&scenario, 3, 0, &task),
-        Err(UncertaintyError::Samples { found: 3 })
-    );
+    assert_eq!(monte_carlo(&scenario, 3, 0, &task), Err(UncertaintyError::Samples { found: 3 }));
     let cancel = CancelToken::default();
     cancel.cancel();
     let task = Task::cancelled_by(cancel);
     let cancelled = UncertaintyError::Cancelled(Cancelled);
-    assert_eq!(
-        monte_carlo(&scenario, 1000, 0, &task),
-        Err(cancelled.clone())
-    );
+    assert_eq!(monte_carlo(&scenario, 1000, 0, &task), Err(cancelled.clone()));
     assert_eq!(over_motion(&scenario, &task), Err(cancelled));
-    let still = Scenario {
-        motion: None,
-        ..scenario
-    };
-    assert_eq!(
-        over_motion(&still, &Task::default()),
-        Err(UncertaintyError::NoMotion)
-    );
+    let still = Scenario { motion: None, ..scenario };
+    assert_eq!(over_motion(&still, &Task::default()), Err(UncertaintyError::NoMotion));
 }

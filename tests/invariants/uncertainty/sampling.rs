@@ -12,10 +12,7 @@ use trackwright::task::Task;
 #[test]
 fn sampling_agrees_with_first_order_at_every_weight() {
     for weight_mm in [0.0, 10.0, 30.0, 100.0, 300.0, 1000.0] {
-        assert_agree(
-            &alone(three_fives(), weight_mm, jitter()),
-            &format!("w {weight_mm}"),
-        );
+        assert_agree(&alone(three_fives(), weight_mm, jitter()), &format!("w {weight_mm}"));
     }
 }
 
@@ -31,15 +28,9 @@ fn sampling_agrees_with_first_order_relative_to_a_crf() {
 
 #[test]
 fn sampling_agrees_with_first_order_for_six_dof_sensors() {
-    let single = body(
-        vec![six([1.0, 2.0, 3.0], [0.1, 0.2, 0.3])],
-        [0.0, 0.0, 90.0],
-    );
+    let single = body(vec![six([1.0, 2.0, 3.0], [0.1, 0.2, 0.3])], [0.0, 0.0, 90.0]);
     let mixed = body(
-        vec![
-            five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0]),
-            six([8.0, -3.0, 95.0], [0.4, -1.0, 2.0]),
-        ],
+        vec![five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0]), six([8.0, -3.0, 95.0], [0.4, -1.0, 2.0])],
         [0.0, 0.0, 0.0],
     );
     for (tool, what) in [(single, "one"), (mixed, "mixed")] {
@@ -90,15 +81,9 @@ fn percentiles_of_an_isotropic_scatter_are_maxwells() {
         let y = f64::sqrt(quantile);
         let density = (2.0 / std::f64::consts::PI).sqrt() * y * y * (-0.5 * quantile).exp();
         let std_error = sigma * f64::sqrt(p * (1.0 - p) / SAMPLES as f64) / density;
-        assert!(
-            (found.value - sigma * y).abs() < SIGMAS * std_error,
-            "{found:?}"
-        );
+        assert!((found.value - sigma * y).abs() < SIGMAS * std_error, "{found:?}");
         // From two order statistics, some hundred samples apart.
-        assert!(
-            (found.std_error / std_error - 1.0).abs() < 0.3,
-            "{found:?} {std_error}"
-        );
+        assert!((found.std_error / std_error - 1.0).abs() < 0.3, "{found:?} {std_error}");
     }
     let rms = sample.rms_mm;
     assert!((rms.value - 0.5).abs() < SIGMAS * rms.std_error);
@@ -134,10 +119,7 @@ fn one_five_dof_sensor_has_the_uncertainty_that_its_roll_cannot_change() {
 #[test]
 fn a_crf_whose_turn_is_free_is_said() {
     let bar = body(
-        vec![
-            five([-40.0, 0.0, 0.0], [1.0, 0.0, 0.0]),
-            five([40.0, 0.0, 0.0], [1.0, 0.0, 0.0]),
-        ],
+        vec![five([-40.0, 0.0, 0.0], [1.0, 0.0, 0.0]), five([40.0, 0.0, 0.0], [1.0, 0.0, 0.0])],
         [0.0; 3],
     );
     let scenario = on_head(alone(three_fives(), 60.0, jitter()), bar);

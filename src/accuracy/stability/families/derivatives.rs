@@ -54,10 +54,7 @@ pub(super) fn family(extent: Extent) -> Family {
     for (name, bounds) in [
         ("a box of 1e-6 mm", cube([-5e-7; 3], 1e-6)),
         ("a box of 1e6 mm", cube([-5e5; 3], 1e6)),
-        (
-            "a box of 300 mm, offset by 1e6 mm",
-            cube([1e6, -1e6, 1e6], 300.0),
-        ),
+        ("a box of 300 mm, offset by 1e6 mm", cube([1e6, -1e6, 1e6], 300.0)),
     ] {
         cases.push(case(format!("order 3, {name}"), move || {
             Place::new(3, DirectionSet::Fourteen, Weighting::Area, bounds, poses)
@@ -87,11 +84,7 @@ impl Place {
         bounds: Bounds,
         poses: usize,
     ) -> Self {
-        Self {
-            model: model(order, set, weighting, bounds, order as u64 + 7).ok(),
-            bounds,
-            poses,
-        }
+        Self { model: model(order, set, weighting, bounds, order as u64 + 7).ok(), bounds, poses }
     }
 }
 
@@ -107,11 +100,7 @@ fn case(name: String, make: impl Fn() -> Place + Send + Sync + 'static) -> Case 
             let position = sequence.point_in(&place.bounds);
             let axis = sequence.axis();
             let [p, a] = m.derivatives(model, &position, &axis, OutsidePolicy::Clamp);
-            let at = Exact {
-                model,
-                position: point3(&position),
-                axis: unit3(&axis3(&axis)),
-            };
+            let at = Exact { model, position: point3(&position), axis: unit3(&axis3(&axis)) };
             by_position.push(at.by_position(case, &p));
             by_axis.push(at.by_axis(case, &a));
         }
@@ -162,11 +151,7 @@ impl Exact<'_> {
             let (a, b) = (sub3(&self.position, &aside), add3(&self.position, &aside));
             let slope = self.slope([&a, &self.axis], [&b, &self.axis], &step);
             let column = found.column(k);
-            errors.extend(parts(
-                column.as_slice(),
-                &slope,
-                scales.map(|s| s * order / size[k]),
-            ));
+            errors.extend(parts(column.as_slice(), &slope, scales.map(|s| s * order / size[k])));
         }
         BY_POSITION.worst(case, order + weights, &errors)
     }

@@ -26,26 +26,14 @@ const fn position(name: &'static str) -> Quantity {
 }
 
 const fn rotation(name: &'static str) -> Quantity {
-    Quantity {
-        scale: "largest rotation coefficient, rad",
-        ..position(name)
-    }
+    Quantity { scale: "largest rotation coefficient, rad", ..position(name) }
 }
 
 /// Position and rotation by each way of evaluating.
 const WAYS: [[Quantity; 2]; 3] = [
-    [
-        position("position error, mm"),
-        rotation("rotation error, rad"),
-    ],
-    [
-        position("position error in a batch, mm"),
-        rotation("rotation error in a batch, rad"),
-    ],
-    [
-        position("position error along one axis, mm"),
-        rotation("rotation error along one axis, rad"),
-    ],
+    [position("position error, mm"), rotation("rotation error, rad")],
+    [position("position error in a batch, mm"), rotation("rotation error in a batch, rad")],
+    [position("position error along one axis, mm"), rotation("rotation error along one axis, rad")],
 ];
 
 pub(super) fn family(extent: Extent) -> Family {
@@ -57,15 +45,7 @@ pub(super) fn family(extent: Extent) -> Family {
             Case::new(format!("order {order}, 14 orientations"), move |m, case| {
                 let bounds = Bounds::from(([-250.0, -250.0, -600.0], [250.0, 250.0, -100.0]));
                 let at = scattered(&bounds, poses, order as u64);
-                rows(
-                    m,
-                    case,
-                    order,
-                    Weighting::Area,
-                    DirectionSet::Fourteen,
-                    bounds,
-                    &at,
-                )
+                rows(m, case, order, Weighting::Area, DirectionSet::Fourteen, bounds, &at)
             })
         })
         .collect();
@@ -82,53 +62,22 @@ pub(super) fn family(extent: Extent) -> Family {
     let boxes = [
         ("box of 1e-6 mm", cube([-5e-7; 3], 1e-6)),
         ("box of 1e6 mm", cube([-5e5; 3], 1e6)),
-        (
-            "box of 300 mm, offset by 1e6 mm",
-            cube([1e6, -1e6, 1e6], 300.0),
-        ),
-        (
-            "box of 1e-3 mm, offset by 1e6 mm",
-            cube([1e6, -1e6, 1e6], 1e-3),
-        ),
-        (
-            "box without height",
-            Bounds::from(([-100.0, -100.0, -300.0], [100.0, 100.0, -300.0])),
-        ),
-        (
-            "box of 1e-9 mm height",
-            Bounds::from(([-100.0, -100.0, 0.0], [100.0, 100.0, 1e-9])),
-        ),
+        ("box of 300 mm, offset by 1e6 mm", cube([1e6, -1e6, 1e6], 300.0)),
+        ("box of 1e-3 mm, offset by 1e6 mm", cube([1e6, -1e6, 1e6], 1e-3)),
+        ("box without height", Bounds::from(([-100.0, -100.0, -300.0], [100.0, 100.0, -300.0]))),
+        ("box of 1e-9 mm height", Bounds::from(([-100.0, -100.0, 0.0], [100.0, 100.0, 1e-9]))),
     ];
     for (name, bounds) in boxes {
         cases.push(Case::new(format!("order 4, {name}"), move |m, case| {
             let at = scattered(&bounds, poses, 5);
-            rows(
-                m,
-                case,
-                4,
-                Weighting::Area,
-                DirectionSet::Fourteen,
-                bounds,
-                &at,
-            )
+            rows(m, case, 4, Weighting::Area, DirectionSet::Fourteen, bounds, &at)
         }));
     }
-    cases.push(Case::new(
-        "order 12, corners and faces of the box",
-        |m, case| {
-            let bounds = cube([0.1, 0.2, 0.3], 99.7);
-            let at = bounds.corners_mm().map(|p| (p, Vector3::y_axis()));
-            rows(
-                m,
-                case,
-                12,
-                Weighting::Area,
-                DirectionSet::Fourteen,
-                bounds,
-                &at,
-            )
-        },
-    ));
+    cases.push(Case::new("order 12, corners and faces of the box", |m, case| {
+        let bounds = cube([0.1, 0.2, 0.3], 99.7);
+        let at = bounds.corners_mm().map(|p| (p, Vector3::y_axis()));
+        rows(m, case, 12, Weighting::Area, DirectionSet::Fourteen, bounds, &at)
+    }));
     for order in [2, 6] {
         let name = format!("order {order}, extrapolated by half a box");
         cases.push(Case::new(name, move |m, case| {
@@ -156,9 +105,7 @@ type PoseInField = (Point3<f64>, Unit<Vector3<f64>>);
 
 fn scattered(bounds: &Bounds, count: usize, seed: u64) -> Vec<PoseInField> {
     let mut sequence = Sequence::new(seed);
-    (0..count)
-        .map(|_| (sequence.point_in(bounds), sequence.axis()))
-        .collect()
+    (0..count).map(|_| (sequence.point_in(bounds), sequence.axis())).collect()
 }
 
 fn rows(

@@ -52,49 +52,21 @@ const SPREAD: [At; 4] = [
     ([-7.0, 9.0, 30.0], X),
     ([3.0, -11.0, 12.0], Y),
 ];
-const ONE_LINE: [At; 3] = [
-    ([1.0, 2.0, 10.0], SKEW),
-    ([2.0, 4.0, 20.0], X),
-    ([4.0, 8.0, 40.0], Y),
-];
-const ONE_LINE_PARALLEL: [At; 3] = [
-    ([0.0, 0.0, 10.0], Z),
-    ([0.0, 0.0, 25.0], Z),
-    ([0.0, 0.0, 70.0], Z),
-];
-const NEARLY_ONE_LINE: [At; 3] = [
-    ([0.0, 0.0, 10.0], Z),
-    ([0.0, 3e-2, 25.0], Z),
-    ([0.0, 0.0, 70.0], Z),
-];
-const ONE_PLANE: [At; 4] = [
-    ([0.0, 0.0, 5.0], X),
-    ([30.0, 0.0, 5.0], Y),
-    ([0.0, 20.0, 5.0], X),
-    ([31.0, 22.0, 5.0], Y),
-];
-const ONE_PLANE_PARALLEL: [At; 4] = [
-    ([0.0, 0.0, 5.0], Z),
-    ([30.0, 0.0, 5.0], Z),
-    ([0.0, 20.0, 5.0], Z),
-    ([31.0, 22.0, 5.0], Z),
-];
-const PARALLEL: [At; 3] = [
-    ([0.0, 0.0, 60.0], SKEW),
-    ([8.0, 1.0, 95.0], SKEW),
-    ([-7.0, 9.0, 30.0], SKEW),
-];
+const ONE_LINE: [At; 3] = [([1.0, 2.0, 10.0], SKEW), ([2.0, 4.0, 20.0], X), ([4.0, 8.0, 40.0], Y)];
+const ONE_LINE_PARALLEL: [At; 3] =
+    [([0.0, 0.0, 10.0], Z), ([0.0, 0.0, 25.0], Z), ([0.0, 0.0, 70.0], Z)];
+const NEARLY_ONE_LINE: [At; 3] =
+    [([0.0, 0.0, 10.0], Z), ([0.0, 3e-2, 25.0], Z), ([0.0, 0.0, 70.0], Z)];
+const ONE_PLANE: [At; 4] =
+    [([0.0, 0.0, 5.0], X), ([30.0, 0.0, 5.0], Y), ([0.0, 20.0, 5.0], X), ([31.0, 22.0, 5.0], Y)];
+const ONE_PLANE_PARALLEL: [At; 4] =
+    [([0.0, 0.0, 5.0], Z), ([30.0, 0.0, 5.0], Z), ([0.0, 20.0, 5.0], Z), ([31.0, 22.0, 5.0], Z)];
+const PARALLEL: [At; 3] =
+    [([0.0, 0.0, 60.0], SKEW), ([8.0, 1.0, 95.0], SKEW), ([-7.0, 9.0, 30.0], SKEW)];
 /// Three times one place whose mean is not that place to the last bit.
-const SAME_PLACE: [At; 3] = [
-    ([0.1, 0.7, 1.3], SKEW),
-    ([0.1, 0.7, 1.3], X),
-    ([0.1, 0.7, 1.3], Y),
-];
-const SAME_PLACE_PARALLEL: [At; 3] = [
-    ([0.1, 0.7, 1.3], SKEW),
-    ([0.1, 0.7, 1.3], SKEW),
-    ([0.1, 0.7, 1.3], SKEW),
-];
+const SAME_PLACE: [At; 3] = [([0.1, 0.7, 1.3], SKEW), ([0.1, 0.7, 1.3], X), ([0.1, 0.7, 1.3], Y)];
+const SAME_PLACE_PARALLEL: [At; 3] =
+    [([0.1, 0.7, 1.3], SKEW), ([0.1, 0.7, 1.3], SKEW), ([0.1, 0.7, 1.3], SKEW)];
 const ONE: [At; 1] = [([1.0, 2.0, 3.0], SKEW)];
 
 const FAR: [f64; 3] = [1e6, -1e6, 1e6];
@@ -111,37 +83,17 @@ pub(super) fn family(extent: Extent) -> Family {
         ("one line", &ONE_LINE, 100.0, Said::Full),
         ("one line, w = 1e-12", &ONE_LINE, 1e-12, Said::FreeAxis),
         ("one line, w = 0", &ONE_LINE, 0.0, Said::FreeAxis),
-        (
-            "one line, parallel axes",
-            &ONE_LINE_PARALLEL,
-            100.0,
-            Said::FreeAxis,
-        ),
-        (
-            "nearly one line, parallel axes",
-            &NEARLY_ONE_LINE,
-            100.0,
-            Said::Poor,
-        ),
+        ("one line, parallel axes", &ONE_LINE_PARALLEL, 100.0, Said::FreeAxis),
+        ("nearly one line, parallel axes", &NEARLY_ONE_LINE, 100.0, Said::Poor),
         ("one plane", &ONE_PLANE, 100.0, Said::Full),
-        (
-            "one plane, parallel axes",
-            &ONE_PLANE_PARALLEL,
-            100.0,
-            Said::Full,
-        ),
+        ("one plane, parallel axes", &ONE_PLANE_PARALLEL, 100.0, Said::Full),
         ("one plane, w = 0", &ONE_PLANE, 0.0, Said::Full),
         ("parallel axes", &PARALLEL, 100.0, Said::Full),
         ("parallel axes, w = 1e12", &PARALLEL, 1e12, Said::FreeAxis),
         ("same place", &SAME_PLACE, 100.0, Said::Full),
         ("same place, w = 1e-12", &SAME_PLACE, 1e-12, Said::Full),
         ("same place, w = 0", &SAME_PLACE, 0.0, Said::FreeRotation),
-        (
-            "same place, parallel axes",
-            &SAME_PLACE_PARALLEL,
-            100.0,
-            Said::FreeAxis,
-        ),
+        ("same place, parallel axes", &SAME_PLACE_PARALLEL, 100.0, Said::FreeAxis),
         ("one sensor", &ONE, 100.0, Said::FreeAxis),
         ("one sensor, w = 0", &ONE, 0.0, Said::FreeRotation),
     ];
@@ -153,46 +105,32 @@ pub(super) fn family(extent: Extent) -> Family {
             (", body 1e6 mm off its origin", HERE, FAR),
         ] {
             cases.push(Case::new(format!("{name}{place}"), move |m, case| {
-                rows(
-                    m,
-                    case,
-                    &setup(sensors, body_offset, weight_mm, at, 0.0),
-                    said,
-                )
+                rows(m, case, &setup(sensors, body_offset, weight_mm, at, 0.0), said)
             }));
-            cases.push(Case::new(
-                format!("{name}{place}, distorted"),
-                move |m, case| {
-                    let setup = setup(sensors, body_offset, weight_mm, at, 1.0);
-                    rows(m, case, &setup, said)
-                },
-            ));
+            cases.push(Case::new(format!("{name}{place}, distorted"), move |m, case| {
+                let setup = setup(sensors, body_offset, weight_mm, at, 1.0);
+                rows(m, case, &setup, said)
+            }));
         }
     }
-    cases.push(Case::new(
-        "a plane read as its mirror image, w = 0",
-        |m, case| {
-            let mut setup = setup(&ONE_PLANE, [0.0; 3], 0.0, HERE, 0.3);
-            setup.tracker_from_body = Pose::identity();
-            for (reading, sensor) in setup.readings.iter_mut().zip(&setup.body.sensors) {
-                let p = sensor.position_in_body;
-                let height = 1e-3 * (p.x - p.y);
-                reading.position_mm = Point3::new(p.x, p.y, height);
-            }
-            rows(m, case, &setup, Said::Full)
-        },
-    ));
-    cases.push(Case::new(
-        "four sensors read through a mirror, w = 0",
-        |m, case| {
-            let mut setup = setup(&SPREAD, [0.0; 3], 0.0, HERE, 0.0);
-            for (reading, sensor) in setup.readings.iter_mut().zip(&setup.body.sensors) {
-                let p = sensor.position_in_body;
-                reading.position_mm = Point3::new(p.x, -p.y, p.z);
-            }
-            rows(m, case, &setup, Said::Full)
-        },
-    ));
+    cases.push(Case::new("a plane read as its mirror image, w = 0", |m, case| {
+        let mut setup = setup(&ONE_PLANE, [0.0; 3], 0.0, HERE, 0.3);
+        setup.tracker_from_body = Pose::identity();
+        for (reading, sensor) in setup.readings.iter_mut().zip(&setup.body.sensors) {
+            let p = sensor.position_in_body;
+            let height = 1e-3 * (p.x - p.y);
+            reading.position_mm = Point3::new(p.x, p.y, height);
+        }
+        rows(m, case, &setup, Said::Full)
+    }));
+    cases.push(Case::new("four sensors read through a mirror, w = 0", |m, case| {
+        let mut setup = setup(&SPREAD, [0.0; 3], 0.0, HERE, 0.0);
+        for (reading, sensor) in setup.readings.iter_mut().zip(&setup.body.sensors) {
+            let p = sensor.position_in_body;
+            reading.position_mm = Point3::new(p.x, -p.y, p.z);
+        }
+        rows(m, case, &setup, Said::Full)
+    }));
     for (name, scale) in [("1e-6", 1e-6), ("1e6", 1e6)] {
         cases.push(Case::new(
             format!("four sensors, {name} times the size, w = 0"),
@@ -206,9 +144,8 @@ pub(super) fn family(extent: Extent) -> Family {
             },
         ));
     }
-    cases.push(Case::new("one 6-DOF sensor", |m, case| {
-        rows(m, case, &six_dof(1, 1.0), Said::Full)
-    }));
+    cases
+        .push(Case::new("one 6-DOF sensor", |m, case| rows(m, case, &six_dof(1, 1.0), Said::Full)));
     let many = if extent.is_full() { 10_000 } else { 500 };
     cases.push(Case::new(format!("{many} sensors"), move |m, case| {
         rows(m, case, &six_dof(many, 1.0), Said::Full)
@@ -268,12 +205,7 @@ fn read(body: RigidBody, weight_mm: f64, at: [f64; 3], distortion: f64) -> Setup
             }
         })
         .collect();
-    Setup {
-        body,
-        weight_mm,
-        tracker_from_body,
-        readings,
-    }
+    Setup { body, weight_mm, tracker_from_body, readings }
 }
 
 fn six_dof(count: usize, distortion: f64) -> Setup {
@@ -284,11 +216,7 @@ fn six_dof(count: usize, distortion: f64) -> Setup {
         orientation: SensorOrientation::SixDof(sequence.rotation()),
         coil: None,
     });
-    let body = RigidBody {
-        name: "body".to_owned(),
-        tip_in_body: None,
-        sensors: sensors.collect(),
-    };
+    let body = RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() };
     read(body, 100.0, HERE, distortion)
 }
 
@@ -304,10 +232,7 @@ fn rows(methods: &dyn Methods, case: &str, setup: &Setup, said: Said) -> Vec<Row
     };
     let pose = found.tracker_from_body;
     let rotation = pose.rotation.to_rotation_matrix();
-    let error = distance(
-        rotation.matrix().transpose().as_slice(),
-        &fitted.rotation.concat(),
-    );
+    let error = distance(rotation.matrix().transpose().as_slice(), &fitted.rotation.concat());
     rows.push(ROTATION.row(case, fitted.condition, error, 1.0));
     // 200 mm from the body's first sensor, where a needle's tip would be.
     let tip = setup.body.sensors[0].position_in_body + Vector3::new(0.0, 30.0, -200.0);

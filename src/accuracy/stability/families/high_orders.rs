@@ -22,24 +22,20 @@ const RCOND: f64 = 1e-14;
 /// How much one refinement step has to shrink the gradient for its length to be the error.
 const SHRINKS: f64 = 0.1;
 
-const REFINED: Quantity = Quantity {
-    name: "solution against its refinement, mm or rad",
-    ..SOLUTION
-};
+const REFINED: Quantity =
+    Quantity { name: "solution against its refinement, mm or rad", ..SOLUTION };
 
 pub(super) fn family(extent: Extent) -> Family {
     let mut cases = Vec::new();
     for order in extent.of(&[6, 7, 8, 9, 10, 11, 12], &[4]) {
-        cases.push(Case::new(
-            format!("order {order} on a grid"),
-            move |m, case| on_grid(m, case, order),
-        ));
+        cases.push(Case::new(format!("order {order} on a grid"), move |m, case| {
+            on_grid(m, case, order)
+        }));
     }
     for order in extent.of(&[6, 7], &[3]) {
-        cases.push(Case::new(
-            format!("order {order}, scattered positions"),
-            move |m, case| refined(m, case, order),
-        ));
+        cases.push(Case::new(format!("order {order}, scattered positions"), move |m, case| {
+            refined(m, case, order)
+        }));
     }
     Family {
         name: "high orders",
@@ -55,9 +51,7 @@ pub(super) fn family(extent: Extent) -> Family {
 /// Points along an axis of a grid, two more than there are polynomials.
 fn nodes(order: usize) -> Vec<f64> {
     let n = order + 3;
-    (0..n)
-        .map(|i| -100.0 * ((i as f64) * std::f64::consts::PI / (n - 1) as f64).cos())
-        .collect()
+    (0..n).map(|i| -100.0 * ((i as f64) * std::f64::consts::PI / (n - 1) as f64).cos()).collect()
 }
 
 fn on_grid(methods: &dyn Methods, case: &str, order: usize) -> Vec<Row> {
@@ -79,24 +73,14 @@ fn on_grid(methods: &dyn Methods, case: &str, order: usize) -> Vec<Row> {
                 samples.push(Sample {
                     position_mm: Point3::new(x, y, z),
                     axis: Vector3::z_axis(),
-                    error: PoseError {
-                        position_mm: e,
-                        rotation_rad: e * 0.01,
-                    },
+                    error: PoseError { position_mm: e, rotation_rad: e * 0.01 },
                 });
             }
         }
     }
     let bounds = Bounds::around(samples.iter().map(|s| s.position_mm));
-    let set = SampleSet {
-        samples,
-        has_rotations: true,
-        ambiguous: 0,
-    };
-    let settings = FitSettings {
-        rcond: RCOND,
-        ..FitSettings::new(order, DirectionSet::One)
-    };
+    let set = SampleSet { samples, has_rotations: true, ambiguous: 0 };
+    let settings = FitSettings { rcond: RCOND, ..FitSettings::new(order, DirectionSet::One) };
     let (Ok(fit), Some(bounds)) = (methods.fit(&set, &settings, bounds), bounds) else {
         return vec![Row::behaviour(case, "is fitted", false)];
     };
@@ -104,10 +88,7 @@ fn on_grid(methods: &dyn Methods, case: &str, order: usize) -> Vec<Row> {
     let condition = axis.condition.powi(3);
     let errors: Vec<_> = (1..3)
         .map(|value| {
-            let b = set
-                .samples
-                .iter()
-                .map(|s| High::from(s.error.position_mm[value]));
+            let b = set.samples.iter().map(|s| High::from(s.error.position_mm[value]));
             let b: Vec<High> = b.collect();
             let x = axis.each(&axis.inverse, &b);
             let back = axis.each(&axis.matrix, &x);
@@ -122,9 +103,7 @@ fn on_grid(methods: &dyn Methods, case: &str, order: usize) -> Vec<Row> {
         Row::behaviour(
             case,
             "full rank",
-            fit.systems
-                .iter()
-                .all(|s| s.rank == coefficient_count(order)),
+            fit.systems.iter().all(|s| s.rank == coefficient_count(order)),
         ),
     ]
 }
@@ -159,17 +138,14 @@ impl GridAxis {
     /// A small matrix applied along each axis of a cube of numbers.
     fn each(&self, matrix: &HighMatrix, cube: &[High]) -> Vec<High> {
         let (from, to) = (matrix.width(), matrix.rows());
-        let rows: Vec<Vec<High>> = (0..to)
-            .map(|i| matrix.columns.iter().map(|c| c[i].clone()).collect())
-            .collect();
+        let rows: Vec<Vec<High>> =
+            (0..to).map(|i| matrix.columns.iter().map(|c| c[i].clone()).collect()).collect();
         // The last axis is worked on and becomes the first: three times brings all back.
         let mut now = cube.to_vec();
         for _ in 0..3 {
             let others = now.len() / from;
             let lines: Vec<&[High]> = now.chunks_exact(from).collect();
-            now = (0..to * others)
-                .map(|k| dot(&rows[k / others], lines[k % others]))
-                .collect();
+            now = (0..to * others).map(|k| dot(&rows[k / others], lines[k % others])).collect();
         }
         now
     }
@@ -190,10 +166,9 @@ fn refined(methods: &dyn Methods, case: &str, order: usize) -> Vec<Row> {
     for (row, v) in rows.iter().zip(&values) {
         system.push(|out| out.extend(row), *v);
     }
-    let (Ok(found), Ok(svd)) = (
-        methods.solve(&rows, &values, RCOND, 0.0),
-        system.into_triangle().decompose(),
-    ) else {
+    let (Ok(found), Ok(svd)) =
+        (methods.solve(&rows, &values, RCOND, 0.0), system.into_triangle().decompose())
+    else {
         return vec![Row::behaviour(case, "is solved", false)];
     };
     let s = &svd.singular_values;
@@ -209,10 +184,7 @@ fn refined(methods: &dyn Methods, case: &str, order: usize) -> Vec<Row> {
                 *g += &left * a;
             }
         }
-        (
-            gradient.iter().map(High::to_f64).collect(),
-            square.sqrt().to_f64(),
-        )
+        (gradient.iter().map(High::to_f64).collect(), square.sqrt().to_f64())
     };
     let x: Vec<High> = found.unknowns.iter().map(|x| High::from(x[0])).collect();
     let (first, residual) = gradient(&x);

@@ -43,36 +43,24 @@ pub(super) fn family(extent: Extent) -> Family {
     let mut cases = Vec::new();
     let room = cube([-100.0, -100.0, -300.0], 200.0);
     for order in extent.of(&[1, 2, 3, 4], &[1, 2]) {
-        cases.push(case(
-            format!("order {order}, 14 orientations"),
-            poses,
-            move || small(order, DirectionSet::Fourteen, Weighting::Area, room),
-        ));
-    }
-    for set in extent.of(
-        &[DirectionSet::Six, DirectionSet::FortyTwo],
-        &[DirectionSet::Six],
-    ) {
-        let name = format!("order 2, {} orientations, gnomonic weights", set.len());
-        cases.push(case(name, poses, move || {
-            small(2, set, Weighting::Gnomonic, room)
+        cases.push(case(format!("order {order}, 14 orientations"), poses, move || {
+            small(order, DirectionSet::Fourteen, Weighting::Area, room)
         }));
+    }
+    for set in extent.of(&[DirectionSet::Six, DirectionSet::FortyTwo], &[DirectionSet::Six]) {
+        let name = format!("order 2, {} orientations, gnomonic weights", set.len());
+        cases.push(case(name, poses, move || small(2, set, Weighting::Gnomonic, room)));
     }
     for (name, bounds) in [
         ("a box of 1e6 mm", cube([-5e5; 3], 1e6)),
-        (
-            "a box of 300 mm, offset by 1e6 mm",
-            cube([1e6, -1e6, 1e6], 300.0),
-        ),
+        ("a box of 300 mm, offset by 1e6 mm", cube([1e6, -1e6, 1e6], 300.0)),
     ] {
         cases.push(case(format!("order 2, {name}"), poses, move || {
             small(2, DirectionSet::Fourteen, Weighting::Area, bounds)
         }));
     }
     for (name, size) in [("half of a fold", 66.0), ("a thousandth off a fold", 133.2)] {
-        cases.push(case(format!("{name}, one orientation"), poses, move || {
-            steep(size)
-        }));
+        cases.push(case(format!("{name}, one orientation"), poses, move || steep(size)));
     }
     cases.push(Case::new("a map that folds", |m, case| {
         let Some(model) = steep(200.0) else {
@@ -84,10 +72,8 @@ pub(super) fn family(extent: Extent) -> Family {
                 pose_from_parts(Vector3::new(x, 3.0, -4.0), UnitQuaternion::identity())
             })
             .collect();
-        let readings: Vec<_> = truths
-            .iter()
-            .map(|t| model.distort(t, OutsidePolicy::Clamp).0)
-            .collect();
+        let readings: Vec<_> =
+            truths.iter().map(|t| model.distort(t, OutsidePolicy::Clamp).0).collect();
         let found = m.undistort(&model, &readings, OutsidePolicy::Clamp);
         let is_back = |(truth, found): (&Pose, &(Option<Pose>, InverseState))| match found {
             (Some(pose), InverseState::Converged) => {
@@ -129,18 +115,8 @@ fn small(
 /// `−1.5 a / 200`, so that the map folds beyond a = 133.3 mm.
 fn steep(a_mm: f64) -> Option<DistortionModel> {
     let along_x = [0.0, a_mm, -a_mm, 0.0];
-    let coefficients = (0..64)
-        .map(|i| {
-            [
-                along_x[i / 16],
-                0.3,
-                -0.2,
-                0.0,
-                0.002 * (i % 4) as f64,
-                0.001,
-            ]
-        })
-        .collect();
+    let coefficients =
+        (0..64).map(|i| [along_x[i / 16], 0.3, -0.2, 0.0, 0.002 * (i % 4) as f64, 0.001]).collect();
     DistortionModel::new(
         3,
         DirectionSet::One,
@@ -215,10 +191,7 @@ fn compared(
     let Some(inverse) = jacobian.try_inverse() else {
         return [POSITION, AXIS].map(|q| q.row(case, f64::INFINITY, f64::NAN, scale));
     };
-    let condition = scaled(&inverse, diagonal)
-        .svd(false, false)
-        .singular_values
-        .max();
+    let condition = scaled(&inverse, diagonal).svd(false, false).singular_values.max();
     let exact = equations.solved(start, &inverse, scale);
     let (position, axis) = match &exact {
         Some(exact) => (
@@ -301,11 +274,7 @@ impl<'a> Equations<'a> {
             let (change, moved, tilted) = if column < 3 {
                 let mut step = Vector3::zeros();
                 step[column] = 1.0;
-                (
-                    by_position.column(column).into_owned(),
-                    step,
-                    Vector3::zeros(),
-                )
+                (by_position.column(column).into_owned(), step, Vector3::zeros())
             } else {
                 let step = self.tangents[column - 3];
                 (by_axis * step, Vector3::zeros(), turn * step)
@@ -331,10 +300,8 @@ impl<'a> Equations<'a> {
             let step = inverse * left;
             at.position = sub3(&at.position, &vector3([step[0], step[1], step[2]]));
             let [first, second] = self.tangents.map(|t| vector3(t.into()));
-            let turn = add3(
-                &scale3(&first, &High::from(step[3])),
-                &scale3(&second, &High::from(step[4])),
-            );
+            let turn =
+                add3(&scale3(&first, &High::from(step[3])), &scale3(&second, &High::from(step[4])));
             at.axis = unit3(&sub3(&at.axis, &turn));
             if step.norm() < ARRIVED * scale {
                 return Some(at);

@@ -38,30 +38,19 @@ pub(super) fn family(extent: Extent) -> Family {
     }
     // Height squeezed until the columns with a power of it are nearly the same.
     for (squeeze, name) in [(1e-2, "1e-2"), (1e-4, "1e-4")] {
-        cases.push(case(
-            format!("order 2, positions in a slab of {name}"),
-            move || {
-                scattered(2, 2.0, move |_, u| {
-                    Vector3::new(u.x, u.y, 0.4 + squeeze * u.z)
-                })
-            },
-        ));
+        cases.push(case(format!("order 2, positions in a slab of {name}"), move || {
+            scattered(2, 2.0, move |_, u| Vector3::new(u.x, u.y, 0.4 + squeeze * u.z))
+        }));
     }
     // What the polynomials reach leaves no residual, and so no room for the condition's square.
     for (squeeze, name) in [(1e-2, "1e-2"), (1e-3, "1e-3")] {
-        cases.push(case(
-            format!("order 2, slab of {name}, a field of order 2"),
-            move || {
-                reached(scattered(2, 2.0, move |_, u| {
-                    Vector3::new(u.x, u.y, 0.4 + squeeze * u.z)
-                }))
-            },
-        ));
+        cases.push(case(format!("order 2, slab of {name}, a field of order 2"), move || {
+            reached(scattered(2, 2.0, move |_, u| Vector3::new(u.x, u.y, 0.4 + squeeze * u.z)))
+        }));
     }
-    cases.push(case(
-        "order 2, seven clusters of 0.02, a field of order 2",
-        || reached(scattered(2, 3.0, |i, u| cluster_center(i) + u * 0.02)),
-    ));
+    cases.push(case("order 2, seven clusters of 0.02, a field of order 2", || {
+        reached(scattered(2, 3.0, |i, u| cluster_center(i) + u * 0.02))
+    }));
     cases.push(case("order 1, positions in a slab of 1e-9", || {
         scattered(1, 3.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-9 * u.z))
     }));
@@ -78,47 +67,30 @@ pub(super) fn family(extent: Extent) -> Family {
         scattered(2, 3.0, |_, u| Vector3::new(u.x, u.y, 0.0))
     }));
     cases.push(case("order 2, all positions on one line", || {
-        scattered(2, 3.0, |_, u| {
-            Vector3::new(u.x, 0.25 + 0.5 * u.x, 1.0 - u.x)
-        })
+        scattered(2, 3.0, |_, u| Vector3::new(u.x, 0.25 + 0.5 * u.x, 1.0 - u.x))
     }));
-    cases.push(case("order 3, fewer samples than unknowns", || {
-        scattered(3, 0.5, |_, u| u)
-    }));
-    cases.push(case("order 2, one sample", || {
-        scattered(2, 1.0 / 27.0, |_, u| u)
-    }));
+    cases.push(case("order 3, fewer samples than unknowns", || scattered(3, 0.5, |_, u| u)));
+    cases.push(case("order 2, one sample", || scattered(2, 1.0 / 27.0, |_, u| u)));
     cases.push(case("order 1, row weights from 1e-12 to 1e12", || {
-        weighted(scattered(1, 10.0, |_, u| u), |i| {
-            10.0_f64.powi(4 * (i % 7) - 12)
-        })
+        weighted(scattered(1, 10.0, |_, u| u), |i| 10.0_f64.powi(4 * (i % 7) - 12))
     }));
     cases.push(case("order 1, heavy rows last", || {
-        weighted(scattered(1, 10.0, |_, u| u), |i| {
-            10.0_f64.powi(i.min(72) / 3 - 12)
-        })
+        weighted(scattered(1, 10.0, |_, u| u), |i| 10.0_f64.powi(i.min(72) / 3 - 12))
     }));
     for (weight, name) in [(1e-12, "1e-12"), (1e12, "1e12")] {
-        cases.push(case(
-            format!("order 2, all rows weighted by {name}"),
-            move || weighted(scattered(2, 2.0, |_, u| u), |_| weight),
-        ));
+        cases.push(case(format!("order 2, all rows weighted by {name}"), move || {
+            weighted(scattered(2, 2.0, |_, u| u), |_| weight)
+        }));
     }
     for (ridge, name) in [(1e-8, "1e-8"), (1e-3, "1e-3")] {
-        cases.push(case(
-            format!("order 2, slab of 1e-3, ridge {name}"),
-            move || System {
-                ridge,
-                ..scattered(2, 2.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-3 * u.z))
-            },
-        ));
-        cases.push(case(
-            format!("order 2, one plane, ridge {name}"),
-            move || System {
-                ridge,
-                ..scattered(2, 3.0, |_, u| Vector3::new(u.x, u.y, 0.0))
-            },
-        ));
+        cases.push(case(format!("order 2, slab of 1e-3, ridge {name}"), move || System {
+            ridge,
+            ..scattered(2, 2.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-3 * u.z))
+        }));
+        cases.push(case(format!("order 2, one plane, ridge {name}"), move || System {
+            ridge,
+            ..scattered(2, 3.0, |_, u| Vector3::new(u.x, u.y, 0.0))
+        }));
     }
     cases.push(case("columns from 1 to 1e-9", graded_columns));
     Family {
@@ -155,26 +127,16 @@ fn scattered(
             (1.0 + u.x + 0.3 * (k as f64) * u.y).powi(-3) * u.z.cos() + 0.01 * sequence.signed()
         }));
     }
-    System {
-        rows,
-        values,
-        ridge: 0.0,
-    }
+    System { rows, values, ridge: 0.0 }
 }
 
 /// The same with values that a solution without residual has, up to their own rounding.
 fn reached(mut system: System) -> System {
     let mut sequence = Sequence::new(21);
-    let x: Vec<[f64; 6]> = (0..system.rows[0].len())
-        .map(|_| std::array::from_fn(|_| sequence.signed()))
-        .collect();
+    let x: Vec<[f64; 6]> =
+        (0..system.rows[0].len()).map(|_| std::array::from_fn(|_| sequence.signed())).collect();
     for (row, values) in system.rows.iter().zip(&mut system.values) {
-        let sum = |k: usize| {
-            row.iter()
-                .zip(&x)
-                .map(|(a, x)| High::from(*a) * x[k])
-                .sum::<High>()
-        };
+        let sum = |k: usize| row.iter().zip(&x).map(|(a, x)| High::from(*a) * x[k]).sum::<High>();
         *values = std::array::from_fn(|k| sum(k).to_f64());
     }
     system
@@ -183,9 +145,7 @@ fn reached(mut system: System) -> System {
 fn weighted(mut system: System, weight: impl Fn(i32) -> f64) -> System {
     for (i, (row, values)) in system.rows.iter_mut().zip(&mut system.values).enumerate() {
         let w = weight(i as i32);
-        row.iter_mut()
-            .chain(values.iter_mut())
-            .for_each(|x| *x *= w);
+        row.iter_mut().chain(values.iter_mut()).for_each(|x| *x *= w);
     }
     system
 }
@@ -206,9 +166,7 @@ fn case(name: impl Into<String>, make: impl Fn() -> System + Send + Sync + 'stat
 
 fn rows(methods: &dyn Methods, case: &str, system: &System) -> Vec<Row> {
     let unknowns = system.rows[0].len();
-    let a = HighMatrix::from_fn(system.rows.len(), unknowns, |i, j| {
-        High::from(system.rows[i][j])
-    });
+    let a = HighMatrix::from_fn(system.rows.len(), unknowns, |i, j| High::from(system.rows[i][j]));
     let b = HighMatrix::from_fn(system.rows.len(), 6, |i, k| High::from(system.values[i][k]));
     let reference = Reference::of(a, b, RCOND, system.ridge);
     let case = reference.named(case);
@@ -216,11 +174,7 @@ fn rows(methods: &dyn Methods, case: &str, system: &System) -> Vec<Row> {
         return vec![Row::behaviour(&case, "is solved", false)];
     };
     let mut rows = vec![
-        SOLUTION.worst(
-            &case,
-            reference.condition,
-            &off_by(&reference, &found.unknowns),
-        ),
+        SOLUTION.worst(&case, reference.condition, &off_by(&reference, &found.unknowns)),
         Row::behaviour(&case, "rank as exact", found.rank == reference.rank),
     ];
     if let Some(exact) = reference.exact_condition(EXACT_CONDITION_UNKNOWNS) {

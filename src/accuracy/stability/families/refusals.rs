@@ -27,12 +27,7 @@ pub(super) fn family(_: Extent) -> Family {
         cases.push(must(
             format!("a rotation vector with {name}"),
             "the rotation is not a number",
-            move |m| {
-                m.exp(&Vector3::new(0.1, value, 0.2))
-                    .quaternion()
-                    .w
-                    .is_nan()
-            },
+            move |m| m.exp(&Vector3::new(0.1, value, 0.2)).quaternion().w.is_nan(),
         ));
         cases.push(must(
             format!("a rotation matrix with {name}"),
@@ -43,42 +38,24 @@ pub(super) fn family(_: Extent) -> Family {
                 m.log_matrix(&matrix).iter().any(|v| v.is_nan())
             },
         ));
-        cases.push(must(
-            format!("a pose with a quaternion of {name}"),
-            "is no pose",
-            move |_| pose_from_array([0.0, 0.0, 0.0, value, 0.0, 0.0, 0.0]).is_none(),
-        ));
-        cases.push(must(
-            format!("singular values with {name}"),
-            "are not numbers",
-            move |m| {
-                let svd = m.svd3(&Matrix3::repeat(value));
-                svd.singular_values.iter().any(|v| !v.is_finite())
-            },
-        ));
+        cases.push(must(format!("a pose with a quaternion of {name}"), "is no pose", move |_| {
+            pose_from_array([0.0, 0.0, 0.0, value, 0.0, 0.0, 0.0]).is_none()
+        }));
+        cases.push(must(format!("singular values with {name}"), "are not numbers", move |m| {
+            let svd = m.svd3(&Matrix3::repeat(value));
+            svd.singular_values.iter().any(|v| !v.is_finite())
+        }));
     }
-    cases.push(must(
-        "statistics with NaN",
-        "all figures are not numbers",
-        |m| {
-            m.statistics(&mut [1.0, NAN, 2.0]).is_some_and(|s| {
-                [s.rms, s.mean, s.std, s.min, s.median, s.p95, s.max]
-                    .iter()
-                    .all(|v| v.is_nan())
-            })
-        },
-    ));
-    cases.push(must(
-        "statistics with infinity",
-        "the largest is infinite",
-        |m| {
-            m.statistics(&mut [1.0, INF, 2.0])
-                .is_some_and(|s| s.max == INF && s.median == 2.0)
-        },
-    ));
-    cases.push(must("statistics of nothing", "there are none", |m| {
-        m.statistics(&mut []).is_none()
+    cases.push(must("statistics with NaN", "all figures are not numbers", |m| {
+        m.statistics(&mut [1.0, NAN, 2.0]).is_some_and(|s| {
+            [s.rms, s.mean, s.std, s.min, s.median, s.p95, s.max].iter().all(|v| v.is_nan())
+        })
     }));
+    cases.push(must("statistics with infinity", "the largest is infinite", |m| {
+        m.statistics(&mut [1.0, INF, 2.0]).is_some_and(|s| s.max == INF && s.median == 2.0)
+    }));
+    cases
+        .push(must("statistics of nothing", "there are none", |m| m.statistics(&mut []).is_none()));
     Family {
         name: "not a number",
         about: "NaN and infinity in every input: refused with a reason where something is made to \
@@ -95,9 +72,7 @@ fn must(
     claim: &'static str,
     holds: impl Fn(&dyn Methods) -> bool + Send + Sync + 'static,
 ) -> Case {
-    Case::new(name, move |m, case| {
-        vec![Row::behaviour(case, claim, holds(m))]
-    })
+    Case::new(name, move |m, case| vec![Row::behaviour(case, claim, holds(m))])
 }
 
 fn models() -> Vec<Case> {
@@ -113,33 +88,18 @@ fn models() -> Vec<Case> {
     };
     let mut cases = Vec::new();
     for (name, value) in [("NaN", NAN), ("infinity", INF)] {
-        cases.push(must(
-            format!("a model with a coefficient of {name}"),
-            "refused",
-            move |_| {
-                matches!(
-                    made(cube([0.0; 3], 1.0), value),
-                    Err(ModelError::NotFinite(0))
-                )
-            },
-        ));
-        cases.push(must(
-            format!("a model with a box of {name}"),
-            "refused",
-            move |_| {
-                let bounds = Bounds::from(([0.0; 3], [1.0, value, 1.0]));
-                matches!(made(bounds, 0.0), Err(ModelError::Bounds { .. }))
-            },
-        ));
-    }
-    cases.push(must(
-        "a model with a box wider than numbers",
-        "refused",
-        move |_| {
-            let bounds = Bounds::from(([-1.5e308; 3], [1.5e308; 3]));
+        cases.push(must(format!("a model with a coefficient of {name}"), "refused", move |_| {
+            matches!(made(cube([0.0; 3], 1.0), value), Err(ModelError::NotFinite(0)))
+        }));
+        cases.push(must(format!("a model with a box of {name}"), "refused", move |_| {
+            let bounds = Bounds::from(([0.0; 3], [1.0, value, 1.0]));
             matches!(made(bounds, 0.0), Err(ModelError::Bounds { .. }))
-        },
-    ));
+        }));
+    }
+    cases.push(must("a model with a box wider than numbers", "refused", move |_| {
+        let bounds = Bounds::from(([-1.5e308; 3], [1.5e308; 3]));
+        matches!(made(bounds, 0.0), Err(ModelError::Bounds { .. }))
+    }));
     cases
 }
 
@@ -154,10 +114,9 @@ fn evaluations() -> Vec<Case> {
     };
     let is_nan = |e: Option<PoseError>| e.is_some_and(|e| e.position_mm.iter().all(|v| v.is_nan()));
     let mut cases = Vec::new();
-    for (name, outside) in [
-        ("clamped", OutsidePolicy::Clamp),
-        ("extrapolated", OutsidePolicy::Extrapolate),
-    ] {
+    for (name, outside) in
+        [("clamped", OutsidePolicy::Clamp), ("extrapolated", OutsidePolicy::Extrapolate)]
+    {
         cases.push(must(
             format!("the field at a position of NaN, {name}"),
             "the error is not a number",
@@ -185,27 +144,14 @@ fn evaluations() -> Vec<Case> {
             ));
         }
     }
-    cases.push(must(
-        "the field at infinity, clamped",
-        "the error on the box's face",
-        move |m| {
-            let at = |x: f64| evaluated(m, [x, 0.0, 0.0], [0.0, 0.0, 1.0], OutsidePolicy::Clamp);
-            at(INF).is_some() && at(INF) == at(100.0) && at(-INF) == at(-100.0)
-        },
-    ));
-    cases.push(must(
-        "the field at infinity, extrapolated",
-        "the error is not finite",
-        move |m| {
-            let e = evaluated(
-                m,
-                [INF, 0.0, 0.0],
-                [0.0, 0.0, 1.0],
-                OutsidePolicy::Extrapolate,
-            );
-            e.is_some_and(|e| e.position_mm.iter().all(|v| !v.is_finite()))
-        },
-    ));
+    cases.push(must("the field at infinity, clamped", "the error on the box's face", move |m| {
+        let at = |x: f64| evaluated(m, [x, 0.0, 0.0], [0.0, 0.0, 1.0], OutsidePolicy::Clamp);
+        at(INF).is_some() && at(INF) == at(100.0) && at(-INF) == at(-100.0)
+    }));
+    cases.push(must("the field at infinity, extrapolated", "the error is not finite", move |m| {
+        let e = evaluated(m, [INF, 0.0, 0.0], [0.0, 0.0, 1.0], OutsidePolicy::Extrapolate);
+        e.is_some_and(|e| e.position_mm.iter().all(|v| !v.is_finite()))
+    }));
     for (name, axis) in [("NaN", [0.0, NAN, 1.0]), ("infinity", [0.0, INF, 1.0])] {
         cases.push(must(
             format!("the field along an axis of {name}"),
@@ -241,10 +187,7 @@ fn by_all_ways(
     const OWN: usize = 6;
     let bounds = cube([-100.0; 3], 200.0);
     let model = model(3, DirectionSet::Fourteen, weighting, bounds, 1).ok()?;
-    let (p, axis) = (
-        Point3::from(position),
-        Unit::new_unchecked(Vector3::from(axis)),
-    );
+    let (p, axis) = (Point3::from(position), Unit::new_unchecked(Vector3::from(axis)));
     let mut positions = vec![Point3::origin(); POSES];
     let mut axes = vec![Vector3::z_axis(); POSES];
     (positions[OWN], axes[OWN]) = (p, axis);
@@ -275,11 +218,7 @@ fn samples(change: impl Fn(&mut Sample)) -> SampleSet {
         })
         .collect();
     change(&mut samples[17]);
-    SampleSet {
-        samples,
-        has_rotations: true,
-        ambiguous: 0,
-    }
+    SampleSet { samples, has_rotations: true, ambiguous: 0 }
 }
 
 fn fits() -> Vec<Case> {
@@ -309,34 +248,14 @@ fn fits() -> Vec<Case> {
         ));
     }
     for (name, value) in [("NaN", NAN), ("infinity", INF), ("−1", -1.0)] {
-        cases.push(must(
-            format!("a fit with a ridge of {name}"),
-            "refused",
-            move |m| {
-                let settings = FitSettings {
-                    ridge: value,
-                    ..FitSettings::new(1, DirectionSet::Six)
-                };
-                matches!(
-                    m.fit(&samples(|_| ()), &settings, None),
-                    Err(FitError::Ridge(_))
-                )
-            },
-        ));
-        cases.push(must(
-            format!("a fit with a cutoff of {name}"),
-            "refused",
-            move |m| {
-                let settings = FitSettings {
-                    rcond: value,
-                    ..FitSettings::new(1, DirectionSet::Six)
-                };
-                matches!(
-                    m.fit(&samples(|_| ()), &settings, None),
-                    Err(FitError::Rcond(_))
-                )
-            },
-        ));
+        cases.push(must(format!("a fit with a ridge of {name}"), "refused", move |m| {
+            let settings = FitSettings { ridge: value, ..FitSettings::new(1, DirectionSet::Six) };
+            matches!(m.fit(&samples(|_| ()), &settings, None), Err(FitError::Ridge(_)))
+        }));
+        cases.push(must(format!("a fit with a cutoff of {name}"), "refused", move |m| {
+            let settings = FitSettings { rcond: value, ..FitSettings::new(1, DirectionSet::Six) };
+            matches!(m.fit(&samples(|_| ()), &settings, None), Err(FitError::Rcond(_)))
+        }));
     }
     for (name, value) in [("NaN", NAN), ("infinity", INF)] {
         cases.push(must(
@@ -346,9 +265,7 @@ fn fits() -> Vec<Case> {
                 let mut rows = vec![vec![1.0, 2.0], vec![2.0, 1.0], vec![0.5, 3.0]];
                 rows[1][0] = value;
                 let solved = m.solve(&rows, &[[1.0; 6]; 3], 1e-10, 0.0);
-                solved.map_or(true, |s| {
-                    s.unknowns.iter().flatten().any(|v| !v.is_finite())
-                })
+                solved.map_or(true, |s| s.unknowns.iter().flatten().any(|v| !v.is_finite()))
             },
         ));
     }
@@ -374,13 +291,8 @@ fn frames() -> Vec<Case> {
             })
             .collect();
         readings[2].position_mm.x = place;
-        let body = RigidBody {
-            name: "body".to_owned(),
-            tip_in_body: None,
-            sensors,
-        };
-        m.frame(&body, weight_mm, &readings, &Pose::identity())
-            .tracker_from_body
+        let body = RigidBody { name: "body".to_owned(), tip_in_body: None, sensors };
+        m.frame(&body, weight_mm, &readings, &Pose::identity()).tracker_from_body
     };
     let is_nan = |pose: &Pose| pose.translation.vector.iter().any(|v| !v.is_finite());
     let mut cases = Vec::new();
@@ -399,30 +311,21 @@ fn frames() -> Vec<Case> {
             },
         ));
     }
-    cases.push(must(
-        "a frame from a reading turned by NaN",
-        "the pose is not finite",
-        move |m| {
-            let nan = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(NAN, 0.0, 0.0, 0.0));
-            let body = RigidBody {
-                name: "body".to_owned(),
-                tip_in_body: None,
-                sensors: vec![Sensor {
-                    name: String::new(),
-                    position_in_body: Point3::origin(),
-                    orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
-                    coil: None,
-                }],
-            };
-            let reading = Reading {
-                position_mm: Point3::origin(),
-                rotation: nan,
-            };
-            let pose = m
-                .frame(&body, 100.0, &[reading], &Pose::identity())
-                .tracker_from_body;
-            pose.rotation.quaternion().w.is_nan()
-        },
-    ));
+    cases.push(must("a frame from a reading turned by NaN", "the pose is not finite", move |m| {
+        let nan = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(NAN, 0.0, 0.0, 0.0));
+        let body = RigidBody {
+            name: "body".to_owned(),
+            tip_in_body: None,
+            sensors: vec![Sensor {
+                name: String::new(),
+                position_in_body: Point3::origin(),
+                orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
+                coil: None,
+            }],
+        };
+        let reading = Reading { position_mm: Point3::origin(), rotation: nan };
+        let pose = m.frame(&body, 100.0, &[reading], &Pose::identity()).tracker_from_body;
+        pose.rotation.quaternion().w.is_nan()
+    }));
     cases
 }

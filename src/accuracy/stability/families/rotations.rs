@@ -163,10 +163,5 @@ fn smallest(
     to: &Unit<Vector3<f64>>,
 ) -> Row {
     let expected = references::axis_rotation(&axis3(from), &axis3(to));
-    SMALLEST.row(
-        case,
-        1.0,
-        distance(found.as_slice(), &expected),
-        norm(&expected).to_f64(),
-    )
+    SMALLEST.row(case, 1.0, distance(found.as_slice(), &expected), norm(&expected).to_f64())
 }

@@ -37,11 +37,7 @@ pub(super) fn family(_: Extent) -> Family {
     ];
     let mut cases = Vec::new();
     for (name, values) in shapes {
-        for (size_name, size) in [
-            ("", 1.0),
-            (" times 1e-140", 1e-140),
-            (" times 1e140", 1e140),
-        ] {
+        for (size_name, size) in [("", 1.0), (" times 1e-140", 1e-140), (" times 1e140", 1e140)] {
             cases.push(Case::new(format!("{name}{size_name}"), move |m, case| {
                 let mut sequence = Sequence::new(7);
                 let rows = (0..6).flat_map(|i| {
@@ -93,9 +89,7 @@ fn worst_each(rows: Vec<Row>) -> Vec<Row> {
 
 fn rows(methods: &dyn Methods, case: &str, matrix: &Matrix3<f64>) -> Vec<Row> {
     let found = methods.svd3(matrix);
-    let exact = svd(&HighMatrix::from_fn(3, 3, |i, j| {
-        High::from(matrix[(i, j)])
-    }));
+    let exact = svd(&HighMatrix::from_fn(3, 3, |i, j| High::from(matrix[(i, j)])));
     let largest = exact.singular_values[0].to_f64();
     let error = (0..3)
         .map(|k| {
@@ -106,11 +100,7 @@ fn rows(methods: &dyn Methods, case: &str, matrix: &Matrix3<f64>) -> Vec<Row> {
     let product = found.u * Matrix3::from_diagonal(&found.singular_values) * found.v.transpose();
     // Divided first, because squares of what is left would leave the range of f64.
     let part = |m: Matrix3<f64>| {
-        if largest > 0.0 {
-            (m / largest).norm()
-        } else {
-            m.norm()
-        }
+        if largest > 0.0 { (m / largest).norm() } else { m.norm() }
     };
     let orthogonal = |q: &Matrix3<f64>| ((q * q.transpose() - Matrix3::identity()).norm(), 1.0);
     vec![
@@ -118,11 +108,7 @@ fn rows(methods: &dyn Methods, case: &str, matrix: &Matrix3<f64>) -> Vec<Row> {
         FACTORS.worst(
             case,
             1.0,
-            &[
-                (part(product - matrix), 1.0),
-                orthogonal(&found.u),
-                orthogonal(&found.v),
-            ],
+            &[(part(product - matrix), 1.0), orthogonal(&found.u), orthogonal(&found.v)],
         ),
     ]
 }

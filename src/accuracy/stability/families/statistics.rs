@@ -6,19 +6,11 @@ use crate::accuracy::stability::inputs::Sequence;
 use crate::accuracy::stability::methods::Methods;
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
 
-const MEAN: Quantity = Quantity {
-    name: "mean",
-    constant: 4.0,
-    condition: "1",
-    scale: "mean of the absolute values",
-};
+const MEAN: Quantity =
+    Quantity { name: "mean", constant: 4.0, condition: "1", scale: "mean of the absolute values" };
 
-const RMS: Quantity = Quantity {
-    name: "root mean square",
-    constant: 4.0,
-    condition: "1",
-    scale: "itself",
-};
+const RMS: Quantity =
+    Quantity { name: "root mean square", constant: 4.0, condition: "1", scale: "itself" };
 
 const STD: Quantity = Quantity {
     name: "standard deviation",
@@ -43,12 +35,8 @@ pub(super) fn family(extent: Extent) -> Family {
     let kinds: [(&str, usize, Value); 8] = [
         ("values up to 1", many, |_, s| s.unit()),
         ("values around 0", many / 10, |_, s| s.signed()),
-        ("values of 1e6 and a little", many / 10, |_, s| {
-            1e6 + s.unit()
-        }),
-        ("values of 1e6 and 1e-6 of scatter", 10_000, |_, s| {
-            1e6 + 1e-6 * s.unit()
-        }),
+        ("values of 1e6 and a little", many / 10, |_, s| 1e6 + s.unit()),
+        ("values of 1e6 and 1e-6 of scatter", 10_000, |_, s| 1e6 + 1e-6 * s.unit()),
         ("all values 0.1", many / 10, |_, _| 0.1),
         ("values from 1e-12 to 1e12", 10_000, |i, s| {
             s.signed() * 10.0_f64.powi((i % 25) as i32 - 12)
@@ -64,9 +52,7 @@ pub(super) fn family(extent: Extent) -> Family {
         }));
     }
     cases.push(Case::new("one value", |m, case| rows(m, case, vec![0.1])));
-    cases.push(Case::new("two values", |m, case| {
-        rows(m, case, vec![1e6, 1e6 + 1e-9])
-    }));
+    cases.push(Case::new("two values", |m, case| rows(m, case, vec![1e6, 1e6 + 1e-9])));
     Family {
         name: "statistics",
         about: "Mean, root mean square, standard deviation and percentiles, against sums in 192 \

@@ -31,12 +31,8 @@ const TIP_ERROR: Quantity = Quantity {
     scale: "the largest coordinate of poses, plus the tip's distance from the tool's origin, mm",
 };
 
-const ANGLE_ERROR: Quantity = Quantity {
-    name: "angle error, rad",
-    constant: 8.0,
-    condition: "1",
-    scale: "1",
-};
+const ANGLE_ERROR: Quantity =
+    Quantity { name: "angle error, rad", constant: 8.0, condition: "1", scale: "1" };
 
 pub(super) fn family(extent: Extent) -> Family {
     let mut cases = Vec::new();
@@ -47,11 +43,7 @@ pub(super) fn family(extent: Extent) -> Family {
         ("four sensors, w = 1e12", 10.0, 1e12),
         ("four sensors 0.1 mm off a line, w = 0", 0.1, 0.0),
         ("four sensors 2e-3 mm off a line, w = 0", 2e-3, 0.0),
-        (
-            "four sensors 2e-3 mm off a line, parallel axes, w = 1",
-            2e-3,
-            -1.0,
-        ),
+        ("four sensors 2e-3 mm off a line, parallel axes, w = 1", 2e-3, -1.0),
     ] {
         for (place, offset) in [("", 0.0), (", body 1e6 mm off its origin", 1e6)] {
             if offset > 0.0 && aside_mm < 0.1 {
@@ -68,17 +60,12 @@ pub(super) fn family(extent: Extent) -> Family {
             }));
         }
     }
-    for (name, weight_mm) in [
-        ("four sensors on a line", 0.0),
-        ("parallel axes, w = 1e12", 1e12),
-    ] {
+    for (name, weight_mm) in [("four sensors on a line", 0.0), ("parallel axes, w = 1e12", 1e12)] {
         cases.push(Case::new(name, move |m, case| {
             let aside = if weight_mm == 0.0 { 0.0 } else { 10.0 };
             let body = body(4, aside, true, 0.0);
             let own = [unit_covariance(); 4];
-            let refused = m
-                .covariance(&body, weight_mm, &own, &Point3::origin())
-                .is_err();
+            let refused = m.covariance(&body, weight_mm, &own, &Point3::origin()).is_err();
             vec![Row::behaviour(case, "refused: not determined", refused)]
         }));
     }
@@ -92,9 +79,7 @@ pub(super) fn family(extent: Extent) -> Family {
         ("tool 1e6 mm away, off by 1 mm and 0.01 rad", 1e6, 0.01),
         ("tool 300 mm away, off by 1 mm and 3 rad", 300.0, 3.0),
     ] {
-        cases.push(Case::new(name, move |m, case| {
-            tip_error(m, case, place_mm, turn_rad)
-        }));
+        cases.push(Case::new(name, move |m, case| tip_error(m, case, place_mm, turn_rad)));
     }
     Family {
         name: "uncertainty and tip error",
@@ -106,10 +91,7 @@ pub(super) fn family(extent: Extent) -> Family {
 }
 
 fn unit_covariance() -> SensorCovariance {
-    SensorCovariance {
-        position_mm2: Matrix3::identity(),
-        rotation_rad2: Matrix3::identity(),
-    }
+    SensorCovariance { position_mm2: Matrix3::identity(), rotation_rad2: Matrix3::identity() }
 }
 
 /// Sensors along z, off that line by `aside_mm`.
@@ -132,11 +114,7 @@ fn body(count: usize, aside_mm: f64, is_parallel: bool, offset_mm: f64) -> Rigid
             coil: None,
         }
     });
-    RigidBody {
-        name: "body".to_owned(),
-        tip_in_body: None,
-        sensors: sensors.collect(),
-    }
+    RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() }
 }
 
 fn covariance(methods: &dyn Methods, case: &str, body: &RigidBody, weight_mm: f64) -> Vec<Row> {
@@ -157,10 +135,7 @@ fn covariance(methods: &dyn Methods, case: &str, body: &RigidBody, weight_mm: f6
     };
     let exact = HighCovariance::of(body, weight_mm, &sensors, &tip);
     let expected = exact.covariance.concat();
-    let scale = expected
-        .iter()
-        .map(|x| x.abs().to_f64())
-        .fold(0.0, f64::max);
+    let scale = expected.iter().map(|x| x.abs().to_f64()).fold(0.0, f64::max);
     let error = distance(found.transpose().as_slice(), &expected);
     vec![COVARIANCE.row(case, exact.condition, error, scale)]
 }
@@ -181,11 +156,7 @@ impl HighCovariance {
         let n = body.sensors.len() as f64;
         let zero = || matrix_from_fn(|_, _| High::zero());
         let weight = High::from(weight_mm) * weight_mm;
-        let own: Vec<_> = body
-            .sensors
-            .iter()
-            .map(|s| point3(&s.position_in_body))
-            .collect();
+        let own: Vec<_> = body.sensors.iter().map(|s| point3(&s.position_in_body)).collect();
         let sum = own.iter().fold(vector3([0.0; 3]), |sum, p| add3(&sum, p));
         let centroid = sum.map(|x| x / n);
         let arms: Vec<_> = own.iter().map(|p| sub3(p, &centroid)).collect();
@@ -208,11 +179,7 @@ impl HighCovariance {
         for ((x, seen), c) in arms.iter().zip(&seen).zip(sensors) {
             let turned = times33(&gain, &cross_matrix(x));
             let j = matrix_from_fn(|i, k| {
-                let mean = if i == k {
-                    High::one() / n
-                } else {
-                    High::zero()
-                };
+                let mean = if i == k { High::one() / n } else { High::zero() };
                 mean - &turned[i][k]
             });
             let turned = times33(&gain, seen);
@@ -262,10 +229,8 @@ fn tip_error(methods: &dyn Methods, case: &str, place_mm: f64, turn_rad: f64) ->
     for _ in 0..6 {
         let truth = pose_from_parts(sequence.vector() * place_mm, sequence.rotation());
         let turn = exp_vector(&(sequence.axis().into_inner() * turn_rad));
-        let simulated = pose_from_parts(
-            truth.translation.vector + sequence.vector(),
-            turn * truth.rotation,
-        );
+        let simulated =
+            pose_from_parts(truth.translation.vector + sequence.vector(), turn * truth.rotation);
         let tip = Point3::from(sequence.vector() * 200.0);
         let found = methods.relative_error(&truth, &simulated, &tip);
         let at = |pose: &Pose| {
@@ -276,18 +241,12 @@ fn tip_error(methods: &dyn Methods, case: &str, place_mm: f64, turn_rad: f64) ->
         let scale = place_mm + tip.coords.norm();
         let error = distance(found.tip_error_in_crf_mm.as_slice(), &expected);
         tips.push(TIP_ERROR.row(case, 1.0, error, scale));
-        let between = between(
-            &quaternion(&simulated.rotation),
-            &quaternion(&truth.rotation),
-        );
+        let between = between(&quaternion(&simulated.rotation), &quaternion(&truth.rotation));
         let angle = norm(&references::log(&between));
         let error = (High::from(found.angle_rad) - angle).abs().to_f64();
         angles.push(ANGLE_ERROR.row(case, 1.0, error, 1.0));
     }
-    [tips, angles]
-        .into_iter()
-        .filter_map(Row::worst_of)
-        .collect()
+    [tips, angles].into_iter().filter_map(Row::worst_of).collect()
 }
 
 /// `a b⁻¹`, up to its length.

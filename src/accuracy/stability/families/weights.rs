@@ -40,9 +40,7 @@ pub(super) fn family(_: Extent) -> Family {
                 let name = format!("{} orientations, {weighting:?}, axes {place}", set.len());
                 cases.push(Case::new(name, move |m, case| {
                     let axes = axes(set);
-                    let rows = axes
-                        .iter()
-                        .map(|axis| weights(m, case, set, axis, weighting));
+                    let rows = axes.iter().map(|axis| weights(m, case, set, axis, weighting));
                     Row::worst_of(rows.collect()).into_iter().collect()
                 }));
             }
@@ -60,15 +58,9 @@ pub(super) fn family(_: Extent) -> Family {
             let is_zero = edges(set).iter().zip(set.triangles()).all(|(axis, t)| {
                 let w = m.weights(set, axis, Weighting::Area);
                 let others = w.directions.iter().zip(&w.weights);
-                others
-                    .filter(|(d, _)| **d != t[0] && **d != t[1])
-                    .all(|(_, &w)| w == 0.0)
+                others.filter(|(d, _)| **d != t[0] && **d != t[1]).all(|(_, &w)| w == 0.0)
             });
-            vec![Row::behaviour(
-                case,
-                "opposite weight of exactly 0",
-                is_zero,
-            )]
+            vec![Row::behaviour(case, "opposite weight of exactly 0", is_zero)]
         }));
     }
     Family {
@@ -89,8 +81,7 @@ fn corners(set: DirectionSet) -> Axes {
 fn beside_corners(set: DirectionSet) -> Axes {
     let mut sequence = Sequence::new(3);
     let own = set.directions().iter();
-    own.map(|d| Unit::new_normalize(d.as_ref() + sequence.vector() * NEAR))
-        .collect()
+    own.map(|d| Unit::new_normalize(d.as_ref() + sequence.vector() * NEAR)).collect()
 }
 
 /// One axis an edge, in the order of the triangles.

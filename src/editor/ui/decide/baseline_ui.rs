@@ -37,8 +37,7 @@ pub fn baseline_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
                 Some(file) => file.display().to_string(),
                 None => "A state of the open design".to_owned(),
             };
-            ui.add(Label::new(name.strong()).wrap())
-                .on_hover_text(about);
+            ui.add(Label::new(name.strong()).wrap()).on_hover_text(about);
             if pinned.is_gone {
                 warning_ui(
                     ui,
@@ -55,9 +54,7 @@ pub fn baseline_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
         if here.clicked() {
             asked.push(DecideRequest::PinHere);
         }
-        let file = ui
-            .button("Pin a file…")
-            .on_hover_text("Holds the design against another one");
+        let file = ui.button("Pin a file…").on_hover_text("Holds the design against another one");
         if file.clicked() {
             asked.push(DecideRequest::ShowPin);
         }
@@ -115,22 +112,16 @@ fn found_ui(
         },
     };
     let differences = against.map(|against| against.differences.as_slice());
-    table_ui(
-        ui,
-        view.desk.shows_all_figures,
-        [&before.figures, now],
-        differences,
-    );
+    table_ui(ui, view.desk.shows_all_figures, [&before.figures, now], differences);
     ui.add_space(4.0);
     let mut all = view.desk.shows_all_figures;
     if ui.checkbox(&mut all, "All figures").changed() {
         asked.push(DecideRequest::ShowAllFigures(all));
     }
     ui.add_space(4.0);
-    for (name, figures, expected) in [
-        ("baseline", &before.figures, before.expected.as_ref()),
-        ("this design", now, expected),
-    ] {
+    for (name, figures, expected) in
+        [("baseline", &before.figures, before.expected.as_ref()), ("this design", now, expected)]
+    {
         if let Some((value, ends)) = expected.and_then(|e| e.of(REQUIRED[0])) {
             let value = with_unit(&decimal(value, 2), "mm");
             fact_ui(
@@ -155,10 +146,7 @@ fn found_ui(
         }
     }
     if let Some(Some(why)) = found.comparison.rooms_unknown.first() {
-        warning_ui(
-            ui,
-            &format!("the room does not say how far its field may be off: {why}"),
-        );
+        warning_ui(ui, &format!("the room does not say how far its field may be off: {why}"));
     }
 }
 
@@ -169,46 +157,39 @@ fn table_ui(
     differences: Option<&[Difference]>,
 ) {
     let [before, now] = figures.map(|f| values(&f.position_mm, &f.angle_deg));
-    Grid::new("baseline figures")
-        .num_columns(5)
-        .spacing([7.0, 3.0])
-        .show(ui, |ui| {
-            quiet_ui(ui, "");
-            for head in ["baseline", "this", "change", ""] {
-                right_ui(ui, head, palette::TEXT_QUIET.color32());
+    Grid::new("baseline figures").num_columns(5).spacing([7.0, 3.0]).show(ui, |ui| {
+        quiet_ui(ui, "");
+        for head in ["baseline", "this", "change", ""] {
+            right_ui(ui, head, palette::TEXT_QUIET.color32());
+        }
+        ui.end_row();
+        for (index, figure) in FIGURES.iter().enumerate() {
+            if !shows_all && !REQUIRED.contains(figure) {
+                continue;
+            }
+            // There is little room beside four columns: the unit stands once.
+            let name = figure.label().replace("95th percentile", "95 %").replace(" error", "");
+            let name = format!("{name}, {}", figure.unit());
+            ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
+            let text = |value: f64| decimal(value, 3);
+            right_ui(ui, &text(before[index]), palette::BASELINE.color32());
+            right_ui(ui, &text(now[index]), palette::TEXT_STRONG.color32());
+            let change = signed(now[index] - before[index], 3);
+            match differences.and_then(|all| all.get(index)) {
+                None => {
+                    right_ui(ui, &change, palette::TEXT_QUIET.color32());
+                    quiet_ui(ui, "");
+                }
+                Some(difference) => {
+                    let (word, color) = verdict(difference.verdict);
+                    let about = with_minus_signs(&difference_words(difference, "the baseline"));
+                    right_ui(ui, &change, color);
+                    ui.label(RichText::new(word).color(color)).on_hover_text(about);
+                }
             }
             ui.end_row();
-            for (index, figure) in FIGURES.iter().enumerate() {
-                if !shows_all && !REQUIRED.contains(figure) {
-                    continue;
-                }
-                // There is little room beside four columns: the unit stands once.
-                let name = figure
-                    .label()
-                    .replace("95th percentile", "95 %")
-                    .replace(" error", "");
-                let name = format!("{name}, {}", figure.unit());
-                ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
-                let text = |value: f64| decimal(value, 3);
-                right_ui(ui, &text(before[index]), palette::BASELINE.color32());
-                right_ui(ui, &text(now[index]), palette::TEXT_STRONG.color32());
-                let change = signed(now[index] - before[index], 3);
-                match differences.and_then(|all| all.get(index)) {
-                    None => {
-                        right_ui(ui, &change, palette::TEXT_QUIET.color32());
-                        quiet_ui(ui, "");
-                    }
-                    Some(difference) => {
-                        let (word, color) = verdict(difference.verdict);
-                        let about = with_minus_signs(&difference_words(difference, "the baseline"));
-                        right_ui(ui, &change, color);
-                        ui.label(RichText::new(word).color(color))
-                            .on_hover_text(about);
-                    }
-                }
-                ui.end_row();
-            }
-        });
+        }
+    });
 }
 
 /// A difference in a word, and its colour.

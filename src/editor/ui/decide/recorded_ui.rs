@@ -72,8 +72,7 @@ fn frame_ui(ui: &mut Ui, changed: &mut BuiltRecording, asked: &mut Vec<DecideReq
         return;
     }
     let mut is_in_crf = changed.frame == RecordedFrame::Crf;
-    ui.checkbox(&mut is_in_crf, "in the CRF's frame")
-        .on_hover_text("Else in the tracker's");
+    ui.checkbox(&mut is_in_crf, "in the CRF's frame").on_hover_text("Else in the tracker's");
     changed.frame = match is_in_crf {
         true => RecordedFrame::Crf,
         false => RecordedFrame::Tracker,
@@ -92,8 +91,7 @@ fn labelled_ui(ui: &mut Ui, field: &NumberField, about: &str, value: f64) -> Opt
     let row = ui.horizontal(|ui| {
         quiet_ui(ui, field.name).on_hover_text(about);
         let right = Layout::right_to_left(Align::Center);
-        ui.with_layout(right, |ui| number_ui(ui, field, value))
-            .inner
+        ui.with_layout(right, |ui| number_ui(ui, field, value)).inner
     });
     let changes = row.inner.into_iter().rev();
     changes.into_iter().find_map(|change| match change {
@@ -108,9 +106,6 @@ fn short_path(path: &str) -> String {
     let count = path.chars().count();
     match count > MOST {
         false => path.to_owned(),
-        true => format!(
-            "…{}",
-            path.chars().skip(count + 1 - MOST).collect::<String>()
-        ),
+        true => format!("…{}", path.chars().skip(count + 1 - MOST).collect::<String>()),
     }
 }

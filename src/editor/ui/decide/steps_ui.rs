@@ -93,8 +93,7 @@ fn badge(state: State) -> (Option<char>, Color32) {
 
 /// The design's own room, and the further ones that it is judged in.
 fn rooms_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
-    ui.add(Label::new(printable(view.environment)).wrap())
-        .on_hover_text("The design's own room");
+    ui.add(Label::new(printable(view.environment)).wrap()).on_hover_text("The design's own room");
     for file in &view.document.design().procedure.further_rooms {
         ui.horizontal(|ui| {
             let named = view.standing().and_then(|standing| {
@@ -103,8 +102,7 @@ fn rooms_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
             });
             let name = named.map_or(file.as_str(), |row| row.room.name.as_str());
             let name = if name.is_empty() { file } else { name };
-            ui.add(Label::new(printable(name)).truncate())
-                .on_hover_text(printable(file));
+            ui.add(Label::new(printable(name)).truncate()).on_hover_text(printable(file));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let remove = ui.small_button("×").on_hover_text("No longer judged in it");
                 if remove.clicked() {
@@ -142,75 +140,71 @@ fn studies_ui(ui: &mut Ui, id: &str, standing: &StudiesStanding) {
         quiet_ui(ui, "The design has no CRF");
         return;
     }
-    Grid::new(("standing", id))
-        .num_columns(4)
-        .spacing([8.0, 2.0])
-        .show(ui, |ui| {
-            quiet_ui(ui, "");
-            for head in ["RMS", "max", ""] {
-                right_ui(ui, head, palette::TEXT_QUIET.color32());
-            }
-            ui.end_row();
-            let mut last_room = None;
-            for row in &standing.rows {
-                let room = match row.room.name.trim() {
-                    "" => &row.room.file,
-                    name => name,
-                };
-                // Targets stand below the room that they are judged in.
-                if row.target.is_some() && last_room != Some(&row.room.file) {
-                    last_room = Some(&row.room.file);
-                    quiet_ui(ui, short_name(room, MOST_CHARS));
-                    ui.end_row();
-                }
-                let name = match &row.target {
-                    Some(target) => target.as_str(),
-                    None => room,
-                };
-                let about = format!("{room}\n{}", row.room.file);
-                let label = Label::new(
-                    RichText::new(short_name(name, MOST_CHARS)).color(palette::TEXT.color32()),
-                );
-                match &row.studied {
-                    Err(why) => {
-                        ui.add(label).on_hover_text(format!("{about}\n{why}"));
-                        right_ui(ui, "none", palette::MISSED.color32());
-                        right_ui(ui, "none", palette::MISSED.color32());
-                    }
-                    Ok(studied) => {
-                        let figures = &studied.figures;
-                        let angle = with_unit(&decimal(figures.angle_deg.rms, 3), "°");
-                        let expected = studied.expected.iter().flat_map(expected_rows);
-                        let expected = expected.map(|row| {
-                            let (label, unit) = (row.label(), row.figure.unit());
-                            format!("\n{label} {} {unit} {}", row.value, row.interval_words())
-                        });
-                        ui.add(label).on_hover_text(format!(
-                            "{about}\nangle error RMS {angle}{}",
-                            expected.collect::<String>()
-                        ));
-                        let (p, [rms, _, max, ..]) = (&figures.position_mm, REQUIRED);
-                        for (figure, own) in [(rms, p.rms), (max, p.max)] {
-                            let found = studied.expected.as_ref().and_then(|e| e.of(figure));
-                            let value = found.map_or(own, |(value, _)| value);
-                            let text = with_unit(&decimal(value, 2), "mm");
-                            right_ui(ui, &text, palette::TEXT_STRONG.color32());
-                        }
-                    }
-                }
-                match row.verdict() {
-                    None => {
-                        quiet_ui(ui, "");
-                    }
-                    Some(verdict) => {
-                        let (sign, color) = verdict_mark(verdict);
-                        ui.label(RichText::new(sign).color(color))
-                            .on_hover_text(verdict.label());
-                    }
-                }
+    Grid::new(("standing", id)).num_columns(4).spacing([8.0, 2.0]).show(ui, |ui| {
+        quiet_ui(ui, "");
+        for head in ["RMS", "max", ""] {
+            right_ui(ui, head, palette::TEXT_QUIET.color32());
+        }
+        ui.end_row();
+        let mut last_room = None;
+        for row in &standing.rows {
+            let room = match row.room.name.trim() {
+                "" => &row.room.file,
+                name => name,
+            };
+            // Targets stand below the room that they are judged in.
+            if row.target.is_some() && last_room != Some(&row.room.file) {
+                last_room = Some(&row.room.file);
+                quiet_ui(ui, short_name(room, MOST_CHARS));
                 ui.end_row();
             }
-        });
+            let name = match &row.target {
+                Some(target) => target.as_str(),
+                None => room,
+            };
+            let about = format!("{room}\n{}", row.room.file);
+            let label = Label::new(
+                RichText::new(short_name(name, MOST_CHARS)).color(palette::TEXT.color32()),
+            );
+            match &row.studied {
+                Err(why) => {
+                    ui.add(label).on_hover_text(format!("{about}\n{why}"));
+                    right_ui(ui, "none", palette::MISSED.color32());
+                    right_ui(ui, "none", palette::MISSED.color32());
+                }
+                Ok(studied) => {
+                    let figures = &studied.figures;
+                    let angle = with_unit(&decimal(figures.angle_deg.rms, 3), "°");
+                    let expected = studied.expected.iter().flat_map(expected_rows);
+                    let expected = expected.map(|row| {
+                        let (label, unit) = (row.label(), row.figure.unit());
+                        format!("\n{label} {} {unit} {}", row.value, row.interval_words())
+                    });
+                    ui.add(label).on_hover_text(format!(
+                        "{about}\nangle error RMS {angle}{}",
+                        expected.collect::<String>()
+                    ));
+                    let (p, [rms, _, max, ..]) = (&figures.position_mm, REQUIRED);
+                    for (figure, own) in [(rms, p.rms), (max, p.max)] {
+                        let found = studied.expected.as_ref().and_then(|e| e.of(figure));
+                        let value = found.map_or(own, |(value, _)| value);
+                        let text = with_unit(&decimal(value, 2), "mm");
+                        right_ui(ui, &text, palette::TEXT_STRONG.color32());
+                    }
+                }
+            }
+            match row.verdict() {
+                None => {
+                    quiet_ui(ui, "");
+                }
+                Some(verdict) => {
+                    let (sign, color) = verdict_mark(verdict);
+                    ui.label(RichText::new(sign).color(color)).on_hover_text(verdict.label());
+                }
+            }
+            ui.end_row();
+        }
+    });
 }
 
 fn built_ui(

@@ -54,11 +54,7 @@ pub fn table_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
 
 fn head_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
     ui.horizontal(|ui| {
-        ui.label(
-            RichText::new("Compare")
-                .strong()
-                .color(palette::TEXT_STRONG.color32()),
-        );
+        ui.label(RichText::new("Compare").strong().color(palette::TEXT_STRONG.color32()));
         ui.add_space(6.0);
         if ui.button("Add design…").clicked() {
             asked.push(DecideRequest::ShowAddDesign);
@@ -107,11 +103,9 @@ const HEADS: [&str; 11] = [
 ];
 
 fn rows_ui(ui: &mut Ui, compared: &Compared, asked: &mut Vec<DecideRequest>) {
-    Grid::new("compared")
-        .num_columns(HEADS.len())
-        .spacing([14.0, 3.0])
-        .striped(true)
-        .show(ui, |ui| {
+    Grid::new("compared").num_columns(HEADS.len()).spacing([14.0, 3.0]).striped(true).show(
+        ui,
+        |ui| {
             for (column, head) in HEADS.iter().enumerate() {
                 match column {
                     0 | 1 | 9 | 10 => quiet_ui(ui, *head),
@@ -123,7 +117,8 @@ fn rows_ui(ui: &mut Ui, compared: &Compared, asked: &mut Vec<DecideRequest>) {
                 row_ui(ui, compared, (number, row), asked);
                 ui.end_row();
             }
-        });
+        },
+    );
 }
 
 fn row_ui(
@@ -143,15 +138,10 @@ fn row_ui(
         _ => palette::TEXT_STRONG.color32(),
     };
     let room = Names::of(&names.rooms, row.room);
-    let about = about(
-        what,
-        compared.rooms.get(row.room).is_some_and(Option::is_some),
-    );
+    let about = about(what, compared.rooms.get(row.room).is_some_and(Option::is_some));
     let button = Button::new(RichText::new(name).color(color)).frame(false);
-    let opened = ui.add(button).on_hover_text(format!(
-        "{}\n{about}",
-        Names::of(&names.designs, row.design)
-    ));
+    let opened =
+        ui.add(button).on_hover_text(format!("{}\n{about}", Names::of(&names.designs, row.design)));
     if opened.clicked() {
         asked.push(DecideRequest::OpenRow(number));
     }
@@ -166,13 +156,8 @@ fn row_ui(
     };
     let figures = &measured.figures;
     let (p, a) = (&figures.position_mm, &figures.angle_deg);
-    for (value, unit) in [
-        (p.rms, "mm"),
-        (p.p95, "mm"),
-        (p.max, "mm"),
-        (a.rms, "°"),
-        (a.max, "°"),
-    ] {
+    for (value, unit) in [(p.rms, "mm"), (p.p95, "mm"), (p.max, "mm"), (a.rms, "°"), (a.max, "°")]
+    {
         let text = with_unit(&decimal(value, 3), unit);
         right_ui(ui, &text, palette::TEXT.color32());
     }
@@ -200,21 +185,11 @@ fn row_ui(
     let rms = (row.against_baseline.as_ref()).and_then(|against| against.differences.first());
     match rms {
         None => {
-            quiet_ui(
-                ui,
-                if row.design == compared.comparison.baseline {
-                    "baseline"
-                } else {
-                    ""
-                },
-            );
+            quiet_ui(ui, if row.design == compared.comparison.baseline { "baseline" } else { "" });
         }
         Some(difference) => {
             let (word, color) = verdict(difference.verdict);
-            let text = format!(
-                "{} {word}",
-                with_unit(&signed(difference.difference, 3), "mm")
-            );
+            let text = format!("{} {word}", with_unit(&signed(difference.difference, 3), "mm"));
             let baseline = Names::of(&names.designs, compared.comparison.baseline);
             ui.label(RichText::new(text).color(color))
                 .on_hover_text(with_minus_signs(&difference_words(difference, baseline)));
@@ -257,9 +232,8 @@ fn about(what: Option<&Compare>, is_other_room: bool) -> &'static str {
 
 /// `shaver` of `folder/shaver.design.ron`.
 fn file_stem(file: &Path) -> String {
-    let name = file
-        .file_name()
-        .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let name =
+        file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let stem = name.strip_suffix(".ron").unwrap_or(&name);
     stem.strip_suffix(".design").unwrap_or(stem).to_owned()
 }

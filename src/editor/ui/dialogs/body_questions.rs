@@ -39,13 +39,7 @@ pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<Option<DialogA
             let leave = ("Don't use it", DialogAnswer::Close);
             buttons_ui(ui, &[leave, ("Use it anyway", ask(anyway))])
         }
-        Dialog::WriteBody {
-            body,
-            file,
-            kind,
-            notes,
-            exists,
-        } => {
+        Dialog::WriteBody { body, file, kind, notes, exists } => {
             let name = name_of(file);
             let verb = if *exists { "Replace" } else { "Save" };
             title_ui(ui, &format!("{verb} {name}?"));
@@ -57,10 +51,7 @@ pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<Option<DialogA
             for note in notes {
                 text_ui(ui, format!("• {note}"));
             }
-            let write = BodyFileRequest::Write {
-                body: *body,
-                file: file.clone(),
-            };
+            let write = BodyFileRequest::Write { body: *body, file: file.clone() };
             let write = (verb, ask(write));
             // Nobody writes over a maker's file by Enter alone.
             match exists {

@@ -151,9 +151,7 @@ impl FileDialog {
         if path.is_dir() {
             return String::new();
         }
-        path.file_name()
-            .map(|name| name.to_string_lossy().into_owned())
-            .unwrap_or_default()
+        path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
     }
 }
 
@@ -267,31 +265,25 @@ fn system_choice(files: &mut FileDialog) -> Option<PathBuf> {
 /// The folder's list; what was clicked.
 fn list_ui(ui: &mut Ui, files: &FileDialog) -> Option<PathBuf> {
     let mut chosen = None;
-    egui::Frame::new()
-        .fill(palette::FIELD.color32())
-        .corner_radius(3.0)
-        .show(ui, |ui| {
-            ScrollArea::vertical()
-                .max_height(LIST_HEIGHT)
-                .auto_shrink(false)
-                .show(ui, |ui| {
-                    ui.spacing_mut().item_spacing = vec2(0.0, 0.0);
-                    for entry in &files.entries {
-                        let row = Row {
-                            label: entry.name(),
-                            note: match entry {
-                                Entry::Up => "folder above",
-                                Entry::Folder(_) => "folder",
-                                Entry::File(_) => files.kind.note(),
-                            },
-                            ..Row::default()
-                        };
-                        if row_ui(ui, &row).clicked() {
-                            chosen = Some(entry.path(&files.folder));
-                        }
-                    }
-                });
+    egui::Frame::new().fill(palette::FIELD.color32()).corner_radius(3.0).show(ui, |ui| {
+        ScrollArea::vertical().max_height(LIST_HEIGHT).auto_shrink(false).show(ui, |ui| {
+            ui.spacing_mut().item_spacing = vec2(0.0, 0.0);
+            for entry in &files.entries {
+                let row = Row {
+                    label: entry.name(),
+                    note: match entry {
+                        Entry::Up => "folder above",
+                        Entry::Folder(_) => "folder",
+                        Entry::File(_) => files.kind.note(),
+                    },
+                    ..Row::default()
+                };
+                if row_ui(ui, &row).clicked() {
+                    chosen = Some(entry.path(&files.folder));
+                }
+            }
         });
+    });
     ui.add_space(theme::ROW_HEIGHT / 4.0);
     chosen
 }

@@ -173,10 +173,7 @@ impl Dialog {
     }
 
     pub fn open_recorded(folder: PathBuf, body: BodyRole) -> Self {
-        Self::OpenRecorded {
-            files: FileDialog::new(FileKind::Table, folder, ""),
-            body,
-        }
+        Self::OpenRecorded { files: FileDialog::new(FileKind::Table, folder, ""), body }
     }
 
     pub fn add_design(folder: PathBuf) -> Self {
@@ -204,38 +201,23 @@ impl Dialog {
     }
 
     pub fn open_table(folder: PathBuf, role: TableRole) -> Self {
-        Self::Table {
-            files: FileDialog::new(FileKind::Table, folder, ""),
-            role,
-        }
+        Self::Table { files: FileDialog::new(FileKind::Table, folder, ""), role }
     }
 
     pub fn save_room(folder: PathBuf, name: &str, room: RoomToSave) -> Self {
-        Self::SaveRoom {
-            files: FileDialog::new(FileKind::Room, folder, name),
-            room,
-        }
+        Self::SaveRoom { files: FileDialog::new(FileKind::Room, folder, name), room }
     }
 
     pub fn load_mesh(folder: PathBuf, whose: impl Into<MeshOwner>) -> Self {
-        Self::Mesh {
-            files: FileDialog::new(FileKind::Mesh, folder, ""),
-            whose: whose.into(),
-        }
+        Self::Mesh { files: FileDialog::new(FileKind::Mesh, folder, ""), whose: whose.into() }
     }
 
     pub fn open_body(folder: PathBuf, body: BodyRole) -> Self {
-        Self::OpenBody {
-            files: FileDialog::new(FileKind::Body, folder, ""),
-            body,
-        }
+        Self::OpenBody { files: FileDialog::new(FileKind::Body, folder, ""), body }
     }
 
     pub fn save_body(folder: PathBuf, name: &str, body: BodyRole) -> Self {
-        Self::SaveBody {
-            files: FileDialog::new(FileKind::Body, folder, name),
-            body,
-        }
+        Self::SaveBody { files: FileDialog::new(FileKind::Body, folder, name), body }
     }
 }
 
@@ -344,20 +326,14 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
         }
         Dialog::SaveRoom { files, room } => {
             let room = room.clone();
-            file_ui(
-                ui,
-                files,
-                "Save room and use it",
-                "Save",
-                move |path, exists| {
-                    let room = room.clone();
-                    if exists {
-                        DialogAnswer::Become(Dialog::ReplaceRoom { path, room })
-                    } else {
-                        DialogAnswer::Field(FieldRequest::Save(room, path))
-                    }
-                },
-            )
+            file_ui(ui, files, "Save room and use it", "Save", move |path, exists| {
+                let room = room.clone();
+                if exists {
+                    DialogAnswer::Become(Dialog::ReplaceRoom { path, room })
+                } else {
+                    DialogAnswer::Field(FieldRequest::Save(room, path))
+                }
+            })
         }
         question => body_questions::question_ui(ui, question)
             .unwrap_or_else(|| questions::question_ui(ui, question)),
@@ -366,11 +342,7 @@ pub fn dialog_ui(ui: &mut Ui, dialog: &mut Dialog) -> Option<DialogAnswer> {
 
 fn title_ui(ui: &mut Ui, title: &str) {
     ui.set_width(WIDTH);
-    ui.label(
-        RichText::new(title)
-            .strong()
-            .color(palette::TEXT_STRONG.color32()),
-    );
+    ui.label(RichText::new(title).strong().color(palette::TEXT_STRONG.color32()));
     ui.add_space(6.0);
 }
 

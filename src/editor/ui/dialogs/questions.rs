@@ -26,17 +26,12 @@ impl Dialog {
             }
             source = cause.source();
         }
-        Self::Error {
-            title: title.to_owned(),
-            text,
-        }
+        Self::Error { title: title.to_owned(), text }
     }
 
     /// What is open is not lost by it, and that is said.
     pub fn not_saved(error: &StoreError) -> Self {
-        Self::NotSaved {
-            text: error.to_string(),
-        }
+        Self::NotSaved { text: error.to_string() }
     }
 
     pub fn unsaved(file: String, then: FileRequest) -> Self {
@@ -81,10 +76,7 @@ impl Dialog {
             };
             format!("{} ({}) {what}", changed.file.display(), changed.part)
         };
-        Self::ChangedOnDisk {
-            lines: changes.iter().map(line).collect(),
-            is_saving,
-        }
+        Self::ChangedOnDisk { lines: changes.iter().map(line).collect(), is_saving }
     }
 
     /// Names the designs that a save would change too.
@@ -99,11 +91,7 @@ impl Dialog {
             .iter()
             .map(|body| {
                 let designs: Vec<String> = body.designs.iter().map(name).collect();
-                format!(
-                    "{} is also used by {}",
-                    name(&body.file),
-                    designs.join(", ")
-                )
+                format!("{} is also used by {}", name(&body.file), designs.join(", "))
             })
             .collect();
         Self::SharedBodies { lines }
@@ -174,10 +162,7 @@ pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<DialogAnswer> 
                 }
                 false => {
                     let keep = ("Keep what is open", request(FileRequest::KeepMine));
-                    buttons_ui(
-                        ui,
-                        &[("Read them again", request(FileRequest::Reload)), keep],
-                    )
+                    buttons_ui(ui, &[("Read them again", request(FileRequest::Reload)), keep])
                 }
             }
         }
@@ -220,10 +205,7 @@ pub(super) fn question_ui(ui: &mut Ui, dialog: &Dialog) -> Option<DialogAnswer> 
             title_ui(ui, "Whose mesh is this?");
             text_ui(ui, file.display().to_string());
             ui.add_space(4.0);
-            quiet_ui(
-                ui,
-                "Anatomy is shown translucent beside them; no figure depends on it",
-            );
+            quiet_ui(ui, "Anatomy is shown translucent beside them; no figure depends on it");
             let load = |whose| DialogAnswer::Mesh(MeshRequest::load(whose, file.clone()));
             let tool = ("The tool's", load(BodyRole::Tool.into()));
             let crf = ("The CRF's", load(BodyRole::Crf.into()));

@@ -13,14 +13,7 @@ pub fn rooms_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
     let mut asked = Vec::new();
     section_ui(ui, "Rooms, held-out error");
     if desk.rooms.is_empty() {
-        quiet_ui(
-            ui,
-            if desk.listing.is_some() {
-                "reading…"
-            } else {
-                "none"
-            },
-        );
+        quiet_ui(ui, if desk.listing.is_some() { "reading…" } else { "none" });
     }
     for room in &desk.rooms {
         let is_own = desk.own.as_ref() == Some(&room.place);
@@ -63,10 +56,6 @@ fn about(room: &RoomListing, is_own: bool) -> String {
         None => "no held-out error".to_owned(),
         Some(rms_mm) => format!("held-out error {rms_mm:.2}{THIN_SPACE}mm RMS"),
     };
-    let verb = if is_own {
-        "The design is in this room"
-    } else {
-        "Puts the design into this room"
-    };
+    let verb = if is_own { "The design is in this room" } else { "Puts the design into this room" };
     format!("{verb}\n{place}\n{samples}, {held_out}")
 }

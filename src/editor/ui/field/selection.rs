@@ -57,40 +57,30 @@ fn page_ui(ui: &mut Ui, fitted: &Fitted) {
     let Some(chosen) = &fitted.chosen else { return };
     let selection = &chosen.selection;
     ui.set_width(WINDOW_WIDTH);
-    chart_ui(
-        ui,
-        &chart(&fitted.training.name(), selection),
-        WINDOW_CHART_HEIGHT,
-    );
+    chart_ui(ui, &chart(&fitted.training.name(), selection), WINDOW_CHART_HEIGHT);
     ui.add_space(8.0);
-    ScrollArea::vertical()
-        .max_height(TABLE_HEIGHT)
-        .auto_shrink([false, true])
-        .show(ui, |ui| {
-            Grid::new("selection")
-                .striped(true)
-                .spacing([14.0, 2.0])
-                .show(ui, |ui| {
-                    for name in head(selection) {
-                        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                            quiet_ui(ui, name.trim());
-                        });
-                    }
-                    ui.end_row();
-                    for row in rows(selection) {
-                        let color = match row.is_chosen {
-                            true => palette::MET,
-                            false => palette::TEXT,
-                        };
-                        for cell in row.cells {
-                            super::cell_ui(ui, with_thin_spaces(&cell), color.color32());
-                        }
-                        let mark = if row.is_chosen { "chosen" } else { "" };
-                        ui.label(RichText::new(mark).color(color.color32()));
-                        ui.end_row();
-                    }
+    ScrollArea::vertical().max_height(TABLE_HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+        Grid::new("selection").striped(true).spacing([14.0, 2.0]).show(ui, |ui| {
+            for name in head(selection) {
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    quiet_ui(ui, name.trim());
                 });
+            }
+            ui.end_row();
+            for row in rows(selection) {
+                let color = match row.is_chosen {
+                    true => palette::MET,
+                    false => palette::TEXT,
+                };
+                for cell in row.cells {
+                    super::cell_ui(ui, with_thin_spaces(&cell), color.color32());
+                }
+                let mark = if row.is_chosen { "chosen" } else { "" };
+                ui.label(RichText::new(mark).color(color.color32()));
+                ui.end_row();
+            }
         });
+    });
     ui.add_space(6.0);
     for note in notes(selection) {
         quiet_ui(ui, note);

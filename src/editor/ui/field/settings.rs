@@ -62,10 +62,7 @@ pub fn settings_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
 
 /// The kind of model, and the degree of a harmonic one.
 fn kind_ui(ui: &mut Ui, settings: &mut FieldSettings) {
-    let kinds: Vec<_> = FieldKind::all()
-        .into_iter()
-        .map(|kind| (kind, kind.label()))
-        .collect();
+    let kinds: Vec<_> = FieldKind::all().into_iter().map(|kind| (kind, kind.label())).collect();
     choice_ui(
         ui,
         (
@@ -105,10 +102,7 @@ fn polynomials_ui(ui: &mut Ui, settings: &mut FieldSettings) {
         .collect();
     choice_ui(
         ui,
-        (
-            "order",
-            "order of the polynomials; higher follows more, and needs more samples",
-        ),
+        ("order", "order of the polynomials; higher follows more, and needs more samples"),
         &mut model.order,
         &orders,
     );
@@ -123,10 +117,7 @@ fn polynomials_ui(ui: &mut Ui, settings: &mut FieldSettings) {
         .collect();
     choice_ui(
         ui,
-        (
-            "orientations",
-            "basis orientations, between which axes are weighted",
-        ),
+        ("orientations", "basis orientations, between which axes are weighted"),
         &mut model.directions,
         &sets,
     );
@@ -137,66 +128,40 @@ fn polynomials_ui(ui: &mut Ui, settings: &mut FieldSettings) {
     }
     let ridges: Vec<(Option<f64>, String)> =
         std::iter::once((None, if is_open { SELECTED } else { "none" }.to_owned()))
-            .chain(
-                DEFAULT_RIDGES
-                    .iter()
-                    .filter(|r| is_open || **r > 0.0)
-                    .map(|&ridge| {
-                        let text = match ridge {
-                            0.0 => "none".to_owned(),
-                            ridge => ridge_text(ridge),
-                        };
-                        (Some(ridge), text)
-                    }),
-            )
+            .chain(DEFAULT_RIDGES.iter().filter(|r| is_open || **r > 0.0).map(|&ridge| {
+                let text = match ridge {
+                    0.0 => "none".to_owned(),
+                    ridge => ridge_text(ridge),
+                };
+                (Some(ridge), text)
+            }))
             .collect();
     choice_ui(
         ui,
-        (
-            "ridge",
-            "holds coefficients small, as a part of the largest singular value",
-        ),
+        ("ridge", "holds coefficients small, as a part of the largest singular value"),
         &mut model.ridge,
         &ridges,
     );
     choice_ui(
         ui,
-        (
-            "method",
-            "each orientation by itself as in the paper, or all at once",
-        ),
+        ("method", "each orientation by itself as in the paper, or all at once"),
         &mut model.method,
-        &[
-            (FitMethod::PerDirection, "per direction"),
-            (FitMethod::Joint, "joint"),
-        ],
+        &[(FitMethod::PerDirection, "per direction"), (FitMethod::Joint, "joint")],
     );
     choice_ui(
         ui,
-        (
-            "weighting",
-            "how an axis is shared among the three orientations around it",
-        ),
+        ("weighting", "how an axis is shared among the three orientations around it"),
         &mut model.weighting,
-        &[
-            (Weighting::Area, "areas"),
-            (Weighting::Gnomonic, "gnomonic, continuous"),
-        ],
+        &[(Weighting::Area, "areas"), (Weighting::Gnomonic, "gnomonic, continuous")],
     );
 }
 
 fn map_ui(ui: &mut Ui, settings: &mut FieldSettings) {
     choice_ui(
         ui,
-        (
-            "map",
-            "a function of the ideal pose to simulate, of the measured one to compensate",
-        ),
+        ("map", "a function of the ideal pose to simulate, of the measured one to compensate"),
         &mut settings.model.map,
-        &[
-            (MapKind::Distortion, "distortion"),
-            (MapKind::Correction, "correction"),
-        ],
+        &[(MapKind::Distortion, "distortion"), (MapKind::Correction, "correction")],
     );
 }
 
@@ -219,8 +184,7 @@ fn choice_ui<T: Copy + PartialEq>(
             })
             .response;
         let id = response.id;
-        ui.ctx()
-            .accesskit_node_builder(id, |node| node.set_label(name));
+        ui.ctx().accesskit_node_builder(id, |node| node.set_label(name));
         response.on_hover_text(about);
     });
 }
@@ -318,11 +282,7 @@ fn fit_ui(ui: &mut Ui, desk: &FieldDesk, asked: &mut Vec<FieldRequest>) {
         return;
     }
     let hindrance = desk.hindrance();
-    let text = if desk.settings.is_open() {
-        "Select and fit"
-    } else {
-        "Fit"
-    };
+    let text = if desk.settings.is_open() { "Select and fit" } else { "Fit" };
     ui.horizontal(|ui| {
         let button = ui.add_enabled(hindrance.is_none(), main_button(text));
         if button.clicked() {

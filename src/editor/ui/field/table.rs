@@ -81,9 +81,7 @@ fn table_ui(ui: &mut Ui, desk: &FieldDesk, role: TableRole, asked: &mut Vec<Fiel
 }
 
 fn quiet(text: &str) -> RichText {
-    RichText::new(text)
-        .font(theme::label_font())
-        .color(palette::TEXT_QUIET.color32())
+    RichText::new(text).font(theme::label_font()).color(palette::TEXT_QUIET.color32())
 }
 
 fn facts_ui(ui: &mut Ui, table: &Table, role: TableRole, asked: &mut Vec<FieldRequest>) {
@@ -114,28 +112,18 @@ fn facts_ui(ui: &mut Ui, table: &Table, role: TableRole, asked: &mut Vec<FieldRe
     };
     fact_ui(ui, &samples, orientations);
     // The model's box is that of the samples it is fitted to.
-    if let Some(bounds) = table
-        .bounds
-        .as_ref()
-        .filter(|_| role == TableRole::Training)
-    {
+    if let Some(bounds) = table.bounds.as_ref().filter(|_| role == TableRole::Training) {
         for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
             let range = range(bounds.min_mm[k], bounds.max_mm[k]);
             fact_ui(ui, name, &range);
         }
     }
-    fact_ui(
-        ui,
-        "measured error RMS",
-        &length(table.measured.rms.position_rms_mm),
-    );
+    fact_ui(ui, "measured error RMS", &length(table.measured.rms.position_rms_mm));
     match &table.groups {
         Ok(None) => {}
-        Ok(Some(groups)) => fact_ui(
-            ui,
-            "groups",
-            &format!("{} by {}", count(groups.count), groups.column.name),
-        ),
+        Ok(Some(groups)) => {
+            fact_ui(ui, "groups", &format!("{} by {}", count(groups.count), groups.column.name))
+        }
         Err(error) => {
             warning_ui(ui, &format!("no groups: {error}"));
         }
@@ -169,11 +157,7 @@ fn as_is_ui(ui: &mut Ui, table: &Table, mut is_taken: bool, asked: &mut Vec<Fiel
 
 /// `−250.0 to 250.0 mm`.
 fn range(min_mm: f64, max_mm: f64) -> String {
-    format!(
-        "{} to {}{THIN_SPACE}mm",
-        decimal(min_mm, 1),
-        decimal(max_mm, 1)
-    )
+    format!("{} to {}{THIN_SPACE}mm", decimal(min_mm, 1), decimal(max_mm, 1))
 }
 
 fn samples_ui(
@@ -199,10 +183,7 @@ fn samples_ui(
     });
     let can_be_left = desk.fitted.as_ref().is_some_and(|fitted| {
         let tables = TableRole::ALL.map(|role| desk.slot(role).table.as_ref());
-        tables
-            .into_iter()
-            .flatten()
-            .any(|table| fitted.left_on(table).is_some())
+        tables.into_iter().flatten().any(|table| fitted.left_on(table).is_some())
     });
     value_ui(ui, can_be_left, &mut shown);
     bar_ui(ui, scale);

@@ -29,22 +29,12 @@ pub fn collecting_ui(ui: &mut Ui, desk: &LiveDesk) -> Vec<LiveRequest> {
     let summary = &collected.summary;
     let part = summary.cells_sampled as f32 / summary.cells.max(1) as f32;
     bar_ui(ui, part);
-    let cells = format!(
-        "{} of {}",
-        count(summary.cells_sampled),
-        count(summary.cells)
-    );
+    let cells = format!("{} of {}", count(summary.cells_sampled), count(summary.cells));
     fact_ui(ui, "cells with samples", &cells);
     let size = collected.cell_mm;
-    let cell = format!(
-        "{:.0} × {:.0} × {:.0}{THIN_SPACE}mm",
-        size.x, size.y, size.z
-    );
+    let cell = format!("{:.0} × {:.0} × {:.0}{THIN_SPACE}mm", size.x, size.y, size.z);
     fact_ui(ui, "a cell", &cell);
-    quiet_ui(
-        ui,
-        "The brighter a block, the more ways turned it was sampled.",
-    );
+    quiet_ui(ui, "The brighter a block, the more ways turned it was sampled.");
     fact_ui(ui, "samples", &whole(summary.samples));
     fact_ui(ui, "not like one before", &whole(summary.distinct));
     if summary.outside > 0 {
@@ -84,17 +74,8 @@ fn missing_ui(ui: &mut Ui, collected: &Collected) {
 fn directions_ui(ui: &mut Ui, summary: &CoverageSummary) {
     let unseen = summary.by_direction.iter().filter(|(_, n)| *n == 0).count();
     let of = summary.by_direction.len();
-    fact_ui(
-        ui,
-        "sensor's axis never along",
-        &format!("{unseen} of {of}"),
-    );
-    let most = summary
-        .by_direction
-        .iter()
-        .map(|(_, n)| *n)
-        .max()
-        .unwrap_or(0);
+    fact_ui(ui, "sensor's axis never along", &format!("{unseen} of {of}"));
+    let most = summary.by_direction.iter().map(|(_, n)| *n).max().unwrap_or(0);
     let mut fewest: Vec<_> = summary.by_direction.iter().collect();
     fewest.sort_by_key(|(_, n)| *n);
     quiet_ui(ui, "fewest samples with the axis along");

@@ -34,9 +34,7 @@ impl LivePanels<'_> {
         ui.set_min_width(ui.available_width());
         let area = ScrollArea::vertical().auto_shrink(false);
         let shown = area.show(ui, |ui| {
-            let mut actions = self
-                .pose()
-                .map_or_else(Vec::new, |view| trial_ui(ui, &view));
+            let mut actions = self.pose().map_or_else(Vec::new, |view| trial_ui(ui, &view));
             let asked = collecting_ui(ui, self.desk);
             actions.extend(asked.into_iter().map(PanelAction::Live));
             ui.add_space(8.0);
@@ -51,11 +49,7 @@ impl LivePanels<'_> {
         let pose = self.results.pose.as_ref().filter(|_| is_heard)?;
         let troubles = self.desk.troubles(self.design);
         let is_now = troubles.iter().all(|(role, _)| *role != BodyRole::Tool);
-        let title = if is_now {
-            "The tool now"
-        } else {
-            "The tool at its last good pose"
-        };
+        let title = if is_now { "The tool now" } else { "The tool at its last good pose" };
         Some(TrialView {
             trial: Some(&pose.value.trial),
             title: title.to_owned(),

@@ -26,8 +26,7 @@ pub fn tools_ui(ui: &mut Ui, desk: &LiveDesk, design: &Design) -> Vec<LiveReques
         ui.horizontal(|ui| {
             let shown = printable(called(name)).into_owned();
             let label = RichText::new(shown).color(palette::TEXT_STRONG.color32());
-            ui.add(egui::Label::new(label).truncate())
-                .on_hover_text(printable(name).into_owned());
+            ui.add(egui::Label::new(label).truncate()).on_hover_text(printable(name).into_owned());
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 asked.extend(role_ui(ui, name, view.role, said, design));
             });
@@ -35,16 +34,10 @@ pub fn tools_ui(ui: &mut Ui, desk: &LiveDesk, design: &Design) -> Vec<LiveReques
         tool_state_ui(ui, view);
         ui.add_space(4.0);
     }
-    let is_tool_heard = seen
-        .tools
-        .values()
-        .any(|view| view.role == Some(BodyRole::Tool));
+    let is_tool_heard = seen.tools.values().any(|view| view.role == Some(BodyRole::Tool));
     if !seen.tools.is_empty() && !is_tool_heard {
         let name = &design.tool.body.rigid.name;
-        quiet_ui(
-            ui,
-            format!("None is called like the design's tool, {name}: say which it is."),
-        );
+        quiet_ui(ui, format!("None is called like the design's tool, {name}: say which it is."));
     }
     asked
 }
@@ -82,9 +75,7 @@ fn role_ui(
         None => words(role),
     };
     let mut asked = None;
-    let combo = ComboBox::from_id_salt(("role", tool))
-        .width(84.0)
-        .selected_text(shown);
+    let combo = ComboBox::from_id_salt(("role", tool)).width(84.0).selected_text(shown);
     combo.show_ui(ui, |ui| {
         let choices = [Some(BodyRole::Tool), Some(BodyRole::Crf), None];
         for choice in choices {

@@ -39,10 +39,7 @@ pub fn tracker_ui(ui: &mut Ui, desk: &LiveDesk) -> Vec<LiveRequest> {
     match &desk.seen {
         Some(seen) if is_connected => link_ui(ui, seen),
         _ => {
-            quiet_ui(
-                ui,
-                "Hears poses over OpenIGTLink, as PLUS and 3D Slicer send them.",
-            );
+            quiet_ui(ui, "Hears poses over OpenIGTLink, as PLUS and 3D Slicer send them.");
         }
     }
     asked
@@ -53,17 +50,11 @@ fn port_ui(ui: &mut Ui, port: Option<u16>) -> Option<LiveRequest> {
     let mut asked = None;
     ui.horizontal(|ui| {
         let about = "Compensated poses for 3D Slicer or any other client on this machine";
-        if ui
-            .checkbox(&mut is_sent, "send on at port")
-            .on_hover_text(about)
-            .changed()
-        {
+        if ui.checkbox(&mut is_sent, "send on at port").on_hover_text(about).changed() {
             asked = Some(LiveRequest::SetPort(is_sent.then_some(FIRST_PORT)));
         }
         let mut number = port.unwrap_or(FIRST_PORT);
-        let field = DragValue::new(&mut number)
-            .range(1024..=u16::MAX)
-            .speed(0.2);
+        let field = DragValue::new(&mut number).range(1024..=u16::MAX).speed(0.2);
         if ui.add_enabled(is_sent, field).changed() {
             asked = Some(LiveRequest::SetPort(Some(number)));
         }
@@ -78,11 +69,7 @@ fn link_ui(ui: &mut Ui, seen: &SessionState) {
             state_ui(ui, &format!("connected to {server}"), palette::MET);
         }
         Link::Lost { why, .. } => {
-            state_ui(
-                ui,
-                &format!("lost: {why}; it is tried again"),
-                palette::MISSED,
-            );
+            state_ui(ui, &format!("lost: {why}; it is tried again"), palette::MISSED);
         }
     }
     let messages = usize::try_from(seen.counts.messages).unwrap_or(usize::MAX);
@@ -92,10 +79,7 @@ fn link_ui(ui: &mut Ui, seen: &SessionState) {
         let dropped = usize::try_from(dropped).unwrap_or(usize::MAX);
         let reasons: Vec<String> = (seen.counts.dropped.iter())
             .map(|(reason, n)| {
-                format!(
-                    "{}: {reason}",
-                    count(usize::try_from(*n).unwrap_or(usize::MAX))
-                )
+                format!("{}: {reason}", count(usize::try_from(*n).unwrap_or(usize::MAX)))
             })
             .collect();
         let fact = ui.scope(|ui| fact_ui(ui, "poses that were not good", &count(dropped)));
@@ -137,16 +121,11 @@ pub fn recording_ui(ui: &mut Ui, desk: &LiveDesk) -> Vec<LiveRequest> {
     let Some(recording) = recording else {
         return asked;
     };
-    let name = recording
-        .file
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy();
+    let name = recording.file.file_name().unwrap_or_default().to_string_lossy();
     ui.horizontal(|ui| {
         if is_growing {
             let (rect, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), egui::Sense::hover());
-            ui.painter()
-                .circle_filled(rect.center(), 4.0, palette::MISSED.color32());
+            ui.painter().circle_filled(rect.center(), 4.0, palette::MISSED.color32());
         }
         ui.add(egui::Label::new(name.as_ref()).truncate())
             .on_hover_text(recording.file.display().to_string());

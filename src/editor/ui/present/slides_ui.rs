@@ -39,43 +39,26 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PanelAction> {
         });
         for (sign, by, is_possible) in [("⏶", -1, index > 0), ("⏷", 1, index + 1 < count)] {
             ui.add_enabled_ui(is_possible && !slides.is_empty(), |ui| {
-                if ui
-                    .button(sign)
-                    .on_hover_text("Moves it among the slides")
-                    .clicked()
-                {
+                if ui.button(sign).on_hover_text("Moves it among the slides").clicked() {
                     asked.push(PresentRequest::Move(by));
                 }
             });
         }
     });
     section_ui(ui, "View");
-    let is_kept = slides
-        .get(index)
-        .is_some_and(|slide| is_looked_at_so(view, slide));
+    let is_kept = slides.get(index).is_some_and(|slide| is_looked_at_so(view, slide));
     ui.horizontal(|ui| {
         ui.add_enabled_ui(!is_kept, |ui| {
             let about = "The slide is looked at as now: camera, layers, slice, magnification";
-            if ui
-                .add(main_button("Keep this view"))
-                .on_hover_text(about)
-                .clicked()
-            {
+            if ui.add(main_button("Keep this view")).on_hover_text(about).clicked() {
                 asked.push(PresentRequest::KeepView);
             }
-            if ui
-                .button("Back")
-                .on_hover_text("As the slide is looked at")
-                .clicked()
-            {
+            if ui.button("Back").on_hover_text("As the slide is looked at").clicked() {
                 asked.push(PresentRequest::BackToView);
             }
         });
     });
-    for missing in &slide
-        .view
-        .missing_layers(view.document.design(), view.environment, true)
-    {
+    for missing in &slide.view.missing_layers(view.document.design(), view.environment, true) {
         warning_ui(ui, &format!("Shown without the {missing}."));
     }
     section_ui(ui, "Figures");
@@ -91,11 +74,7 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PanelAction> {
         }
     }
     ui.add_space(6.0);
-    if ui
-        .button("Done")
-        .on_hover_text("As others see it")
-        .clicked()
-    {
+    if ui.button("Done").on_hover_text("As others see it").clicked() {
         asked.push(PresentRequest::ToggleEditing);
     }
     asked.into_iter().map(PanelAction::Present).collect()
@@ -111,9 +90,5 @@ fn is_looked_at_so(view: &StageView, slide: &Slide) -> bool {
 
 fn row_of(slide: &Slide, is_selected: bool) -> Row<'_> {
     let is_named = !slide.title.trim().is_empty();
-    Row {
-        label: if is_named { &slide.title } else { "untitled" },
-        is_selected,
-        ..Row::default()
-    }
+    Row { label: if is_named { &slide.title } else { "untitled" }, is_selected, ..Row::default() }
 }

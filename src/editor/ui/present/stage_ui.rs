@@ -38,9 +38,7 @@ pub fn stage_ui(
 ) -> Vec<PanelAction> {
     let (slide, index, count) = view.slide();
     let mut actions = Vec::new();
-    let painter = ctx
-        .layer_painter(bevy_egui::egui::LayerId::background())
-        .with_clip_rect(stage);
+    let painter = ctx.layer_painter(bevy_egui::egui::LayerId::background()).with_clip_rect(stage);
     let left_top = stage.left_top() + vec2(MARGIN, MARGIN * 0.8);
     let title_width = stage.width() - 2.0 * MARGIN;
     let mut y = left_top.y;
@@ -66,18 +64,10 @@ pub fn stage_ui(
         y = plated(&painter, left_top, Align2::LEFT_TOP, &text, covered).bottom();
     }
     let shown = view.figures.map(|figures| {
-        let shown = slide
-            .figures
-            .iter()
-            .filter_map(|f| plain_figure(*f, figures, view.expected));
+        let shown = slide.figures.iter().filter_map(|f| plain_figure(*f, figures, view.expected));
         shown.collect::<Vec<_>>()
     });
-    figures(
-        &painter,
-        pos2(left_top.x, y + 14.0),
-        &shown.unwrap_or_default(),
-        covered,
-    );
+    figures(&painter, pos2(left_top.x, y + 14.0), &shown.unwrap_or_default(), covered);
     let caption_at = stage.left_bottom() + vec2(MARGIN, -FOOT);
     let caption_width = CAPTION_PART * stage.width();
     if view.presenter.is_editing {
@@ -151,10 +141,7 @@ fn figures(painter: &Painter, at: Pos2, shown: &[PlainFigure], covered: &mut Vec
         };
         let quiet = palette::TEXT.color32();
         let words = laid(painter, &words, WORDS_SIZE, quiet, f32::INFINITY);
-        let size = vec2(
-            value.size().x.max(words.size().x),
-            value.size().y + words.size().y - 2.0,
-        );
+        let size = vec2(value.size().x.max(words.size().x), value.size().y + words.size().y - 2.0);
         let rect = Rect::from_min_size(top, size);
         let plate = rect.expand2(vec2(10.0, 5.0));
         painter.rect_filled(plate, 6.0, palette::BACKGROUND.color32_alpha(PLATE_ALPHA));

@@ -156,11 +156,7 @@ fn what_cannot_have_been_decided_is_refused_by_the_name_of_its_field() {
             "",
             "procedure.tool.rows[0].met is true, expected none without a requirement",
         ),
-        (
-            "trials: 3375",
-            "trials: 0",
-            "procedure.tool.rows[0].trials is 0, expected one at least",
-        ),
+        ("trials: 3375", "trials: 0", "procedure.tool.rows[0].trials is 0, expected one at least"),
         (
             "without_field: 12",
             "without_field: 3375",
@@ -181,21 +177,13 @@ fn what_cannot_have_been_decided_is_refused_by_the_name_of_its_field() {
             "rooms: [\"a\", \"\"]",
             "procedure.rooms[1] is empty, expected a file",
         ),
-        (
-            "used: 45",
-            "used: 92",
-            "procedure.built.used is 92, expected no more than poses",
-        ),
+        ("used: 45", "used: 92", "procedure.built.used is 92, expected no more than poses"),
         (
             "table: \"built.csv\"",
             "table: \"built.csv\", averaged: 0",
             "procedure.built.averaged is 0, expected one reading at least",
         ),
-        (
-            "slope: 1.1",
-            "slope: -inf",
-            "procedure.built.slope is -inf, expected a finite number",
-        ),
+        ("slope: 1.1", "slope: -inf", "procedure.built.slope is -inf, expected a finite number"),
         (
             "residual_rms: 1.67",
             "residual_rms: -1.67",
@@ -244,17 +232,8 @@ fn any_figures() -> impl Strategy<Value = DecidedFigures> {
         DecidedFigures {
             trials,
             without_field: without_field % trials,
-            position_mm: PositionFigures {
-                rms: n[0],
-                mean: n[1],
-                p95: n[2],
-                max: n[3],
-            },
-            angle_deg: AngleFigures {
-                rms: n[4],
-                p95: n[5],
-                max: n[6],
-            },
+            position_mm: PositionFigures { rms: n[0], mean: n[1], p95: n[2], max: n[3] },
+            angle_deg: AngleFigures { rms: n[4], p95: n[5], max: n[6] },
             met: None,
         }
     })
@@ -283,22 +262,15 @@ fn any_studies() -> impl Strategy<Value = DecidedStudies> {
         angle_max_deg: angle_max,
     });
     let rows = prop::collection::vec(any_row(), 0..4);
-    (
-        prop::option::of(requirement),
-        any_row(),
-        any_figures(),
-        rows,
-    )
-        .prop_map(|(requirement, first, figures, mut rows)| {
-            rows.push(DecidedRow {
-                figures: Ok(figures),
-                ..first
-            });
+    (prop::option::of(requirement), any_row(), any_figures(), rows).prop_map(
+        |(requirement, first, figures, mut rows)| {
+            rows.push(DecidedRow { figures: Ok(figures), ..first });
             for figures in rows.iter_mut().filter_map(|row| row.figures.as_mut().ok()) {
                 figures.met = figures.meet(requirement.as_ref());
             }
             DecidedStudies { requirement, rows }
-        })
+        },
+    )
 }
 
 fn any_recording() -> impl Strategy<Value = DecidedRecording> {
@@ -342,13 +314,11 @@ fn any_recording() -> impl Strategy<Value = DecidedRecording> {
 }
 
 fn decided(grounds: impl Strategy<Value = Grounds>) -> impl Strategy<Value = Option<Decision>> {
-    prop::option::of(
-        (any_day(), any_text(), grounds).prop_map(|(date, note, grounds)| Decision {
-            date,
-            note,
-            grounds,
-        }),
-    )
+    prop::option::of((any_day(), any_text(), grounds).prop_map(|(date, note, grounds)| Decision {
+        date,
+        note,
+        grounds,
+    }))
 }
 
 fn any_procedure() -> impl Strategy<Value = Procedure> {

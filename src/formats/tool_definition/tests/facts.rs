@@ -5,10 +5,7 @@ use super::*;
 fn said(body: &BodyFile) -> Vec<String> {
     let facts = body.definition.as_ref().unwrap().facts();
     let line = |fact: &Fact| format!("{}: {} {}", fact.what, fact.value, fact.unit);
-    facts
-        .iter()
-        .map(|f| line(f).trim_end().to_owned())
-        .collect()
+    facts.iter().map(|f| line(f).trim_end().to_owned()).collect()
 }
 
 #[test]
@@ -35,10 +32,7 @@ fn an_image_says_what_its_bytes_say_with_units_and_what_follows_it() {
 #[test]
 fn a_new_image_was_made_on_no_day_by_nobody() {
     let mut body = read(INI.as_bytes(), "ini").unwrap();
-    assert_eq!(
-        said(&body),
-        ["number: 7", "markers: 3", "pivot: given, as the tip"]
-    );
+    assert_eq!(said(&body), ["number: 7", "markers: 3", "pivot: given, as the tip"]);
     body.definition = None;
     let image = rom_bytes(&body);
     let said = said(&read(&image, "rom").unwrap());

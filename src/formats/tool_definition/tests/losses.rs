@@ -64,10 +64,7 @@ fn said(body: &BodyFile) -> BTreeMap<String, String> {
             say("marker type", rom.marker_type().to_string());
             say("largest angle of a marker", rom.max_angle_deg().to_string());
             say("largest error of a marker", rom.max_error_mm().to_string());
-            say(
-                "markers that have to be seen",
-                rom.min_markers().to_string(),
-            );
+            say("markers that have to be seen", rom.min_markers().to_string());
             say("algorithm flags", rom.algorithm_flags().to_string());
         }
         Some(NdiRom::Em(rom)) => say("coils that have to be seen", rom.min_coils().to_string()),

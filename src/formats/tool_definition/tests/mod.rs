@@ -9,12 +9,8 @@ mod texts;
 use super::*;
 use std::f32::consts::PI;
 
-const PLACES: [[f32; 3]; 4] = [
-    [0.0, -0.0, 0.0],
-    [0.0, 28.59, 41.02],
-    [0.0, 0.0, 88.0],
-    [0.0, -44.32, 40.45],
-];
+const PLACES: [[f32; 3]; 4] =
+    [[0.0, -0.0, 0.0], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]];
 
 fn put(image: &mut [u8], at: usize, bytes: &[u8]) {
     image[at..at + bytes.len()].copy_from_slice(bytes);
@@ -37,11 +33,7 @@ fn optical_image() -> Vec<u8> {
     let mut image = vec![0; 752];
     put(&mut image, 0, b"NDI\0");
     put(&mut image, 8, &[1, 0, 0, 0, 1, 0, 0, 2]);
-    put(
-        &mut image,
-        20,
-        &[0x03, 0x14, 0x80, 0x34, 90, 0, 0, 0, 4, 0, 0, 0, 3],
-    );
+    put(&mut image, 20, &[0x03, 0x14, 0x80, 0x34, 90, 0, 0, 0, 4, 0, 0, 0, 3]);
     put_floats(&mut image, 36, &[0.75]);
     for (i, place) in PLACES.iter().enumerate() {
         put_floats(&mut image, 72 + 12 * i, place);
@@ -91,10 +83,7 @@ fn to(body: &BodyFile, format: DefinitionFormat) -> Conversion {
 }
 
 fn rom_bytes(body: &BodyFile) -> Vec<u8> {
-    to(body, DefinitionFormat::Rom)
-        .definition
-        .write()
-        .into_owned()
+    to(body, DefinitionFormat::Rom).definition.write().into_owned()
 }
 
 /// Where two images differ.

@@ -16,11 +16,7 @@ fn any_axis() -> impl Strategy<Value = Unit<Vector3<f64>>> {
 
 fn body_of(sensors: Vec<Sensor>, tip_in_body: Option<Point3<f64>>) -> BodyFile {
     BodyFile {
-        rigid: RigidBody {
-            name: "geometry 1".to_owned(),
-            tip_in_body,
-            sensors,
-        },
+        rigid: RigidBody { name: "geometry 1".to_owned(), tip_in_body, sensors },
         mesh: None,
         definition: None,
     }

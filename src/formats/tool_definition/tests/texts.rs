@@ -4,10 +4,7 @@ use super::*;
 
 #[test]
 fn text_geometries_are_one_body_and_stay_as_they_are_until_it_changes() {
-    let (ini, json) = (
-        read(INI.as_bytes(), "").unwrap(),
-        read(JSON.as_bytes(), "").unwrap(),
-    );
+    let (ini, json) = (read(INI.as_bytes(), "").unwrap(), read(JSON.as_bytes(), "").unwrap());
     assert_eq!(ini.rigid, json.rigid);
     assert_eq!(ini.rigid.name, "geometry 7");
     assert_eq!(ini.rigid.tip_in_body, Some(Point3::new(0.0, -9.0, 3.0)));
@@ -57,31 +54,11 @@ fn wrong_text_geometries_are_named_with_their_place() {
             "count=4",
             "geometry.count is 4, with 3 [fiducial…] sections, expected the number of these, one at least",
         ),
-        (
-            "count=3",
-            "count=-3",
-            "line 3: geometry.count is \"-3\", expected a count",
-        ),
-        (
-            "x=-23.69",
-            "x=-23,69",
-            "line 11: fiducial1.x is \"-23,69\", expected a number of mm",
-        ),
-        (
-            "x=-23.69",
-            "x=NaN",
-            "fiducial1.x is NaN, expected a number of mm",
-        ),
-        (
-            "x=-23.69",
-            "w=1",
-            "fiducial1.x is missing, expected a number of mm",
-        ),
-        (
-            "x=-23.69",
-            "y=1",
-            "line 12: found y again, expected each key of a section once",
-        ),
+        ("count=3", "count=-3", "line 3: geometry.count is \"-3\", expected a count"),
+        ("x=-23.69", "x=-23,69", "line 11: fiducial1.x is \"-23,69\", expected a number of mm"),
+        ("x=-23.69", "x=NaN", "fiducial1.x is NaN, expected a number of mm"),
+        ("x=-23.69", "w=1", "fiducial1.x is missing, expected a number of mm"),
+        ("x=-23.69", "y=1", "line 12: found y again, expected each key of a section once"),
         (
             "[fiducial1]",
             "[fiducial0]",
@@ -92,17 +69,10 @@ fn wrong_text_geometries_are_named_with_their_place() {
             "fiducial1",
             "line 10: found \"fiducial1\", expected a [section] or a key=value within one",
         ),
-        (
-            "[fiducial2]",
-            "[fiducial3]",
-            "fiducial2.x is missing, expected a number of mm",
-        ),
+        ("[fiducial2]", "[fiducial3]", "fiducial2.x is missing, expected a number of mm"),
     ] {
         assert!(INI.contains(from), "{from}");
-        assert_eq!(
-            read(INI.replacen(from, to, 1).as_bytes(), "ini").unwrap_err(),
-            message
-        );
+        assert_eq!(read(INI.replacen(from, to, 1).as_bytes(), "ini").unwrap_err(), message);
     }
     for (from, to, message) in [
         (
@@ -110,21 +80,13 @@ fn wrong_text_geometries_are_named_with_their_place() {
             "\"count\": 2",
             "count is 2, with 3 fiducials, expected the number of fiducials",
         ),
-        (
-            "-23.69",
-            "\"a\"",
-            "fiducials[1].x is \"a\", expected a number of mm",
-        ),
+        ("-23.69", "\"a\"", "fiducials[1].x is \"a\", expected a number of mm"),
         (
             "\"fiducials\"",
             "\"tools\"",
             "fiducials is missing beside `tools`, which is a tracker's configuration, expected the markers of a tool",
         ),
-        (
-            "\"id\": 7",
-            "\"id\": 7.5",
-            "id is 7.5, expected a whole number",
-        ),
+        ("\"id\": 7", "\"id\": 7.5", "id is 7.5, expected a whole number"),
         (
             "\"id\": 7,",
             "\"id\": 7",
@@ -132,31 +94,18 @@ fn wrong_text_geometries_are_named_with_their_place() {
         ),
     ] {
         assert!(JSON.contains(from), "{from}");
-        assert_eq!(
-            read(JSON.replacen(from, to, 1).as_bytes(), "json").unwrap_err(),
-            message
-        );
+        assert_eq!(read(JSON.replacen(from, to, 1).as_bytes(), "json").unwrap_err(), message);
     }
     let deep = format!("{{\"fiducials\": {}", "[".repeat(MAX_BYTES / 2));
-    assert!(
-        read(deep.as_bytes(), "json")
-            .unwrap_err()
-            .contains("recursion limit")
-    );
+    assert!(read(deep.as_bytes(), "json").unwrap_err().contains("recursion limit"));
     let many = format!(
         "[geometry]\ncount=1001\n{}",
-        (0..1001)
-            .map(|i| format!("[fiducial{i}]\n"))
-            .collect::<String>()
+        (0..1001).map(|i| format!("[fiducial{i}]\n")).collect::<String>()
     );
     let message = read(many.as_bytes(), "ini").unwrap_err();
     assert_eq!(message, "count is 1001, expected at most 1000 markers");
     let long = format!("{{\"fiducials\": [{}", "1,".repeat(MAX_BYTES));
-    assert!(
-        read(long.as_bytes(), "json")
-            .unwrap_err()
-            .starts_with("length is ")
-    );
+    assert!(read(long.as_bytes(), "json").unwrap_err().starts_with("length is "));
 }
 
 pub(super) fn plist_of(image: &[u8]) -> String {
@@ -177,27 +126,15 @@ fn a_tool_file_gives_its_image_and_keeps_everything_around_it() {
         assert_eq!(*same.definition.write(), *text.as_bytes());
         // A new one around an image that stood alone.
         let alone = read(&image, "rom").unwrap();
-        let wrapped = to(&alone, DefinitionFormat::ToolPlist)
-            .definition
-            .write()
-            .into_owned();
+        let wrapped = to(&alone, DefinitionFormat::ToolPlist).definition.write().into_owned();
         assert_eq!(rom_bytes(&read(&wrapped, "tool").unwrap()), image);
         body.rigid.sensors[0].position_in_body.x = 3.0;
-        let moved = to(&body, DefinitionFormat::ToolPlist)
-            .definition
-            .write()
-            .into_owned();
+        let moved = to(&body, DefinitionFormat::ToolPlist).definition.write().into_owned();
         let moved = String::from_utf8(moved).unwrap();
-        assert!(
-            moved.contains("<key>Name</key><string>&b;</string>"),
-            "{moved}"
-        );
+        assert!(moved.contains("<key>Name</key><string>&b;</string>"), "{moved}");
         assert_eq!(read(moved.as_bytes(), "").unwrap().rigid, body.rigid);
         for cut in 0..text.rfind("</plist>").unwrap() + 8 {
-            assert!(
-                read(&text.as_bytes()[..cut], "tool").is_err(),
-                "cut at {cut}"
-            );
+            assert!(read(&text.as_bytes()[..cut], "tool").is_err(), "cut at {cut}");
         }
     }
 }
@@ -207,31 +144,11 @@ fn property_lists_without_a_sound_image_are_refused_and_nesting_costs_nothing() 
     let image = optical_image();
     let text = plist_of(&image);
     for (from, to, message) in [
-        (
-            "ROMData",
-            "RomData",
-            "ROMData is missing, expected an NDI image in base64",
-        ),
-        (
-            "TkRJ",
-            "T*RJ",
-            "ROMData is no base64 from its letter 2 on, expected base64",
-        ),
-        (
-            "<plist version=\"1.0\">",
-            "<html>",
-            "line 3, column 1: found <html>, expected <plist>",
-        ),
-        (
-            "<key>data</key>",
-            "<key>ROMData</key>",
-            "found ROMData twice, expected it once",
-        ),
-        (
-            "</data>",
-            "<b/></data>",
-            "found more than text in it, expected its end tag",
-        ),
+        ("ROMData", "RomData", "ROMData is missing, expected an NDI image in base64"),
+        ("TkRJ", "T*RJ", "ROMData is no base64 from its letter 2 on, expected base64"),
+        ("<plist version=\"1.0\">", "<html>", "line 3, column 1: found <html>, expected <plist>"),
+        ("<key>data</key>", "<key>ROMData</key>", "found ROMData twice, expected it once"),
+        ("</data>", "<b/></data>", "found more than text in it, expected its end tag"),
         ("</dict>", "</dixt>", "found no XML"),
     ] {
         assert!(text.contains(from), "{from}");
@@ -239,15 +156,7 @@ fn property_lists_without_a_sound_image_are_refused_and_nesting_costs_nothing() 
         assert!(found.contains(message), "{found}");
     }
     let deep = format!("<plist>{}", "<array>".repeat(MAX_BYTES / 8));
-    assert!(
-        read(deep.as_bytes(), "tool")
-            .unwrap_err()
-            .contains("cut short")
-    );
+    assert!(read(deep.as_bytes(), "tool").unwrap_err().contains("cut short"));
     let huge = plist_of(&vec![0; MAX_BYTES]);
-    assert!(
-        read(huge.as_bytes(), "tool")
-            .unwrap_err()
-            .starts_with("length is ")
-    );
+    assert!(read(huge.as_bytes(), "tool").unwrap_err().starts_with("length is "));
 }

@@ -14,21 +14,12 @@ fn what_cannot_have_tolerances_says_why_and_still_has_its_geometry() {
         sheet.no_tolerances.unwrap()
     };
     for requirement in [None, Some(Requirement::default())] {
-        let none = Scenario {
-            requirement,
-            ..good.clone()
-        };
+        let none = Scenario { requirement, ..good.clone() };
         assert!(reason(&none).contains("states no requirement"));
     }
-    let missed = Scenario {
-        requirement: Some(at_most_mm(0.01)),
-        ..good.clone()
-    };
+    let missed = Scenario { requirement: Some(at_most_mm(0.01)), ..good.clone() };
     let said = reason(&missed);
-    assert!(
-        said.contains("position_max is") && said.contains("0.01"),
-        "{said}"
-    );
+    assert!(said.contains("position_max is") && said.contains("0.01"), "{said}");
     let mut outside = good.clone();
     outside.outside = OutsidePolicy::Reject;
     outside.crf_from_tool = Pose::translation(5000.0, 0.0, 0.0);
@@ -57,15 +48,10 @@ fn a_requirement_that_is_just_met_leaves_nothing_and_says_so() {
     scenario.requirement = Some(at_most_mm(drawn[2].value));
     let sheet = sheet_of(&scenario);
     assert_eq!(sheet.no_tolerances, None);
-    let nothing = Tolerance::None {
-        none: NoTolerance::NothingLeft,
-    };
+    let nothing = Tolerance::None { none: NoTolerance::NothingLeft };
     let alone = sheet.bodies[0].sensors[0].alone.as_ref().unwrap();
     assert_eq!(alone.position_mm, nothing);
-    assert_eq!(
-        sheet.bodies[1].together.as_ref().unwrap().position_mm,
-        nothing
-    );
+    assert_eq!(sheet.bodies[1].together.as_ref().unwrap().position_mm, nothing);
 }
 
 #[test]
@@ -92,18 +78,12 @@ fn markers_have_no_angle_and_angles_without_a_weight_have_no_limit() {
 
 #[test]
 fn a_single_coil_is_told_to_leave_a_rotation_free() {
-    let mut scenario = ideal(
-        vec![five([0.0, 0.0, 80.0], [0.0, 0.0, 1.0])],
-        at_most_mm(1.05),
-    );
+    let mut scenario = ideal(vec![five([0.0, 0.0, 80.0], [0.0, 0.0, 1.0])], at_most_mm(1.05));
     scenario.tool.tip_in_body = None;
     let sheet = sheet_of(&scenario);
     assert_eq!(sheet.free_axis.unwrap().free.body, "tool");
     assert_eq!(sheet.bodies[0].tip_in_body_mm, None);
-    assert_eq!(
-        sheet.bodies[0].sensors[0].position_from_tip_mm,
-        Some([0.0, 0.0, 80.0])
-    );
+    assert_eq!(sheet.bodies[0].sensors[0].position_from_tip_mm, Some([0.0, 0.0, 80.0]));
     let [position, angle] = alone_of(&sheet);
     assert_eq!(position.value, 1.0);
     let exact_deg = 2.0 * (1.05 / 160.0_f64).asin().to_degrees();
@@ -112,10 +92,7 @@ fn a_single_coil_is_told_to_leave_a_rotation_free() {
 
 #[test]
 fn a_tilt_about_the_coils_own_axis_is_no_error() {
-    let scenario = ideal(
-        vec![five([0.0, 0.0, 80.0], [0.0, 0.6, 0.8])],
-        at_most_mm(1.0),
-    );
+    let scenario = ideal(vec![five([0.0, 0.0, 80.0], [0.0, 0.6, 0.8])], at_most_mm(1.0));
     let study = BuiltStudy::new(&scenario, at_most_mm(1.0)).unwrap();
     let first_order = FirstOrder::new(&study, &[scenario.crf_from_tool]);
     let angle = &first_order.blocks[1];
@@ -129,17 +106,8 @@ fn a_tilt_about_the_coils_own_axis_is_no_error() {
 #[test]
 fn a_long_study_is_looked_at_in_part_and_a_cancelled_one_not_at_all() {
     let mut scenario = ideal(vec![six([0.0, 0.0, 100.0])], at_most_mm(0.705));
-    let range = Some(AxisRange {
-        min: -10.0,
-        max: 10.0,
-        step: 0.5,
-    });
-    scenario.motion = Some(Motion {
-        x: range,
-        y: range,
-        rx: range,
-        ..Motion::default()
-    });
+    let range = Some(AxisRange { min: -10.0, max: 10.0, step: 0.5 });
+    scenario.motion = Some(Motion { x: range, y: range, rx: range, ..Motion::default() });
     let sheet = sheet_of(&scenario);
     assert_eq!((sheet.poses, sheet.study_poses), (8192, 41 * 41 * 41));
     assert_eq!(alone_of(&sheet)[0].value, 0.7);
