@@ -8,4 +8,5 @@ mod invariants;
 mod live;
 mod oracle;
 mod rooms;
+mod simulation;
 mod support;

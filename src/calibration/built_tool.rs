@@ -297,7 +297,7 @@ pub fn same_moments(first: &RecordedBody, second: &RecordedBody) -> Vec<(BodyMom
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::testing::Noise;
+    use crate::field::random_models::Seeded;
     use crate::geometry::pose::pose_from_parts;
     use crate::geometry::rotation::rotation_angle_rad;
     use crate::tracking::SensorOrientation;
@@ -346,8 +346,8 @@ mod tests {
     }
 
     fn poses() -> Vec<(Pose, Pose)> {
-        let mut noise = Noise::new(7);
-        (0..6).map(|_| (noise.pose(200.0), noise.pose(200.0))).collect()
+        let mut noise = Seeded::new(7);
+        (0..6).map(|_| (noise.pose_within(200.0), noise.pose_within(200.0))).collect()
     }
 
     #[test]

@@ -203,13 +203,13 @@ fn spectrum(units: &DMatrix<f64>, cosines: usize, n: f64, target: &DMatrix<f64>)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::testing::Noise;
+    use crate::field::random_models::Seeded;
     use nalgebra::DVector;
 
     /// Half widths over errors of sums of `count` readings with an autocorrelation, whose variances
     /// are one, four and nine: the part of the errors within, and mean variance over the true one.
     fn coverage(count: usize, autocorrelation: f64, runs: usize) -> (f64, f64) {
-        let mut noise = Noise::new(21);
+        let mut noise = Seeded::new(21);
         let true_variance = count as f64 * (1.0 + autocorrelation) / (1.0 - autocorrelation);
         let independent = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 4.0, 9.0]));
         let independent = independent * count as f64;
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn few_independent_readings_have_no_interval() {
-        let mut noise = Noise::new(3);
+        let mut noise = Seeded::new(3);
         let series = noise.autocorrelated(60, 0.9995);
         let slow = DMatrix::from_fn(1, 60, |_, k| series[k][0]);
         let independent = DMatrix::from_element(1, 1, slow.norm_squared());
@@ -280,7 +280,7 @@ mod tests {
 
     #[test]
     fn units_and_order_of_time_do_not_matter() {
-        let mut noise = Noise::new(8);
+        let mut noise = Seeded::new(8);
         let series = noise.autocorrelated(300, 0.7);
         let scores = DMatrix::from_fn(3, 300, |row, k| series[k][row]);
         let independent = DMatrix::identity(3, 3) * 300.0;

@@ -29,6 +29,4 @@ pub mod room_worth;
 pub mod shared_rows;
 pub mod spin;
 pub mod still_pose;
-#[cfg(test)]
-pub(crate) mod testing;
 pub mod time_alignment;

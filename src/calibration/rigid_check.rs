@@ -55,14 +55,14 @@ fn range(values: &[f64]) -> Option<Range> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::testing::Noise;
+    use crate::field::random_models::Seeded;
 
     #[test]
     fn a_rigid_body_keeps_its_distances_wherever_it_is() {
-        let mut noise = Noise::new(1);
-        let between = noise.pose(20.0);
+        let mut noise = Seeded::new(1);
+        let between = noise.pose_within(20.0);
         let moments: Vec<_> =
-            (0..50).map(|_| noise.pose(400.0)).map(|a| (a, a * between)).collect();
+            (0..50).map(|_| noise.pose_within(400.0)).map(|a| (a, a * between)).collect();
         let found = rigid_check(&moments).unwrap();
         let distance_mm = between.translation.vector.norm();
         assert!((found.distance_mm.mean - distance_mm).abs() < 1e-11);

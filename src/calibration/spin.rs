@@ -208,8 +208,8 @@ pub fn tool_from_tip(tip_in_tool: &Point3<f64>, towards_tip: &Unit<Vector3<f64>>
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::Noise;
     use super::*;
+    use crate::field::random_models::Seeded;
     use crate::geometry::rotation::exp_vector;
     use nalgebra::UnitQuaternion;
     use proptest::prelude::*;
@@ -316,7 +316,7 @@ mod tests {
     #[test]
     fn the_covariance_is_what_noise_does_to_the_shaft() {
         const RUNS: usize = 600;
-        let mut noise = Noise::new(11);
+        let mut noise = Seeded::new(11);
         // Less than a turn, so that both directions across the shaft are known differently well by
         // chance only, and a noise that a quarter of the limit is made of.
         let exact = turned_by(50, 2.0);
@@ -343,7 +343,7 @@ mod tests {
     fn intervals_hold_for_a_hand_that_drifts() {
         const RUNS: usize = 200;
         for correlation in [0.0, 0.8, 0.95] {
-            let mut noise = Noise::new(12);
+            let mut noise = Seeded::new(12);
             let exact = turned_by(600, 8.0 * TAU);
             let across = shaft().cross(&Vector3::x()).normalize();
             let across = [across, shaft().cross(&across)];
@@ -416,7 +416,7 @@ mod tests {
             turn in prop::array::uniform3(-3.0..3.0_f64),
             own in prop::array::uniform3(-3.0..3.0_f64),
         ) {
-            let mut noise = Noise::new(5);
+            let mut noise = Seeded::new(5);
             let poses: Vec<Pose> = turned_by(30, 4.0)
                 .iter()
                 .map(|p| noise.around(p, 1.0, 0.01))

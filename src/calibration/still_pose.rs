@@ -169,7 +169,7 @@ fn tangent(from: &UnitQuaternion<f64>, to: &Pose) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::testing::Noise;
+    use crate::field::random_models::Seeded;
 
     fn truth() -> Pose {
         pose_from_parts(
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn jitter_and_error_of_the_mean_are_what_was_put_in() {
-        let mut noise = Noise::new(3);
+        let mut noise = Seeded::new(3);
         let readings: Vec<_> = (0..400).map(|_| noise.around(&truth(), 0.05, 0.002)).collect();
         let found = still_pose(&readings).unwrap();
         // A standard deviation from 1200 normal numbers is within 1 / √2400 of the truth; four of
@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn four_of_ten_readings_elsewhere_do_not_move_the_pose_and_are_counted() {
-        let mut noise = Noise::new(4);
+        let mut noise = Seeded::new(4);
         let elsewhere = truth() * Pose::translation(40.0, 5.0, 0.0);
         let turned = pose_from_parts(
             truth().translation.vector,
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn another_frame_gives_the_same_pose_in_it() {
-        let mut noise = Noise::new(5);
+        let mut noise = Seeded::new(5);
         let readings: Vec<_> = (0..50).map(|_| noise.around(&truth(), 0.3, 0.01)).collect();
         let other_from_tracker = pose_from_parts(
             Vector3::new(900.0, -3.0, 50.0),

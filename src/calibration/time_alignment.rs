@@ -314,7 +314,7 @@ fn correlate(a: &Signal, b: &Signal, shift: i64, part: std::ops::Range<usize>) -
 mod tests {
     use super::*;
     use crate::calibration::pose_stream::Clock;
-    use crate::calibration::testing::Noise;
+    use crate::field::random_models::Seeded;
     use crate::geometry::pose::pose_from_parts;
     use crate::geometry::rotation::exp_vector;
     use crate::tracking::recording::{ToolTrack, TrackSample};
@@ -359,14 +359,14 @@ mod tests {
     #[test]
     fn an_offset_is_found_before_anything_is_known_of_where_anything_is() {
         for seed in 0..6 {
-            let mut noise = Noise::new(seed);
-            let (tracker, sensor) = (noise.pose(700.0), noise.pose(20.0));
+            let mut noise = Seeded::new(seed);
+            let (tracker, sensor) = (noise.pose_within(700.0), noise.pose_within(20.0));
             // The EM tracker began this much later, so its clock is behind.
             let offset_s = [-3.217, -0.4, 0.0, 0.0313, 1.9, 4.4][seed as usize];
             let em = stream((5.0 + offset_s, 20.0, 40.0), body, |pose| {
                 noise.around(&(tracker * pose * sensor), 0.05, 0.001)
             });
-            let mut noise = Noise::new(50 + seed);
+            let mut noise = Seeded::new(50 + seed);
             let reference = stream((5.0, 22.0, 20.0), body, |p| noise.around(&p, 0.02, 0.0005));
             let found = align(&[em], &reference, &SETTINGS).unwrap();
             // A speed over 0.3 s has noise √2 σ / 0.3, of 0.005 and 0.26 rad/s² and mm/s; speeds here
@@ -397,7 +397,7 @@ mod tests {
             align(&[short], &reference, &SETTINGS),
             Err(AlignmentError::TooShort { found_s, .. }) if found_s < 0.8
         ));
-        let mut noise = Noise::new(1);
+        let mut noise = Seeded::new(1);
         let still = stream(span, |_| Pose::identity(), |p| noise.around(&p, 0.05, 0.001));
         assert!(matches!(
             align(&[still], &reference, &SETTINGS),

@@ -6,7 +6,7 @@ pub mod bernstein;
 pub mod compensation;
 pub mod compiled;
 pub mod computed;
-mod elevate;
+pub mod elevate;
 pub mod environment;
 mod factored;
 pub mod fit;
@@ -22,8 +22,7 @@ mod kernel;
 mod lattice;
 pub mod least_squares;
 pub mod model;
-#[cfg(test)]
-pub(crate) mod random_models;
+pub mod random_models;
 mod rows;
 pub mod samples;
 pub mod selection;

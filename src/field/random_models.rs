@@ -1,4 +1,4 @@
-//! Seeded models and poses for tests.
+//! Seeded models and poses, for tests and measurements.
 
 use super::bernstein::coefficient_count;
 use super::model::DistortionModel;
@@ -6,6 +6,7 @@ use super::samples::MapKind;
 use crate::geometry::bounds::Bounds;
 use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::geometry::pose::{Pose, pose_from_parts};
+use crate::geometry::rotation::exp_vector;
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -26,6 +27,36 @@ impl Seeded {
 
     pub fn normal(&mut self) -> f64 {
         StandardNormal.sample(&mut self.0)
+    }
+
+    /// Three standard normal numbers.
+    pub fn normal_vector(&mut self) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.normal())
+    }
+
+    /// Vectors of standard normal numbers of which neighbours have a correlation: a stationary AR(1).
+    pub fn autocorrelated(&mut self, count: usize, correlation: f64) -> Vec<Vector3<f64>> {
+        let fresh = (1.0 - correlation * correlation).sqrt();
+        let mut state = self.normal_vector();
+        (0..count)
+            .map(|_| {
+                let here = state;
+                state = state * correlation + self.normal_vector() * fresh;
+                here
+            })
+            .collect()
+    }
+
+    /// A pose with normal errors of these standard deviations a component, in the target's axes.
+    pub fn around(&mut self, pose: &Pose, position_mm: f64, angle_rad: f64) -> Pose {
+        let at = pose.translation.vector + self.normal_vector() * position_mm;
+        pose_from_parts(at, exp_vector(&(self.normal_vector() * angle_rad)) * pose.rotation)
+    }
+
+    /// Any pose, within some `size_mm` of the origin.
+    pub fn pose_within(&mut self, size_mm: f64) -> Pose {
+        let at = self.normal_vector() * size_mm;
+        pose_from_parts(at, exp_vector(&(self.normal_vector() * 1.5)))
     }
 
     /// In the box grown by `margin` of its size on each side.

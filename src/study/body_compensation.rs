@@ -203,6 +203,3 @@ fn found(pose: Pose, is_inside: bool) -> Compensated {
 fn refused(state: InverseState, is_inside: bool) -> Compensated {
     Compensated { pose: None, state, is_inside }
 }
-
-#[cfg(test)]
-mod tests;

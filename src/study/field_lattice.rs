@@ -365,6 +365,3 @@ impl MeanErrors {
         Some(&self.means)
     }
 }
-
-#[cfg(test)]
-mod tests;

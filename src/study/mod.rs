@@ -15,7 +15,7 @@ pub mod motion_outline;
 pub mod own_study;
 pub mod placement;
 mod plan;
-mod pose_rule;
+pub mod pose_rule;
 pub mod preview;
 pub mod procedure;
 pub mod profile;

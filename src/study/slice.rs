@@ -246,6 +246,3 @@ fn each_point(
         .collect();
     Ok(rows.ok_or(StudyError::Cancelled)?.concat())
 }
-
-#[cfg(test)]
-mod tests;

@@ -235,7 +235,7 @@ struct Buffers {
 }
 
 /// Orientations `crf_from_tool` that are visited, and how many the motion has.
-fn turns(scenario: &Scenario) -> Result<(Vec<UnitQuaternion<f64>>, usize), StudyError> {
+pub fn turns(scenario: &Scenario) -> Result<(Vec<UnitQuaternion<f64>>, usize), StudyError> {
     let Some(motion) = scenario.motion else {
         return Ok((vec![scenario.crf_from_tool.rotation], 1));
     };
@@ -293,7 +293,7 @@ fn judged<'a>(
 
 /// The largest share of a bound that its figure uses up, of figures and bounds. A figure that is not a
 /// number meets nothing.
-fn share_of(bounds: impl Iterator<Item = (f64, f64)>) -> f64 {
+pub fn share_of(bounds: impl Iterator<Item = (f64, f64)>) -> f64 {
     let shares = bounds.map(|(value, limit)| match limit > 0.0 {
         true => value / limit,
         false if value <= limit => 0.0,
@@ -306,6 +306,3 @@ fn share_of(bounds: impl Iterator<Item = (f64, f64)>) -> f64 {
 }
 
 mod interval;
-
-#[cfg(test)]
-mod tests;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::calibration::still_pose::distances;
-use crate::calibration::testing::Noise;
+use crate::field::random_models::Seeded;
 use crate::geometry::pose::pose_from_parts;
 use crate::geometry::rotation::exp_vector;
 use crate::tracking::recording::{ToolTrack, TrackSample};
@@ -11,15 +11,19 @@ use nalgebra::UnitQuaternion;
 const JITTER: Spread = Spread { position_mm: 0.1, angle_rad: 0.002 };
 
 struct Room {
-    noise: Noise,
+    noise: Seeded,
     y: Pose,
     x: Vec<Pose>,
 }
 
 impl Room {
     fn new(seed: u64, sensors: usize) -> Self {
-        let mut noise = Noise::new(seed);
-        Self { y: noise.pose(700.0), x: (0..sensors).map(|_| noise.pose(25.0)).collect(), noise }
+        let mut noise = Seeded::new(seed);
+        Self {
+            y: noise.pose_within(700.0),
+            x: (0..sensors).map(|_| noise.pose_within(25.0)).collect(),
+            noise,
+        }
     }
 
     fn sample(&mut self, frame: u64, pose: &Pose) -> TrackSample {
@@ -45,8 +49,8 @@ impl Room {
     }
 
     fn still(&mut self) -> RecordedPair {
-        let at = Vector3::new(0.0, 0.0, -1000.0) + self.noise.normal() * 100.0;
-        let body = pose_from_parts(at, exp_vector(&(self.noise.normal() * 0.6)));
+        let at = Vector3::new(0.0, 0.0, -1000.0) + self.noise.normal_vector() * 100.0;
+        let body = pose_from_parts(at, exp_vector(&(self.noise.normal_vector() * 0.6)));
         self.record(1.0, 0.0, |_| body)
     }
 
@@ -147,7 +151,7 @@ fn what_paths_differ_by_is_in_the_standard_errors() {
         let pairs: Vec<RecordedPair> = (0..6)
             .map(|k| {
                 let (shift, turned) =
-                    (room.noise.normal(), exp_vector(&(room.noise.normal() * 0.5)));
+                    (room.noise.normal_vector(), exp_vector(&(room.noise.normal_vector() * 0.5)));
                 let mut pair = room.path_from(0.3, 40.0 * f64::from(k), turned);
                 for sample in &mut pair.tracker.tools[0].samples {
                     if let Ok(pose) = &mut sample.pose {

@@ -1,7 +1,7 @@
 //! Known frames found again, with noise and without, and motions that do not tell.
 
 use super::*;
-use crate::calibration::testing::Noise;
+use crate::field::random_models::Seeded;
 use crate::geometry::pose::pose_from_parts;
 use crate::geometry::rotation::{exp_vector, rotation_angle_rad};
 
@@ -12,8 +12,11 @@ struct Truth {
 }
 
 impl Truth {
-    fn new(noise: &mut Noise, sensors: usize) -> Self {
-        Self { y: noise.pose(800.0), x: (0..sensors).map(|_| noise.pose(25.0)).collect() }
+    fn new(noise: &mut Seeded, sensors: usize) -> Self {
+        Self {
+            y: noise.pose_within(800.0),
+            x: (0..sensors).map(|_| noise.pose_within(25.0)).collect(),
+        }
     }
 
     /// Readings of all sensors at poses of the body.
@@ -35,10 +38,10 @@ impl Truth {
 }
 
 /// Poses of a hand: some decimetres, turns of some 60°.
-fn bodies(noise: &mut Noise, count: usize) -> Vec<Pose> {
+fn bodies(noise: &mut Seeded, count: usize) -> Vec<Pose> {
     let one = |_| {
-        let at = Vector3::new(0.0, 0.0, -1000.0) + noise.normal() * 100.0;
-        pose_from_parts(at, exp_vector(&(noise.normal() * 0.6)))
+        let at = Vector3::new(0.0, 0.0, -1000.0) + noise.normal_vector() * 100.0;
+        pose_from_parts(at, exp_vector(&(noise.normal_vector() * 0.6)))
     };
     (0..count).map(one).collect()
 }
@@ -53,7 +56,7 @@ fn off(a: &Pose, b: &Pose) -> (f64, f64) {
 #[test]
 fn exact_readings_give_the_exact_frames_for_one_and_for_several_sensors_and_every_loss() {
     for seed in 0..10 {
-        let mut noise = Noise::new(seed);
+        let mut noise = Seeded::new(seed);
         let truth = Truth::new(&mut noise, 1 + seed as usize % 4);
         let readings = truth.read(&bodies(&mut noise, 12), |pose| pose);
         for loss in [Loss::Huber, Loss::Cauchy, Loss::Tukey] {
@@ -71,11 +74,12 @@ fn exact_readings_give_the_exact_frames_for_one_and_for_several_sensors_and_ever
 
 #[test]
 fn slopes_are_those_of_finite_differences() {
-    let mut noise = Noise::new(1);
+    let mut noise = Seeded::new(1);
     let truth = Truth::new(&mut noise, 2);
     let frames = solve::Frames { y: truth.y, x: truth.x.clone() };
     let h = 1e-6;
-    for reading in truth.read(&bodies(&mut noise, 3), |pose| Noise::new(9).around(&pose, 30.0, 0.8))
+    for reading in
+        truth.read(&bodies(&mut noise, 3), |pose| Seeded::new(9).around(&pose, 30.0, 0.8))
     {
         let slopes = frames.slopes(&reading, &frames.residual(&reading));
         for column in 0..12 {
@@ -132,7 +136,7 @@ fn the_covariance_of_each_frame_holds_along_every_direction_of_its_six_numbers()
     // A turn of the reference a metre away is a shift of some millimetres: its numbers hang together
     // so closely that variances alone would be wrong along most directions.
     let mean = normalised_square(60, |seed| {
-        let mut noise = Noise::new(500 + seed);
+        let mut noise = Seeded::new(500 + seed);
         let truth = Truth::new(&mut noise, 2);
         let bodies = bodies(&mut noise, 80);
         let readings = truth.read(&bodies, |pose| noise.around(&pose, 0.5, 0.01));
@@ -156,7 +160,7 @@ fn the_covariance_of_each_frame_holds_along_every_direction_of_its_six_numbers()
 #[test]
 fn errors_are_as_large_as_the_covariance_says_for_normal_noise() {
     let mean = normalised_square(60, |seed| {
-        let mut noise = Noise::new(100 + seed);
+        let mut noise = Seeded::new(100 + seed);
         let truth = Truth::new(&mut noise, 2);
         let bodies = bodies(&mut noise, 80);
         let readings = truth.read(&bodies, |pose| noise.around(&pose, 0.5, 0.01));
@@ -177,12 +181,12 @@ fn errors_are_as_large_as_the_covariance_says_for_normal_noise() {
 #[test]
 fn errors_that_the_sensors_of_a_pose_share_are_in_the_covariance() {
     let mean = normalised_square(60, |seed| {
-        let mut noise = Noise::new(300 + seed);
+        let mut noise = Seeded::new(300 + seed);
         let truth = Truth::new(&mut noise, 3);
         let bodies = bodies(&mut noise, 80);
         let mut readings = truth.read(&bodies, |pose| pose);
         for of_pose in readings.chunks_mut(3) {
-            let shift = noise.normal() * 2.0;
+            let shift = noise.normal_vector() * 2.0;
             for reading in of_pose {
                 reading.tracker_from_sensor.translation.vector += shift;
                 let read = reading.tracker_from_sensor;
@@ -202,7 +206,7 @@ fn intervals_hold_for_errors_that_neighbours_share() {
     for correlation in [0.0, 0.6, 0.9] {
         let (mut within, mut all) = (0_u32, 0_u32);
         for seed in 0..60 {
-            let mut noise = Noise::new(900 + seed);
+            let mut noise = Seeded::new(900 + seed);
             let truth = Truth::new(&mut noise, 2);
             // A hand's path, a pose a second: two minutes of it.
             let bodies: Vec<Pose> = (0..120)
@@ -241,7 +245,7 @@ fn intervals_hold_for_errors_that_neighbours_share() {
 fn known_noise_weighs_a_poor_half_of_the_readings_down() {
     let (mut weighed, mut plain) = (0.0, 0.0);
     for seed in 0..20 {
-        let mut noise = Noise::new(500 + seed);
+        let mut noise = Seeded::new(500 + seed);
         let truth = Truth::new(&mut noise, 1);
         let bodies = bodies(&mut noise, 40);
         let mut is_poor = false;
@@ -274,13 +278,13 @@ fn known_noise_weighs_a_poor_half_of_the_readings_down() {
 
 #[test]
 fn a_third_of_wrong_readings_hardly_moves_the_answer() {
-    let mut noise = Noise::new(7);
+    let mut noise = Seeded::new(7);
     let truth = Truth::new(&mut noise, 2);
     let bodies = bodies(&mut noise, 60);
     let good = truth.read(&bodies, |pose| noise.around(&pose, 0.2, 0.005));
     let mut spoilt = good.clone();
     for reading in spoilt.iter_mut().step_by(3) {
-        reading.tracker_from_sensor = noise.pose(300.0);
+        reading.tracker_from_sensor = noise.pose_within(300.0);
     }
     let clean = hand_eye(&good, 2, &HandEyeSettings::default()).unwrap();
     for loss in [Loss::Cauchy, Loss::Tukey, Loss::Huber] {
@@ -296,11 +300,11 @@ fn a_third_of_wrong_readings_hardly_moves_the_answer() {
 
 #[test]
 fn another_frame_of_either_tracker_or_of_the_body_gives_the_same_answer_in_it() {
-    let mut noise = Noise::new(8);
+    let mut noise = Seeded::new(8);
     let truth = Truth::new(&mut noise, 2);
     let bodies = bodies(&mut noise, 30);
     let readings = truth.read(&bodies, |pose| noise.around(&pose, 1.0, 0.02));
-    let [tracker, reference, body] = [0; 3].map(|_| noise.pose(500.0));
+    let [tracker, reference, body] = [0; 3].map(|_| noise.pose_within(500.0));
     let moved: Vec<_> = readings
         .iter()
         .map(|r| PairedReading {
@@ -323,7 +327,7 @@ fn another_frame_of_either_tracker_or_of_the_body_gives_the_same_answer_in_it() 
 
 #[test]
 fn motions_that_do_not_tell_are_refused_with_what_is_missing() {
-    let mut noise = Noise::new(10);
+    let mut noise = Seeded::new(10);
     let truth = Truth::new(&mut noise, 1);
     let settings = HandEyeSettings::default();
     let refused = |bodies: &[Pose]| {
@@ -333,9 +337,9 @@ fn motions_that_do_not_tell_are_refused_with_what_is_missing() {
     let few = refused(&bodies(&mut noise, 9));
     assert_eq!(few, HandEyeError::TooFewPoses { found: 9, needed: 10 });
     // Shifted anywhere, never turned.
-    let start = noise.pose(300.0);
+    let start = noise.pose_within(300.0);
     let shifted: Vec<_> = (0..20)
-        .map(|_| Pose::from(nalgebra::Translation3::from(noise.normal() * 100.0)) * start)
+        .map(|_| Pose::from(nalgebra::Translation3::from(noise.normal_vector() * 100.0)) * start)
         .collect();
     let error = refused(&shifted);
     assert!(matches!(error, HandEyeError::NoRotation { largest_deg } if largest_deg < 1e-6));
@@ -344,7 +348,8 @@ fn motions_that_do_not_tell_are_refused_with_what_is_missing() {
     let planar: Vec<_> = (0..20)
         .map(|i| {
             let turn = exp_vector(&(Vector3::z() * f64::from(i) * 0.1));
-            let in_plane = Vector3::new(noise.normal().x, noise.normal().x, 0.0) * 100.0;
+            let in_plane =
+                Vector3::new(noise.normal_vector().x, noise.normal_vector().x, 0.0) * 100.0;
             start * pose_from_parts(in_plane, turn)
         })
         .collect();

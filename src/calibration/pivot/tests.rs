@@ -1,7 +1,7 @@
 //! Simulated recordings whose tip is known.
 
 use super::*;
-use crate::calibration::testing::Noise;
+use crate::field::random_models::Seeded;
 use crate::geometry::pose::pose_from_parts;
 use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
@@ -162,7 +162,7 @@ const ALLOWED: f64 = 0.036;
 
 #[test]
 fn intervals_hold_for_independent_readings() {
-    let mut noise = Noise::new(31);
+    let mut noise = Seeded::new(31);
     let found = coverage(800, |_| noise.autocorrelated(800, 0.0));
     assert!((found.stated - 0.95).abs() < ALLOWED, "{}", found.stated);
     // One in a hundred by chance: two of 200, and three standard deviations.
@@ -176,7 +176,7 @@ fn intervals_hold_for_independent_readings() {
 fn intervals_hold_for_autocorrelated_readings() {
     // What intervals for independent readings held for is the upper end of each range.
     for (correlation, simple) in [(0.5, 0.85), (0.8, 0.65), (0.95, 0.55)] {
-        let mut noise = Noise::new(32);
+        let mut noise = Seeded::new(32);
         let found = coverage(800, |_| noise.autocorrelated(800, correlation));
         let Coverage { stated, as_independent, size, .. } = found;
         assert!(stated > 0.95 - ALLOWED, "{correlation}: {stated}");
@@ -187,10 +187,10 @@ fn intervals_hold_for_autocorrelated_readings() {
 
 #[test]
 fn intervals_hold_for_slow_drift_beneath_noise() {
-    let mut noise = Noise::new(33);
+    let mut noise = Seeded::new(33);
     let found = coverage(800, |_| {
         let mut errors = noise.autocorrelated(800, 0.0);
-        let [swing, phase] = [noise.normal(), noise.normal() * 3.0];
+        let [swing, phase] = [noise.normal_vector(), noise.normal_vector() * 3.0];
         for (i, error) in errors.iter_mut().enumerate() {
             let along = 4.0 * i as f64 / 800.0;
             *error += swing.zip_map(&phase, |swing, phase| 0.5 * swing * (along + phase).sin());
@@ -203,7 +203,7 @@ fn intervals_hold_for_slow_drift_beneath_noise() {
 
 #[test]
 fn a_sensor_that_slips_shows_in_the_quarters() {
-    let mut noise = Noise::new(34);
+    let mut noise = Seeded::new(34);
     let errors: Vec<_> = noise.autocorrelated(800, 0.0).iter().map(|e| e * 0.1).collect();
     let still = pivot(&swung(800, 80.0, &errors), &PivotLimits::default()).unwrap();
     assert!(!still.quarters.unwrap().has_drift, "{still:?}");
@@ -221,7 +221,7 @@ fn a_sensor_that_slips_shows_in_the_quarters() {
 
 #[test]
 fn what_a_short_recording_cannot_tell_is_open() {
-    let mut noise = Noise::new(35);
+    let mut noise = Seeded::new(35);
     // One slow swing: a quarter of it is about one axis.
     let errors = noise.autocorrelated(800, 0.0);
     let once = pivot(&swung(800, 1600.0, &errors), &PivotLimits::default());

@@ -374,17 +374,28 @@ fn effective_parameters(factor: &Mat<f64>, damping: f64) -> f64 {
 pub(super) mod tests {
     use super::*;
     use crate::field::generator::tests::{physics, point, vector};
-    use crate::formats::measurements;
+    use crate::field::samples::Measurement;
     use crate::geometry::pose::pose_from_parts;
-    use nalgebra::Vector3;
+    use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
     /// One of the room's tables, "fit" or "holdout".
     pub(crate) fn room_a(kind: &str) -> MeasurementSet {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/room-a");
         let path = format!("{folder}/room-a-{kind}.csv");
-        let mut set = measurements::parse(&std::fs::read(path).unwrap()).unwrap();
-        set.content = MeasurementContent::FiveDof;
-        set
+        let mut table = csv::Reader::from_path(path).unwrap();
+        let measurements = table.deserialize().map(|row| {
+            let row: [f64; 14] = row.unwrap();
+            let pose = |k: usize| {
+                let [x, y, z, qw, qx, qy, qz]: [f64; 7] = row[k..k + 7].try_into().unwrap();
+                let rotation = UnitQuaternion::from_quaternion(Quaternion::new(qw, qx, qy, qz));
+                pose_from_parts(Vector3::new(x, y, z), rotation)
+            };
+            Measurement { tracker_from_ideal: pose(0), tracker_from_measured: pose(7) }
+        });
+        MeasurementSet {
+            content: MeasurementContent::FiveDof,
+            measurements: measurements.collect(),
+        }
     }
 
     fn squares(degree: usize) -> HarmonicFitSettings {

@@ -289,7 +289,7 @@ fn compared(
 
 /// Mean difference, with Student's intervals and Hotelling's test for as many poses as are
 /// independent.
-pub(super) fn bias(pairs: &[(Vector3<f64>, Vector3<f64>)], effective: f64) -> Bias {
+pub fn bias(pairs: &[(Vector3<f64>, Vector3<f64>)], effective: f64) -> Bias {
     let n = pairs.len() as f64;
     let mean = pairs.iter().map(|(m, p)| m - p).sum::<Vector3<f64>>() / n;
     let scatter: Matrix3<f64> =
@@ -320,7 +320,7 @@ fn student_975(effective: f64) -> Option<f64> {
 
 /// Bland & Altman 1999, section 2: the standard error of a limit is that of the mean and that of the
 /// standard deviation together.
-pub(super) fn limits_of_agreement(
+pub fn limits_of_agreement(
     pairs: &[(Vector3<f64>, Vector3<f64>)],
     effective: f64,
 ) -> Option<LimitsOfAgreement> {

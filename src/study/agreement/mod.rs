@@ -25,14 +25,12 @@
 //! `unknowns.rs` takes the same part out of the prediction.
 
 mod frames;
-mod judge;
-mod noise;
+pub mod judge;
+pub mod noise;
 mod pivoted;
 mod recording;
-mod resampling;
+pub mod resampling;
 mod rows;
-#[cfg(test)]
-mod tests;
 mod unknowns;
 mod verdict;
 
@@ -41,7 +39,7 @@ pub use frames::{APART_MM, CommonFrame, FrameMismatch, frame_mismatch};
 pub use judge::agreement;
 pub use pivoted::{PivotedError, PivotedTool, pivoted_tool};
 pub use recording::{BuiltRecording, RecordedFrame};
-pub use rows::{AgreementRow, RecordedPose, paired_rows, pivot_rows};
+pub use rows::{AgreementRow, RecordedPose, paired_rows, pivot_rows, tip_in_crf};
 pub use verdict::Verdict;
 
 use super::expected::Expected;

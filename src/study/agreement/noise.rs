@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Point3, UnitQuaternion};
 type Variances = [f64; 2];
 
 /// Where noise comes from.
-pub(super) struct Noise<'a> {
+pub struct Noise<'a> {
     scenario: &'a Scenario,
     tool: LinearFit,
     crf: Option<LinearFit>,

@@ -206,6 +206,6 @@ pub(super) fn is_finite(pose: &Pose) -> bool {
 }
 
 /// Where the tip is at a row.
-pub(super) fn tip_in_crf(row: &AgreementRow, scenario: &Scenario) -> Point3<f64> {
+pub fn tip_in_crf(row: &AgreementRow, scenario: &Scenario) -> Point3<f64> {
     row.crf_from_tool * scenario.tool.judged_tip_in_body()
 }

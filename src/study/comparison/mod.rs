@@ -6,7 +6,7 @@
 mod difference;
 mod figure;
 mod measured_fields;
-mod sampled;
+pub mod sampled;
 mod words;
 
 pub use super::own_study::{NoFigures, mode_of};

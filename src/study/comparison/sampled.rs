@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// Figures over the whole range of motion, once from all poses and once from each independent part
 /// of them.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Sampled {
+pub struct Sampled {
     pub whole: FigureValues,
     pub replicates: Vec<FigureValues>,
 }
@@ -24,7 +24,7 @@ pub(super) struct Sampled {
 /// Figures in the room's field and in others that its fit might as well have given, at the same
 /// poses.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Drawn {
+pub struct Drawn {
     pub nominal: FigureValues,
     pub draws: Vec<FigureValues>,
     pub from: DrawnFrom,
@@ -32,7 +32,7 @@ pub(super) struct Drawn {
 
 /// Where drawn fields are from, which decides on which side of the room's own figure the truth is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum DrawnFrom {
+pub enum DrawnFrom {
     /// The fit's, with other noise: a noisy field lengthens errors, so that the room's own figures
     /// are too large by about as much as those of drawn fields are above them.
     Refits,
@@ -41,13 +41,13 @@ pub(super) enum DrawnFrom {
 }
 
 /// Tip error in mm and angle in degrees of a pose; `None` where it is left out.
-pub(super) type Errors = Option<[f64; 2]>;
+pub type Errors = Option<[f64; 2]>;
 
 /// Where a range of motion is looked at between its grid's poses: Sobol sequences of equal length,
 /// each shifted by random bits of its own (a digital shift, after which every pose is anywhere in the
 /// range with equal chance and the sequence as even as it was). The same seed takes the same part of
 /// every range, so that two designs are compared at the same places.
-pub(super) fn range_trials(
+pub fn range_trials(
     scenario: &Scenario,
     replicates: usize,
     each: usize,
@@ -86,7 +86,7 @@ fn moves(range: AxisRange) -> bool {
 }
 
 /// The errors at each pose, in order.
-pub(super) fn errors_at(
+pub fn errors_at(
     scenario: &Scenario,
     trials: &Arc<[InputTrial]>,
     cancel: &CancelToken,
@@ -103,7 +103,7 @@ pub(super) fn errors_at(
 }
 
 /// The figures of some errors; `None` where all were left out.
-pub(super) fn figures_of<'a>(errors: impl Iterator<Item = &'a Errors>) -> Option<FigureValues> {
+pub fn figures_of<'a>(errors: impl Iterator<Item = &'a Errors>) -> Option<FigureValues> {
     let (mut tip_mm, mut angle_deg): (Vec<f64>, Vec<f64>) =
         errors.flatten().map(|[tip, angle]| (*tip, *angle)).unzip();
     Some(values(&Statistics::of(&mut tip_mm)?, &Statistics::of(&mut angle_deg)?))
@@ -130,7 +130,7 @@ impl Sampled {
 }
 
 /// Poses at which drawn fields are tried.
-pub(super) struct DrawnAt {
+pub struct DrawnAt {
     trials: Arc<[InputTrial]>,
     /// So many of them are spread over the range; those after them count for extremes alone.
     spread: usize,
@@ -182,39 +182,5 @@ impl DrawnAt {
         let in_room = Scenario { environment: Arc::clone(room), ..scenario.clone() };
         let errors = errors_at(&in_room, &self.trials, cancel)?;
         Ok(self.figures_of(&errors))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::store;
-    use crate::study::{AxisRange, Motion};
-
-    #[test]
-    fn every_part_covers_the_range_evenly_and_stays_in_it() {
-        let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
-        let scenario = Scenario {
-            motion: Some(Motion {
-                y: Some(AxisRange { min: -10.0, max: 30.0, step: 15.0 }),
-                // A step of zero is one value, and so is a range without length.
-                z: Some(AxisRange { min: 4.0, max: 9.0, step: 0.0 }),
-                ..Motion::default()
-            }),
-            ..store::resolve(world.document.design(), &world.environment)
-        };
-        let from = scenario.crf_from_tool.translation.vector;
-        for part in range_trials(&scenario, 4, 64, 3) {
-            let mut cells = [0; 16];
-            for trial in &part {
-                let by = trial.crf_from_tool.translation.vector - from;
-                assert!((by.x, by.z) == (0.0, 4.0) || (by.z - 4.0).abs() < 1e-12);
-                cells[((by.y + 10.0) / 40.0 * 16.0) as usize] += 1;
-            }
-            // Digital nets: the same number in each of 2^k equal cells.
-            assert_eq!(cells, [4; 16]);
-        }
-        let still = Scenario { motion: None, ..scenario };
-        assert!(range_trials(&still, 4, 64, 3).is_empty());
     }
 }

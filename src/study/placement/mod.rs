@@ -33,8 +33,6 @@ mod crf;
 mod interval;
 mod known;
 mod rule;
-#[cfg(test)]
-mod tests;
 mod tool;
 
 pub use rule::AxisRule;

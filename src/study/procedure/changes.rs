@@ -216,3 +216,25 @@ impl fmt::Display for Changed {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_change_that_is_told_is_one_that_is_seen(
+            before in 0.0..10.0_f64,
+            by in -5e-4..5e-4_f64,
+            digits in 1..5_usize,
+        ) {
+            let now = before + by;
+            let printed = |value: f64| format!("{value:.digits$}");
+            match figure("tip error RMS", "mm", digits, [before, now]) {
+                Some(_) => prop_assert_ne!(printed(before), printed(now)),
+                None => prop_assert!(by.abs() <= 1.01 * 0.1_f64.powi(digits as i32)),
+            }
+        }
+    }
+}

@@ -5,8 +5,6 @@ mod changes;
 mod grounds;
 mod plan;
 mod standing;
-#[cfg(test)]
-mod tests;
 mod words;
 
 pub use changes::{Change, Changed};

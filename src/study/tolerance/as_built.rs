@@ -32,13 +32,13 @@ const SHIFT: [f64; 6] = [0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625, 
 
 /// How far off each sensor of both bodies is, in its body's axes, one a sensor.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct BuildErrors {
+pub struct BuildErrors {
     pub tool: Vec<SensorError>,
     pub crf: Vec<SensorError>,
 }
 
 /// Off by nothing.
-pub(super) const AS_DRAWN: SensorError = SensorError {
+pub const AS_DRAWN: SensorError = SensorError {
     position_mm: Vector3::new(0.0, 0.0, 0.0),
     rotation_rad: Vector3::new(0.0, 0.0, 0.0),
 };
@@ -66,7 +66,7 @@ struct Built<'a> {
 }
 
 /// A design's study, made ready for many ways of being off.
-pub(super) struct BuiltStudy<'a> {
+pub struct BuiltStudy<'a> {
     scenario: &'a Scenario,
     requirement: Requirement,
     crf_from_tool: Vec<Pose>,
@@ -80,7 +80,7 @@ pub(super) struct BuiltStudy<'a> {
 
 /// What a variant is computed in, and the poses of the last one.
 #[derive(Default)]
-pub(super) struct BuiltBuffers {
+pub struct BuiltBuffers {
     track: TrackBuffers,
     read: Vec<(Reading, bool)>,
     all: Vec<Reading>,
@@ -333,7 +333,7 @@ impl<'a> Built<'a> {
 }
 
 /// A sensor that is off.
-pub(super) fn built_sensor(sensor: &Sensor, error: &SensorError) -> Sensor {
+pub fn built_sensor(sensor: &Sensor, error: &SensorError) -> Sensor {
     Sensor {
         name: String::new(),
         position_in_body: sensor.position_in_body + error.position_mm,

@@ -27,7 +27,7 @@ use crate::tracking::{RigidBody, SensorOrientation};
 use nalgebra::{Matrix3, Point3, SMatrix, SVector, Unit, Vector3};
 
 /// `(b_T, θ_T, t_C, θ_C)`: mm and radians.
-pub(super) type Motions = SVector<f64, 12>;
+pub type Motions = SVector<f64, 12>;
 type Jacobian = SMatrix<f64, 3, 12>;
 
 /// Ranks about the 95th percentile whose poses say which way it grows.
@@ -35,7 +35,7 @@ const ABOUT_P95: std::ops::RangeInclusive<f64> = 0.92..=0.98;
 
 /// What one sensor's error of one kind does.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Block {
+pub struct Block {
     pub body: BuiltBody,
     pub sensor: usize,
     pub kind: ErrorKind,
@@ -60,17 +60,17 @@ impl Block {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum ErrorKind {
+pub enum ErrorKind {
     Position,
     Angle,
 }
 
 /// A way of being off: a unit vector for each block.
-pub(super) type Direction = Vec<Vector3<f64>>;
+pub type Direction = Vec<Vector3<f64>>;
 
 /// One bound of the requirement.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bound {
+pub struct Bound {
     figure: Figure,
     of: ErrorKind,
     limit: f64,
@@ -111,7 +111,7 @@ struct MeanSquare {
 
 /// The linearised study.
 #[derive(Clone, Debug)]
-pub(super) struct FirstOrder {
+pub struct FirstOrder {
     poses: Vec<Linear>,
     position_mm2: MeanSquare,
     turn_rad2: MeanSquare,
@@ -266,7 +266,6 @@ impl FirstOrder {
     }
 
     /// By how much the errors of a kept pose change: tip in mm and turn.
-    #[cfg(test)]
     pub fn change_at(&self, pose: usize, motions: &Motions) -> [Vector3<f64>; 2] {
         [ErrorKind::Position, ErrorKind::Angle].map(|of| {
             let pose = &self.poses[pose];
@@ -348,7 +347,7 @@ impl ErrorKind {
 }
 
 /// A figure as a part of its limit; endless where there is something and none is allowed.
-pub(super) fn part(value: f64, limit: f64) -> f64 {
+pub fn part(value: f64, limit: f64) -> f64 {
     if value <= 0.0 {
         0.0
     } else if value.is_nan() {

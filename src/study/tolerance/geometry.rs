@@ -10,7 +10,7 @@ use nalgebra::{Unit, Vector3};
 const ALONG_Z: f64 = 1e-9;
 
 /// The body without tolerances.
-pub(super) fn sheet_body(role: BuiltBody, body: &RigidBody) -> SheetBody {
+pub fn sheet_body(role: BuiltBody, body: &RigidBody) -> SheetBody {
     let origin = match role {
         BuiltBody::Tool => Some(body.judged_tip_in_body()),
         BuiltBody::Crf => body.tip_in_body,

@@ -7,16 +7,16 @@
 //! off too; [`check_built`] draws tools that are off within that and simulates them. How it is found,
 //! and what it means, is in `docs/manufacturing.md`.
 
-mod as_built;
-mod built_check;
-mod first_order;
-mod geometry;
-mod search;
+pub mod as_built;
+pub mod built_check;
+pub mod first_order;
+pub mod geometry;
+pub mod search;
 mod sheet;
-#[cfg(test)]
-mod tests;
 
+pub use as_built::AS_DRAWN;
 pub use built_check::{BuiltCheck, MAX_DRAWS, check_built};
+pub use search::nearest_bound;
 pub use sheet::{
     BuiltBody, ManufacturingSheet, NoTolerance, SheetAxis, SheetBody, SheetPair, SheetSensor,
     Tolerance, Tolerances, Within, rounded_down, stated_decimals,

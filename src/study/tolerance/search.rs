@@ -67,7 +67,7 @@ const ROUNDS: usize = 8;
 
 /// Errors that grow together.
 #[derive(Clone, Debug)]
-pub(super) struct Family {
+pub struct Family {
     /// Numbers among the first order's blocks.
     pub blocks: Vec<usize>,
     /// Of each at scale 1, mm or radians.
@@ -80,7 +80,7 @@ pub(super) struct Family {
 
 /// What was found for a family.
 #[derive(Clone, Debug)]
-pub(super) struct Found {
+pub struct Found {
     /// The largest scale at which the requirement was met; the cap where it always is.
     pub scale: f64,
     pub first_order: f64,
@@ -94,7 +94,7 @@ pub(super) struct Found {
 
 /// A scale at which the requirement is missed.
 #[derive(Clone, Debug)]
-pub(super) struct Missed {
+pub struct Missed {
     scale: f64,
     pub direction: Direction,
     /// Its name in a design file.
@@ -103,7 +103,7 @@ pub(super) struct Missed {
 
 /// What simulations cost.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Cost {
+pub struct Cost {
     pub simulations: u64,
     pub work: Work,
 }
@@ -128,14 +128,14 @@ struct Simulated {
     work: Work,
 }
 
-pub(super) struct Search<'a> {
+pub struct Search<'a> {
     pub study: &'a BuiltStudy<'a>,
     pub first_order: &'a FirstOrder,
     pub cancel: &'a CancelToken,
 }
 
 /// The largest figure as a part of its limit; endless without any figure.
-pub(super) fn worst_ratio(checks: &[Check]) -> f64 {
+pub fn worst_ratio(checks: &[Check]) -> f64 {
     let worst = nearest_bound(checks);
     worst.map_or(f64::INFINITY, |check| match check.met {
         true => part(check.value, check.limit).min(1.0),
@@ -145,7 +145,7 @@ pub(super) fn worst_ratio(checks: &[Check]) -> f64 {
 }
 
 /// The bound that is reached, or will be first.
-pub(super) fn nearest_bound(checks: &[Check]) -> Option<&Check> {
+pub fn nearest_bound(checks: &[Check]) -> Option<&Check> {
     let ratio = |check: &Check| part(check.value, check.limit);
     checks.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b)))
 }

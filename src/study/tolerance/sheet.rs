@@ -179,7 +179,7 @@ pub fn rounded_down(value: f64) -> f64 {
 }
 
 /// The next smaller number that can be stated.
-pub(super) fn next_below(stated: f64) -> f64 {
+pub fn next_below(stated: f64) -> f64 {
     let unit = 10.0_f64.powi(stated_decimals(stated) as i32);
     (((stated * unit).round() - 1.0) / unit).max(0.0)
 }

@@ -1,12 +1,14 @@
 //! What a step comes to, and what is told of one that was decided.
 
-use super::changes::figure;
-use super::*;
-use crate::store;
-use crate::study::comparison::REQUIRED;
-use crate::study::requirement::Requirement;
-use crate::task::Task;
-use proptest::prelude::*;
+use trackwright::study::procedure::*;
+use trackwright::study::procedure::{DecidedRecording, DecidedStudies, Grounds, RoomName, Step};
+
+use trackwright::study::procedure::{RowCounts, Standing, State, Undecidable, standing};
+
+use trackwright::store;
+use trackwright::study::comparison::REQUIRED;
+use trackwright::study::requirement::Requirement;
+use trackwright::task::Task;
 
 /// A built-in design in its room, and in one that is not to be had.
 fn plan() -> Plan {
@@ -145,7 +147,7 @@ fn a_step_is_decided_as_long_as_everything_is_as_it_was() {
 fn another_recording_is_another_decision_and_one_that_is_gone_is_told() {
     let decided = DecidedRecording {
         room: RoomName::default(),
-        recording: crate::study::agreement::BuiltRecording::of("a.csv".to_owned()),
+        recording: trackwright::study::agreement::BuiltRecording::of("a.csv".to_owned()),
         poses: 20,
         used: 20,
         measured_rms_mm: 1.0,
@@ -163,20 +165,4 @@ fn another_recording_is_another_decision_and_one_that_is_gone_is_told() {
     let told = found.changes(Step::Built)[0].to_string();
     assert_eq!(told, "no figures any more: a.csv: no such file");
     assert!(matches!(found.grounds(Step::Built), Err(Undecidable::NoFigures { .. })));
-}
-
-proptest! {
-    #[test]
-    fn a_change_that_is_told_is_one_that_is_seen(
-        before in 0.0..10.0_f64,
-        by in -5e-4..5e-4_f64,
-        digits in 1..5_usize,
-    ) {
-        let now = before + by;
-        let printed = |value: f64| format!("{value:.digits$}");
-        match figure("tip error RMS", "mm", digits, [before, now]) {
-            Some(_) => prop_assert_ne!(printed(before), printed(now)),
-            None => prop_assert!(by.abs() <= 1.01 * 0.1_f64.powi(digits as i32)),
-        }
-    }
 }

@@ -1,14 +1,21 @@
 //! What the study says a tracker would tell of a body is turned back into where the body is.
 
-use super::*;
-use crate::field::DistortionModel;
-use crate::field::samples::MapKind;
-use crate::geometry::directions::{DirectionSet, Weighting};
-use crate::geometry::pose::pose_from_array;
-use crate::store;
-use crate::study::{Scenario, look};
-use crate::tracking::{Sensor, SensorOrientation};
-use nalgebra::Vector3;
+use trackwright::study::body_compensation::*;
+
+use nalgebra::{Point3, Vector3};
+use trackwright::field::DistortionModel;
+use trackwright::field::compensation::{Compensated, Compensator, Method};
+use trackwright::field::inverse::InverseState;
+use trackwright::field::samples::MapKind;
+use trackwright::field::{Environment, OutsidePolicy};
+use trackwright::geometry::directions::{DirectionSet, Weighting};
+use trackwright::geometry::pose::Pose;
+use trackwright::geometry::pose::pose_from_array;
+use trackwright::store;
+use trackwright::study::{Scenario, look};
+use trackwright::task::Task;
+use trackwright::tracking::RigidBody;
+use trackwright::tracking::{Sensor, SensorOrientation};
 
 fn built_in(name: &str) -> Scenario {
     let world = store::open_builtin(name).unwrap();
@@ -91,8 +98,10 @@ fn a_body_of_markers_and_one_of_a_single_coil_are_turned_back_as_far_as_they_det
 
 /// A room that measures everything 2 mm too far along x; as a correction map it takes 2 mm off.
 fn shifted(map: MapKind) -> Environment {
-    let bounds =
-        crate::geometry::bounds::Bounds::from(([-200.0, -200.0, -500.0], [200.0, 200.0, -100.0]));
+    let bounds = trackwright::geometry::bounds::Bounds::from((
+        [-200.0, -200.0, -500.0],
+        [200.0, 200.0, -100.0],
+    ));
     let coefficients = vec![[2.0, 0.0, 0.0, 0.0, 0.0, 0.0]; 8];
     let one = (DirectionSet::One, Weighting::Area);
     Environment {

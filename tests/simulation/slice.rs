@@ -1,16 +1,24 @@
 //! Slices against closed forms, finite differences and the study's own trial.
 
-use super::*;
-use crate::field::Environment;
-use crate::field::samples::MapKind;
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, Weighting};
-use crate::geometry::pose::Pose;
-use crate::store;
-use crate::study::look;
-use crate::tracking::RigidBody;
+use trackwright::study::StudyError;
+use trackwright::study::scenario::Scenario;
+use trackwright::study::slice::*;
+use trackwright::study::slice_plan::{SlicePlan, SlicePlane};
+use trackwright::study::slice_quantity::Quantity;
+
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use std::sync::Arc;
+use trackwright::field::Environment;
+use trackwright::field::samples::MapKind;
+use trackwright::field::{DistortionModel, OutsidePolicy};
+use trackwright::geometry::bounds::Bounds;
+use trackwright::geometry::directions::{DirectionSet, Weighting};
+use trackwright::geometry::pose::Pose;
+use trackwright::store;
+use trackwright::study::look;
+use trackwright::study::work::Work;
+use trackwright::task::CancelToken;
+use trackwright::tracking::RigidBody;
 
 fn scenario(environment: Environment) -> Scenario {
     Scenario {

@@ -1,17 +1,28 @@
 //! Regions whose shape follows from the field, and the study itself at lattice points.
 
-use super::*;
-use crate::field::samples::MapKind;
-use crate::field::{DistortionModel, Environment};
-use crate::geometry::directions::{DirectionSet, Weighting};
-use crate::geometry::volume::Volume;
-use crate::store;
-use crate::study::comparison::REQUIRED;
-use crate::study::{CancelToken, InputTrial, Mode, expected, run};
-use crate::tracking::{RigidBody, Sensor, SensorOrientation};
+use trackwright::study::usable_region::*;
+
+use trackwright::field::OutsidePolicy;
+use trackwright::geometry::bounds::Bounds;
+use trackwright::geometry::pose::Pose;
+use trackwright::geometry::pose::pose_from_parts;
+use trackwright::geometry::volume::Volume;
+use trackwright::study::Requirement;
+use trackwright::study::StudyError;
+use trackwright::study::scenario::Scenario;
+use trackwright::task::Task;
+
+use nalgebra::UnitQuaternion;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::PI;
 use std::sync::Arc;
+use trackwright::field::samples::MapKind;
+use trackwright::field::{DistortionModel, Environment};
+use trackwright::geometry::directions::{DirectionSet, Weighting};
+use trackwright::store;
+use trackwright::study::comparison::REQUIRED;
+use trackwright::study::{CancelToken, InputTrial, Mode, expected, run};
+use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
 
 const SIZE_MM: f64 = 200.0;
 
@@ -280,8 +291,12 @@ fn intervals_leave_less_than_the_rooms_own_field() {
     let pairs = || upper.values.iter().zip(&own.share.values);
     assert!(pairs().all(|(upper, own)| upper >= own));
     // Between the points of the coarse lattice, against intervals that are found there.
-    let simulator = Simulator::new(&scenario);
     let turns = turns(&scenario).unwrap().0;
+    let crf_from_tracker = scenario.crf.as_ref().unwrap().tracker_from_crf.inverse();
+    let with_tip_at = |tip: &Point3<f64>, turn: &UnitQuaternion<f64>| {
+        let arm = turn * scenario.tool.tip_in_body.unwrap().coords;
+        pose_from_parts((crf_from_tracker * tip).coords - arm, *turn)
+    };
     let mut off: Vec<f64> = [101, 193, 331, 373, 415, 529, 613]
         .into_iter()
         .map(|place| {
@@ -290,7 +305,7 @@ fn intervals_leave_less_than_the_rooms_own_field() {
             let tip = upper.point_mm(index);
             let trials = turns.iter().map(|turn| InputTrial {
                 tracker_from_crf: None,
-                crf_from_tool: simulator.crf_from_tool_with_tip_at(&tip, turn),
+                crf_from_tool: with_tip_at(&tip, turn),
             });
             let mode = Mode::Input(trials.collect());
             let found = expected(&scenario, &mode, &CancelToken::default()).unwrap();

@@ -1,21 +1,24 @@
 //! Agreement of recordings whose truth is known.
 
-use super::judge::{bias, limits_of_agreement};
-use super::noise::Noise;
-use super::resampling::Sums;
-use super::*;
-use crate::calibration::pivot::{PivotLimits, pivot};
-use crate::field::environment::{Environment, Jitter};
-use crate::field::random_models::{Seeded, random_model};
-use crate::geometry::directions::{DirectionSet, Weighting};
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::exp_vector;
-use crate::store;
-use crate::study::run::run;
-use crate::study::scenario::{InputTrial, Mode, Scenario};
-use crate::task::{CancelToken, Task};
 use nalgebra::{Point3, UnitQuaternion};
 use std::sync::Arc;
+use trackwright::calibration::pivot::{PivotLimits, pivot};
+use trackwright::field::environment::{Environment, Jitter};
+use trackwright::field::random_models::{Seeded, random_model};
+use trackwright::geometry::directions::{DirectionSet, Weighting};
+use trackwright::geometry::pose::{Pose, pose_from_parts};
+use trackwright::geometry::rotation::exp_vector;
+use trackwright::store;
+use trackwright::study::agreement::Verdict;
+use trackwright::study::agreement::agreement;
+use trackwright::study::agreement::judge::{bias, limits_of_agreement};
+use trackwright::study::agreement::noise::Noise;
+use trackwright::study::agreement::resampling::Sums;
+use trackwright::study::agreement::*;
+use trackwright::study::agreement::{AgreementRow, RecordedPose, paired_rows, pivot_rows};
+use trackwright::study::run;
+use trackwright::study::scenario::{InputTrial, Mode, Scenario};
+use trackwright::task::{CancelToken, Task};
 
 type Vector = nalgebra::Vector3<f64>;
 
@@ -54,7 +57,7 @@ fn read(scenario: &Scenario, poses: &[Pose]) -> Vec<Pose> {
     let given =
         poses.iter().map(|pose| InputTrial { tracker_from_crf: None, crf_from_tool: *pose });
     let mut read = Vec::new();
-    let mut log = |trial: &crate::study::Trial| read.push(trial.crf_from_tool_simulated);
+    let mut log = |trial: &trackwright::study::Trial| read.push(trial.crf_from_tool_simulated);
     let mode = Mode::Input(given.collect());
     run(scenario, &mode, &CancelToken::default(), Some(&mut log)).unwrap();
     read

@@ -1,7 +1,15 @@
 //! Each point of a lattice against the model itself, and lattices that are refused.
 
-use super::*;
-use crate::store;
+use trackwright::study::field_lattice::*;
+
+use nalgebra::{Unit, Vector3};
+use trackwright::field::samples::MapKind;
+use trackwright::field::{DistortionModel, OutsidePolicy};
+use trackwright::geometry::bounds::Bounds;
+use trackwright::geometry::pose::pose_from_parts;
+use trackwright::geometry::rotation::{axis_rotation, exp_vector};
+use trackwright::store;
+use trackwright::task::Task;
 
 fn model() -> DistortionModel {
     let world = store::open_builtin("shaver-on-head").unwrap();

@@ -1,26 +1,37 @@
 //! Tolerances that are known by formula, those of the built-in designs against a simulation written
 //! out anew, and what has none.
 
-use super::as_built::AS_DRAWN;
-use super::search::nearest_bound;
-use super::*;
-use crate::field::samples::MapKind;
-use crate::field::{DistortionModel, Environment, OutsidePolicy};
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::{exp_vector, log_quaternion, perpendicular};
-use crate::geometry::volume::Volume;
-use crate::store;
-use crate::study::scenario::Mode;
-use crate::study::statistics::Statistics;
-use crate::study::{AxisRange, Motion, Requirement, ScenarioCrf};
-use crate::tracking::frame_fit::{FrameFitter, Reading};
-use crate::tracking::uncertainty::SensorError;
-use crate::tracking::{RigidBody, Sensor, SensorOrientation};
+use trackwright::study::tolerance::AS_DRAWN;
+use trackwright::study::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
+use trackwright::study::tolerance::first_order::FirstOrder;
+use trackwright::study::tolerance::nearest_bound;
+use trackwright::study::tolerance::*;
+
+use trackwright::study::requirement::Check;
+use trackwright::study::run;
+use trackwright::study::scenario::Scenario;
+use trackwright::study::tolerance::{
+    ManufacturingSheet, NoTolerance, SheetBody, Tolerance, Within,
+};
+use trackwright::task::{Cancelled, Task};
+
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, UnitSphere};
 use std::sync::Arc;
+use trackwright::field::samples::MapKind;
+use trackwright::field::{DistortionModel, Environment, OutsidePolicy};
+use trackwright::geometry::pose::{Pose, pose_from_parts};
+use trackwright::geometry::rotation::{exp_vector, log_quaternion, perpendicular};
+use trackwright::geometry::volume::Volume;
+use trackwright::store;
+use trackwright::study::scenario::Mode;
+use trackwright::study::statistics::Statistics;
+use trackwright::study::{AxisRange, Motion, Requirement, ScenarioCrf};
+use trackwright::tracking::frame_fit::{FrameFitter, Reading};
+use trackwright::tracking::uncertainty::SensorError;
+use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
 
 mod special;
 

@@ -1,0 +1,83 @@
+//! What the room's model predicts for a body's pose.
+
+use nalgebra::UnitQuaternion;
+use nalgebra::Vector3;
+use trackwright::field::{Environment, OutsidePolicy};
+use trackwright::geometry::pose::Pose;
+use trackwright::geometry::pose::pose_from_parts;
+use trackwright::store;
+use trackwright::study::body_prediction::*;
+use trackwright::tracking::RigidBody;
+use trackwright::tracking::{Sensor, SensorOrientation};
+
+fn body(positions: &[[f64; 3]], tip: [f64; 3]) -> RigidBody {
+    let sensor = |at: &[f64; 3]| Sensor {
+        name: String::new(),
+        position_in_body: (*at).into(),
+        orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
+        coil: None,
+    };
+    RigidBody {
+        name: "body".to_owned(),
+        tip_in_body: Some(tip.into()),
+        sensors: positions.iter().map(sensor).collect(),
+    }
+}
+
+fn room() -> std::sync::Arc<Environment> {
+    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    std::sync::Arc::clone(&world.environment)
+}
+
+fn middle(room: &Environment) -> Pose {
+    let at = room.model.bounds().center_mm();
+    pose_from_parts(at.coords, UnitQuaternion::from_euler_angles(0.3, 0.2, 0.1))
+}
+
+#[test]
+fn a_sensor_at_the_tip_is_off_as_one_reading_is() {
+    let room = room();
+    let predictor =
+        BodyPredictor::new(&body(&[[0.0; 3]], [0.0; 3]), 50.0, &room, OutsidePolicy::Reject);
+    let pose = middle(&room);
+    let found = predictor.predict(&pose).unwrap();
+    let support = room.support.as_ref().unwrap();
+    let axis = pose.rotation * Vector3::z_axis();
+    let at = support.at(&room.model.bounds().center_mm(), &axis, OutsidePolicy::Reject);
+    let stds = &support.parts().position_std_mm;
+    let squares: f64 = stds.iter().map(|std| std.unwrap().powi(2)).sum();
+    let noise = (squares / stds.len() as f64).sqrt();
+    let std_error_mm = found.position_std_error_mm.unwrap();
+    assert!((std_error_mm - at.position_std_error_mm).abs() < 1e-12);
+    let expected = noise.hypot(at.position_std_error_mm);
+    assert!((found.tip_rms_mm.unwrap() - expected).abs() < 1e-9 * expected);
+    assert_eq!(found.is_valid, at.is_supported);
+}
+
+#[test]
+fn a_longer_lever_makes_the_tip_worse_and_more_sensors_better() {
+    let room = room();
+    let of = |positions: &[[f64; 3]], tip: [f64; 3]| {
+        let body = body(positions, tip);
+        let predictor = BodyPredictor::new(&body, 50.0, &room, OutsidePolicy::Clamp);
+        predictor.predict(&middle(&room)).unwrap().tip_rms_mm.unwrap()
+    };
+    let one = of(&[[0.0; 3]], [0.0; 3]);
+    let far = of(&[[0.0; 3]], [0.0, 0.0, 150.0]);
+    let two = of(&[[-5.0, 0.0, 0.0], [5.0, 0.0, 0.0]], [0.0; 3]);
+    assert!(far > 1.1 * one, "{far} {one}");
+    // Two independent readings at almost the same place.
+    assert!((two / one - 0.5_f64.sqrt()).abs() < 0.05, "{two} {one}");
+}
+
+#[test]
+fn outside_the_box_the_model_is_not_valid_and_without_support_nothing_is_known() {
+    let mut room = (*room()).clone();
+    let body = body(&[[0.0; 3]], [0.0; 3]);
+    let far = Pose::translation(5e3, 0.0, 0.0) * middle(&room);
+    let predictor = BodyPredictor::new(&body, 50.0, &room, OutsidePolicy::Clamp);
+    assert!(!predictor.predict(&far).unwrap().is_valid);
+    room.support = None;
+    let predictor = BodyPredictor::new(&body, 50.0, &room, OutsidePolicy::Clamp);
+    assert_eq!(predictor.predict(&middle(&room)), None);
+}

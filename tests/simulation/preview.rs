@@ -1,0 +1,57 @@
+//! A preview of few trials against the whole study.
+
+use std::collections::HashSet;
+use trackwright::store;
+use trackwright::study::preview::*;
+use trackwright::study::scenario::{Mode, Scenario};
+use trackwright::study::{AxisRange, CancelToken, Motion, run};
+
+fn scenario(steps: f64) -> Scenario {
+    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let range = |reach: f64| Some(AxisRange { min: -reach, max: reach, step: 2.0 * reach / steps });
+    Scenario {
+        motion: Some(Motion {
+            x: range(40.0),
+            y: range(40.0),
+            z: range(40.0),
+            rx: range(30.0),
+            rz: range(30.0),
+            ..Motion::default()
+        }),
+        ..store::resolve(world.document.design(), &world.environment)
+    }
+}
+
+#[test]
+fn a_short_range_of_motion_needs_no_preview() {
+    assert!(preview(&scenario(2.0)).is_none());
+    let still = Scenario { motion: None, ..scenario(2.0) };
+    assert!(preview(&still).is_none());
+}
+
+#[test]
+fn a_preview_is_close_to_the_whole_and_says_how_much_it_stands_for() {
+    let scenario = scenario(7.0);
+    let preview = preview(&scenario).unwrap();
+    assert_eq!(preview.whole_trials, 8_usize.pow(5));
+    let rms = |mode: &Mode| {
+        let outcome = run(&scenario, mode, &CancelToken::default(), None).unwrap();
+        outcome.figures.position_mm.rms
+    };
+    let (part, whole) = (rms(&preview.mode), rms(&Mode::Motion));
+    assert!((part - whole).abs() < 0.01 * whole, "{part} {whole}");
+}
+
+#[test]
+fn the_poses_of_a_preview_are_poses_of_the_grid_and_hardly_repeat() {
+    let scenario = scenario(7.0);
+    let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
+    let key = |pose: &trackwright::geometry::pose::Pose| {
+        trackwright::geometry::pose::pose_to_array(pose).map(|v| (v * 1e6).round() as i64)
+    };
+    let all: HashSet<_> = (0..grid.trials()).map(|i| key(&grid.pose(i))).collect();
+    let some = spread(&scenario, &grid, 512, SHIFT);
+    let found: HashSet<_> = some.iter().map(|t| key(&t.crf_from_tool)).collect();
+    assert!(found.is_subset(&all));
+    assert!(found.len() > 500, "{}", found.len());
+}

@@ -1,0 +1,94 @@
+//! Model validity on a slice.
+
+use trackwright::study::StudyError;
+use trackwright::study::scenario::Scenario;
+use trackwright::study::slice_plan::SlicePlan;
+use trackwright::study::slice_quantity::Quantity;
+use trackwright::study::slice_support::*;
+
+use nalgebra::{Unit, Vector3};
+use trackwright::field::OutsidePolicy;
+use trackwright::geometry::bounds::Bounds;
+use trackwright::store;
+use trackwright::study::{SlicePlane, look};
+use trackwright::task::CancelToken;
+
+fn scenario() -> Scenario {
+    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    store::resolve(world.document.design(), &world.environment)
+}
+
+/// Larger than the box, so that some of it is outside.
+fn plan(scenario: &Scenario) -> SlicePlan {
+    let own = scenario.environment.model.bounds();
+    let out = Vector3::repeat(40.0);
+    SlicePlan {
+        plane: SlicePlane::Across {
+            normal_axis: 1,
+            position_mm: own.center_mm().y,
+            bounds: Bounds { min_mm: own.min_mm - out, max_mm: own.max_mm + out },
+        },
+        sensor_axis: Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8)),
+        counts: [23, 19],
+    }
+}
+
+fn supported(scenario: &Scenario, quantity: Quantity) -> Vec<bool> {
+    let plan = plan(scenario);
+    let found = slice_support(scenario, quantity, &plan, &CancelToken::default());
+    found.unwrap().unwrap()
+}
+
+#[test]
+fn a_point_is_supported_where_the_support_says_so_of_the_imagined_sensor() {
+    let scenario = scenario();
+    let (plan, support) = (plan(&scenario), scenario.environment.support.as_ref().unwrap());
+    let found = supported(&scenario, Quantity::PositionErrorMm);
+    for (i, is_supported) in found.iter().enumerate() {
+        let at = plan.point_mm(i % plan.counts[0], i / plan.counts[0]);
+        let said = support.at(&at, &plan.sensor_axis, OutsidePolicy::Clamp);
+        assert_eq!(*is_supported, said.is_supported, "{at}");
+    }
+    assert!(found.iter().any(|s| *s) && found.iter().any(|s| !s));
+}
+
+#[test]
+fn of_the_tool_every_sensor_is_asked_with_the_tip_at_the_point() {
+    let scenario = scenario();
+    let (plan, support) = (plan(&scenario), scenario.environment.support.as_ref().unwrap());
+    let found = supported(&scenario, Quantity::TipErrorMm);
+    let crf = scenario.crf.as_ref().unwrap();
+    for i in (0..found.len()).step_by(17) {
+        let tip = plan.point_mm(i % plan.counts[0], i / plan.counts[0]);
+        // The design's own tool, shifted until its tip is there.
+        let mut moved = scenario.clone();
+        let now =
+            crf.tracker_from_crf * scenario.crf_from_tool * scenario.tool.judged_tip_in_body();
+        let shift = crf.tracker_from_crf.rotation.inverse() * (tip - now);
+        moved.crf_from_tool.translation.vector += shift;
+        let detail = look(&moved);
+        let bodies = [Some(&detail.tool), detail.crf.as_ref()];
+        let all = bodies.into_iter().flatten().flat_map(|body| &body.sensors);
+        let is_supported = all.clone().all(|sensor| {
+            let pose = &sensor.tracker_from_sensor;
+            let at = pose.translation.vector.into();
+            let axis = pose.rotation * Vector3::z_axis();
+            support.at(&at, &axis, OutsidePolicy::Clamp).is_supported
+        });
+        assert_eq!(found[i], is_supported, "{tip}");
+    }
+    assert!(found.iter().any(|s| *s) && found.iter().any(|s| !s));
+}
+
+#[test]
+fn a_room_that_says_nothing_has_no_such_slice_and_a_cancelled_one_neither() {
+    let mut scenario = scenario();
+    let plan = plan(&scenario);
+    let cancel = CancelToken::default();
+    cancel.cancel();
+    let stopped = slice_support(&scenario, Quantity::PositionErrorMm, &plan, &cancel);
+    assert_eq!(stopped, Err(StudyError::Cancelled));
+    std::sync::Arc::make_mut(&mut scenario.environment).support = None;
+    let none = slice_support(&scenario, Quantity::TipErrorMm, &plan, &cancel);
+    assert_eq!(none, Ok(None));
+}
