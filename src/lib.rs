@@ -22,6 +22,8 @@ pub mod tracking;
 
 pub mod calibration;
 
+pub mod procedure;
+
 pub mod study;
 
 pub mod formats;

@@ -1,9 +1,10 @@
 //! Makers' files for tools: NDI images, `.tool` lists, Atracsys and SAW geometries.
 
 use super::read;
+use trackwright::design::definition::DefinitionKind;
 use trackwright::formats::body::{self, BodyFile};
 use trackwright::formats::tool_definition::{
-    DefinitionFormat, DefinitionKind, OnMismatch, ToolDefinition, from_body, read_body,
+    DefinitionFormat, OnMismatch, ToolDefinition, from_body, read_body,
 };
 use trackwright::tracking::body::{RigidBody, Sensor};
 
@@ -26,7 +27,7 @@ pub fn tool_definition(bytes: &[u8]) -> bool {
         return false;
     };
     let definition = file.definition.as_deref().expect("it was read from one");
-    assert_eq!(*definition.write(), *bytes);
+    assert_eq!(definition.bytes, bytes);
     assert_eq!(body::parse(body::write(&file).as_bytes()), Ok(file.clone()));
 
     let own = format_of(kind);

@@ -2,6 +2,7 @@
 //! tip is, what a calibration object or sensors beside a reference tracker should read, and which
 //! model a room gets.
 
+pub mod agreement;
 pub mod built_tool;
 pub mod calibration_object;
 pub mod characterisation;

@@ -6,8 +6,9 @@ use super::Ending;
 use super::numbers::above_zero;
 use super::output::{self, Format};
 use super::tool_report;
+use crate::design::definition::DefinitionKind;
 use crate::formats::tool_definition::{
-    BodyFormat, Conversion, DefinitionKind, Lost, OnMismatch, ToolDefinition, from_body,
+    BodyFormat, Conversion, Lost, OnMismatch, ToolDefinition, from_body,
 };
 use crate::store::{self, Files, ReadTool, StoreError};
 use crate::tracking::distinct::LEAST_MM;
@@ -118,8 +119,8 @@ fn written_kind(written: Option<&Conversion>) -> &'static str {
 
 /// What there is to say beside the result, a line each.
 fn notes(tool: &ReadTool, written: Option<&Conversion>) -> Vec<String> {
-    let read = tool.body.definition.as_deref();
-    let doubt = read.and_then(ToolDefinition::doubt);
+    let read = ToolDefinition::carried(tool.body.definition.as_deref());
+    let doubt = read.as_ref().and_then(ToolDefinition::doubt);
     let size = tool.body.rigid.size_doubt();
     let size = size.map(|doubt| format!("warning: tip and sensors: {doubt}"));
     let notes = written.map(Conversion::notes).unwrap_or_default();

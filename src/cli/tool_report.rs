@@ -1,7 +1,8 @@
 //! What a tool is, in words and as JSON: its definition's fields, its sensors, how they lie.
 
 use super::output;
-use crate::formats::tool_definition::{DefinitionKind, NdiRom};
+use crate::design::definition::DefinitionKind;
+use crate::formats::tool_definition::{NdiRom, ToolDefinition};
 use crate::store::ReadTool;
 use crate::tracking::body::Sensor;
 use crate::tracking::pairs::{SensorPair, sensor_pairs};
@@ -19,7 +20,7 @@ fn row(label: impl Into<String>, value: impl ToString, unit: &str) -> Row {
 
 /// What the file was, with its article.
 pub fn kind_name(tool: &ReadTool) -> String {
-    let carried = tool.body.definition.as_ref().map(|d| d.kind().name());
+    let carried = tool.body.definition.as_ref().map(|d| d.kind.name());
     match (tool.kind, carried) {
         (Some(kind), _) => kind.name().to_owned(),
         (None, Some(carried)) => format!("a body from {carried}"),
@@ -30,7 +31,7 @@ pub fn kind_name(tool: &ReadTool) -> String {
 pub fn as_text(tool: &ReadTool) -> String {
     let rigid = &tool.body.rigid;
     let mut rows = vec![row("name", &rigid.name, "")];
-    if let Some(definition) = &tool.body.definition {
+    if let Some(definition) = ToolDefinition::carried(tool.body.definition.as_deref()) {
         let facts = definition.facts().into_iter();
         rows.extend(facts.map(|fact| row(fact.what, fact.value, fact.unit)));
     }
@@ -62,8 +63,8 @@ pub fn as_text(tool: &ReadTool) -> String {
     output::aligned(&rows)
 }
 
-fn rom_of(tool: &ReadTool) -> Option<&NdiRom> {
-    tool.body.definition.as_ref().and_then(|d| d.rom())
+fn rom_of(tool: &ReadTool) -> Option<NdiRom> {
+    ToolDefinition::carried(tool.body.definition.as_deref())?.rom().cloned()
 }
 
 fn paired(sensors: &[Sensor]) -> &[Sensor] {
@@ -78,12 +79,12 @@ fn triple(values: &[f64], digits: usize) -> String {
 pub fn as_json(tool: &ReadTool, kind: &str) -> Value {
     let rigid = &tool.body.rigid;
     let paired = paired(&rigid.sensors);
-    let carried = tool.body.definition.as_ref().map(|d| d.kind());
+    let carried = tool.body.definition.as_ref().map(|d| d.kind);
     json!({
         "kind": kind,
         "definition": carried.map(DefinitionKind::code),
         "name": rigid.name,
-        "rom": rom_of(tool).map(rom_json),
+        "rom": rom_of(tool).as_ref().map(rom_json),
         "tip": rigid.tip_in_body.map(|tip| [tip.x, tip.y, tip.z]),
         "sensors": rigid.sensors.iter().map(sensor_json).collect::<Vec<_>>(),
         "pairs": sensor_pairs(paired).map(|pair| pair_json(paired, &pair)).collect::<Vec<_>>(),

@@ -7,15 +7,15 @@ use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::output::{self, Format, OutsideArg, Shown};
 use super::tool_reader::ToolReader;
+use crate::calibration::agreement::{
+    Agreement, AgreementSettings, PivotedError, RecordedFrame, Unknowns, pivoted_tool,
+};
 use crate::design::Design;
 use crate::field::environment::OrientationWeight;
 use crate::formats::agreement_log;
 use crate::report::agreement_chart;
 use crate::store::{self, BuiltToolFailure, BuiltToolNote, BuiltToolTables, Files};
 use crate::study::Scenario;
-use crate::study::agreement::{
-    Agreement, AgreementSettings, PivotedError, RecordedFrame, Unknowns, pivoted_tool,
-};
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use report::Recorded;

@@ -1,6 +1,6 @@
 //! Arranging sensors: copies, mirror images, rows, and how an axis is turned.
 
-use crate::formats::number;
+use crate::geometry::number;
 use crate::geometry::rotation::{axis_rotation, exp_vector};
 use crate::tracking::body::{Sensor, SensorOrientation};
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};

@@ -1,9 +1,9 @@
 //! A design: a tool, perhaps a coordinate reference frame (CRF), and what is asked of them.
 
 use super::anatomy::Anatomy;
+use super::definition::DefinitionFile;
 use super::procedure::Procedure;
 use super::slides::Slide;
-use crate::formats::tool_definition::ToolDefinition;
 use crate::geometry::mesh_reference::MeshReference;
 use crate::geometry::pose::Pose;
 use crate::study::motion::Motion;
@@ -41,7 +41,7 @@ pub struct DesignBody {
     pub mesh: Option<MeshReference>,
     pub rigid: RigidBody,
     /// The maker's file that the body came from: what no body has of it stays with the body.
-    pub definition: Option<Arc<ToolDefinition>>,
+    pub definition: Option<Arc<DefinitionFile>>,
 }
 
 /// The CRF, where it is, and where its own study judges it.

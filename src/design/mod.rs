@@ -5,6 +5,7 @@ mod arrange;
 mod check;
 mod content;
 mod day;
+pub mod definition;
 mod document;
 mod edit;
 mod edit_label;

@@ -5,7 +5,7 @@ use super::content::Design;
 use super::day::Day;
 use super::edit::EditError;
 use crate::geometry::limits::short;
-use crate::study::procedure::{
+use crate::procedure::{
     DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds, RoomName, Step,
 };
 use crate::study::requirement::Requirement;

@@ -1,8 +1,8 @@
 //! The log of a built tool held against its design: one row a recorded pose.
 
-use super::number::shortest;
 use super::poses::write_pose;
-use crate::study::agreement::AgreementRow;
+use crate::calibration::agreement::AgreementRow;
+use crate::geometry::number::shortest;
 use std::io::{self, Write};
 
 /// The log's columns, in order: the tool's true pose in the CRF (or the tracker), the tip's error as

@@ -2,8 +2,9 @@
 
 use super::error::FormatError;
 use super::ron_text;
-use super::tool_definition::{DefinitionKind, OnMismatch, ToolDefinition};
+use super::tool_definition::{OnMismatch, ToolDefinition};
 use crate::design::DesignBody;
+use crate::design::definition::{DefinitionFile, DefinitionKind};
 use crate::geometry::limits::length_above_zero_problem;
 use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use crate::tracking::body::{Coil, RigidBody, Sensor, SensorOrientation};
@@ -21,7 +22,7 @@ pub struct BodyFile {
     /// Its file is relative to the body's.
     pub mesh: Option<MeshReference>,
     /// The maker's file that the body came from, for what of it no body has.
-    pub definition: Option<Arc<ToolDefinition>>,
+    pub definition: Option<Arc<DefinitionFile>>,
 }
 
 impl BodyFile {
@@ -115,7 +116,7 @@ pub fn parse(bytes: &[u8]) -> Result<BodyFile, FormatError> {
     })
 }
 
-fn read_definition(entry: DefinitionEntry) -> Result<Arc<ToolDefinition>, FormatError> {
+fn read_definition(entry: DefinitionEntry) -> Result<Arc<DefinitionFile>, FormatError> {
     let bytes = BASE64.decode(entry.file.as_bytes()).map_err(|error| {
         FormatError::field(
             "tool_definition.file",
@@ -125,7 +126,7 @@ fn read_definition(entry: DefinitionEntry) -> Result<Arc<ToolDefinition>, Format
     })?;
     // Whoever made the body was told of a sum that does not match, and wanted it all the same.
     ToolDefinition::parse(entry.kind, &bytes, OnMismatch::Accept)
-        .map(Arc::new)
+        .map(|definition| Arc::new(definition.file()))
         .map_err(|cause| FormatError::Part { part: "tool_definition", cause: Box::new(cause) })
 }
 
@@ -206,8 +207,8 @@ pub fn write(body: &BodyFile) -> String {
     out.push_str("    ],\n");
     if let Some(definition) = &body.definition {
         // As in Rust: `NdiOptical`.
-        let kind = definition.kind();
-        let file = BASE64.encode(&definition.write());
+        let kind = definition.kind;
+        let file = BASE64.encode(&definition.bytes);
         push_field(&mut out, "tool_definition", &format!("(kind: {kind:?}, file: \"{file}\")"));
     }
     out.push_str(")\n");

@@ -1,7 +1,7 @@
 //! Measurement tables of a characterised room: as any, and which sensor, recording and pose a row is of.
 
-use super::number::shortest;
 use crate::calibration::characterisation::{Characterisation, CharacterisedReading};
+use crate::geometry::number::shortest;
 use crate::geometry::pose::pose_to_array;
 use std::io::{self, Write};
 

@@ -1,7 +1,7 @@
 //! A comparison as a table, one row a design in a room: the same columns in every row, cells of what
 //! is not there empty, names quoted as RFC 4180 has it.
 
-use super::number::shortest;
+use crate::geometry::number::shortest;
 use crate::geometry::pose::pose_to_array;
 use crate::study::comparison::{Comparison, ErrorOf, FIGURES, Figure, Row, Verdict, values};
 use crate::study::expected::requirement_figures;

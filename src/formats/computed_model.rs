@@ -2,13 +2,13 @@
 
 use super::error::FormatError;
 use super::generator::{self, GeneratorEntry};
-use super::number::shortest;
 use super::ron_text;
 use crate::field::DistortionModel;
 use crate::field::computed::FieldSource;
 use crate::field::gaussian::{ErrorValues, GaussianField, Kriging, Trend};
 use crate::field::harmonic::HarmonicModel;
 use crate::field::samples::MapKind;
+use crate::geometry::number::shortest;
 use serde::Deserialize;
 use std::fmt::Write;
 use std::sync::Arc;

@@ -6,8 +6,8 @@ use crate::design::view::ViewError;
 use crate::field::support::SupportPartsError;
 use crate::geometry::bounds::BoundsError;
 use crate::geometry::limits::short;
+use crate::procedure::Step;
 use crate::study::motion::MotionError;
-use crate::study::procedure::Step;
 use std::io::ErrorKind;
 
 /// Why bytes are not the file they should be. The file's name is added by who read it.

@@ -1,7 +1,7 @@
 //! The simulation log: one row a trial.
 
-use super::number::shortest;
 use super::poses::write_pose;
+use crate::geometry::number::shortest;
 use crate::study::Trial;
 use std::io::{self, Write};
 

@@ -1,6 +1,6 @@
 //! A manufacturing sheet as a table: one row a sensor.
 
-use super::number::shortest;
+use crate::geometry::number::shortest;
 use crate::study::tolerance::{ManufacturingSheet, SheetBody, SheetSensor, Tolerance, Tolerances};
 use std::io::{self, Write};
 

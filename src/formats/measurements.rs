@@ -1,9 +1,9 @@
 //! Measurement tables: where sensors were, and where the tracker said they were.
 
 use super::error::{FormatError, text};
-use super::number::shortest;
 use super::table::{PoseColumns, TableReader};
 use crate::field::samples::{Measurement, MeasurementContent, MeasurementSet};
+use crate::geometry::number::shortest;
 use crate::geometry::pose::pose_to_array;
 use std::io::{self, Read, Write};
 

@@ -25,7 +25,6 @@ pub mod matrices;
 pub mod measurements;
 pub mod mesh;
 mod nearest;
-pub mod number;
 pub mod pivot_recording;
 pub mod points;
 pub mod poses;

@@ -4,9 +4,9 @@
 use super::error::{FormatError, text};
 use super::jhu_cis;
 use super::markups;
-use super::number::shortest;
 use super::table::Table;
 use super::table_dialect::{decimal, number_cells as cells};
+use crate::geometry::number::shortest;
 use nalgebra::Point3;
 use std::io::{self, Write};
 

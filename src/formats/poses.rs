@@ -1,9 +1,9 @@
 //! Pose tables: `x, y, z, qw, qx, qy, qz`, and what `distort` adds to them.
 
 use super::error::FormatError;
-use super::number::shortest;
 use super::table::{PoseColumns, Table};
 use crate::field::Validity;
+use crate::geometry::number::shortest;
 use crate::geometry::pose::{Pose, pose_to_array};
 use std::io::{self, Write};
 

@@ -1,12 +1,12 @@
 //! The part of an environment that says what its measurements leave open of the field.
 
 use super::error::FormatError;
-use super::number::shortest;
 use super::ron_text;
 use crate::field::gaussian::{
     Amplitude, ErrorValues, FieldPoint, GaussianField, Kernel, Row, Trend,
 };
 use crate::geometry::limits::{length_above_zero_problem, length_problem, position_problem};
+use crate::geometry::number::shortest;
 use nalgebra::{Point3, Unit, Vector3};
 use serde::Deserialize;
 use std::fmt::Write;

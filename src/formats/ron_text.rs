@@ -3,9 +3,9 @@
 
 use super::error::{FormatError, text};
 use super::nearest::nearest;
-use super::number;
 use super::ron_tokens::{place, stated_version, too_large_number};
 use crate::geometry::limits::{position_problem, short};
+use crate::geometry::number;
 use crate::geometry::pose::{Pose, pose_from_parts, quaternion_to_array};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use ron::error::SpannedError;

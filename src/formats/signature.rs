@@ -1,6 +1,7 @@
 //! What kind of document a file is by how it begins: what may take the place of what.
 
-use super::tool_definition::DefinitionKind;
+use super::tool_definition::{kind_of, kind_of_extension};
+use crate::design::definition::DefinitionKind;
 use std::fmt;
 
 /// Enough of a file to tell its kind, bytes: an environment names its model behind what it was
@@ -142,11 +143,11 @@ fn is_own_comment(comment: &str) -> bool {
 /// Only names tell `.tool` and `.ini` from other XML and text; JSON has keys.
 fn definition_kind(beginning: &[u8], extension: &str) -> Option<DefinitionKind> {
     use DefinitionKind::{AtracsysIni, NdiEm, NdiOptical, SawJson, ToolPlist};
-    match DefinitionKind::of(beginning, extension)? {
+    match kind_of(beginning, extension)? {
         SawJson => None,
         kind @ (NdiOptical | NdiEm) => Some(kind),
         kind @ (ToolPlist | AtracsysIni) => {
-            (DefinitionKind::of_extension(extension) == Some(kind)).then_some(kind)
+            (kind_of_extension(extension) == Some(kind)).then_some(kind)
         }
     }
 }

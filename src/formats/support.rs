@@ -1,10 +1,10 @@
 //! The part of an environment that keeps model validity.
 
 use super::error::FormatError;
-use super::number::shortest;
 use super::ron_text;
 use crate::field::DistortionModel;
 use crate::field::support::{Cell, Cells, Support, SupportParts};
+use crate::geometry::number::shortest;
 use serde::Deserialize;
 use std::fmt::Write;
 

@@ -1,9 +1,9 @@
 //! Tables with a header: columns by name, errors by line, as programs and spreadsheets write them.
 
 use super::error::{FormatError, text};
-use super::number;
 use super::table_dialect::{ColumnName, DecimalMark, Dialect, first_line};
 use super::utf8::{self, Utf8Reader};
+use crate::geometry::number;
 use crate::geometry::pose::{Pose, pose_from_parts};
 use csv::StringRecord;
 use nalgebra::Vector3;

@@ -16,6 +16,7 @@ pub mod mesh_reference;
 pub mod mesh_report;
 pub mod movement;
 pub mod normals;
+pub mod number;
 pub mod orbit;
 pub mod outline;
 pub mod pointing;

@@ -2,7 +2,7 @@
 //! one, and of the difference of the two vectors.
 
 use super::plot::{Axis, Chart, Scale, Series, SeriesStyle};
-use crate::study::agreement::{Agreement, AgreementRow};
+use crate::calibration::agreement::{Agreement, AgreementRow};
 
 /// Poses beyond which points hide each other: of more, the worst of neighbours stands for them.
 const MOST_POINTS: usize = 300;

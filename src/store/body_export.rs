@@ -6,9 +6,10 @@ use super::place::{Place, free_name};
 use super::tool::{body_format_of, body_text, is_same_file};
 use super::watch::watched_files;
 use super::write::write_bytes;
+use crate::design::definition::DefinitionKind;
 use crate::design::{BodyRole, DesignBody};
 use crate::formats::BodyFile;
-use crate::formats::tool_definition::{BodyFormat, Conversion, DefinitionKind, Lost, from_body};
+use crate::formats::tool_definition::{BodyFormat, Conversion, Lost, from_body};
 use crate::tracking::body::SensorOrientation;
 use std::path::{Path, PathBuf};
 
@@ -101,7 +102,7 @@ impl BodyExport {
 /// What a body's definition in a folder is called unless told: of the kind that it came from, else of
 /// one that holds its sensors, and no file that is there.
 pub fn definition_name(body: &DesignBody, folder: &Path) -> String {
-    let kind = body.definition.as_ref().map(|it| it.kind());
+    let kind = body.definition.as_ref().map(|it| it.kind);
     let sensors = &body.rigid.sensors;
     let all = |is: fn(&SensorOrientation) -> bool| sensors.iter().all(|s| is(&s.orientation));
     let is_rom = all(|it| *it == SensorOrientation::Marker)

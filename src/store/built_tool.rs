@@ -2,16 +2,16 @@
 
 use super::error::StoreError;
 use super::files::Files;
+use crate::calibration::agreement::{
+    Agreement, AgreementError, AgreementRow, AgreementSettings, FrameMismatch, RecordedFrame,
+    RecordedPose, agreement, frame_mismatch, paired_rows,
+};
 use crate::calibration::built_tool::{
     BodySource, BuiltToolError, RecordedBody, RecordedTable, recorded_body, same_moments,
 };
 use crate::calibration::doubts::Suspicion;
 use crate::field::OutsidePolicy;
 use crate::study::Scenario;
-use crate::study::agreement::{
-    Agreement, AgreementError, AgreementRow, AgreementSettings, FrameMismatch, RecordedFrame,
-    RecordedPose, agreement, frame_mismatch, paired_rows,
-};
 use crate::study::figures::with_separators;
 use crate::task::Task;
 use crate::tracking::RigidBody;

@@ -8,10 +8,10 @@ use super::open::{Reader, World, home};
 use super::place::{Place, absolute};
 use super::resolve::{resolve, resolve_crf};
 use super::rooms::{RoomPlace, reference_to_room};
+use crate::calibration::agreement::BuiltRecording;
 use crate::design::Design;
 use crate::field::Environment;
-use crate::study::agreement::BuiltRecording;
-use crate::study::procedure::{
+use crate::procedure::{
     DecidedRecording, DecidedStudies, Grounds, Plan, Recording, Room, RoomName, RoomStudies,
     Standing, Step, standing,
 };
@@ -231,8 +231,8 @@ fn decided_on(found: BuiltTool, recording: &BuiltRecording, room: RoomName) -> R
 mod tests {
     use super::*;
     use crate::design::{Decision, Edit, ProcedureEdit};
+    use crate::procedure::State;
     use crate::store::{open_builtin_without_meshes, open_design, own_room, save, save_as};
-    use crate::study::procedure::State;
     use std::fs;
 
     fn judged(world: &World) -> Standing {

@@ -4,8 +4,9 @@ use super::error::StoreError;
 use super::place::{Kind, Place, absolute, open_input};
 use super::read::read;
 use super::save::reach_mesh;
+use crate::design::definition::DefinitionKind;
 use crate::formats::tool_definition::{
-    BodyFormat, DefinitionKind, OnMismatch, read_body as parse_tool,
+    BodyFormat, OnMismatch, kind_of, kind_of_extension, read_body as parse_tool,
 };
 use crate::formats::{BodyFile, FormatError, body};
 use std::io::Read;
@@ -68,8 +69,8 @@ pub(super) fn is_definition(file: &Path) -> bool {
         beginning.read_to_end(&mut bytes)
     });
     match beginning {
-        Some(Ok(_)) => DefinitionKind::of(&bytes, &extension_of(file)).is_some(),
-        _ => DefinitionKind::of_extension(&extension_of(file)).is_some(),
+        Some(Ok(_)) => kind_of(&bytes, &extension_of(file)).is_some(),
+        _ => kind_of_extension(&extension_of(file)).is_some(),
     }
 }
 

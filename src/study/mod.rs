@@ -1,6 +1,5 @@
 //! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
 
-pub mod agreement;
 pub mod arrows;
 pub mod body_compensation;
 pub mod body_prediction;
@@ -14,13 +13,12 @@ pub mod motion;
 pub mod motion_outline;
 pub mod own_study;
 pub mod placement;
-mod plan;
+pub mod plan;
 pub mod pose_rule;
 pub mod preview;
-pub mod procedure;
 pub mod profile;
 pub mod requirement;
-mod run;
+pub mod run;
 pub mod scenario;
 pub mod slice;
 pub mod slice_plan;
@@ -31,7 +29,7 @@ pub mod statistics;
 pub mod support;
 pub mod supported_region;
 pub mod tolerance;
-mod tracker;
+pub mod tracker;
 pub mod trial;
 pub mod uncertainty;
 pub mod usable_region;

@@ -120,7 +120,7 @@ pub fn run(
     })
 }
 
-pub(super) fn check(scenario: &Scenario) -> Result<(), StudyError> {
+pub fn check(scenario: &Scenario) -> Result<(), StudyError> {
     let bodies = [Some(&scenario.tool), scenario.crf.as_ref().map(|c| &c.body)];
     match bodies.into_iter().flatten().find(|b| b.sensors.is_empty()) {
         Some(body) => Err(StudyError::NoSensors { body: body.name.clone() }),

@@ -17,10 +17,10 @@ use nalgebra::{Point3, Unit, Vector3};
 
 /// Fewest poses with one orientation for which a model of that orientation is made: blending
 /// costs as many products as three evaluations with it, and saves two of three after that.
-pub(super) const MIN_RUN: usize = 16;
+pub const MIN_RUN: usize = 16;
 
 /// Tracks one body in one room.
-pub(super) struct BodyTracker<'a> {
+pub struct BodyTracker<'a> {
     environment: &'a Environment,
     outside: OutsidePolicy,
     fitter: FrameFitter,
@@ -38,7 +38,7 @@ struct TrackedSensor {
 
 /// A body as the tracker sees it.
 #[derive(Clone, Copy)]
-pub(super) struct Tracked {
+pub struct Tracked {
     pub fit: FrameFit,
     pub outside: usize,
     pub out_of_volume: usize,
@@ -46,7 +46,7 @@ pub(super) struct Tracked {
 
 /// What tracking writes to, used again for the next poses, and what it has cost.
 #[derive(Default)]
-pub(super) struct TrackBuffers {
+pub struct TrackBuffers {
     batch: Batch,
     /// Sensor by sensor, the poses of each in order.
     positions_mm: Vec<Point3<f64>>,

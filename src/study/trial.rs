@@ -109,7 +109,7 @@ struct TrackedCrf<'a> {
 }
 
 /// A scenario made ready for many trials: the CRF is tracked once.
-pub(super) struct Simulator<'a> {
+pub struct Simulator<'a> {
     scenario: &'a Scenario,
     tool: BodyTracker<'a>,
     /// The tool where the design has it: what its sensors determine at all.
@@ -121,7 +121,7 @@ pub(super) struct Simulator<'a> {
 
 /// What trials are computed in, used again for the next ones, and what they have cost.
 #[derive(Default)]
-pub(super) struct TrialBuffers {
+pub struct TrialBuffers {
     track: TrackBuffers,
     poses: Vec<Pose>,
     tool: Vec<Tracked>,

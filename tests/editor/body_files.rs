@@ -181,7 +181,7 @@ fn a_wrong_checksum_is_asked_about_and_used_only_when_that_is_said() {
     press(&mut app, &[], "Use it anyway");
     assert_eq!(dialog(&app), None);
     let definition = world(&app).document.design().tool.body.definition.clone();
-    assert_eq!(*definition.unwrap().write(), bytes);
+    assert_eq!(definition.unwrap().bytes, bytes);
     let (mut harness, _) = section(&app);
     harness.run_steps(2);
     assert!(harness.query_by_label_contains("whose checksum is").is_some());
@@ -230,7 +230,7 @@ fn save_writes_a_dropped_definition_beside_the_design_and_never_over_the_makers_
     let saved = store::open_design(&folder.path().join("a.design.ron")).unwrap();
     let tool = &saved.document.design().tool.body;
     assert_eq!(tool.reference, "pointer-2.body.ron");
-    assert_eq!(*tool.definition.as_ref().unwrap().write(), coils());
+    assert_eq!(tool.definition.as_ref().unwrap().bytes, coils());
 }
 
 #[test]

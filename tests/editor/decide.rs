@@ -20,9 +20,9 @@ use trackwright::editor::document::WorldGeneration;
 use trackwright::editor::field::FieldRequest;
 use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, Results, Workspace};
 use trackwright::editor::ui::decide::{DecideView, baseline_ui, steps_ui, table_ui};
+use trackwright::procedure::Step;
 use trackwright::store::{self, RoomPlace};
 use trackwright::study::comparison::{FIGURES, NoFigures, Verdict, mode_of, values};
-use trackwright::study::procedure::Step;
 use trackwright::study::{CancelToken, Figures, Requirement, run};
 
 pub(super) fn decide_app() -> App {

@@ -13,8 +13,8 @@ use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, SharedChoi
 use trackwright::editor::ui::decide::steps_ui;
 use trackwright::field::DistortionModel;
 use trackwright::geometry::pose::{Pose, pose_to_array};
+use trackwright::procedure::{Standing, State, Step};
 use trackwright::store::{self, RoomPlace, Starter};
-use trackwright::study::procedure::{Standing, State, Step};
 use trackwright::study::{AxisRange, CancelToken, Mode, Motion, Requirement, Scenario, Trial, run};
 
 fn edit(app: &mut App, edit: Edit) {

@@ -2,6 +2,13 @@
 
 use nalgebra::{Point3, UnitQuaternion};
 use std::sync::Arc;
+use trackwright::calibration::agreement::Verdict;
+use trackwright::calibration::agreement::agreement;
+use trackwright::calibration::agreement::judge::{bias, limits_of_agreement};
+use trackwright::calibration::agreement::noise::Noise;
+use trackwright::calibration::agreement::resampling::Sums;
+use trackwright::calibration::agreement::*;
+use trackwright::calibration::agreement::{AgreementRow, RecordedPose, paired_rows, pivot_rows};
 use trackwright::calibration::pivot::{PivotLimits, pivot};
 use trackwright::field::environment::{Environment, Jitter};
 use trackwright::field::random_models::{Seeded, random_model};
@@ -9,13 +16,6 @@ use trackwright::geometry::directions::{DirectionSet, Weighting};
 use trackwright::geometry::pose::{Pose, pose_from_parts};
 use trackwright::geometry::rotation::exp_vector;
 use trackwright::store;
-use trackwright::study::agreement::Verdict;
-use trackwright::study::agreement::agreement;
-use trackwright::study::agreement::judge::{bias, limits_of_agreement};
-use trackwright::study::agreement::noise::Noise;
-use trackwright::study::agreement::resampling::Sums;
-use trackwright::study::agreement::*;
-use trackwright::study::agreement::{AgreementRow, RecordedPose, paired_rows, pivot_rows};
 use trackwright::study::run;
 use trackwright::study::scenario::{InputTrial, Mode, Scenario};
 use trackwright::task::{CancelToken, Task};

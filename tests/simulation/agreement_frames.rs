@@ -1,13 +1,13 @@
 //! Recordings of a built tool in different frames are recognised.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use trackwright::calibration::agreement::AgreementRow;
+use trackwright::calibration::agreement::tip_in_crf;
+use trackwright::calibration::agreement::*;
+use trackwright::calibration::agreement::{RecordedPose, paired_rows};
 use trackwright::field::random_models::Seeded;
 use trackwright::geometry::pose::{Pose, pose_from_parts};
 use trackwright::store;
-use trackwright::study::agreement::AgreementRow;
-use trackwright::study::agreement::tip_in_crf;
-use trackwright::study::agreement::*;
-use trackwright::study::agreement::{RecordedPose, paired_rows};
 use trackwright::study::scenario::Scenario;
 use trackwright::task::Task;
 

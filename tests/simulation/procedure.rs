@@ -1,9 +1,9 @@
 //! What a step comes to, and what is told of one that was decided.
 
-use trackwright::study::procedure::*;
-use trackwright::study::procedure::{DecidedRecording, DecidedStudies, Grounds, RoomName, Step};
+use trackwright::procedure::*;
+use trackwright::procedure::{DecidedRecording, DecidedStudies, Grounds, RoomName, Step};
 
-use trackwright::study::procedure::{RowCounts, Standing, State, Undecidable, standing};
+use trackwright::procedure::{RowCounts, Standing, State, Undecidable, standing};
 
 use trackwright::store;
 use trackwright::study::comparison::REQUIRED;
@@ -147,7 +147,7 @@ fn a_step_is_decided_as_long_as_everything_is_as_it_was() {
 fn another_recording_is_another_decision_and_one_that_is_gone_is_told() {
     let decided = DecidedRecording {
         room: RoomName::default(),
-        recording: trackwright::study::agreement::BuiltRecording::of("a.csv".to_owned()),
+        recording: trackwright::calibration::agreement::BuiltRecording::of("a.csv".to_owned()),
         poses: 20,
         used: 20,
         measured_rms_mm: 1.0,

@@ -5,8 +5,8 @@ use super::super::output::{self, Format, OutsideArg, Shown};
 use super::{AxesArg, ends_with, refuse_axes};
 use crate::field::samples::MapKind;
 use crate::formats::export::{field_table, mha, nrrd, vti};
-use crate::formats::number::direction;
 use crate::geometry::bounds::Bounds;
+use crate::geometry::number::direction;
 use crate::store::Files;
 use crate::study::Statistics;
 use crate::study::field_lattice::{

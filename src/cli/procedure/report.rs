@@ -4,12 +4,12 @@ use crate::cli::expected;
 use crate::cli::output::columns;
 use crate::design::{BodyRole, Decision, Design, Procedure};
 use crate::formats::printable::printable;
+use crate::procedure::{
+    BuiltStanding, Change, Grounds, Row, Standing, State, Step, StudiesStanding, headline,
+};
 use crate::study::BoundVerdict;
 use crate::study::expected::{judged, requirement_figures};
 use crate::study::own_study::study_notes;
-use crate::study::procedure::{
-    BuiltStanding, Change, Grounds, Row, Standing, State, Step, StudiesStanding, headline,
-};
 use crate::study::requirement::Requirement;
 use serde_json::{Value, json};
 

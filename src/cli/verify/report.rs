@@ -1,10 +1,10 @@
 //! What `verify` prints.
 
 use super::super::{expected, output};
+use crate::calibration::agreement::{Agreement, Compared, Interval, Summary};
 use crate::calibration::built_tool::BodySource;
 use crate::calibration::pivot::Pivot;
 use crate::field::environment::OrientationWeight;
-use crate::study::agreement::{Agreement, Compared, Interval, Summary};
 use crate::study::figures::with_separators;
 use crate::study::statistics::Statistics;
 use nalgebra::Point3;

@@ -1,8 +1,8 @@
 //! The procedure as it is edited.
 
 use super::*;
-use crate::study::agreement::BuiltRecording;
-use crate::study::procedure::{
+use crate::calibration::agreement::BuiltRecording;
+use crate::procedure::{
     AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds,
     PositionFigures, RoomName, Step,
 };

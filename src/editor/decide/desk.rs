@@ -1,12 +1,12 @@
 //! The state of the Decide workspace.
 
 use super::table::{Compared, Failure};
+use crate::calibration::agreement::BuiltRecording;
 use crate::design::Design;
 use crate::editor::background::Job;
 use crate::geometry::mesh::SurfaceMesh;
+use crate::procedure::Step;
 use crate::store::{RoomPlace, StoreError};
-use crate::study::agreement::BuiltRecording;
-use crate::study::procedure::Step;
 use bevy::prelude::Resource;
 use std::path::PathBuf;
 use std::sync::Arc;

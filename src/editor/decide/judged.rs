@@ -2,13 +2,13 @@
 
 use super::desk::DecideDesk;
 use super::is_shown;
+use crate::calibration::agreement::BuiltRecording;
 use crate::editor::document::WorldGeneration;
 use crate::editor::layers::latest::Newest;
 use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld};
 use crate::editor::wake::Waker;
+use crate::procedure::Standing;
 use crate::store::{self, BuiltToolNote, Files, ProcedureWish};
-use crate::study::agreement::BuiltRecording;
-use crate::study::procedure::Standing;
 use bevy::prelude::*;
 use std::cell::RefCell;
 

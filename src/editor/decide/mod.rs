@@ -23,10 +23,10 @@ use super::state::{EditRequest, EditorSystems, FileRequest, OpenWorld, Workspace
 use super::study::StudyRequest;
 use super::ui::dialogs::Dialogs;
 use super::wake::Waker;
+use crate::calibration::agreement::BuiltRecording;
 use crate::design::BodyRole;
+use crate::procedure::Step;
 use crate::store::RoomPlace;
-use crate::study::agreement::BuiltRecording;
-use crate::study::procedure::Step;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 pub use desk::DecideDesk;

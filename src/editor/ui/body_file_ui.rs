@@ -3,6 +3,7 @@
 use super::PanelAction;
 use super::widgets::{quiet_ui, section_ui, warning_ui, with_unit};
 use crate::design::BodyRole;
+use crate::design::definition::DefinitionFile;
 use crate::editor::body_files::{BodyFileRequest, BodyLoading};
 use crate::editor::meshes::name_of;
 use crate::formats::tool_definition::{Fact, ToolDefinition};
@@ -14,7 +15,7 @@ use std::path::Path;
 pub struct BodyFileView<'a> {
     pub body: BodyRole,
     /// `None` where no maker's file said what the body is.
-    pub definition: Option<&'a ToolDefinition>,
+    pub definition: Option<&'a DefinitionFile>,
     /// The file that is being read for this body.
     pub reading: Option<&'a Path>,
 }
@@ -46,12 +47,13 @@ pub fn body_file_ui(ui: &mut Ui, view: &BodyFileView) -> Vec<PanelAction> {
     actions
 }
 
-fn definition_ui(ui: &mut Ui, definition: &ToolDefinition) {
-    let kind = definition.kind().name();
+fn definition_ui(ui: &mut Ui, file: &DefinitionFile) {
+    let kind = file.kind.name();
+    let definition = ToolDefinition::carried(Some(file));
     CollapsingHeader::new(format!("From {kind}")).id_salt("tool definition").show_unindented(
         ui,
         |ui| {
-            for fact in definition.facts() {
+            for fact in definition.iter().flat_map(ToolDefinition::facts) {
                 fact_ui(ui, &fact);
             }
             quiet_ui(
@@ -60,7 +62,7 @@ fn definition_ui(ui: &mut Ui, definition: &ToolDefinition) {
             );
         },
     );
-    if let Some(doubt) = definition.doubt() {
+    if let Some(doubt) = definition.as_ref().and_then(ToolDefinition::doubt) {
         warning_ui(ui, &doubt);
     }
 }

@@ -1,9 +1,9 @@
 //! The procedure within a design file: further rooms, and what was decided at each step.
 
 use super::{FormatError, Lines, file_name, ron_text};
+use crate::calibration::agreement::{BuiltRecording, RecordedFrame};
 use crate::design::{Day, Decision, Procedure};
-use crate::study::agreement::{BuiltRecording, RecordedFrame};
-use crate::study::procedure::{
+use crate::procedure::{
     AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds,
     PositionFigures, RoomName, Step,
 };

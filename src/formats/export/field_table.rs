@@ -1,6 +1,6 @@
 //! Sampled fields as a table (`*.csv`): tracker frame, mm and degrees.
 
-use crate::formats::number::shortest;
+use crate::geometry::number::shortest;
 use crate::study::field_lattice::{Displacement, FieldLattice};
 use std::io::{self, Write};
 

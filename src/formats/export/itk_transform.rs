@@ -5,7 +5,7 @@
 //! that what hangs under the transform moves by `tracker_from_tool`.
 
 use super::PatientAxes;
-use crate::formats::number::shortest;
+use crate::geometry::number::shortest;
 use crate::geometry::pose::Pose;
 use nalgebra::Matrix3;
 use std::io::{self, Write};

@@ -5,7 +5,7 @@
 
 use super::PatientAxes;
 use super::nrrd::{first_point, write_vectors};
-use crate::formats::number::shortest;
+use crate::geometry::number::shortest;
 use crate::study::field_lattice::FieldLattice;
 use std::io::{self, Write};
 

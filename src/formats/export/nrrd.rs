@@ -4,7 +4,7 @@
 //! origin is the centre of the first point.
 
 use super::PatientAxes;
-use crate::formats::number::shortest;
+use crate::geometry::number::shortest;
 use crate::study::field_lattice::FieldLattice;
 use std::io::{self, Write};
 

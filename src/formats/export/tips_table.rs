@@ -1,6 +1,6 @@
 //! Tips of a study as a table: where each is, and where the tracker would tell that it is.
 
-use crate::formats::number::shortest;
+use crate::geometry::number::shortest;
 use crate::geometry::pose::Pose;
 use std::io::{self, Write};
 

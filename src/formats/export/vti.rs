@@ -4,7 +4,7 @@
 //! and little-endian numbers.
 
 use super::nrrd::first_point;
-use crate::formats::number::shortest;
+use crate::geometry::number::shortest;
 use crate::study::field_lattice::{Displacement, FieldLattice};
 use std::io::{self, Write};
 

@@ -7,7 +7,7 @@
 
 use super::{pose, quoted};
 use crate::formats::error::{FormatError, text};
-use crate::formats::number::shortest;
+use crate::geometry::number::shortest;
 use crate::geometry::pose::{Pose, pose_to_array};
 use crate::tracking::recording::{Recording, ToolTrack, TrackSample, Unusable};
 use std::collections::HashMap;

@@ -8,7 +8,7 @@ pub mod ndi_table;
 pub mod sensor_log;
 
 use super::error::{FormatError, text};
-use super::number;
+use crate::geometry::number;
 use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::tracking::recording::{Recording, Unusable};
 use nalgebra::Vector3;

@@ -4,8 +4,8 @@
 //! lines of a marker stay with it when others are added or removed.
 
 use super::super::error::{FormatError, text};
-use super::super::number::shortest;
 use super::Geometry;
+use crate::geometry::number::shortest;
 use nalgebra::Point3;
 use std::collections::HashMap;
 

@@ -2,6 +2,7 @@
 
 use super::facts::beyond_body;
 use super::geometry::id_of;
+use super::kind_of_extension;
 use super::matching::{nearest_slot, slots_of};
 use super::{
     AtracsysIni, Checksum, DefinitionKind, EmCoil, EmRom, Geometry, Lost, NdiRom, OpticalMarker,
@@ -31,7 +32,7 @@ pub enum DefinitionFormat {
 impl DefinitionFormat {
     /// The format of a file of this name.
     pub fn of_extension(extension: &str) -> Option<Self> {
-        Some(match DefinitionKind::of_extension(extension)? {
+        Some(match kind_of_extension(extension)? {
             DefinitionKind::NdiOptical | DefinitionKind::NdiEm => Self::Rom,
             DefinitionKind::ToolPlist => Self::ToolPlist,
             DefinitionKind::AtracsysIni => Self::AtracsysIni,
@@ -126,7 +127,8 @@ pub enum ConversionError {
 /// # Errors
 /// See [`ConversionError`].
 pub fn from_body(body: &BodyFile, format: DefinitionFormat) -> Result<Conversion, ConversionError> {
-    let carried = body.definition.as_deref();
+    let carried = ToolDefinition::carried(body.definition.as_deref());
+    let carried = carried.as_ref();
     let mut lost = Losses::default();
     if let Some(mesh) = &body.mesh {
         lost.push(Lost::Mesh { file: mesh.file.clone() });

@@ -37,9 +37,9 @@ pub use tool_plist::ToolPlist;
 use super::body::{self, BodyFile};
 use super::error::FormatError;
 use super::ron_text;
+use crate::design::definition::{DefinitionFile, DefinitionKind};
 use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::Point3;
-use serde::Deserialize;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -55,16 +55,6 @@ pub enum ToolDefinition {
     SawJson(SawJson),
 }
 
-/// What kind of file a definition is; body files name it so.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-pub enum DefinitionKind {
-    NdiOptical,
-    NdiEm,
-    ToolPlist,
-    AtracsysIni,
-    SawJson,
-}
-
 /// What becomes of an image whose checksum does not match.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OnMismatch {
@@ -73,57 +63,33 @@ pub enum OnMismatch {
     Accept,
 }
 
-impl DefinitionKind {
-    /// Its name within a sentence, with its article.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::NdiOptical => "an NDI optical ROM",
-            Self::NdiEm => "an NDI Aurora ROM",
-            Self::ToolPlist => "an NDI .tool file",
-            Self::AtracsysIni => "an Atracsys geometry",
-            Self::SawJson => "a SAW geometry",
-        }
+/// The kind of a file by how it begins, then by its name; `None` for what is no definition, as
+/// a body file is none.
+pub fn kind_of(bytes: &[u8], extension: &str) -> Option<DefinitionKind> {
+    if bytes.starts_with(ndi_optical::MAGIC) {
+        return Some(DefinitionKind::NdiOptical);
     }
-
-    /// Its name for a program.
-    pub fn code(self) -> &'static str {
-        match self {
-            Self::NdiOptical => "ndi_optical",
-            Self::NdiEm => "ndi_em",
-            Self::ToolPlist => "tool_plist",
-            Self::AtracsysIni => "atracsys_ini",
-            Self::SawJson => "saw_json",
-        }
+    if bytes.starts_with(ndi_em::MAGIC) {
+        return Some(DefinitionKind::NdiEm);
     }
-
-    /// The kind of a file by how it begins, then by its name; `None` for what is no definition, as
-    /// a body file is none.
-    pub fn of(bytes: &[u8], extension: &str) -> Option<Self> {
-        if bytes.starts_with(ndi_optical::MAGIC) {
-            return Some(Self::NdiOptical);
-        }
-        if bytes.starts_with(ndi_em::MAGIC) {
-            return Some(Self::NdiEm);
-        }
-        match first_letter(bytes) {
-            Some(b'<') => Some(Self::ToolPlist),
-            Some(b'{') => Some(Self::SawJson),
-            Some(b'[' | b';') => Some(Self::AtracsysIni),
-            // A body file, whatever it is called.
-            Some(b'(') => None,
-            _ => Self::of_extension(extension),
-        }
+    match first_letter(bytes) {
+        Some(b'<') => Some(DefinitionKind::ToolPlist),
+        Some(b'{') => Some(DefinitionKind::SawJson),
+        Some(b'[' | b';') => Some(DefinitionKind::AtracsysIni),
+        // A body file, whatever it is called.
+        Some(b'(') => None,
+        _ => kind_of_extension(extension),
     }
+}
 
-    /// What a file of this name is, if any.
-    pub fn of_extension(extension: &str) -> Option<Self> {
-        match extension.to_ascii_lowercase().as_str() {
-            "rom" => Some(Self::NdiOptical),
-            "tool" => Some(Self::ToolPlist),
-            "ini" => Some(Self::AtracsysIni),
-            "json" => Some(Self::SawJson),
-            _ => None,
-        }
+/// What a file of this name is, if any.
+pub fn kind_of_extension(extension: &str) -> Option<DefinitionKind> {
+    match extension.to_ascii_lowercase().as_str() {
+        "rom" => Some(DefinitionKind::NdiOptical),
+        "tool" => Some(DefinitionKind::ToolPlist),
+        "ini" => Some(DefinitionKind::AtracsysIni),
+        "json" => Some(DefinitionKind::SawJson),
+        _ => None,
     }
 }
 
@@ -152,14 +118,14 @@ pub fn read_body(
     extension: &str,
     on_mismatch: OnMismatch,
 ) -> Result<(BodyFile, Option<DefinitionKind>), FormatError> {
-    let Some(kind) = DefinitionKind::of(bytes, extension) else {
+    let Some(kind) = kind_of(bytes, extension) else {
         return Ok((body::parse(bytes)?, None));
     };
     let definition = ToolDefinition::parse(kind, bytes, on_mismatch)?;
     let file = BodyFile {
         rigid: definition.to_body(),
         mesh: None,
-        definition: Some(Arc::new(definition)),
+        definition: Some(Arc::new(definition.file())),
     };
     Ok((file, Some(kind)))
 }
@@ -192,6 +158,19 @@ impl ToolDefinition {
         };
         check_positions(&definition.to_body())?;
         Ok(definition)
+    }
+
+    /// Reads what a body carries; a checksum that does not match was accepted when it was read first.
+    ///
+    /// `None` where it carries nothing, or what is no definition: [`file`](Self::file) makes none
+    /// of those.
+    pub fn carried(file: Option<&DefinitionFile>) -> Option<Self> {
+        file.and_then(|it| Self::parse(it.kind, &it.bytes, OnMismatch::Accept).ok())
+    }
+
+    /// It as a body carries it.
+    pub fn file(&self) -> DefinitionFile {
+        DefinitionFile { kind: self.kind(), bytes: self.write().into_owned() }
     }
 
     /// The whole file.

@@ -4,6 +4,7 @@
 //! expanded, so that no text is longer than its file.
 
 use super::super::error::{FormatError, text};
+use super::kind_of;
 use super::{DefinitionKind, EmRom, NdiRom, OnMismatch, OpticalRom};
 use data_encoding::BASE64;
 use quick_xml::Reader;
@@ -44,7 +45,7 @@ impl ToolPlist {
         let data = find_data(list)?;
         let data = data.start + mark..data.end + mark;
         let image = decode(&bytes[data.clone()])?;
-        let rom = match DefinitionKind::of(&image, "") {
+        let rom = match kind_of(&image, "") {
             Some(DefinitionKind::NdiEm) => NdiRom::Em(EmRom::parse(&image, on_mismatch)?),
             _ => NdiRom::Optical(OpticalRom::parse(&image, on_mismatch)?),
         };

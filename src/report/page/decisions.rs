@@ -2,8 +2,8 @@
 
 use super::{Report, file_name, table_of};
 use crate::design::Decision;
+use crate::procedure::{DecidedRecording, DecidedRow, DecidedStudies, Grounds, Step};
 use crate::study::figures::with_separators;
-use crate::study::procedure::{DecidedRecording, DecidedRow, DecidedStudies, Grounds, Step};
 use maud::{Markup, html};
 
 pub fn section(report: &Report) -> Markup {

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::design::{Decision, Document, Origin};
+use crate::procedure::{DecidedRow, DecidedStudies, Grounds, RoomName};
 use crate::study::figure_rows;
-use crate::study::procedure::{DecidedRow, DecidedStudies, Grounds, RoomName};
 use scraper::{ElementRef, Html, Selector};
 use std::sync::Arc;
 

@@ -4,8 +4,8 @@ use super::harness::Window;
 use super::screen::SIZE;
 use crate::editor::copied::Copied;
 use trackwright::design::Decision;
+use trackwright::procedure::Grounds;
 use trackwright::store;
-use trackwright::study::procedure::Grounds;
 
 /// Where the workspace has them in a window of [`SIZE`] with the built-in pointer.
 const PIN_THIS_STATE: [f64; 2] = [1135.0, 112.0];

@@ -1,10 +1,10 @@
 //! Which recording of the built tool is looked at, and what its tables do not say of themselves.
 
 use super::DecideView;
+use crate::calibration::agreement::{BuiltRecording, RecordedFrame};
 use crate::design::BodyRole;
 use crate::editor::decide::DecideRequest;
 use crate::editor::ui::widgets::{NumberChange, NumberField, number_ui, quiet_ui};
-use crate::study::agreement::{BuiltRecording, RecordedFrame};
 use bevy_egui::egui::{Align, Layout, Ui};
 
 /// More readings than anybody averages.

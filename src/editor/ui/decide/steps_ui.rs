@@ -14,11 +14,11 @@ use crate::editor::ui::widgets::{
     warning_ui, with_unit,
 };
 use crate::formats::printable::printable;
+use crate::procedure::{BuiltStanding, Standing, State, Step, StudiesStanding, headline};
 use crate::store::RoomPlace;
 use crate::study::comparison::REQUIRED;
 use crate::study::expected_rows;
 use crate::study::figures::with_minus_signs;
-use crate::study::procedure::{BuiltStanding, Standing, State, Step, StudiesStanding, headline};
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, TextEdit, Ui};
 
 /// Longest name that a row shows whole.

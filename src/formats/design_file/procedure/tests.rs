@@ -1,10 +1,10 @@
 //! Decisions in design files: the same to the bit once written, refused where they cannot be.
 
 use super::super::{DesignFile, parse, write};
+use crate::calibration::agreement::{BuiltRecording, RecordedFrame};
 use crate::design::{Day, Decision, Procedure, View};
 use crate::geometry::pose::Pose;
-use crate::study::agreement::{BuiltRecording, RecordedFrame};
-use crate::study::procedure::{
+use crate::procedure::{
     AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds,
     PositionFigures, RoomName, Step,
 };

@@ -3,7 +3,7 @@
 use super::*;
 
 fn said(body: &BodyFile) -> Vec<String> {
-    let facts = body.definition.as_ref().unwrap().facts();
+    let facts = carried(&body).facts();
     let line = |fact: &Fact| format!("{}: {} {}", fact.what, fact.value, fact.unit);
     facts.iter().map(|f| line(f).trim_end().to_owned()).collect()
 }
@@ -26,7 +26,7 @@ fn an_image_says_what_its_bytes_say_with_units_and_what_follows_it() {
     ] {
         assert!(said.iter().any(|it| it == line), "{line}: {said:?}");
     }
-    assert_eq!(body.definition.unwrap().doubt(), None);
+    assert_eq!(carried(&body).doubt(), None);
 }
 
 #[test]
@@ -46,8 +46,8 @@ fn a_sum_that_does_not_match_is_said_of_an_image_that_was_read_all_the_same() {
     let mut image = em_image();
     image[60] ^= 1;
     let (body, _) = read_body(&image, "rom", OnMismatch::Accept).unwrap();
-    let sum = body.definition.as_ref().unwrap().rom().unwrap().checksum();
-    let doubt = body.definition.unwrap().doubt().unwrap();
+    let sum = carried(&body).rom().unwrap().checksum();
+    let doubt = carried(&body).doubt().unwrap();
     let numbers = format!("checksum is {}, expected {}", sum.stored, sum.computed);
     assert!(doubt.ends_with(&numbers), "{doubt}");
 }

@@ -139,14 +139,14 @@ fn a_sum_that_does_not_match_is_refused_accepted_and_mended() {
         let mut bad = image.clone();
         bad[at] ^= 0x10;
         let message = read(&bad, "rom").unwrap_err();
-        let sum = read(&image, "rom").unwrap().definition.unwrap().rom().unwrap().checksum();
+        let sum = carried(&read(&image, "rom").unwrap()).rom().unwrap().checksum();
         let expected = if bad[at] & 0x10 == 0 { sum.stored - 16 } else { sum.stored + 16 };
         assert!(
             message.starts_with(&format!("checksum is {}, expected {expected}", sum.stored)),
             "{message}"
         );
         let (body, _) = read_body(&bad, "rom", OnMismatch::Accept).unwrap();
-        assert_eq!(*body.definition.as_ref().unwrap().write(), bad);
+        assert_eq!(body.definition.as_ref().unwrap().bytes, bad);
         // A body file keeps it as it was; what is written as a ROM is right.
         let conversion = to(&through_body_file(&body), DefinitionFormat::Rom);
         assert_eq!(conversion.mended_checksum.unwrap().stored, sum.stored);
@@ -164,7 +164,7 @@ fn every_changed_byte_and_every_cut_of_an_image_is_found() {
             assert!(read(&bad, "rom").is_err(), "changed at {at}");
             // Whoever accepts it gets it back as it is, or is told what else is wrong.
             if let Ok((body, _)) = read_body(&bad, "rom", OnMismatch::Accept) {
-                assert_eq!(*body.definition.unwrap().write(), bad);
+                assert_eq!(body.definition.unwrap().bytes, bad);
             }
         }
     }

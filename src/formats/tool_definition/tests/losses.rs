@@ -30,7 +30,7 @@ fn said(body: &BodyFile) -> BTreeMap<String, String> {
             say("the axes of 2 sensors", format!("{axis:?}"));
         }
     }
-    let Some(definition) = body.definition.as_deref() else {
+    let Some(definition) = ToolDefinition::carried(body.definition.as_deref()) else {
         return said;
     };
     if let Some(rom) = definition.rom() {

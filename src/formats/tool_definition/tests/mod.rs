@@ -12,6 +12,10 @@ use std::f32::consts::PI;
 const PLACES: [[f32; 3]; 4] =
     [[0.0, -0.0, 0.0], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]];
 
+fn carried(body: &BodyFile) -> ToolDefinition {
+    ToolDefinition::carried(body.definition.as_deref()).unwrap()
+}
+
 fn put(image: &mut [u8], at: usize, bytes: &[u8]) {
     image[at..at + bytes.len()].copy_from_slice(bytes);
 }

@@ -86,7 +86,7 @@ proptest! {
         let bytes = [beginning.as_bytes(), &bytes].concat();
         if let Ok((body, Some(_))) = read_body(&bytes, extension, OnMismatch::Accept) {
             let definition = body.definition.unwrap();
-            prop_assert_eq!(&*definition.write(), &bytes[..]);
+            prop_assert_eq!(&definition.bytes[..], &bytes[..]);
         }
     }
 
@@ -98,7 +98,7 @@ proptest! {
             bytes[at] = letter;
             if let Ok((body, Some(_))) = read_body(&bytes, "", OnMismatch::Refuse) {
                 let definition = body.definition.unwrap();
-                prop_assert_eq!(&*definition.write(), &bytes[..]);
+                prop_assert_eq!(&definition.bytes[..], &bytes[..]);
             }
             let _ = read_body(&text.as_bytes()[..at], "", OnMismatch::Refuse);
         }

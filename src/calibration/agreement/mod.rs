@@ -42,10 +42,10 @@ pub use recording::{BuiltRecording, RecordedFrame};
 pub use rows::{AgreementRow, RecordedPose, paired_rows, pivot_rows, tip_in_crf};
 pub use verdict::Verdict;
 
-use super::expected::Expected;
-use super::run::StudyError;
-use super::statistics::Statistics;
 use crate::field::OutsidePolicy;
+use crate::study::expected::Expected;
+use crate::study::run::StudyError;
+use crate::study::statistics::Statistics;
 use crate::task::Cancelled;
 use serde::Serialize;
 

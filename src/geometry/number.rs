@@ -2,7 +2,7 @@
 
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
-use crate::geometry::pose::MIN_NORM;
+use super::pose::MIN_NORM;
 
 /// How far the squared length of a vector that was normalised before may be from 1. Dividing by
 /// a rounded root costs each component one and a half units in the last place, squares double it.

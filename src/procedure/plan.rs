@@ -1,7 +1,7 @@
 //! What the procedure's steps are computed from: a design in its rooms, every file read.
 
 use super::grounds::{DecidedRecording, DecidedStudies, RoomName};
-use crate::study::agreement::Summary;
+use crate::calibration::agreement::Summary;
 use crate::study::requirement::Requirement;
 use crate::study::scenario::{CrfScenario, Scenario};
 

@@ -1,6 +1,6 @@
 //! What a step of the design procedure is decided on: its figures as they were on that day.
 
-use crate::study::agreement::BuiltRecording;
+use crate::calibration::agreement::BuiltRecording;
 use crate::study::figures::Figures;
 use crate::study::requirement::Requirement;
 
