@@ -17,14 +17,14 @@ use divan::{Bencher, black_box};
 use nalgebra::{Point3, Unit, Vector3};
 use std::path::Path;
 use std::sync::Arc;
-use trackwright::field::fit::{FitSettings, fit};
-use trackwright::field::samples::{MapKind, PoseError, Sample, SampleSet};
-use trackwright::field::{DistortionModel, Environment, OutsidePolicy};
-use trackwright::geometry::bounds::Bounds;
-use trackwright::geometry::directions::DirectionSet;
-use trackwright::geometry::volume::Volume;
 use trackwright::store;
 use trackwright::study::{self, AxisRange, CancelToken, Mode, Motion, Scenario};
+use trackwright_field::fit::{FitSettings, fit};
+use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
+use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_geometry::volume::Volume;
 
 fn main() {
     divan::main();

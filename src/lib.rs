@@ -12,12 +12,6 @@
 //!
 //! Each room may call those above it, never below:
 
-pub mod task;
-
-pub mod geometry;
-
-pub mod field;
-
 pub mod tracking;
 
 pub mod calibration;

@@ -5,13 +5,13 @@ use super::{bounds, samples, scenario};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use std::sync::Arc;
-use trackwright::field::Environment;
-use trackwright::field::fit::{DEFAULT_RCOND, FitSettings, factor};
-use trackwright::field::support::Support;
-use trackwright::geometry::directions::DirectionSet;
 use trackwright::study::comparison::{Pair, Plan, Settings, compare};
 use trackwright::study::{CancelToken, Mode, Scenario, run};
-use trackwright::task::Task;
+use trackwright_field::Environment;
+use trackwright_field::fit::{DEFAULT_RCOND, FitSettings, factor};
+use trackwright_field::support::Support;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_task::Task;
 
 const DESIGNS: usize = 20;
 const ROOMS: usize = 10;

@@ -4,10 +4,10 @@ use super::{Uniform, model};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::{UnitQuaternion, Vector3};
-use trackwright::field::inverse::{Inverse, undistort};
-use trackwright::field::{DistortionModel, OutsidePolicy};
-use trackwright::geometry::pose::Pose;
-use trackwright::task::Task;
+use trackwright_field::inverse::{Inverse, undistort};
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::pose::Pose;
+use trackwright_task::Task;
 
 /// Poses as they are read in a room.
 fn readings(model: &DistortionModel, count: usize) -> Vec<Pose> {

@@ -5,8 +5,8 @@
 //! of six values an orientation, then `(n + 1)²`, then `n + 1`.
 
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
-use trackwright::field::DistortionModel;
-use trackwright::field::bernstein::basis;
+use trackwright_field::DistortionModel;
+use trackwright_field::bernstein::basis;
 
 pub struct Plain<'a> {
     model: &'a DistortionModel,

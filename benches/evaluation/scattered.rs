@@ -5,8 +5,8 @@ use crate::{Uniform, model};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::{Point3, Unit, Vector3};
-use trackwright::field::OutsidePolicy;
-use trackwright::field::batch::{Batch, Instructions};
+use trackwright_field::OutsidePolicy;
+use trackwright_field::batch::{Batch, Instructions};
 
 const POSES: usize = 4096;
 

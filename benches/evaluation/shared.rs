@@ -6,7 +6,7 @@ use crate::model;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::{Point3, Unit, Vector3};
-use trackwright::field::{Batch, OutsidePolicy};
+use trackwright_field::{Batch, OutsidePolicy};
 
 /// Points along each axis of the lattice.
 const SIDE: usize = 40;

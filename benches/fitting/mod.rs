@@ -5,11 +5,11 @@ use super::{bounds, samples};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use faer::Mat;
-use trackwright::field::bernstein::{coefficient_count, push_products};
-use trackwright::field::fit::{DEFAULT_RCOND, FitMethod, FitSettings, factor, fit};
-use trackwright::field::samples::SampleSet;
-use trackwright::geometry::directions::DirectionSet;
-use trackwright::task::Task;
+use trackwright_field::bernstein::{coefficient_count, push_products};
+use trackwright_field::fit::{DEFAULT_RCOND, FitMethod, FitSettings, factor, fit};
+use trackwright_field::samples::SampleSet;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_task::Task;
 
 /// Order and samples.
 const SIZES: [(usize, usize); 3] = [(4, 20_000), (4, 100_000), (6, 20_000)];

@@ -6,16 +6,16 @@ use std::path::Path;
 use std::sync::Arc;
 use trackwright::calibration::room_fit::{RoomOrder, RoomTable, fit_room};
 use trackwright::calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
-use trackwright::field::Environment;
-use trackwright::field::fit::FitSettings;
-use trackwright::field::generator::Generator;
-use trackwright::field::harmonic::Loss;
-use trackwright::field::samples::{MapKind, SampleSet};
-use trackwright::geometry::directions::DirectionSet;
 use trackwright::store;
 use trackwright::study::expected::expected;
 use trackwright::study::{CancelToken, Mode, Scenario, run};
-use trackwright::task::Task;
+use trackwright_field::Environment;
+use trackwright_field::fit::FitSettings;
+use trackwright_field::generator::Generator;
+use trackwright_field::harmonic::Loss;
+use trackwright_field::samples::{MapKind, SampleSet};
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_task::Task;
 
 const KINDS: [&str; 5] = ["bernstein", "symmetric", "kriging", "harmonic", "harmonic, learned"];
 

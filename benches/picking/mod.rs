@@ -5,8 +5,8 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::{Point3, Unit, Vector3};
 use std::f64::consts::TAU;
-use trackwright::geometry::mesh::{MeshPart, SurfaceMesh};
-use trackwright::geometry::surface::{Ray, Surface};
+use trackwright_geometry::mesh::{MeshPart, SurfaceMesh};
+use trackwright_geometry::surface::{Ray, Surface};
 
 /// Steps around a torus and around its tube; two triangles each.
 const STEPS: [u32; 2] = [1000, 500];

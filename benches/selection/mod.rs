@@ -3,15 +3,15 @@
 use super::samples;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use trackwright::field::OutsidePolicy;
-use trackwright::field::fit::{fit, residuals};
-use trackwright::field::samples::SampleSet;
-use trackwright::field::selection::folds::Folds;
-use trackwright::field::selection::{Candidate, DEFAULT_RIDGES, SelectSettings, select};
+use trackwright_field::OutsidePolicy;
+use trackwright_field::fit::{fit, residuals};
+use trackwright_field::samples::SampleSet;
+use trackwright_field::selection::folds::Folds;
+use trackwright_field::selection::{Candidate, DEFAULT_RIDGES, SelectSettings, select};
 
-use trackwright::geometry::bounds::Bounds;
-use trackwright::geometry::directions::DirectionSet;
-use trackwright::task::Task;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_task::Task;
 
 const ROWS: usize = 4000;
 

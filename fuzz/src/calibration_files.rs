@@ -3,7 +3,7 @@
 use super::read;
 use trackwright::formats::pivot_recording::{self, PivotRecording};
 use trackwright::formats::{jhu_cis, matrices, points};
-use trackwright::geometry::pose::Pose;
+use trackwright_geometry::pose::Pose;
 
 /// Points of a file's line: `1,2,3`.
 const LEAST_LINE: usize = 5;

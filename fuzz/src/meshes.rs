@@ -2,7 +2,7 @@
 
 use super::read;
 use trackwright::formats::mesh::{self, MAX_COORDINATE_MM};
-use trackwright::geometry::mesh::SurfaceMesh;
+use trackwright_geometry::mesh::SurfaceMesh;
 
 /// An STL or OBJ file, told by how it begins: no more comes of it than it has bytes.
 pub fn mesh(bytes: &[u8]) -> bool {

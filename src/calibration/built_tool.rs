@@ -1,13 +1,13 @@
 //! A built tool's poses, true and measured, from a measurement table: of the tool as a whole, where
 //! the tracker tells its pose, or of its sensors one by one, fitted together as its design has them.
 
-use crate::field::samples::Measurement;
-use crate::geometry::pose::Pose;
 use crate::tracking::frame_fit::{FrameFitter, Reading};
-use crate::tracking::uncertainty::LinearFit;
+use crate::tracking::linear_fit::LinearFit;
 use crate::tracking::{RigidBody, Sensor};
 use nalgebra::Point3;
 use std::collections::{BTreeMap, HashMap, HashSet};
+use trackwright_field::samples::Measurement;
+use trackwright_geometry::pose::Pose;
 
 /// A measurement table with what it says of its rows.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -297,11 +297,11 @@ pub fn same_moments(first: &RecordedBody, second: &RecordedBody) -> Vec<(BodyMom
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::random_models::Seeded;
-    use crate::geometry::pose::pose_from_parts;
-    use crate::geometry::rotation::rotation_angle_rad;
     use crate::tracking::SensorOrientation;
     use nalgebra::{UnitQuaternion, Vector3};
+    use trackwright_field::random_models::Seeded;
+    use trackwright_geometry::pose::pose_from_parts;
+    use trackwright_geometry::rotation::rotation_angle_rad;
 
     fn body() -> RigidBody {
         let sensor = |name: &str, at: [f64; 3], axis: Vector3<f64>| Sensor {

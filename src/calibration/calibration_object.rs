@@ -2,9 +2,9 @@
 //! section 2.1; the object and its data are those of the JHU course).
 
 use super::registration::{RegistrationError, register};
-use crate::field::samples::{Measurement, MeasurementContent, MeasurementSet};
-use crate::geometry::pose::Pose;
 use nalgebra::Point3;
+use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
+use trackwright_geometry::pose::Pose;
 
 /// Known geometry, mm: markers on the EM base and on the calibration object, each in its body.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,14 +5,14 @@
 //! axis was nearest to there. Samples that lie close to one that was taken, turned alike, add nothing
 //! to a fit but weight, and are counted apart.
 
-use crate::field::Environment;
-use crate::field::bernstein::coefficient_count;
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::DirectionSet;
-use crate::geometry::pose::Pose;
-use crate::geometry::volume::Volume;
 use nalgebra::{Point3, Unit, Vector3};
 use std::collections::HashSet;
+use trackwright_field::Environment;
+use trackwright_field::bernstein::coefficient_count;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::volume::Volume;
 
 /// What cells are as wide as, nearly: ten along the side of an Aurora's cube, more than the seven
 /// places a side that tell the polynomials of order 6 apart.

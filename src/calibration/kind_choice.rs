@@ -4,18 +4,18 @@ use super::room_choice::{Chosen, GroupRowsError, RowLabels, choose_by};
 use super::room_model::{
     GeneratorChoice, HarmonicOrder, HarmonicTable, RoomModel, RoomModelError, predicted,
 };
-use crate::field::computed::ModelKind;
-use crate::field::fit::FitSettings;
-use crate::field::gaussian::{GaussianField, Kriging, kept_rows};
-use crate::field::harmonic::Loss;
-use crate::field::samples::{MapKind, SampleSet};
-use crate::field::selection::folds::Folds;
-use crate::field::selection::other::{OtherScored, score};
-use crate::field::selection::scoring::{HeldOutScores, Residual};
-use crate::field::selection::{
+use trackwright_field::computed::ModelKind;
+use trackwright_field::fit::FitSettings;
+use trackwright_field::gaussian::{GaussianField, Kriging, kept_rows};
+use trackwright_field::harmonic::Loss;
+use trackwright_field::samples::{MapKind, SampleSet};
+use trackwright_field::selection::folds::Folds;
+use trackwright_field::selection::other::{OtherScored, score};
+use trackwright_field::selection::scoring::{HeldOutScores, Residual};
+use trackwright_field::selection::{
     Candidate, HoldOutBy, HoldOuts, SelectError, SelectSettings, select_by,
 };
-use crate::task::Task;
+use trackwright_task::Task;
 
 /// A kind of model to try.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +74,7 @@ impl KindScored {
             Some(candidate) => tried.fit_settings(candidate),
             None => FitSettings {
                 map: tried.map,
-                ..FitSettings::new(0, crate::geometry::directions::DirectionSet::One)
+                ..FitSettings::new(0, trackwright_geometry::directions::DirectionSet::One)
             },
         }
     }
@@ -211,7 +211,7 @@ impl Judge<'_> {
         task: &Task,
     ) -> Result<OtherScored, KindError> {
         let settings = self.tried.fit_settings(candidate);
-        let bounds = crate::geometry::bounds::Bounds::around(
+        let bounds = trackwright_geometry::bounds::Bounds::around(
             self.samples.samples.iter().map(|s| s.position_mm),
         );
         score(self.samples, &self.hold_outs(), self.tried, |folds| {
@@ -338,7 +338,8 @@ impl Judge<'_> {
         mut predict: impl FnMut(
             &[usize],
             &[usize],
-        ) -> Result<Vec<crate::field::samples::PoseError>, KindError>,
+        )
+            -> Result<Vec<trackwright_field::samples::PoseError>, KindError>,
     ) -> Result<Vec<Option<Residual>>, KindError> {
         let rows = self.samples.samples.len();
         let mut residuals = vec![None; rows];

@@ -2,10 +2,10 @@
 
 use super::kind_choice::{KindChoice, KindError, TriedKind, choose_kind};
 use super::room_choice::{Grouping, RowLabels};
-use crate::field::gaussian::chosen_rows;
-use crate::field::samples::SampleSet;
-use crate::field::selection::SelectSettings;
-use crate::task::Task;
+use trackwright_field::gaussian::chosen_rows;
+use trackwright_field::samples::SampleSet;
+use trackwright_field::selection::SelectSettings;
+use trackwright_task::Task;
 
 /// Fewest rows that a curve begins with: below, five folds tell little.
 pub const LEAST_ROWS: usize = 50;

@@ -203,8 +203,8 @@ fn spectrum(units: &DMatrix<f64>, cosines: usize, n: f64, target: &DMatrix<f64>)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::random_models::Seeded;
     use nalgebra::DVector;
+    use trackwright_field::random_models::Seeded;
 
     /// Half widths over errors of sums of `count` readings with an autocorrelation, whose variances
     /// are one, four and nine: the part of the errors within, and mean variance over the true one.

@@ -2,8 +2,8 @@
 //! them (the probes of the JHU course, DOMAIN 1.6).
 
 use super::registration::{RegistrationError, register};
-use crate::geometry::pose::Pose;
 use nalgebra::{Point3, Vector3};
+use trackwright_geometry::pose::Pose;
 
 /// Markers in a frame of their own.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,7 +77,7 @@ pub fn in_base(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::pose_from_array;
+    use trackwright_geometry::pose::pose_from_array;
 
     #[test]
     fn the_first_frame_has_its_own_axes_and_moved_markers_move_the_pose() {

@@ -1,7 +1,7 @@
 //! How far a tool was turned at all.
 
-use crate::geometry::pose::Pose;
-use crate::geometry::rotation::rotation_angle_rad;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::rotation_angle_rad;
 
 /// Of more poses than this a choice is compared: a recording of minutes has tens of thousands.
 const ALL_PAIRS: usize = 2_000;
@@ -32,9 +32,9 @@ pub(super) fn orientation_range_rad(poses: &[Pose]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::pose_from_parts;
-    use crate::geometry::rotation::exp_vector;
     use nalgebra::Vector3;
+    use trackwright_geometry::pose::pose_from_parts;
+    use trackwright_geometry::rotation::exp_vector;
 
     fn turned(turn_rad: Vector3<f64>) -> Pose {
         pose_from_parts(Vector3::zeros(), exp_vector(&turn_rad))

@@ -3,9 +3,9 @@
 //! A clock is believed only as long as it goes forward. Samples out of order are left out, and after
 //! a jump back the longest stretch is used: how the stretches lie to each other nobody can tell.
 
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::{exp_vector, log_quaternion};
 use crate::tracking::recording::{Recording, ToolTrack, TrackSample};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::{exp_vector, log_quaternion};
 
 /// What tells a recording's time.
 #[derive(Clone, Copy, Debug, PartialEq)]

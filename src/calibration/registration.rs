@@ -1,8 +1,8 @@
 //! Rigid registration of corresponding points (Arun 1987, with Umeyama's sign, 1991).
 
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::svd3::svd3;
 use nalgebra::{Matrix3, Point3, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::svd3::svd3;
 
 /// Fewest pairs that can determine a pose.
 pub const MIN_PAIRS: usize = 3;

@@ -1,8 +1,8 @@
 //! Whether sensors on one rigid body keep their distances: the one check of a room that needs no
 //! reference at all.
 
-use crate::geometry::pose::Pose;
-use crate::geometry::rotation::rotation_angle_rad;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::rotation_angle_rad;
 
 /// Mean, population standard deviation, least and largest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +55,7 @@ fn range(values: &[f64]) -> Option<Range> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::random_models::Seeded;
+    use trackwright_field::random_models::Seeded;
 
     #[test]
     fn a_rigid_body_keeps_its_distances_wherever_it_is() {

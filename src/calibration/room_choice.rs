@@ -1,15 +1,15 @@
 //! Which model a room's measurements are fitted with: as it was asked for, what was left open
 //! chosen by cross-validation.
 
-use crate::field::fit::{FitMethod, FitSettings};
-use crate::field::samples::{MapKind, SampleSet};
-use crate::field::selection::places::{self, Places};
-use crate::field::selection::{
+use trackwright_field::fit::{FitMethod, FitSettings};
+use trackwright_field::samples::{MapKind, SampleSet};
+use trackwright_field::selection::places::{self, Places};
+use trackwright_field::selection::{
     Candidate, HoldOutBy, HoldOuts, SelectError, SelectSettings, Selection, clusters, folds,
     select_by,
 };
-use crate::geometry::directions::{DirectionSet, Weighting};
-use crate::task::Task;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_task::Task;
 
 /// A model as far as a person says it.
 #[derive(Clone, Copy, Debug, PartialEq)]

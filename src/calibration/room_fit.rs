@@ -6,17 +6,17 @@ use super::room_model::{
 };
 use super::room_process::{Refit, room_process};
 use super::shared_rows::shared_rows;
-use crate::field::environment::{HoldoutProvenance, Jitter, Provenance};
-use crate::field::fit::{Fit, FitError, FitSettings, factor, residuals};
-use crate::field::gaussian::{GaussianError, GaussianField};
-use crate::field::model::OutsidePolicy;
-use crate::field::samples::SampleSet;
-use crate::field::selection::sensors::SensorSpread;
-use crate::field::support::SupportError;
-use crate::field::{DistortionModel, Environment, Support};
-use crate::geometry::volume::Volume;
-use crate::task::Task;
 use std::sync::Arc;
+use trackwright_field::environment::{HoldoutProvenance, Jitter, Provenance};
+use trackwright_field::fit::{Fit, FitError, FitSettings, factor, residuals};
+use trackwright_field::gaussian::{GaussianError, GaussianField};
+use trackwright_field::model::OutsidePolicy;
+use trackwright_field::samples::SampleSet;
+use trackwright_field::selection::sensors::SensorSpread;
+use trackwright_field::support::SupportError;
+use trackwright_field::{DistortionModel, Environment, Support};
+use trackwright_geometry::volume::Volume;
+use trackwright_task::Task;
 
 /// Part of a fit's time that reducing its samples takes, for telling progress only.
 const FACTORING_PART: f64 = 0.8;

@@ -1,20 +1,20 @@
 //! Models of a room that are no polynomials, fitted to its measurements: kriging, and the fields of a
 //! generator's coils.
 
-use crate::field::DistortionModel;
-use crate::field::computed::{FieldSource, ModelKind};
-use crate::field::fit::{Fit, residuals};
-use crate::field::gaussian::{GaussianError, GaussianField, Kriging};
-use crate::field::generator::Generator;
-use crate::field::harmonic::{
+use std::sync::Arc;
+use trackwright_field::DistortionModel;
+use trackwright_field::computed::{FieldSource, ModelKind};
+use trackwright_field::fit::{Fit, residuals};
+use trackwright_field::gaussian::{GaussianError, GaussianField, Kriging};
+use trackwright_field::generator::Generator;
+use trackwright_field::harmonic::{
     HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicModel, HarmonicRows, LearnError,
     LearnSettings, LearnedGenerator, Loss, learn, learn::degree_for,
 };
-use crate::field::model::OutsidePolicy;
-use crate::field::samples::{MapKind, PoseError, Sample, SampleSet};
-use crate::geometry::bounds::Bounds;
-use crate::task::Task;
-use std::sync::Arc;
+use trackwright_field::model::OutsidePolicy;
+use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_task::Task;
 
 /// What kind of model a room gets.
 #[derive(Clone, Debug, PartialEq)]

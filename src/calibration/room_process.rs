@@ -2,18 +2,18 @@
 //! by itself.
 
 use super::room_model::{HarmonicTable, predicted};
-use crate::field::DistortionModel;
-use crate::field::batch::Batch;
-use crate::field::fit::{Fit, FitError, FitSettings, fit_with};
-use crate::field::gaussian::{GaussianError, GaussianField};
-use crate::field::harmonic::solid_harmonics::terms;
-use crate::field::harmonic::{HarmonicFitError, Loss};
-use crate::field::model::OutsidePolicy;
-use crate::field::samples::{PoseError, SampleSet};
-use crate::field::selection::folds::Folds;
-use crate::field::selection::{DEFAULT_FOLDS, DEFAULT_SEED};
-use crate::geometry::bounds::Bounds;
-use crate::task::Task;
+use trackwright_field::DistortionModel;
+use trackwright_field::batch::Batch;
+use trackwright_field::fit::{Fit, FitError, FitSettings, fit_with};
+use trackwright_field::gaussian::{GaussianError, GaussianField};
+use trackwright_field::harmonic::solid_harmonics::terms;
+use trackwright_field::harmonic::{HarmonicFitError, Loss};
+use trackwright_field::model::OutsidePolicy;
+use trackwright_field::samples::{PoseError, SampleSet};
+use trackwright_field::selection::folds::Folds;
+use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_SEED};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_task::Task;
 
 /// A model is the trend where what the process leaves around it is less than this part of what it
 /// leaves without: a choice within the noise of both is the simpler one.

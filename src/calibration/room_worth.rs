@@ -1,9 +1,9 @@
 //! What a model is worth on a table: what it leaves of each sample's error.
 
-use crate::field::DistortionModel;
-use crate::field::fit::{Remainder, Residuals, remainders, residuals};
-use crate::field::model::OutsidePolicy;
-use crate::field::samples::SampleSet;
+use trackwright_field::DistortionModel;
+use trackwright_field::fit::{Remainder, Residuals, remainders, residuals};
+use trackwright_field::model::OutsidePolicy;
+use trackwright_field::samples::SampleSet;
 
 /// What is left of a table's errors, beside what there was.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,8 +34,8 @@ pub fn worth(model: &DistortionModel, samples: &SampleSet) -> Worth {
 /// The samples' errors as they were measured.
 pub fn measured(samples: &SampleSet) -> Left {
     let origin = [0.0; 3];
-    let nowhere = crate::geometry::bounds::Bounds::from((origin, origin));
-    left(&DistortionModel::zero(nowhere, crate::field::samples::MapKind::Distortion), samples)
+    let nowhere = trackwright_geometry::bounds::Bounds::from((origin, origin));
+    left(&DistortionModel::zero(nowhere, trackwright_field::samples::MapKind::Distortion), samples)
 }
 
 fn left(model: &DistortionModel, samples: &SampleSet) -> Left {

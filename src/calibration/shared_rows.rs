@@ -1,7 +1,7 @@
 //! Rows that two tables of measurements share: a model is not judged by what it was fitted to.
 
-use crate::field::samples::{Sample, SampleSet};
 use std::collections::HashMap;
+use trackwright_field::samples::{Sample, SampleSet};
 
 /// How far the numbers of equal rows may differ, mm or no unit: what writing them anew may change.
 const TOLERANCE: f64 = 1e-9;
@@ -81,8 +81,8 @@ fn is_same(a: &Sample, b: &Sample) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::samples::PoseError;
     use nalgebra::{Point3, Unit, Vector3};
+    use trackwright_field::samples::PoseError;
 
     /// Row `i` of a table; `seed` makes another table.
     fn row(i: usize, seed: f64) -> Sample {

@@ -10,9 +10,9 @@
 
 use super::long_run::{Worth, long_run};
 use super::orientation_range::orientation_range_rad;
-use crate::geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
-use crate::geometry::svd3::svd3;
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, Unit, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
+use trackwright_geometry::svd3::svd3;
 
 /// What a recording has to have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -209,11 +209,11 @@ pub fn tool_from_tip(tip_in_tool: &Point3<f64>, towards_tip: &Unit<Vector3<f64>>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::random_models::Seeded;
-    use crate::geometry::rotation::exp_vector;
     use nalgebra::UnitQuaternion;
     use proptest::prelude::*;
     use std::f64::consts::{PI, TAU};
+    use trackwright_field::random_models::Seeded;
+    use trackwright_geometry::rotation::exp_vector;
 
     /// No axis of any frame.
     fn shaft() -> Unit<Vector3<f64>> {

@@ -6,9 +6,9 @@
 //! is left out, and the means of the rest are the pose.
 
 use super::robust::scale_of_lengths;
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::{exp_vector, log_quaternion};
 use nalgebra::{UnitQuaternion, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::{exp_vector, log_quaternion};
 
 /// Standard deviations of a component: of a position along an axis, of a rotation vector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -100,7 +100,7 @@ pub fn still_pose(readings: &[Pose]) -> Option<StillPose> {
 pub fn distances(a: &Pose, b: &Pose) -> (f64, f64) {
     (
         (a.translation.vector - b.translation.vector).norm(),
-        crate::geometry::rotation::rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
+        trackwright_geometry::rotation::rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
     )
 }
 
@@ -169,7 +169,7 @@ fn tangent(from: &UnitQuaternion<f64>, to: &Pose) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::random_models::Seeded;
+    use trackwright_field::random_models::Seeded;
 
     fn truth() -> Pose {
         pose_from_parts(

@@ -10,8 +10,8 @@
 //! by a parabola through the three best.
 
 use super::pose_stream::PoseStream;
-use crate::geometry::pose::Pose;
-use crate::geometry::rotation::rotation_angle_rad;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::rotation_angle_rad;
 
 /// What a shift has to have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -314,11 +314,11 @@ fn correlate(a: &Signal, b: &Signal, shift: i64, part: std::ops::Range<usize>) -
 mod tests {
     use super::*;
     use crate::calibration::pose_stream::Clock;
-    use crate::field::random_models::Seeded;
-    use crate::geometry::pose::pose_from_parts;
-    use crate::geometry::rotation::exp_vector;
     use crate::tracking::recording::{ToolTrack, TrackSample};
     use nalgebra::Vector3;
+    use trackwright_field::random_models::Seeded;
+    use trackwright_geometry::pose::pose_from_parts;
+    use trackwright_geometry::rotation::exp_vector;
 
     /// A hand's path: sums of slow waves that do not repeat themselves.
     fn body(time_s: f64) -> Pose {

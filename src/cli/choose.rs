@@ -4,11 +4,6 @@ use super::output::{self, Shown};
 use crate::calibration::room_choice::{
     self, AskedModel, Chosen, Grouping, RowLabels, WantedModel, numbered_labels, row_groups,
 };
-use crate::field::fit::FitSettings;
-use crate::field::samples::SampleSet;
-use crate::field::selection::places::Places;
-use crate::field::selection::sensors::SensorSpread;
-use crate::field::selection::{HoldOutBy, SelectSettings};
 use crate::formats::groups::SENSOR_COLUMN;
 use crate::report::selection::{
     SENSOR_INTERVAL, grouped_line, hold_out_lines, hold_out_name, reason, sensors_line,
@@ -19,6 +14,11 @@ use serde_json::{Value, json};
 use std::convert::Infallible;
 use std::path::Path;
 use std::str::FromStr;
+use trackwright_field::fit::FitSettings;
+use trackwright_field::samples::SampleSet;
+use trackwright_field::selection::places::Places;
+use trackwright_field::selection::sensors::SensorSpread;
+use trackwright_field::selection::{HoldOutBy, SelectSettings};
 
 /// What is to be held out.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,13 +6,13 @@ use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::output::{self, Format, OutsideArg, Shown};
 use crate::design::Design;
-use crate::field::samples::MapKind;
 use crate::formats::comparison_table::{self, Names};
 use crate::store::{self, ComparedDesign, ComparedRoom, ComparedRooms, Files};
 use crate::study::comparison::{Comparison, LEAST_DEG, LEAST_MM, Least, Settings, compare};
 use anyhow::bail;
 use clap::Args;
 use std::path::{Path, PathBuf};
+use trackwright_field::samples::MapKind;
 
 #[derive(Debug, Args)]
 pub struct CompareArgs {

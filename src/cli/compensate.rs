@@ -3,19 +3,19 @@
 use super::as_is::AsIsArgs;
 use super::output::{self, Format, OutsideArg};
 use crate::calibration::doubts;
-use crate::field::compensation::{Compensated, Difference, Method, Tally, compensate};
-use crate::field::inverse::InverseState;
-use crate::field::samples::MapKind;
-use crate::field::{DistortionModel, OutsidePolicy};
 use crate::formats::poses::{self, CompensatedRow};
-use crate::geometry::pose::Pose;
 use crate::store::Files;
 use crate::study::figures::with_separators;
-use crate::task::Task;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use trackwright_field::compensation::{Compensated, Difference, Method, Tally, compensate};
+use trackwright_field::inverse::InverseState;
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::pose::Pose;
+use trackwright_task::Task;
 
 #[derive(Debug, Args)]
 pub struct CompensateArgs {

@@ -3,14 +3,14 @@
 use super::as_is::AsIsArgs;
 use super::output::{self, OutsideArg};
 use crate::calibration::doubts;
-use crate::field::OutsidePolicy;
-use crate::field::gaussian::FieldPoint;
 use crate::formats::poses;
 use crate::store::Files;
 use anyhow::Context;
 use clap::Args;
 use nalgebra::{Point3, Vector3};
 use std::path::PathBuf;
+use trackwright_field::OutsidePolicy;
+use trackwright_field::gaussian::FieldPoint;
 
 #[derive(Debug, Args)]
 pub struct DistortArgs {

@@ -11,15 +11,7 @@ use crate::calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
 use crate::calibration::room_model::RoomModel;
-use crate::field::OutsidePolicy;
-use crate::field::computed::ModelKind;
-use crate::field::environment::{HoldoutProvenance, Jitter};
-use crate::field::fit::{Fit, FitMethod, FitSettings, Residuals};
-use crate::field::samples::{MapKind, SampleSet};
-use crate::field::selection::sensors::SensorSpread;
 use crate::formats::signature::ENVIRONMENT;
-use crate::geometry::directions::{DirectionSet, Weighting};
-use crate::geometry::volume::Volume;
 use crate::report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
 use crate::store::{self, Files, Output, SampleReading};
 use crate::study::figures::with_separators;
@@ -27,6 +19,14 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use trackwright_field::OutsidePolicy;
+use trackwright_field::computed::ModelKind;
+use trackwright_field::environment::{HoldoutProvenance, Jitter};
+use trackwright_field::fit::{Fit, FitMethod, FitSettings, Residuals};
+use trackwright_field::samples::{MapKind, SampleSet};
+use trackwright_field::selection::sensors::SensorSpread;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::volume::Volume;
 
 #[derive(Debug, Args)]
 pub struct FitArgs {

@@ -4,9 +4,6 @@ use super::as_is::AsIsArgs;
 use super::fit::{SensorsArg, file_name, read};
 use super::model_kind::checked_degree;
 use super::output::{self, Format, Shown};
-use crate::field::harmonic::learn::{Start, StartReport};
-use crate::field::harmonic::{LearnSettings, LearnedGenerator, learn};
-use crate::field::samples::{MapKind, MeasurementSet};
 use crate::formats::signature::GENERATOR;
 use crate::store::Files;
 use crate::study::figures::with_separators;
@@ -14,6 +11,9 @@ use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use trackwright_field::harmonic::learn::{Start, StartReport};
+use trackwright_field::harmonic::{LearnSettings, LearnedGenerator, learn};
+use trackwright_field::samples::{MapKind, MeasurementSet};
 
 #[derive(Debug, Subcommand)]
 pub enum GeneratorCommand {

@@ -3,13 +3,13 @@
 use super::as_is::AsIsArgs;
 use crate::calibration::calibration_object;
 use crate::calibration::doubts::{PairedDoubts, PoseFrame};
-use crate::field::selection::clusters;
 use crate::formats::{groups, measurements};
 use crate::store::{Doubted, Files};
 use crate::study::figures::with_separators;
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
+use trackwright_field::selection::clusters;
 
 #[derive(Debug, Subcommand)]
 pub enum ImportCommand {

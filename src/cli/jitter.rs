@@ -1,8 +1,8 @@
 //! How a tracker's jitter is stated on the command line.
 
 use super::numbers::{length_above_zero, zero_or_more};
-use crate::field::environment::Jitter;
 use clap::Args;
+use trackwright_field::environment::Jitter;
 
 /// Said of each argument: a heading for the group would go on to whatever follows it.
 const HEADING: &str = "Jitter of the tracker";

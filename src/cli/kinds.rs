@@ -4,11 +4,11 @@ use super::select::scores_json;
 use crate::calibration::kind_choice::{KindChoice, KindScored};
 use crate::calibration::learning_curve::LearningPoint;
 use crate::calibration::room_model::RoomModel;
-use crate::field::selection::HoldOutBy;
-use crate::field::selection::scoring::HeldOutScores;
 use crate::report::selection::{candidate_text, hold_out_name};
 use crate::study::figures::with_separators;
 use serde_json::{Value, json};
+use trackwright_field::selection::HoldOutBy;
+use trackwright_field::selection::scoring::HeldOutScores;
 
 /// A kind and the best model of it.
 pub(super) fn text(kind: &KindScored) -> String {

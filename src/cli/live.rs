@@ -2,7 +2,6 @@
 
 use super::numbers::above_zero;
 use super::output::{self, Format, OutsideArg};
-use crate::field::compensation::Method;
 use crate::formats::printable::printable;
 use crate::live::client::{ClientOptions, server_address};
 use crate::live::latency::LatencySummary;
@@ -21,6 +20,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
+use trackwright_field::compensation::Method;
 
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("room").multiple(true)))]

@@ -2,13 +2,13 @@
 
 use crate::calibration::kind_choice::TriedKind;
 use crate::calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
-use crate::field::generator::Generator;
-use crate::field::harmonic::Loss;
-use crate::field::harmonic::solid_harmonics::MAX_DEGREE;
 use crate::store::Files;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use std::path::Path;
+use trackwright_field::generator::Generator;
+use trackwright_field::harmonic::Loss;
+use trackwright_field::harmonic::solid_harmonics::MAX_DEGREE;
 
 /// A model's kind, and what only that kind has.
 #[derive(Debug, Args)]

@@ -1,6 +1,6 @@
 //! Numbers as arguments: finite, and in the range that they have to be in.
 
-use crate::geometry::limits::{MAX_LENGTH_MM, short};
+use trackwright_geometry::limits::{MAX_LENGTH_MM, short};
 
 /// Largest number of any argument, either way: 1 km, and more degrees, seconds or hertz than there
 /// are uses of.

@@ -1,16 +1,16 @@
 //! What all commands share: formats, policies, tables of text, notes, and progress.
 
-use crate::field::OutsidePolicy;
 use crate::formats::printable::printable;
 use crate::formats::printable_text::{printable_json, printable_lines};
 use crate::study::figures::with_separators;
-use crate::task::Task;
 use anyhow::Context;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::io::{IsTerminal, Write};
+use trackwright_field::OutsidePolicy;
+use trackwright_task::Task;
 
 /// How figures are printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

@@ -4,10 +4,10 @@ use super::output::{self, Format};
 use crate::accuracy::precision::page::{self, PICTURE};
 use crate::accuracy::precision::{self, Report, Settings};
 use crate::store::{self, Files};
-use crate::task::Task;
 use anyhow::Context;
 use clap::Args;
 use std::path::{Path, PathBuf};
+use trackwright_task::Task;
 
 /// Parts of the progress bar.
 const PROGRESS: u64 = 1000;

@@ -8,8 +8,6 @@ use crate::calibration::fiducial_outliers::{OutlyingPoint, register_without_outl
 use crate::calibration::registration::{Registration, register};
 use crate::calibration::registration_error::{PointSpread, fle_rms_mm};
 use crate::formats::poses;
-use crate::geometry::number::shortest;
-use crate::geometry::pose::pose_to_array;
 use crate::store::{Doubted, Files};
 use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
@@ -18,6 +16,8 @@ use nalgebra::Point3;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::PathBuf;
+use trackwright_geometry::number::shortest;
+use trackwright_geometry::pose::pose_to_array;
 
 /// Above this a registration says so little of a turn that it is refused unless told otherwise: a
 /// target 50 mm away is off by 9 mm.

@@ -10,12 +10,12 @@ use crate::editor::palette::Theme;
 use crate::editor::picture::{ComparedDesigns, Desk, StudyTrial};
 use crate::editor::state::{Selected, Selection, Workspace};
 use crate::editor::{picture, preflight};
-use crate::geometry::orbit::{Axis, OrbitCamera};
 use crate::store::{Files, World};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::str::FromStr;
+use trackwright_geometry::orbit::{Axis, OrbitCamera};
 
 /// Widest and highest picture that adapters paint into one texture.
 const MOST_PX: u32 = 8192;

@@ -12,12 +12,7 @@ use crate::calibration::kind_choice::{TriedKind, choose_kind};
 use crate::calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
 use crate::calibration::room_choice::{Chosen, RowLabels};
 use crate::calibration::room_model::RoomModel;
-use crate::field::samples::SampleSet;
-use crate::field::selection::{
-    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings,
-};
 use crate::formats::signature::ENVIRONMENT;
-use crate::geometry::directions::DirectionSet;
 use crate::report::room::{map_name, method_name};
 use crate::report::{learning_chart, selection, selection_chart};
 use crate::store::Files;
@@ -26,6 +21,11 @@ use anyhow::{Context, bail};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use trackwright_field::samples::SampleSet;
+use trackwright_field::selection::{
+    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings,
+};
+use trackwright_geometry::directions::DirectionSet;
 
 /// Orders that are tried where none are named.
 const DEFAULT_ORDERS: &str = "1-6";
@@ -312,7 +312,7 @@ fn orders(list: &str) -> anyhow::Result<Vec<usize>> {
             // A range up to a number beyond any order is refused by its ends, not by its length.
             (Ok(first), Ok(last)) if first <= last => {
                 orders.extend([first, last]);
-                orders.extend(first..=last.min(crate::field::bernstein::MAX_ORDER));
+                orders.extend(first..=last.min(trackwright_field::bernstein::MAX_ORDER));
             }
             _ => bail!("--orders: found {list:?}, expected orders as in 1-6 or 1,2,4"),
         }

@@ -7,19 +7,19 @@ use super::expected;
 use super::named_design::note_sizes;
 use super::output::{self, Format, OutsideArg};
 use super::uncertainty::UncertaintyArgs;
-use crate::field::samples::MapKind;
-use crate::geometry::pose::pose_to_array;
 use crate::store::{self, Files, Output, World};
 use crate::study::expected::{BoundVerdict, JudgedBound, judged, requirement_figures};
 use crate::study::support::{SupportSurvey, support_rows};
 use crate::study::{
     self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial, figure_rows,
 };
-use crate::task::Task;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use trackwright_field::samples::MapKind;
+use trackwright_geometry::pose::pose_to_array;
+use trackwright_task::Task;
 
 #[derive(Debug, Args)]
 pub struct SimulateArgs {

@@ -6,10 +6,10 @@ use crate::accuracy::stability::methods::Own;
 use crate::accuracy::stability::row::Row;
 use crate::accuracy::stability::{Extent, families, page, run as run_battery};
 use crate::store::Files;
-use crate::task::Task;
 use anyhow::Context;
 use clap::Args;
 use std::path::{Path, PathBuf};
+use trackwright_task::Task;
 
 #[derive(Debug, Args)]
 pub struct StabilityArgs {

@@ -3,19 +3,19 @@
 use super::as_is::AsIsArgs;
 use super::output;
 use crate::calibration::marker_body::{MarkerBody, in_base};
-use crate::field::OutsidePolicy;
-use crate::field::compensation::{Compensated, Method, Tally, compensate};
-use crate::field::computed::ModelKind;
-use crate::field::environment::Environment;
 use crate::formats::pivot_recording::PivotRecording;
-use crate::geometry::directions::DirectionSet;
-use crate::geometry::pose::Pose;
 use crate::store::Files;
 use crate::study::figures::with_separators;
-use crate::task::Task;
 use anyhow::{Context, bail};
 use nalgebra::Point3;
 use std::path::Path;
+use trackwright_field::OutsidePolicy;
+use trackwright_field::compensation::{Compensated, Method, Tally, compensate};
+use trackwright_field::computed::ModelKind;
+use trackwright_field::environment::Environment;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_geometry::pose::Pose;
+use trackwright_task::Task;
 
 /// What files of the same tool share.
 pub(super) struct ToolReader<'a> {

@@ -11,7 +11,6 @@ use crate::calibration::agreement::{
     Agreement, AgreementSettings, PivotedError, RecordedFrame, Unknowns, pivoted_tool,
 };
 use crate::design::Design;
-use crate::field::environment::OrientationWeight;
 use crate::formats::agreement_log;
 use crate::report::agreement_chart;
 use crate::store::{self, BuiltToolFailure, BuiltToolNote, BuiltToolTables, Files};
@@ -20,6 +19,7 @@ use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use report::Recorded;
 use std::path::PathBuf;
+use trackwright_field::environment::OrientationWeight;
 
 /// Size of the chart in pixels.
 const CHART_SIZE: (u32, u32) = (1000, 560);

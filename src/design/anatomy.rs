@@ -4,9 +4,9 @@
 use super::check::{check_finite, check_mesh, check_not_empty, check_pose};
 use super::content::{BodyRole, Design};
 use super::edit::EditError;
-use crate::geometry::mesh_reference::MeshReference;
-use crate::geometry::pose::Pose;
 use serde::Deserialize;
+use trackwright_geometry::mesh_reference::MeshReference;
+use trackwright_geometry::pose::Pose;
 
 /// More than a scene has room for; a file may hold any number, edits stop here.
 pub const MAX_ANATOMY: usize = 100;
@@ -179,8 +179,8 @@ mod tests {
     use super::super::Edit;
     use super::super::tests::document;
     use super::*;
-    use crate::geometry::pose::pose_from_parts;
     use nalgebra::{UnitQuaternion, Vector3};
+    use trackwright_geometry::pose::pose_from_parts;
 
     fn anatomy(name: &str) -> Anatomy {
         Anatomy {

@@ -1,10 +1,10 @@
 //! Arranging sensors: copies, mirror images, rows, and how an axis is turned.
 
-use crate::geometry::number;
-use crate::geometry::rotation::{axis_rotation, exp_vector};
 use crate::tracking::body::{Sensor, SensorOrientation};
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 use std::collections::HashSet;
+use trackwright_geometry::number;
+use trackwright_geometry::rotation::{axis_rotation, exp_vector};
 
 /// Most sensors of one row, the one it begins with included. A tracker has ports for a few dozen
 /// at most; a count typed with too many zeros would take the memory.

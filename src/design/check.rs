@@ -2,13 +2,13 @@
 
 use super::content::{BodyRole, DesignBody};
 use super::edit::EditError;
-use crate::geometry::limits::{length_above_zero_problem, length_problem, position_problem};
-use crate::geometry::mesh_reference::MeshReference;
-use crate::geometry::pose::Pose;
 use crate::study::motion::{Motion, MotionError};
 use crate::study::requirement::Requirement;
 use crate::tracking::body::{Sensor, SensorOrientation};
 use std::collections::HashSet;
+use trackwright_geometry::limits::{length_above_zero_problem, length_problem, position_problem};
+use trackwright_geometry::mesh_reference::MeshReference;
+use trackwright_geometry::pose::Pose;
 
 /// How far from 1 the length of an axis or quaternion may be: round-off of a normalised one.
 const UNIT_TOLERANCE: f64 = 1e-9;

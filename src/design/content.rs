@@ -4,13 +4,13 @@ use super::anatomy::Anatomy;
 use super::definition::DefinitionFile;
 use super::procedure::Procedure;
 use super::slides::Slide;
-use crate::geometry::mesh_reference::MeshReference;
-use crate::geometry::pose::Pose;
 use crate::study::motion::Motion;
 use crate::study::requirement::Requirement;
 use crate::tracking::body::RigidBody;
 use nalgebra::Point3;
 use std::sync::Arc;
+use trackwright_geometry::mesh_reference::MeshReference;
+use trackwright_geometry::pose::Pose;
 
 /// Everything that a study of a tool depends on, apart from the room itself.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,14 +10,14 @@ use super::content::{BodyRole, CrfPlacement, Design, DesignBody, Target};
 use super::procedure::{DecisionError, MAX_FURTHER_ROOMS, ProcedureEdit};
 use super::slides::{MAX_SLIDES, SlideEdit};
 use super::view::ViewError;
-use crate::geometry::limits::short;
-use crate::geometry::mesh_reference::MeshReference;
-use crate::geometry::pose::Pose;
 use crate::procedure::Step;
 use crate::study::motion::{Motion, MotionError};
 use crate::study::requirement::Requirement;
 use crate::tracking::body::Sensor;
 use nalgebra::Point3;
+use trackwright_geometry::limits::short;
+use trackwright_geometry::mesh_reference::MeshReference;
+use trackwright_geometry::pose::Pose;
 
 /// One change of a design.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,9 +3,9 @@
 use super::content::Design;
 use super::document::Document;
 use super::view::View;
-use crate::field::Environment;
 use crate::study::requirement::Requirement;
 use std::fmt;
+use trackwright_field::Environment;
 
 /// A layer that is on and not seen. Those that are on by default show whatever there is and are
 /// never missed.

@@ -1,11 +1,11 @@
 //! Sensors to begin with: beside the last one, or on the body's surface.
 
 use super::arrange::fresh_name;
-use crate::geometry::surface::SurfacePoint;
-use crate::geometry::surface_drag::SurfaceDirections;
 use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Point3, Unit, Vector3};
 use std::collections::HashSet;
+use trackwright_geometry::surface::SurfacePoint;
+use trackwright_geometry::surface_drag::SurfaceDirections;
 
 /// How far beside the last one, along its axis: to be seen and dragged away.
 const BESIDE_MM: f64 = 15.0;

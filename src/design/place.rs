@@ -3,9 +3,9 @@
 
 use super::content::{BodyRole, Design};
 use super::edit::Edit;
-use crate::geometry::movement::Movement;
-use crate::geometry::pose::Pose;
 use nalgebra::{Translation3, UnitQuaternion};
+use trackwright_geometry::movement::Movement;
+use trackwright_geometry::pose::Pose;
 
 /// Which axes handles follow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -4,11 +4,11 @@
 use super::content::Design;
 use super::day::Day;
 use super::edit::EditError;
-use crate::geometry::limits::short;
 use crate::procedure::{
     DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds, RoomName, Step,
 };
 use crate::study::requirement::Requirement;
+use trackwright_geometry::limits::short;
 
 /// More rooms than anybody measures for one design; a file may hold any number, edits stop here.
 pub const MAX_FURTHER_ROOMS: usize = 32;

@@ -1,14 +1,16 @@
 //! How a design is looked at: camera, layers, what is hidden or locked, magnification, slice. Saved with it, never undone.
 
 use super::things::Things;
-use crate::geometry::bounds::Bounds;
-pub use crate::geometry::colormap::ColorMap;
-use crate::geometry::limits::{angle_problem, length_above_zero_problem, position_problem, short};
-use crate::geometry::orbit::OrbitCamera;
 use crate::study::SlicePlane;
 pub use crate::study::{AxisRule, Quantity};
 use nalgebra::{Point3, Unit, Vector3};
 use serde::{Deserialize, Serialize};
+use trackwright_geometry::bounds::Bounds;
+pub use trackwright_geometry::colormap::ColorMap;
+use trackwright_geometry::limits::{
+    angle_problem, length_above_zero_problem, position_problem, short,
+};
+use trackwright_geometry::orbit::OrbitCamera;
 
 /// Largest factor that errors are drawn by: a picometre as a metre.
 const MAX_MAGNIFICATION: f64 = 1e12;

@@ -2,9 +2,9 @@
 //! can be given up.
 
 use super::wake::Waker;
-use crate::task::{CancelToken, Task};
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use trackwright_task::{CancelToken, Task};
 
 /// A bar of some hundred steps is smooth enough; each costs a frame.
 const STEP: f64 = 0.01;

@@ -14,9 +14,6 @@ use super::study::ShownDesign;
 use super::{convert, palette};
 use crate::design::Design;
 use crate::design::view::CameraView;
-use crate::geometry::gizmo::Eye;
-use crate::geometry::orbit::{OrbitCamera, VERTICAL_FOV_RAD};
-use crate::geometry::surface::Ray;
 pub use crate::scene::opening_view::opening_camera;
 use crate::scene::opening_view::{first_camera, usual_camera};
 use bevy::camera::{ClearColorConfig, PerspectiveProjection, RenderTarget, Viewport};
@@ -28,6 +25,9 @@ use bevy::window::{PrimaryWindow, RequestRedraw};
 use bevy_egui::input::EguiWantsInput;
 use nalgebra::Point3;
 use std::time::Duration;
+use trackwright_geometry::gizmo::Eye;
+use trackwright_geometry::orbit::{OrbitCamera, VERTICAL_FOV_RAD};
+use trackwright_geometry::surface::Ray;
 
 /// How long the camera glides to where it was sent.
 const GLIDE: Duration = Duration::from_millis(250);

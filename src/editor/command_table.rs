@@ -7,7 +7,7 @@ use super::state::Workspace;
 use super::study::ModeKind;
 use super::tool::SceneTool;
 use crate::design::{BodyRole, MirrorPlane};
-use crate::geometry::orbit::Axis;
+use trackwright_geometry::orbit::Axis;
 
 const fn info(
     command: Command,

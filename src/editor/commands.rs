@@ -24,10 +24,10 @@ use super::ui::command_ui::CommandPages;
 use super::ui::row_page::RowPage;
 use crate::design::BodyRole;
 use crate::design::view::{Magnification, View};
-use crate::geometry::orbit::Axis;
 use crate::store::MeshOwner;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
+use trackwright_geometry::orbit::Axis;
 
 /// Carries [`RunCommand`] out, in [`EditorSystems::Input`].
 pub struct CommandsPlugin;

@@ -3,13 +3,13 @@
 //! A scene unit is a millimetre, and the scene's axes are the tracker's: whatever the core says in
 //! the tracker frame is drawn where it says. f32 keeps 0.0001 mm at a metre's distance.
 
-use crate::geometry::mesh::MeshPart;
-use crate::geometry::orbit::OrbitCamera;
-use crate::geometry::pose::{Pose, quaternion_from_matrix};
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
+use trackwright_geometry::mesh::MeshPart;
+use trackwright_geometry::orbit::OrbitCamera;
+use trackwright_geometry::pose::{Pose, quaternion_from_matrix};
 
 pub fn vec3(vector: &Vector3<f64>) -> Vec3 {
     Vec3::new(vector.x as f32, vector.y as f32, vector.z as f32)

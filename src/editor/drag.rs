@@ -14,9 +14,6 @@ use super::state::{ActiveDrag, EditorSystems, Hovered, Selected, Selection, View
 use super::tool::SceneTool;
 use super::ui::scene_menu::SceneMenu;
 use crate::design::{BodyRole, Edit};
-use crate::geometry::pose::Pose;
-use crate::geometry::surface::{Ray, Surface};
-use crate::geometry::surface_drag::{Grid, PlaneDrag, SurfaceDrag};
 use crate::tracking::body::Sensor;
 use bevy::ecs::system::SystemParam;
 use bevy::picking::events::{Click, Drag, DragEnd, DragStart, Out, Over, Pointer};
@@ -26,6 +23,9 @@ use bevy::window::RequestRedraw;
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass, egui};
 use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::surface::{Ray, Surface};
+use trackwright_geometry::surface_drag::{Grid, PlaneDrag, SurfaceDrag};
 
 /// With Ctrl places are rounded to this.
 const SNAP_MM: f64 = 1.0;

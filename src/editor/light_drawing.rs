@@ -5,10 +5,10 @@ use super::camera::{Gesture, OrbitRig, Turntable};
 use super::convert;
 use super::egui_camera::{EguiCamera, share_a_picture};
 use super::state::{ActiveDrag, EditorSystems, MainCamera};
-use crate::geometry::coarse::coarser;
-use crate::geometry::mesh::MeshPart;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
+use trackwright_geometry::coarse::coarser;
+use trackwright_geometry::mesh::MeshPart;
 
 /// Triangles of a body's part that are drawn while something moves: each of those of a part that
 /// fills half the height of a 720 pixel view covers a few pixels. With 40,000 a frame of a body and

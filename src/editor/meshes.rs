@@ -10,14 +10,14 @@ use super::wake::Waker;
 use crate::design::{
     Anatomy, AnatomyEdit, AnatomyFrame, BodyRole, Design, Edit, Origin, fresh_name,
 };
-use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
-use crate::geometry::pose::Pose;
 use crate::store::{MeshOwner, ReadMesh, StoreError, WantedMesh};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
+use trackwright_geometry::pose::Pose;
 
 /// Gives bodies meshes, and the design its anatomy, when [`MeshRequest`] asks, in
 /// [`EditorSystems::Input`].

@@ -18,7 +18,6 @@ use super::study::ShownDesign;
 use super::ui::widgets::{THIN_SPACE, counted, signed};
 use super::{convert, palette};
 use crate::design::{BodyRole, Design, Edit};
-use crate::geometry::pose::Pose;
 use crate::study::Motion;
 use crate::study::motion_outline::{
     HeldEnd, MotionHandle, MotionOutline, RangeEnd, motion_outline,
@@ -27,6 +26,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::picking::events::{Drag, DragEnd, DragStart, Pointer};
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
+use trackwright_geometry::pose::Pose;
 
 const LINE_ALPHA: f32 = 0.65;
 const MARK_ALPHA: f32 = 0.45;

@@ -12,9 +12,6 @@ use super::scene::bodies::mesh_of;
 use super::scene::{BodyRoot, SensorMark, sensors};
 use super::state::{MainCamera, OpenWorld};
 use crate::design::{BodyRole, Design};
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::pose::Pose;
-use crate::geometry::surface::{Ray, Surface, SurfacePoint};
 use crate::tracking::body::Sensor;
 use bevy::ecs::system::SystemParam;
 use bevy::picking::PickingSystems;
@@ -23,6 +20,9 @@ use bevy::picking::pointer::{PointerAction, PointerId, PointerInput, PointerLoca
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::surface::{Ray, Surface, SurfacePoint};
 
 /// How near to a sensor's axis the pointer takes hold of it, in pixels.
 const REACH_PX: f64 = 9.0;

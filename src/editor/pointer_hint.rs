@@ -5,10 +5,10 @@ use super::handle::{BallWords, HoveredBall};
 use super::state::{EditorSystems, OpenWorld, PointerHint};
 use super::tool::{SceneTool, ToolAim};
 use crate::design::{BodyRole, HandleAxes};
-use crate::geometry::gizmo::{Handle, HandleKind};
-use crate::geometry::movement::{STEP_DEG, STEP_MM};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
+use trackwright_geometry::gizmo::{Handle, HandleKind};
+use trackwright_geometry::movement::{STEP_DEG, STEP_MM};
 
 /// Keeps [`PointerHint`].
 pub struct PointerHintPlugin;

@@ -5,10 +5,10 @@ use super::state::{EditorSystems, OpenWorld};
 use super::wake::Waker;
 use crate::accuracy::precision::{Family, Machine, Report, Settings, What, run_each};
 use crate::store;
-use crate::task::{CancelToken, Task};
 use bevy::prelude::*;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use trackwright_task::{CancelToken, Task};
 
 /// Measures when [`PrecisionRequest::Measure`] asks; nothing runs and nothing is kept before.
 pub struct PrecisionPlugin;

@@ -15,10 +15,10 @@ use super::state::{
 use super::study::ShownSystems;
 use super::ui::widgets::{decimal, with_unit};
 use crate::design::BodyRole;
-use crate::geometry::surface::Ray;
 use crate::study::{Quantity, Reading, SliceHit};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
+use trackwright_geometry::surface::Ray;
 
 /// How near to an arrow or a sample the pointer has to be, in pixels.
 const REACH_PX: f64 = 4.0;

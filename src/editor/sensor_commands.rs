@@ -3,11 +3,11 @@
 use super::commands::Command;
 use super::state::{EditRequest, Selection};
 use crate::design::{Arrangement, BodyRole, Edit, MirrorPlane};
-use crate::geometry::surface::Surface;
-use crate::geometry::surface_drag::SurfaceDirections;
 use crate::store::World;
 use crate::tracking::Sensor;
 use nalgebra::Vector3;
+use trackwright_geometry::surface::Surface;
+use trackwright_geometry::surface_drag::SurfaceDirections;
 
 /// Something done to every selected sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -12,7 +12,6 @@ use super::state::{
     Workspace,
 };
 use super::{convert, palette};
-use crate::geometry::colormap::ColorMap;
 use crate::study::SliceOutcome;
 use bevy::asset::RenderAssetUsages;
 use bevy::ecs::system::SystemParam;
@@ -22,6 +21,7 @@ use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use bevy::render::render_resource::PrimitiveTopology;
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_geometry::colormap::ColorMap;
 
 /// Draws the slice while its layer is on.
 pub struct SlicePlugin;

@@ -5,15 +5,15 @@
 //! lattice has exactly the colour that the colour bar gives its value.
 
 use super::state::ColorScale;
-use crate::geometry::colormap::{
-    LEVEL_EDGE_SRGB, LEVEL_LINE_SRGB, NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY,
-    UNSUPPORTED_LINE_SRGB, over,
-};
 use crate::study::SliceOutcome;
 use bevy::asset::RenderAssetUsages;
 use bevy::image::{Image, ImageFilterMode, ImageSampler, ImageSamplerDescriptor};
 use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
 use rayon::prelude::*;
+use trackwright_geometry::colormap::{
+    LEVEL_EDGE_SRGB, LEVEL_LINE_SRGB, NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY,
+    UNSUPPORTED_LINE_SRGB, over,
+};
 
 /// Texels between neighbouring points of the lattice.
 const TEXELS_PER_CELL: usize = 6;
@@ -138,10 +138,10 @@ impl<'a> Painter<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::bounds::Bounds;
-    use crate::geometry::colormap::ColorMap;
     use crate::study::{Quantity, SlicePlan, SlicePlane, Work};
     use nalgebra::Vector3;
+    use trackwright_geometry::bounds::Bounds;
+    use trackwright_geometry::colormap::ColorMap;
 
     const LOOK: SliceLook =
         SliceLook { scale: ColorScale { map: ColorMap::Viridis, max_mm: 4.0 }, level: None };

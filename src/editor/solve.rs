@@ -10,7 +10,6 @@ use super::state::{ActiveDrag, EditorSystems, OpenWorld, Results, Stamped, Works
 use super::study::{ModeKind, StudyDesk, WantedTrial};
 use super::wake::Waker;
 use crate::design::view::View;
-use crate::field::Environment;
 pub use crate::scene::slice::slice_plan;
 use crate::store;
 use crate::study::preview::preview;
@@ -18,6 +17,7 @@ use crate::study::{Quantity, SlicePlan, StudyError, expected_rows, figure_rows};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use std::sync::Arc;
+use trackwright_field::Environment;
 
 /// Computes in the background what the open design comes to.
 ///

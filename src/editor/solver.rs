@@ -13,11 +13,11 @@ use crate::study::{
     CancelToken, ChartedProfile, Expected, Mode, Outcome, PoseDetail, Quantity, Scenario,
     SliceOutcome, SlicePlan, StudyError, look, run, run_profiled, sample_slice, slice_support,
 };
-use crate::task::Cancelled;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+use trackwright_task::Cancelled;
 
 /// How long a running study is left alone although a newer one waits: short studies then finish
 /// while the hand moves, and their figures follow it instead of standing still until it rests.

@@ -8,12 +8,12 @@ use super::solver::{Extent, Scatter};
 use super::study::{ModeKind, ShownPlugin};
 use crate::design::view::{ColorMap, View};
 use crate::design::{BodyRole, Edit};
-pub use crate::geometry::orbit::Axis;
 use crate::store::{Starter, World as StoreWorld};
 use crate::study::{ChartedProfile, Expected, Outcome, PoseDetail, SliceOutcome};
 use bevy::prelude::*;
 use std::path::PathBuf;
 use std::time::Duration;
+pub use trackwright_geometry::orbit::Axis;
 
 /// Phases of a frame, in order, chained in [`Update`].
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -2,8 +2,8 @@
 
 use super::poses::write_pose;
 use crate::calibration::agreement::AgreementRow;
-use crate::geometry::number::shortest;
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
 
 /// The log's columns, in order: the tool's true pose in the CRF (or the tracker), the tip's error as
 /// it was measured and as it is predicted, and the difference; turns likewise.

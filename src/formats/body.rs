@@ -5,8 +5,6 @@ use super::ron_text;
 use super::tool_definition::{OnMismatch, ToolDefinition};
 use crate::design::DesignBody;
 use crate::design::definition::{DefinitionFile, DefinitionKind};
-use crate::geometry::limits::length_above_zero_problem;
-use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use crate::tracking::body::{Coil, RigidBody, Sensor, SensorOrientation};
 use data_encoding::BASE64;
 use serde::Deserialize;
@@ -14,6 +12,8 @@ use serde::de::IgnoredAny;
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::sync::Arc;
+use trackwright_geometry::limits::length_above_zero_problem;
+use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 
 /// What a body file holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -228,7 +228,7 @@ fn push_sensor(out: &mut String, sensor: &Sensor) {
             ("FiveDof", format!(", axis: {}", ron_text::tuple(axis.as_slice())))
         }
         SensorOrientation::SixDof(rotation) => {
-            let numbers = crate::geometry::pose::quaternion_to_array(rotation);
+            let numbers = trackwright_geometry::pose::quaternion_to_array(rotation);
             ("SixDof", format!(", rotation: {}", ron_text::tuple(&numbers)))
         }
     };
@@ -243,9 +243,9 @@ fn push_sensor(out: &mut String, sensor: &Sensor) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::limits::MAX_LENGTH_MM;
     use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
     use proptest::prelude::*;
+    use trackwright_geometry::limits::MAX_LENGTH_MM;
 
     const EXAMPLE: &str = r#"(
     version: 1,

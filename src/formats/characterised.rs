@@ -1,9 +1,9 @@
 //! Measurement tables of a characterised room: as any, and which sensor, recording and pose a row is of.
 
 use crate::calibration::characterisation::{Characterisation, CharacterisedReading};
-use crate::geometry::number::shortest;
-use crate::geometry::pose::pose_to_array;
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
+use trackwright_geometry::pose::pose_to_array;
 
 const NAMES: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
 
@@ -58,10 +58,10 @@ mod tests {
     use crate::calibration::hand_eye::{HandEye, Motion};
     use crate::calibration::long_run::Worth;
     use crate::calibration::still_pose::Spread;
-    use crate::field::samples::Measurement;
     use crate::formats::{groups, measurements};
-    use crate::geometry::pose::pose_from_array;
     use nalgebra::{DMatrix, Vector3};
+    use trackwright_field::samples::Measurement;
+    use trackwright_geometry::pose::pose_from_array;
 
     #[test]
     fn the_table_reads_back_as_measurements_with_their_groups_whatever_a_sensor_is_called() {

@@ -1,12 +1,12 @@
 //! A comparison as a table, one row a design in a room: the same columns in every row, cells of what
 //! is not there empty, names quoted as RFC 4180 has it.
 
-use crate::geometry::number::shortest;
-use crate::geometry::pose::pose_to_array;
 use crate::study::comparison::{Comparison, ErrorOf, FIGURES, Figure, Row, Verdict, values};
 use crate::study::expected::requirement_figures;
 use crate::study::figures::Figures;
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
+use trackwright_geometry::pose::pose_to_array;
 
 /// What designs and rooms are called, by their numbers in the comparison.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,15 +3,15 @@
 use super::error::FormatError;
 use super::generator::{self, GeneratorEntry};
 use super::ron_text;
-use crate::field::DistortionModel;
-use crate::field::computed::FieldSource;
-use crate::field::gaussian::{ErrorValues, GaussianField, Kriging, Trend};
-use crate::field::harmonic::HarmonicModel;
-use crate::field::samples::MapKind;
-use crate::geometry::number::shortest;
 use serde::Deserialize;
 use std::fmt::Write;
 use std::sync::Arc;
+use trackwright_field::DistortionModel;
+use trackwright_field::computed::FieldSource;
+use trackwright_field::gaussian::{ErrorValues, GaussianField, Kriging, Trend};
+use trackwright_field::harmonic::HarmonicModel;
+use trackwright_field::samples::MapKind;
+use trackwright_geometry::number::shortest;
 
 /// Weights of the rows of the environment's process, in their order.
 #[derive(Deserialize)]
@@ -126,17 +126,17 @@ fn push_harmonic(out: &mut String, model: &HarmonicModel) {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use crate::field::computed::FieldSource;
-    use crate::field::gaussian::{GaussianField, Kriging};
-    use crate::field::generator::Generator;
-    use crate::field::harmonic::HarmonicModel;
-    use crate::field::random_models::{Seeded, room};
-    use crate::field::samples::{MapKind, PoseError, Sample, SampleSet};
-    use crate::field::{DistortionModel, Environment};
     use crate::formats::environment::{parse, write};
-    use crate::task::Task;
     use nalgebra::{Point3, Vector3};
     use std::sync::Arc;
+    use trackwright_field::computed::FieldSource;
+    use trackwright_field::gaussian::{GaussianField, Kriging};
+    use trackwright_field::generator::Generator;
+    use trackwright_field::harmonic::HarmonicModel;
+    use trackwright_field::random_models::{Seeded, room};
+    use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
+    use trackwright_field::{DistortionModel, Environment};
+    use trackwright_task::Task;
 
     pub(in crate::formats) fn environments() -> [Environment; 2] {
         let mut seeded = Seeded::new(3);

@@ -3,10 +3,10 @@
 use super::error::FormatError;
 use super::ron_text::{self, PoseEntry};
 use crate::design::{Anatomy, AnatomyFrame};
-use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
-use crate::geometry::pose::Pose;
 use serde::Deserialize;
 use std::collections::HashMap;
+use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
+use trackwright_geometry::pose::Pose;
 
 #[derive(Deserialize)]
 #[serde(rename = "Anatomy", deny_unknown_fields)]

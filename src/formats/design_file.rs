@@ -12,8 +12,6 @@ use super::ron_text::{self, PoseEntry};
 use crate::design::{
     Anatomy, CrfPlacement, Design, DesignBody, Procedure, Slide, Target, ToolPlacement, View,
 };
-use crate::geometry::limits::length_problem;
-use crate::geometry::pose::Pose;
 use crate::study::motion::Motion;
 use crate::study::requirement::Requirement;
 use layer_fields::UnknownLayers;
@@ -22,6 +20,8 @@ use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
 use serde::Deserialize;
 use std::fmt::Write;
+use trackwright_geometry::limits::length_problem;
+use trackwright_geometry::pose::Pose;
 
 /// What a design file holds: the design with its bodies by file name only, and its view.
 #[derive(Clone, Debug, PartialEq)]

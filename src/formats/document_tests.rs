@@ -7,12 +7,12 @@ use super::{
     recent_file, recovery_file,
 };
 use crate::design::view::Layers;
-use crate::field::generator::Generator;
-use crate::geometry::bounds::Bounds;
-use crate::geometry::volume::Volume;
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
+use trackwright_field::generator::Generator;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::volume::Volume;
 
 type Parse = fn(&[u8]) -> Result<(), FormatError>;
 

@@ -5,14 +5,14 @@ use super::error::FormatError;
 use super::process::{self, ProcessEntry};
 use super::ron_text;
 use super::support::{self, SupportEntry};
-use crate::field::bernstein::coefficient_count;
-use crate::field::environment::{Jitter, Provenance};
-use crate::field::{DistortionModel, Environment};
-use crate::geometry::volume::Volume;
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
+use trackwright_field::bernstein::coefficient_count;
+use trackwright_field::environment::{Jitter, Provenance};
+use trackwright_field::{DistortionModel, Environment};
+use trackwright_geometry::volume::Volume;
 
 #[derive(Deserialize)]
 #[serde(rename = "Environment", deny_unknown_fields)]
@@ -161,18 +161,18 @@ fn value<T: Serialize>(value: &T, depth: usize) -> String {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::field::Support;
-    use crate::field::environment::{HoldoutProvenance, JitterGrowth};
-    use crate::field::fit::{FitMethod, Residuals};
-    use crate::field::gaussian::{
-        Amplitude, FieldPoint, GaussianField, Kernel, KernelScale, Row, Trend,
-    };
-    use crate::field::samples::MapKind;
-    use crate::field::support::{Cell, Cells, SupportParts};
-    use crate::geometry::bounds::Bounds;
-    use crate::geometry::directions::{DirectionSet, Weighting};
     use nalgebra::{Unit, Vector3};
     use std::sync::Arc;
+    use trackwright_field::Support;
+    use trackwright_field::environment::{HoldoutProvenance, JitterGrowth};
+    use trackwright_field::fit::{FitMethod, Residuals};
+    use trackwright_field::gaussian::{
+        Amplitude, FieldPoint, GaussianField, Kernel, KernelScale, Row, Trend,
+    };
+    use trackwright_field::samples::MapKind;
+    use trackwright_field::support::{Cell, Cells, SupportParts};
+    use trackwright_geometry::bounds::Bounds;
+    use trackwright_geometry::directions::{DirectionSet, Weighting};
 
     pub(in crate::formats) fn room() -> Environment {
         let coefficients = (0..6 * 8)

@@ -3,12 +3,12 @@
 use super::mesh::MeshError;
 use crate::design::DecisionError;
 use crate::design::view::ViewError;
-use crate::field::support::SupportPartsError;
-use crate::geometry::bounds::BoundsError;
-use crate::geometry::limits::short;
 use crate::procedure::Step;
 use crate::study::motion::MotionError;
 use std::io::ErrorKind;
+use trackwright_field::support::SupportPartsError;
+use trackwright_geometry::bounds::BoundsError;
+use trackwright_geometry::limits::short;
 
 /// Why bytes are not the file they should be. The file's name is added by who read it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

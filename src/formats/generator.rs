@@ -2,9 +2,9 @@
 
 use super::error::FormatError;
 use super::ron_text;
-use crate::field::generator::{Coil, Generator, GeneratorError};
 use serde::Deserialize;
 use std::fmt::Write;
+use trackwright_field::generator::{Coil, Generator, GeneratorError};
 
 #[derive(Deserialize)]
 #[serde(rename = "Generator", deny_unknown_fields)]
@@ -112,7 +112,7 @@ pub(super) fn push_parts(out: &mut String, depth: usize, generator: &Generator) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::generator::MAX_COILS;
+    use trackwright_field::generator::MAX_COILS;
 
     const EXAMPLE: &str = r#"(
     version: 1,

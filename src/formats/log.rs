@@ -1,9 +1,9 @@
 //! The simulation log: one row a trial.
 
 use super::poses::write_pose;
-use crate::geometry::number::shortest;
 use crate::study::Trial;
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
 
 /// The log's columns, in order.
 pub const HEADER: &str = "true_x,true_y,true_z,true_qw,true_qx,true_qy,true_qz,\

@@ -1,8 +1,8 @@
 //! A manufacturing sheet as a table: one row a sensor.
 
-use crate::geometry::number::shortest;
 use crate::study::tolerance::{ManufacturingSheet, SheetBody, SheetSensor, Tolerance, Tolerances};
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
 
 /// The table's columns, in order. Lengths are in mm and angles in degrees; cells of what does not
 /// apply are empty.

@@ -207,8 +207,8 @@ mod tests {
     use crate::formats::export::PatientAxes;
     use crate::formats::export::markups::{self, MarkupPoint};
     use crate::formats::points;
-    use crate::geometry::pose::Pose;
     use proptest::prelude::*;
+    use trackwright_geometry::pose::Pose;
 
     /// As Slicer 5 writes it, shortened.
     const JSON: &str = r#"{"@schema": "markups-schema-v1.0.3.json#", "markups": [{"type": "Fiducial",

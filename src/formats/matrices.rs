@@ -2,9 +2,9 @@
 
 use super::error::{FormatError, text};
 use super::table_dialect::{decimal, number_cells};
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::svd3::svd3;
 use nalgebra::{Matrix3, Matrix4, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::svd3::svd3;
 
 /// How far a turn may be from one: files keep four digits at least, and what was typed by hand or
 /// has a scale is off by more.

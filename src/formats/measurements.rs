@@ -2,10 +2,10 @@
 
 use super::error::{FormatError, text};
 use super::table::{PoseColumns, TableReader};
-use crate::field::samples::{Measurement, MeasurementContent, MeasurementSet};
-use crate::geometry::number::shortest;
-use crate::geometry::pose::pose_to_array;
 use std::io::{self, Read, Write};
+use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
+use trackwright_geometry::number::shortest;
+use trackwright_geometry::pose::pose_to_array;
 
 const EXPECTED: &str =
     "the columns of a measurement table (ideal_x, ideal_y, ideal_z, …, measured_x, …)";

@@ -5,9 +5,9 @@ use super::error::{FormatError, text};
 use super::table_dialect::{ColumnName, decimal, number_cells};
 use super::{jhu_cis, matrices, poses, recording};
 use crate::calibration::marker_body::BaseAndTool;
-use crate::geometry::pose::Pose;
 use crate::tracking::recording::Recording;
 use nalgebra::Point3;
+use trackwright_geometry::pose::Pose;
 
 /// A recording of a tool whose tip rests in one point; tracker frame, mm.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,9 +6,9 @@ use super::jhu_cis;
 use super::markups;
 use super::table::Table;
 use super::table_dialect::{decimal, number_cells as cells};
-use crate::geometry::number::shortest;
 use nalgebra::Point3;
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
 
 /// Reads points, mm, in whatever frame they are.
 ///

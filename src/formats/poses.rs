@@ -2,10 +2,10 @@
 
 use super::error::FormatError;
 use super::table::{PoseColumns, Table};
-use crate::field::Validity;
-use crate::geometry::number::shortest;
-use crate::geometry::pose::{Pose, pose_to_array};
 use std::io::{self, Write};
+use trackwright_field::Validity;
+use trackwright_geometry::number::shortest;
+use trackwright_geometry::pose::{Pose, pose_to_array};
 
 const EXPECTED: &str = "the columns of a poses table (x, y, z, qw, qx, qy, qz)";
 

@@ -2,15 +2,15 @@
 
 use super::error::FormatError;
 use super::ron_text;
-use crate::field::gaussian::{
-    Amplitude, ErrorValues, FieldPoint, GaussianField, Kernel, Row, Trend,
-};
-use crate::geometry::limits::{length_above_zero_problem, length_problem, position_problem};
-use crate::geometry::number::shortest;
 use nalgebra::{Point3, Unit, Vector3};
 use serde::Deserialize;
 use std::fmt::Write;
 use std::sync::Arc;
+use trackwright_field::gaussian::{
+    Amplitude, ErrorValues, FieldPoint, GaussianField, Kernel, Row, Trend,
+};
+use trackwright_geometry::limits::{length_above_zero_problem, length_problem, position_problem};
+use trackwright_geometry::number::shortest;
 
 /// Squared length of an axis whose components are rounded to 1e-9 may be off 1 by this.
 const AXIS_TOLERANCE: f64 = 1e-6;

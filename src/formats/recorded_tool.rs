@@ -4,7 +4,7 @@
 use super::error::FormatError;
 use super::{groups, measurements};
 use crate::calibration::built_tool::RecordedTable;
-use crate::field::samples::MeasurementContent;
+use trackwright_field::samples::MeasurementContent;
 
 /// Reads the table.
 ///

@@ -4,15 +4,15 @@
 use super::error::{FormatError, text};
 use super::nearest::nearest;
 use super::ron_tokens::{place, stated_version, too_large_number};
-use crate::geometry::limits::{position_problem, short};
-use crate::geometry::number;
-use crate::geometry::pose::{Pose, pose_from_parts, quaternion_to_array};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use ron::error::SpannedError;
 use ron::extensions::Extensions;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::fmt::Write;
+use trackwright_geometry::limits::{position_problem, short};
+use trackwright_geometry::number;
+use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_to_array};
 
 /// The only version of the program's own files so far.
 pub(super) const VERSION: u64 = 1;
@@ -181,7 +181,7 @@ impl PoseEntry {
     }
 }
 
-/// A position, finite and within [`MAX_LENGTH_MM`](crate::geometry::limits::MAX_LENGTH_MM).
+/// A position, finite and within [`MAX_LENGTH_MM`](trackwright_geometry::limits::MAX_LENGTH_MM).
 pub(super) fn point(field: &str, components: [f64; 3]) -> Result<Point3<f64>, FormatError> {
     match position_problem(&components) {
         None => Ok(components.into()),

@@ -2,11 +2,11 @@
 
 use super::error::FormatError;
 use super::ron_text;
-use crate::field::DistortionModel;
-use crate::field::support::{Cell, Cells, Support, SupportParts};
-use crate::geometry::number::shortest;
 use serde::Deserialize;
 use std::fmt::Write;
+use trackwright_field::DistortionModel;
+use trackwright_field::support::{Cell, Cells, Support, SupportParts};
+use trackwright_geometry::number::shortest;
 
 #[derive(Deserialize)]
 #[serde(rename = "Support", deny_unknown_fields)]

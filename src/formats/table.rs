@@ -3,12 +3,12 @@
 use super::error::{FormatError, text};
 use super::table_dialect::{ColumnName, DecimalMark, Dialect, first_line};
 use super::utf8::{self, Utf8Reader};
-use crate::geometry::number;
-use crate::geometry::pose::{Pose, pose_from_parts};
 use csv::StringRecord;
 use nalgebra::Vector3;
 use std::cell::Cell;
 use std::io::{self, Cursor, Read};
+use trackwright_geometry::number;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 /// How far a quaternion's length may be from 1.
 const UNIT_TOLERANCE: f64 = 1e-3;

@@ -1,11 +1,11 @@
 //! Every parser on every kind of rubbish: an error, never a panic; and tables in detail.
 
 use super::*;
-use crate::field::samples::{Measurement, MeasurementContent, MeasurementSet};
-use crate::geometry::pose::{Pose, pose_from_array, pose_to_array};
 use crate::study::Trial;
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
+use trackwright_geometry::pose::{Pose, pose_from_array, pose_to_array};
 
 const MEASUREMENTS: &str = "ideal_x,ideal_y,ideal_z,ideal_qw,ideal_qx,ideal_qy,ideal_qz,\
 measured_x,measured_y,measured_z,measured_qw,measured_qx,measured_qy,measured_qz\n\

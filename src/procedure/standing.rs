@@ -7,8 +7,8 @@ use crate::study::expected::{BoundVerdict, verdict_of_all};
 use crate::study::own_study::{NoFigures, OwnStudy, mode_of, own_study};
 use crate::study::requirement::Requirement;
 use crate::study::scenario::Scenario;
-use crate::task::{Cancelled, Task};
 use serde::Serialize;
+use trackwright_task::{Cancelled, Task};
 
 /// Where a design stands.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,11 +1,11 @@
 //! A room's fit in words: the command line and the editor say the same.
 
 use crate::calibration::room_model::HarmonicReport;
-use crate::field::Environment;
-use crate::field::fit::{Fit, FitMethod};
-use crate::field::samples::MapKind;
-use crate::field::support::SupportError;
 use crate::study::figures::with_separators;
+use trackwright_field::Environment;
+use trackwright_field::fit::{Fit, FitMethod};
+use trackwright_field::samples::MapKind;
+use trackwright_field::support::SupportError;
 
 pub fn method_name(method: FitMethod) -> &'static str {
     match method {

@@ -1,9 +1,9 @@
 //! A selection in words and as a table: the command line and the editor say the same.
 
-use crate::field::selection::places::Places;
-use crate::field::selection::sensors::SensorSpread;
-use crate::field::selection::{self, Candidate, HoldOutBy, Scored, Scores, Selection};
 use crate::study::figures::with_separators;
+use trackwright_field::selection::places::Places;
+use trackwright_field::selection::sensors::SensorSpread;
+use trackwright_field::selection::{self, Candidate, HoldOutBy, Scored, Scores, Selection};
 
 /// One line of the table.
 #[derive(Clone, Debug, PartialEq, Eq)]

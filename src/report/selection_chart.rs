@@ -2,8 +2,8 @@
 
 use super::plot::{Axis, Chart, Scale, Series, SeriesStyle};
 use super::selection::{candidate_text, hold_out_name};
-use crate::field::selection::{HoldOutBy, Scored, Selection};
-use crate::geometry::directions::DirectionSet;
+use trackwright_field::selection::{HoldOutBy, Scored, Selection};
+use trackwright_geometry::directions::DirectionSet;
 
 /// Highest RMS that is drawn, in multiples of that without correction: a model that doubles the
 /// error needs no finer comparison, and some are a thousandfold off.

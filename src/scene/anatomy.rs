@@ -4,8 +4,8 @@ use super::drawing::{Drawing, place_of};
 use super::palette::{BONE, Rgb};
 use crate::design::Anatomy;
 use crate::formats::gltf::write::{Elements, MaterialId, NodeId, Place, Shape};
-use crate::geometry::mesh::SurfaceMesh;
 use serde_json::Value;
+use trackwright_geometry::mesh::SurfaceMesh;
 
 /// How opaque anatomy is: what it hides has to be seen through it, and its shape has to be read all
 /// the same.
@@ -62,12 +62,12 @@ mod tests {
     use crate::design::view::Layers;
     use crate::design::{Anatomy, AnatomyEdit, AnatomyFrame, BodyRole, Edit};
     use crate::formats::gltf::parse;
-    use crate::geometry::mesh_reference::MeshReference;
-    use crate::geometry::pose::Pose;
     use crate::store::{World, open_builtin, refresh_meshes};
-    use crate::task::Task;
     use nalgebra::Point3;
     use std::fs;
+    use trackwright_geometry::mesh_reference::MeshReference;
+    use trackwright_geometry::pose::Pose;
+    use trackwright_task::Task;
 
     const COLOR: [f64; 3] = [0.2, 0.4, 0.6];
 

@@ -1,7 +1,7 @@
 //! How thick and how long error vectors are drawn.
 
-use crate::geometry::solid::ArrowSize;
 use nalgebra::Vector3;
+use trackwright_geometry::solid::ArrowSize;
 
 /// Vectors shorter than this on the screen are no arrows any more and are left out.
 const LEAST_PX: f64 = 1.5;

@@ -7,10 +7,10 @@ use crate::design::BodyRole;
 use crate::formats::gltf::write::{
     Elements, Light, Material, MaterialId, NodeId, Place, Shape, ShapeId,
 };
-use crate::geometry::color::{linear, linear_from_srgb};
-use crate::geometry::colormap::NO_VALUE_SRGB;
-use crate::geometry::mesh::MeshPart;
 use serde_json::{Value, json};
+use trackwright_geometry::color::{linear, linear_from_srgb};
+use trackwright_geometry::colormap::NO_VALUE_SRGB;
+use trackwright_geometry::mesh::MeshPart;
 
 /// No part is smoother than this, as in the editor.
 const LEAST_ROUGHNESS: f64 = 0.15;

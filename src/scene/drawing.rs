@@ -7,14 +7,14 @@ use crate::design::view::Magnification;
 use crate::formats::gltf::write::{
     Elements, GlbWriter, Light, Material, MaterialId, MeshId, Node, NodeId, Place, Shape, ShapeId,
 };
-use crate::geometry::color::linear;
-use crate::geometry::gizmo::Eye;
-use crate::geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
-use crate::geometry::orbit::VERTICAL_FOV_RAD;
-use crate::geometry::pose::Pose;
-use crate::geometry::solid::Solid;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
+use trackwright_geometry::color::linear;
+use trackwright_geometry::gizmo::Eye;
+use trackwright_geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
+use trackwright_geometry::orbit::VERTICAL_FOV_RAD;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::solid::Solid;
 
 /// glTF counts in metres.
 const METRES_PER_MM: f64 = 0.001;

@@ -6,13 +6,13 @@ use super::drawing::{Drawing, place_of};
 use super::palette::{ERROR_VECTOR, GHOST, MET, MISSED};
 use crate::design::BodyRole;
 use crate::formats::gltf::write::{NodeId, Place};
-use crate::geometry::pose::{Pose, quaternion_from_matrix};
-use crate::geometry::solid::Solid;
 use crate::study::uncertainty::Ellipsoid;
 use crate::tracking::body::Sensor;
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde_json::json;
 use std::f64::consts::TAU;
+use trackwright_geometry::pose::{Pose, quaternion_from_matrix};
+use trackwright_geometry::solid::Solid;
 
 /// A sphere with a larger radius than this share of the view's height would be a frame around
 /// everything: the vector ends so deep inside it that it says nothing.

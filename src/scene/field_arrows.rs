@@ -1,10 +1,10 @@
 //! The field's error vectors as arrows: how much larger than life, and what an arrow looks like.
 
 use crate::design::view::View;
-use crate::geometry::magnification::round_below;
-use crate::geometry::rotation::perpendicular;
 use crate::study::{ArrowOutcome, ArrowPlan, ArrowSensor};
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_geometry::magnification::round_below;
+use trackwright_geometry::rotation::perpendicular;
 
 /// Of an arrow's length: the head's, and half the width of head and shaft, each within bounds in
 /// millimetres, so that long arrows stay slim and short ones are seen.

@@ -31,13 +31,13 @@ pub use sampled::{PaintedBody, Sampled};
 use crate::design::view::{Layers, View};
 use crate::design::{BodyRole, Design, MissingLayer};
 use crate::formats::gltf::GltfWriteError;
-use crate::geometry::coarse::coarser;
-use crate::geometry::gizmo::Eye;
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::stand_in::stand_in;
 use crate::store::{StoreError, World};
-use crate::task::{Cancelled, Task};
 use std::sync::Arc;
+use trackwright_geometry::coarse::coarser;
+use trackwright_geometry::gizmo::Eye;
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::stand_in::stand_in;
+use trackwright_task::{Cancelled, Task};
 
 /// The picture that glyphs of a size on the screen are measured by: `render`'s own.
 const VIEW_PX: [f64; 2] = [1440.0, 900.0];

@@ -1,10 +1,10 @@
 //! From where a design is first seen: its own camera, or one that frames tool and CRF.
 
 use crate::design::{BodyRole, Design};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::orbit::OrbitCamera;
 use crate::store::World;
 use nalgebra::Point3;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::orbit::OrbitCamera;
 
 /// What a single sensor or tip is framed with, millimetres around it.
 pub const POINT_RADIUS_MM: f64 = 25.0;

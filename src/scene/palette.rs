@@ -1,7 +1,7 @@
 //! The colours of things in a scene, by role, on a dark and on a light ground.
 
 use crate::design::BodyRole;
-use crate::geometry::color::{fractions, lightness, srgb_from_linear, with_lightness};
+use trackwright_geometry::color::{fractions, lightness, srgb_from_linear, with_lightness};
 
 /// What colours are seen on: dark, as the eye wants it in a dim room, or light, as paper is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -7,17 +7,17 @@ use super::palette::{AXES, GRID, MET, MODEL_BOX, MOTION, SUPPORT, VOLUME};
 use super::{SceneError, arrow_style::ArrowStyle};
 use crate::design::BodyRole;
 use crate::formats::gltf::write::{Elements, Light, Material, MaterialId, NodeId, Place, Shape};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::color::linear;
-use crate::geometry::isosurface::Isosurface;
-use crate::geometry::outline::Outline;
-use crate::geometry::pose::Pose;
-use crate::geometry::solid::{ArrowSize, Solid};
-use crate::geometry::volume::Volume;
 use crate::store;
 use crate::study::motion_outline::motion_outline;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::color::linear;
+use trackwright_geometry::isosurface::Isosurface;
+use trackwright_geometry::outline::Outline;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::solid::{ArrowSize, Solid};
+use trackwright_geometry::volume::Volume;
 
 /// How opaque lines are, as the editor draws them.
 const EDGE_ALPHA: f64 = 0.30;

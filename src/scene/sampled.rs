@@ -12,7 +12,7 @@ use crate::study::{
     SliceOutcome, SupportedRegion, UsableRegion, look, place, sample_arrows, sample_slice,
     slice_support, supported_region, usable_region,
 };
-use crate::task::Task;
+use trackwright_task::Task;
 
 /// Points along each side of the lattice that a region is found on, as the editor's fine picture.
 const REGION_POINTS: usize = 33;

@@ -1,9 +1,9 @@
 //! What sensors look like: a coil with one axis (5-DOF) or a triad (6-DOF), a ball for a marker, and
 //! slanted discs through what is outside. Sizes are true within bounds on the screen.
 
-use crate::geometry::solid::Solid;
 use crate::tracking::body::{Coil, Sensor};
 use nalgebra::{Point3, Vector3};
+use trackwright_geometry::solid::Solid;
 
 /// The coil that is drawn where a body file says none: a common 5-DOF sensor.
 const USUAL_COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };

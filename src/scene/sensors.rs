@@ -5,12 +5,12 @@ use super::palette::{AXES, OUTSIDE, SENSOR, SENSOR_AXIS};
 use super::sensor_look::{SensorLook, axis_solid, hatch_solid};
 use crate::design::BodyRole;
 use crate::formats::gltf::write::{MeshId, Node, NodeId, Place};
-use crate::geometry::solid::Solid;
 use crate::study::SensorDetail;
 use crate::tracking::body::Sensor;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_PI_2;
+use trackwright_geometry::solid::Solid;
 
 /// Shapes of unit size, each written once.
 struct Glyphs {

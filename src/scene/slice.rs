@@ -4,16 +4,16 @@
 use super::drawing::Drawing;
 use super::palette::Rgb;
 use crate::design::view::SliceView;
-use crate::field::Environment;
 use crate::formats::gltf::write::{Elements, MaterialId, NodeId, Place, Shape};
-use crate::geometry::color::linear;
-use crate::geometry::colormap::{
-    LEVEL_LINE_SRGB, NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY,
-    UNSUPPORTED_LINE_SRGB,
-};
 use crate::study::{SliceOutcome, SlicePlan};
 use nalgebra::{Point3, Unit, Vector3};
 use serde_json::{Value, json};
+use trackwright_field::Environment;
+use trackwright_geometry::color::linear;
+use trackwright_geometry::colormap::{
+    LEVEL_LINE_SRGB, NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY,
+    UNSUPPORTED_LINE_SRGB,
+};
 
 /// Points of the slice along the longer side of the model's box.
 pub const SLICE_POINTS: usize = 81;

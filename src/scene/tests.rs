@@ -3,14 +3,14 @@
 use super::*;
 use crate::design::view::{Magnification, SliceAxis};
 use crate::design::{Document, Origin, Thing};
-use crate::field::OutsidePolicy;
 use crate::formats::gltf::parse;
-use crate::geometry::bounds::Bounds;
-use crate::geometry::mesh::MeshPart;
 use crate::store;
 use crate::study::look;
 use nalgebra::{Matrix4, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
+use trackwright_field::OutsidePolicy;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::mesh::MeshPart;
 
 fn world(name: &str) -> World {
     store::open_builtin(name).unwrap()
@@ -316,7 +316,7 @@ fn a_slice_outside_the_room_is_grey_and_one_beyond_all_numbers_is_refused() {
     let (_, file) = scene(&world, &with_layers("slice"));
     assert!(!file.has("slice, position error"));
     let colors = file.attribute(file.node("slice, no value"), "COLOR_0");
-    let grey = crate::geometry::colormap::NO_VALUE_SRGB;
+    let grey = trackwright_geometry::colormap::NO_VALUE_SRGB;
     assert!(colors.iter().all(|c| [0, 1, 2].map(|k| srgb8(c[k])) == grey));
     view.slice.position_mm = 1e300;
     world.document.set_view(view);
@@ -389,7 +389,7 @@ fn a_mesh_of_a_million_triangles_is_drawn_coarser_and_says_so() {
 
 #[test]
 fn work_that_nobody_wants_any_more_ends() {
-    let cancel = crate::task::CancelToken::default();
+    let cancel = trackwright_task::CancelToken::default();
     cancel.cancel();
     let task = Task::cancelled_by(cancel);
     let stopped = glb(&world("endoscope"), &SceneWish::default(), &task);

@@ -6,11 +6,11 @@ use super::mesh_shelf::{ReadMesh, WantedMesh};
 use super::meshes::{MeshOwner, MeshProblem, words};
 use super::open::{Reader, World};
 use crate::design::Design;
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::mesh_reference::MeshReference;
-use crate::geometry::mesh_report::MeshReport;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::mesh_reference::MeshReference;
+use trackwright_geometry::mesh_report::MeshReport;
 
 /// What was read for a design's anatomy.
 #[derive(Clone, Debug, Default)]
@@ -161,9 +161,9 @@ mod tests {
     };
     use super::*;
     use crate::design::{Anatomy, AnatomyEdit, AnatomyFrame, Edit};
-    use crate::geometry::mesh_reference::MeshUnit;
-    use crate::geometry::pose::Pose;
     use std::fs;
+    use trackwright_geometry::mesh_reference::MeshUnit;
+    use trackwright_geometry::pose::Pose;
 
     /// A tetrahedron of this size, as OBJ.
     fn tetrahedron(size: f64) -> String {

@@ -10,13 +10,13 @@ use crate::calibration::built_tool::{
     BodySource, BuiltToolError, RecordedBody, RecordedTable, recorded_body, same_moments,
 };
 use crate::calibration::doubts::Suspicion;
-use crate::field::OutsidePolicy;
 use crate::study::Scenario;
 use crate::study::figures::with_separators;
-use crate::task::Task;
 use crate::tracking::RigidBody;
 use std::fmt;
 use std::path::{Path, PathBuf};
+use trackwright_field::OutsidePolicy;
+use trackwright_task::Task;
 
 /// What is asked of a built tool.
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@ use super::error::StoreError;
 use super::place::Place;
 use super::read::read_mesh_at;
 use crate::design::Origin;
-use crate::geometry::mesh::SurfaceMesh;
 use std::path::{Path, PathBuf};
+use trackwright_geometry::mesh::SurfaceMesh;
 
 /// What opens where no file is named.
 pub const DEFAULT_BUILTIN: &str = "pointer-on-head";
@@ -109,18 +109,18 @@ pub(super) fn design_file(name: &str) -> Result<(&'static str, PathBuf), StoreEr
 mod tests {
     use super::*;
     use crate::calibration::room_process::{Refit, room_process};
-    use crate::field::environment::{HoldoutProvenance, Provenance};
-    use crate::field::fit::{FitSettings, factor, residuals};
-    use crate::field::gaussian::GaussianField;
-    use crate::field::samples::MapKind;
-    use crate::field::{Environment, OutsidePolicy, Support};
     use crate::formats::{body, design_file, environment};
-    use crate::geometry::directions::DirectionSet;
-    use crate::geometry::volume::Volume;
     use crate::store::{Files, open_builtin, resolve};
     use crate::study::{CancelToken, Mode, run};
-    use crate::task::Task;
     use std::sync::Arc;
+    use trackwright_field::environment::{HoldoutProvenance, Provenance};
+    use trackwright_field::fit::{FitSettings, factor, residuals};
+    use trackwright_field::gaussian::GaussianField;
+    use trackwright_field::samples::MapKind;
+    use trackwright_field::{Environment, OutsidePolicy, Support};
+    use trackwright_geometry::directions::DirectionSet;
+    use trackwright_geometry::volume::Volume;
+    use trackwright_task::Task;
 
     const ENVIRONMENT: &str = "assets/environments/operating-table.env.ron";
 
@@ -143,7 +143,8 @@ mod tests {
         let fit = solved.judged(&samples);
         let support = Support::of_fit(&samples, &factored, &fit.model, &task).unwrap();
         let holdout = read("cube-holdout.csv").samples(MapKind::Distortion);
-        let zero = crate::field::DistortionModel::zero(*fit.model.bounds(), MapKind::Distortion);
+        let zero =
+            trackwright_field::DistortionModel::zero(*fit.model.bounds(), MapKind::Distortion);
         Environment {
             name: "Operating table".to_owned(),
             volume: Some(Volume::AuroraCube),

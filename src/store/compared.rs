@@ -6,11 +6,11 @@ use super::open::Reader;
 use super::place::{Place, absolute};
 use super::resolve::resolve;
 use crate::design::Design;
-use crate::field::{Environment, OutsidePolicy};
 use crate::study::comparison::{Pair, Plan};
 use rayon::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
+use trackwright_field::{Environment, OutsidePolicy};
 
 /// A design without its room and meshes.
 #[derive(Clone, Debug)]

@@ -4,9 +4,9 @@ use crate::calibration::doubts::Suspicion;
 use crate::formats::FormatError;
 use crate::formats::signature::Signature;
 use crate::formats::tool_definition::ConversionError;
-use crate::task::Cancelled;
 use std::io;
 use std::path::PathBuf;
+use trackwright_task::Cancelled;
 
 /// A file that could not be used. Nothing was changed by the attempt.
 ///

@@ -8,8 +8,6 @@ use super::tool::{ReadTool, body_text, read_tool};
 use super::watch::Stamps;
 use super::write::{Draft, folder_of, remove_leftovers, write_error};
 use crate::design::Origin;
-use crate::field::Environment;
-use crate::field::generator::Generator;
 use crate::formats::signature::{self, Signature};
 use crate::formats::tool_definition::{OnMismatch, ToolDefinition};
 use crate::formats::{BodyFile, environment, generator};
@@ -18,6 +16,8 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use trackwright_field::Environment;
+use trackwright_field::generator::Generator;
 
 /// The files of one command. Everything that a command reads is read through this, and written through
 /// [`output`](Self::output).

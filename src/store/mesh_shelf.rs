@@ -9,11 +9,11 @@ use super::read::read;
 use super::watch::Stamps;
 use crate::design::{BodyRole, DesignBody};
 use crate::formats::mesh;
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
-use crate::geometry::mesh_report::MeshReport;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
+use trackwright_geometry::mesh_report::MeshReport;
 
 /// Meshes that are kept; a million triangles take some 100 MB.
 const MOST: usize = 4;

@@ -8,11 +8,11 @@ use super::open::{Reader, World, home};
 use super::place::{Place, absolute, relative};
 use super::write::folder_of;
 use crate::design::{BodyRole, Design, DesignBody, Origin};
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::mesh_reference::MeshReference;
-use crate::geometry::mesh_report::MeshReport;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::mesh_reference::MeshReference;
+use trackwright_geometry::mesh_report::MeshReport;
 
 /// Whose a mesh is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -10,13 +10,13 @@ use super::read::read;
 use super::tool::parse_body;
 use super::watch::Stamps;
 use crate::design::{BodyRole, Design, DesignBody, Document, Origin, View};
-use crate::field::Environment;
 use crate::formats::{FormatError, design_file, environment, mesh};
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::mesh_reference::MeshReference;
-use crate::geometry::mesh_report::MeshReport;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use trackwright_field::Environment;
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::mesh_reference::MeshReference;
+use trackwright_geometry::mesh_report::MeshReport;
 
 /// An open design and what it refers to.
 #[derive(Clone, Debug)]

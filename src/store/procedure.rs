@@ -10,15 +10,15 @@ use super::resolve::{resolve, resolve_crf};
 use super::rooms::{RoomPlace, reference_to_room};
 use crate::calibration::agreement::BuiltRecording;
 use crate::design::Design;
-use crate::field::Environment;
 use crate::procedure::{
     DecidedRecording, DecidedStudies, Grounds, Plan, Recording, Room, RoomName, RoomStudies,
     Standing, Step, standing,
 };
-use crate::task::Task;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use trackwright_field::Environment;
+use trackwright_task::Task;
 
 /// What is looked at beside what the design holds.
 #[derive(Clone, Debug, Default)]

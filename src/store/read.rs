@@ -7,9 +7,6 @@ use super::place::{Kind, Place};
 use crate::calibration::built_tool::RecordedTable;
 use crate::calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use crate::calibration::doubts::{self, PairedDoubts, PoseFrame, Suspicion};
-use crate::field::Environment;
-use crate::field::generator::Generator;
-use crate::field::samples::{MeasurementContent, MeasurementSet};
 use crate::formats::groups::{self, GroupColumn};
 use crate::formats::pivot_recording::{self, PivotRecording};
 use crate::formats::poses::WhosePoses;
@@ -17,13 +14,16 @@ use crate::formats::{
     FormatError, environment, foreign, generator, input, jhu_cis, measurements, mesh, points,
     poses, recorded_tool, recording,
 };
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::mesh_reference::MeshUnit;
-use crate::geometry::pose::Pose;
 use crate::study::InputTrial;
 use crate::tracking::recording::Recording;
 use nalgebra::Point3;
 use std::path::Path;
+use trackwright_field::Environment;
+use trackwright_field::generator::Generator;
+use trackwright_field::samples::{MeasurementContent, MeasurementSet};
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::mesh_reference::MeshUnit;
+use trackwright_geometry::pose::Pose;
 
 /// Files by their kinds.
 impl Files {

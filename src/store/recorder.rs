@@ -79,7 +79,7 @@ impl Recorder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::Pose;
+    use trackwright_geometry::pose::Pose;
 
     #[test]
     fn a_recording_is_readable_while_it_grows_and_no_file_is_written_over() {

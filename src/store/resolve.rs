@@ -1,11 +1,11 @@
 //! A design in its room as a scenario: plain data, every default decided.
 
 use crate::design::Design;
-use crate::field::{Environment, OutsidePolicy};
 pub use crate::study::scenario::CrfScenario;
 use crate::study::{Scenario, ScenarioCrf};
 use nalgebra::Point3;
 use std::sync::Arc;
+use trackwright_field::{Environment, OutsidePolicy};
 
 /// The scenario of a design. The orientation weight is the design's, else the environment's.
 pub fn resolve(design: &Design, environment: &Arc<Environment>) -> Scenario {

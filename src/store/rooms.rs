@@ -7,11 +7,11 @@ use super::open::{World, home};
 use super::place::{Place, absolute, relative};
 use super::read::read;
 use super::write::folder_of;
-use crate::field::Environment;
 use crate::formats::environment;
-use crate::task::{Cancelled, Task};
 use std::fs;
 use std::path::{Path, PathBuf};
+use trackwright_field::Environment;
+use trackwright_task::{Cancelled, Task};
 
 /// How environment files are named.
 pub const ENVIRONMENT_EXTENSION: &str = ".env.ron";

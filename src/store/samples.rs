@@ -6,14 +6,14 @@ use super::files::Files;
 use super::place::{MAX_BYTES, ReadFailure, open_input};
 use super::read::not_of_its_kind;
 use crate::calibration::doubts::{PairedDoubts, PoseFrame};
-use crate::field::samples::{MapKind, MeasurementContent, SampleSet};
 use crate::formats::measurements::MeasurementReader;
 use crate::formats::{FormatError, foreign};
-use crate::task::Task;
 use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use trackwright_field::samples::{MapKind, MeasurementContent, SampleSet};
+use trackwright_task::Task;
 
 const EXPECTED: &str = "a measurement table";
 
@@ -132,8 +132,8 @@ impl<R: Read> Read for Counted<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::{CancelToken, Cancelled};
     use std::path::PathBuf;
+    use trackwright_task::{CancelToken, Cancelled};
 
     fn in_repository(name: &str) -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data").join(name)

@@ -10,9 +10,9 @@ use super::watch::Stamps;
 use super::write::{folder_of, write_bytes};
 use crate::design::{BodyRole, Design, DesignBody, Origin, View};
 use crate::formats::{BodyFile, DesignFile, body, design_file};
-use crate::geometry::mesh_reference::MeshReference;
 use std::fs;
 use std::path::{Path, PathBuf};
+use trackwright_geometry::mesh_reference::MeshReference;
 
 /// What Save did.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -5,12 +5,12 @@ use super::files::Files;
 use super::samples::SampleReading;
 use crate::calibration::doubts::Suspicion;
 use crate::calibration::room_worth::{Left, measured};
-use crate::field::samples::SampleSet;
 use crate::formats::groups::GroupColumn;
-use crate::geometry::bounds::Bounds;
-use crate::task::Task;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use trackwright_field::samples::SampleSet;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_task::Task;
 
 /// A table that was read, with everything that is said of it.
 #[derive(Debug)]
@@ -89,7 +89,7 @@ impl Files {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::samples::MapKind;
+    use trackwright_field::samples::MapKind;
 
     fn table(text: &str) -> MeasurementTable {
         let file = tempfile::NamedTempFile::new().unwrap();

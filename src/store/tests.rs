@@ -3,12 +3,12 @@
 use super::write::write_bytes;
 use super::*;
 use crate::design::{BodyRole, Edit, Origin};
-use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use nalgebra::Point3;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
+use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 
 /// A folder with `design.design.ron` and all that belongs to it.
 fn saved_world(builtin: &str) -> (TempDir, World) {

@@ -5,13 +5,13 @@ use super::run::StudyError;
 use super::scenario::Scenario;
 use super::statistics::Statistics;
 use super::work::Work;
-use crate::field::{AxisModel, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::pose::Pose;
-use crate::geometry::volume::Volume;
-use crate::task::CancelToken;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
+use trackwright_field::{AxisModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::volume::Volume;
+use trackwright_task::CancelToken;
 
 /// Layers across x that one core does before it looks whether anyone still wants them: a lattice of
 /// 22³ points is shared out into 11 parts.

@@ -2,14 +2,14 @@
 //! the frame that the tracker tells, which may be a tip a hand's breadth away from them.
 
 use super::tracker::{BodyTracker, TrackBuffers};
-use crate::field::compensation::{Compensated, Compensator, Method};
-use crate::field::inverse::{Ambiguity, InverseState};
-use crate::field::{Environment, OutsidePolicy};
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::task::Task;
 use crate::tracking::RigidBody;
 use crate::tracking::frame_fit::{FrameFitter, Reading};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
+use trackwright_field::compensation::{Compensated, Compensator, Method};
+use trackwright_field::inverse::{Ambiguity, InverseState};
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_task::Task;
 
 /// Steps after which a pose is given up: where errors change by a tenth from a place to the one
 /// that is measured for it, nine reach the tolerance.

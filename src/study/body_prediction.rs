@@ -1,11 +1,11 @@
 //! What a room's model says of one compensated pose of a body: its standard error at the sensors, the
 //! tip error that is left, and whether the model is valid there.
 
-use crate::field::{Environment, OutsidePolicy, Support};
-use crate::geometry::pose::Pose;
 use crate::tracking::RigidBody;
-use crate::tracking::uncertainty::{LinearFit, MotionCovariance, UnitCovariance};
+use crate::tracking::linear_fit::{LinearFit, MotionCovariance, UnitCovariance};
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_field::{Environment, OutsidePolicy, Support};
+use trackwright_geometry::pose::Pose;
 
 /// A body made ready to be predicted often.
 pub struct BodyPredictor<'a> {

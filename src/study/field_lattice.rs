@@ -1,17 +1,17 @@
 //! The room's error on a lattice, as other programs take it: displacements, x fastest.
 
 use super::arrows::coordinates_mm;
-use crate::field::compensation::{Compensated, Method, compensate};
-use crate::field::inverse::Inverse;
-use crate::field::model::Evaluation;
-use crate::field::samples::{MapKind, PoseError};
-use crate::field::{AxisModel, DistortionModel, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::{axis_rotation, exp_vector, log_quaternion};
-use crate::task::{CancelToken, Cancelled, Task};
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
+use trackwright_field::compensation::{Compensated, Method, compensate};
+use trackwright_field::inverse::Inverse;
+use trackwright_field::model::Evaluation;
+use trackwright_field::samples::{MapKind, PoseError};
+use trackwright_field::{AxisModel, DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::{axis_rotation, exp_vector, log_quaternion};
+use trackwright_task::{CancelToken, Cancelled, Task};
 
 /// Most points of a lattice: some 2 GB while it is made, and a cube of 256 on a side.
 pub const MAX_POINTS: usize = 1 << 24;

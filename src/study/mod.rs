@@ -35,7 +35,6 @@ pub mod uncertainty;
 pub mod usable_region;
 pub mod work;
 
-pub use crate::task::CancelToken;
 pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use charted::{ChartedProfile, Within};
 pub use expected::{
@@ -59,6 +58,7 @@ pub use slice_support::slice_support;
 pub use statistics::Statistics;
 pub use support::{SupportSurvey, survey};
 pub use supported_region::{SupportedRegion, SupportedRegionError, supported_region};
+pub use trackwright_task::CancelToken;
 pub use trial::{BodyDetail, PoseDetail, SensorDetail, Trial, look};
 pub use usable_region::{RegionBasis, RegionError, UsableRegion, usable_region};
 pub use work::Work;

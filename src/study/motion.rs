@@ -1,9 +1,9 @@
 //! The range of motion: the grid of tool poses that a study visits.
 
-use crate::geometry::limits::{MAX_ANGLE_DEG, MAX_LENGTH_MM, short};
-use crate::geometry::pose::{Pose, pose_from_parts};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
+use trackwright_geometry::limits::{MAX_ANGLE_DEG, MAX_LENGTH_MM, short};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 /// Most poses a study visits. At 16 bytes a pose the figures of so many take 1.6 GB.
 pub const MAX_TRIALS: f64 = 1e8;
@@ -83,7 +83,7 @@ impl Motion {
     ///
     /// # Errors
     /// A negative step, `min` above `max`, a number that is not finite or beyond what
-    /// [`limits`](crate::geometry::limits) allows, or more than [`MAX_TRIALS`] poses.
+    /// [`limits`](trackwright_geometry::limits) allows, or more than [`MAX_TRIALS`] poses.
     pub fn grid(&self, crf_from_tool: &Pose) -> Result<MotionGrid, MotionError> {
         let mut counts = [1_usize; 6];
         let mut trials = 1.0;

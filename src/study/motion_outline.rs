@@ -7,10 +7,10 @@
 //! where a range goes on beyond its last whole step, a stem leads from there to its handle.
 
 use super::motion::{AxisRange, Motion, MotionError, MotionGrid, STEP_TOLERANCE, moved};
-use crate::geometry::pose::Pose;
-use crate::geometry::surface::Ray;
 use crate::tracking::RigidBody;
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::surface::Ray;
 
 /// A point nearer to the axis of a turn than this draws no fan that one could take hold of.
 const LEAST_ARM_MM: f64 = 10.0;

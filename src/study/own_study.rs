@@ -5,8 +5,8 @@ use super::figures::{Figures, with_separators};
 use super::run::{StudyError, is_rejected, run};
 use super::scenario::{Mode, Scenario};
 use super::trial::Trial;
-use crate::task::{CancelToken, Cancelled};
 use std::collections::BTreeSet;
+use trackwright_task::{CancelToken, Cancelled};
 
 /// What a design's study visits: its range of motion, or where it has none its own pose.
 pub fn mode_of(scenario: &Scenario) -> Mode {

@@ -6,9 +6,9 @@ use super::scenario::{InputTrial, Mode, Scenario};
 use super::tracker::MIN_RUN;
 use super::trial::{Simulator, Trial, TrialBuffers};
 use super::work::Work;
-use crate::task::CancelToken;
 use rayon::prelude::*;
 use std::sync::Arc;
+use trackwright_task::CancelToken;
 
 /// Trials that are computed together before they are summed up and logged: 6 MB of them.
 const BLOCK: usize = 32_768;
@@ -184,8 +184,8 @@ pub(super) fn each_trial(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::Pose;
     use crate::study::motion::{AxisRange, Motion};
+    use trackwright_geometry::pose::Pose;
 
     fn grid(positions: usize, turns: usize) -> Plan {
         // Steps that add up exactly, so small that no turn is beyond ten.

@@ -2,9 +2,9 @@
 
 use super::motion::{MotionError, MotionGrid, moved};
 use super::scenario::Scenario;
-use crate::geometry::pose::Pose;
 use nalgebra::DMatrix;
 use std::ops::Range;
+use trackwright_geometry::pose::Pose;
 
 /// Poses that one core computes before it looks whether anyone still wants them: some 0.5 ms.
 const PIECE: usize = 512;

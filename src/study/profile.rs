@@ -4,8 +4,8 @@
 use super::motion::MotionGrid;
 use super::run::{Outcome, StudyError, run};
 use super::scenario::{InputTrial, Mode, Scenario};
-use crate::geometry::pose::Pose;
-use crate::task::CancelToken;
+use trackwright_geometry::pose::Pose;
+use trackwright_task::CancelToken;
 
 /// Most trials that are kept one by one: 16 MB of them. Longer studies have figures and no profile.
 pub const MAX_PROFILED: usize = 1 << 20;

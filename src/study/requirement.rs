@@ -1,8 +1,8 @@
 //! What a design has to reach, and whether it does.
 
 use super::statistics::Statistics;
-use crate::geometry::limits::{angle_problem, length_problem};
 use serde::{Deserialize, Serialize};
+use trackwright_geometry::limits::{angle_problem, length_problem};
 
 /// Upper bounds on a study's figures; any of them may be left open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -8,8 +8,8 @@ use super::scenario::{Mode, Scenario};
 use super::statistics::Statistics;
 use super::trial::{Simulator, Trial};
 use super::work::Work;
-use crate::field::OutsidePolicy;
-use crate::task::CancelToken;
+use trackwright_field::OutsidePolicy;
+use trackwright_task::CancelToken;
 
 /// Most trials for which a third figure is kept beside the two. Where more need one, a second
 /// pass keeps the memory at 16 bytes a trial.

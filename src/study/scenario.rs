@@ -2,10 +2,10 @@
 
 use super::motion::Motion;
 use super::requirement::Requirement;
-use crate::field::{Environment, OutsidePolicy};
-use crate::geometry::pose::Pose;
 use crate::tracking::RigidBody;
 use std::sync::Arc;
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_geometry::pose::Pose;
 
 /// A tool, perhaps a CRF, and the room they are tracked in.
 #[derive(Clone, Debug)]

@@ -7,12 +7,12 @@ use super::slice_quantity::Quantity;
 use super::statistics::Statistics;
 use super::trial::{Simulator, TrialBuffers};
 use super::work::Work;
-use crate::field::samples::PoseError;
-use crate::field::{Batch, DistortionModel, OutsidePolicy, Support};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::svd3::svd3;
-use crate::task::CancelToken;
 use rayon::prelude::*;
+use trackwright_field::samples::PoseError;
+use trackwright_field::{Batch, DistortionModel, OutsidePolicy, Support};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::svd3::svd3;
+use trackwright_task::CancelToken;
 
 /// Rows of points that one core does before it looks whether anyone still wants them.
 const BAND: usize = 16;

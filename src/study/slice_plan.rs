@@ -1,7 +1,7 @@
 //! Where a slice is sampled: a lattice in a plane across one of the tracker's axes, or in any plane.
 
-use crate::geometry::bounds::Bounds;
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_geometry::bounds::Bounds;
 
 /// Shortest part of a direction that still turns a plane about its normal.
 const MIN_UP: f64 = 1e-9;
@@ -49,7 +49,7 @@ impl SlicePlane {
     ) -> Self {
         let upright = up - normal.into_inner() * normal.dot(up);
         let v = Unit::try_new(upright, MIN_UP * up.norm())
-            .unwrap_or_else(|| crate::geometry::rotation::perpendicular(normal));
+            .unwrap_or_else(|| trackwright_geometry::rotation::perpendicular(normal));
         let axes = [Unit::new_normalize(v.cross(normal)), v];
         let spans = axes.map(|axis| {
             let along = bounds.corners_mm().map(|corner| axis.dot(&(corner - through_mm)));

@@ -2,8 +2,8 @@
 
 use super::slice::SliceOutcome;
 use super::slice_plan::SlicePlan;
-use crate::geometry::surface::Ray;
 use nalgebra::Point3;
+use trackwright_geometry::surface::Ray;
 
 /// Slack at the lattice's edges, in cells: the round-off of finding a place.
 const EDGE_SLACK: f64 = 1e-9;
@@ -154,9 +154,9 @@ impl SliceOutcome {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::bounds::Bounds;
     use crate::study::{Quantity, SlicePlane, Work};
     use nalgebra::{Unit, Vector3};
+    use trackwright_geometry::bounds::Bounds;
 
     /// `1 + 2 u + 3 v` in cells, with a corner that is outside.
     fn slice(plane: SlicePlane) -> SliceOutcome {

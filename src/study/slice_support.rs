@@ -5,11 +5,11 @@ use super::scenario::Scenario;
 use super::slice_plan::SlicePlan;
 use super::slice_quantity::Quantity;
 use super::trial::Simulator;
-use crate::field::Support;
-use crate::geometry::pose::Pose;
-use crate::task::CancelToken;
 use crate::tracking::RigidBody;
 use rayon::prelude::*;
+use trackwright_field::Support;
+use trackwright_geometry::pose::Pose;
+use trackwright_task::CancelToken;
 
 /// Whether the field is supported ([`Support::is_supported`]) at each point of the plan, in the order
 /// of a slice's values: for the plan's imagined sensor, or for a quantity of the tool for every sensor

@@ -5,13 +5,13 @@ use super::figures::{FigureRow, with_separators};
 use super::motion::MotionGrid;
 use super::run::StudyError;
 use super::scenario::{InputTrial, Mode, Scenario};
-use crate::field::{OutsidePolicy, Support};
-use crate::geometry::pose::Pose;
-use crate::task::{Cancelled, Task};
 use crate::tracking::RigidBody;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::Arc;
+use trackwright_field::{OutsidePolicy, Support};
+use trackwright_geometry::pose::Pose;
+use trackwright_task::{Cancelled, Task};
 
 /// Trials that are computed together before they are summed up in order.
 const BATCH: usize = 4096;

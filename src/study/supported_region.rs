@@ -5,12 +5,12 @@
 //! samples, so 1 is where the model begins to extrapolate. The surface ends on the faces of the box,
 //! as the model does.
 
-use crate::field::{Environment, Support};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::isosurface::{Isosurface, ScalarLattice};
-use crate::task::{Cancelled, Task};
 use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
+use trackwright_field::{Environment, Support};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::isosurface::{Isosurface, ScalarLattice};
+use trackwright_task::{Cancelled, Task};
 
 /// Lattice points that one core does before it looks whether anyone still wants them.
 const PIECE: usize = 512;

@@ -3,17 +3,17 @@
 use super::scenario::Scenario;
 use super::trial::SensorDetail;
 use super::work::Work;
-use crate::field::axis_model::AxisModel;
-use crate::field::gaussian::FieldPoint;
-use crate::field::model::Evaluation;
-use crate::field::samples::PoseError;
-use crate::field::{Batch, Environment, OutsidePolicy};
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::exp_vector;
 use crate::tracking::frame_fit::{FrameFit, FrameFitter, Reading};
 use crate::tracking::tool_in_crf::FreeMotion;
 use crate::tracking::{Determination, RigidBody, Sensor};
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_field::axis_model::AxisModel;
+use trackwright_field::gaussian::FieldPoint;
+use trackwright_field::model::Evaluation;
+use trackwright_field::samples::PoseError;
+use trackwright_field::{Batch, Environment, OutsidePolicy};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::exp_vector;
 
 /// Fewest poses with one orientation for which a model of that orientation is made: blending
 /// costs as many products as three evaluations with it, and saves two of three after that.

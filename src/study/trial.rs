@@ -3,11 +3,11 @@
 use super::scenario::{InputTrial, Scenario, ScenarioCrf};
 use super::tracker::{BodyTracker, TrackBuffers, Tracked};
 use super::work::Work;
-use crate::field::samples::PoseError;
-use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::tracking::Determination;
 use crate::tracking::tool_in_crf::{FreeMotion, relative_error};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
+use trackwright_field::samples::PoseError;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 /// The figures of one trial.
 #[derive(Clone, Copy, Debug, PartialEq)]

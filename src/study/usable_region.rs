@@ -25,16 +25,16 @@ use super::scenario::Scenario;
 use super::statistics::Statistics;
 use super::trial::{Simulator, Trial, TrialBuffers};
 use super::work::Work;
-use crate::field::OutsidePolicy;
-use crate::geometry::bounds::Bounds;
-use crate::geometry::isosurface::{Isosurface, ScalarLattice};
-use crate::geometry::pose::Pose;
-use crate::geometry::volume::Volume;
 use crate::study::Requirement;
-use crate::task::{Cancelled, Task};
 use interval::OpenPart;
 use nalgebra::UnitQuaternion;
 use rayon::prelude::*;
+use trackwright_field::OutsidePolicy;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::isosurface::{Isosurface, ScalarLattice};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::volume::Volume;
+use trackwright_task::{Cancelled, Task};
 
 /// Most values of each angle that are visited: the ends of its range and the middle. Beside all
 /// values the ends count for more, so that the region is rather too small.

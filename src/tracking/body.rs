@@ -1,9 +1,9 @@
 //! Rigid bodies with sensors, in the body's own frame.
 
-use crate::geometry::bounds::Bounds;
-use crate::geometry::mesh_report::length_doubt;
-use crate::geometry::pose::{Pose, pose_from_parts};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::mesh_report::length_doubt;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 /// Turns below this come from the rounding of products of rotations.
 const MIN_TURN_RAD: f64 = 1e-12;

@@ -6,10 +6,10 @@
 //! axes alike.
 
 use super::body::{RigidBody, SensorOrientation};
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::{axis_rotation, exp_vector};
-use crate::geometry::svd3::{Svd3, svd3};
 use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::{axis_rotation, exp_vector};
+use trackwright_geometry::svd3::{Svd3, svd3};
 
 /// Second singular value of the cross-covariance, relative to the first, at or below which a
 /// rotation about one axis is free.

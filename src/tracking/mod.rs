@@ -4,10 +4,10 @@
 pub mod body;
 pub mod distinct;
 pub mod frame_fit;
+pub mod linear_fit;
 pub mod pairs;
 pub mod recording;
 pub mod tool_in_crf;
-pub mod uncertainty;
 
 pub use body::{Coil, RigidBody, Sensor, SensorOrientation};
 pub use frame_fit::Determination;

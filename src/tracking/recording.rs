@@ -1,8 +1,8 @@
 //! What a tracker recorded: tools over time, and which of their samples it stands by.
 
-use crate::geometry::pose::Pose;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
+use trackwright_geometry::pose::Pose;
 
 /// A recording of one or several tools; `tracker_from_tool`, mm.
 #[derive(Clone, Debug, Default, PartialEq)]

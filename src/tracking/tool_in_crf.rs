@@ -1,9 +1,9 @@
 //! Tool in CRF (14): the relative pose, its tip error, and what of it no free rotation can change.
 
 use super::frame_fit::Determination;
-use crate::geometry::pose::Pose;
-use crate::geometry::rotation::rotation_angle_rad;
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::rotation_angle_rad;
 
 /// How far the tracked tool is from the true one, in CRF axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

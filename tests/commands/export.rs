@@ -9,9 +9,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
 use std::fs;
-use trackwright::geometry::pose::{Pose, pose_from_array, pose_from_parts, pose_to_array};
-use trackwright::geometry::rotation::{axis_rotation, exp_vector};
 use trackwright::store;
+use trackwright_geometry::pose::{Pose, pose_from_array, pose_from_parts, pose_to_array};
+use trackwright_geometry::rotation::{axis_rotation, exp_vector};
 
 const AXIS: &str = "0.3,-0.5,0.8";
 

@@ -6,10 +6,10 @@ use nalgebra::{Point3, Vector3};
 use serde_json::Value;
 use std::process::Command;
 use trackwright::design::BodyRole;
-use trackwright::geometry::bounds::Bounds;
-use trackwright::geometry::color::{linear, linear_from_srgb};
 use trackwright::scene::palette::{Ground, SENSOR, of_part};
 use trackwright::store;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::color::{linear, linear_from_srgb};
 
 /// Writes the scene of a built-in design.
 fn export(scratch: &Scratch, design: &str, more: &[&str]) -> String {
@@ -125,7 +125,7 @@ fn trimesh_reads_the_colors_of_the_slice_that_the_map_gives_the_field() {
         .map(|at| {
             let at = point(at) * 1000.0;
             let in_tracker = Point3::new(at.x, at.z, -at.y);
-            let policy = trackwright::field::OutsidePolicy::Clamp;
+            let policy = trackwright_field::OutsidePolicy::Clamp;
             model.evaluate(&in_tracker, &axis, policy).error.position_mm.norm()
         })
         .collect();

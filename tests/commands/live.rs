@@ -13,11 +13,11 @@ use std::process::Command;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 use trackwright::formats::recording::live_table;
-use trackwright::geometry::pose::{Pose, pose_from_array, pose_to_array};
 use trackwright::live::codec::{Content, Matrix, Message, Timestamp, ToolKind};
 use trackwright::live::server::Server;
 use trackwright::store;
 use trackwright::study::look;
+use trackwright_geometry::pose::{Pose, pose_from_array, pose_to_array};
 
 fn send(server: &Server, tool: &str, number: u32) {
     server.send_transform(&numbered(tool, number), ToolKind::SixDof, Instant::now()).unwrap();

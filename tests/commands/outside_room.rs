@@ -8,9 +8,9 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
 use std::time::Duration;
-use trackwright::geometry::bounds::Bounds;
 use trackwright::store;
 use trackwright::study::figures::with_separators;
+use trackwright_geometry::bounds::Bounds;
 
 /// A room without errors, whose box is that of its measurements.
 fn room(scratch: &Scratch) -> (String, Bounds) {

@@ -4,8 +4,8 @@ use crate::support::golden::{number, numbers};
 use crate::support::program::{Scratch, fail, json, succeed};
 use nalgebra::{Point3, Vector3};
 use std::fs;
-use trackwright::geometry::pose::{Pose, pose_from_array};
 use trackwright::store;
+use trackwright_geometry::pose::{Pose, pose_from_array};
 
 const POINTS: [[f64; 3]; 5] =
     [[0.0, 0.0, 0.0], [80.0, 0.0, 10.0], [0.0, 60.0, -5.0], [20.0, 30.0, 90.0], [70.0, 50.0, 40.0]];

@@ -5,9 +5,9 @@ use crate::support::program::{Scratch, fail, json, succeed, trackwright};
 use nalgebra::{Point3, Unit, Vector3};
 use std::fs;
 use trackwright::formats::tool_definition::OnMismatch;
-use trackwright::geometry::pose::{Pose, pose_from_parts, pose_to_array};
-use trackwright::geometry::rotation::exp_vector;
 use trackwright::store;
+use trackwright_geometry::pose::{Pose, pose_from_parts, pose_to_array};
+use trackwright_geometry::rotation::exp_vector;
 
 const TIP: [f64; 3] = [40.0, -12.0, 150.0];
 

@@ -18,9 +18,9 @@ use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::anatomy_ui::anatomy_ui;
 use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
-use trackwright::geometry::mesh_reference::MeshReference;
-use trackwright::geometry::pose::Pose;
 use trackwright::store::MeshOwner;
+use trackwright_geometry::mesh_reference::MeshReference;
+use trackwright_geometry::pose::Pose;
 
 fn anatomy(name: &str, file: &str) -> Anatomy {
     Anatomy {

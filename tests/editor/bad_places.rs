@@ -15,8 +15,8 @@ use trackwright::editor::document::{DocumentPlugin, Notice};
 use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, StatePlugin};
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright::editor::wake::Waker;
-use trackwright::geometry::pose::Pose;
 use trackwright::store;
+use trackwright_geometry::pose::Pose;
 
 fn app_of(world: store::World) -> App {
     let mut app = App::new();

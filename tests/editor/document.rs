@@ -8,7 +8,7 @@ use trackwright::editor::state::{
     EditRequest, FileRequest, OpenWorld, Results, Selected, Selection,
 };
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::geometry::pose::Pose;
+use trackwright_geometry::pose::Pose;
 
 fn move_sensor(app: &mut App, z_mm: f64) {
     let mut sensor = design().tool.body.rigid.sensors[0].clone();

@@ -12,8 +12,8 @@ use trackwright::editor::drops::{DropsPlugin, HoveringFiles, words};
 use trackwright::editor::field::FieldPlugin;
 use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, Workspace};
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::geometry::pose::Pose;
 use trackwright::store;
+use trackwright_geometry::pose::Pose;
 
 pub fn app() -> (tempfile::TempDir, App) {
     let (folder, mut app) = saved_app();

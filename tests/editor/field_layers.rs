@@ -14,9 +14,9 @@ use trackwright::editor::state::{
 };
 use trackwright::editor::study::{ShownDesign, StudyRequest};
 use trackwright::editor::wake::Waker;
-use trackwright::geometry::colormap::ColorMap;
-use trackwright::geometry::pose::Pose;
 use trackwright::study::{Requirement, Work};
+use trackwright_geometry::colormap::ColorMap;
+use trackwright_geometry::pose::Pose;
 
 /// What the layers' threads wake the window with.
 #[derive(Resource)]

@@ -16,9 +16,9 @@ use trackwright::editor::state::OpenWorld;
 use trackwright::editor::ui::field::{
     comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui, worth_ui,
 };
-use trackwright::geometry::directions::DirectionSet;
-use trackwright::geometry::volume::Volume;
 use trackwright::store;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_geometry::volume::Volume;
 
 /// What a panel asked for while it was used.
 fn look(

@@ -23,9 +23,9 @@ use trackwright::editor::materials::PaintMaterial;
 use trackwright::editor::state::{EditRequest, OpenWorld, Results, Workspace};
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright::editor::wake::Waker;
-use trackwright::geometry::directions::DirectionSet;
 use trackwright::store::{self, RoomPlace};
 use trackwright::study::{FigureRow, figure_rows};
+use trackwright_geometry::directions::DirectionSet;
 
 /// What the threads wake the window with.
 #[derive(Resource)]

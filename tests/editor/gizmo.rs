@@ -12,8 +12,8 @@ use trackwright::editor::state::{
     ActiveDrag, DragReadout, EditRequest, OpenWorld, PointerHint, Selected, Selection, ViewRequest,
     ViewportRect, Workspace,
 };
-use trackwright::geometry::gizmo::Handle;
-use trackwright::geometry::orbit::Axis;
+use trackwright_geometry::gizmo::Handle;
+use trackwright_geometry::orbit::Axis;
 
 const CRF: Selected = Selected::Body(BodyRole::Crf);
 const TOOL: Selected = Selected::Body(BodyRole::Tool);

@@ -12,9 +12,9 @@ use trackwright::editor::ui::layer_settings::LayerFigures;
 use trackwright::editor::ui::layers_ui::{LayersView, Listed, layers_ui};
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::theme;
-use trackwright::field::Environment;
-use trackwright::geometry::orbit::OrbitCamera;
 use trackwright::store;
+use trackwright_field::Environment;
+use trackwright_geometry::orbit::OrbitCamera;
 
 fn camera() -> OrbitCamera {
     OrbitCamera {

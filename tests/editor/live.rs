@@ -20,13 +20,13 @@ use trackwright::editor::study::{LIVE, ShownDesign, StudyPlugin};
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright::editor::ui::live::{collecting_ui, recording_ui, tools_ui, tracker_ui};
 use trackwright::editor::wake::Waker;
-use trackwright::geometry::pose::{Pose, pose_from_parts};
 use trackwright::live::codec::{Content, Matrix, Message, Timestamp, ToolKind};
 use trackwright::live::relay::{Reason, ToolState};
 use trackwright::live::server::{Server, ServerEvent, ServerOptions};
 use trackwright::live::session::{Link, Recording};
 use trackwright::store;
 use trackwright::study::{BodyDetail, PoseDetail, Scenario, look};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 /// A tracker's server, and who came to it.
 struct Tracker {

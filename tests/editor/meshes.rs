@@ -24,8 +24,8 @@ use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
 use trackwright::editor::ui::mesh_ui::{MeshView, mesh_ui};
 use trackwright::editor::wake::Waker;
-use trackwright::geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright::store;
+use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 
 /// What the thread wakes the window with.
 #[derive(Resource)]

@@ -7,8 +7,8 @@ use trackwright::design::{BodyRole, Edit};
 use trackwright::editor::document::{WorldGeneration, title};
 use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, Results};
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::geometry::pose::Pose;
 use trackwright::store::{self, Starter};
+use trackwright_geometry::pose::Pose;
 
 fn ask(app: &mut App, request: FileRequest) {
     app.world_mut().write_message(request);

@@ -2,8 +2,8 @@
 
 use super::support::environment;
 use trackwright::editor::overlay::caption;
-use trackwright::field::environment::{HoldoutProvenance, Provenance};
-use trackwright::field::fit::{FitMethod, Residuals};
+use trackwright_field::environment::{HoldoutProvenance, Provenance};
+use trackwright_field::fit::{FitMethod, Residuals};
 
 #[test]
 fn every_picture_says_where_its_figures_come_from() {

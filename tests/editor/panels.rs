@@ -23,10 +23,10 @@ use trackwright::editor::ui::result::{ResultView, result_ui};
 use trackwright::editor::ui::slice_ui::{SlicePanelView, slice_settings_ui};
 use trackwright::editor::ui::top_bar::{TopBarView, top_bar_ui};
 use trackwright::editor::ui::widgets::signed;
-use trackwright::field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 use trackwright::store;
 use trackwright::study::comparison::REQUIRED;
 use trackwright::study::{CancelToken, Mode, Requirement, expected, figure_rows, look, run};
+use trackwright_field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 
 type Asked = Rc<RefCell<Vec<PanelAction>>>;
 

@@ -11,11 +11,11 @@ use trackwright::editor::decide::judged::Judged;
 use trackwright::editor::picture::{self, ComparedDesigns, Desk};
 use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, SharedChoice, Workspace};
 use trackwright::editor::ui::decide::steps_ui;
-use trackwright::field::DistortionModel;
-use trackwright::geometry::pose::{Pose, pose_to_array};
 use trackwright::procedure::{Standing, State, Step};
 use trackwright::store::{self, RoomPlace, Starter};
 use trackwright::study::{AxisRange, CancelToken, Mode, Motion, Requirement, Scenario, Trial, run};
+use trackwright_field::DistortionModel;
+use trackwright_geometry::pose::{Pose, pose_to_array};
 
 fn edit(app: &mut App, edit: Edit) {
     app.world_mut().write_message(EditRequest::Apply(edit));

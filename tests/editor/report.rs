@@ -9,9 +9,9 @@ use trackwright::editor::document::Notice;
 use trackwright::editor::report::{ReportJob, ReportPlugin, ReportProgram};
 use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, Results};
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::geometry::pose::Pose;
 use trackwright::store;
 use trackwright::study::figure_rows;
+use trackwright_geometry::pose::Pose;
 
 fn report_app() -> App {
     let mut app = create_app();

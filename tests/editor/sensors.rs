@@ -8,8 +8,8 @@ use trackwright::editor::sensor_commands::SensorCommand;
 use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, Workspace};
 use trackwright::editor::ui::PanelsShown;
 use trackwright::editor::ui::row_page::{RowDirection, RowPage};
-use trackwright::geometry::surface::Surface;
 use trackwright::store;
+use trackwright_geometry::surface::Surface;
 
 fn app() -> App {
     let mut app = create_app();

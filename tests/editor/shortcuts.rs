@@ -11,7 +11,7 @@ use trackwright::editor::state::{ActiveDrag, EditRequest, OpenWorld, Selection};
 use trackwright::editor::ui::command_ui::CommandPages;
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright::editor::ui::row_page::RowPage;
-use trackwright::geometry::pose::Pose;
+use trackwright_geometry::pose::Pose;
 
 fn key(app: &mut App, key: &Key, state: ButtonState) {
     app.world_mut().write_message(KeyboardInput {

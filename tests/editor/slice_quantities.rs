@@ -4,9 +4,9 @@ use super::support::{create_app, settle};
 use bevy::prelude::*;
 use trackwright::design::view::Quantity;
 use trackwright::editor::state::{OpenWorld, Results, ViewRequest};
-use trackwright::field::OutsidePolicy;
-use trackwright::field::support::SupportAt;
 use trackwright::store;
+use trackwright_field::OutsidePolicy;
+use trackwright_field::support::SupportAt;
 
 fn show(app: &mut App, quantity: Quantity) {
     let mut view = {

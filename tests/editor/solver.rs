@@ -8,9 +8,9 @@ use trackwright::editor::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
 use trackwright::editor::document::Notice;
 use trackwright::editor::solve::slice_plan;
 use trackwright::editor::state::{ActiveDrag, EditRequest, OpenWorld, Results, ViewRequest};
-use trackwright::geometry::pose::Pose;
 use trackwright::store;
 use trackwright::study::{AxisRange, CancelToken, Mode, Motion, expected, figure_rows, run};
+use trackwright_geometry::pose::Pose;
 
 fn set_slice(app: &mut bevy::prelude::App, is_on: bool) {
     let mut view: View = app.world().resource::<OpenWorld>().0.document.view().clone();

@@ -27,11 +27,11 @@ use trackwright::editor::study::{
 };
 use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright::editor::wake::Waker;
-use trackwright::geometry::pose::Pose;
 use trackwright::store;
 use trackwright::study::{
     AxisRange, CancelToken, Mode, Motion, Scenario, figure_rows, look, run, trial_pose,
 };
+use trackwright_geometry::pose::Pose;
 
 /// What the writing thread wakes the window with.
 #[derive(Resource)]

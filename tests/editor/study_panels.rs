@@ -12,11 +12,11 @@ use trackwright::editor::ui::PanelAction;
 use trackwright::editor::ui::study_charts_ui::{StudyChartsView, share, study_charts_ui};
 use trackwright::editor::ui::timeline_ui::{TimelineView, timeline_ui};
 use trackwright::editor::ui::trial_ui::{TrialView, trial_ui};
-use trackwright::geometry::rotation::log_quaternion;
 use trackwright::store;
 use trackwright::study::{
     CancelToken, ChartedProfile, Mode, Scenario, look, run_profiled, trial_offsets, trial_pose,
 };
+use trackwright_geometry::rotation::log_quaternion;
 
 type Asked = Rc<RefCell<Vec<PanelAction>>>;
 

@@ -30,15 +30,15 @@ use trackwright::editor::solve::{SolverHandle, SolverPlugin};
 use trackwright::editor::state::{EditRequest, OpenWorld, StatePlugin, ViewportRect};
 use trackwright::editor::study::StudyPlugin;
 use trackwright::editor::tool::ToolPlugin;
-use trackwright::field::environment::Environment;
-use trackwright::field::model::DistortionModel;
-use trackwright::field::samples::MapKind;
-use trackwright::geometry::directions::{DirectionSet, Weighting};
-use trackwright::geometry::pose::Pose;
-use trackwright::geometry::volume::Volume;
 use trackwright::store;
 use trackwright::study::{AxisRange, Motion, Requirement};
 use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
+use trackwright_field::environment::Environment;
+use trackwright_field::model::DistortionModel;
+use trackwright_field::samples::MapKind;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::volume::Volume;
 
 /// Writes a room, whatever was there.
 pub fn write_environment(file: &std::path::Path, room: &Environment) {

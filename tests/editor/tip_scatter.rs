@@ -7,11 +7,11 @@ use trackwright::design::Edit;
 use trackwright::design::view::{Magnification, View};
 use trackwright::editor::diagnostics::Diagnostics;
 use trackwright::editor::state::{EditRequest, OpenWorld, Results, ViewRequest};
-use trackwright::field::Environment;
-use trackwright::field::environment::Jitter;
-use trackwright::geometry::pose::Pose;
 use trackwright::store;
 use trackwright::study::uncertainty::first_order;
+use trackwright_field::Environment;
+use trackwright_field::environment::Jitter;
+use trackwright_geometry::pose::Pose;
 
 const GLYPH: &str = "tip scatter";
 

@@ -6,7 +6,7 @@ use trackwright::design::Edit;
 use trackwright::design::view::Layers;
 use trackwright::editor::diagnostics::Diagnostics;
 use trackwright::editor::state::{EditRequest, OpenWorld, ViewRequest};
-use trackwright::geometry::pose::Pose;
+use trackwright_geometry::pose::Pose;
 
 fn app() -> App {
     let mut app = create_scene_app();

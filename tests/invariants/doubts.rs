@@ -10,12 +10,12 @@ use trackwright::calibration::characterisation::{
     CharacterisationSettings, RecordedPair, characterise,
 };
 use trackwright::calibration::doubts::{self, PairedDoubts, PoseFrame, Suspicion};
-use trackwright::field::OutsidePolicy;
-use trackwright::field::samples::{Measurement, MeasurementContent, MeasurementSet};
-use trackwright::geometry::pose::{Pose, pose_from_parts};
-use trackwright::geometry::rotation::{exp_vector, log_quaternion};
 use trackwright::store::{self, Files};
-use trackwright::task::Task;
+use trackwright_field::OutsidePolicy;
+use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::{exp_vector, log_quaternion};
+use trackwright_task::Task;
 
 /// Thirty poses at least, so that a mistake can be told from the field.
 type Table = (String, MeasurementSet);

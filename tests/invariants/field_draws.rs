@@ -5,12 +5,12 @@ use nalgebra::{Point3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform, UnitSphere};
-use trackwright::field::fit::{FitMethod, FitSettings, fit};
-use trackwright::field::samples::MapKind;
-use trackwright::field::support::DrawError;
-use trackwright::field::{DistortionModel, OutsidePolicy};
-use trackwright::geometry::directions::DirectionSet;
-use trackwright::task::Task;
+use trackwright_field::fit::{FitMethod, FitSettings, fit};
+use trackwright_field::samples::MapKind;
+use trackwright_field::support::DrawError;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_task::Task;
 
 const REFITS: u64 = 100;
 const DRAWS: usize = 100;

@@ -4,15 +4,15 @@ use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::sync::{Arc, Mutex};
 use trackwright::calibration::registration::register;
-use trackwright::field::fit::{
+use trackwright_field::fit::{
     Factored, FitError, FitMethod, FitSettings, factor, fit, fit_with, residuals,
 };
-use trackwright::field::samples::{MapKind, PoseError, Sample, SampleSet};
-use trackwright::field::{DistortionModel, OutsidePolicy};
-use trackwright::geometry::bounds::Bounds;
-use trackwright::geometry::directions::{DirectionSet, Weighting};
-use trackwright::geometry::pose::pose_from_parts;
-use trackwright::task::{CancelToken, Cancelled, Task};
+use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::pose::pose_from_parts;
+use trackwright_task::{CancelToken, Cancelled, Task};
 
 fn bounds() -> Bounds {
     Bounds::from(([-100.0, -80.0, -400.0], [100.0, 80.0, -100.0]))

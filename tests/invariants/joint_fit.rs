@@ -1,13 +1,13 @@
 //! The joint fit by its sparsity is the joint fit by the whole design matrix.
 
 use nalgebra::{Point3, Unit, Vector3};
-use trackwright::field::bernstein::{coefficient_count, push_products};
-use trackwright::field::fit::{Fit, FitMethod, FitSettings, factor, fit};
-use trackwright::field::least_squares::{LeastSquares, Solution};
-use trackwright::field::samples::{PoseError, Sample, SampleSet};
-use trackwright::geometry::bounds::Bounds;
-use trackwright::geometry::directions::DirectionSet;
-use trackwright::task::Task;
+use trackwright_field::bernstein::{coefficient_count, push_products};
+use trackwright_field::fit::{Fit, FitMethod, FitSettings, factor, fit};
+use trackwright_field::least_squares::{LeastSquares, Solution};
+use trackwright_field::samples::{PoseError, Sample, SampleSet};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_task::Task;
 
 fn bounds() -> Bounds {
     Bounds::from(([-100.0, -80.0, -400.0], [100.0, 80.0, -100.0]))

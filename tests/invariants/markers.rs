@@ -2,13 +2,13 @@
 
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 use trackwright::design::BodyRole;
-use trackwright::field::OutsidePolicy;
-use trackwright::geometry::pose::{Pose, pose_from_parts};
 use trackwright::store;
 use trackwright::study::{self, AxisRange, CancelToken, Mode, Motion, Scenario, look};
 use trackwright::tracking::frame_fit::{FrameFitter, Reading};
-use trackwright::tracking::uncertainty::{LinearFit, SensorCovariance};
+use trackwright::tracking::linear_fit::{LinearFit, SensorCovariance};
 use trackwright::tracking::{Determination, RigidBody, Sensor, SensorOrientation};
+use trackwright_field::OutsidePolicy;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 /// The four markers of NDI's passive probe 8700340 and of its reference frame 8700339.
 const PROBE: [[f64; 3]; 4] =

@@ -2,17 +2,17 @@
 
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
-use trackwright::field::samples::MapKind;
-use trackwright::field::{DistortionModel, Environment, OutsidePolicy};
-use trackwright::geometry::bounds::Bounds;
-use trackwright::geometry::directions::{DirectionSet, Weighting};
-use trackwright::geometry::pose::{Pose, pose_from_parts};
-use trackwright::geometry::volume::Volume;
 use trackwright::store;
 use trackwright::study::{
     self, AxisRange, CancelToken, InputTrial, Mode, Motion, Scenario, ScenarioCrf, StudyError,
 };
 use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::volume::Volume;
 
 /// Frames are fitted to some hundred mm with round-off of 1e-16: this leaves a factor of 100.
 const EXACT_MM: f64 = 1e-11;

@@ -2,14 +2,14 @@
 
 use nalgebra::Vector3;
 use std::sync::Arc;
-use trackwright::field::{Environment, OutsidePolicy};
-use trackwright::geometry::bounds::Bounds;
 use trackwright::store;
 use trackwright::study::{
     self, CancelToken, InputTrial, Mode, Quantity, Scenario, SlicePlan, SlicePlane, StudyError,
     SupportSurvey, sample_slice, support::SurveyError,
 };
-use trackwright::task::Task;
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_task::Task;
 
 fn built_in() -> Scenario {
     let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();

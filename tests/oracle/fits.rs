@@ -5,13 +5,13 @@ use crate::support::data::own;
 use crate::support::golden::{GOLDEN, count, list, number, numbers, pose, vector};
 use nalgebra::Vector3;
 use serde_json::Value;
-use trackwright::field::fit::{Fit, FitMethod, FitSettings, Residuals, fit, residuals};
-use trackwright::field::samples::{MapKind, MeasurementSet, SampleSet};
-use trackwright::field::{DistortionModel, OutsidePolicy};
 use trackwright::formats::measurements;
-use trackwright::geometry::bounds::Bounds;
-use trackwright::geometry::directions::DirectionSet;
-use trackwright::geometry::pose::pose_to_array;
+use trackwright_field::fit::{Fit, FitMethod, FitSettings, Residuals, fit, residuals};
+use trackwright_field::samples::{MapKind, MeasurementSet, SampleSet};
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_geometry::pose::pose_to_array;
 
 /// Errors in mm and radians below this are round-off of positions of some hundred mm.
 const FLOOR: f64 = 1e-6;

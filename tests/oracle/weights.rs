@@ -3,8 +3,8 @@
 use crate::support::close::{self, assert_all_close, assert_close};
 use crate::support::golden::{GOLDEN, axis, count, list, matrix, number, vector};
 use serde_json::Value;
-use trackwright::geometry::directions::{DirectionSet, Weighting};
-use trackwright::geometry::rotation::log_matrix;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::rotation::log_matrix;
 
 /// Weights below this are not listed.
 const LISTED: f64 = 1e-15;

@@ -7,15 +7,6 @@ use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use tracker::{Random, Room, SensorPose};
 use trackwright::calibration::room_process::{Refit, room_process};
-use trackwright::field::fit::{FitSettings, fit, residuals};
-use trackwright::field::gaussian::{FieldPoint, GaussianField, Row, Trend};
-use trackwright::field::samples::{
-    MapKind, Measurement, MeasurementContent, MeasurementSet, SampleSet,
-};
-use trackwright::field::{Environment, OutsidePolicy};
-use trackwright::geometry::directions::DirectionSet;
-use trackwright::geometry::pose::{Pose, pose_from_parts};
-use trackwright::geometry::rotation::axis_rotation;
 use trackwright::study::comparison::{
     Difference, FIGURES, Figure, FigureValues, Pair, Plan, REQUIRED, Settings, Summary, Verdict,
     compare, values,
@@ -25,9 +16,18 @@ use trackwright::study::{
     AxisRange, CancelToken, Expected, Mode, Motion, Scenario, ScenarioCrf, Statistics, trial_count,
     trial_pose,
 };
-use trackwright::task::Task;
 use trackwright::tracking::frame_fit::{FrameFitter, Reading};
 use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
+use trackwright_field::fit::{FitSettings, fit, residuals};
+use trackwright_field::gaussian::{FieldPoint, GaussianField, Row, Trend};
+use trackwright_field::samples::{
+    MapKind, Measurement, MeasurementContent, MeasurementSet, SampleSet,
+};
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::axis_rotation;
+use trackwright_task::Task;
 
 /// Orientation weight of every fit, mm.
 const WEIGHT_MM: f64 = 100.0;

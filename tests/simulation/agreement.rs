@@ -10,15 +10,15 @@ use trackwright::calibration::agreement::resampling::Sums;
 use trackwright::calibration::agreement::*;
 use trackwright::calibration::agreement::{AgreementRow, RecordedPose, paired_rows, pivot_rows};
 use trackwright::calibration::pivot::{PivotLimits, pivot};
-use trackwright::field::environment::{Environment, Jitter};
-use trackwright::field::random_models::{Seeded, random_model};
-use trackwright::geometry::directions::{DirectionSet, Weighting};
-use trackwright::geometry::pose::{Pose, pose_from_parts};
-use trackwright::geometry::rotation::exp_vector;
 use trackwright::store;
 use trackwright::study::run;
 use trackwright::study::scenario::{InputTrial, Mode, Scenario};
-use trackwright::task::{CancelToken, Task};
+use trackwright_field::environment::{Environment, Jitter};
+use trackwright_field::random_models::{Seeded, random_model};
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::exp_vector;
+use trackwright_task::{CancelToken, Task};
 
 type Vector = nalgebra::Vector3<f64>;
 

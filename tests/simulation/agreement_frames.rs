@@ -5,11 +5,11 @@ use trackwright::calibration::agreement::AgreementRow;
 use trackwright::calibration::agreement::tip_in_crf;
 use trackwright::calibration::agreement::*;
 use trackwright::calibration::agreement::{RecordedPose, paired_rows};
-use trackwright::field::random_models::Seeded;
-use trackwright::geometry::pose::{Pose, pose_from_parts};
 use trackwright::store;
 use trackwright::study::scenario::Scenario;
-use trackwright::task::Task;
+use trackwright_field::random_models::Seeded;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_task::Task;
 
 fn scenario() -> Scenario {
     let world = store::open_builtin_without_meshes(store::DEFAULT_BUILTIN).unwrap();

@@ -1,15 +1,15 @@
 //! Error vectors on a lattice.
 
 use nalgebra::{Unit, Vector3};
-use trackwright::field::OutsidePolicy;
-use trackwright::geometry::bounds::Bounds;
-use trackwright::geometry::volume::Volume;
 use trackwright::store;
 use trackwright::study::StudyError;
 use trackwright::study::arrows::*;
 use trackwright::study::look;
 use trackwright::study::scenario::Scenario;
-use trackwright::task::CancelToken;
+use trackwright_field::OutsidePolicy;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::volume::Volume;
+use trackwright_task::CancelToken;
 
 fn built_in() -> Scenario {
     let world = store::open_builtin("shaver-on-head").unwrap();
@@ -69,7 +69,7 @@ fn a_lattice_is_clipped_to_the_volume_and_may_be_empty() {
         |from: Vector3<f64>| Bounds { min_mm: own.min_mm + from, max_mm: own.max_mm + from };
     let mut with = |volume: Bounds| {
         let environment = std::sync::Arc::make_mut(&mut scenario.environment);
-        environment.volume = Some(trackwright::geometry::volume::Volume::Box(volume));
+        environment.volume = Some(trackwright_geometry::volume::Volume::Box(volume));
         sample(&scenario, &plan)
     };
     let clipped = with(beside(Vector3::new(50.0, 0.0, -20.0)));

@@ -3,19 +3,19 @@
 use trackwright::study::body_compensation::*;
 
 use nalgebra::{Point3, Vector3};
-use trackwright::field::DistortionModel;
-use trackwright::field::compensation::{Compensated, Compensator, Method};
-use trackwright::field::inverse::InverseState;
-use trackwright::field::samples::MapKind;
-use trackwright::field::{Environment, OutsidePolicy};
-use trackwright::geometry::directions::{DirectionSet, Weighting};
-use trackwright::geometry::pose::Pose;
-use trackwright::geometry::pose::pose_from_array;
 use trackwright::store;
 use trackwright::study::{Scenario, look};
-use trackwright::task::Task;
 use trackwright::tracking::RigidBody;
 use trackwright::tracking::{Sensor, SensorOrientation};
+use trackwright_field::DistortionModel;
+use trackwright_field::compensation::{Compensated, Compensator, Method};
+use trackwright_field::inverse::InverseState;
+use trackwright_field::samples::MapKind;
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::pose::pose_from_array;
+use trackwright_task::Task;
 
 fn built_in(name: &str) -> Scenario {
     let world = store::open_builtin(name).unwrap();
@@ -98,7 +98,7 @@ fn a_body_of_markers_and_one_of_a_single_coil_are_turned_back_as_far_as_they_det
 
 /// A room that measures everything 2 mm too far along x; as a correction map it takes 2 mm off.
 fn shifted(map: MapKind) -> Environment {
-    let bounds = trackwright::geometry::bounds::Bounds::from((
+    let bounds = trackwright_geometry::bounds::Bounds::from((
         [-200.0, -200.0, -500.0],
         [200.0, 200.0, -100.0],
     ));

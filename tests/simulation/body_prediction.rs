@@ -2,13 +2,13 @@
 
 use nalgebra::UnitQuaternion;
 use nalgebra::Vector3;
-use trackwright::field::{Environment, OutsidePolicy};
-use trackwright::geometry::pose::Pose;
-use trackwright::geometry::pose::pose_from_parts;
 use trackwright::store;
 use trackwright::study::body_prediction::*;
 use trackwright::tracking::RigidBody;
 use trackwright::tracking::{Sensor, SensorOrientation};
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::pose::pose_from_parts;
 
 fn body(positions: &[[f64; 3]], tip: [f64; 3]) -> RigidBody {
     let sensor = |at: &[f64; 3]| Sensor {

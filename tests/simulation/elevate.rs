@@ -1,9 +1,9 @@
 //! A model of a higher order is the same field.
 
 use nalgebra::{Point3, Unit, Vector3};
-use trackwright::field::OutsidePolicy;
-use trackwright::field::model::{DistortionModel, ModelError};
 use trackwright::store;
+use trackwright_field::OutsidePolicy;
+use trackwright_field::model::{DistortionModel, ModelError};
 
 #[test]
 fn a_field_of_a_higher_order_is_the_same_field() {

@@ -3,13 +3,13 @@
 use trackwright::study::field_lattice::*;
 
 use nalgebra::{Unit, Vector3};
-use trackwright::field::samples::MapKind;
-use trackwright::field::{DistortionModel, OutsidePolicy};
-use trackwright::geometry::bounds::Bounds;
-use trackwright::geometry::pose::pose_from_parts;
-use trackwright::geometry::rotation::{axis_rotation, exp_vector};
 use trackwright::store;
-use trackwright::task::Task;
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::pose::pose_from_parts;
+use trackwright_geometry::rotation::{axis_rotation, exp_vector};
+use trackwright_task::Task;
 
 fn model() -> DistortionModel {
     let world = store::open_builtin("shaver-on-head").unwrap();

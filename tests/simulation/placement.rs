@@ -5,20 +5,20 @@ use trackwright::study::placement::*;
 use trackwright::study::StudyError;
 use trackwright::study::scenario::Scenario;
 
-use trackwright::geometry::surface::SurfacePoint;
 use trackwright::study::work::Work;
-use trackwright::task::Task;
+use trackwright_geometry::surface::SurfacePoint;
+use trackwright_task::Task;
 
 use nalgebra::Vector3;
 use std::sync::Arc;
 
 use nalgebra::Point3;
 use trackwright::design::BodyRole;
-use trackwright::field::{DistortionModel, OutsidePolicy};
 use trackwright::store;
 use trackwright::study::comparison::REQUIRED;
 use trackwright::study::{CancelToken, Mode, Motion, expected, run};
 use trackwright::tracking::SensorOrientation;
+use trackwright_field::{DistortionModel, OutsidePolicy};
 
 fn built_in(name: &str, body: PlacedBody) -> (Scenario, Vec<SurfacePoint>) {
     let world = store::open_builtin(name).unwrap();
@@ -106,7 +106,7 @@ fn a_marker_s_place_is_the_study_with_the_marker_there_whatever_the_rule() {
 fn a_value_between_vertices_is_that_of_the_triangle_that_a_ray_hits() {
     let world = store::open_builtin("pointer-on-head").unwrap();
     let mesh = world.mesh(BodyRole::Tool).unwrap();
-    let surface = trackwright::geometry::surface::Surface::new(mesh).unwrap();
+    let surface = trackwright_geometry::surface::Surface::new(mesh).unwrap();
     // A field that is linear in space is its own interpolation on every triangle.
     let linear = |p: &Point3<f64>| 100.0 + 0.3 * p.x - 0.2 * p.y + 0.01 * p.z;
     let mut outcome = PlacementOutcome {
@@ -128,7 +128,7 @@ fn a_value_between_vertices_is_that_of_the_triangle_that_a_ray_hits() {
     for (i, vertex) in vertices(mesh).iter().enumerate().step_by(97) {
         // From outside, a little beside the vertex.
         let beside = nalgebra::Vector3::new(0.11, 0.07, 0.13) * (i % 3) as f64;
-        let ray = trackwright::geometry::surface::Ray {
+        let ray = trackwright_geometry::surface::Ray {
             origin_mm: vertex.position_mm + vertex.normal.into_inner() * 30.0 + beside,
             direction: -vertex.normal,
         };

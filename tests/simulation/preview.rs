@@ -46,8 +46,8 @@ fn a_preview_is_close_to_the_whole_and_says_how_much_it_stands_for() {
 fn the_poses_of_a_preview_are_poses_of_the_grid_and_hardly_repeat() {
     let scenario = scenario(7.0);
     let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
-    let key = |pose: &trackwright::geometry::pose::Pose| {
-        trackwright::geometry::pose::pose_to_array(pose).map(|v| (v * 1e6).round() as i64)
+    let key = |pose: &trackwright_geometry::pose::Pose| {
+        trackwright_geometry::pose::pose_to_array(pose).map(|v| (v * 1e6).round() as i64)
     };
     let all: HashSet<_> = (0..grid.trials()).map(|i| key(&grid.pose(i))).collect();
     let some = spread(&scenario, &grid, 512, SHIFT);

@@ -8,7 +8,7 @@ use trackwright::procedure::{RowCounts, Standing, State, Undecidable, standing};
 use trackwright::store;
 use trackwright::study::comparison::REQUIRED;
 use trackwright::study::requirement::Requirement;
-use trackwright::task::Task;
+use trackwright_task::Task;
 
 /// A built-in design in its room, and in one that is not to be had.
 fn plan() -> Plan {

@@ -5,7 +5,7 @@ use trackwright::study::profile::*;
 use trackwright::study::scenario::{Mode, Scenario};
 use trackwright::study::{AxisRange, Motion};
 use trackwright::study::{Outcome, run};
-use trackwright::task::CancelToken;
+use trackwright_task::CancelToken;
 
 fn scenario() -> Scenario {
     let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();

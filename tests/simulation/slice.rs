@@ -8,17 +8,17 @@ use trackwright::study::slice_quantity::Quantity;
 
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use std::sync::Arc;
-use trackwright::field::Environment;
-use trackwright::field::samples::MapKind;
-use trackwright::field::{DistortionModel, OutsidePolicy};
-use trackwright::geometry::bounds::Bounds;
-use trackwright::geometry::directions::{DirectionSet, Weighting};
-use trackwright::geometry::pose::Pose;
 use trackwright::store;
 use trackwright::study::look;
 use trackwright::study::work::Work;
-use trackwright::task::CancelToken;
 use trackwright::tracking::RigidBody;
+use trackwright_field::Environment;
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::pose::Pose;
+use trackwright_task::CancelToken;
 
 fn scenario(environment: Environment) -> Scenario {
     Scenario {

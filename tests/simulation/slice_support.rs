@@ -7,11 +7,11 @@ use trackwright::study::slice_quantity::Quantity;
 use trackwright::study::slice_support::*;
 
 use nalgebra::{Unit, Vector3};
-use trackwright::field::OutsidePolicy;
-use trackwright::geometry::bounds::Bounds;
 use trackwright::store;
 use trackwright::study::{SlicePlane, look};
-use trackwright::task::CancelToken;
+use trackwright_field::OutsidePolicy;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_task::CancelToken;
 
 fn scenario() -> Scenario {
     let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();

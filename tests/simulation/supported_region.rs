@@ -1,10 +1,10 @@
 //! The region in which the model of a room is valid.
 
 use nalgebra::{Unit, Vector3};
-use trackwright::field::Environment;
 use trackwright::store;
 use trackwright::study::supported_region::*;
-use trackwright::task::Task;
+use trackwright_field::Environment;
+use trackwright_task::Task;
 
 fn room() -> std::sync::Arc<Environment> {
     let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();

@@ -13,25 +13,25 @@ use trackwright::study::scenario::Scenario;
 use trackwright::study::tolerance::{
     ManufacturingSheet, NoTolerance, SheetBody, Tolerance, Within,
 };
-use trackwright::task::{Cancelled, Task};
+use trackwright_task::{Cancelled, Task};
 
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, UnitSphere};
 use std::sync::Arc;
-use trackwright::field::samples::MapKind;
-use trackwright::field::{DistortionModel, Environment, OutsidePolicy};
-use trackwright::geometry::pose::{Pose, pose_from_parts};
-use trackwright::geometry::rotation::{exp_vector, log_quaternion, perpendicular};
-use trackwright::geometry::volume::Volume;
 use trackwright::store;
 use trackwright::study::scenario::Mode;
 use trackwright::study::statistics::Statistics;
 use trackwright::study::{AxisRange, Motion, Requirement, ScenarioCrf};
 use trackwright::tracking::frame_fit::{FrameFitter, Reading};
-use trackwright::tracking::uncertainty::SensorError;
+use trackwright::tracking::linear_fit::SensorError;
 use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::{exp_vector, log_quaternion, perpendicular};
+use trackwright_geometry::volume::Volume;
 
 mod special;
 

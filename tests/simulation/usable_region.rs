@@ -2,27 +2,27 @@
 
 use trackwright::study::usable_region::*;
 
-use trackwright::field::OutsidePolicy;
-use trackwright::geometry::bounds::Bounds;
-use trackwright::geometry::pose::Pose;
-use trackwright::geometry::pose::pose_from_parts;
-use trackwright::geometry::volume::Volume;
 use trackwright::study::Requirement;
 use trackwright::study::StudyError;
 use trackwright::study::scenario::Scenario;
-use trackwright::task::Task;
+use trackwright_field::OutsidePolicy;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::pose::pose_from_parts;
+use trackwright_geometry::volume::Volume;
+use trackwright_task::Task;
 
 use nalgebra::UnitQuaternion;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use trackwright::field::samples::MapKind;
-use trackwright::field::{DistortionModel, Environment};
-use trackwright::geometry::directions::{DirectionSet, Weighting};
 use trackwright::store;
 use trackwright::study::comparison::REQUIRED;
 use trackwright::study::{CancelToken, InputTrial, Mode, expected, run};
 use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, Environment};
+use trackwright_geometry::directions::{DirectionSet, Weighting};
 
 const SIZE_MM: f64 = 200.0;
 

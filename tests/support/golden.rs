@@ -4,7 +4,7 @@ use super::data::own;
 use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use serde_json::Value;
 use std::sync::LazyLock;
-use trackwright::geometry::pose::{Pose, pose_from_array, quaternion_from_matrix};
+use trackwright_geometry::pose::{Pose, pose_from_array, quaternion_from_matrix};
 
 /// All worked cases.
 pub static GOLDEN: LazyLock<Value> = LazyLock::new(|| {

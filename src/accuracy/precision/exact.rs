@@ -2,9 +2,9 @@
 //! computing it are held against.
 
 use super::double_double::DoubleDouble;
-use crate::field::DistortionModel;
-use crate::geometry::directions::Weighting;
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_field::DistortionModel;
+use trackwright_geometry::directions::Weighting;
 
 /// The six values of (8) at a position in the model's box, for the axis as its three numbers are.
 pub fn evaluate(
@@ -114,8 +114,8 @@ mod tests {
     use super::*;
     use crate::accuracy::precision::sampling::poses;
     use crate::accuracy::precision::testing;
-    use crate::field::OutsidePolicy;
-    use crate::geometry::directions::DirectionSet;
+    use trackwright_field::OutsidePolicy;
+    use trackwright_geometry::directions::DirectionSet;
 
     #[test]
     fn the_programs_answers_are_these_to_round_off() {

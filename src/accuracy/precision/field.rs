@@ -6,18 +6,18 @@ use super::interpolated::ValueLattice;
 use super::sampling::poses;
 use super::single::{SingleModel, single_pose};
 use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What, exact};
-use crate::field::batch::Batch;
-use crate::field::computed::ModelKind;
-use crate::field::fit::{FitSettings, fit};
-use crate::field::model::{Coefficient, Evaluation};
-use crate::field::samples::{PoseError, Sample, SampleSet};
-use crate::field::{DistortionModel, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::DirectionSet;
 use crate::study::Scenario;
-use crate::task::Cancelled;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
+use trackwright_field::batch::Batch;
+use trackwright_field::computed::ModelKind;
+use trackwright_field::fit::{FitSettings, fit};
+use trackwright_field::model::{Coefficient, Evaluation};
+use trackwright_field::samples::{PoseError, Sample, SampleSet};
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_task::Cancelled;
 
 /// Poses anywhere, with any axis: the design's room.
 const SCATTERED: &str = "scattered poses in the design's room";

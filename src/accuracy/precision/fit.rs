@@ -4,16 +4,16 @@
 use super::double_double::DoubleDouble;
 use super::sampling::poses;
 use super::{Family, Row, Settings, Steps, What};
-use crate::field::OutsidePolicy;
-use crate::field::bernstein::{coefficient_count, push_products};
-use crate::field::fit::DEFAULT_RCOND;
-use crate::field::least_squares::{LeastSquares, Triangle};
 use crate::study::Scenario;
-use crate::task::Cancelled;
 use faer::linalg::solvers::{Solve, SolveLstsq};
 use faer::{Mat, Side};
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use trackwright_field::OutsidePolicy;
+use trackwright_field::bernstein::{coefficient_count, push_products};
+use trackwright_field::fit::DEFAULT_RCOND;
+use trackwright_field::least_squares::{LeastSquares, Triangle};
+use trackwright_task::Cancelled;
 
 /// Orders whose systems are solved, where not above the highest asked for.
 const ORDERS: [usize; 4] = [1, 2, 4, 6];
@@ -296,7 +296,7 @@ fn normal_equations(system: &System) -> Option<Mat<f64>> {
 mod tests {
     use super::*;
     use crate::accuracy::precision::{Timing, testing};
-    use crate::geometry::directions::{DirectionSet, Weighting};
+    use trackwright_geometry::directions::{DirectionSet, Weighting};
 
     fn system(order: usize) -> System {
         let settings = Settings { timing: Timing::ONCE, samples: 1500, ..Settings::default() };

@@ -1,12 +1,12 @@
 //! The slice's resolution: a coarse slice, filled in between its points, against a fine one.
 
 use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What};
-use crate::field::computed::ModelKind;
 use crate::study::{
     Quantity, Scenario, SliceOutcome, SlicePlan, SlicePlane, StudyError, sample_slice,
 };
-use crate::task::Cancelled;
 use nalgebra::{Unit, Vector3};
+use trackwright_field::computed::ModelKind;
+use trackwright_task::Cancelled;
 
 /// The axis that the slice lies across.
 const NORMAL_AXIS: usize = 2;
@@ -108,10 +108,10 @@ fn largest_difference_mm(slice: &SliceOutcome, fine: &SliceOutcome) -> f64 {
 mod tests {
     use super::*;
     use crate::accuracy::precision::{Timing, testing};
-    use crate::geometry::directions::{DirectionSet, Weighting};
-    use crate::task::Task;
+    use trackwright_geometry::directions::{DirectionSet, Weighting};
+    use trackwright_task::Task;
 
-    fn errors(model: crate::field::DistortionModel) -> Vec<(usize, f64)> {
+    fn errors(model: trackwright_field::DistortionModel) -> Vec<(usize, f64)> {
         let settings = Settings {
             timing: Timing::ONCE,
             slice_points: 33,
@@ -130,11 +130,11 @@ mod tests {
         for i in 0..8 {
             coefficients.push([f64::from(i / 4), 0.0, 0.0, 0.0, 0.0, 0.0]);
         }
-        let model = crate::field::DistortionModel::new(
+        let model = trackwright_field::DistortionModel::new(
             1,
             DirectionSet::One,
             Weighting::Area,
-            crate::field::samples::MapKind::Distortion,
+            trackwright_field::samples::MapKind::Distortion,
             testing::bounds(),
             coefficients,
         )
@@ -148,11 +148,11 @@ mod tests {
         let order = 3;
         let coefficients =
             (0..64).map(|i| [20.0 + (1.3 * f64::from(i)).sin(), 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
-        let model = crate::field::DistortionModel::new(
+        let model = trackwright_field::DistortionModel::new(
             order,
             DirectionSet::One,
             Weighting::Area,
-            crate::field::samples::MapKind::Distortion,
+            trackwright_field::samples::MapKind::Distortion,
             testing::bounds(),
             coefficients,
         )

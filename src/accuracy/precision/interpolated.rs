@@ -1,11 +1,11 @@
 //! A field read off a lattice of its own values, trilinearly: cheap at any order, and off by the
 //! square of the spacing.
 
-use crate::field::model::Coefficient;
-use crate::field::{DistortionModel, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::DirectionWeights;
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_field::model::Coefficient;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::DirectionWeights;
 
 /// Values at the nodes of a lattice over the model's box, one set an axis that was asked for.
 pub struct ValueLattice {
@@ -89,7 +89,7 @@ impl ValueLattice {
 mod tests {
     use super::*;
     use crate::accuracy::precision::{sampling::poses, testing};
-    use crate::geometry::directions::{DirectionSet, Weighting};
+    use trackwright_geometry::directions::{DirectionSet, Weighting};
 
     /// Differences from the model at scattered poses.
     fn differences_mm(model: &DistortionModel, nodes: usize) -> Vec<f64> {

@@ -3,19 +3,19 @@
 
 use super::sampling::poses;
 use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What};
-use crate::field::batch::Batch;
-use crate::field::compensation::{Method, compensate};
-use crate::field::computed::ModelKind;
-use crate::field::inverse::{InverseState, undistort};
-use crate::field::samples::MapKind;
-use crate::field::{DistortionModel, OutsidePolicy};
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::exp_vector;
 use crate::study::Scenario;
 use crate::study::figures::with_separators;
-use crate::task::Cancelled;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use rayon::prelude::*;
+use trackwright_field::batch::Batch;
+use trackwright_field::compensation::{Method, compensate};
+use trackwright_field::computed::ModelKind;
+use trackwright_field::inverse::{InverseState, undistort};
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::exp_vector;
+use trackwright_task::Cancelled;
 
 /// Fixed-point steps after the first, which is the shortcut.
 const FIXED_POINT_STEPS: [usize; 6] = [2, 3, 4, 6, 9, 14];
@@ -55,7 +55,7 @@ pub fn measure(
     }
     let all = FIXED_POINT_STEPS.len() + 3;
     let readings = Readings::new(model, settings);
-    let own_task = crate::task::Task::cancelled_by(steps.task.cancel.clone());
+    let own_task = trackwright_task::Task::cancelled_by(steps.task.cancel.clone());
     steps.at(1, all)?;
     let (seconds, solved) =
         settings.timing.measure(|| undistort(model, &readings.measured, OUTSIDE, &own_task));
@@ -186,8 +186,8 @@ fn fixed_point(model: &DistortionModel, measured: &[Pose], count: usize) -> Vec<
 mod tests {
     use super::*;
     use crate::accuracy::precision::{Timing, testing};
-    use crate::geometry::directions::{DirectionSet, Weighting};
-    use crate::task::Task;
+    use trackwright_geometry::directions::{DirectionSet, Weighting};
+    use trackwright_task::Task;
 
     /// Millimetres over a box of 100 mm and hundredths of a radian: slopes well below 1.
     fn gentle_model() -> DistortionModel {

@@ -27,8 +27,8 @@ pub use machine::Machine;
 pub use timing::Timing;
 
 use crate::study::Scenario;
-use crate::task::{Cancelled, Task};
 use serde::Serialize;
+use trackwright_task::{Cancelled, Task};
 
 /// Why a family is left out in a room of another kind.
 const NOT_POLYNOMIALS: &str = "the design's room is not of Bernstein polynomials, the only field that is known to higher precision";

@@ -1,17 +1,17 @@
 //! The study: how few poses still tell the tip error RMS of a range of motion.
 
 use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What};
-use crate::field::computed::ModelKind;
 use crate::study::figures::with_separators;
 use crate::study::motion::moved;
 use crate::study::{self, AxisRange, InputTrial, Mode, Motion, Scenario, StudyError};
-use crate::task::Cancelled;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform};
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
 use std::sync::Arc;
+use trackwright_field::computed::ModelKind;
+use trackwright_task::Cancelled;
 
 /// The figure that `simulate` prints: over the poses of the design's grid.
 const GRID: &str = "the design's grid of poses";
@@ -319,7 +319,7 @@ mod tests {
     use super::*;
     use crate::accuracy::precision::{Timing, testing};
     use crate::study::statistics::Statistics;
-    use crate::task::Task;
+    use trackwright_task::Task;
 
     fn rows(scenario: &Scenario) -> Family {
         let settings =

@@ -1,10 +1,10 @@
 //! Poses to measure at: the same for the same seed, on every machine.
 
-use crate::geometry::bounds::Bounds;
 use nalgebra::{Point3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform, UnitSphere};
+use trackwright_geometry::bounds::Bounds;
 
 /// Positions spread evenly over a box, with axes spread evenly over the sphere.
 pub fn poses(bounds: &Bounds, count: usize, seed: u64) -> Vec<(Point3<f64>, Unit<Vector3<f64>>)> {

@@ -1,9 +1,9 @@
 //! Equation (8) in single precision throughout: what halving the bytes would cost in error.
 
-use crate::field::DistortionModel;
-use crate::field::bernstein::MAX_ORDER;
-use crate::geometry::directions::Weighting;
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
+use trackwright_field::DistortionModel;
+use trackwright_field::bernstein::MAX_ORDER;
+use trackwright_geometry::directions::Weighting;
 
 /// As in `geometry::directions`, for numbers of 24 bits.
 const IN_TRIANGLE: f32 = 1e-6;
@@ -144,7 +144,7 @@ fn half_area(a: &Vector3<f32>, b: &Vector3<f32>, c: &Vector3<f32>) -> f32 {
 mod tests {
     use super::*;
     use crate::accuracy::precision::{exact, sampling::poses, testing};
-    use crate::geometry::directions::DirectionSet;
+    use trackwright_geometry::directions::DirectionSet;
 
     #[test]
     fn single_precision_is_right_to_its_own_round_off_and_no_better() {

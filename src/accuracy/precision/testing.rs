@@ -1,12 +1,12 @@
 //! Rooms for the tests of this part of the program.
 
-use crate::field::samples::MapKind;
-use crate::field::{DistortionModel, Environment};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, Weighting};
 use crate::store;
 use crate::study::Scenario;
 use std::sync::Arc;
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, Environment};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
 
 pub fn bounds() -> Bounds {
     Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0]))

@@ -1,9 +1,9 @@
 //! The report as a whole: rows, fronts, what repeats and what stops.
 
 use super::*;
-use crate::field::DistortionModel;
-use crate::field::samples::MapKind;
 use std::sync::{Arc, LazyLock, Mutex};
+use trackwright_field::DistortionModel;
+use trackwright_field::samples::MapKind;
 
 /// Of the built-in design; what it was shown on the way, and how far it was said to be.
 struct Measured {

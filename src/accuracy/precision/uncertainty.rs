@@ -2,13 +2,13 @@
 //! samples, against a larger one of another seed.
 
 use super::{Family, Row, Settings, Steps, What};
-use crate::field::Environment;
-use crate::field::environment::Jitter;
 use crate::study::Scenario;
 use crate::study::figures::with_separators;
 use crate::study::uncertainty::{UncertaintyError, check_first_order, first_order, monte_carlo};
-use crate::task::{Cancelled, Task};
 use std::sync::Arc;
+use trackwright_field::Environment;
+use trackwright_field::environment::Jitter;
+use trackwright_task::{Cancelled, Task};
 
 /// Samples of a Monte Carlo, so far as the settings allow.
 const COUNTS: [usize; 5] = [100, 1_000, 10_000, 100_000, 1_000_000];

@@ -6,10 +6,10 @@ use crate::accuracy::high_linear::{
     High3, High33, HighMatrix, HighSvd, add3, apply33, cross3, dot, matrix_from_fn, norm, scale3,
     sub3, svd, times33, transposed33, unit3, vector3,
 };
-use crate::geometry::pose::Pose;
 use crate::tracking::frame_fit::{FREE_AXIS_RATIO, POOR_RATIO, Reading};
 use crate::tracking::{Determination, RigidBody, SensorOrientation};
 use nalgebra::Point3;
+use trackwright_geometry::pose::Pose;
 
 /// Below this part of the rows' lengths a cross-covariance in high precision is zero: sensors at
 /// one place leave 1e-57 of themselves.

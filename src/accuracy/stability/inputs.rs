@@ -1,12 +1,12 @@
 //! Inputs without structure that are the same every time.
 
-use crate::field::DistortionModel;
-use crate::field::bernstein::coefficient_count;
-use crate::field::model::ModelError;
-use crate::field::samples::MapKind;
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, Weighting};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_field::DistortionModel;
+use trackwright_field::bernstein::coefficient_count;
+use trackwright_field::model::ModelError;
+use trackwright_field::samples::MapKind;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
 
 /// A linear congruential sequence (Knuth's multiplier): no randomness is needed, only numbers
 /// that no formula is fond of.

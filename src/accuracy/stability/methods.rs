@@ -1,27 +1,27 @@
 //! The computations under test, as a set that can be exchanged: the program's own, or naive ones
 //! that have to be found out.
 
-use crate::field::batch::{Batch, Instructions};
-use crate::field::fit::{Fit, FitError, FitSettings, fit};
-use crate::field::inverse::{InverseState, undistort};
-use crate::field::jacobian::Matrix6x3;
-use crate::field::least_squares::{LeastSquares, NoConvergence, Solution};
-use crate::field::samples::{PoseError, SampleSet};
-use crate::field::{DistortionModel, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
-use crate::geometry::pose::Pose;
-use crate::geometry::rotation::{
-    AxisRotation, axis_rotation, exp_vector, log_matrix, log_quaternion, rotation_angle_rad,
-};
-use crate::geometry::svd3::{Svd3, svd3};
 use crate::study::Statistics;
-use crate::task::Task;
 use crate::tracking::RigidBody;
 use crate::tracking::frame_fit::{FrameFit, FrameFitter, Reading};
+use crate::tracking::linear_fit::{RotationNotDetermined, SensorCovariance, point_covariance_mm2};
 use crate::tracking::tool_in_crf::{RelativeError, relative_error};
-use crate::tracking::uncertainty::{RotationNotDetermined, SensorCovariance, point_covariance_mm2};
 use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_field::batch::{Batch, Instructions};
+use trackwright_field::fit::{Fit, FitError, FitSettings, fit};
+use trackwright_field::inverse::{InverseState, undistort};
+use trackwright_field::jacobian::Matrix6x3;
+use trackwright_field::least_squares::{LeastSquares, NoConvergence, Solution};
+use trackwright_field::samples::{PoseError, SampleSet};
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::{
+    AxisRotation, axis_rotation, exp_vector, log_matrix, log_quaternion, rotation_angle_rad,
+};
+use trackwright_geometry::svd3::{Svd3, svd3};
+use trackwright_task::Task;
 
 /// What the battery tests. Every method is the program's own unless replaced.
 pub trait Methods: Sync {

@@ -19,11 +19,11 @@ mod systems;
 #[cfg(test)]
 mod tests;
 
-use crate::task::{Cancelled, Task};
 use methods::Methods;
 use rayon::prelude::*;
 use row::{Family, Row};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trackwright_task::{Cancelled, Task};
 
 /// How much of the battery runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

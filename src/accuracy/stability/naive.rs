@@ -1,24 +1,24 @@
 //! Textbook methods that lose digits: the battery has to find each of them out.
 
 use super::methods::Methods;
-use crate::field::fit::{Fit, FitError, FitSettings, fit};
-use crate::field::inverse::InverseState;
-use crate::field::jacobian::Matrix6x3;
-use crate::field::least_squares::{NoConvergence, Solution};
-use crate::field::model::Coefficient;
-use crate::field::samples::{PoseError, SampleSet};
-use crate::field::{DistortionModel, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
-use crate::geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
-use crate::geometry::rotation::AxisRotation;
-use crate::geometry::svd3::{Svd3, svd3};
 use crate::study::Statistics;
 use crate::tracking::frame_fit::{FrameFit, FrameFitter, Reading};
+use crate::tracking::linear_fit::{RotationNotDetermined, SensorCovariance};
 use crate::tracking::tool_in_crf::RelativeError;
-use crate::tracking::uncertainty::{RotationNotDetermined, SensorCovariance};
 use crate::tracking::{RigidBody, SensorOrientation};
 use nalgebra::{DMatrix, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_field::fit::{Fit, FitError, FitSettings, fit};
+use trackwright_field::inverse::InverseState;
+use trackwright_field::jacobian::Matrix6x3;
+use trackwright_field::least_squares::{NoConvergence, Solution};
+use trackwright_field::model::Coefficient;
+use trackwright_field::samples::{PoseError, SampleSet};
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
+use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
+use trackwright_geometry::rotation::AxisRotation;
+use trackwright_geometry::svd3::{Svd3, svd3};
 
 /// `AᵀA x = Aᵀb`.
 pub struct NormalEquations;
@@ -52,7 +52,7 @@ impl Methods for NormalEquations {
             .map(|s| {
                 let mut row = Vec::new();
                 let unit = own.model.bounds().to_unit(&s.position_mm);
-                crate::field::bernstein::push_products(settings.order, &unit, &mut row);
+                trackwright_field::bernstein::push_products(settings.order, &unit, &mut row);
                 row
             })
             .collect();

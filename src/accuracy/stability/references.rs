@@ -5,10 +5,10 @@ use crate::accuracy::high_linear::{
     High3, High33, apply33, cross3, determinant33, dot, inverse33, matrix_from_fn, norm, scale3,
     transposed33, unit3, vector3,
 };
-use crate::field::{DistortionModel, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, Weighting};
 use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
 
 /// How far outside a triangle an axis may be for the program to have chosen it: on an edge,
 /// round-off decides which side it is on, and both are right.

@@ -8,8 +8,8 @@ use super::naive::{
 };
 use super::row::{BEHAVIOUR, Quantity, Row};
 use super::{Extent, families, page, run};
-use crate::task::Task;
 use std::collections::BTreeSet;
+use trackwright_task::Task;
 
 fn rows(methods: &dyn Methods, family: &str) -> Vec<Row> {
     let families: Vec<_> =

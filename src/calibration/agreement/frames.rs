@@ -3,9 +3,9 @@
 
 use super::rows::{AgreementRow, tip_in_crf};
 use crate::calibration::registration::register;
-use crate::geometry::rotation::rotation_angle_rad;
 use crate::study::scenario::Scenario;
 use nalgebra::Point3;
+use trackwright_geometry::rotation::rotation_angle_rad;
 
 /// Median disagreement below which frames are taken to be one.
 ///

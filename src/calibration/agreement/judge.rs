@@ -10,16 +10,16 @@ use super::{
     MIN_EFFECTIVE, MIN_POSES, MIN_SPREAD_DEG, MIN_SPREAD_MM, NoiseCheck, Summary, Unknowns,
 };
 use crate::calibration::dependence::Dependence;
-use crate::field::OutsidePolicy;
-use crate::geometry::rotation::rotation_angle_rad;
 use crate::study::expected::{Expected, expected_where_measured};
 use crate::study::scenario::{InputTrial, Mode, Scenario};
 use crate::study::statistics::Statistics;
-use crate::task::Task;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 use std::collections::HashSet;
+use trackwright_field::OutsidePolicy;
+use trackwright_geometry::rotation::rotation_angle_rad;
+use trackwright_task::Task;
 
 /// Most units that are resampled; of longer recordings, neighbours are summed first.
 const MOST_UNITS: usize = 20_000;

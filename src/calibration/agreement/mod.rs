@@ -42,12 +42,12 @@ pub use recording::{BuiltRecording, RecordedFrame};
 pub use rows::{AgreementRow, RecordedPose, paired_rows, pivot_rows, tip_in_crf};
 pub use verdict::Verdict;
 
-use crate::field::OutsidePolicy;
 use crate::study::expected::Expected;
 use crate::study::run::StudyError;
 use crate::study::statistics::Statistics;
-use crate::task::Cancelled;
 use serde::Serialize;
+use trackwright_field::OutsidePolicy;
+use trackwright_task::Cancelled;
 
 /// Fewest poses that anything is said of: with fewer, an interval is wider than what it is about.
 pub const MIN_POSES: usize = 10;

@@ -2,12 +2,12 @@
 //! the field's standard error, to first order.
 
 use super::rows::AgreementRow;
-use crate::field::{OutsidePolicy, Support};
-use crate::geometry::pose::Pose;
 use crate::study::scenario::Scenario;
-use crate::tracking::uncertainty::{LinearFit, MotionCovariance, SensorCovariance};
+use crate::tracking::linear_fit::{LinearFit, MotionCovariance, SensorCovariance};
 use crate::tracking::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Matrix3, Point3, UnitQuaternion};
+use trackwright_field::{OutsidePolicy, Support};
+use trackwright_geometry::pose::Pose;
 
 /// What a sensor's reading scatters by, a component: variances in mm² and rad².
 type Variances = [f64; 2];

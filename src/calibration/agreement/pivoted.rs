@@ -2,9 +2,9 @@
 
 use super::{Agreement, AgreementError, AgreementSettings, agreement, pivot_rows};
 use crate::calibration::pivot::{Pivot, PivotError, PivotLimits, pivot};
-use crate::geometry::pose::Pose;
 use crate::study::scenario::Scenario;
-use crate::task::Task;
+use trackwright_geometry::pose::Pose;
+use trackwright_task::Task;
 
 /// What a pivoted tool comes to.
 #[derive(Clone, Debug)]

@@ -5,12 +5,12 @@
 //! finds; the series is a ring. What is resampled are the sums that all figures are made of, so that
 //! one pass serves them all.
 
-use crate::task::{Cancelled, Task};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 use std::ops::AddAssign;
+use trackwright_task::{Cancelled, Task};
 
 /// Resamplings that share a stream of random numbers.
 const CHUNK: usize = 50;

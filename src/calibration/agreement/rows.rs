@@ -2,17 +2,17 @@
 
 use super::AgreementError;
 use crate::calibration::pivot::Pivot;
-use crate::field::OutsidePolicy;
-use crate::field::compensation::Method;
-use crate::field::samples::Measurement;
-use crate::geometry::pose::Pose;
-use crate::geometry::rotation::log_quaternion;
 use crate::study::body_compensation::BodyCompensator;
 use crate::study::run::run;
 use crate::study::scenario::{InputTrial, Mode, Scenario};
 use crate::study::trial::{Simulator, Trial};
-use crate::task::Task;
 use nalgebra::{Point3, Vector3};
+use trackwright_field::OutsidePolicy;
+use trackwright_field::compensation::Method;
+use trackwright_field::samples::Measurement;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::log_quaternion;
+use trackwright_task::Task;
 
 /// One recorded pose of the built tool. Without a CRF, the tracker frame stands for the CRF's.
 #[derive(Clone, Copy, Debug, PartialEq)]

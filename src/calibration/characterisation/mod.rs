@@ -19,14 +19,14 @@ use super::hand_eye::{HandEye, HandEyeError, HandEyeSettings, PairedReading, han
 use super::rigid_check::{RigidCheck, rigid_check};
 use super::still_pose::Spread;
 use super::time_alignment::AlignmentSettings;
-use crate::field::samples::Measurement;
-use crate::geometry::pose::Pose;
-use crate::task::{Cancelled, Task};
 use crate::tracking::recording::{Recording, ToolChoiceError, Unusable};
 use nalgebra::{Point3, Vector3};
 use path::PathPair;
 use prepare::Prepared;
 use std::collections::BTreeMap;
+use trackwright_field::samples::Measurement;
+use trackwright_geometry::pose::Pose;
+use trackwright_task::{Cancelled, Task};
 
 /// Two recordings that belong together.
 #[derive(Clone, Debug, PartialEq)]

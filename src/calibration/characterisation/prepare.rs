@@ -5,9 +5,9 @@ use crate::calibration::hand_eye::{PairedReading, ReadingNoise};
 use crate::calibration::pose_stream::{Clock, ClockFaults};
 use crate::calibration::still_pose::{Spread, StillPose, still_pose};
 use crate::calibration::time_alignment::{AlignmentError, align};
-use crate::geometry::pose::Pose;
 use crate::tracking::recording::{Recording, ToolTrack, Unusable};
 use std::collections::{BTreeMap, BTreeSet};
+use trackwright_geometry::pose::Pose;
 
 /// Half of the reference's readings within this of their median are of a still pose: far above its
 /// jitter (0.01 mm, 0.02°), and a hand's tremor; a path leaves it within a fraction of a second.

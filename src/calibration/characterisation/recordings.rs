@@ -7,10 +7,10 @@
 
 use super::{HandEye, HandEyeSettings, PairedReading, hand_eye};
 use crate::calibration::still_pose::Spread;
-use crate::geometry::rotation::log_quaternion;
-use crate::task::{Cancelled, Task};
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::collections::BTreeSet;
+use trackwright_geometry::rotation::log_quaternion;
+use trackwright_task::{Cancelled, Task};
 
 /// Fewest recordings: two differ by one number.
 const MIN_GROUPS: usize = 3;

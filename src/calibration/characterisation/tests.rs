@@ -2,11 +2,11 @@
 
 use super::*;
 use crate::calibration::still_pose::distances;
-use crate::field::random_models::Seeded;
-use crate::geometry::pose::pose_from_parts;
-use crate::geometry::rotation::exp_vector;
 use crate::tracking::recording::{ToolTrack, TrackSample};
 use nalgebra::UnitQuaternion;
+use trackwright_field::random_models::Seeded;
+use trackwright_geometry::pose::pose_from_parts;
+use trackwright_geometry::rotation::exp_vector;
 
 const JITTER: Spread = Spread { position_mm: 0.1, angle_rad: 0.002 };
 

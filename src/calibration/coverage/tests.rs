@@ -1,9 +1,9 @@
 //! What is counted once, what is missing, and where to go next.
 
 use super::*;
-use crate::geometry::pose::pose_from_parts;
 use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
+use trackwright_geometry::pose::pose_from_parts;
 
 fn cube() -> Coverage {
     Coverage::new(CoveragePlan { volume: Volume::AuroraCube, directions: DirectionSet::Six })

@@ -1,9 +1,9 @@
 //! What positions and quaternions by themselves show.
 
 use super::{MAX_POSITION_MM, MIN_ROWS, SignedAxes, Suspicion, on_axes, signed_axes};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::pose::Pose;
 use nalgebra::{Point3, Vector3};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::pose::Pose;
 
 /// Largest distance from the origin, and extent, of positions that are metres beyond doubt: every
 /// volume that a tracker measures is within 5 m, and none reaches less than 5 mm of a generator.

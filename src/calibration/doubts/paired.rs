@@ -4,9 +4,9 @@ use super::alone::{Extent, PoseFrame, Signs, is_too_far};
 use super::{Explained, MIN_ROWS, Suspicion, on_axes, signed_axes, turned};
 use crate::calibration::registration::register;
 use crate::calibration::robust::median;
-use crate::field::samples::{Measurement, MeasurementContent};
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::collections::VecDeque;
+use trackwright_field::samples::{Measurement, MeasurementContent};
 
 /// Rows that are looked at, evenly from the table, of however many.
 const MAX_KEPT: usize = 4096;
@@ -399,7 +399,7 @@ fn placed(pairs: &[Pair]) -> Option<Suspicion> {
 /// The rotation and translation of most pairs, of the ideal side's mirror image where it is asked for,
 /// and the median that they leave: a registration of the better half of the pairs, some times over
 /// (Rousseeuw & Van Driessen, Data Mining and Knowledge Discovery 12, 2006).
-fn rigid(pairs: &[Pair], is_mirrored: bool) -> Option<(crate::geometry::pose::Pose, f64)> {
+fn rigid(pairs: &[Pair], is_mirrored: bool) -> Option<(trackwright_geometry::pose::Pose, f64)> {
     const STEPS: usize = 5;
     let mirror = match is_mirrored {
         true => self::mirror(),

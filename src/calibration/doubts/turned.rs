@@ -4,11 +4,11 @@
 
 use super::{Explained, Side, Suspicion};
 use crate::calibration::robust::median;
-use crate::field::samples::Measurement;
-use crate::geometry::rotation::rotation_angle_rad;
-use crate::geometry::svd3::svd3;
 use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3};
 use std::fmt;
+use trackwright_field::samples::Measurement;
+use trackwright_geometry::rotation::rotation_angle_rad;
+use trackwright_geometry::svd3::svd3;
 
 /// Median angle between the axes of two sides that asks for an explanation: ten times what the worst
 /// of the rooms has (RMS 2.7°, median 1.6°), and half of it where a better one is at hand.

@@ -20,10 +20,10 @@ pub use motion::Motion;
 use super::long_run::{LongRun, Worth};
 use super::robust::Loss;
 use super::still_pose::Spread;
-use crate::geometry::pose::Pose;
-use crate::geometry::rotation::log_quaternion;
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 use std::collections::BTreeSet;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::log_quaternion;
 
 /// What both trackers read of one sensor at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,10 +5,10 @@
 //! singular value of the stacked `R − R̄` (`calibration/pivot.rs` asks for the same).
 
 use super::{HandEyeError, PairedReading};
-use crate::geometry::rotation::{log_quaternion, rotation_angle_rad};
-use crate::geometry::svd3::svd3;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
+use trackwright_geometry::rotation::{log_quaternion, rotation_angle_rad};
+use trackwright_geometry::svd3::svd3;
 
 /// How a body turned, seen by the reference tracker.
 #[derive(Clone, Copy, Debug, PartialEq)]

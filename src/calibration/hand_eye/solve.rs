@@ -6,9 +6,9 @@
 use super::{HandEyeSettings, PairedReading};
 use crate::calibration::robust::{Loss, scale_of_lengths};
 use crate::calibration::still_pose::Spread;
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::{exp_vector, log_quaternion};
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::{exp_vector, log_quaternion};
 
 /// Least scales, so that exact readings can be divided by theirs: a tenth of the last digits that
 /// trackers write.

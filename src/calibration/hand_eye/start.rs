@@ -9,10 +9,10 @@
 use super::PairedReading;
 use super::solve::Frames;
 use crate::calibration::robust::median;
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::rotation_angle_rad;
-use crate::geometry::svd3::svd3;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::rotation_angle_rad;
+use trackwright_geometry::svd3::svd3;
 
 /// Rounds of reweighting: each takes the pull of an outlier down by about its distance in scales.
 const ROUNDS: usize = 8;

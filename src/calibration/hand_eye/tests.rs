@@ -1,9 +1,9 @@
 //! Known frames found again, with noise and without, and motions that do not tell.
 
 use super::*;
-use crate::field::random_models::Seeded;
-use crate::geometry::pose::pose_from_parts;
-use crate::geometry::rotation::{exp_vector, rotation_angle_rad};
+use trackwright_field::random_models::Seeded;
+use trackwright_geometry::pose::pose_from_parts;
+use trackwright_geometry::rotation::{exp_vector, rotation_angle_rad};
 
 /// A room as it is: a reference a metre away, sensors some centimetres from the body's origin.
 struct Truth {

@@ -13,8 +13,8 @@ pub use precision::Quarters;
 
 use super::long_run::Worth;
 use super::orientation_range::orientation_range_rad;
-use crate::geometry::pose::Pose;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Point3, Vector3};
+use trackwright_geometry::pose::Pose;
 
 /// What a recording has to have.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,9 +9,9 @@
 
 use super::{Fit, PivotLimits, rotation};
 use crate::calibration::long_run::{Worth, long_run};
-use crate::geometry::pose::Pose;
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+use trackwright_geometry::pose::Pose;
 
 const QUARTERS: usize = 4;
 

@@ -1,10 +1,10 @@
 //! Simulated recordings whose tip is known.
 
 use super::*;
-use crate::field::random_models::Seeded;
-use crate::geometry::pose::pose_from_parts;
 use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
+use trackwright_field::random_models::Seeded;
+use trackwright_geometry::pose::pose_from_parts;
 
 const TIP: [f64; 3] = [-14.0, 394.0, -7.0];
 const PIVOT: [f64; 3] = [80.0, -30.0, -310.0];

@@ -6,12 +6,12 @@ use crate::calibration::characterisation::{
 use crate::calibration::pose_stream::{Clock, ClockFaults};
 use crate::calibration::rigid_check::Range;
 use crate::calibration::still_pose::Spread;
-use crate::geometry::pose::{Pose, pose_to_array};
 use crate::study::figures::with_separators;
 use crate::study::statistics::Statistics;
 use nalgebra::{Dim, Matrix, RawStorage};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use trackwright_geometry::pose::{Pose, pose_to_array};
 
 /// Pairs that are not used, and why.
 pub fn rejected(found: &Characterisation) -> impl Iterator<Item = (usize, &PairProblem)> {

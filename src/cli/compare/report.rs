@@ -2,13 +2,13 @@
 
 use crate::cli::expected;
 use crate::formats::comparison_table::Names;
-use crate::geometry::pose::pose_to_array;
 use crate::study::comparison::{
     Comparison, Difference, ErrorOf, FIGURES, REQUIRED, Row, Summary, WorstPose, difference_words,
     met_words, notes, worst_words,
 };
 use crate::study::expected::{judged, requirement_figures};
 use serde_json::{Map, Value, json};
+use trackwright_geometry::pose::pose_to_array;
 
 /// Longest name that a table shows whole.
 const MAX_NAME: usize = 36;

@@ -3,10 +3,7 @@
 use super::super::numbers::{lengths_above_zero, six, three};
 use super::super::output::{self, Format, OutsideArg, Shown};
 use super::{AxesArg, ends_with, refuse_axes};
-use crate::field::samples::MapKind;
 use crate::formats::export::{field_table, mha, nrrd, vti};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::number::direction;
 use crate::store::Files;
 use crate::study::Statistics;
 use crate::study::field_lattice::{
@@ -17,6 +14,9 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use trackwright_field::samples::MapKind;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::number::direction;
 
 #[derive(Debug, Args)]
 pub struct FieldArgs {

@@ -8,12 +8,12 @@ use super::{AxesArg, ends_with, refuse_axes};
 use crate::formats::export::markups::MarkupPoint;
 use crate::formats::export::{itk_transform, markups};
 use crate::formats::poses::{self, WhosePoses};
-use crate::geometry::pose::Pose;
 use crate::store::Files;
 use crate::study::figures::with_separators;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
+use trackwright_geometry::pose::Pose;
 
 #[derive(Debug, Args)]
 pub struct PosesArgs {

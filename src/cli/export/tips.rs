@@ -6,7 +6,6 @@ use super::super::simulate::{ModeArg, mode_arg, mode_of, note_world};
 use super::{AxesArg, ends_with, refuse_axes};
 use crate::formats::export::markups::{self, MarkupList, MarkupPoint};
 use crate::formats::export::tips_table::{self, StudiedTip};
-use crate::geometry::pose::Pose;
 use crate::report::palette::SERIES;
 use crate::store::{self, Files};
 use crate::study::figures::with_separators;
@@ -15,6 +14,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use plotters::style::RGBColor;
 use std::path::{Path, PathBuf};
+use trackwright_geometry::pose::Pose;
 
 /// More points than this make 3D Slicer slow.
 const MANY: usize = 5_000;

@@ -7,7 +7,6 @@ use crate::calibration::pivot::PivotLimits;
 use crate::calibration::spin::{Spin, SpinError, SpinLimits, spin, tool_from_tip};
 use crate::formats::body::{self, BodyFile};
 use crate::formats::export::{PatientAxes, itk_transform};
-use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::store::Output;
 use crate::study::figures::with_separators;
 use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
@@ -16,6 +15,7 @@ use clap::Args;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 #[derive(Debug, Args)]
 pub(super) struct SpinArgs {

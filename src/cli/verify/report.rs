@@ -4,11 +4,11 @@ use super::super::{expected, output};
 use crate::calibration::agreement::{Agreement, Compared, Interval, Summary};
 use crate::calibration::built_tool::BodySource;
 use crate::calibration::pivot::Pivot;
-use crate::field::environment::OrientationWeight;
 use crate::study::figures::with_separators;
 use crate::study::statistics::Statistics;
 use nalgebra::Point3;
 use serde_json::{Value, json};
+use trackwright_field::environment::OrientationWeight;
 
 /// What is known of the recording besides its poses.
 pub(super) struct Recorded {

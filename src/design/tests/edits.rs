@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::formats::tool_definition::{OnMismatch, read_body};
-use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
 use crate::study::motion::{AxisRange, Motion};
 use crate::tracking::body::Coil;
 use nalgebra::Unit;
+use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 
 #[test]
 fn edits_say_what_they_do() {

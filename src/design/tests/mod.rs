@@ -6,9 +6,9 @@ mod place;
 mod procedure;
 
 use super::*;
-use crate::geometry::pose::Pose;
 use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Point3, Vector3};
+use trackwright_geometry::pose::Pose;
 
 fn sensor(name: &str, z_mm: f64) -> Sensor {
     Sensor {

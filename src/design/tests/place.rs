@@ -1,9 +1,9 @@
 //! What is moved by hand.
 
 use super::*;
-use crate::geometry::movement::Movement;
-use crate::geometry::pose::pose_from_parts;
 use nalgebra::{Unit, UnitQuaternion};
+use trackwright_geometry::movement::Movement;
+use trackwright_geometry::pose::pose_from_parts;
 
 /// A design whose frames are turned against each other.
 fn turned_design() -> Design {

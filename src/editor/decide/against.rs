@@ -7,12 +7,12 @@ use crate::editor::document::WorldGeneration;
 use crate::editor::layers::latest::Newest;
 use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld};
 use crate::editor::wake::Waker;
-use crate::field::OutsidePolicy;
 use crate::store;
 use crate::study::comparison::{Comparison, Settings, compare};
 use crate::study::{PoseDetail, look};
 use bevy::prelude::*;
 use std::sync::Arc;
+use trackwright_field::OutsidePolicy;
 
 /// Compares while the workspace is shown and something is pinned.
 pub struct AgainstPlugin;

@@ -4,12 +4,12 @@ use super::table::{Compared, Failure};
 use crate::calibration::agreement::BuiltRecording;
 use crate::design::Design;
 use crate::editor::background::Job;
-use crate::geometry::mesh::SurfaceMesh;
 use crate::procedure::Step;
 use crate::store::{RoomPlace, StoreError};
 use bevy::prelude::Resource;
 use std::path::PathBuf;
 use std::sync::Arc;
+use trackwright_geometry::mesh::SurfaceMesh;
 
 /// What is compared, and what it came to.
 #[derive(Resource, Default)]

@@ -1,13 +1,13 @@
 //! What the table's thread does: reads designs and rooms, and holds each design against the baseline.
 
 use crate::design::Design;
-use crate::field::{Environment, OutsidePolicy};
 use crate::formats::comparison_table::Names;
 use crate::store::{self, Files, RoomPlace};
 use crate::study::comparison::{Comparison, Settings, compare};
-use crate::task::{Cancelled, Task};
 use std::path::PathBuf;
 use std::sync::Arc;
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_task::{Cancelled, Task};
 
 /// What is to be compared.
 pub struct Wanted {

@@ -9,12 +9,12 @@ use crate::editor::document::{Notice, WorldGeneration};
 use crate::editor::state::{EditRequest, OpenWorld};
 use crate::editor::ui::dialogs::{Dialog, Dialogs};
 use crate::editor::wake::Waker;
-use crate::field::Environment;
 use crate::store::{self, ENVIRONMENT_EXTENSION, Files, RoomPlace, RoomSummary};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
+use trackwright_field::Environment;
 
 /// Rooms that are remembered as recently used.
 const MOST_RECENT: usize = 8;

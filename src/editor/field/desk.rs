@@ -6,19 +6,19 @@ use crate::calibration::room_choice::{AskedModel, Chosen};
 use crate::calibration::room_model::HarmonicReport;
 use crate::calibration::room_worth::{Left, Worth};
 use crate::editor::background::Job;
-use crate::field::Environment;
-use crate::field::environment::Jitter;
-use crate::field::fit::{DEFAULT_RCOND, Fit, FitMethod, FitSettings};
-use crate::field::samples::MapKind;
-use crate::geometry::directions::Weighting;
-use crate::geometry::volume::Volume;
 use crate::store::{MeasurementTable, RoomListing, RoomPlace, SampleReading, StoreError};
 use crate::study::own_study::OwnStudy;
-use crate::task::Cancelled;
 use bevy::prelude::Resource;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
+use trackwright_field::Environment;
+use trackwright_field::environment::Jitter;
+use trackwright_field::fit::{DEFAULT_RCOND, Fit, FitMethod, FitSettings};
+use trackwright_field::samples::MapKind;
+use trackwright_geometry::directions::Weighting;
+use trackwright_geometry::volume::Volume;
+use trackwright_task::Cancelled;
 
 /// A table that several hold at a time: the desk, a fit, the thread that fits.
 pub type Table = Arc<MeasurementTable>;

@@ -1,8 +1,8 @@
 //! The kinds of models that the workspace offers.
 
 use crate::calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
-use crate::field::generator::{BUILT_IN, Generator};
-use crate::field::harmonic::Loss;
+use trackwright_field::generator::{BUILT_IN, Generator};
+use trackwright_field::harmonic::Loss;
 
 /// A kind of model, and what only that kind has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -8,15 +8,15 @@ use crate::design::view::Quantity;
 use crate::editor::convert;
 use crate::editor::materials::PaintMaterial;
 use crate::editor::state::{ColorScale, EditorSystems, OpenWorld, Results, Workspace};
-use crate::field::samples::Sample;
-use crate::geometry::pointing::{Target, first_pointed_at};
-use crate::geometry::surface::Ray;
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::Indices;
 use bevy::picking::Pickable;
 use bevy::prelude::*;
 use bevy::render::render_resource::PrimitiveTopology;
 use std::sync::Arc;
+use trackwright_field::samples::Sample;
+use trackwright_geometry::pointing::{Target, first_pointed_at};
+use trackwright_geometry::surface::Ray;
 
 /// Most markers that are drawn of a table; of a larger one every so many-th sample is.
 pub const MOST_MARKERS: usize = 20_000;

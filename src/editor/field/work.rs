@@ -8,15 +8,15 @@ use crate::calibration::room_fit::{
 use crate::calibration::room_worth::worth;
 use crate::editor::document::WorldGeneration;
 use crate::editor::state::OpenWorld;
-use crate::field::fit::FitSettings;
-use crate::field::selection::{SelectError, SelectSettings};
 use crate::report::room::support_note;
 use crate::report::selection::grouped_line;
 use crate::store::{self, room_name};
 use crate::study::Scenario;
 use crate::study::own_study::{OwnStudy, mode_of, own_study};
-use crate::task::{Cancelled, Task};
 use std::sync::Arc;
+use trackwright_field::fit::FitSettings;
+use trackwright_field::selection::{SelectError, SelectSettings};
+use trackwright_task::{Cancelled, Task};
 
 /// Part of the time that choosing takes, for the bar only: it tries hundreds of models.
 pub const CHOOSING_PART: f64 = 0.85;

@@ -6,8 +6,6 @@ use crate::editor::camera::Sight;
 use crate::editor::drag_edits::DragEdits;
 use crate::editor::fine_pointer::{DEAD_ZONE_PX, DragKeys, FinePointer};
 use crate::editor::state::{ActiveDrag, DragReadout, EditorSystems, Selected};
-use crate::geometry::gizmo::{Handle, HandleDrag, HandleKind};
-use crate::geometry::movement::Movement;
 use bevy::ecs::system::SystemParam;
 use bevy::picking::events::{Drag, DragEnd, DragStart, Out, Over, Pointer};
 use bevy::picking::pointer::PointerButton;
@@ -15,6 +13,8 @@ use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass, egui};
 use std::sync::Arc;
+use trackwright_geometry::gizmo::{Handle, HandleDrag, HandleKind};
+use trackwright_geometry::movement::Movement;
 
 /// The handle that is held.
 #[derive(Resource, Default)]

@@ -8,10 +8,10 @@ use crate::editor::scene::screen_size::{ScreenSized, SizeBounds};
 use crate::editor::scene::shapes::GlyphShapes;
 use crate::editor::state::{ActiveDrag, EditorSystems};
 use crate::editor::{convert, palette};
-use crate::geometry::gizmo::{self as core, ARROW_PX, HandleKind, RING_PX};
-use crate::geometry::orbit::Axis;
 use bevy::prelude::*;
 use std::f32::consts::FRAC_PI_2;
+use trackwright_geometry::gizmo::{self as core, ARROW_PX, HandleKind, RING_PX};
+use trackwright_geometry::orbit::Axis;
 
 /// On the screen, pixels.
 const ROD_WIDTH_PX: f32 = 3.2;

@@ -12,10 +12,10 @@ use super::state::{EditorSystems, OpenWorld, Presentation, Selected, Selection, 
 use super::study::ShownDesign;
 use super::tool::SceneTool;
 use crate::design::{Design, HandleAxes, View};
-use crate::geometry::gizmo::{Gizmo, Handle};
 use crate::tracking::SensorOrientation;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
+use trackwright_geometry::gizmo::{Gizmo, Handle};
 
 /// Shows handles at what is selected, and drags it by them.
 pub struct GizmoPlugin;

@@ -3,12 +3,12 @@
 use crate::editor::camera::OrbitRig;
 use crate::editor::materials::GlowMaterial;
 use crate::editor::{convert, palette};
-use crate::geometry::solid::Solid;
 pub use crate::scene::arrow_style::ArrowStyle;
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
+use trackwright_geometry::solid::Solid;
 
 /// From a point by a vector, tracker frame, millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]

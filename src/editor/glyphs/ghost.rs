@@ -8,10 +8,10 @@ use crate::editor::scene::bodies::{is_same_mesh, shown_mesh};
 use crate::editor::scene::body_meshes::BodyMeshes;
 use crate::editor::state::EditorSystems;
 use crate::editor::{convert, palette};
-use crate::geometry::mesh::SurfaceMesh;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 use std::sync::Arc;
+use trackwright_geometry::mesh::SurfaceMesh;
 
 const MIDDLE_ALPHA: f32 = 0.16;
 const RIM_ALPHA: f32 = 0.95;

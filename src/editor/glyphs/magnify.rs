@@ -5,12 +5,12 @@ use crate::design::{BodyRole, Design};
 use crate::editor::camera::OrbitRig;
 use crate::editor::state::{ActiveDrag, EditorSystems, OpenWorld, Results, ShownMagnification};
 use crate::editor::study::ShownDesign;
-use crate::geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
-use crate::geometry::pose::Pose;
 use crate::study::PoseDetail;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use nalgebra::Point3;
+use trackwright_geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
+use trackwright_geometry::pose::Pose;
 
 /// Keeps [`ShownMagnification`]; never changes an automatic one during a drag.
 pub struct MagnifyPlugin;

@@ -6,9 +6,9 @@ use crate::editor::materials::GlowMaterial;
 use crate::editor::scene::shapes::GlyphShapes;
 use crate::editor::state::EditorSystems;
 use crate::editor::{convert, palette};
-use crate::geometry::pose::Pose;
 use bevy::prelude::*;
 use nalgebra::{Matrix3, Vector3};
+use trackwright_geometry::pose::Pose;
 
 const ALPHA: f32 = 0.10;
 const RIM_ALPHA: f32 = 0.9;

@@ -11,9 +11,6 @@ use crate::editor::materials::PaintMaterial;
 use crate::editor::state::{ColorBar, EditorSystems, OpenWorld};
 use crate::editor::study::{ShownDesign, ShownSystems, ShownTrial};
 use crate::editor::wake::Waker;
-use crate::geometry::colormap::ColorMap;
-use crate::geometry::pointing::{Target, first_pointed_at};
-use crate::geometry::surface::Ray;
 use crate::scene::field_arrows::{Scale, arrow_plan, arrow_triangles, head_mm};
 use crate::store;
 use crate::study::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
@@ -21,6 +18,9 @@ use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
+use trackwright_geometry::colormap::ColorMap;
+use trackwright_geometry::pointing::{Target, first_pointed_at};
+use trackwright_geometry::surface::Ray;
 
 /// A spike's foot is a little wider than a shaft, so that it covers about as much.
 const SPIKE_TO_HEAD: f64 = 0.6;
@@ -181,7 +181,7 @@ fn ask(
         None => world.0.document.design(),
     };
     let scenario = store::resolve(design, &world.0.environment);
-    let work = move |task: &crate::task::Task, found: &mut dyn FnMut(ArrowOutcome)| {
+    let work = move |task: &trackwright_task::Task, found: &mut dyn FnMut(ArrowOutcome)| {
         if let Ok(outcome) = sample_arrows(&scenario, &key.plan, &task.cancel) {
             found(outcome);
         }
@@ -274,7 +274,7 @@ fn push_spike(
     let Some(along) = arrow.try_normalize(1e-9) else {
         return;
     };
-    let across = crate::geometry::rotation::perpendicular(&Unit::new_unchecked(along));
+    let across = trackwright_geometry::rotation::perpendicular(&Unit::new_unchecked(along));
     let other = along.cross(&across);
     let radius_mm = head_mm(arrow.norm()) * SPIKE_TO_HEAD;
     let foot: [_; SIDES] = std::array::from_fn(|k| {

@@ -2,11 +2,11 @@
 //! better and better ones.
 
 use crate::editor::wake::Waker;
-use crate::task::{CancelToken, Task};
 use bevy::log::warn;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use trackwright_task::{CancelToken, Task};
 
 /// What is done for a wish: it tells whatever it finds, as often as it finds something better.
 pub type Work<A> = Box<dyn FnOnce(&Task, &mut dyn FnMut(A)) + Send>;

@@ -14,15 +14,15 @@ use crate::editor::state::{
     ActiveDrag, ColorBar, EditorSystems, OpenWorld, Selected, Selection, Workspace,
 };
 use crate::editor::wake::Waker;
-use crate::geometry::colormap::{ColorMap, NO_VALUE_SRGB};
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::surface::{Ray, Surface};
 use crate::scene::painted::placement_range;
 use crate::store;
 use crate::study::placement::vertices;
 use crate::study::{AxisRule, PlacedBody, PlacementOutcome, PlacementPlan, Work, place};
 use bevy::prelude::*;
 use std::sync::Arc;
+use trackwright_geometry::colormap::{ColorMap, NO_VALUE_SRGB};
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::surface::{Ray, Surface};
 
 /// Finds and paints placements while their layer is on and a sensor is selected.
 pub struct PlacementPlugin;
@@ -207,7 +207,7 @@ fn ask(
         return;
     };
     let scenario = store::resolve(document.design(), &world.0.environment);
-    let work = move |task: &crate::task::Task, found: &mut dyn FnMut(PlacementOutcome)| {
+    let work = move |task: &trackwright_task::Task, found: &mut dyn FnMut(PlacementOutcome)| {
         let plan = PlacementPlan {
             body: match key.body {
                 BodyRole::Tool => PlacedBody::Tool,

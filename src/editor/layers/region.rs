@@ -106,7 +106,7 @@ fn ask(
         return;
     }
     let scenario = store::resolve(document.design(), &world.0.environment);
-    let work = move |task: &crate::task::Task, found: &mut dyn FnMut(Found)| {
+    let work = move |task: &trackwright_task::Task, found: &mut dyn FnMut(Found)| {
         for (count, basis) in STEPS {
             let region = usable_region(&scenario, [count; 3], basis, task);
             let is_over = region.is_err();

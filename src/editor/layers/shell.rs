@@ -3,9 +3,9 @@
 use crate::editor::convert;
 use crate::editor::materials::GlowMaterial;
 use crate::editor::palette::Rgb;
-use crate::geometry::isosurface::Isosurface;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
+use trackwright_geometry::isosurface::Isosurface;
 
 /// What tells one region's surface from another's.
 #[derive(Clone, Copy, Debug)]

@@ -8,11 +8,11 @@ use crate::editor::diagnostics::Diagnostics;
 use crate::editor::palette;
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::wake::Waker;
-use crate::field::Environment;
 use crate::study::{SupportedRegion, SupportedRegionError, supported_region};
 use bevy::prelude::*;
 use nalgebra::{Unit, Vector3};
 use std::sync::Arc;
+use trackwright_field::Environment;
 
 /// Points along each side of the lattice: coarse for the first picture, then fine.
 const COUNTS: [usize; 2] = [13, 33];
@@ -108,7 +108,7 @@ fn ask(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut bars: ResMut<
         bars.support = None;
         return;
     };
-    let work = move |task: &crate::task::Task, found: &mut dyn FnMut(Found)| {
+    let work = move |task: &trackwright_task::Task, found: &mut dyn FnMut(Found)| {
         for count in COUNTS {
             found(supported_region(&environment, &axis, count, task));
         }

@@ -7,10 +7,10 @@ use crate::editor::convert::{self, Painted};
 use crate::editor::materials::PaintMaterial;
 use crate::editor::palette;
 use crate::editor::state::{EditorSystems, Workspace};
-use crate::geometry::colormap::ColorMap;
 use bevy::picking::Pickable;
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
+use trackwright_geometry::colormap::ColorMap;
 
 /// How much of a cell a block takes: the tool between them stays to be seen.
 const BLOCK_PART: f64 = 0.22;

@@ -4,10 +4,6 @@ use super::collected::{Collected, Collector};
 use crate::calibration::coverage::CoveragePlan;
 use crate::design::{BodyRole, Design};
 use crate::editor::wake::Waker;
-use crate::field::Environment;
-use crate::field::OutsidePolicy;
-use crate::field::compensation::Method;
-use crate::geometry::pose::Pose;
 use crate::live::client::ClientOptions;
 use crate::live::codec::DEFAULT_PORT;
 use crate::live::relay::{LiveDesign, LiveRoom, RelayOptions, ToolState};
@@ -20,6 +16,10 @@ use std::net::Ipv4Addr;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use trackwright_field::Environment;
+use trackwright_field::OutsidePolicy;
+use trackwright_field::compensation::Method;
+use trackwright_geometry::pose::Pose;
 
 /// What the workspace knows.
 #[derive(Resource)]

@@ -68,8 +68,8 @@ pub(super) fn keep_room(
 mod tests {
     use super::*;
     use crate::calibration::coverage::CoveragePlan;
-    use crate::geometry::pose::Pose;
     use crate::live::session::SessionEvent;
+    use trackwright_geometry::pose::Pose;
 
     #[test]
     fn a_recording_that_fails_is_said_once_in_any_workspace_and_nothing_more_is_counted() {

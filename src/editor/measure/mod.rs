@@ -59,7 +59,7 @@ pub enum MeasureError {
     #[error(transparent)]
     Placement(#[from] crate::study::PlacementError),
     #[error(transparent)]
-    Model(#[from] crate::field::model::ModelError),
+    Model(#[from] trackwright_field::model::ModelError),
 }
 
 /// Measures everything; takes about half a minute. Ask

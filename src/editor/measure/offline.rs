@@ -9,11 +9,11 @@ use crate::editor::state::{EditRequest, OpenWorld, Results, StatePlugin};
 use crate::store;
 use crate::study::placement::vertices;
 use crate::study::{AxisRule, PlacedBody, PlacementPlan, place};
-use crate::task::Task;
 use bevy::prelude::*;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
+use trackwright_task::Task;
 
 /// How long an answer may take.
 pub const PATIENCE: Duration = Duration::from_secs(60);

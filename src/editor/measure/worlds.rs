@@ -3,11 +3,11 @@
 
 use super::MeasureError;
 use crate::design::Document;
-use crate::geometry::mesh::{MeshPart, SurfaceMesh};
 use crate::store::{self, World};
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
+use trackwright_geometry::mesh::{MeshPart, SurfaceMesh};
 
 /// Order of the rooms that are measured in.
 const ORDER: usize = 4;

@@ -6,11 +6,11 @@ use crate::editor::probe::{POORLY_SUPPORTED, outside_words};
 use crate::editor::state::{ColorScale, Results};
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::length;
-use crate::geometry::colormap::{
+use bevy_egui::egui::{Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
+use trackwright_geometry::colormap::{
     ColorMap, NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY, UNSUPPORTED_LINE_SRGB,
     over,
 };
-use bevy_egui::egui::{Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
 
 const LINE: f32 = 15.0;
 const SWATCH: [f32; 2] = [16.0, 10.0];

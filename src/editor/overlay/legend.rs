@@ -6,11 +6,11 @@ use crate::editor::palette::{self, Rgb};
 use crate::editor::state::ColorBar;
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{THIN_SPACE, count, decimal, with_unit};
-use crate::field::Environment;
-use crate::geometry::colormap::{ColorMap, LEVEL_EDGE_SRGB, LEVEL_LINE_SRGB};
-use crate::geometry::magnification::MAX_GHOST_TURN_RAD;
 use crate::report::room;
 use bevy_egui::egui::{Align2, Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
+use trackwright_field::Environment;
+use trackwright_geometry::colormap::{ColorMap, LEVEL_EDGE_SRGB, LEVEL_LINE_SRGB};
+use trackwright_geometry::magnification::MAX_GHOST_TURN_RAD;
 
 /// How opaque the plates behind writing are.
 pub const PLATE_ALPHA: u8 = 200;

@@ -10,12 +10,12 @@ use crate::editor::ui::outliner::{detail, sensor_trouble};
 use crate::editor::ui::theme;
 use crate::editor::ui::widgets::{THIN_SPACE, length};
 use crate::formats::printable::printable;
-use crate::geometry::orbit::Axis;
-use crate::geometry::outline::DimensionKind;
-use crate::geometry::volume::Volume;
 use crate::tracking::SensorOrientation;
 use bevy_egui::egui::{Align2, Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
 use nalgebra::{Point3, Vector3};
+use trackwright_geometry::orbit::Axis;
+use trackwright_geometry::outline::DimensionKind;
+use trackwright_geometry::volume::Volume;
 
 /// Where the letters of the tracker's axes stand: just beyond the arrows.
 const AXIS_LETTER_MM: f64 = 130.0;

@@ -29,15 +29,15 @@ use super::ui::present::StageCover;
 use crate::design::Things;
 use crate::design::view::Layers;
 use crate::design::{BodyRole, Design, Document};
-use crate::field::Environment;
-use crate::geometry::gizmo::{Eye, Gizmo};
-use crate::geometry::orbit::OrbitCamera;
 use crate::study::{Expected, Figures, PoseDetail, Requirement};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, LayerId, Painter, pos2, vec2};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use nalgebra::Point3;
+use trackwright_field::Environment;
+use trackwright_geometry::gizmo::{Eye, Gizmo};
+use trackwright_geometry::orbit::OrbitCamera;
 
 /// Paints over the 3D view, in [`UiSystems::Overlay`].
 pub struct OverlayPlugin;

@@ -8,9 +8,9 @@ use crate::editor::camera::OrbitRig;
 use crate::editor::document::WorldGeneration;
 use crate::editor::state::{OpenWorld, Selection, Workspace};
 use crate::editor::study::StudyDesk;
-use crate::geometry::orbit::OrbitCamera;
 use bevy::picking::PickingSettings;
 use bevy::prelude::*;
+use trackwright_geometry::orbit::OrbitCamera;
 
 /// What was put on the screen.
 #[derive(Resource, Clone, Debug, Default, PartialEq)]

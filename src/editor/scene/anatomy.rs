@@ -7,12 +7,12 @@ use crate::editor::palette::Rgb;
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::study::ShownDesign;
 use crate::editor::{convert, light_drawing};
-use crate::geometry::mesh::SurfaceMesh;
 use crate::scene::color_of_anatomy;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 use light_drawing::Shapes;
 use std::sync::Arc;
+use trackwright_geometry::mesh::SurfaceMesh;
 
 /// Draws the anatomy where its frames have it, while its layer is on.
 pub struct AnatomyPlugin;

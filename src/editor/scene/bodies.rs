@@ -7,11 +7,11 @@ use crate::editor::materials::{GlowMaterial, LitMaterial};
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::study::ShownDesign;
 use crate::editor::{convert, light_drawing, palette};
-use crate::geometry::mesh::{MeshPart, SurfaceMesh};
 pub use crate::scene::shown_mesh;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 use std::sync::Arc;
+use trackwright_geometry::mesh::{MeshPart, SurfaceMesh};
 
 /// How opaque anatomy is, where it faces the viewer and at its rim: what it hides has to be seen
 /// through it, and its shape has to be read all the same.

@@ -4,9 +4,9 @@ use crate::design::BodyRole;
 use crate::editor::convert;
 use crate::editor::light_drawing::Shapes;
 use crate::editor::scene::bodies::is_same_mesh;
-use crate::geometry::mesh::{MeshPart, SurfaceMesh};
 use bevy::prelude::*;
 use std::sync::Arc;
+use trackwright_geometry::mesh::{MeshPart, SurfaceMesh};
 
 /// What each body's mesh was made into.
 #[derive(Resource, Default)]

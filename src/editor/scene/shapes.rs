@@ -1,8 +1,8 @@
 //! Meshes of unit size that glyphs share.
 
 use crate::editor::convert;
-use crate::geometry::solid::Solid;
 use bevy::prelude::*;
+use trackwright_geometry::solid::Solid;
 
 /// Makes [`GlyphShapes`] at startup.
 pub struct ShapesPlugin;

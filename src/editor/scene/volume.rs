@@ -4,12 +4,12 @@
 use crate::editor::palette::Theme;
 use crate::editor::state::{EditorSystems, OpenWorld};
 use crate::editor::{convert, palette};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::outline::Outline;
-use crate::geometry::volume::Volume;
 use crate::scene::room::is_same_box;
 use bevy::prelude::*;
 use nalgebra::Point3;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::outline::Outline;
+use trackwright_geometry::volume::Volume;
 
 const EDGE_ALPHA: f32 = 0.30;
 const BRACKET_ALPHA: f32 = 0.95;

@@ -2,9 +2,9 @@
 
 use crate::design::{BodyRole, Design};
 use crate::editor::pick::Surfaces;
-use crate::geometry::surface::{Ray, SurfacePoint};
-use crate::geometry::surface_drag::SurfaceDirections;
 use crate::store::World;
+use trackwright_geometry::surface::{Ray, SurfacePoint};
+use trackwright_geometry::surface_drag::SurfaceDirections;
 
 /// A point of a body under the pointer, body frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

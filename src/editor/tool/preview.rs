@@ -9,9 +9,9 @@ use crate::editor::scene::shapes::GlyphShapes;
 use crate::editor::state::EditorSystems;
 use crate::editor::study::ShownDesign;
 use crate::editor::{convert, palette};
-use crate::geometry::pose::Pose;
 use bevy::prelude::*;
 use nalgebra::{Point3, Translation3, UnitQuaternion};
+use trackwright_geometry::pose::Pose;
 
 /// Later than the sensors that are there.
 const ORDER_MM: f32 = 22_000.0;

@@ -8,10 +8,10 @@ use crate::design::{Anatomy, AnatomyEdit, AnatomyFrame, Design, Edit};
 use crate::editor::commands::Command;
 use crate::editor::palette;
 use crate::editor::state::Selected;
-use crate::geometry::pose::pose_from_parts;
 use crate::scene::color_of_anatomy;
 use crate::scene::palette::Rgb;
 use bevy_egui::egui::{self, Color32, ComboBox, Ui};
+use trackwright_geometry::pose::pose_from_parts;
 
 /// A row for each mesh, and one that adds another.
 pub(super) fn anatomy_rows_ui(

@@ -13,12 +13,12 @@ use crate::design::{BodyRole, Design, DesignBody, Edit};
 use crate::editor::commands::Command;
 use crate::editor::sensor_commands::SensorCommand;
 use crate::editor::state::{Selected, Selection};
-use crate::field::environment::{OrientationWeight, OrientationWeightSource};
-use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::study::{BodyDetail, PoseDetail};
 use crate::tracking::{Coil, Determination, Sensor, SensorOrientation};
 use bevy_egui::egui::{self, ComboBox, TextEdit, Ui};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_field::environment::{OrientationWeight, OrientationWeightSource};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 /// What the inspector shows.
 pub struct InspectorView<'a> {

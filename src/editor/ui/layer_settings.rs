@@ -7,9 +7,9 @@ use super::slice_ui::{
 use super::widgets::{NumberField, quiet_ui};
 use crate::design::view::{ArrowsView, AxisRule, View};
 use crate::editor::state::ViewRequest;
-use crate::field::Environment;
-use crate::geometry::orbit::OrbitCamera;
 use bevy_egui::egui::{self, ComboBox, Slider, Ui};
+use trackwright_field::Environment;
+use trackwright_geometry::orbit::OrbitCamera;
 
 /// What settings need to know beside the view and the room.
 #[derive(Clone, Copy, Debug, Default)]

@@ -5,8 +5,8 @@ use super::layer_settings::{LayerFigures, Settings, layer_settings_ui, switch_ui
 use super::widgets::section_ui;
 use crate::design::view::{Layers, View};
 use crate::editor::state::ViewRequest;
-use crate::field::Environment;
 use bevy_egui::egui::Ui;
+use trackwright_field::Environment;
 
 /// A layer's name, its switch, and its settings.
 struct Layer {

@@ -45,13 +45,13 @@ use crate::editor::state::{
     Presentation, Results, Selected, Selection, ViewRequest, ViewportRect, Workspace,
 };
 use crate::editor::study::{LogJob, ShownDesign, Side, StudyDesk, StudyRequest};
-use crate::field::Environment;
 use crate::store::{self, MeshOwner};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy_egui::egui::{self, Id, LayerId, Margin, Panel, ScrollArea, UiBuilder};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+use trackwright_field::Environment;
 
 /// The panels around the 3D view.
 ///

@@ -5,12 +5,12 @@ use super::widgets::{NumberChange, NumberField, counted, decimal, number_ui, qui
 use super::widgets::{section_ui, warning_ui, with_unit};
 use crate::design::Edit;
 use crate::editor::meshes::{MeshLoading, MeshRequest, name_of};
-use crate::geometry::mesh_reference::{MeshReference, MeshUnit};
-use crate::geometry::mesh_report::MeshReport;
 use crate::store::{MeshOwner, World};
 use bevy_egui::egui::{self, ComboBox, RichText, Ui};
 use std::path::Path;
 use std::sync::Arc;
+use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
+use trackwright_geometry::mesh_report::MeshReport;
 
 /// What the section shows.
 pub struct MeshView<'a> {

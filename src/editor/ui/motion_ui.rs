@@ -3,9 +3,9 @@
 use super::PanelAction;
 use super::widgets::{NumberField, counted, number_ui, quiet_ui, section_ui, warning_ui};
 use crate::design::{BodyRole, Edit};
-use crate::geometry::pose::Pose;
 use crate::study::{AxisRange, Motion, Requirement};
 use bevy_egui::egui::{self, Ui, vec2};
+use trackwright_geometry::pose::Pose;
 
 /// Width of a field; three stand in a row.
 const NARROW: f32 = 66.0;

@@ -14,11 +14,11 @@ use crate::editor::commands::Command;
 use crate::editor::palette;
 use crate::editor::state::{Selected, Selection, ViewRequest};
 use crate::editor::tool::SceneTool;
-use crate::field::environment::Environment;
 use crate::formats::printable::printable;
 use crate::study::{BodyDetail, PoseDetail};
 use crate::tracking::SensorOrientation;
 use bevy_egui::egui::{Rect, Response, Ui, vec2};
+use trackwright_field::environment::Environment;
 
 /// What the outliner shows.
 pub struct OutlinerView<'a> {

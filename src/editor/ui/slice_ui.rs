@@ -4,9 +4,9 @@ use super::PanelAction;
 use super::widgets::{NumberChange, NumberField, number_ui, quiet_ui};
 use crate::design::view::{ColorMap, Quantity, SliceAxis, SliceView, View};
 use crate::editor::state::ViewRequest;
-use crate::geometry::bounds::Bounds;
-use crate::geometry::orbit::OrbitCamera;
 use bevy_egui::egui::{self, ComboBox, Slider, SliderClamping, Ui};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::orbit::OrbitCamera;
 
 /// What the section shows.
 pub struct SlicePanelView<'a> {

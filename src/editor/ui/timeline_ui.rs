@@ -449,7 +449,7 @@ fn whole(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::Pose;
+    use trackwright_geometry::pose::Pose;
 
     #[test]
     fn a_trial_is_told_by_its_number_and_the_axes_that_move() {

@@ -4,10 +4,10 @@ use super::PanelAction;
 use super::widgets::{decimal, length, quiet_ui, section_ui, with_unit};
 use crate::editor::palette;
 use crate::editor::study::{RotationForm, StudyRequest};
-use crate::geometry::pose::{Pose, pose_to_array};
-use crate::geometry::rotation::log_quaternion;
 use crate::study::Trial;
 use bevy_egui::egui::{self, Align, Grid, Layout, RichText, Ui};
+use trackwright_geometry::pose::{Pose, pose_to_array};
+use trackwright_geometry::rotation::log_quaternion;
 
 /// What the panel shows.
 pub struct TrialView<'a> {

@@ -1,8 +1,8 @@
 //! Sampled fields as a table (`*.csv`): tracker frame, mm and degrees.
 
-use crate::geometry::number::shortest;
 use crate::study::field_lattice::{Displacement, FieldLattice};
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
 
 /// Writes a row a point, x fastest; where there is no answer cells are empty.
 ///

@@ -5,10 +5,10 @@
 //! that what hangs under the transform moves by `tracker_from_tool`.
 
 use super::PatientAxes;
-use crate::geometry::number::shortest;
-use crate::geometry::pose::Pose;
 use nalgebra::Matrix3;
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
+use trackwright_geometry::pose::Pose;
 
 /// Writes the pose of one frame in another so that Slicer moves what is in the first by it.
 ///

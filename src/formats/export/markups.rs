@@ -1,9 +1,9 @@
 //! Points as 3D Slicer's markups (`*.mrk.json`).
 
 use super::PatientAxes;
-use crate::geometry::pose::Pose;
 use serde_json::{Value, json};
 use std::io::{self, Write};
+use trackwright_geometry::pose::Pose;
 
 /// What Slicer tells the version of the file by.
 const SCHEMA: &str = "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#";

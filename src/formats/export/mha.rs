@@ -5,9 +5,9 @@
 
 use super::PatientAxes;
 use super::nrrd::{first_point, write_vectors};
-use crate::geometry::number::shortest;
 use crate::study::field_lattice::FieldLattice;
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
 
 /// Writes a field in LPS, mm, 64-bit numbers.
 ///

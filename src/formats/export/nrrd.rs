@@ -4,9 +4,9 @@
 //! origin is the centre of the first point.
 
 use super::PatientAxes;
-use crate::geometry::number::shortest;
 use crate::study::field_lattice::FieldLattice;
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
 
 /// Writes a field in LPS, mm, 64-bit numbers.
 ///

@@ -3,8 +3,8 @@
 //! Files for 3D Slicer are in LPS (x to the left, y to the back, z to the head), and Slicer itself is
 //! in RAS. Its OpenIGTLink module takes the numbers of a live pose as RAS as they are.
 
-use crate::geometry::pose::Pose;
 use nalgebra::{Matrix3, Point3, Vector3};
+use trackwright_geometry::pose::Pose;
 
 /// What the tracker's x, y and z become.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

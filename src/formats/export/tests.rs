@@ -2,8 +2,8 @@
 
 use super::markups::MarkupPoint;
 use super::*;
-use crate::geometry::pose::{Pose, pose_from_array};
 use serde_json::Value;
+use trackwright_geometry::pose::{Pose, pose_from_array};
 
 /// A quarter turn about z, and a shift.
 fn pose() -> Pose {

@@ -1,8 +1,8 @@
 //! Tips of a study as a table: where each is, and where the tracker would tell that it is.
 
-use crate::geometry::number::shortest;
-use crate::geometry::pose::Pose;
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
+use trackwright_geometry::pose::Pose;
 
 /// The tip of one trial; its frame has the tool's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,9 +4,9 @@
 //! and little-endian numbers.
 
 use super::nrrd::first_point;
-use crate::geometry::number::shortest;
 use crate::study::field_lattice::{Displacement, FieldLattice};
 use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
 
 /// Writes displacements with their lengths, angles where there are any, and what lies outside.
 ///

@@ -8,11 +8,11 @@ use super::super::mesh::MAX_TRIANGLES;
 use super::GltfError;
 use super::accessor::{triangles, vectors};
 use super::buffer::Buffers;
-use crate::geometry::mesh::{ANATOMY_PREFIX, MeshPart, SurfaceMesh};
-use crate::geometry::normals::unit_or_z;
 use gltf::mesh::Mode;
 use nalgebra::{Matrix4, Point3, Vector3};
 use std::collections::HashMap;
+use trackwright_geometry::mesh::{ANATOMY_PREFIX, MeshPart, SurfaceMesh};
+use trackwright_geometry::normals::unit_or_z;
 
 /// Most corners of a mesh. An instrument has thousands; this many would fill 500 MB.
 const MAX_VERTICES: usize = 10_000_000;

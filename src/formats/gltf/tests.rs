@@ -1,8 +1,8 @@
 //! Meshes by hand: what is read from them, and what is refused.
 
 use super::*;
-use crate::geometry::mesh::SurfaceMesh;
 use nalgebra::{Point3, Vector3};
+use trackwright_geometry::mesh::SurfaceMesh;
 
 /// Metres, as the specification has it.
 fn parse(bytes: &[u8]) -> Result<SurfaceMesh, GltfError> {
@@ -164,7 +164,7 @@ fn a_mesh_placed_often_is_few_parts() {
     let rest = &mesh.parts[1000];
     assert_eq!(rest.name, "other parts");
     assert_eq!(rest.triangles.len(), 29_000);
-    let corners = |part: &crate::geometry::mesh::MeshPart, t| part.corners_mm(t).map(|p| p.x);
+    let corners = |part: &trackwright_geometry::mesh::MeshPart, t| part.corners_mm(t).map(|p| p.x);
     assert_eq!(corners(&mesh.parts[999], 0), [999e3, 1000e3, 999e3]);
     assert_eq!(corners(rest, 28_999), [29_999e3, 30_000e3, 29_999e3]);
     assert_eq!(rest.base_color, [0.5, 0.25, 1.0, 1.0]);

@@ -1,10 +1,10 @@
 //! A mesh in the making, from formats without material: vertices merged, normals made, parts apart.
 
 use super::{MAX_TRIANGLES, MeshError};
-use crate::geometry::mesh::{ANATOMY_PREFIX, MeshPart, MeshReading, SurfaceMesh};
-use crate::geometry::normals::{Smoothed, smoothed};
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
+use trackwright_geometry::mesh::{ANATOMY_PREFIX, MeshPart, MeshReading, SurfaceMesh};
+use trackwright_geometry::normals::{Smoothed, smoothed};
 
 /// Linear RGBA of what has no colour of its own: a light grey, as of plastic.
 const PLAIN_COLOR: [f32; 4] = [0.6, 0.6, 0.6, 1.0];

@@ -2,7 +2,7 @@
 
 use super::super::gltf::GltfError;
 use super::{MAX_COORDINATE_MM, MAX_TRIANGLES};
-use crate::geometry::mesh_reference::MeshUnit;
+use trackwright_geometry::mesh_reference::MeshUnit;
 
 /// Why bytes are not a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

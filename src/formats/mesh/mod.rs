@@ -16,8 +16,8 @@ pub(super) mod tests;
 pub use error::MeshError;
 
 use super::gltf;
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::mesh_reference::MeshUnit;
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::mesh_reference::MeshUnit;
 
 /// Most triangles of a mesh. CAD models of instruments have up to some hundred thousand, scans of
 /// anatomy a few million; this many fill about 2 GB while they are read, drawn and picked.
@@ -91,7 +91,7 @@ impl std::fmt::Display for MeshFormat {
 /// format.
 ///
 /// Solids of an STL and groups of an OBJ are parts with their names, so `anatomy…` is recognised
-/// as in glTF. STL and OBJ without normals get those of [`crate::geometry::normals`]; triangles
+/// as in glTF. STL and OBJ without normals get those of [`trackwright_geometry::normals`]; triangles
 /// with a corner that is no finite number are left out and counted.
 ///
 /// # Errors

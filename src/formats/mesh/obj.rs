@@ -5,9 +5,9 @@ use super::builder::{Builder, in_mm};
 use super::polygon::Cutter;
 use super::stl::{lines, quote};
 use super::{MAX_TRIANGLES, MeshError};
-use crate::geometry::mesh::SurfaceMesh;
 use nalgebra::{Point3, Vector3};
 use std::borrow::Cow;
+use trackwright_geometry::mesh::SurfaceMesh;
 
 /// How many lines are looked at for a position.
 const LOOKED_AT: usize = 100;

@@ -6,8 +6,8 @@
 
 use super::builder::{Builder, in_mm};
 use super::{MAX_TRIANGLES, MeshError};
-use crate::geometry::mesh::SurfaceMesh;
 use nalgebra::Point3;
+use trackwright_geometry::mesh::SurfaceMesh;
 
 /// A binary file's header, before the count of triangles.
 const HEADER: usize = 80;

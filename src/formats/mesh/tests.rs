@@ -1,10 +1,10 @@
 //! STL and OBJ by hand: what is read from them, and what is refused.
 
 use super::*;
-use crate::geometry::mesh::MeshPart;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use std::fmt::Write;
+use trackwright_geometry::mesh::MeshPart;
 
 const SQUARE: [[[f32; 3]; 3]; 2] =
     [[[0.0; 3], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0]], [[0.0; 3], [2.0, 2.0, 0.0], [0.0, 2.0, -0.0]]];

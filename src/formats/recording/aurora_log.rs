@@ -139,7 +139,7 @@ impl Clock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::Pose;
+    use trackwright_geometry::pose::Pose;
 
     const LOG: &str = "Test Date: \nday, month\n2, 2 \n\nSample:,Hour,Minutes,Seconds,ms,Xa,Ya,Za,qoa,qxa,qya,qza,Xb,Yb,Zb,qob,qxb,qyb,qzb\n\
         1, 23 , 59 , 59, 900,0, 0, 0, 0, 0, 0, 0, 10.5 , -1 , -200, 0.8 , 0.6 , 0, 0, \n\

@@ -4,9 +4,9 @@
 use super::quoted;
 use crate::formats::error::FormatError;
 use crate::formats::matrices;
-use crate::geometry::pose::Pose;
 use crate::tracking::recording::{Recording, ToolTrack, TrackSample, Unusable};
 use std::collections::BTreeMap;
+use trackwright_geometry::pose::Pose;
 
 /// The last line of the heading.
 const LAST_KEY: &str = "ElementDataFile";

@@ -7,10 +7,10 @@
 
 use super::{pose, quoted};
 use crate::formats::error::{FormatError, text};
-use crate::geometry::number::shortest;
-use crate::geometry::pose::{Pose, pose_to_array};
 use crate::tracking::recording::{Recording, ToolTrack, TrackSample, Unusable};
 use std::collections::HashMap;
+use trackwright_geometry::number::shortest;
+use trackwright_geometry::pose::{Pose, pose_to_array};
 
 /// The first line.
 pub const HEADER: &str = "received_s,time_s,tool,state,x,y,z,qw,qx,qy,qz";
@@ -219,8 +219,8 @@ impl Row {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::pose_from_array;
     use proptest::prelude::*;
+    use trackwright_geometry::pose::pose_from_array;
 
     fn table(samples: &[LiveSample]) -> Vec<u8> {
         let mut bytes = format!("{HEADER}\n").into_bytes();

@@ -8,10 +8,10 @@ pub mod ndi_table;
 pub mod sensor_log;
 
 use super::error::{FormatError, text};
-use crate::geometry::number;
-use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::tracking::recording::{Recording, Unusable};
 use nalgebra::Vector3;
+use trackwright_geometry::number;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 /// How far the length of a recorded quaternion may be from 1: trackers write seven digits, logs four.
 const MAX_QUATERNION_OFF: f64 = 1e-2;

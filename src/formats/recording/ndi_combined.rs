@@ -273,9 +273,9 @@ impl Row<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::Pose;
     use nalgebra::Vector3;
     use proptest::prelude::*;
+    use trackwright_geometry::pose::Pose;
 
     /// As the program prints it, a line a tool.
     const PRINTED: &str = "[alerts] [buttons] Frame#,ToolHandle,Face#,TransformStatus,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error,#Markers,State,Tx,Ty,Tz\n\

@@ -176,9 +176,9 @@ impl Row<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::Pose;
     use nalgebra::Vector3;
     use proptest::prelude::*;
+    use trackwright_geometry::pose::Pose;
 
     const TSV: &str = "Tools\tPort 1: A  s/n:1\tFrame\tFace\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\tError\tMarkers\tState\tTx\tTy\tTz\tPort 2: B\tFrame\tFace\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\tError\tMarkers\n\
         2\tPort 1: A  s/n:1\t8\t1\tOK\t1\t0\t0\t0\t1.5\t2\t3\t0.1\t1\tOK\t9\t9\t9\tPort 2: B\t9\t1\tBad Fit\t-3.697314E28\t0\t0\t0\t0\t0\t0\t0\t0\n\

@@ -6,10 +6,10 @@
 
 use super::{pose, quoted};
 use crate::formats::error::{FormatError, text};
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::svd3::svd3;
 use crate::tracking::recording::{Recording, ToolTrack, TrackSample, Unusable};
 use nalgebra::{Matrix3, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::svd3::svd3;
 
 /// Samples that tell the order of quaternions by their signs.
 const MIN_SIGNED: usize = 20;

@@ -5,9 +5,9 @@
 
 use super::super::error::{FormatError, text};
 use super::Geometry;
-use crate::geometry::number::shortest;
 use nalgebra::Point3;
 use std::collections::HashMap;
+use trackwright_geometry::number::shortest;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 

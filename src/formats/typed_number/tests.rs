@@ -177,7 +177,7 @@ proptest! {
     #[test]
     fn any_number_written_is_read_back_to_the_bit(value in any::<f64>()) {
         prop_assume!(value.is_finite());
-        for text in [crate::geometry::number::shortest(value), format!("{value:?} mm")] {
+        for text in [trackwright_geometry::number::shortest(value), format!("{value:?} mm")] {
             prop_assert_eq!(parse(&text, Millimetre).unwrap().to_bits(), value.to_bits());
         }
     }

@@ -4,7 +4,7 @@ use super::bytes::{EncodeError, Reader, counted, put_floats, put_text, text_of};
 use super::header::NAME_BYTES;
 use super::poses::{Matrix, NotAPose, Orientation, ToolKind};
 use super::status::{Status, StatusCode};
-use crate::geometry::pose::Pose;
+use trackwright_geometry::pose::Pose;
 
 /// The content of a message of a known type.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,8 @@
 //! Poses as messages have them, and which of them are poses.
 
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::svd3::svd3;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::svd3::svd3;
 
 /// How far an entry of a matrix may be from the nearest rotation's, and the length of a quaternion
 /// from 1. Single precision is 1e-7 off, senders that pass text on 1e-4; a scale or a shear that

@@ -1,8 +1,8 @@
 //! Every message survives its bytes, and no bytes do harm.
 
 use super::*;
-use crate::geometry::pose::{Pose, pose_from_array};
 use proptest::prelude::*;
+use trackwright_geometry::pose::{Pose, pose_from_array};
 
 /// Enough for every message of these tests.
 const MAX_BODY_BYTES: usize = 1 << 16;

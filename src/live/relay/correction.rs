@@ -3,19 +3,19 @@
 
 use super::counts::Reason;
 use crate::design::BodyRole;
-use crate::field::compensation::{Compensated, Compensator, Method};
-use crate::field::inverse::InverseState;
-use crate::field::{Environment, OutsidePolicy};
-use crate::geometry::pose::Pose;
 use crate::live::roles::{Assigned, BodyNames, roles};
 use crate::study::Scenario;
 use crate::study::body_compensation::BodyCompensator;
 use crate::study::body_prediction::{BodyPrediction, BodyPredictor};
-use crate::task::Task;
 use crate::tracking::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Point3, UnitQuaternion};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use trackwright_field::compensation::{Compensated, Compensator, Method};
+use trackwright_field::inverse::InverseState;
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_geometry::pose::Pose;
+use trackwright_task::Task;
 
 /// A room that poses are compensated by.
 #[derive(Clone, Debug)]

@@ -1,8 +1,8 @@
 //! The samples of tools in a message, whatever its type.
 
 use super::counts::Reason;
-use crate::geometry::pose::Pose;
 use crate::live::codec::{Content, Matrix, Message, NotAPose, Orientation, ToolKind};
+use trackwright_geometry::pose::Pose;
 
 /// Keys under which senders say whether they stand by a transform; `OK` where they do.
 const STATUS_KEYS: [&str; 2] = ["TransformStatus", "Status"];

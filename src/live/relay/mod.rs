@@ -24,13 +24,13 @@ pub use super::clock::Moment;
 use super::codec::{Content, Matrix, Message, Timestamp, ToolKind};
 use super::roles::target_frame;
 use crate::design::BodyRole;
-use crate::geometry::pose::Pose;
 use crate::study::body_prediction::BodyPrediction;
 use crate::tracking::recording::Unusable;
 use incoming::{Incoming, incoming};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 use tool::Tool;
+use trackwright_geometry::pose::Pose;
 
 /// Tools that are told apart; a sender that goes on naming new ones fills no memory.
 pub const MAX_TOOLS: usize = 256;

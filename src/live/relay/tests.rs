@@ -1,16 +1,16 @@
 //! What is sent on is good, what is not is said to be so, and every sample is counted once.
 
 use super::*;
-use crate::field::compensation::Method;
-use crate::field::samples::MapKind;
-use crate::field::{DistortionModel, Environment, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, Weighting};
-use crate::geometry::pose::pose_from_array;
 use crate::live::codec::{Extension, Position, Status, StatusCode, TrackingElement};
 use crate::live::codec::{Orientation, QuaternionElement};
 use proptest::prelude::*;
 use std::sync::Arc;
+use trackwright_field::compensation::Method;
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::pose::pose_from_array;
 
 fn pose(x: f64) -> Pose {
     pose_from_array([x, -20.0, -300.0, 0.8, 0.0, 0.6, 0.0]).unwrap()

@@ -3,10 +3,10 @@
 use super::counts::Reason;
 use super::{REMINDER, RelayOptions, ToolState};
 use crate::formats::printable::printable;
-use crate::geometry::pose::Pose;
 use crate::live::clock::{ClockRules, Judged, SenderClock};
 use crate::live::codec::{Content, Message, Status, StatusCode, Timestamp};
 use std::time::Instant;
+use trackwright_geometry::pose::Pose;
 
 pub struct Tool {
     pub state: ToolState,

@@ -1,13 +1,13 @@
 //! Where the tools are now, for clients that ask instead of listening.
 
 use super::outbox::{Encoded, PoseTimes};
-use crate::geometry::pose::quaternion_to_array;
 use crate::live::codec::{
     Content, Matrix, Message, QuaternionElement, Timestamp, ToolKind, TrackingElement,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
+use trackwright_geometry::pose::quaternion_to_array;
 
 /// The name of the device that tracking data come from.
 pub const DEVICE: &str = "trackwright";

@@ -10,7 +10,6 @@ use super::client::{Client, ClientEvent, ClientOptions, LostWhy};
 use super::codec::{DecodeError, Status};
 use super::relay::{ClockChange, Reason, RelayOptions, SentPose, ToolState};
 use super::server::{Server, ServerError, ServerEvent, ServerOptions};
-use crate::geometry::pose::Pose;
 use crate::store::{Recorder, StoreError};
 use running::{Next, Running};
 use std::io;
@@ -20,6 +19,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
+use trackwright_geometry::pose::Pose;
 
 /// What may wait between the threads: three seconds of eight tools at 40 Hz. While it is full the
 /// client does not read, and the tracker's server has to wait.

@@ -2,7 +2,6 @@
 
 use super::SessionSettings;
 use crate::design::BodyRole;
-use crate::geometry::pose::Pose;
 use crate::live::client::LostWhy;
 use crate::live::latency::LatencySummary;
 use crate::live::relay::{RelayCounts, ToolClock, ToolState};
@@ -10,6 +9,7 @@ use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
+use trackwright_geometry::pose::Pose;
 
 /// How a session is.
 #[derive(Clone, Debug)]

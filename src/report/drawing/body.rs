@@ -5,12 +5,12 @@ use super::dimension::{across, scale_bar, upright};
 use super::is_drawable;
 use super::marks;
 use super::paper::{Paper, parts, text};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::pose::Pose;
 use crate::tracking::{RigidBody, Sensor};
 use maud::{Markup, html};
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::pose::Pose;
 
 const WIDTH_PX: f64 = 1000.0;
 

@@ -1,11 +1,11 @@
 //! From millimetres of a body or a room to pixels of a drawing.
 
 use super::silhouette::silhouette;
-use crate::geometry::mesh::{MeshPart, SurfaceMesh};
-use crate::geometry::pose::Pose;
 use maud::{Markup, html};
 use nalgebra::{Point3, Unit, Vector3};
 use std::fmt::Write;
+use trackwright_geometry::mesh::{MeshPart, SurfaceMesh};
+use trackwright_geometry::pose::Pose;
 
 /// A cell of a silhouette's raster, in pixels of the drawing: finer than its lines.
 const CELL_PX: f64 = 0.5;

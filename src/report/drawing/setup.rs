@@ -4,12 +4,12 @@
 use super::paper::{DrawnPart, Paper, line, parts, text};
 use super::{is_drawable, marks};
 use crate::design::{BodyRole, Design};
-use crate::field::Environment;
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::pose::Pose;
 use crate::tracking::RigidBody;
 use maud::{Markup, html};
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_field::Environment;
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::pose::Pose;
 
 const SIZE_PX: [f64; 2] = [1000.0, 620.0];
 const EDGE_PX: f64 = 40.0;
@@ -45,7 +45,7 @@ pub fn setup_drawing(setup: &SetUp) -> Markup {
     .collect();
     let volume = match &setup.environment.volume {
         Some(volume) => volume.outline(),
-        None => crate::geometry::outline::Outline::of_box(setup.environment.model.bounds()),
+        None => trackwright_geometry::outline::Outline::of_box(setup.environment.model.bounds()),
     };
     let tip = tracker_from_tool * design.tool.body.rigid.judged_tip_in_body();
     let bodies: Vec<(&RigidBody, Pose)> = BodyRole::ALL

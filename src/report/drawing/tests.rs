@@ -2,12 +2,12 @@
 
 use super::*;
 use crate::design::BodyRole;
-use crate::geometry::mesh::SurfaceMesh;
 use crate::store;
 use crate::tracking::{RigidBody, Sensor, SensorOrientation};
 use maud::PreEscaped;
 use nalgebra::{Point3, Vector3};
 use scraper::{ElementRef, Html, Selector};
+use trackwright_geometry::mesh::SurfaceMesh;
 
 fn texts(html: &str, what: &str) -> Vec<String> {
     let page = Html::parse_fragment(html);

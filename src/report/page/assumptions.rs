@@ -1,15 +1,15 @@
 //! Everything that the figures rest on: the room and its model, how the study was run, versions.
 
 use super::{Report, file_name, table_of};
-use crate::field::computed::{FieldSource, ModelKind};
-use crate::field::environment::{Environment, HoldoutProvenance, Provenance};
-use crate::field::fit::Residuals;
-use crate::field::{DistortionModel, OutsidePolicy};
-use crate::geometry::directions::Weighting;
 use crate::report::room::{map_name, method_name};
 use crate::study::figures::with_separators;
 use crate::study::{AxisRange, Mode, Motion};
 use maud::{Markup, html};
+use trackwright_field::computed::{FieldSource, ModelKind};
+use trackwright_field::environment::{Environment, HoldoutProvenance, Provenance};
+use trackwright_field::fit::Residuals;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::directions::Weighting;
 
 /// A line of a table of two columns.
 type Fact = [String; 2];

@@ -19,13 +19,13 @@ use super::words::{PlainWords, plain_words};
 use crate::design::BodyRole;
 use crate::formats::printable::printable;
 use crate::formats::printable_text::printable_lines;
-use crate::geometry::mesh::SurfaceMesh;
 use crate::store::{self, World};
 use crate::study::expected::expected_where_measured;
 use crate::study::{
     CancelToken, Expected, Figures, Mode, Profile, Scenario, StudyError, run_profiled,
 };
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use trackwright_geometry::mesh::SurfaceMesh;
 
 pub use extras::{Slide, SlideError, TableSection};
 pub use workshop::workshop_section;

@@ -12,13 +12,13 @@ use plain::{Part, percent};
 pub use plain::{PlainFigure, plain_figure};
 pub use worst::{WorstPose, worst_pose};
 
-use crate::field::OutsidePolicy;
 use crate::study::comparison::{ErrorOf, Figure, REQUIRED};
 use crate::study::expected::{JudgedBound, judged, verdict_of};
 use crate::study::figures::{capitalised, with_separators};
 use crate::study::{
     BoundVerdict, Expected, Figures, Mode, Profile, Requirement, Scenario, trial_pose,
 };
+use trackwright_field::OutsidePolicy;
 
 /// Between a number and its unit.
 const THIN_SPACE: char = '\u{2009}';

@@ -1,12 +1,12 @@
 //! What is said holds for the numbers that it is said of.
 
 use super::*;
-use crate::geometry::pose::{Pose, pose_from_parts};
 use crate::store;
 use crate::study::scenario::InputTrial;
 use crate::study::{AxisRange, CancelToken, Motion, run_profiled};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 fn scenario() -> Scenario {
     let world = store::open_builtin_without_meshes(store::DEFAULT_BUILTIN).unwrap();

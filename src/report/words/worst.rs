@@ -1,11 +1,11 @@
 //! How the tool is held in one trial, compared with its pose in the design and with the field
 //! generator: measured first, then put into words that hold for these numbers.
 
-use crate::geometry::pose::Pose;
 use crate::study::scenario::InputTrial;
 use crate::study::{Mode, Scenario};
 use crate::tracking::RigidBody;
 use nalgebra::{Unit, Vector3};
+use trackwright_geometry::pose::Pose;
 
 /// Turns and tilts below this are no more than a hand's own unrest.
 const LEAST_TURN_DEG: f64 = 5.0;

@@ -8,11 +8,11 @@ use super::super::{
 use super::*;
 use crate::design::Edit;
 use crate::formats::tool_definition::{DefinitionFormat, ToolDefinition, from_body};
-use crate::geometry::mesh_reference::MeshReference;
 use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Point3, Vector3};
 use std::fs;
 use tempfile::TempDir;
+use trackwright_geometry::mesh_reference::MeshReference;
 
 /// An image of two coils, after which a byte stands that is none of its own.
 fn image() -> Vec<u8> {

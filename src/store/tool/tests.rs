@@ -8,12 +8,12 @@ use super::super::{
 use super::*;
 use crate::design::{BodyRole, Edit};
 use crate::formats::tool_definition::{DefinitionFormat, from_body};
-use crate::geometry::mesh_reference::MeshReference;
 use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Point3, Vector3};
 use std::fs;
 use std::path::PathBuf;
 use tempfile::TempDir;
+use trackwright_geometry::mesh_reference::MeshReference;
 
 const PROBE: &str = "roms/probe.rom";
 

@@ -3,11 +3,11 @@
 
 use super::figure::FigureValues;
 use super::sampled::{Drawn, DrawnAt, DrawnFrom, Errors};
-use crate::field::gaussian::{ErrorValues, GaussianField};
 use crate::study::expected::{DrawnTrials, SENSOR_SEED, SensorErrors};
 use crate::study::scenario::Scenario;
 use crate::study::trial::Simulator;
 use rayon::prelude::*;
+use trackwright_field::gaussian::{ErrorValues, GaussianField};
 
 /// Sensor poses of each of the two at which a field is drawn.
 const MOST_POINTS: usize = 450;

@@ -1,7 +1,7 @@
 //! Designs beside each other: every design in every room, and what each differs from a baseline by.
 //!
 //! A row's figures are those of a study of its own, to the bit. What a difference may be said to be
-//! is in `difference.rs`, what it rests on in `sampled.rs` and [`crate::field::support::FieldDraws`].
+//! is in `difference.rs`, what it rests on in `sampled.rs` and [`trackwright_field::support::FieldDraws`].
 
 mod difference;
 mod figure;
@@ -20,17 +20,17 @@ use super::own_study::own_study;
 use super::profile::{trial_offsets, trial_pose};
 use super::run::StudyError;
 use super::scenario::{InputTrial, Scenario};
-use crate::field::Environment;
-use crate::field::gaussian::GaussianField;
-use crate::field::support::DrawError;
-use crate::geometry::pose::Pose;
-use crate::task::{Cancelled, Task};
 use difference::{Side, differences};
 use measured_fields::MeasuredFields;
 use rayon::prelude::*;
 use sampled::{Drawn, DrawnAt, DrawnFrom, Sampled, range_trials};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trackwright_field::Environment;
+use trackwright_field::gaussian::GaussianField;
+use trackwright_field::support::DrawError;
+use trackwright_geometry::pose::Pose;
+use trackwright_task::{Cancelled, Task};
 
 /// What is compared.
 #[derive(Clone, Debug)]

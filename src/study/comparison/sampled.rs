@@ -1,17 +1,17 @@
 //! A design's figures between the poses of its grid, and in other fields that its room might have.
 
 use super::figure::{FigureValues, values};
-use crate::field::Environment;
 use crate::study::motion::{AxisRange, moved};
 use crate::study::run::{StudyError, is_rejected, run};
 use crate::study::scenario::{InputTrial, Mode, Scenario};
 use crate::study::statistics::Statistics;
-use crate::task::CancelToken;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
 use std::sync::Arc;
+use trackwright_field::Environment;
+use trackwright_task::CancelToken;
 
 /// Figures over the whole range of motion, once from all poses and once from each independent part
 /// of them.

@@ -1,13 +1,13 @@
 //! Trials of a study in fields that differ at its sensors alone.
 
-use crate::field::gaussian::{DrawnErrors, ErrorValues, FieldPoint, GaussianField, Trend};
-use crate::field::samples::PoseError;
-use crate::geometry::pose::Pose;
 use crate::study::scenario::InputTrial;
 use crate::study::tracker::TrackBuffers;
 use crate::study::trial::Simulator;
 use crate::tracking::tool_in_crf::relative_error;
 use nalgebra::Vector3;
+use trackwright_field::gaussian::{DrawnErrors, ErrorValues, FieldPoint, GaussianField, Trend};
+use trackwright_field::samples::PoseError;
+use trackwright_geometry::pose::Pose;
 
 /// What each sensor of tool and CRF is off by itself in one drawn field.
 pub(in crate::study) struct SensorErrors {

@@ -22,11 +22,11 @@ use super::run::{StudyError, check, is_rejected};
 use super::scenario::{InputTrial, Mode, Scenario};
 use super::statistics::{Statistics, percentile};
 use super::trial::Simulator;
-use crate::field::gaussian::GaussianError;
-use crate::task::{CancelToken, Cancelled};
 pub(super) use drawn_trials::{DrawnTrials, SensorErrors};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
+use trackwright_field::gaussian::GaussianError;
+use trackwright_task::{CancelToken, Cancelled};
 
 /// Fields that are drawn.
 pub const DRAWS: usize = 64;

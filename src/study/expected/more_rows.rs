@@ -2,18 +2,18 @@
 
 use super::verdict::{BoundVerdict, JudgedBound};
 use super::{DrawnTrials, ExpectedError, check, spread};
-use crate::field::Environment;
-use crate::field::gaussian::{FieldPoint, GaussianField, Row};
-use crate::geometry::bounds::Bounds;
 use crate::study::plan::Plan;
 use crate::study::run::StudyError;
 use crate::study::scenario::{InputTrial, Mode, Scenario};
 use crate::study::trial::Simulator;
-use crate::task::CancelToken;
 use nalgebra::{Point3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform, UnitSphere};
+use trackwright_field::Environment;
+use trackwright_field::gaussian::{FieldPoint, GaussianField, Row};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_task::CancelToken;
 
 /// How many times as many measurements are tried.
 const TIMES: [usize; 5] = [2, 4, 8, 16, 32];

@@ -1,9 +1,9 @@
 //! Lines against the trials they stand for, and handles under rays that point at them.
 
 use super::*;
-use crate::geometry::bounds::Bounds;
 use crate::tracking::{Sensor, SensorOrientation};
 use nalgebra::UnitQuaternion;
+use trackwright_geometry::bounds::Bounds;
 
 fn range(min: f64, max: f64, step: f64) -> Option<AxisRange> {
     Some(AxisRange { min, max, step })

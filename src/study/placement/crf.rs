@@ -12,18 +12,18 @@
 
 use super::Found;
 use super::tool::without;
-use crate::field::OutsidePolicy;
-use crate::geometry::pose::Pose;
 use crate::study::pose_rule::PoseRule;
 use crate::study::scenario::{Scenario, ScenarioCrf};
 use crate::study::tracker::{BodyTracker, TrackBuffers};
 use crate::study::trial::{Simulator, TrialBuffers};
 use crate::study::work::Work;
-use crate::task::{CancelToken, Cancelled};
 use crate::tracking::Sensor;
 use crate::tracking::frame_fit::{FrameFitter, Reading};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
+use trackwright_field::OutsidePolicy;
+use trackwright_geometry::pose::Pose;
+use trackwright_task::{CancelToken, Cancelled};
 
 /// The sums over all trials, with the CRF fitted as the design has it.
 pub(super) struct CrfAt<'a> {

@@ -9,14 +9,14 @@
 //! most of it is from the few trials.
 
 use super::{Candidates, ExpectedTip, PlacedBody, Placement, PlacementPlan};
-use crate::geometry::spread::{Place, farthest_first, shares};
 use crate::study::comparison::REQUIRED;
 use crate::study::expected::{ExpectedError, expected, spread};
 use crate::study::plan::Plan;
 use crate::study::run::StudyError;
 use crate::study::scenario::{Mode, Scenario};
-use crate::task::{Cancelled, Task};
 use rayon::prelude::*;
+use trackwright_geometry::spread::{Place, farthest_first, shares};
+use trackwright_task::{Cancelled, Task};
 
 /// Places whose expected figure is computed.
 const PLACES: usize = 64;

@@ -3,9 +3,9 @@
 use super::{
     Basis, Candidates, E_FOLD_MM, Found, NOWHERE, Placement, PlacementOutcome, Study, difference_mm,
 };
-use crate::geometry::spread::{Place, shares};
 use crate::study::work::Work;
 use rayon::prelude::*;
+use trackwright_geometry::spread::{Place, shares};
 
 /// What is known of the places so far.
 pub(super) struct Known<'a> {

@@ -44,11 +44,6 @@ use super::run::{StudyError, check};
 use super::scenario::Scenario;
 use super::tracker::TrackBuffers;
 use super::work::Work;
-use crate::geometry::mesh::SurfaceMesh;
-use crate::geometry::pose::Pose;
-use crate::geometry::spread::{Place, farthest_first};
-use crate::geometry::surface::SurfacePoint;
-use crate::task::{Cancelled, Task};
 use crate::tracking::Sensor;
 use crf::CrfAt;
 use interval::OpenParts;
@@ -58,6 +53,11 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::Arc;
 use tool::{ToolAt, ToolBuffers};
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::spread::{Place, farthest_first};
+use trackwright_geometry::surface::SurfacePoint;
+use trackwright_task::{Cancelled, Task};
 
 /// Poses that every vertex is computed at.
 const FEW_POSES: usize = 64;

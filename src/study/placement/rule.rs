@@ -1,10 +1,10 @@
 //! Which way a sensor points at a place of the surface.
 
-use crate::geometry::rotation::{axis_rotation, exp_vector, perpendicular};
-use crate::geometry::surface::SurfacePoint;
 use crate::tracking::Sensor;
 use nalgebra::{Unit, Vector3};
 use serde::{Deserialize, Serialize};
+use trackwright_geometry::rotation::{axis_rotation, exp_vector, perpendicular};
+use trackwright_geometry::surface::SurfacePoint;
 
 /// Shortest part of an axis along the surface that still is a direction.
 const MIN_ALONG: f64 = 1e-9;

@@ -1,18 +1,18 @@
 //! A sensor of the tool: what all its places share is computed once.
 
 use super::Found;
-use crate::field::OutsidePolicy;
-use crate::geometry::pose::Pose;
 use crate::study::pose_rule::PoseRule;
 use crate::study::scenario::Scenario;
 use crate::study::tracker::{BodyTracker, TrackBuffers};
 use crate::study::work::Work;
-use crate::task::{CancelToken, Cancelled};
 use crate::tracking::frame_fit::{FrameFitter, Reading};
 use crate::tracking::tool_in_crf::relative_error;
 use crate::tracking::{RigidBody, Sensor};
 use nalgebra::Point3;
 use rayon::prelude::*;
+use trackwright_field::OutsidePolicy;
+use trackwright_geometry::pose::Pose;
+use trackwright_task::{CancelToken, Cancelled};
 
 /// The readings that stay as they are while one sensor of the tool is moved, at the poses of a
 /// rule.

@@ -5,9 +5,6 @@
 //! computed once. A variant then costs the readings of those sensors that are off and a frame fit a
 //! pose; with nothing but the CRF off, which stands still, one fit in all.
 
-use crate::field::OutsidePolicy;
-use crate::geometry::pose::Pose;
-use crate::geometry::rotation::exp_vector;
 use crate::study::motion::MotionError;
 use crate::study::pose_rule::PoseRule;
 use crate::study::preview::{WHOLE_UP_TO, spread};
@@ -16,12 +13,15 @@ use crate::study::scenario::Scenario;
 use crate::study::statistics::Statistics;
 use crate::study::tracker::{BodyTracker, TrackBuffers};
 use crate::study::work::Work;
-use crate::task::{CancelToken, Cancelled};
 use crate::tracking::frame_fit::{FrameFitter, Reading};
+use crate::tracking::linear_fit::SensorError;
 use crate::tracking::tool_in_crf::relative_error;
-use crate::tracking::uncertainty::SensorError;
 use crate::tracking::{RigidBody, Sensor};
 use nalgebra::{Point3, Vector3};
+use trackwright_field::OutsidePolicy;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::exp_vector;
+use trackwright_task::{CancelToken, Cancelled};
 
 /// Poses that stand for a study of more than [`WHOLE_UP_TO`].
 const PART_OF_LONG: usize = 8192;

@@ -3,13 +3,11 @@
 use super::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use super::search::worst_ratio;
 use super::sheet::{BuiltBody, ManufacturingSheet, SheetBody};
-use crate::geometry::rotation::perpendicular;
 use crate::study::requirement::Check;
 use crate::study::run::StudyError;
 use crate::study::scenario::Scenario;
 use crate::study::work::Work;
-use crate::task::Task;
-use crate::tracking::uncertainty::SensorError;
+use crate::tracking::linear_fit::SensorError;
 use crate::tracking::{Sensor, SensorOrientation};
 use nalgebra::{Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -17,6 +15,8 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, UnitBall, UnitDisc};
 use rayon::prelude::*;
 use serde::Serialize;
+use trackwright_geometry::rotation::perpendicular;
+use trackwright_task::Task;
 
 /// Most draws of a check: what each comes to is kept.
 pub const MAX_DRAWS: usize = 1_000_000;

@@ -18,13 +18,13 @@
 
 use super::as_built::{AS_DRAWN, BuildErrors, BuiltStudy};
 use super::sheet::BuiltBody;
-use crate::geometry::pose::Pose;
-use crate::geometry::rotation::{log_quaternion, perpendicular};
 use crate::study::requirement::Requirement;
 use crate::study::statistics::percentile;
-use crate::tracking::uncertainty::{LinearFit, SensorError};
+use crate::tracking::linear_fit::{LinearFit, SensorError};
 use crate::tracking::{RigidBody, SensorOrientation};
 use nalgebra::{Matrix3, Point3, SMatrix, SVector, Unit, Vector3};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::{log_quaternion, perpendicular};
 
 /// `(b_T, θ_T, t_C, θ_C)`: mm and radians.
 pub type Motions = SVector<f64, 12>;

@@ -1,10 +1,10 @@
 //! Where the sensors of a body sit, as a workshop measures it.
 
 use super::sheet::{BuiltBody, SheetAxis, SheetBody, SheetPair, SheetSensor};
-use crate::geometry::pose::quaternion_to_array;
 use crate::tracking::pairs::sensor_pairs;
 use crate::tracking::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Unit, Vector3};
+use trackwright_geometry::pose::quaternion_to_array;
 
 /// Sine of the angle to z below which an axis has no azimuth.
 const ALONG_Z: f64 = 1e-9;

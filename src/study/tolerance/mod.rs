@@ -29,12 +29,12 @@ use super::requirement::Check;
 use super::run::{StudyError, run};
 use super::scenario::Scenario;
 use super::work::Work;
-use crate::task::{Cancelled, Task};
 use as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use first_order::{Direction, ErrorKind, FirstOrder};
 use rayon::prelude::*;
 use search::{Cost, Family, Found, Search, worst_ratio};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trackwright_task::{Cancelled, Task};
 
 /// As far as tolerances are looked for: nobody builds sensors that are further off, and an error of
 /// the size of the tool is another tool.

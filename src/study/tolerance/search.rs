@@ -10,15 +10,15 @@
 
 use super::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use super::first_order::{Bound, Direction, FirstOrder, part};
-use crate::geometry::rotation::log_quaternion;
 use crate::study::requirement::Check;
 use crate::study::work::Work;
-use crate::task::{CancelToken, Cancelled};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
+use trackwright_geometry::rotation::log_quaternion;
+use trackwright_task::{CancelToken, Cancelled};
 
 /// Random directions that the first order starts from.
 const STARTS: usize = 24;

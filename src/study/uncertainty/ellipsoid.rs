@@ -1,7 +1,7 @@
 //! The ellipsoid that holds 95 % of a normal scatter.
 
-use crate::geometry::svd3::svd3;
 use nalgebra::{Matrix3, Point3, Vector3};
+use trackwright_geometry::svd3::svd3;
 
 /// 95 % quantile of chi-squared with three degrees of freedom.
 pub const CHI_SQUARED_95_OF_3: f64 = 7.814_727_903_251_179;

@@ -4,17 +4,17 @@ use super::UncertaintyError;
 use super::check::TOLERANCE;
 use super::ellipsoid::Ellipsoid;
 use super::still::{FreeBody, Still};
-use crate::field::environment::LocalJitter;
-use crate::geometry::pose::Pose;
 use crate::study::figures::FreeAxis;
 use crate::study::scenario::Scenario;
 use crate::study::trial::BodyDetail;
 use crate::study::work::Work;
 use crate::tracking::Determination;
-use crate::tracking::uncertainty::{
+use crate::tracking::linear_fit::{
     LinearFit, MotionCovariance, SensorCovariance, SensorError, SmallMotion,
 };
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
+use trackwright_field::environment::LocalJitter;
+use trackwright_geometry::pose::Pose;
 
 /// How the tip scatters and how far it is shifted, to first order; CRF axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

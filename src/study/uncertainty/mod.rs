@@ -18,7 +18,7 @@ pub use monte_carlo::{Estimate, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo, monte_carl
 pub use motion::{MotionUncertainty, over_motion};
 
 use super::motion::MotionError;
-use crate::task::Cancelled;
+use trackwright_task::Cancelled;
 
 /// Why there is no uncertainty to tell.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

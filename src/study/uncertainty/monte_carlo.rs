@@ -9,14 +9,14 @@ use super::still::{FreeBody, Refit, Refitted, Still};
 use crate::study::scenario::Scenario;
 use crate::study::statistics::{Statistics, percentile};
 use crate::study::work::Work;
-use crate::task::{Cancelled, Task};
-use crate::tracking::uncertainty::LinearFit;
+use crate::tracking::linear_fit::LinearFit;
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trackwright_task::{Cancelled, Task};
 
 /// Fewest samples: a covariance in three dimensions needs more than three.
 pub const MIN_SAMPLES: usize = 10;

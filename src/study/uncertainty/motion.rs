@@ -3,16 +3,16 @@
 use super::UncertaintyError;
 use super::first_order::free_body;
 use super::still::{check_size, stated_jitter};
-use crate::field::OutsidePolicy;
-use crate::field::environment::Jitter;
-use crate::geometry::pose::Pose;
 use crate::study::figures::FreeAxis;
 use crate::study::scenario::{Scenario, ScenarioCrf};
 use crate::study::statistics::Statistics;
-use crate::task::{Cancelled, Task};
 use crate::tracking::Sensor;
-use crate::tracking::uncertainty::{LinearFit, MotionCovariance, SensorCovariance};
+use crate::tracking::linear_fit::{LinearFit, MotionCovariance, SensorCovariance};
 use rayon::prelude::*;
+use trackwright_field::OutsidePolicy;
+use trackwright_field::environment::Jitter;
+use trackwright_geometry::pose::Pose;
+use trackwright_task::{Cancelled, Task};
 
 /// Poses that are done together before anyone is asked whether to go on.
 const BATCH: usize = 65_536;

@@ -1,16 +1,16 @@
 //! A design at its own pose, read again and again: what scatters, and the frames that follow.
 
 use super::UncertaintyError;
-use crate::field::OutsidePolicy;
-use crate::field::environment::{Jitter, LocalJitter};
-use crate::geometry::pose::Pose;
-use crate::geometry::rotation::{exp_vector, log_quaternion, perpendicular};
 use crate::study::scenario::Scenario;
 use crate::study::trial::{BodyDetail, PoseDetail, look};
 use crate::tracking::frame_fit::{FrameFitter, Reading};
 use crate::tracking::tool_in_crf::FreeMotion;
 use crate::tracking::{RigidBody, Sensor};
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_field::OutsidePolicy;
+use trackwright_field::environment::{Jitter, LocalJitter};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::{exp_vector, log_quaternion, perpendicular};
 
 /// Both bodies at the design's pose, and the scatter of each sensor there.
 pub(super) struct Still<'a> {

@@ -5,17 +5,17 @@
 //! more slowly over a room than its field does.
 
 use super::share_of;
-use crate::geometry::bounds::Bounds;
-use crate::geometry::isosurface::ScalarLattice;
-use crate::geometry::volume::Volume;
 use crate::study::comparison::REQUIRED;
 use crate::study::expected::{ExpectedError, expected, judged_checks};
 use crate::study::run::StudyError;
 use crate::study::scenario::{InputTrial, Mode, Scenario};
 use crate::study::trial::Simulator;
-use crate::task::{Cancelled, Task};
 use nalgebra::{Point3, UnitQuaternion};
 use rayon::prelude::*;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::isosurface::ScalarLattice;
+use trackwright_geometry::volume::Volume;
+use trackwright_task::{Cancelled, Task};
 
 /// Points along each side. In the built-in room the shares halfway between them are within 8 % of those
 /// that are found there directly in the median, and within 19 % of the worst of seven; with seven points a

@@ -8,9 +8,9 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use trackwright::design::BodyRole;
 use trackwright::design::view::{ColorMap, Quantity, SliceAxis, SliceView};
 use trackwright::editor::solve::slice_plan;
-use trackwright::geometry::colormap::{NO_VALUE_LINE_SRGB, NO_VALUE_SRGB};
-use trackwright::geometry::orbit::OrbitCamera;
 use trackwright::store::{self, World};
+use trackwright_geometry::colormap::{NO_VALUE_LINE_SRGB, NO_VALUE_SRGB};
+use trackwright_geometry::orbit::OrbitCamera;
 
 const SIZE: [u32; 2] = [640, 480];
 

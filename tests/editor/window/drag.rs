@@ -9,8 +9,8 @@ use nalgebra::Point3;
 use std::collections::BTreeSet;
 use trackwright::design::view::Magnification;
 use trackwright::editor::palette;
-use trackwright::geometry::orbit::OrbitCamera;
 use trackwright::store;
+use trackwright_geometry::orbit::OrbitCamera;
 
 /// How far the sensor is dragged, pixels.
 const WAY_PX: u32 = 60;

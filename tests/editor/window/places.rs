@@ -11,8 +11,8 @@ use trackwright::editor::state::{Selected, Selection};
 use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
 use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright::editor::ui::theme;
-use trackwright::geometry::orbit::OrbitCamera;
 use trackwright::store::World;
+use trackwright_geometry::orbit::OrbitCamera;
 
 /// Space that the panels' frames leave at the sides.
 const LEFT_MARGIN: f32 = 8.0;

@@ -9,9 +9,9 @@ use trackwright::design::view::Magnification;
 use trackwright::design::{BodyRole, HandleAxes};
 use trackwright::editor::gizmo::gizmo_of;
 use trackwright::editor::state::{Selected, Selection};
-use trackwright::geometry::gizmo::{Eye, Handle};
-use trackwright::geometry::orbit::{Axis, OrbitCamera};
 use trackwright::store::{self, World};
+use trackwright_geometry::gizmo::{Eye, Handle};
+use trackwright_geometry::orbit::{Axis, OrbitCamera};
 
 /// From the shaft's sensor to where another one is added, along the shaft.
 const BESIDE_MM: f64 = 28.0;

@@ -3,16 +3,16 @@
 use super::{alone, assert_agree, body, built_in, five, head, jitter, on_head, six, three_fives};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::sync::Arc;
-use trackwright::field::DistortionModel;
-use trackwright::field::environment::{Jitter, JitterGrowth};
-use trackwright::field::samples::MapKind;
-use trackwright::geometry::directions::{DirectionSet, Weighting};
-use trackwright::geometry::pose::pose_from_parts;
-use trackwright::geometry::volume::Volume;
 use trackwright::study::uncertainty::{first_order, over_motion};
 use trackwright::study::{AxisRange, Motion, Scenario};
-use trackwright::task::Task;
 use trackwright::tracking::RigidBody;
+use trackwright_field::DistortionModel;
+use trackwright_field::environment::{Jitter, JitterGrowth};
+use trackwright_field::samples::MapKind;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::pose::pose_from_parts;
+use trackwright_geometry::volume::Volume;
+use trackwright_task::Task;
 
 #[test]
 fn one_six_dof_sensor_scatters_its_tip_as_its_own_reading_does() {

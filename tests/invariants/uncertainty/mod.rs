@@ -8,18 +8,18 @@ mod sampling;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
-use trackwright::field::environment::Jitter;
-use trackwright::field::samples::MapKind;
-use trackwright::field::{DistortionModel, Environment, OutsidePolicy};
-use trackwright::geometry::pose::{Pose, pose_from_parts};
-use trackwright::geometry::volume::Volume;
 use trackwright::store;
 use trackwright::study::uncertainty::{
     MonteCarlo, TipUncertainty, check_first_order, first_order, monte_carlo,
 };
 use trackwright::study::{Scenario, ScenarioCrf};
-use trackwright::task::Task;
 use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
+use trackwright_field::environment::Jitter;
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::volume::Volume;
+use trackwright_task::Task;
 
 /// 0.5 mm and 0.3 degrees, the case of MATH.
 fn jitter() -> Jitter {

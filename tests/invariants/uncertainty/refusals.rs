@@ -1,11 +1,11 @@
 //! What has no uncertainty, and why.
 
 use super::{built_in, with_jitter};
-use trackwright::field::OutsidePolicy;
-use trackwright::field::environment::Jitter;
 use trackwright::study::Scenario;
 use trackwright::study::uncertainty::{UncertaintyError, first_order, monte_carlo, over_motion};
-use trackwright::task::{CancelToken, Cancelled, Task};
+use trackwright_field::OutsidePolicy;
+use trackwright_field::environment::Jitter;
+use trackwright_task::{CancelToken, Cancelled, Task};
 
 #[test]
 fn no_jitter_is_no_scatter() {

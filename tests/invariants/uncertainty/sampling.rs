@@ -5,9 +5,9 @@ use super::{
     six, three_fives, with_jitter,
 };
 use nalgebra::{Point3, Vector3};
-use trackwright::field::environment::{Jitter, JitterGrowth};
 use trackwright::study::uncertainty::{first_order, monte_carlo};
-use trackwright::task::Task;
+use trackwright_field::environment::{Jitter, JitterGrowth};
+use trackwright_task::Task;
 
 #[test]
 fn sampling_agrees_with_first_order_at_every_weight() {

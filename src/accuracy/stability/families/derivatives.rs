@@ -6,10 +6,10 @@ use crate::accuracy::stability::Extent;
 use crate::accuracy::stability::inputs::{Sequence, cube, model};
 use crate::accuracy::stability::references::{self, axis3, distance, point3};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
-use crate::field::jacobian::Matrix6x3;
-use crate::field::{DistortionModel, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, Weighting};
+use trackwright_field::jacobian::Matrix6x3;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
 
 const BY_POSITION: Quantity = Quantity {
     name: "derivatives by position, mm or rad a mm",

@@ -5,11 +5,11 @@ use crate::accuracy::stability::inputs::{Sequence, cube, model};
 use crate::accuracy::stability::methods::Methods;
 use crate::accuracy::stability::references::{self, HighEvaluation, axis3, distance, point3};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
-use crate::field::bernstein::MAX_ORDER;
-use crate::field::{DistortionModel, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, Weighting};
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_field::bernstein::MAX_ORDER;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
 
 const CONDITION: &str = "how the answer reacts to relative errors of coefficients and normalised \
     position, and to errors of the axis: sum of absolute terms over the scale, plus one over the \

@@ -8,12 +8,12 @@ use crate::accuracy::stability::methods::Methods;
 use crate::accuracy::stability::references::{self, point3};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
 use crate::accuracy::stability::systems::{Reference, SOLUTION, off_by};
-use crate::field::bernstein::coefficient_count;
-use crate::field::fit::{Fit, FitMethod, FitSettings};
-use crate::field::samples::{PoseError, Sample, SampleSet};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_field::bernstein::coefficient_count;
+use trackwright_field::fit::{Fit, FitMethod, FitSettings};
+use trackwright_field::samples::{PoseError, Sample, SampleSet};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
 
 const RESIDUAL: Quantity = Quantity {
     name: "position RMS after the fit, mm",

@@ -6,11 +6,11 @@ use crate::accuracy::stability::inputs::Sequence;
 use crate::accuracy::stability::methods::Methods;
 use crate::accuracy::stability::references::distance;
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::exp_vector;
 use crate::tracking::frame_fit::Reading;
 use crate::tracking::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::exp_vector;
 
 const ROTATION: Quantity = Quantity {
     name: "rotation, rad",

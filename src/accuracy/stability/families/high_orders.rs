@@ -8,13 +8,13 @@ use crate::accuracy::stability::methods::Methods;
 use crate::accuracy::stability::references::{self, distance};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
 use crate::accuracy::stability::systems::{SOLUTION, singular_values};
-use crate::field::bernstein::{coefficient_count, push_products};
-use crate::field::fit::FitSettings;
-use crate::field::least_squares::LeastSquares;
-use crate::field::samples::{PoseError, Sample, SampleSet};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::DirectionSet;
 use nalgebra::{Point3, Vector3};
+use trackwright_field::bernstein::{coefficient_count, push_products};
+use trackwright_field::fit::FitSettings;
+use trackwright_field::least_squares::LeastSquares;
+use trackwright_field::samples::{PoseError, Sample, SampleSet};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::DirectionSet;
 
 /// Twelve Bernstein polynomials an axis come to a condition of 1e10; none of them is cut off.
 const RCOND: f64 = 1e-14;

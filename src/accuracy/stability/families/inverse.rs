@@ -7,13 +7,13 @@ use crate::accuracy::stability::inputs::{Sequence, cube, model};
 use crate::accuracy::stability::methods::Methods;
 use crate::accuracy::stability::references::{self, axis3, distance};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
-use crate::field::inverse::InverseState;
-use crate::field::samples::MapKind;
-use crate::field::{DistortionModel, OutsidePolicy};
-use crate::geometry::bounds::Bounds;
-use crate::geometry::directions::{DirectionSet, Weighting};
-use crate::geometry::pose::{Pose, pose_from_parts};
 use nalgebra::{Matrix5, Point3, Unit, UnitQuaternion, Vector3, Vector5};
+use trackwright_field::inverse::InverseState;
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 const CONDITION: &str = "length of the Jacobian's inverse, angles taken as lengths of the box's \
     diagonal";
@@ -233,7 +233,7 @@ struct Equations<'a> {
 impl<'a> Equations<'a> {
     fn new(model: &'a DistortionModel, reading: &Pose) -> Self {
         let axis: Unit<Vector3<f64>> = reading.rotation * Vector3::z_axis();
-        let first = crate::geometry::rotation::perpendicular(&axis).into_inner();
+        let first = trackwright_geometry::rotation::perpendicular(&axis).into_inner();
         let turn = references::matrix(&references::quaternion(&reading.rotation));
         Self {
             model,

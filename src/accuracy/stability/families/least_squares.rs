@@ -7,8 +7,8 @@ use crate::accuracy::stability::inputs::Sequence;
 use crate::accuracy::stability::methods::Methods;
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
 use crate::accuracy::stability::systems::{Reference, SOLUTION, off_by};
-use crate::field::bernstein::coefficient_count;
 use nalgebra::Vector3;
+use trackwright_field::bernstein::coefficient_count;
 
 const CONDITION: Quantity = Quantity {
     name: "condition number, relative",
@@ -120,7 +120,7 @@ fn scattered(
     for i in 0..count {
         let u = place(i, Vector3::from_fn(|_, _| sequence.unit()));
         let mut row = Vec::new();
-        crate::field::bernstein::push_products(order, &u, &mut row);
+        trackwright_field::bernstein::push_products(order, &u, &mut row);
         rows.push(row);
         // A field that no polynomial reaches, and noise.
         values.push(std::array::from_fn(|k| {

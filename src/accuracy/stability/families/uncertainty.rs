@@ -10,11 +10,11 @@ use crate::accuracy::stability::inputs::Sequence;
 use crate::accuracy::stability::methods::Methods;
 use crate::accuracy::stability::references::{self, distance, matrix, moved, point3, quaternion};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
-use crate::geometry::pose::{Pose, pose_from_parts};
-use crate::geometry::rotation::exp_vector;
-use crate::tracking::uncertainty::SensorCovariance;
+use crate::tracking::linear_fit::SensorCovariance;
 use crate::tracking::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::exp_vector;
 
 const COVARIANCE: Quantity = Quantity {
     name: "covariance of the tip, mm²",

@@ -7,8 +7,8 @@ use crate::accuracy::stability::inputs::Sequence;
 use crate::accuracy::stability::methods::Methods;
 use crate::accuracy::stability::references::{self, axis3};
 use crate::accuracy::stability::row::{Case, Family, Quantity, Row};
-use crate::geometry::directions::{DirectionSet, DirectionWeights, Weighting};
 use nalgebra::{Unit, Vector3};
+use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
 
 const WEIGHTS: Quantity = Quantity {
     name: "weights",

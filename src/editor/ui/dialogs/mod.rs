@@ -13,13 +13,13 @@ use crate::editor::live::LiveRequest;
 use crate::editor::meshes::MeshRequest;
 use crate::editor::palette;
 use crate::editor::state::FileRequest;
-use crate::geometry::mesh_report::UnitSuggestion;
 use crate::store::MeshOwner;
 use bevy::prelude::Resource;
 use bevy_egui::egui::{RichText, Ui};
 pub use file_dialog::{FileDialog, FileKind, SystemChoice, Wish};
 use file_dialog::{file_ui, write_to};
 use std::path::PathBuf;
+use trackwright_geometry::mesh_report::UnitSuggestion;
 
 /// The dialog that is open, if any.
 #[derive(Resource, Default)]

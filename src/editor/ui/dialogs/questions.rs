@@ -7,11 +7,11 @@ use crate::editor::meshes::MeshRequest;
 use crate::editor::state::{FileRequest, SharedChoice};
 use crate::editor::ui::widgets::{count, length, quiet_ui, with_unit};
 use crate::formats::recovery_file::RecoveryOrigin;
-use crate::geometry::mesh_report::UnitSuggestion;
 use crate::store::{ChangedFile, FileChange, Leftover, MeshOwner, SharedBody, Starter, StoreError};
 use bevy_egui::egui::{self, Align, Layout, Ui, vec2};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use trackwright_geometry::mesh_report::UnitSuggestion;
 
 impl Dialog {
     /// What went wrong, in the words of the command line.

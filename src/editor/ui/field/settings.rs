@@ -7,16 +7,16 @@ use crate::editor::field::{FieldDesk, FieldRequest, FieldSettings};
 use crate::editor::ui::widgets::{
     NumberChange, NumberField, main_button, number_ui, quiet_ui, section_ui,
 };
-use crate::field::bernstein::MAX_ORDER;
-use crate::field::environment::Jitter;
-use crate::field::fit::FitMethod;
-use crate::field::harmonic::solid_harmonics::MAX_DEGREE;
-use crate::field::samples::MapKind;
-use crate::field::selection::DEFAULT_RIDGES;
-use crate::geometry::directions::{DirectionSet, Weighting};
-use crate::geometry::volume::Volume;
 use crate::report::selection::ridge_text;
 use bevy_egui::egui::{ComboBox, ProgressBar, Ui};
+use trackwright_field::bernstein::MAX_ORDER;
+use trackwright_field::environment::Jitter;
+use trackwright_field::fit::FitMethod;
+use trackwright_field::harmonic::solid_harmonics::MAX_DEGREE;
+use trackwright_field::samples::MapKind;
+use trackwright_field::selection::DEFAULT_RIDGES;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::volume::Volume;
 
 const SELECTED: &str = "let it select";
 

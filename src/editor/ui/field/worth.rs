@@ -11,12 +11,12 @@ use crate::editor::ui::verdict::{verdict_mark, verdict_text};
 use crate::editor::ui::widgets::{
     count, fact_ui, main_button, quiet_ui, section_ui, warning_ui, with_unit,
 };
-use crate::field::selection::Candidate;
 use crate::report::room::{fit_warnings, harmonic_text, method_name};
 use crate::report::selection::{candidate_text, reason};
 use crate::study::comparison::{Figure, REQUIRED};
 use crate::study::own_study::OwnStudy;
 use bevy_egui::egui::{Grid, Label, RichText, Ui};
+use trackwright_field::selection::Candidate;
 
 /// Draws what the newest fit is worth, and what can be done with it.
 pub fn worth_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
@@ -153,7 +153,7 @@ fn figures_ui(ui: &mut Ui, fitted: &Fitted) {
 /// Rank and condition of the systems.
 fn systems_ui(ui: &mut Ui, fitted: &Fitted) {
     let systems = &fitted.fit.systems;
-    let by = |value: fn(&crate::field::fit::SystemReport) -> usize| {
+    let by = |value: fn(&trackwright_field::fit::SystemReport) -> usize| {
         systems.iter().map(value).min().unwrap_or(0)
     };
     let Some(first) = systems.first() else {

@@ -8,11 +8,11 @@ pub use stage_ui::stage_ui;
 
 use crate::design::{Document, Slide};
 use crate::editor::present::{Presenter, first};
-use crate::field::Environment;
 use crate::study::{Expected, Figures};
 use bevy::prelude::Resource;
 use bevy_egui::egui::Rect;
 use std::borrow::Cow;
+use trackwright_field::Environment;
 
 /// Where slides have writing on them: labels of the scene stand elsewhere. In egui's points.
 #[derive(Resource, Clone, Debug, Default)]

@@ -3,13 +3,13 @@
 use super::super::{DesignFile, parse, write};
 use crate::calibration::agreement::{BuiltRecording, RecordedFrame};
 use crate::design::{Day, Decision, Procedure, View};
-use crate::geometry::pose::Pose;
 use crate::procedure::{
     AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds,
     PositionFigures, RoomName, Step,
 };
 use crate::study::requirement::Requirement;
 use proptest::prelude::*;
+use trackwright_geometry::pose::Pose;
 
 fn design(procedure: Procedure) -> DesignFile {
     DesignFile {

@@ -1,9 +1,9 @@
 //! Images of optical and Aurora tools.
 
 use super::*;
-use crate::geometry::mesh_reference::MeshReference;
 use crate::tracking::body::Coil;
 use nalgebra::{UnitQuaternion, Vector3};
+use trackwright_geometry::mesh_reference::MeshReference;
 
 #[test]
 fn an_unchanged_body_gives_the_image_byte_for_byte_with_what_no_body_has() {

@@ -1,0 +1,260 @@
+//! Compensation of measured poses, by a correction map, by the inverse of a distortion map, or by
+//! the paper's shortcut; what became of them, and how far the shortcut is off.
+
+use super::batch::Batch;
+use super::inverse::{Inverse, InverseState};
+use super::model::{DistortionModel, OutsidePolicy};
+use super::samples::{MapKind, PoseError};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::{exp_vector, rotation_angle_rad};
+use trackwright_task::{Cancelled, Task};
+
+/// Readings that one core corrects before it looks whether anyone still wants them.
+const CHUNK: usize = 4096;
+
+/// How a measured pose is corrected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The map says it: `p = p_m - e_pos(p_m, n_m)`, `R = exp(-e_ori) R_m`.
+    Correction,
+    /// The pose whose distortion is the reading.
+    Inverse,
+    /// The paper's: a distortion map used as if it were a correction.
+    Shortcut,
+}
+
+impl Method {
+    /// The exact way for a model's kind.
+    pub fn of(map: MapKind) -> Self {
+        match map {
+            MapKind::Correction => Self::Correction,
+            MapKind::Distortion => Self::Inverse,
+        }
+    }
+}
+
+/// A measured pose, corrected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Compensated {
+    pub pose: Option<Pose>,
+    pub state: InverseState,
+    /// Whether the position that the map was evaluated at lies in the model's box.
+    pub is_inside: bool,
+}
+
+/// Corrects measured poses on all cores; the answers do not depend on how many.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn compensate(
+    model: &DistortionModel,
+    measured: &[Pose],
+    outside: OutsidePolicy,
+    method: Method,
+    task: &Task,
+) -> Result<Vec<Compensated>, Cancelled> {
+    Compensator::new(model, outside, method).compensate(measured, task)
+}
+
+/// A model made ready to correct readings that come a few at a time: what the inverse has to know
+/// of the whole model is found once.
+#[derive(Clone, Debug)]
+pub struct Compensator<'a> {
+    model: &'a DistortionModel,
+    outside: OutsidePolicy,
+    /// None where the map is used as it is.
+    inverse: Option<Inverse<'a>>,
+}
+
+impl<'a> Compensator<'a> {
+    pub fn new(model: &'a DistortionModel, outside: OutsidePolicy, method: Method) -> Self {
+        Self {
+            model,
+            outside,
+            inverse: (method == Method::Inverse).then(|| Inverse::new(model, outside)),
+        }
+    }
+
+    /// See [`compensate`].
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn compensate(
+        &self,
+        measured: &[Pose],
+        task: &Task,
+    ) -> Result<Vec<Compensated>, Cancelled> {
+        let Some(inverse) = &self.inverse else {
+            return correct_all(self.model, measured, self.outside, task);
+        };
+        let found = inverse.undistort(measured, task)?;
+        Ok(found
+            .into_iter()
+            .map(|u| Compensated { pose: u.pose, state: u.state, is_inside: u.is_inside })
+            .collect())
+    }
+}
+
+/// What [`DistortionModel::correct`] gives, many at a time.
+fn correct_all(
+    model: &DistortionModel,
+    measured: &[Pose],
+    outside: OutsidePolicy,
+    task: &Task,
+) -> Result<Vec<Compensated>, Cancelled> {
+    let all = measured.len();
+    let mut corrected =
+        vec![
+            Compensated { pose: None, state: InverseState::NotConverged, is_inside: false };
+            measured.len()
+        ];
+    corrected.par_chunks_mut(CHUNK).zip(measured.par_chunks(CHUNK)).enumerate().try_for_each_init(
+        || (Batch::default(), Vec::new()),
+        |(batch, evaluations), (index, (corrected, measured))| {
+            task.step(index * CHUNK, all)?;
+            let positions: Vec<_> = measured.iter().map(|p| p.translation.vector.into()).collect();
+            let axes: Vec<_> = measured.iter().map(|p| p.rotation * Vector3::z_axis()).collect();
+            batch.evaluate(model, &positions, &axes, outside, evaluations);
+            for ((out, pose), at) in corrected.iter_mut().zip(measured).zip(&*evaluations) {
+                *out = corrected_by(pose, &at.error, at.is_inside, outside);
+            }
+            Ok(())
+        },
+    )?;
+    Ok(corrected)
+}
+
+fn corrected_by(
+    measured: &Pose,
+    error: &PoseError,
+    is_inside: bool,
+    outside: OutsidePolicy,
+) -> Compensated {
+    let pose = pose_from_parts(
+        measured.translation.vector - error.position_mm,
+        exp_vector(&-error.rotation_rad) * measured.rotation,
+    );
+    let is_finite = measured.translation.vector.iter().all(|v| v.is_finite())
+        && pose.translation.vector.iter().all(|v| v.is_finite())
+        && pose.rotation.coords.iter().all(|v| v.is_finite());
+    let state = match (is_finite, is_inside, outside) {
+        (false, ..) => InverseState::NotConverged,
+        (true, false, OutsidePolicy::Reject) => InverseState::Rejected,
+        (true, ..) => InverseState::Converged,
+    };
+    Compensated { pose: (state == InverseState::Converged).then_some(pose), state, is_inside }
+}
+
+/// What became of a table.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    pub rows: usize,
+    /// Rows with an answer, the ambiguous ones among them.
+    pub converged: usize,
+    pub ambiguous: usize,
+    pub folded: usize,
+    pub not_converged: usize,
+    pub rejected: usize,
+    pub outside: usize,
+    /// The farthest that an answer is from its reading.
+    pub largest_correction_mm: f64,
+    pub largest_correction_rad: f64,
+}
+
+impl Tally {
+    pub fn of(measured: &[Pose], compensated: &[Compensated]) -> Self {
+        let mut tally = Self::default();
+        for (reading, found) in measured.iter().zip(compensated) {
+            tally.rows += 1;
+            tally.outside += usize::from(!found.is_inside);
+            match found.state {
+                InverseState::Converged => tally.converged += 1,
+                InverseState::Ambiguous(_) => {
+                    tally.converged += 1;
+                    tally.ambiguous += 1;
+                }
+                InverseState::Folded { .. } => tally.folded += 1,
+                InverseState::NotConverged => tally.not_converged += 1,
+                InverseState::Rejected => tally.rejected += 1,
+            }
+            if let Some(pose) = found.pose {
+                let (mm, rad) = distance(reading, &pose);
+                tally.largest_correction_mm = tally.largest_correction_mm.max(mm);
+                tally.largest_correction_rad = tally.largest_correction_rad.max(rad);
+            }
+        }
+        tally
+    }
+
+    /// Counts the rows of another table too.
+    pub fn add(&mut self, other: &Self) {
+        self.rows += other.rows;
+        self.converged += other.converged;
+        self.ambiguous += other.ambiguous;
+        self.folded += other.folded;
+        self.not_converged += other.not_converged;
+        self.rejected += other.rejected;
+        self.outside += other.outside;
+        self.largest_correction_mm = self.largest_correction_mm.max(other.largest_correction_mm);
+        self.largest_correction_rad =
+            (self.largest_correction_rad).max(other.largest_correction_rad);
+    }
+}
+
+/// How far two ways to compensate are apart, over the readings that both answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Difference {
+    pub compared: usize,
+    pub position_rms_mm: f64,
+    pub position_max_mm: f64,
+    pub angle_rms_rad: f64,
+    pub angle_max_rad: f64,
+}
+
+impl Difference {
+    /// Leaves out what either way did not answer, or only ambiguously; `None` if that is all.
+    pub fn between(a: &[Compensated], b: &[Compensated]) -> Option<Self> {
+        let sure = |c: &Compensated| c.pose.filter(|_| c.state == InverseState::Converged);
+        let mut sum = Self::default();
+        for (a, b) in a.iter().zip(b).filter_map(|(a, b)| sure(a).zip(sure(b))) {
+            let (mm, rad) = distance(&a, &b);
+            sum.compared += 1;
+            sum.position_rms_mm += mm * mm;
+            sum.angle_rms_rad += rad * rad;
+            sum.position_max_mm = sum.position_max_mm.max(mm);
+            sum.angle_max_rad = sum.angle_max_rad.max(rad);
+        }
+        let root_mean = |sum_of_squares: f64| (sum_of_squares / sum.compared as f64).sqrt();
+        (sum.compared > 0).then_some(Self {
+            position_rms_mm: root_mean(sum.position_rms_mm),
+            angle_rms_rad: root_mean(sum.angle_rms_rad),
+            ..sum
+        })
+    }
+}
+
+/// How far the paper's one map for both is from the true inverse of a distortion model, over
+/// readings; `None` where no reading has a certain answer.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn shortcut_difference(
+    model: &DistortionModel,
+    measured: &[Pose],
+    outside: OutsidePolicy,
+    task: &Task,
+) -> Result<Option<Difference>, Cancelled> {
+    let inverse = compensate(model, measured, outside, Method::Inverse, task)?;
+    let shortcut = compensate(model, measured, outside, Method::Shortcut, task)?;
+    Ok(Difference::between(&inverse, &shortcut))
+}
+
+/// Millimetres and radians from one pose to another.
+fn distance(a: &Pose, b: &Pose) -> (f64, f64) {
+    (
+        (a.translation.vector - b.translation.vector).norm(),
+        rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
+    )
+}

@@ -1,0 +1,165 @@
+//! Covariances of many sensor poses with one, in the lanes of the machine's vectors: nearly all the time
+//! of a process is spent here.
+
+use super::kernel::{FieldPoint, Kernel};
+use pulp::{Arch, Simd, WithSimd};
+
+/// Places and axes of sensor poses, coordinate by coordinate.
+#[derive(Clone, Debug)]
+pub(super) struct PointColumns {
+    coordinates: [Vec<f64>; 6],
+}
+
+impl PointColumns {
+    pub fn of(points: &[FieldPoint]) -> Self {
+        let column = |c: usize| -> Vec<f64> {
+            let each = points.iter().map(|point| match c {
+                0..3 => point.position_mm[c],
+                _ => point.axis[c - 3],
+            });
+            each.collect()
+        };
+        Self { coordinates: std::array::from_fn(column) }
+    }
+
+    fn len(&self) -> usize {
+        self.coordinates[0].len()
+    }
+
+    /// Covariances of the poses from `first` on with one other.
+    pub fn covariances(&self, kernel: &Kernel, first: usize, with: &FieldPoint) -> Vec<f64> {
+        let mut out = vec![0.0; self.len() - first];
+        Arch::new().dispatch(Fill {
+            scales: kernel.scales.map(|scale| Scale {
+                by_mm: 5.0_f64.sqrt() / scale.length_mm,
+                by_sine_squared: 0.5 / (scale.axis_sine * scale.axis_sine),
+                variance: scale.variance,
+            }),
+            points: self.coordinates.each_ref().map(|column| &column[first..]),
+            with,
+            out: &mut out,
+        });
+        out
+    }
+}
+
+/// A length scale as it is computed with.
+#[derive(Clone, Copy)]
+struct Scale {
+    by_mm: f64,
+    by_sine_squared: f64,
+    variance: f64,
+}
+
+struct Fill<'a> {
+    scales: [Scale; 2],
+    points: [&'a [f64]; 6],
+    with: &'a FieldPoint,
+    out: &'a mut [f64],
+}
+
+impl WithSimd for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { scales, points: [x, y, z, a, b, c], with, out } = self;
+        let n = out.len();
+        let (x, y, z) = (&x[..n], &y[..n], &z[..n]);
+        let (a, b, c) = (&a[..n], &b[..n], &c[..n]);
+        let [px, py, pz]: [f64; 3] = with.position_mm.coords.into();
+        let [pa, pb, pc]: [f64; 3] = with.axis.into_inner().into();
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for i in 0..n {
+                    let (dx, dy, dz) = (x[i] - px, y[i] - py, z[i] - pz);
+                    let distance_mm = (dx * dx + dy * dy + dz * dz).sqrt();
+                    let cosine = a[i] * pa + b[i] * pb + c[i] * pc;
+                    let sine_squared = (1.0 - cosine * cosine).max(0.0);
+                    let mut sum = 0.0;
+                    for scale in &scales {
+                        let t = scale.by_mm * distance_mm;
+                        let turn = scale.by_sine_squared * sine_squared;
+                        sum += scale.variance * (1.0 + t + t * t / 3.0) * exp_negative(t + turn);
+                    }
+                    out[i] = sum;
+                }
+            },
+        );
+    }
+}
+
+/// Beyond it the exponential is nothing beside any noise.
+const MOST_EXPONENT: f64 = 700.0;
+
+/// Adding it leaves a number's nearest integer in the lowest bits.
+const TO_INTEGER: f64 = 6_755_399_441_055_744.0;
+
+/// The logarithm of 2 in two parts, the first with zeros at its end.
+const LN_2_HIGH: f64 = 0.693_147_180_369_123_8;
+const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+
+/// 1 / k! from the highest: the series of an exponential on half of the logarithm of 2 on each side ends
+/// below round-off.
+const SERIES: [f64; 14] = {
+    let mut series = [1.0; 14];
+    let (mut k, mut factorial) = (1, 1.0);
+    while k < 14 {
+        factorial *= k as f64;
+        series[13 - k] = 1.0 / factorial;
+        k += 1;
+    }
+    series
+};
+
+/// `exp(-x)` of a number of zero or more, without a branch, so that it is done in lanes: within 2e-16 of it,
+/// and `exp(-700)` beyond 700.
+#[inline(always)]
+fn exp_negative(x: f64) -> f64 {
+    let x = -x.min(MOST_EXPONENT);
+    let shifted = x * std::f64::consts::LOG2_E + TO_INTEGER;
+    let whole = shifted - TO_INTEGER;
+    let rest = (x - whole * LN_2_HIGH) - whole * LN_2_LOW;
+    let mut sum = SERIES[0];
+    for coefficient in &SERIES[1..] {
+        sum = sum * rest + coefficient;
+    }
+    // The integer goes where a number keeps its power of 2.
+    sum * f64::from_bits((shifted.to_bits() << 52).wrapping_add(1.0_f64.to_bits()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gaussian::KernelScale;
+    use nalgebra::{Point3, Unit, Vector3};
+
+    #[test]
+    fn the_exponential_is_right_to_round_off() {
+        for i in 0..70_000 {
+            let x = f64::from(i) * 0.01;
+            let (found, expected) = (exp_negative(x), (-x).exp());
+            assert!((found / expected - 1.0).abs() < 5e-16, "{x}: {found}");
+        }
+        assert_eq!(exp_negative(0.0), 1.0);
+        assert!(exp_negative(1e9) < 1e-300);
+    }
+
+    #[test]
+    fn many_at_once_are_what_each_is_alone() {
+        let point = |i: i32| FieldPoint {
+            position_mm: Point3::new(f64::from(i) * 7.3, f64::from(i % 5) * 11.0, -3.0),
+            axis: Unit::new_normalize(Vector3::new(0.3, f64::from(i % 7) - 3.0, 0.8)),
+        };
+        let points: Vec<_> = (0..37).map(point).collect();
+        let scale = |length_mm, axis_sine| KernelScale { length_mm, axis_sine, variance: 0.7 };
+        let kernel =
+            Kernel { scales: [scale(90.0, 0.4), scale(30.0, f64::INFINITY)], nugget: 1e-4 };
+        let found = PointColumns::of(&points).covariances(&kernel, 4, &points[20]);
+        for (found, other) in found.iter().zip(&points[4..]) {
+            let expected = kernel.covariance(other, &points[20]);
+            assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+        }
+    }
+}

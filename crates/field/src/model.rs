@@ -1,0 +1,396 @@
+//! The distortion model: Bernstein polynomials per basis orientation, and its evaluation (8).
+
+use super::bernstein::{MAX_ORDER, basis, coefficient_count};
+use super::computed::{ComputedField, FieldSource, ModelKind};
+use super::samples::{MapKind, PoseError};
+use nalgebra::{Point3, Unit, Vector3};
+use serde::Deserialize;
+use std::sync::Arc;
+use trackwright_geometry::bounds::{Bounds, BoundsError};
+use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::exp_vector;
+
+/// The six values of one coefficient, X, Y, Z in mm and Rx, Ry, Rz in radians.
+pub type Coefficient = [f64; 6];
+
+/// Error of a sensor's reading as a function of its position and axis.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "ModelParts")]
+pub struct DistortionModel {
+    order: usize,
+    directions: DirectionSet,
+    weighting: Weighting,
+    map: MapKind,
+    bounds: Bounds,
+    /// Orientation slowest, then i, j, k; none at order 0, which is no correction.
+    coefficients: Vec<Coefficient>,
+    /// In the place of polynomials, with order 0 and one orientation.
+    computed: Option<Arc<ComputedField>>,
+}
+
+/// What happens to a position outside the model's box.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum OutsidePolicy {
+    /// The nearest point of the box stands for it.
+    #[default]
+    Clamp,
+    /// The polynomial is used as it is.
+    Extrapolate,
+    /// The trial is left out of the statistics and counted.
+    Reject,
+}
+
+/// A model's answer at one pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evaluation {
+    pub error: PoseError,
+    /// Whether the position lies in the model's box.
+    pub is_inside: bool,
+}
+
+/// Why numbers do not make a model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    #[error("order is {0}, expected 0 to {MAX_ORDER}")]
+    Order(usize),
+    #[error(
+        "{found} coefficients, expected {expected} for {directions} orientations of order {order}"
+    )]
+    CoefficientCount { found: usize, expected: usize, directions: usize, order: usize },
+    #[error("coefficient {0} is not finite")]
+    NotFinite(usize),
+    #[error("box: {0}")]
+    Bounds(#[from] BoundsError),
+}
+
+impl DistortionModel {
+    /// A model from its coefficients: orientation slowest, then i, j, k.
+    ///
+    /// # Errors
+    /// See [`ModelError`].
+    pub fn new(
+        order: usize,
+        directions: DirectionSet,
+        weighting: Weighting,
+        map: MapKind,
+        bounds: Bounds,
+        coefficients: Vec<Coefficient>,
+    ) -> Result<Self, ModelError> {
+        if order > MAX_ORDER {
+            return Err(ModelError::Order(order));
+        }
+        let expected = match order {
+            0 => 0,
+            _ => directions.len() * coefficient_count(order),
+        };
+        if coefficients.len() != expected {
+            return Err(ModelError::CoefficientCount {
+                found: coefficients.len(),
+                expected,
+                directions: directions.len(),
+                order,
+            });
+        }
+        if let Some(i) = coefficients.iter().position(|c| c.iter().any(|v| !v.is_finite())) {
+            return Err(ModelError::NotFinite(i));
+        }
+        bounds.check_finite()?;
+        Ok(Self { order, directions, weighting, map, bounds, coefficients, computed: None })
+    }
+
+    /// A model that is no polynomial, over a box. Beyond the box it is that of the nearest point,
+    /// whatever the policy.
+    pub fn of_source(source: FieldSource, map: MapKind, bounds: Bounds) -> Self {
+        Self::of_computed(ComputedField::new(source, bounds), map, bounds)
+    }
+
+    pub(super) fn of_computed(field: ComputedField, map: MapKind, bounds: Bounds) -> Self {
+        Self { computed: Some(Arc::new(field)), ..Self::zero(bounds, map) }
+    }
+
+    /// A model from parts of another, which were checked for that one.
+    pub(super) fn of_parts_known_to_fit(
+        order: usize,
+        directions: DirectionSet,
+        weighting: Weighting,
+        map: MapKind,
+        bounds: Bounds,
+        coefficients: Vec<Coefficient>,
+    ) -> Self {
+        Self { order, directions, weighting, map, bounds, coefficients, computed: None }
+    }
+
+    /// A field without distortion.
+    pub fn zero(bounds: Bounds, map: MapKind) -> Self {
+        Self {
+            order: 0,
+            directions: DirectionSet::One,
+            weighting: Weighting::default(),
+            map,
+            bounds,
+            coefficients: Vec::new(),
+            computed: None,
+        }
+    }
+
+    /// Whether it is the field of a room without distortion.
+    pub fn is_zero(&self) -> bool {
+        self.order == 0 && self.computed.is_none()
+    }
+
+    /// What computes the field, where that is no polynomial.
+    pub fn computed(&self) -> Option<&Arc<ComputedField>> {
+        self.computed.as_ref()
+    }
+
+    pub fn kind(&self) -> ModelKind {
+        match self.computed.as_ref().map(|c| c.source()) {
+            Some(FieldSource::Kriging(_)) => ModelKind::Kriging,
+            Some(FieldSource::Harmonic(_)) => ModelKind::Harmonic,
+            Some(FieldSource::Of(_)) | None => ModelKind::Bernstein,
+        }
+    }
+
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    pub fn directions(&self) -> DirectionSet {
+        self.directions
+    }
+
+    pub fn weighting(&self) -> Weighting {
+        self.weighting
+    }
+
+    pub fn map(&self) -> MapKind {
+        self.map
+    }
+
+    /// Where the polynomials were fitted and may be used.
+    pub fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    pub fn coefficients(&self) -> &[Coefficient] {
+        &self.coefficients
+    }
+
+    /// The coefficients of one basis orientation; none at order 0.
+    pub fn of_direction(&self, direction: usize) -> &[Coefficient] {
+        match self.order {
+            0 => &[],
+            order => {
+                let len = coefficient_count(order);
+                &self.coefficients[direction * len..][..len]
+            }
+        }
+    }
+
+    /// The error (8) of a sensor at a position in the tracker frame with a unit axis.
+    ///
+    /// Under [`OutsidePolicy::Reject`] the clamped value is given; the caller leaves it out.
+    pub fn evaluate(
+        &self,
+        position_mm: &Point3<f64>,
+        axis: &Unit<Vector3<f64>>,
+        outside: OutsidePolicy,
+    ) -> Evaluation {
+        let is_inside = self.bounds.contains(position_mm);
+        if let Some(computed) = &self.computed {
+            return computed.evaluate(position_mm, axis);
+        }
+        if self.order == 0 {
+            return Evaluation { error: PoseError::default(), is_inside };
+        }
+        let at = match outside {
+            OutsidePolicy::Extrapolate => *position_mm,
+            OutsidePolicy::Clamp | OutsidePolicy::Reject => self.bounds.clamp(position_mm),
+        };
+        let weights = self.directions.weights(axis, self.weighting);
+        Evaluation { error: self.blend(&self.bounds.to_unit(&at), &weights), is_inside }
+    }
+
+    /// The pose a tracker would report for a sensor: equations (6) and (7).
+    pub fn distort(&self, tracker_from_sensor: &Pose, outside: OutsidePolicy) -> (Pose, bool) {
+        let at = self.evaluate(
+            &tracker_from_sensor.translation.vector.into(),
+            &(tracker_from_sensor.rotation * Vector3::z_axis()),
+            outside,
+        );
+        let distorted = pose_from_parts(
+            tracker_from_sensor.translation.vector + at.error.position_mm,
+            exp_vector(&at.error.rotation_rad) * tracker_from_sensor.rotation,
+        );
+        (distorted, at.is_inside)
+    }
+
+    /// The pose behind a reading, by a model of the measured pose:
+    /// `p = p_m - e_pos(p_m, n_m)`, `R = exp(-e_ori) R_m`.
+    pub fn correct(&self, tracker_from_measured: &Pose, outside: OutsidePolicy) -> (Pose, bool) {
+        let at = self.evaluate(
+            &tracker_from_measured.translation.vector.into(),
+            &(tracker_from_measured.rotation * Vector3::z_axis()),
+            outside,
+        );
+        let corrected = pose_from_parts(
+            tracker_from_measured.translation.vector - at.error.position_mm,
+            exp_vector(&-at.error.rotation_rad) * tracker_from_measured.rotation,
+        );
+        (corrected, at.is_inside)
+    }
+
+    /// Sum over the three orientations and all i, j, k, innermost first: `(n + 1)³` products of
+    /// six values, then `(n + 1)²`, then `n + 1`.
+    fn blend(&self, unit: &Vector3<f64>, weights: &DirectionWeights) -> PoseError {
+        let n = self.order + 1;
+        let [bx, by, bz] = [0, 1, 2].map(|k| basis(self.order, unit[k]));
+        let per_direction = n * n * n;
+        let mut total = [0.0; 6];
+        for (&direction, &weight) in weights.directions.iter().zip(&weights.weights) {
+            if weight == 0.0 {
+                continue;
+            }
+            let start = direction * per_direction;
+            let mut rows = self.coefficients[start..start + per_direction].chunks_exact(n);
+            for &x in &bx[..n] {
+                let mut along_y = [0.0; 6];
+                for (&y, row) in by[..n].iter().zip(&mut rows) {
+                    let mut along_z = [0.0; 6];
+                    for (&z, coefficient) in bz[..n].iter().zip(row) {
+                        for (sum, c) in along_z.iter_mut().zip(coefficient) {
+                            *sum += z * c;
+                        }
+                    }
+                    for (sum, c) in along_y.iter_mut().zip(along_z) {
+                        *sum += y * c;
+                    }
+                }
+                for (sum, c) in total.iter_mut().zip(along_y) {
+                    *sum += weight * x * c;
+                }
+            }
+        }
+        error_of(total)
+    }
+}
+
+/// The six values of an error.
+pub(super) fn values_of(error: &PoseError) -> Coefficient {
+    let (p, r) = (&error.position_mm, &error.rotation_rad);
+    [p.x, p.y, p.z, r.x, r.y, r.z]
+}
+
+/// The error of six values.
+pub(super) fn error_of([x, y, z, rx, ry, rz]: Coefficient) -> PoseError {
+    PoseError { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }
+}
+
+/// A model as it stands in a file.
+#[derive(Deserialize)]
+#[serde(rename = "DistortionModel", deny_unknown_fields)]
+struct ModelParts {
+    order: usize,
+    directions: DirectionSet,
+    weighting: Weighting,
+    map: MapKind,
+    #[serde(rename = "box")]
+    bounds: Bounds,
+    coefficients: Vec<Coefficient>,
+}
+
+impl TryFrom<ModelParts> for DistortionModel {
+    type Error = ModelError;
+
+    fn try_from(p: ModelParts) -> Result<Self, ModelError> {
+        p.bounds.check()?;
+        Self::new(p.order, p.directions, p.weighting, p.map, p.bounds, p.coefficients)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bounds() -> Bounds {
+        Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0]))
+    }
+
+    /// Coefficients sampled from a linear function: Bernstein form reproduces those exactly.
+    fn linear_model(order: usize) -> DistortionModel {
+        let n = order as f64;
+        let mut coefficients = Vec::new();
+        for _ in 0..14 {
+            for i in 0..=order {
+                for j in 0..=order {
+                    for k in 0..=order {
+                        let (x, y, z) = (i as f64 / n, j as f64 / n, k as f64 / n);
+                        coefficients.push([x, y, z, x + y, 2.0 * z, 1.0]);
+                    }
+                }
+            }
+        }
+        DistortionModel::new(
+            order,
+            DirectionSet::Fourteen,
+            Weighting::Area,
+            MapKind::Distortion,
+            bounds(),
+            coefficients,
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn linear_fields_are_reproduced_at_every_order() {
+        let axis = Unit::new_normalize(Vector3::new(0.2, -0.5, 0.3));
+        for order in 1..=MAX_ORDER {
+            let e = linear_model(order)
+                .evaluate(&Point3::new(0.0, 25.0, -150.0), &axis, OutsidePolicy::Clamp)
+                .error;
+            assert!((e.position_mm - Vector3::new(0.5, 0.75, 0.75)).norm() < 1e-14);
+            assert!((e.rotation_rad - Vector3::new(1.25, 1.5, 1.0)).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn outside_the_box_clamping_gives_the_nearest_point_and_extrapolation_goes_on() {
+        let model = linear_model(3);
+        let axis = Vector3::z_axis();
+        let p = Point3::new(300.0, 0.0, -200.0);
+        let clamped = model.evaluate(&p, &axis, OutsidePolicy::Clamp);
+        let on = model.evaluate(&p, &axis, OutsidePolicy::Extrapolate);
+        assert!(!clamped.is_inside && !on.is_inside);
+        assert!((clamped.error.position_mm.x - 1.0).abs() < 1e-14);
+        assert!((on.error.position_mm.x - 2.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn a_zero_field_moves_nothing_and_still_knows_its_box() {
+        let model = DistortionModel::zero(bounds(), MapKind::Distortion);
+        let pose = Pose::translation(0.0, 0.0, 500.0);
+        assert_eq!(model.distort(&pose, OutsidePolicy::Clamp), (pose, false));
+    }
+
+    #[test]
+    fn numbers_that_make_no_model_are_refused() {
+        let new = |order, count: usize, bounds| {
+            DistortionModel::new(
+                order,
+                DirectionSet::One,
+                Weighting::Area,
+                MapKind::Distortion,
+                bounds,
+                vec![[0.0; 6]; count],
+            )
+        };
+        assert!(matches!(new(13, 2744, bounds()), Err(ModelError::Order(13))));
+        assert!(matches!(
+            new(2, 26, bounds()),
+            Err(ModelError::CoefficientCount { expected: 27, .. })
+        ));
+        let upside_down = Bounds::from(([1.0; 3], [0.0; 3]));
+        assert!(matches!(new(1, 8, upside_down), Err(ModelError::Bounds { .. })));
+    }
+}

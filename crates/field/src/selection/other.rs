@@ -1,0 +1,52 @@
+//! Models that no table of orders lists, judged in the same folds as those that one does.
+
+use super::folds::Folds;
+use super::hold_outs::{AllFolds, HoldOutBy, HoldOuts};
+use super::scoring::{FoldSums, HeldOutScores, Residual};
+use super::{SelectError, SelectSettings};
+use crate::samples::SampleSet;
+
+/// How a model did in each hold-out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OtherScored {
+    /// Rows first.
+    pub hold_outs: Vec<(HoldOutBy, HeldOutScores)>,
+    pub decided_by: HoldOutBy,
+}
+
+impl OtherScored {
+    pub fn held_out_by(&self, by: HoldOutBy) -> Option<&HeldOutScores> {
+        let found = self.hold_outs.iter().find(|(own, _)| *own == by);
+        found.map(|(_, scores)| scores)
+    }
+}
+
+/// Judges a model in every hold-out that is known. `residuals` gives what is left of each row when its
+/// fold is held out, in the order of the rows; nothing for a row that the model does not look at.
+///
+/// # Errors
+/// Those of the folds ([`super::select_by`]), and of `residuals`.
+pub fn score<E: From<SelectError>>(
+    set: &SampleSet,
+    hold_outs: &HoldOuts,
+    settings: &SelectSettings,
+    mut residuals: impl FnMut(&Folds) -> Result<Vec<Option<Residual>>, E>,
+) -> Result<OtherScored, E> {
+    let all = AllFolds::new(hold_outs, set.samples.len(), settings)?;
+    let labelled = [(HoldOutBy::Groups, all.groups), (HoldOutBy::Sensors, all.sensors)];
+    let known = labelled.into_iter().filter_map(|(by, folds)| Some((by, folds?.0)));
+    let mut scored = Vec::new();
+    for (by, folds) in std::iter::once((HoldOutBy::Rows, all.rows)).chain(known) {
+        let residuals = residuals(&folds)?;
+        let by_fold = folds.rows.iter().map(|rows| {
+            let mut sums = FoldSums::default();
+            for residual in rows.iter().filter_map(|&row| residuals[row].as_ref()) {
+                sums.add(&FoldSums::of(residual));
+            }
+            sums
+        });
+        let scores = HeldOutScores::of_sums(by_fold.collect(), set.has_rotations);
+        scored.push((by, scores));
+    }
+    Ok(OtherScored { hold_outs: scored, decided_by: all.deciding })
+}

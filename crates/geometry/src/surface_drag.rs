@@ -1,0 +1,386 @@
+//! Sliding a sensor along a body: pure functions of where the drag began and where it is now.
+
+use super::pose::Pose;
+use super::rotation::{axis_rotation, exp_vector, perpendicular};
+use super::surface::{Ray, Surface, SurfacePoint};
+use nalgebra::{Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
+
+/// Normals closer than this to the long axis are end caps, where the long axis gives no
+/// direction in the surface.
+const CAP_ANGLE_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
+
+/// A face is flat where normals within a step of the grid differ by less than this: a tube of
+/// more than 57 steps' radius counts as flat, one that a hand can hold does not.
+const FLAT_ANGLE_RAD: f64 = std::f64::consts::PI / 180.0;
+
+/// A grid that places on a surface are rounded to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    pub step_mm: f64,
+    /// Whether it has lines across the body's long axis only, as around a shaft, where there is no
+    /// other coordinate that stays in the surface, or both ways.
+    pub is_flat: bool,
+}
+
+impl Grid {
+    /// The grid at a point of a surface.
+    pub fn at(surface: &Surface, point: &SurfacePoint, step_mm: f64) -> Self {
+        let [u, v] = tangents(&point.normal);
+        let is_flat = [u, -u, v, -v].iter().all(|direction| {
+            let beside = surface.closest(&(point.position_mm + direction * step_mm));
+            beside.normal.dot(&point.normal) > FLAT_ANGLE_RAD.cos()
+        });
+        Self { step_mm, is_flat }
+    }
+}
+
+/// Two directions in the plane of a normal.
+fn tangents(normal: &Unit<Vector3<f64>>) -> [Vector3<f64>; 2] {
+    let u = perpendicular(normal);
+    [u.into_inner(), normal.cross(&u)]
+}
+
+/// Where a sensor that is held sits relative to the surface.
+///
+/// Poses are of the sensor in its body, millimetres. Every pose of a drag comes from its start:
+/// nothing is added up, so going back to the first point gives back the first pose.
+#[derive(Clone, Debug)]
+pub struct SurfaceDrag {
+    start_body_from_sensor: Pose,
+    start: SurfaceFrame,
+    latest: SurfaceFrame,
+    long_axis: Unit<Vector3<f64>>,
+}
+
+/// A point of the surface with a direction in it.
+#[derive(Clone, Copy, Debug)]
+struct SurfaceFrame {
+    origin_mm: Point3<f64>,
+    normal: Unit<Vector3<f64>>,
+    /// `body_from_surface`: x along the long axis' projection, z along the normal.
+    rotation: UnitQuaternion<f64>,
+}
+
+impl SurfaceDrag {
+    /// Takes hold of a sensor at the surface point under the pointer.
+    pub fn new(body_from_sensor: Pose, grabbed: &SurfacePoint, long_axis: Vector3<f64>) -> Self {
+        let long_axis = Unit::try_new(long_axis, 1e-12).unwrap_or_else(Vector3::z_axis);
+        let start = SurfaceFrame {
+            origin_mm: grabbed.position_mm,
+            normal: grabbed.normal,
+            rotation: projected_frame(&grabbed.normal, &long_axis),
+        };
+        Self { start_body_from_sensor: body_from_sensor, start, latest: start, long_axis }
+    }
+
+    pub fn start_body_from_sensor(&self) -> &Pose {
+        &self.start_body_from_sensor
+    }
+
+    /// The surface point of the latest pose: where to look for the next one.
+    pub fn latest_mm(&self) -> &Point3<f64> {
+        &self.latest.origin_mm
+    }
+
+    /// The sensor's pose with the surface point under the pointer at `hit`.
+    ///
+    /// It keeps its rotation in the surface frame and its place relative to the grabbed point:
+    /// the signed depth below the surface and the offset along it. With a grid its place is
+    /// rounded: along the body's long axis, and on a flat face across it too.
+    pub fn pose_at(&mut self, hit: &SurfacePoint, snap: Option<Grid>) -> Pose {
+        if *hit == self.start.as_point() {
+            // To the bit, and not by way of products that are one within rounding.
+            self.latest = self.start;
+            if snap.is_none() {
+                return self.start_body_from_sensor;
+            }
+        }
+        self.latest = SurfaceFrame {
+            origin_mm: hit.position_mm,
+            normal: hit.normal,
+            rotation: self.frame_rotation(&hit.normal),
+        };
+        let turn = self.latest.rotation * self.start.rotation.inverse();
+        let start = &self.start_body_from_sensor;
+        let offset = turn * (start.translation.vector - self.start.origin_mm.coords);
+        let mut position = hit.position_mm.coords + offset;
+        if let Some(grid) = snap {
+            position += self.snap_shift(&position, grid);
+        }
+        Pose::from_parts(
+            Translation3::from(position),
+            UnitQuaternion::new_normalize((turn * start.rotation).into_inner()),
+        )
+    }
+
+    fn frame_rotation(&self, normal: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
+        if is_cap(normal, &self.long_axis) {
+            let carry = axis_rotation(&self.latest.normal, normal).vector_rad;
+            exp_vector(&carry) * self.latest.rotation
+        } else {
+            projected_frame(normal, &self.long_axis)
+        }
+    }
+
+    /// In the surface to the next line of the grid. On an end cap, where the long axis leaves the
+    /// surface, the lines are those of the body's two other axes.
+    fn snap_shift(&self, position: &Vector3<f64>, grid: Grid) -> Vector3<f64> {
+        let normal = &self.latest.normal;
+        let shift = |coordinate: &Vector3<f64>, tangent: &Vector3<f64>| {
+            let now = position.dot(coordinate);
+            let wanted = (now / grid.step_mm).round() * grid.step_mm;
+            tangent * ((wanted - now) / tangent.dot(coordinate))
+        };
+        if is_cap(normal, &self.long_axis) {
+            if !grid.is_flat {
+                return Vector3::zeros();
+            }
+            let [u, v] = tangents(&self.long_axis);
+            let in_surface = |axis: &Vector3<f64>| axis - normal.into_inner() * normal.dot(axis);
+            return shift(&u, &in_surface(&u)) + shift(&v, &in_surface(&v));
+        }
+        let along = self.latest.rotation * Vector3::x();
+        let across = self.latest.rotation * Vector3::y();
+        let mut total = shift(&self.long_axis, &along);
+        if grid.is_flat {
+            total += shift(&across, &across);
+        }
+        total
+    }
+}
+
+impl SurfaceFrame {
+    fn as_point(&self) -> SurfacePoint {
+        SurfacePoint { position_mm: self.origin_mm, normal: self.normal }
+    }
+}
+
+fn is_cap(normal: &Unit<Vector3<f64>>, long_axis: &Unit<Vector3<f64>>) -> bool {
+    normal.dot(long_axis).abs() > CAP_ANGLE_RAD.cos()
+}
+
+/// x along the projection of the long axis on the tangent plane, z along the normal.
+fn projected_frame(
+    normal: &Unit<Vector3<f64>>,
+    long_axis: &Unit<Vector3<f64>>,
+) -> UnitQuaternion<f64> {
+    let along = long_axis.into_inner() - normal.into_inner() * normal.dot(long_axis);
+    let x = Unit::try_new(along, 1e-9).unwrap_or_else(|| perpendicular(normal));
+    let y = normal.cross(&x);
+    let columns = Matrix3::from_columns(&[x.into_inner(), y, normal.into_inner()]);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(columns))
+}
+
+/// Directions of a body's surface at the point of it that is nearest to a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceDirections {
+    /// Outward.
+    pub normal: Unit<Vector3<f64>>,
+    /// In the surface, along the shaft; on an end cap, where the long axis leaves the surface, the
+    /// long axis itself.
+    pub along: Unit<Vector3<f64>>,
+}
+
+impl SurfaceDirections {
+    /// At the surface point nearest to `place_mm`, which may lie inside, as a coil in a shaft
+    /// does. All in the body frame.
+    pub fn near(surface: &Surface, place_mm: &Point3<f64>, long_axis: Vector3<f64>) -> Self {
+        let long_axis = Unit::try_new(long_axis, 1e-12).unwrap_or_else(Vector3::z_axis);
+        let normal = surface.closest(place_mm).normal;
+        let along = if is_cap(&normal, &long_axis) {
+            long_axis
+        } else {
+            projected_frame(&normal, &long_axis) * Vector3::x_axis()
+        };
+        Self { normal, along }
+    }
+}
+
+/// Dragging freely in the plane that faces the viewer: a body without a mesh, or a sensor that
+/// is taken off the surface.
+#[derive(Clone, Debug)]
+pub struct PlaneDrag {
+    start_body_from_sensor: Pose,
+    plane_point_mm: Point3<f64>,
+    plane_normal: Unit<Vector3<f64>>,
+    grabbed_mm: Point3<f64>,
+}
+
+impl PlaneDrag {
+    /// Takes hold of a sensor with a ray (body frame) that passes near it; the plane goes
+    /// through the sensor and faces along `view_direction`.
+    pub fn new(
+        body_from_sensor: Pose,
+        ray_in_body: &Ray,
+        view_direction_in_body: Unit<Vector3<f64>>,
+    ) -> Self {
+        let point = Point3::from(body_from_sensor.translation.vector);
+        let grabbed = ray_in_body.meets_plane(&point, &view_direction_in_body);
+        Self {
+            start_body_from_sensor: body_from_sensor,
+            plane_point_mm: point,
+            plane_normal: view_direction_in_body,
+            grabbed_mm: grabbed.unwrap_or(point),
+        }
+    }
+
+    /// The sensor's pose with the pointer on `ray_in_body`; `None` where that misses the plane.
+    /// With `snap_mm` the position is rounded to that step along the body's axes.
+    pub fn pose_at(&self, ray_in_body: &Ray, snap_mm: Option<f64>) -> Option<Pose> {
+        let now = ray_in_body.meets_plane(&self.plane_point_mm, &self.plane_normal)?;
+        let start = &self.start_body_from_sensor;
+        let mut position = start.translation.vector + (now - self.grabbed_mm);
+        if let Some(step_mm) = snap_mm {
+            position = position.map(|x| (x / step_mm).round() * step_mm);
+        }
+        Some(Pose::from_parts(Translation3::from(position), start.rotation))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::pose_from_parts;
+    use crate::surface::tests::cylinder;
+
+    fn ray_along_x(y: f64, z: f64) -> Ray {
+        Ray { origin_mm: Point3::new(200.0, y, z), direction: -Vector3::x_axis() }
+    }
+
+    fn shaft() -> Surface {
+        Surface::new(&cylinder(2.0, 150.0, 96)).unwrap()
+    }
+
+    #[test]
+    fn a_coil_in_a_shaft_slides_along_it_at_its_depth() {
+        let surface = shaft();
+        let start = pose_from_parts(
+            Vector3::new(0.0, 0.0, 60.0),
+            UnitQuaternion::from_scaled_axis(Vector3::new(0.1, 0.2, 0.0)),
+        );
+        let grabbed = surface.cast(&ray_along_x(0.0, 62.0)).unwrap();
+        let mut drag = SurfaceDrag::new(start, &grabbed, Vector3::z());
+        let hit = surface.cast(&ray_along_x(0.0, 92.0)).unwrap();
+        let pose = drag.pose_at(&hit, None);
+        assert!((pose.translation.vector - Vector3::new(0.0, 0.0, 90.0)).norm() < 1e-9);
+        assert!(pose.rotation.angle_to(&start.rotation) < 1e-9);
+    }
+
+    #[test]
+    fn around_the_shaft_the_sensor_turns_with_the_surface() {
+        let surface = shaft();
+        let start = pose_from_parts(Vector3::new(2.5, 0.0, 60.0), UnitQuaternion::identity());
+        let grabbed = surface.cast(&ray_along_x(0.0, 60.0)).unwrap();
+        let mut drag = SurfaceDrag::new(start, &grabbed, Vector3::z());
+        let from_above =
+            Ray { origin_mm: Point3::new(0.0, 100.0, 60.0), direction: -Vector3::y_axis() };
+        let pose = drag.pose_at(&surface.cast(&from_above).unwrap(), None);
+        // Half a millimetre above the surface it was, and half a millimetre it stays; the
+        // corners of 96 sides lie 0.001 mm above their middles.
+        assert!((pose.translation.vector - Vector3::new(0.0, 2.5, 60.0)).norm() < 0.003);
+        let quarter =
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
+        assert!(pose.rotation.angle_to(&quarter) < 1e-6);
+    }
+
+    #[test]
+    fn back_at_the_first_point_the_pose_is_the_first_to_the_bit() {
+        let surface = shaft();
+        let rotation = UnitQuaternion::from_euler_angles(0.3, 1.1, -2.0);
+        let start = pose_from_parts(Vector3::new(0.3, 0.1, 60.123), rotation);
+        let grabbed = surface.cast(&ray_along_x(0.4, 61.0)).unwrap();
+        let mut drag = SurfaceDrag::new(start, &grabbed, Vector3::z());
+        for z in [70.0, 120.0, 3.0] {
+            let _ = drag.pose_at(&surface.cast(&ray_along_x(-1.0, z)).unwrap(), None);
+        }
+        let back = drag.pose_at(&surface.cast(&ray_along_x(0.4, 61.0)).unwrap(), None);
+        assert_eq!(back, start);
+    }
+
+    #[test]
+    fn the_way_taken_along_a_shaft_does_not_matter() {
+        let surface = shaft();
+        let start = pose_from_parts(Vector3::new(0.0, 0.0, 60.0), UnitQuaternion::identity());
+        let grabbed = surface.cast(&ray_along_x(0.0, 60.0)).unwrap();
+        let end = surface.cast(&ray_along_x(0.9, 100.0)).unwrap();
+        let mut straight = SurfaceDrag::new(start, &grabbed, Vector3::z());
+        let mut wandering = straight.clone();
+        for i in 0..200 {
+            let y = (f64::from(i) * 0.37).sin() * 1.8;
+            let hit = surface.cast(&ray_along_x(y, 20.0 + f64::from(i) * 0.5)).unwrap();
+            let _ = wandering.pose_at(&hit, None);
+        }
+        assert_eq!(straight.pose_at(&end, None), wandering.pose_at(&end, None));
+    }
+
+    #[test]
+    fn over_an_end_cap_the_frame_turns_by_the_smallest_rotation() {
+        let start = pose_from_parts(Vector3::new(0.0, 0.0, 149.0), UnitQuaternion::identity());
+        let side =
+            SurfacePoint { position_mm: Point3::new(2.0, 0.0, 149.0), normal: Vector3::x_axis() };
+        let mut drag = SurfaceDrag::new(start, &side, Vector3::z());
+        let cap =
+            SurfacePoint { position_mm: Point3::new(0.5, 0.0, 150.0), normal: Vector3::z_axis() };
+        let pose = drag.pose_at(&cap, None);
+        // x to z is a quarter turn about -y.
+        let expected =
+            UnitQuaternion::from_axis_angle(&-Vector3::y_axis(), std::f64::consts::FRAC_PI_2);
+        assert!(pose.rotation.angle_to(&expected) < 1e-9);
+        assert!((pose.translation.vector - Vector3::new(0.5, 0.0, 148.0)).norm() < 1e-9);
+    }
+
+    #[test]
+    fn snapping_rounds_the_place_along_the_body() {
+        let surface = shaft();
+        let start = pose_from_parts(Vector3::new(0.0, 0.0, 60.4), UnitQuaternion::identity());
+        let grabbed = surface.cast(&ray_along_x(0.0, 60.0)).unwrap();
+        let mut drag = SurfaceDrag::new(start, &grabbed, Vector3::z());
+        let hit = surface.cast(&ray_along_x(0.3, 71.3)).unwrap();
+        let free = drag.pose_at(&hit, None).translation.vector;
+        let grid = Grid::at(&surface, &hit, 1.0);
+        assert!(!grid.is_flat);
+        let snapped = drag.pose_at(&hit, Some(grid)).translation.vector;
+        assert!((snapped.z - 72.0).abs() < 1e-12);
+        assert!((snapped - free).xy().norm() < 1e-12, "around it as it was");
+    }
+
+    #[test]
+    fn on_flat_faces_snapping_rounds_both_ways() {
+        // The end of a thick shaft.
+        let surface = Surface::new(&cylinder(30.0, 150.0, 96)).unwrap();
+        let above =
+            Ray { origin_mm: Point3::new(7.3, -11.6, 300.0), direction: -Vector3::z_axis() };
+        let hit = surface.cast(&above).unwrap();
+        let grid = Grid::at(&surface, &hit, 1.0);
+        assert!(grid.is_flat);
+        let start = pose_from_parts(Vector3::new(7.1, -11.2, 150.0), UnitQuaternion::identity());
+        let grabbed = SurfacePoint { position_mm: Point3::new(7.1, -11.2, 150.0), ..hit };
+        let mut drag = SurfaceDrag::new(start, &grabbed, Vector3::z());
+        let snapped = drag.pose_at(&hit, Some(grid)).translation.vector;
+        assert!((snapped - Vector3::new(7.0, -12.0, 150.0)).norm() < 1e-12, "{snapped}");
+    }
+
+    #[test]
+    fn inside_a_shaft_the_normal_leads_out_of_it_and_the_tangent_along_it() {
+        let surface = shaft();
+        let place = Point3::new(0.0, 1.5, 60.0);
+        let at = SurfaceDirections::near(&surface, &place, Vector3::z());
+        assert!(at.normal.dot(&Vector3::y()) > 0.999, "{:?}", at.normal);
+        assert!(at.along.dot(&Vector3::z()) > 0.999_999, "{:?}", at.along);
+        let cap = Point3::new(0.0, 0.0, 151.0);
+        let at = SurfaceDirections::near(&surface, &cap, Vector3::z());
+        assert!(at.normal.dot(&Vector3::z()) > 0.999, "{:?}", at.normal);
+        assert_eq!(at.along, Vector3::z_axis());
+    }
+
+    #[test]
+    fn without_a_mesh_a_sensor_follows_the_pointer_in_the_view_plane() {
+        let start = pose_from_parts(Vector3::new(5.0, 0.0, 60.0), UnitQuaternion::identity());
+        let drag = PlaneDrag::new(start, &ray_along_x(1.0, 60.0), -Vector3::x_axis());
+        let pose = drag.pose_at(&ray_along_x(4.0, 71.2), None).unwrap();
+        assert!((pose.translation.vector - Vector3::new(5.0, 3.0, 71.2)).norm() < 1e-12);
+        assert_eq!(drag.pose_at(&ray_along_x(1.0, 60.0), None).unwrap(), start);
+        let snapped = drag.pose_at(&ray_along_x(4.0, 71.2), Some(1.0)).unwrap();
+        assert_eq!(snapped.translation.vector, Vector3::new(5.0, 3.0, 71.0));
+    }
+}
