@@ -17,14 +17,13 @@ use divan::{Bencher, black_box};
 use nalgebra::{Point3, Unit, Vector3};
 use std::path::Path;
 use std::sync::Arc;
-use trackwright::store;
-use trackwright::study::{self, AxisRange, CancelToken, Mode, Motion, Scenario};
 use trackwright_field::fit::{FitSettings, fit};
 use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
 use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::volume::Volume;
+use trackwright_simulation::{AxisRange, CancelToken, Mode, Motion, Scenario};
 
 fn main() {
     divan::main();
@@ -105,7 +104,7 @@ fn fit_order_4_14_orientations(bencher: Bencher, count: usize) {
 #[divan::bench(sample_count = 5)]
 fn fit_built_in_order_2_42_orientations(bencher: Bencher) {
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data/cube-fit.csv");
-    let set = store::Files::default()
+    let set = trackwright_project::Files::default()
         .read_measurements(&table)
         .expect("the built-in data")
         .samples(MapKind::Distortion);
@@ -115,7 +114,8 @@ fn fit_built_in_order_2_42_orientations(bencher: Bencher) {
 
 /// The built-in design in a room of the given order with 14 orientations.
 fn scenario(order: usize) -> Scenario {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).expect("the built-in design");
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN)
+        .expect("the built-in design");
     let room = Environment {
         name: "bench".into(),
         model: model(order),
@@ -125,16 +125,16 @@ fn scenario(order: usize) -> Scenario {
         support: None,
         process: None,
     };
-    store::resolve(world.document.design(), &Arc::new(room))
+    trackwright_project::resolve(world.document.design(), &Arc::new(room))
 }
 
 /// All cores.
 #[divan::bench(args = [2, 4, 6])]
 fn study_of_3375_poses(bencher: Bencher, order: usize) {
     let scenario = scenario(order);
-    bencher
-        .counter(ItemsCount::new(3375_usize))
-        .bench_local(|| study::run(&scenario, &Mode::Motion, &CancelToken::default(), None));
+    bencher.counter(ItemsCount::new(3375_usize)).bench_local(|| {
+        trackwright_simulation::run(&scenario, &Mode::Motion, &CancelToken::default(), None)
+    });
 }
 
 #[divan::bench(args = [4], sample_count = 3)]
@@ -151,7 +151,7 @@ fn study_of_1000000_poses(bencher: Bencher, order: usize) {
         }),
         ..scenario(order)
     };
-    bencher
-        .counter(ItemsCount::new(1_000_000_usize))
-        .bench_local(|| study::run(&scenario, &Mode::Motion, &CancelToken::default(), None));
+    bencher.counter(ItemsCount::new(1_000_000_usize)).bench_local(|| {
+        trackwright_simulation::run(&scenario, &Mode::Motion, &CancelToken::default(), None)
+    });
 }

@@ -1,8 +1,10 @@
 //! `trackwright`: the editor, and the same simulation on the command line.
 
+mod cli;
+
 use clap::Parser;
+use cli::Ending;
 use std::process::ExitCode;
-use trackwright::cli::Ending;
 
 /// What can't be done ends with this status: a file or an argument that can't be used.
 const UNUSABLE: u8 = 2;
@@ -11,12 +13,12 @@ const UNUSABLE: u8 = 2;
 const DOES_NOT_HOLD: u8 = 1;
 
 fn main() -> ExitCode {
-    let cli = trackwright::cli::Cli::parse();
-    match trackwright::cli::start_threads().and_then(|()| trackwright::cli::run(&cli)) {
+    let cli = cli::Cli::parse();
+    match cli::start_threads().and_then(|()| cli::run(&cli)) {
         Ok(Ending::Done) => ExitCode::SUCCESS,
         Ok(Ending::DoesNotHold) => ExitCode::from(DOES_NOT_HOLD),
         Err(error) => {
-            trackwright::cli::report(&error);
+            cli::report(&error);
             ExitCode::from(UNUSABLE)
         }
     }

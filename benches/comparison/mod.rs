@@ -5,12 +5,12 @@ use super::{bounds, samples, scenario};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use std::sync::Arc;
-use trackwright::study::comparison::{Pair, Plan, Settings, compare};
-use trackwright::study::{CancelToken, Mode, Scenario, run};
 use trackwright_field::Environment;
 use trackwright_field::fit::{DEFAULT_RCOND, FitSettings, factor};
 use trackwright_field::support::Support;
 use trackwright_geometry::directions::DirectionSet;
+use trackwright_simulation::comparison::{Pair, Plan, Settings, compare};
+use trackwright_simulation::{CancelToken, Mode, Scenario, run};
 use trackwright_task::Task;
 
 const DESIGNS: usize = 20;

@@ -4,24 +4,24 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use std::path::Path;
 use std::sync::Arc;
-use trackwright::calibration::room_fit::{RoomOrder, RoomTable, fit_room};
-use trackwright::calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
-use trackwright::store;
-use trackwright::study::expected::expected;
-use trackwright::study::{CancelToken, Mode, Scenario, run};
+use trackwright_calibration::room_fit::{RoomOrder, RoomTable, fit_room};
+use trackwright_calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
 use trackwright_field::Environment;
 use trackwright_field::fit::FitSettings;
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::Loss;
 use trackwright_field::samples::{MapKind, SampleSet};
 use trackwright_geometry::directions::DirectionSet;
+use trackwright_simulation::expected::expected;
+use trackwright_simulation::{CancelToken, Mode, Scenario, run};
 use trackwright_task::Task;
 
 const KINDS: [&str; 5] = ["bernstein", "symmetric", "kriging", "harmonic", "harmonic, learned"];
 
 fn measured() -> SampleSet {
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data/cube-fit.csv");
-    let set = store::Files::default().read_measurements(&table).expect("the built-in data");
+    let set =
+        trackwright_project::Files::default().read_measurements(&table).expect("the built-in data");
     set.samples(MapKind::Distortion)
 }
 
@@ -54,8 +54,9 @@ fn fitted(kind: &str, samples: &SampleSet, with_support: bool) -> Environment {
 }
 
 fn scenario(environment: Environment) -> Scenario {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).expect("the built-in design");
-    store::resolve(world.document.design(), &Arc::new(environment))
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN)
+        .expect("the built-in design");
+    trackwright_project::resolve(world.document.design(), &Arc::new(environment))
 }
 
 /// 4,000 rows, with what they leave open of the field.

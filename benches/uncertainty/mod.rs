@@ -8,13 +8,15 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use std::sync::Arc;
-use trackwright::study::Scenario;
-use trackwright::study::uncertainty::{first_order as to_first_order, monte_carlo as by_sampling};
-use trackwright::tracking::RigidBody;
-use trackwright::tracking::frame_fit::{FrameFitter, Reading};
 use trackwright_field::Environment;
 use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::Pose;
+use trackwright_simulation::RigidBody;
+use trackwright_simulation::Scenario;
+use trackwright_simulation::frame_fit::{FrameFitter, Reading};
+use trackwright_simulation::uncertainty::{
+    first_order as to_first_order, monte_carlo as by_sampling,
+};
 use trackwright_task::Task;
 
 const SAMPLES: usize = 10_000;

@@ -1,8 +1,8 @@
 //! Markers, fiducials and poses as calibrations read them.
 
 use super::read;
-use trackwright::formats::pivot_recording::{self, PivotRecording};
-use trackwright::formats::{jhu_cis, matrices, points};
+use trackwright_formats::pivot_recording::{self, PivotRecording};
+use trackwright_formats::{jhu_cis, matrices, points};
 use trackwright_geometry::pose::Pose;
 
 /// Points of a file's line: `1,2,3`.
@@ -15,7 +15,7 @@ pub fn calibration_files(bytes: &[u8]) -> bool {
         body.optical_on_base.len() + body.optical_on_object.len() + body.em_on_object.len()
     });
     let calreadings = read(jhu_cis::parse_calreadings(bytes)).map(|frames| {
-        let count = |frame: &trackwright::calibration::calibration_object::CalibrationFrame| {
+        let count = |frame: &trackwright_calibration::calibration_object::CalibrationFrame| {
             frame.optical_on_base.len() + frame.optical_on_object.len() + frame.em_on_object.len()
         };
         frames.iter().map(count).sum()

@@ -1,7 +1,7 @@
 //! Surfaces of bodies: STL, OBJ, glTF.
 
 use super::read;
-use trackwright::formats::mesh::{self, MAX_COORDINATE_MM};
+use trackwright_formats::mesh::{self, MAX_COORDINATE_MM};
 use trackwright_geometry::mesh::SurfaceMesh;
 
 /// An STL or OBJ file, told by how it begins: no more comes of it than it has bytes.

@@ -1,6 +1,6 @@
 //! Streams from a network.
 
-use trackwright::live::codec::{Content, Decoded, Decoder, HEADER_BYTES};
+use trackwright_openigtlink::codec::{Content, Decoded, Decoder, HEADER_BYTES};
 
 /// What came of a part of a stream, in a form that equals itself also where numbers are none.
 #[derive(Debug, PartialEq)]

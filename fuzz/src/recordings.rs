@@ -1,10 +1,10 @@
 //! What trackers record over time.
 
 use super::read;
-use trackwright::formats::recording::live_table::{HEADER, LiveSample, write_row};
-use trackwright::formats::recording::{is_recording, parse};
-use trackwright::tracking::recording::Recording;
+use trackwright_formats::recording::live_table::{HEADER, LiveSample, write_row};
+use trackwright_formats::recording::{is_recording, parse};
 use trackwright_geometry::pose::pose_to_array;
+use trackwright_simulation::recording::Recording;
 
 /// A recording in any format, told by its first lines: it has no more samples than twice its bytes,
 /// every pose is one, and written as a live recording they are read again to the bit.

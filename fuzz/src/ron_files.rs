@@ -2,7 +2,7 @@
 //! numbers that are none differ from themselves.
 
 use super::read;
-use trackwright::formats::{
+use trackwright_formats::{
     body, design_file, environment, preferences_file, recent_file, recovery_file,
 };
 

@@ -1,9 +1,9 @@
 //! Tables with a header, of comma-separated values.
 
 use super::read;
-use trackwright::formats::poses::WhosePoses;
-use trackwright::formats::table::Table;
-use trackwright::formats::{groups, input, measurements, points, poses, recorded_tool};
+use trackwright_formats::poses::WhosePoses;
+use trackwright_formats::table::Table;
+use trackwright_formats::{groups, input, measurements, points, poses, recorded_tool};
 
 /// The same bytes as each kind of table: there are as many rows for each, and tables that are written
 /// too are written and read as the same again.

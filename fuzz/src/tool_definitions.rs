@@ -1,12 +1,12 @@
 //! Makers' files for tools: NDI images, `.tool` lists, Atracsys and SAW geometries.
 
 use super::read;
-use trackwright::design::definition::DefinitionKind;
-use trackwright::formats::body::{self, BodyFile};
-use trackwright::formats::tool_definition::{
+use trackwright_design::definition::DefinitionKind;
+use trackwright_formats::body::{self, BodyFile};
+use trackwright_formats::tool_definition::{
     DefinitionFormat, OnMismatch, ToolDefinition, from_body, read_body,
 };
-use trackwright::tracking::body::{RigidBody, Sensor};
+use trackwright_simulation::body::{RigidBody, Sensor};
 
 const FORMATS: [DefinitionFormat; 4] = [
     DefinitionFormat::Rom,

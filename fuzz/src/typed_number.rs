@@ -1,7 +1,7 @@
 //! What a person types into a field.
 
 use super::read;
-use trackwright::formats::typed_number::{NumberUnit, parse};
+use trackwright_formats::typed_number::{NumberUnit, parse};
 
 const UNITS: [NumberUnit; 9] = [
     NumberUnit::Plain,

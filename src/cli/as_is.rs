@@ -1,9 +1,9 @@
 //! `--as-is`: what commands do with tables that may not be what they are read as.
 
 use super::output;
-use crate::store::{Doubted, StoreError};
 use anyhow::anyhow;
 use clap::Args;
+use trackwright_project::{Doubted, StoreError};
 
 /// How tables are taken; an argument of every command that reads one.
 #[derive(Args, Clone, Copy, Debug, Default)]

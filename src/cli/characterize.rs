@@ -6,22 +6,22 @@ mod report;
 use super::as_is::AsIsArgs;
 use super::numbers::above_zero;
 use super::output::{self, Format, Shown};
-use crate::calibration::characterisation::{
-    Characterisation, CharacterisationError, CharacterisationSettings, HeldOut, PairKind,
-    RecordedPair, characterise,
-};
-use crate::calibration::hand_eye::{HandEyeError, HandEyeSettings};
-use crate::calibration::robust::Loss;
-use crate::calibration::still_pose::Spread;
-use crate::calibration::time_alignment::AlignmentSettings;
-use crate::formats::body::{self, BodyFile};
-use crate::formats::characterised;
-use crate::store::Files;
-use crate::study::figures::with_separators;
-use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
+use trackwright_calibration::characterisation::{
+    Characterisation, CharacterisationError, CharacterisationSettings, HeldOut, PairKind,
+    RecordedPair, characterise,
+};
+use trackwright_calibration::hand_eye::{HandEyeError, HandEyeSettings};
+use trackwright_calibration::robust::Loss;
+use trackwright_calibration::still_pose::Spread;
+use trackwright_calibration::time_alignment::AlignmentSettings;
+use trackwright_formats::body::{self, BodyFile};
+use trackwright_formats::characterised;
+use trackwright_project::Files;
+use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub struct CharacterizeArgs {

@@ -1,24 +1,24 @@
 //! What the command line leaves open about a model, chosen by cross-validation with a progress bar.
 
 use super::output::{self, Shown};
-use crate::calibration::room_choice::{
-    self, AskedModel, Chosen, Grouping, RowLabels, WantedModel, numbered_labels, row_groups,
-};
-use crate::formats::groups::SENSOR_COLUMN;
-use crate::report::selection::{
-    SENSOR_INTERVAL, grouped_line, hold_out_lines, hold_out_name, reason, sensors_line,
-};
-use crate::store::Files;
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use std::convert::Infallible;
 use std::path::Path;
 use std::str::FromStr;
+use trackwright_calibration::room_choice::{
+    self, AskedModel, Chosen, Grouping, RowLabels, WantedModel, numbered_labels, row_groups,
+};
 use trackwright_field::fit::FitSettings;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::places::Places;
 use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_field::selection::{HoldOutBy, SelectSettings};
+use trackwright_formats::groups::SENSOR_COLUMN;
+use trackwright_project::Files;
+use trackwright_report::selection::{
+    SENSOR_INTERVAL, grouped_line, hold_out_lines, hold_out_name, reason, sensors_line,
+};
 
 /// What is to be held out.
 #[derive(Clone, Debug, PartialEq, Eq)]

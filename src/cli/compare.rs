@@ -5,14 +5,16 @@ mod report;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::output::{self, Format, OutsideArg, Shown};
-use crate::design::Design;
-use crate::formats::comparison_table::{self, Names};
-use crate::store::{self, ComparedDesign, ComparedRoom, ComparedRooms, Files};
-use crate::study::comparison::{Comparison, LEAST_DEG, LEAST_MM, Least, Settings, compare};
 use anyhow::bail;
 use clap::Args;
 use std::path::{Path, PathBuf};
+use trackwright_design::Design;
 use trackwright_field::samples::MapKind;
+use trackwright_formats::comparison_table::{self, Names};
+use trackwright_project::{ComparedDesign, ComparedRoom, ComparedRooms, Files};
+use trackwright_simulation::comparison::{
+    Comparison, LEAST_DEG, LEAST_MM, Least, Settings, compare,
+};
 
 #[derive(Debug, Args)]
 pub struct CompareArgs {
@@ -63,7 +65,7 @@ pub fn run(args: &CompareArgs, files: &Files) -> anyhow::Result<()> {
     let csv = files.optional_output(args.csv.as_deref())?;
     named_once(&args.designs, "design")?;
     named_once(&args.environment, "environment")?;
-    let designs = store::read_compared_designs(files, &args.designs)?;
+    let designs = trackwright_project::read_compared_designs(files, &args.designs)?;
     for compared in &designs {
         note_sizes(&compared.design);
     }
@@ -77,13 +79,13 @@ pub fn run(args: &CompareArgs, files: &Files) -> anyhow::Result<()> {
         true => &own_rooms,
         false => &args.environment,
     };
-    let ComparedRooms { rooms, of_file } = store::read_compared_rooms(files, rooms)?;
+    let ComparedRooms { rooms, of_file } = trackwright_project::read_compared_rooms(files, rooms)?;
     let of_design = |design: usize| match is_own {
         true => vec![of_file[design]],
         false => (0..rooms.len()).collect(),
     };
     let all: Vec<&Design> = designs.iter().map(|d| &d.design).collect();
-    let plan = store::comparison_plan(
+    let plan = trackwright_project::comparison_plan(
         &all,
         rooms.iter().map(|r| r.environment.clone()).collect(),
         of_design,
@@ -127,7 +129,9 @@ fn print(args: &CompareArgs, found: &Comparison, names: &Names) -> anyhow::Resul
 /// The second of two names of one file.
 fn named_once(files: &[PathBuf], what: &str) -> anyhow::Result<()> {
     for (number, file) in files.iter().enumerate() {
-        if let Some(first) = files[..number].iter().find(|first| store::is_same_file(first, file)) {
+        if let Some(first) =
+            files[..number].iter().find(|first| trackwright_project::is_same_file(first, file))
+        {
             bail!(
                 "{}: found the same {what} named twice (as {} before), expected each once",
                 file.display(),
@@ -140,7 +144,7 @@ fn named_once(files: &[PathBuf], what: &str) -> anyhow::Result<()> {
 
 /// The number of the design that is meant.
 fn baseline(named: &Path, designs: &[ComparedDesign]) -> anyhow::Result<usize> {
-    let by_file = designs.iter().position(|d| store::is_same_file(&d.file, named));
+    let by_file = designs.iter().position(|d| trackwright_project::is_same_file(&d.file, named));
     if let Some(number) = by_file {
         return Ok(number);
     }

@@ -2,19 +2,19 @@
 
 use super::as_is::AsIsArgs;
 use super::output::{self, Format, OutsideArg};
-use crate::calibration::doubts;
-use crate::formats::poses::{self, CompensatedRow};
-use crate::store::Files;
-use crate::study::figures::with_separators;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use trackwright_calibration::doubts;
 use trackwright_field::compensation::{Compensated, Difference, Method, Tally, compensate};
 use trackwright_field::inverse::InverseState;
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_formats::poses::{self, CompensatedRow};
 use trackwright_geometry::pose::Pose;
+use trackwright_project::Files;
+use trackwright_simulation::figures::with_separators;
 use trackwright_task::Task;
 
 #[derive(Debug, Args)]

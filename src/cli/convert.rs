@@ -6,16 +6,16 @@ use super::Ending;
 use super::numbers::above_zero;
 use super::output::{self, Format};
 use super::tool_report;
-use crate::design::definition::DefinitionKind;
-use crate::formats::tool_definition::{
-    BodyFormat, Conversion, Lost, OnMismatch, ToolDefinition, from_body,
-};
-use crate::store::{self, Files, ReadTool, StoreError};
-use crate::tracking::distinct::LEAST_MM;
 use anyhow::Context;
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use trackwright_design::definition::DefinitionKind;
+use trackwright_formats::tool_definition::{
+    BodyFormat, Conversion, Lost, OnMismatch, ToolDefinition, from_body,
+};
+use trackwright_project::{Files, ReadTool, StoreError};
+use trackwright_simulation::distinct::LEAST_MM;
 
 #[derive(Debug, Args)]
 pub struct ConvertArgs {
@@ -73,7 +73,7 @@ fn read(args: &ConvertArgs, files: &Files, file: &Path) -> anyhow::Result<ReadTo
 
 fn convert(args: &ConvertArgs, input: &Path, file: &Path, files: &Files) -> anyhow::Result<()> {
     let output = files.output(file)?;
-    let target = store::body_format_of(file)?;
+    let target = trackwright_project::body_format_of(file)?;
     let tool = read(args, files, input)?;
     let written = match target {
         BodyFormat::Body => {

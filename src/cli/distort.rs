@@ -2,15 +2,15 @@
 
 use super::as_is::AsIsArgs;
 use super::output::{self, OutsideArg};
-use crate::calibration::doubts;
-use crate::formats::poses;
-use crate::store::Files;
 use anyhow::Context;
 use clap::Args;
 use nalgebra::{Point3, Vector3};
 use std::path::PathBuf;
+use trackwright_calibration::doubts;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::gaussian::FieldPoint;
+use trackwright_formats::poses;
+use trackwright_project::Files;
 
 #[derive(Debug, Args)]
 pub struct DistortArgs {

@@ -1,12 +1,11 @@
 //! `trackwright [DESIGN]`: the editor, on the built-in design where none is named.
 
 use super::output;
-use crate::editor::app;
-use crate::editor::diagnostics::ExplainLine;
-use crate::editor::measure::{self, Started};
-use crate::editor::preflight::{self, Missing};
-use crate::store;
 use std::path::Path;
+use trackwright_editor::app;
+use trackwright_editor::diagnostics::ExplainLine;
+use trackwright_editor::measure::{self, Started};
+use trackwright_editor::preflight::{self, Missing};
 
 /// How it went with the editor.
 pub enum Opened {
@@ -23,8 +22,8 @@ pub enum Opened {
 /// A design that cannot be opened; that the editor failed.
 pub fn run(design: Option<&Path>, explain: bool) -> anyhow::Result<Opened> {
     let world = match design {
-        Some(path) => store::open_design(path)?,
-        None => store::open_builtin(store::DEFAULT_BUILTIN)?,
+        Some(path) => trackwright_project::open_design(path)?,
+        None => trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN)?,
     };
     let _display = match preflight::window() {
         Ok(display) => display,

@@ -1,15 +1,15 @@
 //! Expected figures and their intervals beside those of the room's own field.
 
 use super::output;
-use crate::study::comparison::{ErrorOf, FIGURES};
-use crate::study::expected::{
+use serde_json::{Map, Value, json};
+use trackwright_simulation::comparison::{ErrorOf, FIGURES};
+use trackwright_simulation::expected::{
     JudgedBound, MoreMeasuring, expected_rows, judged, more_measuring, most_times, verdict_of,
 };
-use crate::study::figures::{Figures, with_separators};
-use crate::study::{
+use trackwright_simulation::figures::{Figures, with_separators};
+use trackwright_simulation::{
     CancelToken, Deed, Expected, ExpectedError, Explained, Mode, Scenario, expected,
 };
-use serde_json::{Map, Value, json};
 
 /// The expected figures; `None` in a room that was never measured, and where the environment keeps
 /// nothing to draw fields from, which is noted.

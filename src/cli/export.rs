@@ -5,11 +5,11 @@ mod poses;
 mod scene;
 mod tips;
 
-use crate::formats::export::PatientAxes;
-use crate::store::Files;
 use anyhow::bail;
 use clap::{Subcommand, ValueEnum};
 use std::path::Path;
+use trackwright_formats::export::PatientAxes;
+use trackwright_project::Files;
 
 #[derive(Debug, Subcommand)]
 pub enum ExportCommand {

@@ -6,27 +6,27 @@ use super::generator;
 use super::jitter::JitterArgs;
 use super::model_kind::ModelArgs;
 use super::output::{self, Format, Shown};
-use crate::calibration::room_choice::AskedModel;
-use crate::calibration::room_fit::{
-    FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
-};
-use crate::calibration::room_model::RoomModel;
-use crate::formats::signature::ENVIRONMENT;
-use crate::report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
-use crate::store::{self, Files, Output, SampleReading};
-use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use trackwright_calibration::room_choice::AskedModel;
+use trackwright_calibration::room_fit::{
+    FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
+};
+use trackwright_calibration::room_model::RoomModel;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::computed::ModelKind;
 use trackwright_field::environment::{HoldoutProvenance, Jitter};
 use trackwright_field::fit::{Fit, FitMethod, FitSettings, Residuals};
 use trackwright_field::samples::{MapKind, SampleSet};
 use trackwright_field::selection::sensors::SensorSpread;
+use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
+use trackwright_project::{Files, Output, SampleReading};
+use trackwright_report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
+use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub struct FitArgs {
@@ -252,7 +252,7 @@ pub(super) fn fit_and_write(
     let (table, held_out) =
         (file_name(target.data), holdout.map(|(file, set)| (file_name(file), set)));
     let order = RoomOrder {
-        name: &store::room_name(target.output.file()),
+        name: &trackwright_project::room_name(target.output.file()),
         table: RoomTable { name: &table, samples },
         held_out: held_out.as_ref().map(|(name, samples)| RoomTable { name, samples }),
         model,

@@ -4,9 +4,6 @@ use super::as_is::AsIsArgs;
 use super::fit::{SensorsArg, file_name, read};
 use super::model_kind::checked_degree;
 use super::output::{self, Format, Shown};
-use crate::formats::signature::GENERATOR;
-use crate::store::Files;
-use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
@@ -14,6 +11,9 @@ use std::path::PathBuf;
 use trackwright_field::harmonic::learn::{Start, StartReport};
 use trackwright_field::harmonic::{LearnSettings, LearnedGenerator, learn};
 use trackwright_field::samples::{MapKind, MeasurementSet};
+use trackwright_formats::signature::GENERATOR;
+use trackwright_project::Files;
+use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Subcommand)]
 pub enum GeneratorCommand {

@@ -1,15 +1,15 @@
 //! `import`: measurement tables from other programs' files.
 
 use super::as_is::AsIsArgs;
-use crate::calibration::calibration_object;
-use crate::calibration::doubts::{PairedDoubts, PoseFrame};
-use crate::formats::{groups, measurements};
-use crate::store::{Doubted, Files};
-use crate::study::figures::with_separators;
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
+use trackwright_calibration::calibration_object;
+use trackwright_calibration::doubts::{PairedDoubts, PoseFrame};
 use trackwright_field::selection::clusters;
+use trackwright_formats::{groups, measurements};
+use trackwright_project::{Doubted, Files};
+use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Subcommand)]
 pub enum ImportCommand {

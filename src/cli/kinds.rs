@@ -1,14 +1,14 @@
 //! Kinds of models beside each other: what each leaves of rows held out, and which is chosen.
 
 use super::select::scores_json;
-use crate::calibration::kind_choice::{KindChoice, KindScored};
-use crate::calibration::learning_curve::LearningPoint;
-use crate::calibration::room_model::RoomModel;
-use crate::report::selection::{candidate_text, hold_out_name};
-use crate::study::figures::with_separators;
 use serde_json::{Value, json};
+use trackwright_calibration::kind_choice::{KindChoice, KindScored};
+use trackwright_calibration::learning_curve::LearningPoint;
+use trackwright_calibration::room_model::RoomModel;
 use trackwright_field::selection::HoldOutBy;
 use trackwright_field::selection::scoring::HeldOutScores;
+use trackwright_report::selection::{candidate_text, hold_out_name};
+use trackwright_simulation::figures::with_separators;
 
 /// A kind and the best model of it.
 pub(super) fn text(kind: &KindScored) -> String {

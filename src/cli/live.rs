@@ -2,16 +2,6 @@
 
 use super::numbers::above_zero;
 use super::output::{self, Format, OutsideArg};
-use crate::formats::printable::printable;
-use crate::live::client::{ClientOptions, server_address};
-use crate::live::latency::LatencySummary;
-use crate::live::relay::{ClockChange, Moment, Reason, RelayOptions, ToolState};
-use crate::live::server::{ServerEvent, ServerOptions};
-use crate::live::session::{
-    LiveDesign, LiveRoom, Session, SessionEvent, SessionSettings, SessionState,
-};
-use crate::store::{self, Files};
-use crate::study::figures::with_separators;
 use anyhow::Context;
 use clap::{ArgGroup, Args};
 use serde_json::{Map, Value, json};
@@ -21,6 +11,16 @@ use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 use trackwright_field::compensation::Method;
+use trackwright_formats::printable::printable;
+use trackwright_openigtlink::client::{ClientOptions, server_address};
+use trackwright_openigtlink::latency::LatencySummary;
+use trackwright_openigtlink::relay::{ClockChange, Moment, Reason, RelayOptions, ToolState};
+use trackwright_openigtlink::server::{ServerEvent, ServerOptions};
+use trackwright_openigtlink::session::{
+    LiveDesign, LiveRoom, Session, SessionEvent, SessionSettings, SessionState,
+};
+use trackwright_project::Files;
+use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("room").multiple(true)))]
@@ -166,8 +166,9 @@ fn room(args: &LiveArgs, files: &Files) -> anyhow::Result<Option<LiveRoom>> {
     let Some(environment) = named.or(world.as_ref().map(|world| world.environment.clone())) else {
         return Ok(None);
     };
-    let design =
-        world.map(|world| LiveDesign::of(&store::resolve(world.document.design(), &environment)));
+    let design = world.map(|world| {
+        LiveDesign::of(&trackwright_project::resolve(world.document.design(), &environment))
+    });
     Ok(Some(LiveRoom {
         method: Method::of(environment.model.map()),
         environment,

@@ -39,12 +39,10 @@ mod tool_report;
 mod uncertainty;
 mod verify;
 
-use crate::store::Files;
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
-
-pub use output::{Format, OutsideArg};
+use trackwright_project::Files;
 
 /// Designs electromagnetically tracked surgical tools: simulates how far off a tool's tip is in a
 /// measured, distorted field, and lets sensors be dragged while the error follows

@@ -1,14 +1,14 @@
 //! What kind of model a room gets, as the command line says it.
 
-use crate::calibration::kind_choice::TriedKind;
-use crate::calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
-use crate::store::Files;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use std::path::Path;
+use trackwright_calibration::kind_choice::TriedKind;
+use trackwright_calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::Loss;
 use trackwright_field::harmonic::solid_harmonics::MAX_DEGREE;
+use trackwright_project::Files;
 
 /// A model's kind, and what only that kind has.
 #[derive(Debug, Args)]

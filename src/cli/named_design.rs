@@ -1,9 +1,9 @@
 //! A design by its file or by the name of a built-in one.
 
 use super::output;
-use crate::design::Design;
-use crate::store::{self, Files, StoreError, World};
 use std::path::Path;
+use trackwright_design::Design;
+use trackwright_project::{Files, StoreError, World};
 
 /// Opens a file, or a built-in design where no file has that name.
 ///
@@ -11,7 +11,7 @@ use std::path::Path;
 /// Those of opening it.
 pub fn open_named(files: &Files, design: &Path) -> Result<World, StoreError> {
     match builtin_name(design) {
-        Some(name) => store::open_builtin(name),
+        Some(name) => trackwright_project::open_builtin(name),
         None => files.open_design(design),
     }
 }
@@ -22,7 +22,7 @@ pub fn open_named(files: &Files, design: &Path) -> Result<World, StoreError> {
 /// Those of opening it.
 pub fn open_named_without_meshes(files: &Files, design: &Path) -> Result<World, StoreError> {
     match builtin_name(design) {
-        Some(name) => store::open_builtin_without_meshes(name),
+        Some(name) => trackwright_project::open_builtin_without_meshes(name),
         None => files.open_design_without_meshes(design),
     }
 }
@@ -52,6 +52,6 @@ pub fn note_sizes(design: &Design) {
 
 fn builtin_name(design: &Path) -> Option<&'static str> {
     let name = design.to_string_lossy();
-    let mut names = store::builtin_names();
+    let mut names = trackwright_project::builtin_names();
     names.find(|builtin| !design.exists() && *builtin == name)
 }

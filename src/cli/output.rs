@@ -1,8 +1,5 @@
 //! What all commands share: formats, policies, tables of text, notes, and progress.
 
-use crate::formats::printable::printable;
-use crate::formats::printable_text::{printable_json, printable_lines};
-use crate::study::figures::with_separators;
 use anyhow::Context;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -10,6 +7,9 @@ use serde::Serialize;
 use std::borrow::Cow;
 use std::io::{IsTerminal, Write};
 use trackwright_field::OutsidePolicy;
+use trackwright_formats::printable::printable;
+use trackwright_formats::printable_text::{printable_json, printable_lines};
+use trackwright_simulation::figures::with_separators;
 use trackwright_task::Task;
 
 /// How figures are printed.

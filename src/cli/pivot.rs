@@ -8,16 +8,16 @@ use super::compensate::tally_as_json;
 use super::numbers::above_zero;
 use super::output::{self, Format, OutsideArg};
 use super::tool_reader::ToolReader;
-use crate::calibration::pivot::{Pivot, PivotError, PivotLimits, pivot};
-use crate::formats::points;
-use crate::store::Files;
-use crate::study::figures::with_separators;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 use spin::{Shaft, SpinArgs};
 use std::path::PathBuf;
+use trackwright_calibration::pivot::{Pivot, PivotError, PivotLimits, pivot};
+use trackwright_formats::points;
+use trackwright_project::Files;
+use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub struct PivotArgs {

@@ -1,12 +1,12 @@
 //! `precision`: error against run time, for every way of computing the same thing.
 
 use super::output::{self, Format};
-use crate::accuracy::precision::page::{self, PICTURE};
-use crate::accuracy::precision::{self, Report, Settings};
-use crate::store::{self, Files};
 use anyhow::Context;
 use clap::Args;
 use std::path::{Path, PathBuf};
+use trackwright_accuracy::precision::page::{self, PICTURE};
+use trackwright_accuracy::precision::{self, Report, Settings};
+use trackwright_project::Files;
 use trackwright_task::Task;
 
 /// Parts of the progress bar.
@@ -37,10 +37,12 @@ pub struct PrecisionArgs {
 pub fn run(args: &PrecisionArgs, files: &Files) -> anyhow::Result<()> {
     let world = match &args.design {
         Some(file) => files.open_design_without_meshes(file)?,
-        None => store::open_builtin_without_meshes(store::DEFAULT_BUILTIN)?,
+        None => {
+            trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)?
+        }
     };
     let design = world.document.design();
-    let scenario = store::resolve(design, &world.environment);
+    let scenario = trackwright_project::resolve(design, &world.environment);
     if let Some(folder) = &args.output {
         // Before a minute is spent on what could then not be written.
         std::fs::create_dir_all(folder)

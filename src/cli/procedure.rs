@@ -7,13 +7,13 @@ use super::numbers::zero_or_more;
 use super::output::{self, Format, Shown};
 use super::simulate::note_world;
 use super::verify::FrameArg;
-use crate::calibration::agreement::BuiltRecording;
-use crate::design::{Decision, Edit, Origin, ProcedureEdit};
-use crate::procedure::{Standing, Step};
-use crate::store::{self, Files, ProcedureWish, StoreError, World};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
+use trackwright_calibration::agreement::BuiltRecording;
+use trackwright_design::{Decision, Edit, Origin, ProcedureEdit};
+use trackwright_procedure::{Standing, Step};
+use trackwright_project::{Files, ProcedureWish, StoreError, World};
 
 /// Times that a design is judged while others save it. Each time somebody else got on, so that this
 /// many are always enough but for a program that does nothing but save.
@@ -156,7 +156,7 @@ fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World,
         recording: recording(args, &world)?,
     };
     let shown = Shown::new("judging");
-    let found = store::procedure(files, &world, &wish, &shown.task, &|note| {
+    let found = trackwright_project::procedure(files, &world, &wish, &shown.task, &|note| {
         output::note(&format!("note: {note}"));
     });
     drop(shown);
@@ -166,7 +166,7 @@ fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World,
         found.decide(step.into());
     }
     if is_changing {
-        for kept in store::save(&mut world)?.kept {
+        for kept in trackwright_project::save(&mut world)?.kept {
             output::note(&format!("note: {kept}"));
         }
     }
@@ -175,7 +175,7 @@ fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World,
 
 fn change_rooms(args: &ProcedureArgs, files: &Files, world: &mut World) -> anyhow::Result<()> {
     for file in &args.remove_room {
-        let room = store::further_room(world, file)?.map(str::to_owned);
+        let room = trackwright_project::further_room(world, file)?.map(str::to_owned);
         let Some(room) = room else {
             let rooms = &world.document.design().procedure.further_rooms;
             let expected = match rooms.is_empty() {
@@ -189,11 +189,12 @@ fn change_rooms(args: &ProcedureArgs, files: &Files, world: &mut World) -> anyho
     for file in &args.add_room {
         // One that cannot be read is not added.
         files.read_environment(file)?;
-        let is_own = store::own_room(world)? == store::RoomPlace::of_file(file);
-        if is_own || store::further_room(world, file)?.is_some() {
+        let is_own =
+            trackwright_project::own_room(world)? == trackwright_project::RoomPlace::of_file(file);
+        if is_own || trackwright_project::further_room(world, file)?.is_some() {
             bail!("--add-room {}: the design is judged in it already", file.display());
         }
-        let reference = store::reference_to_file(world, file)?;
+        let reference = trackwright_project::reference_to_file(world, file)?;
         apply(args, world, ProcedureEdit::AddRoom(reference))?;
     }
     Ok(())
@@ -210,7 +211,7 @@ fn recording(args: &ProcedureArgs, world: &World) -> anyhow::Result<Option<Built
     let Some(table) = &args.built else {
         return Ok(None);
     };
-    let reference = |file: &Path| store::reference_to_file(world, file);
+    let reference = |file: &Path| trackwright_project::reference_to_file(world, file);
     Ok(Some(BuiltRecording {
         crf_table: args.crf.as_deref().map(reference).transpose()?,
         frame: args.frame.into(),
@@ -234,7 +235,7 @@ fn decide(
     if let (Some(objection), "") = (found.objection(step), note.trim()) {
         bail!("{}: {objection}, expected --note with why that is good enough", named());
     }
-    let decision = Decision { date: store::today()?, note, grounds };
+    let decision = Decision { date: trackwright_project::today()?, note, grounds };
     let decision = Box::new(decision);
     apply(args, world, ProcedureEdit::Decide { step, decision })
 }

@@ -3,21 +3,21 @@
 use super::as_is::AsIsArgs;
 use super::numbers::above_zero;
 use super::output::{self, Format};
-use crate::calibration::doubts;
-use crate::calibration::fiducial_outliers::{OutlyingPoint, register_without_outliers};
-use crate::calibration::registration::{Registration, register};
-use crate::calibration::registration_error::{PointSpread, fle_rms_mm};
-use crate::formats::poses;
-use crate::store::{Doubted, Files};
-use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
 use nalgebra::Point3;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::PathBuf;
+use trackwright_calibration::doubts;
+use trackwright_calibration::fiducial_outliers::{OutlyingPoint, register_without_outliers};
+use trackwright_calibration::registration::{Registration, register};
+use trackwright_calibration::registration_error::{PointSpread, fle_rms_mm};
+use trackwright_formats::poses;
 use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::pose_to_array;
+use trackwright_project::{Doubted, Files};
+use trackwright_simulation::figures::with_separators;
 
 /// Above this a registration says so little of a turn that it is refused unless told otherwise: a
 /// target 50 mm away is off by 9 mm.

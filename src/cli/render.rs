@@ -3,19 +3,19 @@
 use super::named_design::{note_meshes, open_named};
 use super::output;
 use super::render_video::VideoArgs;
-use crate::design::MissingLayer;
-use crate::design::view::{Layers, View};
-use crate::editor::field::TableRole;
-use crate::editor::palette::Theme;
-use crate::editor::picture::{ComparedDesigns, Desk, StudyTrial};
-use crate::editor::state::{Selected, Selection, Workspace};
-use crate::editor::{picture, preflight};
-use crate::store::{Files, World};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::str::FromStr;
+use trackwright_design::MissingLayer;
+use trackwright_design::view::{Layers, View};
+use trackwright_editor::field::TableRole;
+use trackwright_editor::palette::Theme;
+use trackwright_editor::picture::{ComparedDesigns, Desk, StudyTrial};
+use trackwright_editor::state::{Selected, Selection, Workspace};
+use trackwright_editor::{picture, preflight};
 use trackwright_geometry::orbit::{Axis, OrbitCamera};
+use trackwright_project::{Files, World};
 
 /// Widest and highest picture that adapters paint into one texture.
 const MOST_PX: u32 = 8192;
@@ -307,17 +307,17 @@ fn thing_named(world: &World, name: &str) -> anyhow::Result<Selected> {
 }
 
 fn face_slice(world: &mut World, size: [u32; 2]) {
-    let camera = crate::editor::camera::opening_camera(world, size.map(f64::from));
+    let camera = trackwright_editor::camera::opening_camera(world, size.map(f64::from));
     let mut view = world.document.view().clone();
     view.slice.face(&camera, world.environment.model.bounds());
     world.document.set_view(view);
 }
 
 fn aim(view: &mut View, name: ViewName, world: &World, size: [u32; 2]) {
-    use crate::editor::scene::extent;
+    use trackwright_editor::scene::extent;
     let view_px = size.map(f64::from);
     let target = match name {
-        ViewName::Tip => Some(Selected::Tip(crate::design::BodyRole::Tool)),
+        ViewName::Tip => Some(Selected::Tip(trackwright_design::BodyRole::Tool)),
         _ => None,
     };
     let target = Selection::of(target);
@@ -325,7 +325,7 @@ fn aim(view: &mut View, name: ViewName, world: &World, size: [u32; 2]) {
         view.camera = None;
         return;
     };
-    let mut camera: OrbitCamera = crate::editor::camera::OrbitRig::default().camera;
+    let mut camera: OrbitCamera = trackwright_editor::camera::OrbitRig::default().camera;
     match name {
         ViewName::Overview => {
             view.camera = None;

@@ -3,19 +3,19 @@
 
 use super::numbers::above_zero;
 use super::output;
-use crate::editor::film::{FilmMove, film};
-use crate::editor::picture::{Desk, Picture, PictureError};
-use crate::formats::signature::MP4;
-use crate::store::{
-    self, ENCODER, FrameFolder, Output, StoreError, VideoError, VideoFile, VideoShape, World,
-};
-use crate::study::{Mode, trial_count};
 use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use trackwright_editor::film::{FilmMove, film};
+use trackwright_editor::picture::{Desk, Picture, PictureError};
+use trackwright_formats::signature::MP4;
+use trackwright_project::{
+    self, ENCODER, FrameFolder, Output, StoreError, VideoError, VideoFile, VideoShape, World,
+};
+use trackwright_simulation::{Mode, trial_count};
 
 /// A turn that is slow enough to follow, and short enough to be watched to its end.
 const TURN_S: f64 = 12.0;
@@ -148,7 +148,7 @@ impl VideoArgs {
         if self.moves.turntable {
             return Ok(FilmMove::Turntable);
         }
-        let scenario = store::resolve(world.document.design(), &world.environment);
+        let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
         match trial_count(&scenario, &Mode::Motion) {
             Some(trials) if trials > 0 => Ok(FilmMove::Motion { trials }),
             _ => {

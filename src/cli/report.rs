@@ -4,15 +4,17 @@ use super::as_is::AsIsArgs;
 use super::named_design::{note_meshes, open_named};
 use super::output::{self, Shown};
 use super::simulate::{ModeArg, mode_arg, mode_of, note_world};
-use crate::report::page::{Extras, Report, ReportedStudy, Slide, TableSection, workshop_section};
-use crate::scene::{self, Ground, SceneWish};
-use crate::store::{self, Files, World};
-use crate::study::CancelToken;
-use crate::study::tolerance::manufacturing_sheet;
 use anyhow::Context;
 use clap::Args;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
+use trackwright_project::{Files, World};
+use trackwright_report::page::{
+    Extras, Report, ReportedStudy, Slide, TableSection, workshop_section,
+};
+use trackwright_scene::{Ground, SceneWish};
+use trackwright_simulation::CancelToken;
+use trackwright_simulation::tolerance::manufacturing_sheet;
 
 /// What a design's file is called after its own name.
 const DESIGN_EXTENSION: &str = ".design.ron";
@@ -49,14 +51,14 @@ pub struct ReportArgs {
 /// Files that can't be used, a place that can't be written to.
 pub fn run(args: &ReportArgs, files: &Files) -> anyhow::Result<()> {
     let mode = mode_arg(args.mode, args.input.as_deref())?;
-    let date = store::today()?.to_string();
+    let date = trackwright_project::today()?.to_string();
     let world = open_named(files, &args.design)?;
     let mode = mode.unwrap_or(match world.document.design().motion {
         Some(_) => ModeArg::Motion,
         None => ModeArg::Single,
     });
     let mode = mode_of(files, mode, args.input.as_deref(), &world, args.as_is)?;
-    let file = store::report_file(&args.output, &own_name(&args.design))?;
+    let file = trackwright_project::report_file(&args.output, &own_name(&args.design))?;
     let output = files.output(&file)?;
     note_world(&world);
     note_meshes(&world);
@@ -87,7 +89,7 @@ fn name_of(file: &Path) -> Option<String> {
 fn scene_glb(world: &World) -> Option<Vec<u8>> {
     let wish = SceneWish { ground: Ground::Light, ..SceneWish::default() };
     let shown = Shown::new("computing what the layers show");
-    match scene::glb(world, &wish, &shown.task) {
+    match trackwright_scene::glb(world, &wish, &shown.task) {
         Ok(scene) => Some(scene.glb),
         Err(error) => {
             output::note(&format!("note: no view that turns: {error}"));
@@ -106,9 +108,9 @@ fn workshop(study: &ReportedStudy) -> anyhow::Result<Option<TableSection>> {
 /// The slides as pictures.
 #[cfg(feature = "editor")]
 fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
-    use crate::editor::picture::{self, Desk};
-    use crate::editor::preflight;
-    use crate::editor::state::Workspace;
+    use trackwright_editor::picture::{self, Desk};
+    use trackwright_editor::preflight;
+    use trackwright_editor::state::Workspace;
 
     let slides = &world.document.design().slides;
     if slides.is_empty() {

@@ -8,24 +8,24 @@ use super::jitter::JitterArgs;
 use super::kinds;
 use super::model_kind::{LossArg, tried_kinds};
 use super::output::{self, Format, Shown};
-use crate::calibration::kind_choice::{TriedKind, choose_kind};
-use crate::calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
-use crate::calibration::room_choice::{Chosen, RowLabels};
-use crate::calibration::room_model::RoomModel;
-use crate::formats::signature::ENVIRONMENT;
-use crate::report::room::{map_name, method_name};
-use crate::report::{learning_chart, selection, selection_chart};
-use crate::store::Files;
-use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use trackwright_calibration::kind_choice::{TriedKind, choose_kind};
+use trackwright_calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
+use trackwright_calibration::room_choice::{Chosen, RowLabels};
+use trackwright_calibration::room_model::RoomModel;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::{
     DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings,
 };
+use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::DirectionSet;
+use trackwright_project::Files;
+use trackwright_report::room::{map_name, method_name};
+use trackwright_report::{learning_chart, selection, selection_chart};
+use trackwright_simulation::figures::with_separators;
 
 /// Orders that are tried where none are named.
 const DEFAULT_ORDERS: &str = "1-6";

@@ -7,18 +7,18 @@ use super::expected;
 use super::named_design::note_sizes;
 use super::output::{self, Format, OutsideArg};
 use super::uncertainty::UncertaintyArgs;
-use crate::store::{self, Files, Output, World};
-use crate::study::expected::{BoundVerdict, JudgedBound, judged, requirement_figures};
-use crate::study::support::{SupportSurvey, support_rows};
-use crate::study::{
-    self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial, figure_rows,
-};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::pose::pose_to_array;
+use trackwright_project::{Files, Output, World};
+use trackwright_simulation::expected::{BoundVerdict, JudgedBound, judged, requirement_figures};
+use trackwright_simulation::support::{SupportSurvey, support_rows};
+use trackwright_simulation::{
+    self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial, figure_rows,
+};
 use trackwright_task::Task;
 
 #[derive(Debug, Args)]
@@ -100,7 +100,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let mode = mode_of(files, asked, args.input.as_deref(), &world, args.as_is)?;
     let design = world.document.design();
     let environment = args.uncertainty.environment(&world.environment)?;
-    let mut scenario = store::resolve(design, &environment);
+    let mut scenario = trackwright_project::resolve(design, &environment);
     scenario.outside = args.outside.into();
     args.uncertainty.check(&scenario, &mode).with_context(|| args.design.display().to_string())?;
     note_world(&world);
@@ -116,7 +116,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let (outcome, last) = simulate(&scenario, &mode, log.as_ref())
         .with_context(|| args.design.display().to_string())?;
     if args.explain {
-        for line in study::explain(&scenario, &outcome) {
+        for line in trackwright_simulation::explain(&scenario, &outcome) {
             output::note(&line.to_string());
         }
     }
@@ -219,9 +219,11 @@ pub(super) fn mode_of(
 pub fn main_job(design: Option<&Path>, files: &Files) -> anyhow::Result<()> {
     let world = match design {
         Some(file) => files.open_design_without_meshes(file)?,
-        None => store::open_builtin_without_meshes(store::DEFAULT_BUILTIN)?,
+        None => {
+            trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)?
+        }
     };
-    let scenario = store::resolve(world.document.design(), &world.environment);
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let mode = if scenario.motion.is_some() { Mode::Motion } else { Mode::Single };
     let (outcome, last) = simulate(&scenario, &mode, None)?;
     let single = last.filter(|_| matches!(mode, Mode::Single));
@@ -250,7 +252,7 @@ fn survey(scenario: &Scenario, mode: &Mode) -> anyhow::Result<SupportSurvey> {
         let bar = bar.clone();
         move |part| bar.set_position((1000.0 * part) as u64)
     });
-    let survey = study::survey(scenario, mode, &task)?;
+    let survey = trackwright_simulation::survey(scenario, mode, &task)?;
     bar.finish_and_clear();
     Ok(survey)
 }
@@ -274,8 +276,8 @@ fn simulate(
     };
     let cancel = CancelToken::default();
     let outcome = match log {
-        None => study::run(scenario, mode, &cancel, Some(&mut visit))?,
-        Some(log) => store::write_log(log, scenario, mode, &cancel, &mut visit)?,
+        None => trackwright_simulation::run(scenario, mode, &cancel, Some(&mut visit))?,
+        Some(log) => trackwright_project::write_log(log, scenario, mode, &cancel, &mut visit)?,
     };
     bar.finish_and_clear();
     Ok((outcome, last))

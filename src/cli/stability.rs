@@ -2,13 +2,13 @@
 
 use super::Ending;
 use super::output::{self, Format};
-use crate::accuracy::stability::methods::Own;
-use crate::accuracy::stability::row::Row;
-use crate::accuracy::stability::{Extent, families, page, run as run_battery};
-use crate::store::Files;
 use anyhow::Context;
 use clap::Args;
 use std::path::{Path, PathBuf};
+use trackwright_accuracy::stability::methods::Own;
+use trackwright_accuracy::stability::row::Row;
+use trackwright_accuracy::stability::{Extent, families, page, run as run_battery};
+use trackwright_project::Files;
 use trackwright_task::Task;
 
 #[derive(Debug, Args)]

@@ -3,14 +3,14 @@
 use super::Ending;
 use super::output::{self, Format, OutsideArg, Shown};
 use super::simulate::note_world;
-use crate::formats::manufacturing_table;
-use crate::report::manufacturing::{built_check_words, sheet_text};
-use crate::store::{self, Files};
-use crate::study::tolerance::{MAX_DRAWS, check_built, manufacturing_sheet};
 use anyhow::Context;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
+use trackwright_formats::manufacturing_table;
+use trackwright_project::Files;
+use trackwright_report::manufacturing::{built_check_words, sheet_text};
+use trackwright_simulation::tolerance::{MAX_DRAWS, check_built, manufacturing_sheet};
 
 #[derive(Debug, Args)]
 pub struct TolerancesArgs {
@@ -56,7 +56,7 @@ pub fn run(args: &TolerancesArgs, files: &Files) -> anyhow::Result<Ending> {
     let csv = files.optional_output(args.csv.as_deref())?;
     let world = files.open_design_without_meshes(&args.design)?;
     let design = world.document.design();
-    let mut scenario = store::resolve(design, &world.environment);
+    let mut scenario = trackwright_project::resolve(design, &world.environment);
     scenario.outside = args.outside.into();
     note_world(&world);
     let shown = Shown::new("looking for tolerances");

@@ -1,12 +1,12 @@
 //! What a tool is, in words and as JSON: its definition's fields, its sensors, how they lie.
 
 use super::output;
-use crate::design::definition::DefinitionKind;
-use crate::formats::tool_definition::{NdiRom, ToolDefinition};
-use crate::store::ReadTool;
-use crate::tracking::body::Sensor;
-use crate::tracking::pairs::{SensorPair, sensor_pairs};
 use serde_json::{Value, json};
+use trackwright_design::definition::DefinitionKind;
+use trackwright_formats::tool_definition::{NdiRom, ToolDefinition};
+use trackwright_project::ReadTool;
+use trackwright_simulation::body::Sensor;
+use trackwright_simulation::pairs::{SensorPair, sensor_pairs};
 
 /// Sensors whose distances are told: as many as any definition has. Every pair of a thousand would
 /// be half a million.

@@ -2,11 +2,6 @@
 
 use super::jitter::JitterArgs;
 use super::output;
-use crate::study::uncertainty::{
-    DeterminedPart, FirstOrderCheck, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo, MotionUncertainty,
-    TipUncertainty, UncertaintyError, check_first_order, first_order, monte_carlo, over_motion,
-};
-use crate::study::{Figures, Mode, Scenario};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use nalgebra::{Matrix3, Vector3};
@@ -14,6 +9,11 @@ use serde_json::{Value, json};
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_field::environment::{Jitter, OrientationWeight};
+use trackwright_simulation::uncertainty::{
+    DeterminedPart, FirstOrderCheck, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo, MotionUncertainty,
+    TipUncertainty, UncertaintyError, check_first_order, first_order, monte_carlo, over_motion,
+};
+use trackwright_simulation::{Figures, Mode, Scenario};
 use trackwright_task::Task;
 
 /// Samples where none are asked for: 0.2 % of standard error, in a fraction of a second.

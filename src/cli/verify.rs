@@ -7,19 +7,19 @@ use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::output::{self, Format, OutsideArg, Shown};
 use super::tool_reader::ToolReader;
-use crate::calibration::agreement::{
-    Agreement, AgreementSettings, PivotedError, RecordedFrame, Unknowns, pivoted_tool,
-};
-use crate::design::Design;
-use crate::formats::agreement_log;
-use crate::report::agreement_chart;
-use crate::store::{self, BuiltToolFailure, BuiltToolNote, BuiltToolTables, Files};
-use crate::study::Scenario;
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use report::Recorded;
 use std::path::PathBuf;
+use trackwright_calibration::agreement::{
+    Agreement, AgreementSettings, PivotedError, RecordedFrame, Unknowns, pivoted_tool,
+};
+use trackwright_design::Design;
 use trackwright_field::environment::OrientationWeight;
+use trackwright_formats::agreement_log;
+use trackwright_project::{BuiltToolFailure, BuiltToolNote, BuiltToolTables, Files};
+use trackwright_report::agreement_chart;
+use trackwright_simulation::Scenario;
 
 /// Size of the chart in pixels.
 const CHART_SIZE: (u32, u32) = (1000, 560);
@@ -133,7 +133,7 @@ pub fn run(args: &VerifyArgs, files: &Files) -> anyhow::Result<()> {
     let chart = files.optional_output(args.chart.as_deref())?;
     let world = files.open_design_without_meshes(&args.design)?;
     let design = world.document.design();
-    let scenario = store::resolve(design, &world.environment);
+    let scenario = trackwright_project::resolve(design, &world.environment);
     note_sizes(design);
     let shown = Shown::new("verifying");
     let (recorded, found) = match args.pivot {
@@ -197,11 +197,13 @@ fn paired(
         settings: settings(args),
     };
     let orientation_weight = shown_weight(design, &scenario);
-    let found = store::built_tool(files, scenario, &tables, &shown.task, &|note| match note {
-        BuiltToolNote::CrfLeftOut => output::note(
-            "note: no recording of the CRF (--crf): it is left out, and errors are in the tracker's frame",
-        ),
-        note => output::note(&format!("note: {note}")),
+    let found = trackwright_project::built_tool(files, scenario, &tables, &shown.task, &|note| {
+        match note {
+            BuiltToolNote::CrfLeftOut => output::note(
+                "note: no recording of the CRF (--crf): it is left out, and errors are in the tracker's frame",
+            ),
+            note => output::note(&format!("note: {note}")),
+        }
     });
     let found = found.map_err(|failure| in_flags(args, failure))?;
     let recorded = Recorded {

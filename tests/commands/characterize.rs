@@ -6,8 +6,8 @@ use crate::support::program::{Scratch, fail, json, succeed, text};
 use nalgebra::DMatrix;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use trackwright::formats::tool_definition::OnMismatch;
-use trackwright::store::Files;
+use trackwright_formats::tool_definition::OnMismatch;
+use trackwright_project::Files;
 
 /// Recordings of a folder whose names begin so, sorted.
 fn files(folder: &Path, first: &str) -> Vec<String> {

@@ -77,7 +77,7 @@ fn what_a_shell_pipes_in_is_read() {
     let direct = scratch.arg("direct.env.ron");
     succeed(&["fit", &table, "-o", &direct, "--order", "1", "--directions", "6"]);
     let [piped, direct] = [out, direct].map(|file| {
-        let room = trackwright::store::Files::default().read_environment(file.as_ref()).unwrap();
+        let room = trackwright_project::Files::default().read_environment(file.as_ref()).unwrap();
         room.model
     });
     assert_eq!(piped, direct);

@@ -9,7 +9,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
 use std::fs;
-use trackwright::store;
 use trackwright_geometry::pose::{Pose, pose_from_array, pose_from_parts, pose_to_array};
 use trackwright_geometry::rotation::{axis_rotation, exp_vector};
 
@@ -47,7 +46,8 @@ fn distorted(scratch: &Scratch, env: &str, points: &[Point3<f64>]) -> Vec<(Vecto
     let (poses, out) = (scratch.arg("poses.csv"), scratch.arg("distorted.csv"));
     fs::write(&poses, table).unwrap();
     succeed(&["distort", env, &poses, "-o", &out]);
-    let measured = store::Files::default().read_poses(out.as_ref()).unwrap().as_it_stands();
+    let measured =
+        trackwright_project::Files::default().read_poses(out.as_ref()).unwrap().as_it_stands();
     let pairs = ideal.iter().zip(&measured);
     pairs
         .map(|(ideal, measured)| {
@@ -82,7 +82,7 @@ fn flipped(at: &Point3<f64>) -> Point3<f64> {
 /// Bernstein polynomial of order n is at most n (n - 1) times its coefficients' greatest second
 /// difference, in the unit cube.
 fn interpolation_bound_mm(env: &str, counts: [usize; 3]) -> f64 {
-    let environment = store::Files::default().read_environment(env.as_ref()).unwrap();
+    let environment = trackwright_project::Files::default().read_environment(env.as_ref()).unwrap();
     let model = environment.model.at_axis(&axis());
     let n = model.order();
     let coefficient = |[i, j, k]: [usize; 3]| model.coefficients()[(i * (n + 1) + j) * (n + 1) + k];
@@ -325,7 +325,11 @@ fn poses_of_the_programs_own_tables_are_named_by_their_columns() {
     let said = succeed(&[&args[..], &["measured"]].concat());
     let rows = fs::read_to_string(&table).unwrap().lines().count() - 1;
     assert_eq!(
-        store::Files::default().read_poses(out.as_ref()).unwrap().as_it_stands().len(),
+        trackwright_project::Files::default()
+            .read_poses(out.as_ref())
+            .unwrap()
+            .as_it_stands()
+            .len(),
         rows,
         "{said}"
     );

@@ -5,11 +5,10 @@ use crate::support::program::{Scratch, fail, succeed};
 use nalgebra::{Point3, Vector3};
 use serde_json::Value;
 use std::process::Command;
-use trackwright::design::BodyRole;
-use trackwright::scene::palette::{Ground, SENSOR, of_part};
-use trackwright::store;
+use trackwright_design::BodyRole;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::color::{linear, linear_from_srgb};
+use trackwright_scene::palette::{Ground, SENSOR, of_part};
 
 /// Writes the scene of a built-in design.
 fn export(scratch: &Scratch, design: &str, more: &[&str]) -> String {
@@ -45,7 +44,7 @@ fn gltf(at: Point3<f64>) -> Point3<f64> {
 #[test]
 fn the_validator_finds_nothing_wrong_in_any_built_in_design() {
     let scratch = Scratch::new();
-    for design in store::builtin_names() {
+    for design in trackwright_project::builtin_names() {
         // Placements and regions take seconds each: one design has them for all.
         let layers = match design {
             "endoscope" => "all",
@@ -69,7 +68,7 @@ fn the_validator_finds_nothing_wrong_in_any_built_in_design() {
 fn trimesh_finds_the_bodies_where_the_design_has_them_in_the_editors_colors() {
     let scratch = Scratch::new();
     let found = read(&export(&scratch, "pointer-on-head", &[]));
-    let world = store::open_builtin("pointer-on-head").unwrap();
+    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     let design = world.document.design();
     for role in BodyRole::ALL {
         let pose = design.tracker_from_body(role).unwrap();
@@ -113,7 +112,7 @@ fn is_color(found: &Value, expected: [f64; 3], name: &str) {
 fn trimesh_reads_the_colors_of_the_slice_that_the_map_gives_the_field() {
     let scratch = Scratch::new();
     let found = read(&export(&scratch, "shaver-on-head", &["--layers", "slice"]));
-    let world = store::open_builtin("shaver-on-head").unwrap();
+    let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
     let view = &world.document.view().slice;
     let slice = found.iter().find(|s| s["name"] == "slice, position error");
     let slice = slice.unwrap();

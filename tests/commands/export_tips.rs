@@ -6,8 +6,7 @@ use crate::support::program::{Scratch, fail, succeed, text};
 use nalgebra::Point3;
 use serde_json::Value;
 use std::fs;
-use trackwright::formats::poses::WhosePoses;
-use trackwright::store;
+use trackwright_formats::poses::WhosePoses;
 
 const TIP: [f64; 3] = [3.0, -4.0, 12.0];
 
@@ -56,8 +55,10 @@ fn tips_are_those_of_the_simulations_log_in_the_table_and_in_both_lists() {
         .map(|line| line.split(',').nth(column.unwrap()).unwrap().parse().unwrap())
         .collect();
     for (whose, first) in [(WhosePoses::True, 1), (WhosePoses::Simulated, 4)] {
-        let poses =
-            store::Files::default().read_poses_of(log.as_ref(), whose).unwrap().as_it_stands();
+        let poses = trackwright_project::Files::default()
+            .read_poses_of(log.as_ref(), whose)
+            .unwrap()
+            .as_it_stands();
         assert_eq!(poses.len(), rows.len());
         for (pose, row) in poses.iter().zip(&rows) {
             let at = Point3::from([0, 1, 2].map(|k| row[first + k]));
@@ -87,7 +88,8 @@ fn tips_are_those_of_the_simulations_log_in_the_table_and_in_both_lists() {
         }
     }
     // As points they come back, one list after the other.
-    let points = store::Files::default().read_points(markups.as_ref()).unwrap().as_it_stands();
+    let points =
+        trackwright_project::Files::default().read_points(markups.as_ref()).unwrap().as_it_stands();
     let [last_true, first_simulated] = [&points[rows.len() - 1], &points[rows.len()]];
     assert_eq!(last_true.x, rows[rows.len() - 1][1]);
     assert_eq!(first_simulated.x, rows[0][4]);

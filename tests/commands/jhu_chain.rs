@@ -37,7 +37,7 @@ fn after(text: &str, label: &str) -> Vec<Point3<f64>> {
 }
 
 fn points(file: &Path) -> Vec<Point3<f64>> {
-    trackwright::store::Files::default().read_points(file).unwrap().as_it_stands()
+    trackwright_project::Files::default().read_points(file).unwrap().as_it_stands()
 }
 
 /// The probe's chain in a set of the second assignment, in a room where one is given.
@@ -94,7 +94,7 @@ fn chain(scratch: &Scratch, case: &str, room: Option<&str>) -> Chain {
 fn points_of_answers(file: &Path) -> Vec<Point3<f64>> {
     let text = fs::read_to_string(file).unwrap();
     let rows: String = text.lines().skip(1).map(|line| format!("{line}\n")).collect();
-    trackwright::formats::points::parse(rows.as_bytes()).unwrap()
+    trackwright_formats::points::parse(rows.as_bytes()).unwrap()
 }
 
 /// What a correction of so many orders (none of 0) leaves, as published: post and navigation, mm.

@@ -12,12 +12,11 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
-use trackwright::formats::recording::live_table;
-use trackwright::live::codec::{Content, Matrix, Message, Timestamp, ToolKind};
-use trackwright::live::server::Server;
-use trackwright::store;
-use trackwright::study::look;
+use trackwright_formats::recording::live_table;
 use trackwright_geometry::pose::{Pose, pose_from_array, pose_to_array};
+use trackwright_openigtlink::codec::{Content, Matrix, Message, Timestamp, ToolKind};
+use trackwright_openigtlink::server::Server;
+use trackwright_simulation::look;
 
 fn send(server: &Server, tool: &str, number: u32) {
     server.send_transform(&numbered(tool, number), ToolKind::SixDof, Instant::now()).unwrap();
@@ -175,8 +174,8 @@ fn poses_are_served_on_as_compensate_corrects_them_and_recorded_as_measured() {
 #[test]
 fn a_tool_of_a_design_is_served_where_its_sensors_put_it() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/designs/pointer-on-head.design.ron");
-    let world = store::open_design_without_meshes(Path::new(file)).unwrap();
-    let detail = look(&store::resolve(world.document.design(), &world.environment));
+    let world = trackwright_project::open_design_without_meshes(Path::new(file)).unwrap();
+    let detail = look(&trackwright_project::resolve(world.document.design(), &world.environment));
     let server = tracker(free_address());
     let connect = server.address().to_string();
     let live = Live::start(&["--connect", &connect, "--serve", "0", "--design", file]);

@@ -8,15 +8,18 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
 use std::time::Duration;
-use trackwright::store;
-use trackwright::study::figures::with_separators;
 use trackwright_geometry::bounds::Bounds;
+use trackwright_simulation::figures::with_separators;
 
 /// A room without errors, whose box is that of its measurements.
 fn room(scratch: &Scratch) -> (String, Bounds) {
     let (table, file) = (text(&own("room-a/room-a-fit.csv")), scratch.arg("room.env.ron"));
     succeed(&["fit", &table, "-o", &file, "--order", "0"]);
-    let bounds = *store::Files::default().read_environment(file.as_ref()).unwrap().model.bounds();
+    let bounds = *trackwright_project::Files::default()
+        .read_environment(file.as_ref())
+        .unwrap()
+        .model
+        .bounds();
     (file, bounds)
 }
 
@@ -130,7 +133,10 @@ fn distort_and_fit_tell_how_many_are_outside() {
         ["fit", "holdout"].map(|kind| text(&own(&format!("room-a/room-a-{kind}.csv"))));
     let fitted = scratch.arg("fitted.env.ron");
     let told = said(&["fit", &fit, "-o", &fitted, "--order", "0", "--holdout", &holdout]);
-    let samples = store::Files::default().read_measurements(holdout.as_ref()).unwrap().measurements;
+    let samples = trackwright_project::Files::default()
+        .read_measurements(holdout.as_ref())
+        .unwrap()
+        .measurements;
     let places = samples.iter().map(|row| Point3::from(row.tracker_from_ideal.translation.vector));
     let outside = places.filter(|at| !bounds.contains(at)).count();
     let all = with_separators(samples.len());

@@ -140,7 +140,7 @@ fn a_tool_of_an_ndi_recording_is_named_and_only_good_samples_count() {
 
 #[test]
 fn real_recordings_are_read_with_every_tool_and_sample_that_they_have() {
-    use trackwright::formats::recording::parse;
+    use trackwright_formats::recording::parse;
     // Tools, samples of each, and how many of them the tracker calls good.
     let expected: [(&str, usize, usize, &[usize]); 6] = [
         ("aurora-polaris/static/EM_31_08_2013_001.tsv", 3, 100, &[100, 100, 100]),

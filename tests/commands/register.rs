@@ -4,7 +4,6 @@ use crate::support::golden::{number, numbers};
 use crate::support::program::{Scratch, fail, json, succeed};
 use nalgebra::{Point3, Vector3};
 use std::fs;
-use trackwright::store;
 use trackwright_geometry::pose::{Pose, pose_from_array};
 
 const POINTS: [[f64; 3]; 5] =
@@ -35,11 +34,16 @@ fn exact_points_give_the_pose_and_move_others_without_an_error() {
     assert!((there.translation.vector - pose().translation.vector).norm() < 1e-10);
     assert!(there.rotation.angle_to(&pose().rotation) < 1e-12);
     assert_eq!(
-        store::Files::default().read_poses(transform.as_ref()).unwrap().as_it_stands().len(),
+        trackwright_project::Files::default()
+            .read_poses(transform.as_ref())
+            .unwrap()
+            .as_it_stands()
+            .len(),
         1
     );
     let expected = pose() * Point3::new(5.0, 6.0, 200.0);
-    let found = store::Files::default().read_points(moved.as_ref()).unwrap().as_it_stands();
+    let found =
+        trackwright_project::Files::default().read_points(moved.as_ref()).unwrap().as_it_stands();
     assert!((found[0] - expected).norm() < 1e-9);
     succeed(&["export", "poses", &transform, "-o", &scratch.arg("pose.tfm")]);
 }

@@ -5,9 +5,8 @@ use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
 use scraper::{Html, Selector};
 use serde_json::Value;
 use std::path::Path;
-use trackwright::report::page::{Extras, Report, ReportedStudy};
-use trackwright::store;
-use trackwright::study::{CancelToken, Mode};
+use trackwright_report::page::{Extras, Report, ReportedStudy};
+use trackwright_simulation::{CancelToken, Mode};
 
 /// Rows of the table of figures: label, value, unit.
 fn figures(html: &str) -> Vec<[String; 3]> {
@@ -169,7 +168,7 @@ fn a_slide_whose_layer_is_gone_is_told_and_the_page_is_written() {
 
 /// Writes the page of a built-in design with a mesh for a scene; the figures that it should show.
 fn page_with_scene(name: &str, file: &Path) -> Vec<[String; 3]> {
-    let world = store::open_builtin(name).unwrap();
+    let world = trackwright_project::open_builtin(name).unwrap();
     let study = ReportedStudy::run(&world, Mode::Motion, &CancelToken::default()).unwrap();
     let glb = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/meshes/pointer.glb");
     let report = Report {
@@ -193,7 +192,7 @@ fn browse(page: &Path, out: &Path, flags: &[&str]) -> Value {
 fn a_browser_without_a_network_shows_the_page_turns_its_scene_and_complains_of_nothing() {
     let scratch = Scratch::new();
     let page = scratch.path("page.html");
-    let expected = page_with_scene(store::DEFAULT_BUILTIN, &page);
+    let expected = page_with_scene(trackwright_project::DEFAULT_BUILTIN, &page);
     let out = scratch.path("seen");
     let found = browse(&page, &out, &[]);
     assert_eq!(found["said"], Value::Array(vec![]));

@@ -4,8 +4,7 @@ use crate::support::golden::{number, numbers};
 use crate::support::program::{Scratch, fail, json, succeed, trackwright};
 use nalgebra::{Point3, Unit, Vector3};
 use std::fs;
-use trackwright::formats::tool_definition::OnMismatch;
-use trackwright::store;
+use trackwright_formats::tool_definition::OnMismatch;
 use trackwright_geometry::pose::{Pose, pose_from_parts, pose_to_array};
 use trackwright_geometry::rotation::exp_vector;
 
@@ -138,8 +137,11 @@ fn the_frame_of_the_tip_is_a_transform_for_slicer_and_a_body_for_designs() {
     for file in [&transform, &body] {
         succeed(&["pivot", &around, "--spin", &about, "--tip-frame", file]);
     }
-    let read =
-        store::Files::default().read_tool(body.as_ref(), OnMismatch::Refuse).unwrap().body.rigid;
+    let read = trackwright_project::Files::default()
+        .read_tool(body.as_ref(), OnMismatch::Refuse)
+        .unwrap()
+        .body
+        .rigid;
     assert_eq!((read.name.as_str(), read.sensors.len()), ("probe", 1));
     let body_from_tool = read.sensors[0].body_from_sensor();
     let tip = body_from_tool * Point3::from(TIP);

@@ -1,7 +1,7 @@
 //! The design's anatomy: added by its file, listed, changed, and drawn where its frame has it.
 
+use super::app::{create_scene_app, environment, named, request, settle};
 use super::meshes::{box_obj, finish, saved_app};
-use super::support::{create_scene_app, environment, named, request, settle};
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
@@ -9,18 +9,18 @@ use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use std::fs;
 use std::rc::Rc;
-use trackwright::design::{Anatomy, AnatomyEdit, AnatomyFrame, Design, Edit, View};
-use trackwright::editor::commands::Command;
-use trackwright::editor::meshes::MeshRequest;
-use trackwright::editor::scene::anatomy::AnatomyRoot;
-use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, ViewRequest};
-use trackwright::editor::ui::PanelAction;
-use trackwright::editor::ui::anatomy_ui::anatomy_ui;
-use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
-use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
-use trackwright::store::MeshOwner;
+use trackwright_design::{Anatomy, AnatomyEdit, AnatomyFrame, Design, Edit, View};
+use trackwright_editor::commands::Command;
+use trackwright_editor::meshes::MeshRequest;
+use trackwright_editor::scene::anatomy::AnatomyRoot;
+use trackwright_editor::state::{EditRequest, OpenWorld, Selected, Selection, ViewRequest};
+use trackwright_editor::ui::PanelAction;
+use trackwright_editor::ui::anatomy_ui::anatomy_ui;
+use trackwright_editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
+use trackwright_editor::ui::outliner::{OutlinerView, outliner_ui};
 use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::pose::Pose;
+use trackwright_project::MeshOwner;
 
 fn anatomy(name: &str, file: &str) -> Anatomy {
     Anatomy {
@@ -95,7 +95,7 @@ fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harne
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
     (harness, asked)
@@ -103,7 +103,7 @@ fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harne
 
 #[test]
 fn the_outliner_lists_anatomy_with_its_frame_and_adds_more() {
-    let mut design = super::support::design();
+    let mut design = super::app::design();
     let mut table = anatomy("table", "table.stl");
     table.on = AnatomyFrame::Tracker;
     design.anatomy = vec![anatomy("head", "head.stl"), table];
@@ -125,7 +125,7 @@ fn the_outliner_lists_anatomy_with_its_frame_and_adds_more() {
 
 #[test]
 fn what_is_typed_and_chosen_for_anatomy_are_edits_of_it() {
-    let mut design = super::support::design();
+    let mut design = super::app::design();
     design.anatomy = vec![anatomy("head", "head.stl")];
     let (mut harness, asked) = harness(|ui| {
         let mut actions = Vec::new();

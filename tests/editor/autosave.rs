@@ -1,19 +1,18 @@
 //! Recovery files of an app without a window.
 
-use crate::editor::copied::Copied;
+use crate::copied::Copied;
 use bevy::prelude::*;
-use trackwright::design::{BodyRole, Edit};
-use trackwright::editor::autosave::{AutosavePlugin, RecoveryFolder};
-use trackwright::editor::document::{DocumentPlugin, Notice};
-use trackwright::editor::state::{EditRequest, OpenWorld, StatePlugin};
-use trackwright::store;
+use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::autosave::{AutosavePlugin, RecoveryFolder};
+use trackwright_editor::document::{DocumentPlugin, Notice};
+use trackwright_editor::state::{EditRequest, OpenWorld, StatePlugin};
 
 fn app(copy: &Copied, folder: &std::path::Path) -> App {
     let mut app = App::new();
     app.add_plugins(MinimalPlugins)
         .insert_resource(RecoveryFolder(folder.to_owned()))
         .add_plugins((StatePlugin, DocumentPlugin, AutosavePlugin))
-        .insert_resource(OpenWorld(store::open_design(&copy.design).unwrap()));
+        .insert_resource(OpenWorld(trackwright_project::open_design(&copy.design).unwrap()));
     app.update();
     app
 }
@@ -39,7 +38,7 @@ fn an_app_that_ends_without_closing_keeps_its_newest_edit() {
     move_sensor(&mut app, 71.5);
     // As after a lost graphics adapter: nobody was asked, and no frame follows.
     drop(app);
-    let left = store::leftovers(folder.path()).unwrap();
+    let left = trackwright_project::leftovers(folder.path()).unwrap();
     assert_eq!(left.len(), 1);
     let world = left[0].open().unwrap();
     let body = world.document.design().body(BodyRole::Tool).unwrap();

@@ -3,22 +3,21 @@
 //! Permission bits mean nothing to the superuser, who runs many of these tests: a folder under a
 //! regular file is one that nobody can write to, and `/dev/full` a disk without space.
 
-use super::support::request;
+use super::app::request;
 use bevy::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
 use std::time::Duration;
 use tempfile::TempDir;
-use trackwright::design::Edit;
-use trackwright::editor::autosave::{AutosavePlugin, RecoveryFolder};
-use trackwright::editor::document::{DocumentPlugin, Notice};
-use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, StatePlugin};
-use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::editor::wake::Waker;
-use trackwright::store;
+use trackwright_design::Edit;
+use trackwright_editor::autosave::{AutosavePlugin, RecoveryFolder};
+use trackwright_editor::document::{DocumentPlugin, Notice};
+use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, StatePlugin};
+use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright_editor::wake::Waker;
 use trackwright_geometry::pose::Pose;
 
-fn app_of(world: store::World) -> App {
+fn app_of(world: trackwright_project::World) -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin))
         .insert_resource(OpenWorld(world));
@@ -29,13 +28,13 @@ fn app_of(world: store::World) -> App {
 fn saved() -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.design.ron");
-    let mut world = store::open_builtin("pointer-on-head").unwrap();
-    store::save_as(&mut world, &file).unwrap();
+    let mut world = trackwright_project::open_builtin("pointer-on-head").unwrap();
+    trackwright_project::save_as(&mut world, &file).unwrap();
     (folder, file)
 }
 
 fn open(file: &Path) -> App {
-    app_of(store::open_design(file).unwrap())
+    app_of(trackwright_project::open_design(file).unwrap())
 }
 
 fn ask(app: &mut App, request: FileRequest) {
@@ -83,7 +82,7 @@ fn a_place_that_cannot_be_written_to_is_named_and_every_edit_stays() {
     let elsewhere = folder.path().join("c.design.ron");
     ask(&mut app, FileRequest::SaveAs(elsewhere.clone()));
     assert!(!is_dirty(&app));
-    let read = store::open_design(&elsewhere).unwrap();
+    let read = trackwright_project::open_design(&elsewhere).unwrap();
     let pose = read.document.design().tool.crf_from_tool;
     assert_eq!(pose.translation.x, 9.0);
 }
@@ -99,7 +98,7 @@ fn a_full_disk_is_said_and_the_old_file_stays_whole() {
     ask(&mut app, FileRequest::SaveAs(full));
     assert!(refusal(&app).contains("no space left"), "{}", refusal(&app));
     assert_eq!((tool_x(&app), is_dirty(&app)), (9.0, true));
-    assert!(store::open_design(&file).is_ok());
+    assert!(trackwright_project::open_design(&file).is_ok());
     // Nor does a window close over it.
     ask(&mut app, FileRequest::Quit);
     assert!(matches!(dialog(&app), Some(Dialog::Unsaved { .. })));
@@ -118,7 +117,7 @@ fn of_two_editors_of_one_file_the_second_to_save_is_asked_and_can_save_elsewhere
     assert!(matches!(dialog(&other), Some(Dialog::ChangedOnDisk { is_saving: true, .. })));
     assert_eq!((tool_x(&other), is_dirty(&other)), (7.0, true));
     let x_of = |file: &Path| {
-        let world = store::open_design(file).unwrap();
+        let world = trackwright_project::open_design(file).unwrap();
         world.document.design().tool.crf_from_tool.translation.x
     };
     assert_eq!(x_of(&file), 9.0);

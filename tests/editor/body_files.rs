@@ -1,8 +1,8 @@
 //! Tool definitions in the window: dropped, opened, asked about, refused, shown and written.
 
+use super::app::request;
 use super::drops::{app, drop_file};
 use super::meshes::finish;
-use super::support::request;
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
@@ -13,20 +13,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use tempfile::TempDir;
-use trackwright::design::{BodyRole, Edit};
-use trackwright::editor::body_files::{BodyFileRequest, BodyLoading};
-use trackwright::editor::commands::Command;
-use trackwright::editor::document::Notice;
-use trackwright::editor::state::{
+use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::body_files::{BodyFileRequest, BodyLoading};
+use trackwright_editor::commands::Command;
+use trackwright_editor::document::Notice;
+use trackwright_editor::state::{
     EditRequest, FileRequest, OpenWorld, Selected, Selection, Workspace,
 };
-use trackwright::editor::ui::PanelAction;
-use trackwright::editor::ui::body_file_ui::{BodyFileView, body_file_ui};
-use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
-use trackwright::formats::BodyFile;
-use trackwright::formats::tool_definition::{DefinitionFormat, OnMismatch, from_body};
-use trackwright::store;
-use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
+use trackwright_editor::ui::PanelAction;
+use trackwright_editor::ui::body_file_ui::{BodyFileView, body_file_ui};
+use trackwright_editor::ui::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
+use trackwright_formats::BodyFile;
+use trackwright_formats::tool_definition::{DefinitionFormat, OnMismatch, from_body};
+use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
 /// The image of a tool of these sensors, and a byte behind it that is none of its own.
 fn image(sensors: Vec<SensorOrientation>) -> Vec<u8> {
@@ -73,7 +72,7 @@ fn ask(app: &mut App, request: BodyFileRequest) {
     finish(app);
 }
 
-fn world(app: &App) -> &store::World {
+fn world(app: &App) -> &trackwright_project::World {
     &app.world().resource::<OpenWorld>().0
 }
 
@@ -91,7 +90,7 @@ fn press(app: &mut App, said: &[&str], button: &str) {
     let answer = Rc::new(RefCell::new(None));
     let sink = Rc::clone(&answer);
     let mut harness = Harness::builder().with_size(egui::vec2(620.0, 460.0)).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         if let Some(answered) = dialog_ui(ui, &mut question) {
             sink.replace(Some(answered));
         }
@@ -116,7 +115,7 @@ fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<PanelAction>>>) {
     let sink = Rc::clone(&asked);
     let (world, loading) = (world(app), app.world().resource::<BodyLoading>());
     let harness = Harness::builder().with_size(egui::vec2(276.0, 600.0)).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         let view = BodyFileView::of(world, BodyRole::Tool, loading).unwrap();
         sink.borrow_mut().extend(body_file_ui(ui, &view));
     });
@@ -227,7 +226,7 @@ fn save_writes_a_dropped_definition_beside_the_design_and_never_over_the_makers_
     assert!(!world(&app).document.is_dirty());
     assert_eq!(fs::read(&rom).unwrap(), coils());
     assert_eq!(fs::read(folder.path().join("pointer.body.ron")).unwrap(), old_body);
-    let saved = store::open_design(&folder.path().join("a.design.ron")).unwrap();
+    let saved = trackwright_project::open_design(&folder.path().join("a.design.ron")).unwrap();
     let tool = &saved.document.design().tool.body;
     assert_eq!(tool.reference, "pointer-2.body.ron");
     assert_eq!(tool.definition.as_ref().unwrap().bytes, coils());
@@ -260,7 +259,8 @@ fn what_a_definition_cannot_hold_is_said_before_it_is_written_and_reads_back() {
     assert!(!file.exists());
     ask(&mut app, save(&file));
     press(&mut app, &said, "Save");
-    let read = store::Files::default().read_tool(&file, OnMismatch::Refuse).unwrap().body;
+    let read =
+        trackwright_project::Files::default().read_tool(&file, OnMismatch::Refuse).unwrap().body;
     let own = &world(&app).document.design().tool.body.rigid.sensors;
     assert_eq!(read.rigid.sensors.len(), own.len());
     for (read, own) in read.rigid.sensors.iter().zip(own) {
@@ -279,7 +279,7 @@ fn what_a_definition_cannot_hold_is_said_before_it_is_written_and_reads_back() {
     assert_eq!(fs::read(&file).unwrap(), b"theirs");
     ask(&mut app, save(&file));
     press(&mut app, &[], "Replace");
-    assert!(store::Files::default().read_tool(&file, OnMismatch::Refuse).is_ok());
+    assert!(trackwright_project::Files::default().read_tool(&file, OnMismatch::Refuse).is_ok());
     // Files of the design are Save's alone, and a name has to say a format.
     for (name, said) in [
         ("pointer.body.ron", "the design itself uses this file"),

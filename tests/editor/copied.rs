@@ -1,8 +1,7 @@
 //! A built-in design in a folder of its own, with all that it refers to.
 
 use std::path::{Path, PathBuf};
-use trackwright::design::View;
-use trackwright::store;
+use trackwright_design::View;
 
 /// Copies of a design, its bodies, meshes and room, laid out as in the repository.
 pub struct Copied {
@@ -34,11 +33,11 @@ impl Copied {
 
     /// Changes how the design is looked at, in the file.
     pub fn look(&self, change: impl FnOnce(&mut View)) {
-        let mut world = store::open_design(&self.design).unwrap();
+        let mut world = trackwright_project::open_design(&self.design).unwrap();
         let mut view = world.document.view().clone();
         change(&mut view);
         world.document.set_view(view);
-        store::save(&mut world).unwrap();
+        trackwright_project::save(&mut world).unwrap();
     }
 
     pub fn path(&self, relative: &str) -> PathBuf {

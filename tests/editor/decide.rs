@@ -1,6 +1,6 @@
 //! The Decide workspace: a pinned baseline beside the design, designs and rooms in one table.
 
-use super::support::{create_app, create_scene_app_with, named, request, settle};
+use super::app::{create_app, create_scene_app_with, named, request, settle};
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
@@ -10,25 +10,27 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
-use trackwright::design::{BodyRole, Edit};
-use trackwright::editor::decide::against::{Against, Found};
-use trackwright::editor::decide::baseline_ghost::BaselineGhostPlugin;
-use trackwright::editor::decide::desk::DecideDesk;
-use trackwright::editor::decide::judged::Judged;
-use trackwright::editor::decide::{DecidePlugin, DecideRequest};
-use trackwright::editor::document::WorldGeneration;
-use trackwright::editor::field::FieldRequest;
-use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, Results, Workspace};
-use trackwright::editor::ui::decide::{DecideView, baseline_ui, steps_ui, table_ui};
-use trackwright::procedure::Step;
-use trackwright::store::{self, RoomPlace};
-use trackwright::study::comparison::{FIGURES, NoFigures, Verdict, mode_of, values};
-use trackwright::study::{CancelToken, Figures, Requirement, run};
+use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::decide::against::{Against, Found};
+use trackwright_editor::decide::baseline_ghost::BaselineGhostPlugin;
+use trackwright_editor::decide::desk::DecideDesk;
+use trackwright_editor::decide::judged::Judged;
+use trackwright_editor::decide::{DecidePlugin, DecideRequest};
+use trackwright_editor::document::WorldGeneration;
+use trackwright_editor::field::FieldRequest;
+use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, Results, Workspace};
+use trackwright_editor::ui::decide::{DecideView, baseline_ui, steps_ui, table_ui};
+use trackwright_procedure::Step;
+use trackwright_project::RoomPlace;
+use trackwright_simulation::comparison::{FIGURES, NoFigures, Verdict, mode_of, values};
+use trackwright_simulation::{CancelToken, Figures, Requirement, run};
 
 pub(super) fn decide_app() -> App {
     let mut app = create_app();
     app.add_plugins(DecidePlugin);
-    app.insert_resource(OpenWorld(store::open_builtin(store::DEFAULT_BUILTIN).unwrap()));
+    app.insert_resource(OpenWorld(
+        trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap(),
+    ));
     app.insert_resource(Workspace::Decide);
     settle(&mut app);
     app
@@ -67,7 +69,7 @@ pub(super) fn found(app: &App) -> &Found {
 /// The open design's figures, by a study of its own.
 fn studied(app: &App) -> Figures {
     let world = &app.world().resource::<OpenWorld>().0;
-    let scenario = store::resolve(world.document.design(), &world.environment);
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let mode = mode_of(&scenario);
     run(&scenario, &mode, &CancelToken::default(), None).unwrap().figures
 }
@@ -128,17 +130,18 @@ fn nothing_is_compared_outside_the_workspace_or_without_a_baseline() {
 
 /// A built-in design in a folder of its own.
 fn saved(folder: &Path, name: &str) -> PathBuf {
-    let mut world = store::open_builtin(name).unwrap();
+    let mut world = trackwright_project::open_builtin(name).unwrap();
     let file = folder.join(name).join(format!("{name}.design.ron"));
     std::fs::create_dir_all(file.parent().unwrap()).unwrap();
-    store::save_as(&mut world, &file).unwrap();
+    trackwright_project::save_as(&mut world, &file).unwrap();
     file
 }
 
 #[test]
 fn the_table_has_every_design_in_every_room_with_the_figures_of_their_own_studies() {
     let folder = tempfile::tempdir().unwrap();
-    let other = store::builtin_names().find(|n| *n != store::DEFAULT_BUILTIN);
+    let other =
+        trackwright_project::builtin_names().find(|n| *n != trackwright_project::DEFAULT_BUILTIN);
     let other = saved(folder.path(), other.unwrap());
     let gone = folder.path().join("gone.design.ron");
     let mut app = decide_app();
@@ -166,9 +169,9 @@ fn the_table_has_every_design_in_every_room_with_the_figures_of_their_own_studie
     assert_eq!(values(&figures.position_mm, &figures.angle_deg), expected);
     // The other design in the other room.
     let row = &compared.comparison.rows[3];
-    let world = store::open_design_without_meshes(&other).unwrap();
+    let world = trackwright_project::open_design_without_meshes(&other).unwrap();
     let environment = Arc::new(room.read().unwrap());
-    let scenario = store::resolve(world.document.design(), &environment);
+    let scenario = trackwright_project::resolve(world.document.design(), &environment);
     let expected = run(&scenario, &mode_of(&scenario), &CancelToken::default(), None);
     match (&row.measured, expected) {
         (Ok(measured), Ok(expected)) => assert_eq!(measured.figures, expected.figures),
@@ -180,7 +183,7 @@ fn the_table_has_every_design_in_every_room_with_the_figures_of_their_own_studie
 #[test]
 fn a_row_opens_its_design_and_then_puts_it_into_its_room() {
     let folder = tempfile::tempdir().unwrap();
-    let other = saved(folder.path(), store::DEFAULT_BUILTIN);
+    let other = saved(folder.path(), trackwright_project::DEFAULT_BUILTIN);
     let mut app = decide_app();
     let (opened, assigned) = (hear::<FileRequest>(&mut app), hear::<FieldRequest>(&mut app));
     let room = RoomPlace::File(saved_room(folder.path()));
@@ -203,8 +206,8 @@ fn a_row_opens_its_design_and_then_puts_it_into_its_room() {
 
 fn saved_room(folder: &Path) -> PathBuf {
     let file = folder.join("other.env.ron");
-    let room = store::builtin_rooms().next().unwrap().read().unwrap();
-    super::support::write_environment(&file, &room);
+    let room = trackwright_project::builtin_rooms().next().unwrap().read().unwrap();
+    super::app::write_environment(&file, &room);
     file
 }
 
@@ -240,7 +243,7 @@ pub(super) fn look(
     let asked = Rc::new(RefCell::new(Vec::new()));
     let sink = Rc::clone(&asked);
     let mut harness = Harness::builder().with_size(egui::vec2(1200.0, 700.0)).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui, &view));
     });
     use_it(&mut harness);
@@ -252,7 +255,7 @@ pub(super) fn look(
 #[test]
 fn a_baseline_whose_file_is_deleted_stays_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    let file = saved(folder.path(), store::DEFAULT_BUILTIN);
+    let file = saved(folder.path(), trackwright_project::DEFAULT_BUILTIN);
     let mut app = decide_app();
     ask(&mut app, DecideRequest::Pin(file.clone()));
     std::fs::remove_file(&file).unwrap();
@@ -346,7 +349,8 @@ fn a_recording_and_reasons_of_one_design_are_not_taken_to_the_next() {
     ask(&mut app, DecideRequest::SetNote(Step::Tool, "for this one".to_owned()));
     ask(&mut app, DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()));
     assert!(desk(&app).recorded.is_some());
-    let other = store::builtin_names().find(|n| *n != store::DEFAULT_BUILTIN);
+    let other =
+        trackwright_project::builtin_names().find(|n| *n != trackwright_project::DEFAULT_BUILTIN);
     let open = FileRequest::OpenBuiltIn(other.unwrap().to_owned());
     app.world_mut().write_message(open);
     rest(&mut app);

@@ -1,13 +1,13 @@
 //! Requests and what they do to the open document.
 
-use super::support::{create_app, design, request};
+use super::app::{create_app, design, request};
 use bevy::prelude::*;
-use trackwright::design::{BodyRole, Edit};
-use trackwright::editor::document::{WorldGeneration, title};
-use trackwright::editor::state::{
+use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::document::{WorldGeneration, title};
+use trackwright_editor::state::{
     EditRequest, FileRequest, OpenWorld, Results, Selected, Selection,
 };
-use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright_geometry::pose::Pose;
 
 fn move_sensor(app: &mut App, z_mm: f64) {
@@ -122,9 +122,9 @@ fn a_saved_design_is_clean_and_reads_back_the_same() {
     let file = folder.path().join("mine");
     let mut app = create_app();
     // A design of the disk needs its environment there.
-    let environment = super::support::environment();
+    let environment = super::app::environment();
     let room = folder.path().join("room.env.ron");
-    super::support::write_environment(&room, &environment);
+    super::app::write_environment(&room, &environment);
     request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))));
     app.world_mut().write_message(FileRequest::SaveAs(file));
     app.update();

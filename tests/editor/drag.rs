@@ -1,19 +1,19 @@
 //! From the pointer to the document: picking, dragging, undoing, letting go.
 
+use super::app::{named, settle};
 use super::hand::{Hand, SHAFT};
-use super::support::{named, settle};
 use bevy::picking::pointer::{PointerAction, PointerButton};
 use bevy::prelude::*;
-use trackwright::design::view::{FreePlane, Layers};
-use trackwright::design::{BodyRole, Thing, Things, View};
-use trackwright::editor::camera::OrbitRig;
-use trackwright::editor::scene::{BodyRoot, SensorMark};
-use trackwright::editor::slice::SliceHandle;
-use trackwright::editor::state::{
+use trackwright_design::view::{FreePlane, Layers};
+use trackwright_design::{BodyRole, Thing, Things, View};
+use trackwright_editor::camera::OrbitRig;
+use trackwright_editor::scene::{BodyRoot, SensorMark};
+use trackwright_editor::slice::SliceHandle;
+use trackwright_editor::state::{
     ActiveDrag, DragReadout, EditRequest, Hovered, OpenWorld, Selected, Selection, ViewRequest,
     ViewportRect,
 };
-use trackwright::editor::ui::scene_menu::SceneMenu;
+use trackwright_editor::ui::scene_menu::SceneMenu;
 
 #[test]
 fn a_drag_slides_the_sensor_along_the_shaft_in_one_undo_step() {

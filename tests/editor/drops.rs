@@ -1,18 +1,17 @@
 //! Files dropped onto the window: what is said of them, and who gets them.
 
+use super::app::request;
 use super::meshes::{box_obj, finish, saved_app};
-use super::support::request;
 use bevy::prelude::*;
 use bevy::window::FileDragAndDrop;
 use std::fs;
 use std::path::Path;
-use trackwright::design::{BodyRole, Edit};
-use trackwright::editor::document::{Notice, WorldGeneration};
-use trackwright::editor::drops::{DropsPlugin, HoveringFiles, words};
-use trackwright::editor::field::FieldPlugin;
-use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, Workspace};
-use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::store;
+use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::document::{Notice, WorldGeneration};
+use trackwright_editor::drops::{DropsPlugin, HoveringFiles, words};
+use trackwright_editor::field::FieldPlugin;
+use trackwright_editor::state::{EditRequest, OpenWorld, Selected, Selection, Workspace};
+use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright_geometry::pose::Pose;
 
 pub fn app() -> (tempfile::TempDir, App) {
@@ -37,8 +36,8 @@ fn dialog(app: &App) -> Option<&Dialog> {
 fn a_dropped_design_opens_and_asks_first_about_what_is_not_saved() {
     let (folder, mut app) = app();
     let file = folder.path().join("b.design.ron");
-    let mut other = store::open_builtin("endoscope").unwrap();
-    store::save_as(&mut other, &file).unwrap();
+    let mut other = trackwright_project::open_builtin("endoscope").unwrap();
+    trackwright_project::save_as(&mut other, &file).unwrap();
     drop_file(&mut app, &file);
     assert_eq!(app.world().resource::<WorldGeneration>().0, 1);
     let pose = Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0));
@@ -55,7 +54,7 @@ fn a_dropped_room_is_used_as_one_undo_step() {
     let room = folder.path().join("other.env.ron");
     let mut environment = (*app.world().resource::<OpenWorld>().0.environment).clone();
     environment.name = "Other room".into();
-    super::support::write_environment(&room, &environment);
+    super::app::write_environment(&room, &environment);
     drop_file(&mut app, &room);
     let world = &app.world().resource::<OpenWorld>().0;
     assert_eq!(world.environment.name, "Other room");

@@ -1,22 +1,22 @@
 //! Arrows, placement and the usable region: there when they are on, no work while they are off.
 
-use super::support::{create_scene_app_with, named, request, settle};
+use super::app::{create_scene_app_with, named, request, settle};
 use bevy::prelude::*;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
-use trackwright::design::view::Layers;
-use trackwright::design::{BodyRole, Edit, View};
-use trackwright::editor::diagnostics::Diagnostics;
-use trackwright::editor::layers::{ColorBars, LayersPlugin, are_idle};
-use trackwright::editor::state::{
+use trackwright_design::view::Layers;
+use trackwright_design::{BodyRole, Edit, View};
+use trackwright_editor::diagnostics::Diagnostics;
+use trackwright_editor::layers::{ColorBars, LayersPlugin, are_idle};
+use trackwright_editor::state::{
     EditRequest, OpenWorld, Results, Selected, Selection, ViewRequest, Workspace,
 };
-use trackwright::editor::study::{ShownDesign, StudyRequest};
-use trackwright::editor::wake::Waker;
-use trackwright::study::{Requirement, Work};
+use trackwright_editor::study::{ShownDesign, StudyRequest};
+use trackwright_editor::wake::Waker;
 use trackwright_geometry::colormap::ColorMap;
 use trackwright_geometry::pose::Pose;
+use trackwright_simulation::{Requirement, Work};
 
 /// What the layers' threads wake the window with.
 #[derive(Resource)]
@@ -246,7 +246,7 @@ fn model_support_is_a_surface_and_a_hatching_that_no_tool_changes() {
 #[test]
 fn a_room_that_does_not_know_its_reach_shows_none() {
     let mut app = app();
-    app.insert_resource(OpenWorld(super::support::world()));
+    app.insert_resource(OpenWorld(super::app::world()));
     set(&mut app, |layers| {
         layers.slice = true;
         layers.support = true;

@@ -1,7 +1,7 @@
 //! The panels of the Field workspace as functions: what they say, and what they ask for.
 
+use super::app::create_app;
 use super::field_workspace::{ask, finish, with_field};
-use super::support::create_app;
 use crate::support::data::own;
 use crate::support::program::Scratch;
 use bevy::prelude::*;
@@ -9,14 +9,13 @@ use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
-use trackwright::editor::field::samples::SampleScale;
-use trackwright::editor::field::{FieldDesk, FieldRequest, FieldSettings, RoomToSave, TableRole};
-use trackwright::editor::materials::PaintMaterial;
-use trackwright::editor::state::OpenWorld;
-use trackwright::editor::ui::field::{
+use trackwright_editor::field::samples::SampleScale;
+use trackwright_editor::field::{FieldDesk, FieldRequest, FieldSettings, RoomToSave, TableRole};
+use trackwright_editor::materials::PaintMaterial;
+use trackwright_editor::state::OpenWorld;
+use trackwright_editor::ui::field::{
     comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui, worth_ui,
 };
-use trackwright::store;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::volume::Volume;
 
@@ -27,7 +26,7 @@ fn look(
 ) -> Vec<FieldRequest> {
     let asked = RefCell::new(Vec::new());
     let mut harness = Harness::builder().with_size(egui::vec2(360.0, 1100.0)).build_ui(|ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         asked.borrow_mut().extend(panel(ui));
     });
     harness.run_steps(2);
@@ -43,7 +42,7 @@ fn app() -> App {
         .init_asset::<Image>()
         .init_asset::<PaintMaterial>();
     let mut app = with_field(app);
-    let world = store::open_builtin("endoscope").unwrap();
+    let world = trackwright_project::open_builtin("endoscope").unwrap();
     app.insert_resource(OpenWorld(world));
     finish(&mut app);
     app
@@ -231,7 +230,7 @@ fn what_was_selected_is_drawn_with_a_way_to_its_table() {
     );
     assert_eq!(asked, [FieldRequest::ShowSelection(true)]);
     let asked = look(
-        |ui| trackwright::editor::ui::field::selection_window(ui.ctx(), fitted).0,
+        |ui| trackwright_editor::ui::field::selection_window(ui.ctx(), fitted).0,
         |harness| {
             harness.get_by_label("chosen");
             harness.get_by_label_contains("chosen: order 1");

@@ -1,7 +1,7 @@
 //! Rooms made in the Field workspace: what the command line makes, in the background, and given to
 //! the design as one undo step.
 
-use super::support::{create_app, create_scene_app_with, named, request, settle};
+use super::app::{create_app, create_scene_app_with, named, request, settle};
 use crate::support::data::own;
 use crate::support::program::{Scratch, fail, json, succeed, text};
 use bevy::prelude::*;
@@ -11,21 +11,21 @@ use std::sync::Arc;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
-use trackwright::editor::document::Notice;
-use trackwright::editor::field::desk::FieldCounts;
-use trackwright::editor::field::kind::{FieldKind, GeneratorName};
-use trackwright::editor::field::samples::SamplesPlugin;
-use trackwright::editor::field::{
+use trackwright_editor::document::Notice;
+use trackwright_editor::field::desk::FieldCounts;
+use trackwright_editor::field::kind::{FieldKind, GeneratorName};
+use trackwright_editor::field::samples::SamplesPlugin;
+use trackwright_editor::field::{
     FieldDesk, FieldPlugin, FieldRequest, FieldSettings, RoomToSave, SampleValue, SamplesShown,
     TableRole,
 };
-use trackwright::editor::materials::PaintMaterial;
-use trackwright::editor::state::{EditRequest, OpenWorld, Results, Workspace};
-use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::editor::wake::Waker;
-use trackwright::store::{self, RoomPlace};
-use trackwright::study::{FigureRow, figure_rows};
+use trackwright_editor::materials::PaintMaterial;
+use trackwright_editor::state::{EditRequest, OpenWorld, Results, Workspace};
+use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright_editor::wake::Waker;
 use trackwright_geometry::directions::DirectionSet;
+use trackwright_project::RoomPlace;
+use trackwright_simulation::{FigureRow, figure_rows};
 
 /// What the threads wake the window with.
 #[derive(Resource)]
@@ -50,8 +50,8 @@ fn add_field(app: &mut App) {
 /// The workspace without renderer, in a design that was saved to a folder.
 fn saved_app(folder: &Path) -> App {
     let mut app = with_field(without_samples());
-    let mut world = store::open_builtin("endoscope").unwrap();
-    store::save_as(&mut world, &folder.join("endoscope.design.ron")).unwrap();
+    let mut world = trackwright_project::open_builtin("endoscope").unwrap();
+    trackwright_project::save_as(&mut world, &folder.join("endoscope.design.ron")).unwrap();
     app.insert_resource(OpenWorld(world));
     finish(&mut app);
     app
@@ -245,7 +245,9 @@ fn what_is_left_open_is_what_the_command_line_selects() {
     assert_printed(best.candidate.ridge, &selection["ridge"]);
     assert_printed(best.deciding().position_rms_mm, &selection["cv"]["position_rms_mm"]);
     assert_eq!(fitted.settings, chosen.settings());
-    let room = store::Files::default().read_environment(&scratch.path("room.env.ron")).unwrap();
+    let room = trackwright_project::Files::default()
+        .read_environment(&scratch.path("room.env.ron"))
+        .unwrap();
     assert_eq!(room.model, fitted.environment.model);
 }
 
@@ -277,7 +279,7 @@ fn a_room_is_assigned_as_one_step_and_undo_brings_the_figures_back_to_the_bit() 
             true => saved_app(&scratch.path("")),
             false => {
                 let mut app = with_field(without_samples());
-                let world = store::open_builtin("endoscope").unwrap();
+                let world = trackwright_project::open_builtin("endoscope").unwrap();
                 app.insert_resource(OpenWorld(world));
                 app
             }
@@ -307,7 +309,8 @@ fn a_room_is_assigned_as_one_step_and_undo_brings_the_figures_back_to_the_bit() 
         assert_eq!(world.environment.name, name);
         let label = format!("Use room {name}");
         assert_eq!(world.document.undo_label(), Some(&*label));
-        let is_listed = |room: &store::RoomListing| Some(&room.place) == desk(&app).own.as_ref();
+        let is_listed =
+            |room: &trackwright_project::RoomListing| Some(&room.place) == desk(&app).own.as_ref();
         assert!(desk(&app).rooms.iter().any(is_listed));
 
         request(&mut app, EditRequest::Undo);

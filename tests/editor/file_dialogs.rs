@@ -6,11 +6,11 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
-use trackwright::design::BodyRole;
-use trackwright::editor::meshes::MeshRequest;
-use trackwright::editor::state::FileRequest;
-use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, SystemChoice, dialog_ui};
-use trackwright::store::Starter;
+use trackwright_design::BodyRole;
+use trackwright_editor::meshes::MeshRequest;
+use trackwright_editor::state::FileRequest;
+use trackwright_editor::ui::dialogs::{Dialog, DialogAnswer, SystemChoice, dialog_ui};
+use trackwright_project::Starter;
 
 type Answers = Rc<RefCell<Vec<DialogAnswer>>>;
 
@@ -19,7 +19,7 @@ fn shown(dialog: Dialog) -> (Harness<'static>, Rc<RefCell<Dialog>>, Answers) {
     let (answers, dialog) = (Answers::default(), Rc::new(RefCell::new(dialog)));
     let (sink, open) = (Rc::clone(&answers), Rc::clone(&dialog));
     let harness = Harness::builder().with_size(egui::vec2(620.0, 460.0)).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         sink.borrow_mut().extend(dialog_ui(ui, &mut open.borrow_mut()));
     });
     (harness, dialog, answers)
@@ -103,7 +103,7 @@ fn a_new_design_begins_with_or_without_a_crf() {
 
 #[test]
 fn what_cannot_be_saved_says_why_and_can_be_saved_elsewhere() {
-    let error = trackwright::store::StoreError::Write {
+    let error = trackwright_project::StoreError::Write {
         file: PathBuf::from("/full/a.design.ron"),
         cause: std::io::ErrorKind::StorageFull.into(),
     };

@@ -1,14 +1,14 @@
 //! Handles in the scene: what a drag of one does to the design, and when there are none.
 
+use super::app::{named, settle};
 use super::hand::{Hand, SHAFT};
-use super::support::{named, settle};
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use nalgebra::Point3;
-use trackwright::design::{BodyRole, HandleAxes, Thing, Things, View};
-use trackwright::editor::camera::OrbitRig;
-use trackwright::editor::gizmo::{GizmoAxes, HoveredHandle, ShownGizmo, gizmo_of};
-use trackwright::editor::state::{
+use trackwright_design::{BodyRole, HandleAxes, Thing, Things, View};
+use trackwright_editor::camera::OrbitRig;
+use trackwright_editor::gizmo::{GizmoAxes, HoveredHandle, ShownGizmo, gizmo_of};
+use trackwright_editor::state::{
     ActiveDrag, DragReadout, EditRequest, OpenWorld, PointerHint, Selected, Selection, ViewRequest,
     ViewportRect, Workspace,
 };
@@ -155,7 +155,7 @@ fn along_the_trackers_axes_a_turned_body_moves_along_the_trackers() {
     let turned = nalgebra::UnitQuaternion::from_euler_angles(0.4, -0.3, 0.8);
     let mut pose = hand.design().crf.unwrap().tracker_from_crf;
     pose.rotation = turned;
-    hand.request(EditRequest::Apply(trackwright::design::Edit::SetCrfPose(pose)));
+    hand.request(EditRequest::Apply(trackwright_design::Edit::SetCrfPose(pose)));
     hand.app.world_mut().resource_mut::<GizmoAxes>().0 = HandleAxes::Tracker;
     settle(&mut hand.app);
     let by = direction(&hand, Axis::Z) * 30.0;
@@ -236,7 +236,7 @@ fn a_click_goes_through_a_handle_to_the_sensor_behind_it() {
         let tracker_from_tool = hand.design().tracker_from_body(BodyRole::Tool).unwrap();
         tracker_from_tool.inverse() * ray.at(rig.camera.distance_mm)
     };
-    hand.request(EditRequest::Apply(trackwright::design::Edit::SetSensor {
+    hand.request(EditRequest::Apply(trackwright_design::Edit::SetSensor {
         body: BodyRole::Tool,
         index: SHAFT + 1,
         sensor,

@@ -1,13 +1,13 @@
 //! A pointer in a window that nothing paints: presses, drags and clicks, and what they did.
 
-use super::support::{create_scene_app, settle};
+use super::app::{create_scene_app, settle};
 use bevy::camera::NormalizedRenderTarget;
 use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, PointerInput};
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowRef};
-use trackwright::design::{BodyRole, Design};
-use trackwright::editor::camera::OrbitRig;
-use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, ViewportRect};
+use trackwright_design::{BodyRole, Design};
+use trackwright_editor::camera::OrbitRig;
+use trackwright_editor::state::{EditRequest, OpenWorld, Selected, Selection, ViewportRect};
 
 /// The sensor in the straight part of the pointer's shaft.
 pub const SHAFT: usize = 0;

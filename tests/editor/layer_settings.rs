@@ -1,18 +1,17 @@
 //! What is set of a layer below its switch.
 
-use super::support::{design, environment};
+use super::app::{design, environment};
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
-use trackwright::design::view::{AxisRule, Quantity, View};
-use trackwright::editor::state::{Selection, ViewRequest};
-use trackwright::editor::ui::PanelAction;
-use trackwright::editor::ui::layer_settings::LayerFigures;
-use trackwright::editor::ui::layers_ui::{LayersView, Listed, layers_ui};
-use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
-use trackwright::editor::ui::theme;
-use trackwright::store;
+use trackwright_design::view::{AxisRule, Quantity, View};
+use trackwright_editor::state::{Selection, ViewRequest};
+use trackwright_editor::ui::PanelAction;
+use trackwright_editor::ui::layer_settings::LayerFigures;
+use trackwright_editor::ui::layers_ui::{LayersView, Listed, layers_ui};
+use trackwright_editor::ui::outliner::{OutlinerView, outliner_ui};
+use trackwright_editor::ui::theme;
 use trackwright_field::Environment;
 use trackwright_geometry::orbit::OrbitCamera;
 
@@ -153,7 +152,7 @@ fn model_support_can_be_turned_on_only_where_the_room_knows_its_reach() {
     let view = with(|_| ());
     let click = |harness: &mut Harness| harness.get_by_label("Model support").click();
     assert_eq!(asked(&view, &environment(), click), []);
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     let views = asked(&view, &world.environment, click);
     assert!(views.len() == 1 && views[0].layers.support);
 }

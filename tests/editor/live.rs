@@ -1,6 +1,6 @@
 //! The Live workspace: a tracker's server on a real socket, and what the window makes of it.
 
-use super::support::{create_app, create_scene_app_with, named, request, settle};
+use super::app::{create_app, create_scene_app_with, named, request, settle};
 use crate::support::wire::{Events, PATIENCE, events, free_address, rest};
 use bevy::prelude::*;
 use bevy_egui::egui;
@@ -11,22 +11,21 @@ use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
-use trackwright::calibration::coverage::CoveragePlan;
-use trackwright::design::{BodyRole, Edit};
-use trackwright::editor::live::cells::CellsPlugin;
-use trackwright::editor::live::{LiveDesk, LivePlugin, LivePoses, LiveRequest};
-use trackwright::editor::state::{EditRequest, OpenWorld, Results, Workspace};
-use trackwright::editor::study::{LIVE, ShownDesign, StudyPlugin};
-use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::editor::ui::live::{collecting_ui, recording_ui, tools_ui, tracker_ui};
-use trackwright::editor::wake::Waker;
-use trackwright::live::codec::{Content, Matrix, Message, Timestamp, ToolKind};
-use trackwright::live::relay::{Reason, ToolState};
-use trackwright::live::server::{Server, ServerEvent, ServerOptions};
-use trackwright::live::session::{Link, Recording};
-use trackwright::store;
-use trackwright::study::{BodyDetail, PoseDetail, Scenario, look};
+use trackwright_calibration::coverage::CoveragePlan;
+use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::live::cells::CellsPlugin;
+use trackwright_editor::live::{LiveDesk, LivePlugin, LivePoses, LiveRequest};
+use trackwright_editor::state::{EditRequest, OpenWorld, Results, Workspace};
+use trackwright_editor::study::{LIVE, ShownDesign, StudyPlugin};
+use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright_editor::ui::live::{collecting_ui, recording_ui, tools_ui, tracker_ui};
+use trackwright_editor::wake::Waker;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_openigtlink::codec::{Content, Matrix, Message, Timestamp, ToolKind};
+use trackwright_openigtlink::relay::{Reason, ToolState};
+use trackwright_openigtlink::server::{Server, ServerEvent, ServerOptions};
+use trackwright_openigtlink::session::{Link, Recording};
+use trackwright_simulation::{BodyDetail, PoseDetail, Scenario, look};
 
 /// A tracker's server, and who came to it.
 struct Tracker {
@@ -103,7 +102,7 @@ fn state_of(app: &App, tool: &str) -> Option<ToolState> {
 
 fn scenario(app: &App) -> Scenario {
     let world = &app.world().resource::<OpenWorld>().0;
-    store::resolve(world.document.design(), &world.environment)
+    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 /// The design with its bodies somewhere else, and what is measured of them there.
@@ -262,7 +261,8 @@ fn while_it_records_the_volume_fills_and_no_longer() {
         app.update();
     }
     assert_eq!(distinct(&app), left, "what is not recorded is not collected");
-    let recording = store::Files::default().read_recording(&file).unwrap().as_it_stands();
+    let recording =
+        trackwright_project::Files::default().read_recording(&file).unwrap().as_it_stands();
     assert!(recording.tools.iter().any(|tool| tool.name == "Wand"));
 
     // A recording is never written over, and what was collected stays.
@@ -382,7 +382,7 @@ fn the_panels_say_what_is_heard_and_ask_for_what_is_clicked() {
     let sink = std::rc::Rc::clone(&asked);
     let desk = desk(&app);
     let mut harness = Harness::builder().with_size(egui::vec2(224.0, 700.0)).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         let mut asked = tracker_ui(ui, desk);
         asked.extend(tools_ui(ui, desk, &design));
         asked.extend(recording_ui(ui, desk));
@@ -416,7 +416,7 @@ fn a_recording_that_failed_says_why_and_the_next_can_be_begun() {
     let asked = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
     let sink = std::rc::Rc::clone(&asked);
     let mut harness = Harness::builder().with_size(egui::vec2(224.0, 300.0)).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         sink.borrow_mut().extend(recording_ui(ui, desk));
     });
     harness.run_steps(2);

@@ -1,6 +1,6 @@
 //! Meshes for bodies: loaded, asked about, refused, missed and found again.
 
-use super::support::request;
+use super::app::request;
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
@@ -13,18 +13,17 @@ use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use tempfile::TempDir;
-use trackwright::design::{BodyRole, Edit};
-use trackwright::editor::body_files::{BodyFilesPlugin, BodyLoading};
-use trackwright::editor::document::DocumentPlugin;
-use trackwright::editor::meshes::{MeshLoading, MeshRequest, MeshesPlugin};
-use trackwright::editor::state::{
+use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::body_files::{BodyFilesPlugin, BodyLoading};
+use trackwright_editor::document::DocumentPlugin;
+use trackwright_editor::meshes::{MeshLoading, MeshRequest, MeshesPlugin};
+use trackwright_editor::state::{
     EditRequest, FileRequest, OpenWorld, Selected, Selection, StatePlugin,
 };
-use trackwright::editor::ui::PanelAction;
-use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
-use trackwright::editor::ui::mesh_ui::{MeshView, mesh_ui};
-use trackwright::editor::wake::Waker;
-use trackwright::store;
+use trackwright_editor::ui::PanelAction;
+use trackwright_editor::ui::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
+use trackwright_editor::ui::mesh_ui::{MeshView, mesh_ui};
+use trackwright_editor::wake::Waker;
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 
 /// What the thread wakes the window with.
@@ -34,8 +33,8 @@ struct Told(Mutex<Receiver<()>>);
 /// An editor of the built-in pointer, saved to a folder of its own.
 pub fn saved_app() -> (TempDir, App) {
     let folder = tempfile::tempdir().unwrap();
-    let mut world = store::open_builtin("pointer-on-head").unwrap();
-    store::save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
+    let mut world = trackwright_project::open_builtin("pointer-on-head").unwrap();
+    trackwright_project::save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
     let mut app = App::new();
     let (tell, told) = channel();
     app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin))
@@ -92,7 +91,7 @@ fn write(folder: &TempDir, name: &str, text: &str) -> PathBuf {
     file
 }
 
-fn world(app: &App) -> &store::World {
+fn world(app: &App) -> &trackwright_project::World {
     &app.world().resource::<OpenWorld>().0
 }
 
@@ -110,7 +109,7 @@ fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<PanelAction>>>) {
     let sink = Rc::clone(&asked);
     let (world, loading) = (world(app), app.world().resource::<MeshLoading>());
     let harness = Harness::builder().with_size(egui::vec2(276.0, 500.0)).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         let view = MeshView::of(world, BodyRole::Tool, loading).unwrap();
         sink.borrow_mut().extend(mesh_ui(ui, &view));
     });

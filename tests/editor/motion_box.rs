@@ -1,18 +1,18 @@
 //! The range of motion in the scene: its lines, and its balls under the pointer.
 
+use super::app::{named, settle};
 use super::hand::Hand;
-use super::support::{named, settle};
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use nalgebra::{Point3, UnitQuaternion};
-use trackwright::design::{BodyRole, Design, Edit};
-use trackwright::editor::camera::OrbitRig;
-use trackwright::editor::motion::MotionBall;
-use trackwright::editor::state::{
+use trackwright_design::{BodyRole, Design, Edit};
+use trackwright_editor::camera::OrbitRig;
+use trackwright_editor::motion::MotionBall;
+use trackwright_editor::state::{
     ActiveDrag, DragReadout, EditRequest, OpenWorld, PointerHint, Selected, Selection, ViewRequest,
     ViewportRect,
 };
-use trackwright::study::motion_outline::{HandlePath, MotionHandle, RangeEnd};
+use trackwright_simulation::motion_outline::{HandlePath, MotionHandle, RangeEnd};
 
 /// The axes of the built-in design, each with the same ranges.
 const SHIFT_STEP_MM: f64 = 20.0;

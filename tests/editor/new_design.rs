@@ -1,14 +1,14 @@
 //! New designs, which were never saved.
 
-use super::support::{create_app, request};
+use super::app::{create_app, request};
 use bevy::prelude::*;
 use std::fs;
-use trackwright::design::{BodyRole, Edit};
-use trackwright::editor::document::{WorldGeneration, title};
-use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, Results};
-use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::store::{self, Starter};
+use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::document::{WorldGeneration, title};
+use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, Results};
+use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright_geometry::pose::Pose;
+use trackwright_project::Starter;
 
 fn ask(app: &mut App, request: FileRequest) {
     app.world_mut().write_message(request);
@@ -25,7 +25,7 @@ fn dialog(app: &App) -> Option<&Dialog> {
     app.world().resource::<Dialogs>().current.as_ref()
 }
 
-fn document(app: &App) -> &trackwright::design::Document {
+fn document(app: &App) -> &trackwright_design::Document {
     &app.world().resource::<OpenWorld>().0.document
 }
 
@@ -70,7 +70,7 @@ fn a_new_design_is_saved_with_all_that_it_refers_to_where_the_person_says() {
     names.sort();
     let expected = ["crf.body.ron", "mine.design.ron", "operating-table.env.ron", "tool.body.ron"];
     assert_eq!(names, expected);
-    let read = store::open_design(&file).unwrap();
+    let read = trackwright_project::open_design(&file).unwrap();
     assert_eq!(read.document.design(), document(&app).design());
     assert!(read.document.design().body(BodyRole::Crf).is_some());
 }

@@ -1,7 +1,7 @@
 //! What is written over pictures.
 
-use super::support::environment;
-use trackwright::editor::overlay::caption;
+use super::app::environment;
+use trackwright_editor::overlay::caption;
 use trackwright_field::environment::{HoldoutProvenance, Provenance};
 use trackwright_field::fit::{FitMethod, Residuals};
 

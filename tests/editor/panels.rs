@@ -1,32 +1,31 @@
 //! The panels as functions: what they say, and what they ask for when they are used.
 
-use super::support::{design, environment, world};
+use super::app::{design, environment, world};
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
-use trackwright::design::view::View;
-use trackwright::design::{BodyRole, Design, Edit};
-use trackwright::editor::commands::Command;
-use trackwright::editor::solver::Extent;
-use trackwright::editor::state::{
+use trackwright_design::view::View;
+use trackwright_design::{BodyRole, Design, Edit};
+use trackwright_editor::commands::Command;
+use trackwright_editor::solver::Extent;
+use trackwright_editor::state::{
     EditRequest, FileRequest, Results, Selected, Selection, Stamped, ViewRequest, Workspace,
 };
-use trackwright::editor::ui::PanelAction;
-use trackwright::editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
-use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
-use trackwright::editor::ui::motion_ui::motion_ui;
-use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
-use trackwright::editor::ui::result::{ResultView, result_ui};
-use trackwright::editor::ui::slice_ui::{SlicePanelView, slice_settings_ui};
-use trackwright::editor::ui::top_bar::{TopBarView, top_bar_ui};
-use trackwright::editor::ui::widgets::signed;
-use trackwright::store;
-use trackwright::study::comparison::REQUIRED;
-use trackwright::study::{CancelToken, Mode, Requirement, expected, figure_rows, look, run};
+use trackwright_editor::ui::PanelAction;
+use trackwright_editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
+use trackwright_editor::ui::inspector::{InspectorView, inspector_ui};
+use trackwright_editor::ui::motion_ui::motion_ui;
+use trackwright_editor::ui::outliner::{OutlinerView, outliner_ui};
+use trackwright_editor::ui::result::{ResultView, result_ui};
+use trackwright_editor::ui::slice_ui::{SlicePanelView, slice_settings_ui};
+use trackwright_editor::ui::top_bar::{TopBarView, top_bar_ui};
+use trackwright_editor::ui::widgets::signed;
 use trackwright_field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
+use trackwright_simulation::comparison::REQUIRED;
+use trackwright_simulation::{CancelToken, Mode, Requirement, expected, figure_rows, look, run};
 
 type Asked = Rc<RefCell<Vec<PanelAction>>>;
 
@@ -35,7 +34,7 @@ fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harne
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
     (harness, asked)
@@ -157,7 +156,7 @@ fn the_range_of_motion_says_how_many_poses_it_has() {
 #[test]
 fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
     let world = world();
-    let scenario = trackwright::store::resolve(world.document.design(), &world.environment);
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
     let rows = figure_rows(&outcome.figures);
     let is_met = outcome.figures.within_bounds().unwrap();
@@ -194,8 +193,10 @@ fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
 
 #[test]
 fn an_interval_around_the_bound_is_shown_as_what_the_room_cannot_tell() {
-    let world = store::open_builtin_without_meshes(store::DEFAULT_BUILTIN).unwrap();
-    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    let world =
+        trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
+            .unwrap();
+    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let cancel = CancelToken::default();
     let figures = expected(&scenario, &Mode::Motion, &cancel).unwrap();
     let (value, [low, high]) = figures.of(REQUIRED[0]).unwrap();
@@ -247,7 +248,7 @@ fn an_interval_around_the_bound_is_shown_as_what_the_room_cannot_tell() {
 #[test]
 fn a_preview_says_of_how_many_trials_it_is_a_part() {
     let world = world();
-    let scenario = trackwright::store::resolve(world.document.design(), &world.environment);
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let results = |extent| Results {
         study: Some(Stamped {
             revision: 0,
@@ -306,7 +307,7 @@ fn sensors_out_of_the_volume_are_named_in_words() {
     let mut design = design();
     design.tool.crf_from_tool.translation.x = 600.0;
     let environment = std::sync::Arc::new(environment());
-    let scenario = trackwright::store::resolve(&design, &environment);
+    let scenario = trackwright_project::resolve(&design, &environment);
     let pose = look(&scenario);
     let view = View::default();
     let (harness, _) = harness(|ui| {

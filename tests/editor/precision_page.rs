@@ -1,6 +1,6 @@
 //! The page of error against run time: measured in the background, for the open design.
 
-use super::support::{create_app, request, settle};
+use super::app::{create_app, request, settle};
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
@@ -9,12 +9,12 @@ use std::cell::RefCell;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
-use trackwright::accuracy::precision::{Settings, What};
-use trackwright::design::Edit;
-use trackwright::editor::precision::{PrecisionPage, PrecisionPlugin, PrecisionRequest};
-use trackwright::editor::state::EditRequest;
-use trackwright::editor::ui::precision_ui::precision_ui;
-use trackwright::editor::wake::Waker;
+use trackwright_accuracy::precision::{Settings, What};
+use trackwright_design::Edit;
+use trackwright_editor::precision::{PrecisionPage, PrecisionPlugin, PrecisionRequest};
+use trackwright_editor::state::EditRequest;
+use trackwright_editor::ui::precision_ui::precision_ui;
+use trackwright_editor::wake::Waker;
 
 /// What the measuring thread wakes the window with.
 #[derive(Resource)]

@@ -4,13 +4,12 @@ use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowResized};
 use std::fs;
 use std::path::Path;
-use trackwright::editor::document::Notice;
-use trackwright::editor::palette::Theme;
-use trackwright::editor::preferences::{InterfaceScale, PreferencesPlugin, Recalled, fitting};
-use trackwright::editor::state::{StatePlugin, Workspace};
-use trackwright::editor::ui::PanelsShown;
-use trackwright::formats::preferences_file::Preferences;
-use trackwright::store;
+use trackwright_editor::document::Notice;
+use trackwright_editor::palette::Theme;
+use trackwright_editor::preferences::{InterfaceScale, PreferencesPlugin, Recalled, fitting};
+use trackwright_editor::state::{StatePlugin, Workspace};
+use trackwright_editor::ui::PanelsShown;
+use trackwright_formats::preferences_file::Preferences;
 
 const FILE: &str = "preferences.ron";
 
@@ -104,7 +103,7 @@ fn a_state_folder_that_cannot_be_written_to_stops_nothing() {
 fn a_workspace_of_another_version_is_the_first_one() {
     let folder = tempfile::tempdir().unwrap();
     let left = Preferences { workspace: "Holodeck".into(), ..Preferences::default() };
-    store::write_preferences(folder.path(), &left).unwrap();
+    trackwright_project::write_preferences(folder.path(), &left).unwrap();
     let app = session(folder.path());
     assert_eq!(*app.world().resource::<Workspace>(), Workspace::Design);
 }

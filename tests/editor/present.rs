@@ -1,6 +1,6 @@
 //! The Present workspace: slides over the scene, made in place, and the design's own view untouched.
 
-use super::support::{create_app, request, settle};
+use super::app::{create_app, request, settle};
 use bevy::prelude::*;
 use bevy_egui::egui;
 use bevy_egui::egui::accesskit::Role;
@@ -8,13 +8,13 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use std::rc::Rc;
-use trackwright::design::view::CameraView;
-use trackwright::design::{Document, Edit, Slide, SlideEdit, SlideFigure};
-use trackwright::editor::present::{PresentPlugin, PresentRequest, Presenter};
-use trackwright::editor::state::{EditRequest, OpenWorld, Results, ViewRequest, Workspace};
-use trackwright::editor::study::{ShownDesign, StudyPlugin, StudyRequest};
-use trackwright::editor::ui::PanelAction;
-use trackwright::editor::ui::present::{StageView, slides_ui, stage_ui};
+use trackwright_design::view::CameraView;
+use trackwright_design::{Document, Edit, Slide, SlideEdit, SlideFigure};
+use trackwright_editor::present::{PresentPlugin, PresentRequest, Presenter};
+use trackwright_editor::state::{EditRequest, OpenWorld, Results, ViewRequest, Workspace};
+use trackwright_editor::study::{ShownDesign, StudyPlugin, StudyRequest};
+use trackwright_editor::ui::PanelAction;
+use trackwright_editor::ui::present::{StageView, slides_ui, stage_ui};
 
 fn slide(title: &str, azimuth_rad: f64) -> Slide {
     let mut slide = Slide {
@@ -156,7 +156,7 @@ fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Asked) {
     let sink = Rc::clone(&asked);
     let figures = app.world().resource::<Results>().study.as_ref();
     let harness = Harness::builder().with_size(egui::vec2(996.0, 560.0)).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         let view = StageView {
             document: document(app),
             environment: &app.world().resource::<OpenWorld>().0.environment,

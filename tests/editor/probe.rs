@@ -5,17 +5,16 @@ use bevy::ecs::message::Messages;
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, RequestRedraw};
 use nalgebra::Point3;
-use trackwright::design::view::{Layers, Quantity};
-use trackwright::design::{BodyRole, Thing, View};
-use trackwright::editor::camera::OrbitRig;
-use trackwright::editor::diagnostics::Diagnostics;
-use trackwright::editor::layers::ColorBars;
-use trackwright::editor::probe::{Probe, ProbeLooks, ProbePlugin};
-use trackwright::editor::state::{
+use trackwright_design::view::{Layers, Quantity};
+use trackwright_design::{BodyRole, Thing, View};
+use trackwright_editor::camera::OrbitRig;
+use trackwright_editor::diagnostics::Diagnostics;
+use trackwright_editor::layers::ColorBars;
+use trackwright_editor::probe::{Probe, ProbeLooks, ProbePlugin};
+use trackwright_editor::state::{
     ActiveDrag, OpenWorld, Results, Selected, Selection, ViewRequest, ViewportRect,
 };
-use trackwright::store;
-use trackwright::study::{ArrowPlan, ArrowSensor, CancelToken, SliceOutcome, sample_arrows};
+use trackwright_simulation::{ArrowPlan, ArrowSensor, CancelToken, SliceOutcome, sample_arrows};
 
 fn app(change: impl FnOnce(&mut View)) -> App {
     let mut app = app_with(|app| {
@@ -188,7 +187,7 @@ fn an_arrow_says_the_length_of_its_error() {
         let open = app.world().resource::<OpenWorld>();
         let view = open.0.document.view();
         let axis = nalgebra::Unit::new_normalize(view.slice.sensor_axis.into());
-        let scenario = store::resolve(open.0.document.design(), &open.0.environment);
+        let scenario = trackwright_project::resolve(open.0.document.design(), &open.0.environment);
         (scenario, axis, [view.arrows.per_side(); 3])
     };
     let plan = ArrowPlan { sensor: ArrowSensor::Along(axis), counts };

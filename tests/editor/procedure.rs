@@ -5,17 +5,19 @@ use super::decide::{ask, decide_app, desk, look, move_sensor, rest};
 use bevy::prelude::*;
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
-use trackwright::design::{BodyRole, Document, Edit, Target};
-use trackwright::editor::decide::DecideRequest;
-use trackwright::editor::decide::judged::Judged;
-use trackwright::editor::picture::{self, ComparedDesigns, Desk};
-use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, SharedChoice, Workspace};
-use trackwright::editor::ui::decide::steps_ui;
-use trackwright::procedure::{Standing, State, Step};
-use trackwright::store::{self, RoomPlace, Starter};
-use trackwright::study::{AxisRange, CancelToken, Mode, Motion, Requirement, Scenario, Trial, run};
+use trackwright_design::{BodyRole, Document, Edit, Target};
+use trackwright_editor::decide::DecideRequest;
+use trackwright_editor::decide::judged::Judged;
+use trackwright_editor::picture::{self, ComparedDesigns, Desk};
+use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, SharedChoice, Workspace};
+use trackwright_editor::ui::decide::steps_ui;
 use trackwright_field::DistortionModel;
 use trackwright_geometry::pose::{Pose, pose_to_array};
+use trackwright_procedure::{Standing, State, Step};
+use trackwright_project::{RoomPlace, Starter};
+use trackwright_simulation::{
+    AxisRange, CancelToken, Mode, Motion, Requirement, Scenario, Trial, run,
+};
 
 fn edit(app: &mut App, edit: Edit) {
     app.world_mut().write_message(EditRequest::Apply(edit));
@@ -55,7 +57,7 @@ fn stronger_room(app: &App, folder: &Path) -> PathBuf {
     room.process = None;
     room.name = "Operating table, C-arm in".to_owned();
     let file = folder.join("c-arm-in.env.ron");
-    super::support::write_environment(&file, &room);
+    super::app::write_environment(&file, &room);
     file
 }
 
@@ -90,7 +92,7 @@ fn trials(scenario: &Scenario, mode: &Mode, every: usize) -> Vec<Trial> {
 
 fn scenario(app: &App) -> Scenario {
     let world = &app.world().resource::<OpenWorld>().0;
-    store::resolve(world.document.design(), &world.environment)
+    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 /// What the built tool would have recorded in its room: the poses of its motion as they are and as the
@@ -242,7 +244,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     picture(&app, "5-decided", Workspace::Decide, ComparedDesigns::default());
 
     // 6. Whoever opens it finds what was decided, and on what.
-    let opened = store::open_design(&saved).unwrap();
+    let opened = trackwright_project::open_design(&saved).unwrap();
     assert_eq!(opened.document.design().procedure, document(&app).design().procedure);
     let step = |step| opened.document.design().procedure.decision(step).is_some();
     assert!(Step::ALL.into_iter().all(step));

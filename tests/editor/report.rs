@@ -1,23 +1,24 @@
 //! The report from the window: of the design as it is, made by a process of its own.
 
-use super::support::{create_app, request, settle};
+use super::app::{create_app, request, settle};
 use bevy::prelude::*;
 use std::path::Path;
 use std::time::{Duration, Instant};
-use trackwright::design::Edit;
-use trackwright::editor::document::Notice;
-use trackwright::editor::report::{ReportJob, ReportPlugin, ReportProgram};
-use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, Results};
-use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::store;
-use trackwright::study::figure_rows;
+use trackwright_design::Edit;
+use trackwright_editor::document::Notice;
+use trackwright_editor::report::{ReportJob, ReportPlugin, ReportProgram};
+use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, Results};
+use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright_geometry::pose::Pose;
+use trackwright_simulation::figure_rows;
 
 fn report_app() -> App {
     let mut app = create_app();
     app.insert_resource(ReportProgram(env!("CARGO_BIN_EXE_trackwright").into()))
         .add_plugins(ReportPlugin)
-        .insert_resource(OpenWorld(store::open_builtin(store::DEFAULT_BUILTIN).unwrap()));
+        .insert_resource(OpenWorld(
+            trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap(),
+        ));
     settle(&mut app);
     app
 }

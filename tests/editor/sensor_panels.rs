@@ -1,24 +1,24 @@
 //! Panels for sensors as functions: selecting several, menus and buttons, rows, history, and
 //! numbers typed as expressions.
 
-use super::support::{design, environment};
+use super::app::{design, environment};
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::cell::RefCell;
 use std::rc::Rc;
-use trackwright::design::view::View;
-use trackwright::design::{Arrangement, BodyRole, Document, Edit, MirrorPlane, Origin, Thing};
-use trackwright::editor::commands::Command;
-use trackwright::editor::sensor_commands::SensorCommand;
-use trackwright::editor::state::{EditRequest, Selected, Selection, ViewRequest};
-use trackwright::editor::tool::SceneTool;
-use trackwright::editor::ui::PanelAction;
-use trackwright::editor::ui::history_ui::history_ui;
-use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
-use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
-use trackwright::editor::ui::row_page::{RowPage, row_page_ui};
-use trackwright::editor::ui::widgets::{NumberChange, NumberField, number_ui};
+use trackwright_design::view::View;
+use trackwright_design::{Arrangement, BodyRole, Document, Edit, MirrorPlane, Origin, Thing};
+use trackwright_editor::commands::Command;
+use trackwright_editor::sensor_commands::SensorCommand;
+use trackwright_editor::state::{EditRequest, Selected, Selection, ViewRequest};
+use trackwright_editor::tool::SceneTool;
+use trackwright_editor::ui::PanelAction;
+use trackwright_editor::ui::history_ui::history_ui;
+use trackwright_editor::ui::inspector::{InspectorView, inspector_ui};
+use trackwright_editor::ui::outliner::{OutlinerView, outliner_ui};
+use trackwright_editor::ui::row_page::{RowPage, row_page_ui};
+use trackwright_editor::ui::widgets::{NumberChange, NumberField, number_ui};
 
 type Asked<T> = Rc<RefCell<Vec<T>>>;
 
@@ -28,7 +28,7 @@ fn harness<'a, T: 'a>(panel: impl FnMut(&mut egui::Ui) -> Vec<T> + 'a) -> (Harne
     let sink = Rc::clone(&asked);
     let mut panel = panel;
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
     (harness, asked)

@@ -1,14 +1,13 @@
 //! Commands for the selected sensors: what they do to the design, and what is selected then.
 
-use super::support::{create_app, request};
+use super::app::{create_app, request};
 use bevy::prelude::*;
-use trackwright::design::{BodyRole, Design, Document, Edit, MirrorPlane};
-use trackwright::editor::commands::{Command, CommandsPlugin, RunCommand};
-use trackwright::editor::sensor_commands::SensorCommand;
-use trackwright::editor::state::{EditRequest, OpenWorld, Selected, Selection, Workspace};
-use trackwright::editor::ui::PanelsShown;
-use trackwright::editor::ui::row_page::{RowDirection, RowPage};
-use trackwright::store;
+use trackwright_design::{BodyRole, Design, Document, Edit, MirrorPlane};
+use trackwright_editor::commands::{Command, CommandsPlugin, RunCommand};
+use trackwright_editor::sensor_commands::SensorCommand;
+use trackwright_editor::state::{EditRequest, OpenWorld, Selected, Selection, Workspace};
+use trackwright_editor::ui::PanelsShown;
+use trackwright_editor::ui::row_page::{RowDirection, RowPage};
 use trackwright_geometry::surface::Surface;
 
 fn app() -> App {
@@ -62,7 +61,7 @@ fn copies_are_selected_in_the_place_of_what_was_copied() {
     assert_eq!(document(&app).undo_label(), Some("Duplicate 2 sensors"));
     request(&mut app, EditRequest::Undo);
     app.update();
-    assert_eq!(*document(&app).design(), super::support::design());
+    assert_eq!(*document(&app).design(), super::app::design());
     assert_eq!(selected(&app), None);
 }
 
@@ -119,7 +118,7 @@ fn commands_that_would_change_nothing_are_not_available() {
 
 #[test]
 fn axes_are_turned_along_the_shaft_and_out_of_it_in_one_step() {
-    let world = store::open_builtin("pointer-on-head").unwrap();
+    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     let surface = Surface::new(world.mesh(BodyRole::Tool).unwrap()).unwrap();
     let selection = Selection::of_sensors(BodyRole::Tool, [1, 0]);
     let axis_z = |command: SensorCommand| {

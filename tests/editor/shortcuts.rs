@@ -1,16 +1,16 @@
 //! Keys and what they do to the document.
 
-use super::support::{create_app, design, request};
+use super::app::{create_app, design, request};
 use bevy::input::ButtonState;
 use bevy::input::keyboard::{Key, KeyboardInput};
 use bevy::prelude::*;
-use trackwright::design::{BodyRole, Edit};
-use trackwright::editor::commands::CommandsPlugin;
-use trackwright::editor::shortcuts::ShortcutsPlugin;
-use trackwright::editor::state::{ActiveDrag, EditRequest, OpenWorld, Selection};
-use trackwright::editor::ui::command_ui::CommandPages;
-use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::editor::ui::row_page::RowPage;
+use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::commands::CommandsPlugin;
+use trackwright_editor::shortcuts::ShortcutsPlugin;
+use trackwright_editor::state::{ActiveDrag, EditRequest, OpenWorld, Selection};
+use trackwright_editor::ui::command_ui::CommandPages;
+use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright_editor::ui::row_page::RowPage;
 use trackwright_geometry::pose::Pose;
 
 fn key(app: &mut App, key: &Key, state: ButtonState) {

@@ -1,10 +1,9 @@
 //! What the slice can show besides the error: where the model is valid.
 
-use super::support::{create_app, settle};
+use super::app::{create_app, settle};
 use bevy::prelude::*;
-use trackwright::design::view::Quantity;
-use trackwright::editor::state::{OpenWorld, Results, ViewRequest};
-use trackwright::store;
+use trackwright_design::view::Quantity;
+use trackwright_editor::state::{OpenWorld, Results, ViewRequest};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::support::SupportAt;
 
@@ -22,7 +21,7 @@ fn show(app: &mut App, quantity: Quantity) {
 #[test]
 fn the_slice_has_the_standard_error_and_the_distance_that_the_room_s_fit_tells() {
     let mut app = create_app();
-    let builtin = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let builtin = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     app.insert_resource(OpenWorld(builtin));
     let wanted = |quantity: Quantity, at: &SupportAt| match quantity {
         Quantity::StdErrorMm => at.position_std_error_mm,

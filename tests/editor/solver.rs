@@ -1,16 +1,15 @@
 //! What the solver computes, counts and shows.
 
-use super::support::{create_app, request, settle, wait_for_answer};
+use super::app::{create_app, request, settle, wait_for_answer};
 use std::sync::{Arc, Mutex};
-use trackwright::design::view::View;
-use trackwright::design::{BodyRole, Edit};
-use trackwright::editor::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
-use trackwright::editor::document::Notice;
-use trackwright::editor::solve::slice_plan;
-use trackwright::editor::state::{ActiveDrag, EditRequest, OpenWorld, Results, ViewRequest};
-use trackwright::store;
-use trackwright::study::{AxisRange, CancelToken, Mode, Motion, expected, figure_rows, run};
+use trackwright_design::view::View;
+use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
+use trackwright_editor::document::Notice;
+use trackwright_editor::solve::slice_plan;
+use trackwright_editor::state::{ActiveDrag, EditRequest, OpenWorld, Results, ViewRequest};
 use trackwright_geometry::pose::Pose;
+use trackwright_simulation::{AxisRange, CancelToken, Mode, Motion, expected, figure_rows, run};
 
 fn set_slice(app: &mut bevy::prelude::App, is_on: bool) {
     let mut view: View = app.world().resource::<OpenWorld>().0.document.view().clone();
@@ -28,7 +27,7 @@ fn figures_are_those_that_the_study_itself_gives() {
     let mut app = create_app();
     settle(&mut app);
     let world = &app.world().resource::<OpenWorld>().0;
-    let scenario = trackwright::store::resolve(world.document.design(), &world.environment);
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
     let results = app.world().resource::<Results>();
     let study = results.study.as_ref().unwrap();
@@ -40,7 +39,9 @@ fn figures_are_those_that_the_study_itself_gives() {
 /// An App in the built-in room, which keeps its measurements.
 fn measured_app() -> bevy::prelude::App {
     let mut app = create_app();
-    let world = store::open_builtin_without_meshes(store::DEFAULT_BUILTIN).unwrap();
+    let world =
+        trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
+            .unwrap();
     app.insert_resource(OpenWorld(world));
     app
 }
@@ -50,7 +51,7 @@ fn expected_figures_come_when_the_hand_rests_and_only_then() {
     let mut app = measured_app();
     settle(&mut app);
     let world = &app.world().resource::<OpenWorld>().0;
-    let scenario = store::resolve(world.document.design(), &world.environment);
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let wanted = expected(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
     let results = app.world().resource::<Results>();
     assert_eq!(results.expected_of_study(), Some(&wanted));

@@ -1,8 +1,8 @@
 //! The Study workspace: what is computed for it, which trial the scene shows, playing, input data,
 //! the log.
 
+use super::app::{create_app, create_scene_app, design, request, settle};
 use super::copied::Copied;
-use super::support::{create_app, create_scene_app, design, request, settle};
 use bevy::ecs::message::Messages;
 use bevy::input::ButtonState;
 use bevy::input::keyboard::{Key, KeyboardInput};
@@ -14,24 +14,23 @@ use std::process::Command as Process;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
-use trackwright::design::{BodyRole, Edit};
-use trackwright::editor::commands::CommandsPlugin;
-use trackwright::editor::convert;
-use trackwright::editor::diagnostics::Diagnostics;
-use trackwright::editor::document::Notice;
-use trackwright::editor::scene::BodyRoot;
-use trackwright::editor::shortcuts::ShortcutsPlugin;
-use trackwright::editor::state::{EditRequest, FileRequest, OpenWorld, Results, Workspace};
-use trackwright::editor::study::{
+use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::commands::CommandsPlugin;
+use trackwright_editor::convert;
+use trackwright_editor::diagnostics::Diagnostics;
+use trackwright_editor::document::Notice;
+use trackwright_editor::scene::BodyRoot;
+use trackwright_editor::shortcuts::ShortcutsPlugin;
+use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, Results, Workspace};
+use trackwright_editor::study::{
     LogJob, ModeKind, ShownDesign, StudyDesk, StudyPlugin, StudyRequest,
 };
-use trackwright::editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright::editor::wake::Waker;
-use trackwright::store;
-use trackwright::study::{
+use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright_editor::wake::Waker;
+use trackwright_geometry::pose::Pose;
+use trackwright_simulation::{
     AxisRange, CancelToken, Mode, Motion, Scenario, figure_rows, look, run, trial_pose,
 };
-use trackwright_geometry::pose::Pose;
 
 /// What the writing thread wakes the window with.
 #[derive(Resource)]
@@ -76,7 +75,7 @@ fn shown_trial(app: &App) -> Option<usize> {
 
 fn scenario(app: &App) -> Scenario {
     let world = &app.world().resource::<OpenWorld>().0;
-    store::resolve(world.document.design(), &world.environment)
+    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 #[test]
@@ -330,7 +329,8 @@ fn a_table_that_is_dropped_is_studied_in_this_workspace_and_in_no_other() {
     show_workspace(&mut app, Workspace::Study);
     drop_file(&mut app, &file);
     assert_eq!(results(&app).mode, Some(ModeKind::Input));
-    let trials = store::Files::default().read_input(&file, true).unwrap().as_it_stands();
+    let trials =
+        trackwright_project::Files::default().read_input(&file, true).unwrap().as_it_stands();
     let mode = Mode::Input(trials.clone().into());
     let alone = run(&scenario(&app), &mode, &CancelToken::default(), None).unwrap();
     let study = results(&app).study.as_ref().unwrap();
@@ -348,7 +348,7 @@ fn a_table_that_cannot_be_read_says_so_in_the_words_of_the_command_line() {
     let file = write(&folder, "wrong.csv", "tool_x,tool_y\n1,2\n");
     let mut app = study_app();
     drop_file(&mut app, &file);
-    let error = store::Files::default().read_input(&file, true).unwrap_err();
+    let error = trackwright_project::Files::default().read_input(&file, true).unwrap_err();
     let expected = Dialog::error("The input data cannot be read", &error);
     let dialog = app.world().resource::<Dialogs>().current.clone();
     assert_eq!(dialog, Some(expected));
@@ -362,7 +362,7 @@ fn another_design_begins_with_its_own_mode_and_pose() {
     let mut app = study_app();
     drop_file(&mut app, &file);
     ask(&mut app, StudyRequest::Show(Some(1)));
-    let name = store::DEFAULT_BUILTIN.to_owned();
+    let name = trackwright_project::DEFAULT_BUILTIN.to_owned();
     app.world_mut().write_message(FileRequest::OpenBuiltIn(name));
     settle(&mut app);
     assert_eq!(shown_trial(&app), None);
@@ -388,7 +388,7 @@ fn the_log_is_that_of_the_command_line_to_the_byte() {
     let copied = Copied::new("pointer-on-head");
     let mut app = study_app();
     *app.world_mut().resource_mut::<OpenWorld>() =
-        OpenWorld(store::open_design(&copied.design).unwrap());
+        OpenWorld(trackwright_project::open_design(&copied.design).unwrap());
     settle(&mut app);
     let (ours, theirs) = (copied.path("ours.csv"), copied.path("theirs.csv"));
     app.world_mut().write_message(FileRequest::WriteLog(ours.clone()));

@@ -1,22 +1,21 @@
 //! The panels of the Study workspace as functions.
 
-use super::support::world;
+use super::app::world;
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use std::rc::Rc;
-use trackwright::editor::commands::Command;
-use trackwright::editor::study::{ModeKind, RotationForm, ShownTrial, StudyRequest};
-use trackwright::editor::ui::PanelAction;
-use trackwright::editor::ui::study_charts_ui::{StudyChartsView, share, study_charts_ui};
-use trackwright::editor::ui::timeline_ui::{TimelineView, timeline_ui};
-use trackwright::editor::ui::trial_ui::{TrialView, trial_ui};
-use trackwright::store;
-use trackwright::study::{
+use trackwright_editor::commands::Command;
+use trackwright_editor::study::{ModeKind, RotationForm, ShownTrial, StudyRequest};
+use trackwright_editor::ui::PanelAction;
+use trackwright_editor::ui::study_charts_ui::{StudyChartsView, share, study_charts_ui};
+use trackwright_editor::ui::timeline_ui::{TimelineView, timeline_ui};
+use trackwright_editor::ui::trial_ui::{TrialView, trial_ui};
+use trackwright_geometry::rotation::log_quaternion;
+use trackwright_simulation::{
     CancelToken, ChartedProfile, Mode, Scenario, look, run_profiled, trial_offsets, trial_pose,
 };
-use trackwright_geometry::rotation::log_quaternion;
 
 type Asked = Rc<RefCell<Vec<PanelAction>>>;
 
@@ -27,7 +26,7 @@ fn harness<'a>(
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(size[0], size[1])).build_ui(move |ui| {
-        trackwright::editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::ui::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
     (harness, asked)
@@ -35,7 +34,7 @@ fn harness<'a>(
 
 fn scenario() -> Scenario {
     let world = world();
-    store::resolve(world.document.design(), &world.environment)
+    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 fn charted(scenario: &Scenario) -> ChartedProfile {

@@ -1,17 +1,16 @@
 //! The ellipsoid of the tip's jitter: drawn where the room states a jitter, and else no work.
 
-use super::support::{create_scene_app, named, request, settle};
+use super::app::{create_scene_app, named, request, settle};
 use bevy::prelude::*;
 use std::sync::Arc;
-use trackwright::design::Edit;
-use trackwright::design::view::{Magnification, View};
-use trackwright::editor::diagnostics::Diagnostics;
-use trackwright::editor::state::{EditRequest, OpenWorld, Results, ViewRequest};
-use trackwright::store;
-use trackwright::study::uncertainty::first_order;
+use trackwright_design::Edit;
+use trackwright_design::view::{Magnification, View};
+use trackwright_editor::diagnostics::Diagnostics;
+use trackwright_editor::state::{EditRequest, OpenWorld, Results, ViewRequest};
 use trackwright_field::Environment;
 use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::Pose;
+use trackwright_simulation::uncertainty::first_order;
 
 const GLYPH: &str = "tip scatter";
 
@@ -63,7 +62,7 @@ fn the_ellipsoid_has_the_half_axes_of_the_95_percent_and_is_magnified_like_the_e
     let magnified = View { magnification: Magnification::Times(times), ..view(&app) };
     set_view(&mut app, magnified);
     let open = &app.world().resource::<OpenWorld>().0;
-    let scenario = store::resolve(open.document.design(), &open.environment);
+    let scenario = trackwright_project::resolve(open.document.design(), &open.environment);
     let mut wanted = first_order(&scenario).unwrap().ellipsoid.lengths_mm();
     wanted.sort_by(f64::total_cmp);
     let mut drawn = transform(&mut app).scale.to_array().map(f64::from);

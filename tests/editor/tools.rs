@@ -1,17 +1,17 @@
 //! Tools of the scene: what a click does while one is in hand.
 
+use super::app::{create_scene_app_with, named, settle, world};
 use super::hand::{Hand, SHAFT};
-use super::support::{create_scene_app_with, named, settle, world};
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashSet;
-use trackwright::design::{BodyRole, Design, Thing, View};
-use trackwright::editor::commands::{Command, CommandsPlugin, RunCommand};
-use trackwright::editor::pick::Surfaces;
-use trackwright::editor::state::{
+use trackwright_design::{BodyRole, Design, Thing, View};
+use trackwright_editor::commands::{Command, CommandsPlugin, RunCommand};
+use trackwright_editor::pick::Surfaces;
+use trackwright_editor::state::{
     EditRequest, OpenWorld, PointerHint, Selected, Selection, ViewRequest,
 };
-use trackwright::editor::tool::SceneTool;
+use trackwright_editor::tool::SceneTool;
 
 /// A hand with a tool in it.
 fn hand_with(tool: SceneTool) -> Hand {

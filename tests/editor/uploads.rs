@@ -1,11 +1,11 @@
 //! What goes to the graphics card: nothing for layers that are off, nothing while nothing changes.
 
-use super::support::{create_scene_app, request, settle};
+use super::app::{create_scene_app, request, settle};
 use bevy::prelude::*;
-use trackwright::design::Edit;
-use trackwright::design::view::Layers;
-use trackwright::editor::diagnostics::Diagnostics;
-use trackwright::editor::state::{EditRequest, OpenWorld, ViewRequest};
+use trackwright_design::Edit;
+use trackwright_design::view::Layers;
+use trackwright_editor::diagnostics::Diagnostics;
+use trackwright_editor::state::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_geometry::pose::Pose;
 
 fn app() -> App {

@@ -7,15 +7,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform};
 use std::sync::Arc;
-use trackwright::study::comparison::{
-    Comparison, FIGURES, NoFigures, Pair, Plan, Settings, Verdict, compare, values,
-};
-use trackwright::study::motion::moved;
-use trackwright::study::{
-    AxisRange, CancelToken, InputTrial, Mode, Motion, Requirement, Scenario, run,
-};
-use trackwright::tracking::body::SensorOrientation;
-use trackwright::tracking::{RigidBody, Sensor};
 use trackwright_field::fit::FitSettings;
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
@@ -23,6 +14,15 @@ use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::volume::Volume;
+use trackwright_simulation::body::SensorOrientation;
+use trackwright_simulation::comparison::{
+    Comparison, FIGURES, NoFigures, Pair, Plan, Settings, Verdict, compare, values,
+};
+use trackwright_simulation::motion::moved;
+use trackwright_simulation::{
+    AxisRange, CancelToken, InputTrial, Mode, Motion, Requirement, Scenario, run,
+};
+use trackwright_simulation::{RigidBody, Sensor};
 use trackwright_task::Task;
 
 /// Places of the tip error's RMS and maximum among the figures.

@@ -5,16 +5,16 @@ use crate::rooms::tracker::{Random, Room};
 use crate::support::data::{own, third_party};
 use nalgebra::{Point3, Quaternion, Unit, UnitQuaternion, Vector3};
 use std::path::{Path, PathBuf};
-use trackwright::calibration::calibration_object;
-use trackwright::calibration::characterisation::{
+use trackwright_calibration::calibration_object;
+use trackwright_calibration::characterisation::{
     CharacterisationSettings, RecordedPair, characterise,
 };
-use trackwright::calibration::doubts::{self, PairedDoubts, PoseFrame, Suspicion};
-use trackwright::store::{self, Files};
+use trackwright_calibration::doubts::{self, PairedDoubts, PoseFrame, Suspicion};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::{exp_vector, log_quaternion};
+use trackwright_project::Files;
 use trackwright_task::Task;
 
 /// Thirty poses at least, so that a mistake can be told from the field.
@@ -62,7 +62,7 @@ fn simulated(room: &Room, seed: u64) -> MeasurementSet {
 }
 
 fn six_dof() -> MeasurementSet {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     let mut random = Random::new(9);
     let each = (0..200).map(|_| {
         let at = Vector3::new(

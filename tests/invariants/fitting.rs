@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::sync::{Arc, Mutex};
-use trackwright::calibration::registration::register;
+use trackwright_calibration::registration::register;
 use trackwright_field::fit::{
     Factored, FitError, FitMethod, FitSettings, factor, fit, fit_with, residuals,
 };

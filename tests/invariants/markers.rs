@@ -1,14 +1,13 @@
 //! Position-only markers: what they read, what frame they give, and how sure it is.
 
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
-use trackwright::design::BodyRole;
-use trackwright::store;
-use trackwright::study::{self, AxisRange, CancelToken, Mode, Motion, Scenario, look};
-use trackwright::tracking::frame_fit::{FrameFitter, Reading};
-use trackwright::tracking::linear_fit::{LinearFit, SensorCovariance};
-use trackwright::tracking::{Determination, RigidBody, Sensor, SensorOrientation};
+use trackwright_design::BodyRole;
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_simulation::frame_fit::{FrameFitter, Reading};
+use trackwright_simulation::linear_fit::{LinearFit, SensorCovariance};
+use trackwright_simulation::{AxisRange, CancelToken, Mode, Motion, Scenario, look};
+use trackwright_simulation::{Determination, RigidBody, Sensor, SensorOrientation};
 
 /// The four markers of NDI's passive probe 8700340 and of its reference frame 8700339.
 const PROBE: [[f64; 3]; 4] =
@@ -48,8 +47,8 @@ fn some_pose() -> Pose {
 
 /// A pointer in the room of the built-in design, with markers in the place of coils.
 fn optical() -> Scenario {
-    let world = store::open_builtin("pointer-on-head").unwrap();
-    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
+    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     scenario.tool = RigidBody {
         tip_in_body: scenario.tool.tip_in_body,
         ..markers(&[[0.0, 0.0, 60.0], [15.0, 0.0, 100.0], [-12.0, 10.0, 130.0]])
@@ -59,7 +58,7 @@ fn optical() -> Scenario {
 
 /// A 5-DOF sensor of the tool that `optical` stands in for.
 fn coil_of_pointer() -> Sensor {
-    let world = store::open_builtin("pointer-on-head").unwrap();
+    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     let design = world.document.design();
     design.body(BodyRole::Tool).unwrap().rigid.sensors[0].clone()
 }
@@ -154,12 +153,17 @@ fn a_motion_of_markers_and_coils_is_its_poses_one_by_one() {
     scenario.motion =
         Some(Motion { x: range(20.0), y: range(20.0), rz: range(0.2), ..Motion::default() });
     let mut trials = Vec::new();
-    let mut log = |trial: &study::Trial| trials.push((trial.crf_from_tool, trial.tip_error_mm));
-    study::run(&scenario, &Mode::Motion, &CancelToken::default(), Some(&mut log)).unwrap();
+    let mut log = |trial: &trackwright_simulation::Trial| {
+        trials.push((trial.crf_from_tool, trial.tip_error_mm));
+    };
+    trackwright_simulation::run(&scenario, &Mode::Motion, &CancelToken::default(), Some(&mut log))
+        .unwrap();
     assert_eq!(trials.len(), 125);
     for (crf_from_tool, tip_error_mm) in trials {
         scenario.crf_from_tool = crf_from_tool;
-        let single = study::run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap();
+        let single =
+            trackwright_simulation::run(&scenario, &Mode::Single, &CancelToken::default(), None)
+                .unwrap();
         let single_mm = single.figures.position_mm.max;
         let gap_mm = (tip_error_mm - single_mm).abs();
         assert!(gap_mm < 1e-11, "{tip_error_mm} {single_mm}");

@@ -2,24 +2,23 @@
 
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
-use trackwright::store;
-use trackwright::study::{
-    self, AxisRange, CancelToken, InputTrial, Mode, Motion, Scenario, ScenarioCrf, StudyError,
-};
-use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::volume::Volume;
+use trackwright_simulation::{
+    self, AxisRange, CancelToken, InputTrial, Mode, Motion, Scenario, ScenarioCrf, StudyError,
+};
+use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
 /// Frames are fitted to some hundred mm with round-off of 1e-16: this leaves a factor of 100.
 const EXACT_MM: f64 = 1e-11;
 
 fn built_in() -> Scenario {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
-    store::resolve(world.document.design(), &world.environment)
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
+    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 fn in_room(scenario: Scenario, model: DistortionModel) -> Scenario {
@@ -44,8 +43,8 @@ fn uniform_room(error: [f64; 6]) -> DistortionModel {
     .unwrap()
 }
 
-fn motion_study(scenario: &Scenario) -> study::Outcome {
-    study::run(scenario, &Mode::Motion, &CancelToken::default(), None).unwrap()
+fn motion_study(scenario: &Scenario) -> trackwright_simulation::Outcome {
+    trackwright_simulation::run(scenario, &Mode::Motion, &CancelToken::default(), None).unwrap()
 }
 
 fn five(name: &str, z_mm: f64, axis: [f64; 3]) -> Sensor {
@@ -97,7 +96,9 @@ fn where_the_roll_is_free_the_determined_part_stands_beside_the_error() {
         motion: None,
         ..scenario
     };
-    let outcome = study::run(&on_a_line, &Mode::Single, &CancelToken::default(), None).unwrap();
+    let outcome =
+        trackwright_simulation::run(&on_a_line, &Mode::Single, &CancelToken::default(), None)
+            .unwrap();
     let free = outcome.figures.free_axis.unwrap();
     assert_eq!(free.free.body, "tool");
     let axis = Vector3::from(free.free.axis_in_body.unwrap());
@@ -115,7 +116,9 @@ fn tool_sensors_decide_before_crf_sensors_whose_rotation_is_reported_free() {
         body: RigidBody { name: "rod".into(), tip_in_body: None, sensors: line },
         tracker_from_crf: Pose::translation(0.0, 0.0, -300.0),
     });
-    let outcome = study::run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap();
+    let outcome =
+        trackwright_simulation::run(&scenario, &Mode::Single, &CancelToken::default(), None)
+            .unwrap();
     assert_eq!(outcome.figures.free_axis.unwrap().free.body, "crf");
     assert!(outcome.figures.position_mm_determined.is_some());
 }
@@ -139,8 +142,9 @@ fn motion_about_a_pose_equals_the_same_poses_as_input() {
         })
         .collect();
     let cancel = CancelToken::default();
-    let moved = study::run(&scenario, &Mode::Motion, &cancel, None).unwrap();
-    let given = study::run(&scenario, &Mode::Input(rows.into()), &cancel, None).unwrap();
+    let moved = trackwright_simulation::run(&scenario, &Mode::Motion, &cancel, None).unwrap();
+    let given =
+        trackwright_simulation::run(&scenario, &Mode::Input(rows.into()), &cancel, None).unwrap();
     assert_eq!(moved.figures, given.figures);
 }
 
@@ -178,7 +182,7 @@ fn a_design_without_crf_has_none_of_its_cost() {
     assert_eq!(work.frame_fits, 1 + trials);
     let of_crf = (work.crf_evaluations, work.crf_trackings, work.crf_reuses);
     assert_eq!(of_crf, (0, 0, 0));
-    let shown = study::look(&without).work;
+    let shown = trackwright_simulation::look(&without).work;
     assert_eq!((shown.pose_evaluations, shown.frame_fits), (tool, 1));
     assert_eq!((shown.crf_evaluations, shown.crf_trackings), (0, 0));
 }
@@ -205,7 +209,8 @@ fn a_crf_is_tracked_again_only_where_input_moves_it() {
     let moved = own * Pose::translation(5.0, 0.0, 0.0);
     let run = |poses: &[Option<Pose>]| {
         let mode = input(poses, 10, scenario.crf_from_tool);
-        let outcome = study::run(&scenario, &mode, &CancelToken::default(), None).unwrap();
+        let outcome =
+            trackwright_simulation::run(&scenario, &mode, &CancelToken::default(), None).unwrap();
         let work = outcome.work;
         assert_eq!(work.crf_evaluations, work.crf_trackings * sensors);
         assert_eq!(work.crf_trackings + work.crf_reuses, 1 + 10 * poses.len() as u64);
@@ -258,8 +263,9 @@ fn poses_grouped_by_orientation_come_back_in_their_order_with_their_own_figures(
     let cancel = CancelToken::default();
     let logged = |mode: &Mode| {
         let mut trials = Vec::new();
-        let mut log = |trial: &study::Trial| trials.push(*trial);
-        let outcome = study::run(&scenario, mode, &cancel, Some(&mut log)).unwrap();
+        let mut log = |trial: &trackwright_simulation::Trial| trials.push(*trial);
+        let outcome =
+            trackwright_simulation::run(&scenario, mode, &cancel, Some(&mut log)).unwrap();
         (outcome, trials)
     };
     let (grouped, moved) = logged(&Mode::Motion);
@@ -302,7 +308,7 @@ fn sensors_outside_the_box_and_out_of_the_volume_are_counted_apart() {
     assert_eq!(figures.out_of_volume, 0);
     let rejecting = Scenario { outside: OutsidePolicy::Reject, ..scenario };
     assert_eq!(
-        study::run(&rejecting, &Mode::Motion, &CancelToken::default(), None),
+        trackwright_simulation::run(&rejecting, &Mode::Motion, &CancelToken::default(), None),
         Err(StudyError::AllRejected { trials: figures.trials })
     );
 }
@@ -311,14 +317,19 @@ fn sensors_outside_the_box_and_out_of_the_volume_are_counted_apart() {
 fn a_cancelled_study_has_no_outcome() {
     let cancel = CancelToken::default();
     cancel.cancel();
-    assert_eq!(study::run(&built_in(), &Mode::Motion, &cancel, None), Err(StudyError::Cancelled));
+    assert_eq!(
+        trackwright_simulation::run(&built_in(), &Mode::Motion, &cancel, None),
+        Err(StudyError::Cancelled)
+    );
 }
 
 #[test]
 fn what_the_scene_shows_is_the_single_trial() {
     let scenario = built_in();
-    let shown = study::look(&scenario);
-    let outcome = study::run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap();
+    let shown = trackwright_simulation::look(&scenario);
+    let outcome =
+        trackwright_simulation::run(&scenario, &Mode::Single, &CancelToken::default(), None)
+            .unwrap();
     assert_eq!(shown.trial.tip_error_mm, outcome.figures.position_mm.rms);
     assert_eq!(shown.tool.sensors.len(), scenario.tool.sensors.len());
     assert_eq!(shown.work.pose_evaluations, 6);

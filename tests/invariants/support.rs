@@ -5,7 +5,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use std::path::Path;
-use trackwright::store;
 use trackwright_field::bernstein::push_products;
 use trackwright_field::fit::{Fit, FitMethod, FitSettings, factor, fit};
 use trackwright_field::least_squares::Decomposition;
@@ -446,7 +445,8 @@ fn the_kept_polynomials_are_the_definition() {
 fn held_out_errors_are_larger_where_the_samples_do_not_support_the_field() {
     let read = |name: &str| {
         let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data");
-        let table = store::Files::default().read_measurements(&data.join(name)).unwrap();
+        let table =
+            trackwright_project::Files::default().read_measurements(&data.join(name)).unwrap();
         table.samples(MapKind::Distortion)
     };
     let settings = FitSettings::new(4, DirectionSet::Fourteen);

@@ -2,22 +2,21 @@
 
 use nalgebra::Vector3;
 use std::sync::Arc;
-use trackwright::store;
-use trackwright::study::{
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_simulation::{
     self, CancelToken, InputTrial, Mode, Quantity, Scenario, SlicePlan, SlicePlane, StudyError,
     SupportSurvey, sample_slice, support::SurveyError,
 };
-use trackwright_field::{Environment, OutsidePolicy};
-use trackwright_geometry::bounds::Bounds;
 use trackwright_task::Task;
 
 fn built_in() -> Scenario {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
-    store::resolve(world.document.design(), &world.environment)
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
+    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 fn survey(scenario: &Scenario, mode: &Mode) -> SupportSurvey {
-    study::survey(scenario, mode, &Task::default()).unwrap()
+    trackwright_simulation::survey(scenario, mode, &Task::default()).unwrap()
 }
 
 #[test]
@@ -86,7 +85,7 @@ fn a_tool_beyond_the_samples_leans_on_unsupported_field() {
     assert_eq!((found.trials, found.unsupported), (1, 1));
     assert!(found.greatest_distance_mm > 100.0, "{found:?}");
     scenario.outside = OutsidePolicy::Reject;
-    let rejected = study::survey(&scenario, &Mode::Single, &Task::default());
+    let rejected = trackwright_simulation::survey(&scenario, &Mode::Single, &Task::default());
     let all = StudyError::AllRejected { trials: 1 };
     assert_eq!(rejected, Err(SurveyError::Study(all)));
 }
@@ -96,11 +95,12 @@ fn a_room_that_does_not_tell_gives_no_survey_and_a_cancelled_one_none_either() {
     let mut scenario = built_in();
     let task = Task::default();
     task.cancel.cancel();
-    let cancelled = study::survey(&scenario, &Mode::Motion, &task);
+    let cancelled = trackwright_simulation::survey(&scenario, &Mode::Motion, &task);
     assert_eq!(cancelled, Err(SurveyError::Study(StudyError::Cancelled)));
     scenario.environment =
         Arc::new(Environment { support: None, process: None, ..(*scenario.environment).clone() });
-    let error = study::survey(&scenario, &Mode::Single, &Task::default()).unwrap_err();
+    let error =
+        trackwright_simulation::survey(&scenario, &Mode::Single, &Task::default()).unwrap_err();
     assert!(error.to_string().contains("\"Operating table\" has no model validity"), "{error}");
 }
 

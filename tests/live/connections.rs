@@ -5,13 +5,13 @@ use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
-use trackwright::live::client::{Client, ClientEvent, ClientOptions, LostWhy};
-use trackwright::live::codec::{
+use trackwright_openigtlink::client::{Client, ClientEvent, ClientOptions, LostWhy};
+use trackwright_openigtlink::codec::{
     Content, DecodeError, HEADER_BYTES, Message, StartTracking, StatusCode, Timestamp, ToolKind,
 };
-use trackwright::live::relay::{Reason, RelayOptions, ToolState};
-use trackwright::live::server::{Left, Server, ServerError, ServerEvent, ServerOptions};
-use trackwright::live::session::{Link, Session, SessionEvent, SessionSettings};
+use trackwright_openigtlink::relay::{Reason, RelayOptions, ToolState};
+use trackwright_openigtlink::server::{Left, Server, ServerError, ServerEvent, ServerOptions};
+use trackwright_openigtlink::session::{Link, Session, SessionEvent, SessionSettings};
 
 pub(super) fn anywhere() -> SocketAddr {
     "127.0.0.1:0".parse().unwrap()

@@ -5,13 +5,13 @@ use crate::support::wire::{Events, PATIENCE, Reader, events, number_of, numbered
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::time::{Duration, Instant};
-use trackwright::live::client::{ClientEvent, ClientOptions, LostWhy};
-use trackwright::live::codec::{
+use trackwright_openigtlink::client::{ClientEvent, ClientOptions, LostWhy};
+use trackwright_openigtlink::codec::{
     Content, DecodeError, HEADER_BYTES, Matrix, Message, Timestamp, ToolKind, TrackingElement,
 };
-use trackwright::live::relay::{ClockChange, Reason, RelayOptions, ToolState, described};
-use trackwright::live::server::{ServerEvent, ServerOptions};
-use trackwright::live::session::{Session, SessionEvent, SessionSettings};
+use trackwright_openigtlink::relay::{ClockChange, Reason, RelayOptions, ToolState, described};
+use trackwright_openigtlink::server::{ServerEvent, ServerOptions};
+use trackwright_openigtlink::session::{Session, SessionEvent, SessionSettings};
 
 /// A session that listens to whoever is behind the listener, and one client of it.
 struct Relayed {

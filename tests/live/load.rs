@@ -5,10 +5,10 @@ use crate::support::live_program::{Live, address_in};
 use crate::support::program::trackwright;
 use crate::support::wire::{events, rest};
 use std::time::Duration;
-use trackwright::live::client::ClientOptions;
-use trackwright::live::relay::RelayOptions;
-use trackwright::live::server::{ServerEvent, ServerOptions};
-use trackwright::live::session::{Session, SessionEvent, SessionSettings};
+use trackwright_openigtlink::client::ClientOptions;
+use trackwright_openigtlink::relay::RelayOptions;
+use trackwright_openigtlink::server::{ServerEvent, ServerOptions};
+use trackwright_openigtlink::session::{Session, SessionEvent, SessionSettings};
 
 #[test]
 fn thirty_seconds_of_load_lose_nothing_but_what_was_sent_to_nobody() {

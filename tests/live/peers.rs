@@ -10,11 +10,11 @@ use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use trackwright::live::client::{Client, ClientEvent, ClientOptions};
-use trackwright::live::codec::{Content, Extension, Message, ToolKind};
-use trackwright::live::relay::{Output, Reason, Relay, RelayOptions, ToolState, described};
-use trackwright::live::server::{Server, ServerEvent};
-use trackwright::store::Files;
+use trackwright_openigtlink::client::{Client, ClientEvent, ClientOptions};
+use trackwright_openigtlink::codec::{Content, Extension, Message, ToolKind};
+use trackwright_openigtlink::relay::{Output, Reason, Relay, RelayOptions, ToolState, described};
+use trackwright_openigtlink::server::{Server, ServerEvent};
+use trackwright_project::Files;
 
 /// A program of somebody else, ended with the test.
 struct Peer(Child);

@@ -1,7 +1,7 @@
 //! The protocol's own test vectors, to the byte.
 
 use crate::support::data::third_party;
-use trackwright::live::codec::{Content, Decoded, Decoder, Message, NotAPose, ToolKind};
+use trackwright_openigtlink::codec::{Content, Decoded, Decoder, Message, NotAPose, ToolKind};
 
 /// Decodes a vector, after it was seen to encode to the same bytes.
 fn vector(name: &str, checksum: Option<u64>) -> Option<Message> {

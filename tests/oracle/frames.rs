@@ -4,10 +4,10 @@ use crate::support::close::{self, assert_all_close};
 use crate::support::golden::{GOLDEN, axis, list, matrix, number, point, rotation, vector};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::Value;
-use trackwright::tracking::frame_fit::{FrameFit, FrameFitter, Reading};
-use trackwright::tracking::linear_fit::{SensorCovariance, point_covariance_mm2};
-use trackwright::tracking::{Determination, RigidBody, Sensor, SensorOrientation};
 use trackwright_geometry::pose::Pose;
+use trackwright_simulation::frame_fit::{FrameFit, FrameFitter, Reading};
+use trackwright_simulation::linear_fit::{SensorCovariance, point_covariance_mm2};
+use trackwright_simulation::{Determination, RigidBody, Sensor, SensorOrientation};
 
 fn sensor(case: &Value) -> Sensor {
     let orientation = match (case["dof"].as_u64(), &case["rotation"]) {

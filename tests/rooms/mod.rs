@@ -6,18 +6,7 @@ pub mod tracker;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use tracker::{Random, Room, SensorPose};
-use trackwright::calibration::room_process::{Refit, room_process};
-use trackwright::study::comparison::{
-    Difference, FIGURES, Figure, FigureValues, Pair, Plan, REQUIRED, Settings, Summary, Verdict,
-    compare, values,
-};
-use trackwright::study::expected::{expected, shrinking};
-use trackwright::study::{
-    AxisRange, CancelToken, Expected, Mode, Motion, Scenario, ScenarioCrf, Statistics, trial_count,
-    trial_pose,
-};
-use trackwright::tracking::frame_fit::{FrameFitter, Reading};
-use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
+use trackwright_calibration::room_process::{Refit, room_process};
 use trackwright_field::fit::{FitSettings, fit, residuals};
 use trackwright_field::gaussian::{FieldPoint, GaussianField, Row, Trend};
 use trackwright_field::samples::{
@@ -27,6 +16,17 @@ use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::axis_rotation;
+use trackwright_simulation::comparison::{
+    Difference, FIGURES, Figure, FigureValues, Pair, Plan, REQUIRED, Settings, Summary, Verdict,
+    compare, values,
+};
+use trackwright_simulation::expected::{expected, shrinking};
+use trackwright_simulation::frame_fit::{FrameFitter, Reading};
+use trackwright_simulation::{
+    AxisRange, CancelToken, Expected, Mode, Motion, Scenario, ScenarioCrf, Statistics, trial_count,
+    trial_pose,
+};
+use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 use trackwright_task::Task;
 
 /// Orientation weight of every fit, mm.

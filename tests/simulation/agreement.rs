@@ -2,30 +2,29 @@
 
 use nalgebra::{Point3, UnitQuaternion};
 use std::sync::Arc;
-use trackwright::calibration::agreement::Verdict;
-use trackwright::calibration::agreement::agreement;
-use trackwright::calibration::agreement::judge::{bias, limits_of_agreement};
-use trackwright::calibration::agreement::noise::Noise;
-use trackwright::calibration::agreement::resampling::Sums;
-use trackwright::calibration::agreement::*;
-use trackwright::calibration::agreement::{AgreementRow, RecordedPose, paired_rows, pivot_rows};
-use trackwright::calibration::pivot::{PivotLimits, pivot};
-use trackwright::store;
-use trackwright::study::run;
-use trackwright::study::scenario::{InputTrial, Mode, Scenario};
+use trackwright_calibration::agreement::Verdict;
+use trackwright_calibration::agreement::agreement;
+use trackwright_calibration::agreement::judge::{bias, limits_of_agreement};
+use trackwright_calibration::agreement::noise::Noise;
+use trackwright_calibration::agreement::resampling::Sums;
+use trackwright_calibration::agreement::*;
+use trackwright_calibration::agreement::{AgreementRow, RecordedPose, paired_rows, pivot_rows};
+use trackwright_calibration::pivot::{PivotLimits, pivot};
 use trackwright_field::environment::{Environment, Jitter};
 use trackwright_field::random_models::{Seeded, random_model};
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
+use trackwright_simulation::run;
+use trackwright_simulation::scenario::{InputTrial, Mode, Scenario};
 use trackwright_task::{CancelToken, Task};
 
 type Vector = nalgebra::Vector3<f64>;
 
 /// The built-in pointer, seen from the tracker, in a smooth room of some millimetres.
 fn scenario(seed: u64) -> Scenario {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
-    let design = store::resolve(world.document.design(), &world.environment);
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
+    let design = trackwright_project::resolve(world.document.design(), &world.environment);
     let model = random_model(2, DirectionSet::Six, Weighting::Area, [2.0, 0.01], seed);
     Scenario {
         environment: Arc::new(Environment {
@@ -57,7 +56,7 @@ fn read(scenario: &Scenario, poses: &[Pose]) -> Vec<Pose> {
     let given =
         poses.iter().map(|pose| InputTrial { tracker_from_crf: None, crf_from_tool: *pose });
     let mut read = Vec::new();
-    let mut log = |trial: &trackwright::study::Trial| read.push(trial.crf_from_tool_simulated);
+    let mut log = |trial: &trackwright_simulation::Trial| read.push(trial.crf_from_tool_simulated);
     let mode = Mode::Input(given.collect());
     run(scenario, &mode, &CancelToken::default(), Some(&mut log)).unwrap();
     read

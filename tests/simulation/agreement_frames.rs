@@ -1,19 +1,20 @@
 //! Recordings of a built tool in different frames are recognised.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use trackwright::calibration::agreement::AgreementRow;
-use trackwright::calibration::agreement::tip_in_crf;
-use trackwright::calibration::agreement::*;
-use trackwright::calibration::agreement::{RecordedPose, paired_rows};
-use trackwright::store;
-use trackwright::study::scenario::Scenario;
+use trackwright_calibration::agreement::AgreementRow;
+use trackwright_calibration::agreement::tip_in_crf;
+use trackwright_calibration::agreement::*;
+use trackwright_calibration::agreement::{RecordedPose, paired_rows};
 use trackwright_field::random_models::Seeded;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_simulation::scenario::Scenario;
 use trackwright_task::Task;
 
 fn scenario() -> Scenario {
-    let world = store::open_builtin_without_meshes(store::DEFAULT_BUILTIN).unwrap();
-    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    let world =
+        trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
+            .unwrap();
+    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     scenario.crf = None;
     scenario
 }

@@ -1,19 +1,18 @@
 //! Error vectors on a lattice.
 
 use nalgebra::{Unit, Vector3};
-use trackwright::store;
-use trackwright::study::StudyError;
-use trackwright::study::arrows::*;
-use trackwright::study::look;
-use trackwright::study::scenario::Scenario;
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::volume::Volume;
+use trackwright_simulation::StudyError;
+use trackwright_simulation::arrows::*;
+use trackwright_simulation::look;
+use trackwright_simulation::scenario::Scenario;
 use trackwright_task::CancelToken;
 
 fn built_in() -> Scenario {
-    let world = store::open_builtin("shaver-on-head").unwrap();
-    store::resolve(world.document.design(), &world.environment)
+    let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
+    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 fn sample(scenario: &Scenario, plan: &ArrowPlan) -> ArrowOutcome {

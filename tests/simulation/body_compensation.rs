@@ -1,12 +1,8 @@
 //! What the study says a tracker would tell of a body is turned back into where the body is.
 
-use trackwright::study::body_compensation::*;
+use trackwright_simulation::body_compensation::*;
 
 use nalgebra::{Point3, Vector3};
-use trackwright::store;
-use trackwright::study::{Scenario, look};
-use trackwright::tracking::RigidBody;
-use trackwright::tracking::{Sensor, SensorOrientation};
 use trackwright_field::DistortionModel;
 use trackwright_field::compensation::{Compensated, Compensator, Method};
 use trackwright_field::inverse::InverseState;
@@ -15,11 +11,14 @@ use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::pose::pose_from_array;
+use trackwright_simulation::RigidBody;
+use trackwright_simulation::{Scenario, look};
+use trackwright_simulation::{Sensor, SensorOrientation};
 use trackwright_task::Task;
 
 fn built_in(name: &str) -> Scenario {
-    let world = store::open_builtin(name).unwrap();
-    store::resolve(world.document.design(), &world.environment)
+    let world = trackwright_project::open_builtin(name).unwrap();
+    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 fn compensated(

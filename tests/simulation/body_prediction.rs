@@ -2,13 +2,12 @@
 
 use nalgebra::UnitQuaternion;
 use nalgebra::Vector3;
-use trackwright::store;
-use trackwright::study::body_prediction::*;
-use trackwright::tracking::RigidBody;
-use trackwright::tracking::{Sensor, SensorOrientation};
 use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::pose::pose_from_parts;
+use trackwright_simulation::RigidBody;
+use trackwright_simulation::body_prediction::*;
+use trackwright_simulation::{Sensor, SensorOrientation};
 
 fn body(positions: &[[f64; 3]], tip: [f64; 3]) -> RigidBody {
     let sensor = |at: &[f64; 3]| Sensor {
@@ -25,7 +24,7 @@ fn body(positions: &[[f64; 3]], tip: [f64; 3]) -> RigidBody {
 }
 
 fn room() -> std::sync::Arc<Environment> {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     std::sync::Arc::clone(&world.environment)
 }
 

@@ -1,13 +1,11 @@
 //! Trials drawn between those of the grid.
-
-use trackwright::store;
-use trackwright::study::comparison::sampled::*;
-use trackwright::study::scenario::Scenario;
-use trackwright::study::{AxisRange, Motion};
+use trackwright_simulation::comparison::sampled::*;
+use trackwright_simulation::scenario::Scenario;
+use trackwright_simulation::{AxisRange, Motion};
 
 #[test]
 fn every_part_covers_the_range_evenly_and_stays_in_it() {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     let scenario = Scenario {
         motion: Some(Motion {
             y: Some(AxisRange { min: -10.0, max: 30.0, step: 15.0 }),
@@ -15,7 +13,7 @@ fn every_part_covers_the_range_evenly_and_stays_in_it() {
             z: Some(AxisRange { min: 4.0, max: 9.0, step: 0.0 }),
             ..Motion::default()
         }),
-        ..store::resolve(world.document.design(), &world.environment)
+        ..trackwright_project::resolve(world.document.design(), &world.environment)
     };
     let from = scenario.crf_from_tool.translation.vector;
     for part in range_trials(&scenario, 4, 64, 3) {

@@ -1,13 +1,12 @@
 //! A model of a higher order is the same field.
 
 use nalgebra::{Point3, Unit, Vector3};
-use trackwright::store;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::model::{DistortionModel, ModelError};
 
 #[test]
 fn a_field_of_a_higher_order_is_the_same_field() {
-    let room = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let room = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     let model = &room.environment.model;
     let [low, high] = [model.bounds().min_mm, model.bounds().max_mm];
     for order in model.order()..=6 {

@@ -1,9 +1,8 @@
 //! Each point of a lattice against the model itself, and lattices that are refused.
 
-use trackwright::study::field_lattice::*;
+use trackwright_simulation::field_lattice::*;
 
 use nalgebra::{Unit, Vector3};
-use trackwright::store;
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
@@ -12,7 +11,7 @@ use trackwright_geometry::rotation::{axis_rotation, exp_vector};
 use trackwright_task::Task;
 
 fn model() -> DistortionModel {
-    let world = store::open_builtin("shaver-on-head").unwrap();
+    let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
     world.environment.model.clone()
 }
 

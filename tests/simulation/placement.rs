@@ -1,32 +1,31 @@
 //! Places against the study itself with the sensor moved there.
 
-use trackwright::study::placement::*;
+use trackwright_simulation::placement::*;
 
-use trackwright::study::StudyError;
-use trackwright::study::scenario::Scenario;
+use trackwright_simulation::StudyError;
+use trackwright_simulation::scenario::Scenario;
 
-use trackwright::study::work::Work;
 use trackwright_geometry::surface::SurfacePoint;
+use trackwright_simulation::work::Work;
 use trackwright_task::Task;
 
 use nalgebra::Vector3;
 use std::sync::Arc;
 
 use nalgebra::Point3;
-use trackwright::design::BodyRole;
-use trackwright::store;
-use trackwright::study::comparison::REQUIRED;
-use trackwright::study::{CancelToken, Mode, Motion, expected, run};
-use trackwright::tracking::SensorOrientation;
+use trackwright_design::BodyRole;
 use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_simulation::SensorOrientation;
+use trackwright_simulation::comparison::REQUIRED;
+use trackwright_simulation::{CancelToken, Mode, Motion, expected, run};
 
 fn built_in(name: &str, body: PlacedBody) -> (Scenario, Vec<SurfacePoint>) {
-    let world = store::open_builtin(name).unwrap();
+    let world = trackwright_project::open_builtin(name).unwrap();
     let role = match body {
         PlacedBody::Tool => BodyRole::Tool,
         PlacedBody::Crf => BodyRole::Crf,
     };
-    let scenario = store::resolve(world.document.design(), &world.environment);
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     (scenario, vertices(world.mesh(role).unwrap()))
 }
 
@@ -104,7 +103,7 @@ fn a_marker_s_place_is_the_study_with_the_marker_there_whatever_the_rule() {
 
 #[test]
 fn a_value_between_vertices_is_that_of_the_triangle_that_a_ray_hits() {
-    let world = store::open_builtin("pointer-on-head").unwrap();
+    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     let mesh = world.mesh(BodyRole::Tool).unwrap();
     let surface = trackwright_geometry::surface::Surface::new(mesh).unwrap();
     // A field that is linear in space is its own interpolation on every triangle.
@@ -320,7 +319,7 @@ fn a_long_motion_is_sampled_and_says_so() {
 
 #[test]
 fn expected_places_are_near_the_expected_study() {
-    let world = store::open_builtin("pointer-on-head").unwrap();
+    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     assert!(world.environment.process.is_some());
     for (body, rule) in [
         (PlacedBody::Tool, AxisRule::Keep),

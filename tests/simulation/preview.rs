@@ -1,13 +1,12 @@
 //! A preview of few trials against the whole study.
 
 use std::collections::HashSet;
-use trackwright::store;
-use trackwright::study::preview::*;
-use trackwright::study::scenario::{Mode, Scenario};
-use trackwright::study::{AxisRange, CancelToken, Motion, run};
+use trackwright_simulation::preview::*;
+use trackwright_simulation::scenario::{Mode, Scenario};
+use trackwright_simulation::{AxisRange, CancelToken, Motion, run};
 
 fn scenario(steps: f64) -> Scenario {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     let range = |reach: f64| Some(AxisRange { min: -reach, max: reach, step: 2.0 * reach / steps });
     Scenario {
         motion: Some(Motion {
@@ -18,7 +17,7 @@ fn scenario(steps: f64) -> Scenario {
             rz: range(30.0),
             ..Motion::default()
         }),
-        ..store::resolve(world.document.design(), &world.environment)
+        ..trackwright_project::resolve(world.document.design(), &world.environment)
     }
 }
 

@@ -1,20 +1,18 @@
 //! What a step comes to, and what is told of one that was decided.
 
-use trackwright::procedure::*;
-use trackwright::procedure::{DecidedRecording, DecidedStudies, Grounds, RoomName, Step};
+use trackwright_procedure::*;
+use trackwright_procedure::{DecidedRecording, DecidedStudies, Grounds, RoomName, Step};
 
-use trackwright::procedure::{RowCounts, Standing, State, Undecidable, standing};
-
-use trackwright::store;
-use trackwright::study::comparison::REQUIRED;
-use trackwright::study::requirement::Requirement;
+use trackwright_procedure::{RowCounts, Standing, State, Undecidable, standing};
+use trackwright_simulation::comparison::REQUIRED;
+use trackwright_simulation::requirement::Requirement;
 use trackwright_task::Task;
 
 /// A built-in design in its room, and in one that is not to be had.
 fn plan() -> Plan {
-    let world = store::open_builtin_without_meshes("pointer-on-head").unwrap();
+    let world = trackwright_project::open_builtin_without_meshes("pointer-on-head").unwrap();
     let design = world.document.design();
-    let crf = store::resolve_crf(design, &world.environment);
+    let crf = trackwright_project::resolve_crf(design, &world.environment);
     let named = |file: &str| RoomName { name: String::new(), file: file.to_owned() };
     Plan {
         crf_targets: crf.iter().map(|judged| judged.target.clone()).collect(),
@@ -24,7 +22,10 @@ fn plan() -> Plan {
             Room {
                 name: named("own.env.ron"),
                 is_for_now: false,
-                studies: Ok(RoomStudies { crf, tool: store::resolve(design, &world.environment) }),
+                studies: Ok(RoomStudies {
+                    crf,
+                    tool: trackwright_project::resolve(design, &world.environment),
+                }),
             },
             Room {
                 name: named("gone.env.ron"),
@@ -147,7 +148,7 @@ fn a_step_is_decided_as_long_as_everything_is_as_it_was() {
 fn another_recording_is_another_decision_and_one_that_is_gone_is_told() {
     let decided = DecidedRecording {
         room: RoomName::default(),
-        recording: trackwright::calibration::agreement::BuiltRecording::of("a.csv".to_owned()),
+        recording: trackwright_calibration::agreement::BuiltRecording::of("a.csv".to_owned()),
         poses: 20,
         used: 20,
         measured_rms_mm: 1.0,

@@ -1,14 +1,12 @@
 //! Trials charted over a design's range of motion.
-
-use trackwright::store;
-use trackwright::study::profile::*;
-use trackwright::study::scenario::{Mode, Scenario};
-use trackwright::study::{AxisRange, Motion};
-use trackwright::study::{Outcome, run};
+use trackwright_simulation::profile::*;
+use trackwright_simulation::scenario::{Mode, Scenario};
+use trackwright_simulation::{AxisRange, Motion};
+use trackwright_simulation::{Outcome, run};
 use trackwright_task::CancelToken;
 
 fn scenario() -> Scenario {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     let range = |reach: f64, steps: f64| {
         Some(AxisRange { min: -reach, max: reach, step: 2.0 * reach / steps })
     };
@@ -19,7 +17,7 @@ fn scenario() -> Scenario {
             ry: range(30.0, 4.0),
             ..Motion::default()
         }),
-        ..store::resolve(world.document.design(), &world.environment)
+        ..trackwright_project::resolve(world.document.design(), &world.environment)
     }
 }
 

@@ -1,23 +1,22 @@
 //! Slices against closed forms, finite differences and the study's own trial.
 
-use trackwright::study::StudyError;
-use trackwright::study::scenario::Scenario;
-use trackwright::study::slice::*;
-use trackwright::study::slice_plan::{SlicePlan, SlicePlane};
-use trackwright::study::slice_quantity::Quantity;
+use trackwright_simulation::StudyError;
+use trackwright_simulation::scenario::Scenario;
+use trackwright_simulation::slice::*;
+use trackwright_simulation::slice_plan::{SlicePlan, SlicePlane};
+use trackwright_simulation::slice_quantity::Quantity;
 
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use std::sync::Arc;
-use trackwright::store;
-use trackwright::study::look;
-use trackwright::study::work::Work;
-use trackwright::tracking::RigidBody;
 use trackwright_field::Environment;
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::Pose;
+use trackwright_simulation::RigidBody;
+use trackwright_simulation::look;
+use trackwright_simulation::work::Work;
 use trackwright_task::CancelToken;
 
 fn scenario(environment: Environment) -> Scenario {
@@ -59,8 +58,8 @@ fn room() -> Scenario {
 }
 
 fn built_in(name: &str) -> Scenario {
-    let world = store::open_builtin(name).unwrap();
-    store::resolve(world.document.design(), &world.environment)
+    let world = trackwright_project::open_builtin(name).unwrap();
+    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 fn plan(position_mm: f64) -> SlicePlan {

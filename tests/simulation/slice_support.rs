@@ -1,21 +1,20 @@
 //! Model validity on a slice.
 
-use trackwright::study::StudyError;
-use trackwright::study::scenario::Scenario;
-use trackwright::study::slice_plan::SlicePlan;
-use trackwright::study::slice_quantity::Quantity;
-use trackwright::study::slice_support::*;
+use trackwright_simulation::StudyError;
+use trackwright_simulation::scenario::Scenario;
+use trackwright_simulation::slice_plan::SlicePlan;
+use trackwright_simulation::slice_quantity::Quantity;
+use trackwright_simulation::slice_support::*;
 
 use nalgebra::{Unit, Vector3};
-use trackwright::store;
-use trackwright::study::{SlicePlane, look};
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::bounds::Bounds;
+use trackwright_simulation::{SlicePlane, look};
 use trackwright_task::CancelToken;
 
 fn scenario() -> Scenario {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
-    store::resolve(world.document.design(), &world.environment)
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
+    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 /// Larger than the box, so that some of it is outside.

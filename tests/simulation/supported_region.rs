@@ -1,13 +1,12 @@
 //! The region in which the model of a room is valid.
 
 use nalgebra::{Unit, Vector3};
-use trackwright::store;
-use trackwright::study::supported_region::*;
 use trackwright_field::Environment;
+use trackwright_simulation::supported_region::*;
 use trackwright_task::Task;
 
 fn room() -> std::sync::Arc<Environment> {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     std::sync::Arc::clone(&world.environment)
 }
 

@@ -1,16 +1,16 @@
 //! Tolerances that are known by formula, those of the built-in designs against a simulation written
 //! out anew, and what has none.
 
-use trackwright::study::tolerance::AS_DRAWN;
-use trackwright::study::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
-use trackwright::study::tolerance::first_order::FirstOrder;
-use trackwright::study::tolerance::nearest_bound;
-use trackwright::study::tolerance::*;
+use trackwright_simulation::tolerance::AS_DRAWN;
+use trackwright_simulation::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
+use trackwright_simulation::tolerance::first_order::FirstOrder;
+use trackwright_simulation::tolerance::nearest_bound;
+use trackwright_simulation::tolerance::*;
 
-use trackwright::study::requirement::Check;
-use trackwright::study::run;
-use trackwright::study::scenario::Scenario;
-use trackwright::study::tolerance::{
+use trackwright_simulation::requirement::Check;
+use trackwright_simulation::run;
+use trackwright_simulation::scenario::Scenario;
+use trackwright_simulation::tolerance::{
     ManufacturingSheet, NoTolerance, SheetBody, Tolerance, Within,
 };
 use trackwright_task::{Cancelled, Task};
@@ -20,26 +20,25 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, UnitSphere};
 use std::sync::Arc;
-use trackwright::store;
-use trackwright::study::scenario::Mode;
-use trackwright::study::statistics::Statistics;
-use trackwright::study::{AxisRange, Motion, Requirement, ScenarioCrf};
-use trackwright::tracking::frame_fit::{FrameFitter, Reading};
-use trackwright::tracking::linear_fit::SensorError;
-use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::{exp_vector, log_quaternion, perpendicular};
 use trackwright_geometry::volume::Volume;
+use trackwright_simulation::frame_fit::{FrameFitter, Reading};
+use trackwright_simulation::linear_fit::SensorError;
+use trackwright_simulation::scenario::Mode;
+use trackwright_simulation::statistics::Statistics;
+use trackwright_simulation::{AxisRange, Motion, Requirement, ScenarioCrf};
+use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
 mod special;
 
 const HEAD_DESIGNS: [&str; 2] = ["pointer-on-head", "shaver-on-head"];
 
 fn built_in(name: &str) -> Scenario {
-    let world = store::open_builtin_without_meshes(name).unwrap();
-    store::resolve(world.document.design(), &world.environment)
+    let world = trackwright_project::open_builtin_without_meshes(name).unwrap();
+    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 fn sheet_of(scenario: &Scenario) -> ManufacturingSheet {

@@ -1,28 +1,27 @@
 //! Regions whose shape follows from the field, and the study itself at lattice points.
 
-use trackwright::study::usable_region::*;
+use trackwright_simulation::usable_region::*;
 
-use trackwright::study::Requirement;
-use trackwright::study::StudyError;
-use trackwright::study::scenario::Scenario;
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::pose::pose_from_parts;
 use trackwright_geometry::volume::Volume;
+use trackwright_simulation::Requirement;
+use trackwright_simulation::StudyError;
+use trackwright_simulation::scenario::Scenario;
 use trackwright_task::Task;
 
 use nalgebra::UnitQuaternion;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use trackwright::store;
-use trackwright::study::comparison::REQUIRED;
-use trackwright::study::{CancelToken, InputTrial, Mode, expected, run};
-use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment};
 use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_simulation::comparison::REQUIRED;
+use trackwright_simulation::{CancelToken, InputTrial, Mode, expected, run};
+use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
 const SIZE_MM: f64 = 200.0;
 
@@ -154,8 +153,8 @@ fn a_requirement_that_is_met_everywhere_or_nowhere_has_no_surface() {
 
 #[test]
 fn each_point_is_the_study_with_the_tip_there_at_every_turn() {
-    let world = store::open_builtin("shaver-on-head").unwrap();
-    let scenario = store::resolve(world.document.design(), &world.environment);
+    let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let region = region(&scenario, [5, 4, 5]);
     assert_eq!((region.turns, region.all_turns), (27, 125));
     let motion = scenario.motion.unwrap();
@@ -188,8 +187,8 @@ fn each_point_is_the_study_with_the_tip_there_at_every_turn() {
 
 #[test]
 fn a_region_hangs_on_no_number_of_threads_and_is_given_up_when_cancelled() {
-    let world = store::open_builtin("pointer-on-head").unwrap();
-    let scenario = store::resolve(world.document.design(), &world.environment);
+    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         let pool = pool.build().unwrap();
@@ -273,8 +272,8 @@ fn without_a_requirement_there_is_no_region() {
 
 #[test]
 fn intervals_leave_less_than_the_rooms_own_field() {
-    let world = store::open_builtin("shaver-on-head").unwrap();
-    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
+    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     scenario.requirement = Some(Requirement {
         position_rms_mm: Some(1.0),
         angle_rms_deg: Some(1.0),

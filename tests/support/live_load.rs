@@ -8,10 +8,10 @@ use super::wire::{Reader, numbered, rest};
 use std::collections::BTreeMap;
 use std::net::{Shutdown, SocketAddr};
 use std::time::{Duration, Instant};
-use trackwright::live::codec::{Content, Message, Timestamp, ToolKind};
-use trackwright::live::latency::{Latencies, LatencySummary};
-use trackwright::live::relay::{RelayOptions, described};
-use trackwright::live::server::{Server, ServerOptions};
+use trackwright_openigtlink::codec::{Content, Message, Timestamp, ToolKind};
+use trackwright_openigtlink::latency::{Latencies, LatencySummary};
+use trackwright_openigtlink::relay::{RelayOptions, described};
+use trackwright_openigtlink::server::{Server, ServerOptions};
 
 /// How long the tracker's server is away.
 const AWAY_S: u32 = 1;

@@ -6,8 +6,8 @@ use std::io::Read;
 use std::net::{SocketAddr, TcpStream};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
-use trackwright::live::codec::{Content, Decoded, Decoder, Matrix, Message, Timestamp};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_openigtlink::codec::{Content, Decoded, Decoder, Matrix, Message, Timestamp};
 
 /// How long anything is waited for before a test gives up; nothing depends on how fast it comes.
 pub const PATIENCE: Duration = Duration::from_secs(60);

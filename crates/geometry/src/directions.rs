@@ -163,7 +163,7 @@ pub struct Sphere {
 pub struct TriangleShape {
     pub corners: [Vector3<f64>; 3],
     /// Vector products of the two other corners, in turn: their product with an axis is the
-    /// triple product of [`half_area_rad`].
+    /// triple product of `half_area_rad`.
     pub normals: [Vector3<f64>; 3],
     /// Scalar products of the two other corners.
     pub opposite_cosines: [f64; 3],

@@ -1,17 +1,17 @@
 //! What a characterisation says of itself, for a person and for a program.
 
-use crate::calibration::characterisation::{
-    Characterisation, PairOutcome, PairProblem, PathReport,
-};
-use crate::calibration::pose_stream::{Clock, ClockFaults};
-use crate::calibration::rigid_check::Range;
-use crate::calibration::still_pose::Spread;
-use crate::study::figures::with_separators;
-use crate::study::statistics::Statistics;
 use nalgebra::{Dim, Matrix, RawStorage};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use trackwright_calibration::characterisation::{
+    Characterisation, PairOutcome, PairProblem, PathReport,
+};
+use trackwright_calibration::pose_stream::{Clock, ClockFaults};
+use trackwright_calibration::rigid_check::Range;
+use trackwright_calibration::still_pose::Spread;
 use trackwright_geometry::pose::{Pose, pose_to_array};
+use trackwright_simulation::figures::with_separators;
+use trackwright_simulation::statistics::Statistics;
 
 /// Pairs that are not used, and why.
 pub fn rejected(found: &Characterisation) -> impl Iterator<Item = (usize, &PairProblem)> {

@@ -1,14 +1,14 @@
 //! What `compare` prints.
 
 use crate::cli::expected;
-use crate::formats::comparison_table::Names;
-use crate::study::comparison::{
+use serde_json::{Map, Value, json};
+use trackwright_formats::comparison_table::Names;
+use trackwright_geometry::pose::pose_to_array;
+use trackwright_simulation::comparison::{
     Comparison, Difference, ErrorOf, FIGURES, REQUIRED, Row, Summary, WorstPose, difference_words,
     met_words, notes, worst_words,
 };
-use crate::study::expected::{judged, requirement_figures};
-use serde_json::{Map, Value, json};
-use trackwright_geometry::pose::pose_to_array;
+use trackwright_simulation::expected::{judged, requirement_figures};
 
 /// Longest name that a table shows whole.
 const MAX_NAME: usize = 36;

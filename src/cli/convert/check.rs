@@ -3,12 +3,14 @@
 use super::{ConvertArgs, read};
 use crate::cli::Ending;
 use crate::cli::output::{self, Format};
-use crate::store::Files;
-use crate::tracking::SensorOrientation;
-use crate::tracking::distinct::{Comparison, Distinction, compare_tools, compare_with_itself};
 use nalgebra::Point3;
 use serde_json::{Value, json};
 use std::path::Path;
+use trackwright_project::Files;
+use trackwright_simulation::SensorOrientation;
+use trackwright_simulation::distinct::{
+    Comparison, Distinction, compare_tools, compare_with_itself,
+};
 
 /// A tool that has been read.
 struct CheckedTool<'a> {

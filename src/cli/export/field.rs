@@ -3,20 +3,20 @@
 use super::super::numbers::{lengths_above_zero, six, three};
 use super::super::output::{self, Format, OutsideArg, Shown};
 use super::{AxesArg, ends_with, refuse_axes};
-use crate::formats::export::{field_table, mha, nrrd, vti};
-use crate::store::Files;
-use crate::study::Statistics;
-use crate::study::field_lattice::{
-    Displacement, FieldLattice, FieldPlan, FieldSensor, sample_field,
-};
-use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use trackwright_field::samples::MapKind;
+use trackwright_formats::export::{field_table, mha, nrrd, vti};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::number::direction;
+use trackwright_project::Files;
+use trackwright_simulation::Statistics;
+use trackwright_simulation::field_lattice::{
+    Displacement, FieldLattice, FieldPlan, FieldSensor, sample_field,
+};
+use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub struct FieldArgs {

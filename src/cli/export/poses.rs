@@ -5,15 +5,15 @@ use super::super::numbers::three;
 use super::super::output;
 use super::super::tool_reader::ToolReader;
 use super::{AxesArg, ends_with, refuse_axes};
-use crate::formats::export::markups::MarkupPoint;
-use crate::formats::export::{itk_transform, markups};
-use crate::formats::poses::{self, WhosePoses};
-use crate::store::Files;
-use crate::study::figures::with_separators;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
+use trackwright_formats::export::markups::MarkupPoint;
+use trackwright_formats::export::{itk_transform, markups};
+use trackwright_formats::poses::{self, WhosePoses};
 use trackwright_geometry::pose::Pose;
+use trackwright_project::Files;
+use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub struct PosesArgs {

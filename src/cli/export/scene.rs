@@ -4,14 +4,14 @@ use super::super::named_design::{note_meshes, open_named};
 use super::super::output::{self, Shown};
 use super::super::simulate::note_world;
 use super::ends_with;
-use crate::design::view::Layers;
-use crate::design::{BodyRole, Design};
-use crate::scene::{self, Ground, MOST_TRIANGLES, SceneWish};
-use crate::store::Files;
-use crate::study::figures::with_separators;
 use anyhow::{Context, bail};
 use clap::Args;
 use std::path::PathBuf;
+use trackwright_design::view::Layers;
+use trackwright_design::{BodyRole, Design};
+use trackwright_project::Files;
+use trackwright_scene::{Ground, MOST_TRIANGLES, SceneWish};
+use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub struct SceneArgs {
@@ -72,7 +72,7 @@ pub fn run(args: &SceneArgs, files: &Files) -> anyhow::Result<()> {
         most_triangles: usize::try_from(args.triangles).unwrap_or(usize::MAX),
     };
     let shown = Shown::new("computing what the layers show");
-    let scene = scene::glb(&world, &wish, &shown.task).with_context(named)?;
+    let scene = trackwright_scene::glb(&world, &wish, &shown.task).with_context(named)?;
     drop(shown);
     output.write_bytes(&scene.glb)?;
     for note in &scene.notes {

@@ -4,17 +4,17 @@ use super::super::as_is::AsIsArgs;
 use super::super::output::{self, OutsideArg};
 use super::super::simulate::{ModeArg, mode_arg, mode_of, note_world};
 use super::{AxesArg, ends_with, refuse_axes};
-use crate::formats::export::markups::{self, MarkupList, MarkupPoint};
-use crate::formats::export::tips_table::{self, StudiedTip};
-use crate::report::palette::SERIES;
-use crate::store::{self, Files};
-use crate::study::figures::with_separators;
-use crate::study::{self, CancelToken, Trial, trial_count};
 use anyhow::{Context, bail};
 use clap::Args;
 use plotters::style::RGBColor;
 use std::path::{Path, PathBuf};
+use trackwright_formats::export::markups::{self, MarkupList, MarkupPoint};
+use trackwright_formats::export::tips_table::{self, StudiedTip};
 use trackwright_geometry::pose::Pose;
+use trackwright_project::Files;
+use trackwright_report::palette::SERIES;
+use trackwright_simulation::figures::with_separators;
+use trackwright_simulation::{CancelToken, Trial, trial_count};
 
 /// More points than this make 3D Slicer slow.
 const MANY: usize = 5_000;
@@ -67,7 +67,7 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
     }
     let named = || args.design.display().to_string();
     let world = files.open_design_without_meshes(&args.design)?;
-    let mut scenario = store::resolve(world.document.design(), &world.environment);
+    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     scenario.outside = args.outside.into();
     let asked = mode_arg(args.mode, args.input.as_deref())?;
     let mode = asked.unwrap_or(match scenario.motion {
@@ -84,7 +84,7 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
     let mut index = 0;
     let mut visit = |trial: &Trial| {
         bar.inc(1);
-        if !study::is_rejected(trial, scenario.outside) {
+        if !trackwright_simulation::is_rejected(trial, scenario.outside) {
             tips.push(StudiedTip {
                 trial: index,
                 crf_from_tip: trial.crf_from_tool * tool_from_tip,
@@ -94,7 +94,8 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
         index += 1;
     };
     let cancel = CancelToken::default();
-    let outcome = study::run(&scenario, &mode, &cancel, Some(&mut visit)).with_context(named)?;
+    let outcome = trackwright_simulation::run(&scenario, &mode, &cancel, Some(&mut visit))
+        .with_context(named)?;
     bar.finish_and_clear();
     match kind {
         FileKind::Csv => output.write(|out| tips_table::write(out, &tips))?,

@@ -3,19 +3,19 @@
 use super::super::numbers::{above_zero, three};
 use super::super::output;
 use super::super::tool_reader::ToolReader;
-use crate::calibration::pivot::PivotLimits;
-use crate::calibration::spin::{Spin, SpinError, SpinLimits, spin, tool_from_tip};
-use crate::formats::body::{self, BodyFile};
-use crate::formats::export::{PatientAxes, itk_transform};
-use crate::store::Output;
-use crate::study::figures::with_separators;
-use crate::tracking::body::{RigidBody, Sensor, SensorOrientation};
 use anyhow::{anyhow, bail};
 use clap::Args;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use trackwright_calibration::pivot::PivotLimits;
+use trackwright_calibration::spin::{Spin, SpinError, SpinLimits, spin, tool_from_tip};
+use trackwright_formats::body::{self, BodyFile};
+use trackwright_formats::export::{PatientAxes, itk_transform};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_project::Output;
+use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub(super) struct SpinArgs {

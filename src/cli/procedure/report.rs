@@ -2,16 +2,16 @@
 
 use crate::cli::expected;
 use crate::cli::output::columns;
-use crate::design::{BodyRole, Decision, Design, Procedure};
-use crate::formats::printable::printable;
-use crate::procedure::{
+use serde_json::{Value, json};
+use trackwright_design::{BodyRole, Decision, Design, Procedure};
+use trackwright_formats::printable::printable;
+use trackwright_procedure::{
     BuiltStanding, Change, Grounds, Row, Standing, State, Step, StudiesStanding, headline,
 };
-use crate::study::BoundVerdict;
-use crate::study::expected::{judged, requirement_figures};
-use crate::study::own_study::study_notes;
-use crate::study::requirement::Requirement;
-use serde_json::{Value, json};
+use trackwright_simulation::BoundVerdict;
+use trackwright_simulation::expected::{judged, requirement_figures};
+use trackwright_simulation::own_study::study_notes;
+use trackwright_simulation::requirement::Requirement;
 
 pub(super) fn as_json(design: &str, procedure: &Procedure, found: &Standing) -> Value {
     let steps = Step::ALL.into_iter().map(|step| {

@@ -2,10 +2,10 @@
 
 use super::{ModeArg, SimulateArgs, as_json, note_world, simulate, study_text};
 use crate::cli::output::{self, Format};
-use crate::store::{self, Files};
-use crate::study::Mode;
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
+use trackwright_project::Files;
+use trackwright_simulation::Mode;
 
 /// Simulates the CRF at each of its targets, and prints the figures.
 pub(super) fn run(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow::Result<()> {
@@ -36,7 +36,7 @@ pub(super) fn run(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow:
     note_world(&world);
     let mut texts = Vec::new();
     let mut values: Vec<Value> = Vec::new();
-    for judged in store::resolve_crf(design, &world.environment) {
+    for judged in trackwright_project::resolve_crf(design, &world.environment) {
         let mut scenario = judged.scenario;
         scenario.outside = args.outside.into();
         let (outcome, last) =
@@ -52,7 +52,7 @@ pub(super) fn run(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow:
         texts.push(study_text(&title, &outcome, single.as_ref(), expected.as_ref()));
         let mut value = as_json(&outcome.figures, single.as_ref());
         if let Some(expected) = &expected {
-            let bounds = crate::study::expected::judged(&outcome.figures, Some(expected));
+            let bounds = trackwright_simulation::expected::judged(&outcome.figures, Some(expected));
             crate::cli::expected::add_json(&mut value, expected, &bounds);
         }
         value["target"] = json!(judged.target);

@@ -1,14 +1,14 @@
 //! What `verify` prints.
 
 use super::super::{expected, output};
-use crate::calibration::agreement::{Agreement, Compared, Interval, Summary};
-use crate::calibration::built_tool::BodySource;
-use crate::calibration::pivot::Pivot;
-use crate::study::figures::with_separators;
-use crate::study::statistics::Statistics;
 use nalgebra::Point3;
 use serde_json::{Value, json};
+use trackwright_calibration::agreement::{Agreement, Compared, Interval, Summary};
+use trackwright_calibration::built_tool::BodySource;
+use trackwright_calibration::pivot::Pivot;
 use trackwright_field::environment::OrientationWeight;
+use trackwright_simulation::figures::with_separators;
+use trackwright_simulation::statistics::Statistics;
 
 /// What is known of the recording besides its poses.
 pub(super) struct Recorded {

@@ -1,8 +1,8 @@
 //! Moving pictures: frames as pictures, and as bytes for an encoder.
 
 use super::render;
-use crate::editor::copied::Copied;
-use crate::editor::pixels::Picture;
+use crate::copied::Copied;
+use crate::pixels::Picture;
 use crate::support::program::{Scratch, fail, text, trackwright};
 use std::fs;
 use std::path::Path;
@@ -127,10 +127,9 @@ fn a_signal_ends_a_report_that_paints_its_slides() {
     use std::os::unix::process::ExitStatusExt;
     use std::process::Command;
     use std::time::{Duration, Instant};
-    use trackwright::design::{Edit, MAX_SLIDES, SlideEdit};
-    use trackwright::store;
+    use trackwright_design::{Edit, MAX_SLIDES, SlideEdit};
     let copy = Copied::new("endoscope");
-    let mut world = store::open_design(&copy.design).unwrap();
+    let mut world = trackwright_project::open_design(&copy.design).unwrap();
     let slide = world.document.design().slides[0].clone();
     // So many that they take minutes.
     while world.document.design().slides.len() < MAX_SLIDES {
@@ -138,7 +137,7 @@ fn a_signal_ends_a_report_that_paints_its_slides() {
         let added = SlideEdit::Add { index: 0, slide };
         world.document.apply(Edit::Slides(added)).unwrap();
     }
-    store::save(&mut world).unwrap();
+    trackwright_project::save(&mut world).unwrap();
     let (design, page) = (text(&copy.design), text(&copy.path("page.html")));
     let mut child = trackwright(&["report", &design, "-o", &page]).spawn().unwrap();
     // The study is done, and pictures are painted.

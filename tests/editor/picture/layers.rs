@@ -1,9 +1,10 @@
 //! What each layer adds to a picture, and that pictures are the same each time.
 
 use super::{render, render_file};
-use crate::editor::copied::Copied;
-use crate::editor::pixels::{Picture, is_error_vector, is_ghost};
-use trackwright::editor::palette;
+use crate::copied::Copied;
+use crate::pixels::{Picture, is_error_vector, is_ghost};
+use trackwright_editor::palette;
+use trackwright_editor::palette::ThemedColor;
 
 const SIZE: &str = "480x320";
 

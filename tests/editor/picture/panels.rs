@@ -2,11 +2,12 @@
 //! free of them, at the smallest size and at the usual one.
 
 use super::render;
-use crate::editor::copied::Copied;
-use crate::editor::pixels::{Picture, is_near};
+use crate::copied::Copied;
+use crate::pixels::{Picture, is_near};
 use crate::support::program::text;
-use trackwright::editor::palette;
-use trackwright::editor::ui::theme;
+use trackwright_editor::palette;
+use trackwright_editor::palette::ThemedColor;
+use trackwright_editor::ui::theme;
 
 const SIZES: [[u16; 2]; 2] = [[1280, 720], [1440, 900]];
 

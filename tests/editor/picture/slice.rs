@@ -1,16 +1,16 @@
 //! The slice shows what `distort` says, in the colours of its colour bar.
 
 use super::render;
-use crate::editor::copied::Copied;
-use crate::editor::pixels::{Pixel, is_near};
+use crate::copied::Copied;
+use crate::pixels::{Pixel, is_near};
 use crate::support::program::{succeed, text};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
-use trackwright::design::BodyRole;
-use trackwright::design::view::{ColorMap, Quantity, SliceAxis, SliceView};
-use trackwright::editor::solve::slice_plan;
-use trackwright::store::{self, World};
+use trackwright_design::BodyRole;
+use trackwright_design::view::{ColorMap, Quantity, SliceAxis, SliceView};
+use trackwright_editor::solve::slice_plan;
 use trackwright_geometry::colormap::{NO_VALUE_LINE_SRGB, NO_VALUE_SRGB};
 use trackwright_geometry::orbit::OrbitCamera;
+use trackwright_project::World;
 
 const SIZE: [u32; 2] = [640, 480];
 
@@ -122,7 +122,7 @@ fn five_pixels_of_the_slice_have_the_colours_of_what_distort_gives_there() {
         view.slice = slice();
         view.camera = Some(camera().into());
     });
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     let points = seen(&world);
     assert_eq!(points.len(), POINTS);
     let size = format!("{}x{}", SIZE[0], SIZE[1]);
@@ -151,7 +151,7 @@ fn a_slice_that_faces_the_view_is_hatched_where_it_leaves_the_box_and_nowhere_el
         elevation_rad: 0.5,
     };
     let bounds = {
-        let world = store::open_design(&copy.design).unwrap();
+        let world = trackwright_project::open_design(&copy.design).unwrap();
         *world.environment.model.bounds()
     };
     let mut wanted = slice();
@@ -160,7 +160,7 @@ fn a_slice_that_faces_the_view_is_hatched_where_it_leaves_the_box_and_nowhere_el
         view.slice = wanted;
         view.camera = Some(oblique.into());
     });
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     let plan = slice_plan(&world.environment, &wanted);
     let size = format!("{}x{}", SIZE[0], SIZE[1]);
     let picture = render(&copy, &size, &["--layers", "slice"]);

@@ -2,9 +2,8 @@
 
 use super::harness::Window;
 use super::places::{in_inspector, middle_of_view};
-use crate::editor::copied::Copied;
+use crate::copied::Copied;
 use std::time::Duration;
-use trackwright::store;
 
 /// How long the window is watched.
 const WATCHED: Duration = Duration::from_secs(10);
@@ -41,7 +40,7 @@ fn with_the_pointer_at_rest_over_the_scene_no_frame_is_drawn() {
 #[test]
 fn with_a_text_field_focused_no_frame_is_drawn() {
     let copy = Copied::new("pointer-on-head");
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     let mut window = Window::open(&copy.design);
     window.click(in_inspector(&world, None, "name"));
     assert_rests(&mut window);
@@ -51,6 +50,6 @@ fn with_a_text_field_focused_no_frame_is_drawn() {
     window.key("Return");
     assert_eq!(window.document("dirty"), "true");
     window.key("ctrl+s");
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     assert_eq!(world.document.design().name, "Renamed");
 }

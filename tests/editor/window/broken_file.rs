@@ -1,7 +1,7 @@
 //! A file that cannot be opened is told in the words of the command line, and costs nothing.
 
 use super::harness::Window;
-use crate::editor::copied::Copied;
+use crate::copied::Copied;
 use crate::support::program::{fail, text};
 use std::path::Path;
 

@@ -2,10 +2,9 @@
 
 use super::harness::Window;
 use super::screen::SIZE;
-use crate::editor::copied::Copied;
-use trackwright::design::Decision;
-use trackwright::procedure::Grounds;
-use trackwright::store;
+use crate::copied::Copied;
+use trackwright_design::Decision;
+use trackwright_procedure::Grounds;
 
 /// Where the workspace has them in a window of [`SIZE`] with the built-in pointer.
 const PIN_THIS_STATE: [f64; 2] = [1135.0, 112.0];
@@ -13,7 +12,7 @@ const REASON_OF_THE_TOOL: [f64; 2] = [150.0, 422.0];
 const DECIDE_ON_THE_TOOL: [f64; 2] = [33.0, 447.0];
 
 fn decided(copy: &Copied) -> Option<Decision> {
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     world.document.design().procedure.tool.clone()
 }
 

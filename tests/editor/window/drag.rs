@@ -2,14 +2,14 @@
 
 use super::harness::{Window, simulated};
 use super::places::{project, tool_sensor, view};
-use crate::editor::copied::Copied;
-use crate::editor::pixels::{Blob, Picture, Pixel, is_ghost, is_near};
+use crate::copied::Copied;
+use crate::pixels::{Blob, Picture, Pixel, is_ghost, is_near};
 use bevy_egui::egui::pos2;
 use nalgebra::Point3;
 use std::collections::BTreeSet;
-use trackwright::design::view::Magnification;
-use trackwright::editor::palette;
-use trackwright::store;
+use trackwright_design::view::Magnification;
+use trackwright_editor::palette;
+use trackwright_editor::palette::ThemedColor;
 use trackwright_geometry::orbit::OrbitCamera;
 
 /// How far the sensor is dragged, pixels.
@@ -25,7 +25,7 @@ const LEAST_MOVED: usize = 200;
 /// The pointer on the head with the camera before its shaft, and nothing amber or cyan around it.
 fn pointer_on_head() -> (Copied, OrbitCamera) {
     let copy = Copied::new("pointer-on-head");
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     let (_, shaft) = tool_sensor(&world, "shaft");
     let camera =
         OrbitCamera { focus_mm: shaft, distance_mm: 450.0, azimuth_rad: -0.5, elevation_rad: 0.25 };
@@ -100,7 +100,7 @@ fn drag_shaft_sensor(
 fn a_dragged_sensor_changes_the_figures_and_the_ghost_and_undo_restores_the_files() {
     let (copy, camera) = pointer_on_head();
     let files = copy.bytes();
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     let (_, sensor) = tool_sensor(&world, "shaft");
     let mut window = Window::open(&copy.design);
     let figures = window.figures();
@@ -134,7 +134,7 @@ fn a_dragged_sensor_changes_the_figures_and_the_ghost_and_undo_restores_the_file
 fn escape_takes_a_drag_back_as_if_it_had_not_been() {
     let (copy, camera) = pointer_on_head();
     let files = copy.bytes();
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     let (_, sensor) = tool_sensor(&world, "shaft");
     let mut window = Window::open(&copy.design);
     let (figures, title) = (window.figures(), window.title());

@@ -2,7 +2,7 @@
 //! hand and eye.
 
 use super::screen::Screen;
-use crate::editor::pixels::Picture;
+use crate::pixels::Picture;
 use crate::support::program::{succeed, text, trackwright};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -10,7 +10,6 @@ use std::process::{Child, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
-use trackwright::store;
 
 /// Longest that anything is waited for; on a busy machine software Vulkan takes seconds a frame.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -71,7 +70,7 @@ impl Window {
         let screen = Screen::start();
         let mut program = trackwright(&["--explain", &text(design)])
             .env("DISPLAY", &screen.name)
-            .env(store::STATE_VARIABLE, state)
+            .env(trackwright_project::STATE_VARIABLE, state)
             .env_remove("WAYLAND_DISPLAY")
             .stdout(Stdio::null())
             .stderr(Stdio::piped())

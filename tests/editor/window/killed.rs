@@ -2,13 +2,13 @@
 
 use super::harness::{Turn, Window};
 use super::places::{in_inspector, in_outliner, tool_sensor};
-use crate::editor::copied::Copied;
+use crate::copied::Copied;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::path::Path;
 use std::time::{Duration, Instant};
-use trackwright::design::BodyRole;
-use trackwright::store::{self, World};
+use trackwright_design::BodyRole;
+use trackwright_project::World;
 
 /// How many programs are killed, and how many of them run side by side: each spends most of its
 /// time waiting for a hand.
@@ -41,7 +41,7 @@ struct Stream {
 
 impl Stream {
     fn open(turn: &Turn, copy: &Copied, state: &Path) -> Self {
-        let world = store::open_design(&copy.design).unwrap();
+        let world = trackwright_project::open_design(&copy.design).unwrap();
         let (selected, _) = tool_sensor(&world, "shaft");
         let mut window = Window::open_beside(turn, &copy.design, state);
         window.click(in_outliner(&world, "shaft"));
@@ -83,7 +83,7 @@ fn z_mm(world: &World) -> f64 {
 }
 
 fn recovered(state: &Path) -> Option<World> {
-    let left = store::leftovers(&state.join("recovery")).unwrap();
+    let left = trackwright_project::leftovers(&state.join("recovery")).unwrap();
     assert!(left.len() <= 1, "{left:?}");
     left.first().map(|leftover| leftover.open().unwrap())
 }
@@ -169,7 +169,7 @@ fn the_next_start_offers_what_was_lost_and_shows_its_figures() {
     assert_eq!(window.figures(), figures);
     window.key("ctrl+s");
     assert_eq!(window.document("dirty"), "false");
-    let saved = store::open_design(&copy.design).unwrap();
+    let saved = trackwright_project::open_design(&copy.design).unwrap();
     assert!((z_mm(&saved) - FIRST_MM).abs() < 1e-9);
 }
 

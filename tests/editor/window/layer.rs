@@ -2,14 +2,13 @@
 
 use super::harness::Window;
 use super::places::{in_inspector, in_outliner, tool_sensor};
-use crate::editor::copied::Copied;
-use trackwright::editor::solve::slice_plan;
-use trackwright::store;
+use crate::copied::Copied;
+use trackwright_editor::solve::slice_plan;
 
 #[test]
 fn the_slice_is_evaluated_at_its_points_when_turned_on_and_not_at_all_while_off() {
     let copy = Copied::new("pointer-on-head");
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     let plan = slice_plan(&world.environment, &world.document.view().slice);
     let points = (plan.counts[0] * plan.counts[1]) as u64;
     let switch = in_outliner(&world, "Error slice");

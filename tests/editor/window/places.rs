@@ -6,13 +6,13 @@ use bevy_egui::egui::{self, Rect, UiBuilder, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
-use trackwright::design::BodyRole;
-use trackwright::editor::state::{Selected, Selection};
-use trackwright::editor::ui::inspector::{InspectorView, inspector_ui};
-use trackwright::editor::ui::outliner::{OutlinerView, outliner_ui};
-use trackwright::editor::ui::theme;
-use trackwright::store::World;
+use trackwright_design::BodyRole;
+use trackwright_editor::state::{Selected, Selection};
+use trackwright_editor::ui::inspector::{InspectorView, inspector_ui};
+use trackwright_editor::ui::outliner::{OutlinerView, outliner_ui};
+use trackwright_editor::ui::theme;
 use trackwright_geometry::orbit::OrbitCamera;
+use trackwright_project::World;
 
 /// Space that the panels' frames leave at the sides.
 const LEFT_MARGIN: f32 = 8.0;

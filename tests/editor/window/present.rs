@@ -3,9 +3,8 @@
 
 use super::harness::Window;
 use super::screen::SIZE;
-use crate::editor::copied::Copied;
-use trackwright::editor::ui::theme;
-use trackwright::store;
+use crate::copied::Copied;
+use trackwright_editor::ui::theme;
 
 /// Points of a stage's height, and where the title begins: see the stage's own layout.
 const STAGE_POINTS: f64 = 560.0;
@@ -15,7 +14,7 @@ const TITLE_AT: [f64; 2] = [60.0, 40.0];
 fn slides_are_turned_by_keys_written_on_in_place_and_saved_and_the_window_comes_back() {
     let copy = Copied::new("pointer-on-head");
     let slides = |copy: &Copied| {
-        let world = store::open_design(&copy.design).unwrap();
+        let world = trackwright_project::open_design(&copy.design).unwrap();
         world.document.design().slides.clone()
     };
     let before = slides(&copy);

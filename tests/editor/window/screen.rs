@@ -1,6 +1,6 @@
 //! A display of a test's own, and what stands on it.
 
-use crate::editor::pixels::Picture;
+use crate::pixels::Picture;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use x11rb::connection::Connection;

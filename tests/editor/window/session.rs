@@ -3,15 +3,15 @@
 
 use super::harness::{Turn, Window, simulated};
 use super::places::{in_outliner, middle_of_view, project, tool_sensor, view};
-use crate::editor::copied::Copied;
+use crate::copied::Copied;
 use nalgebra::{Point3, Vector3};
-use trackwright::design::view::Magnification;
-use trackwright::design::{BodyRole, HandleAxes};
-use trackwright::editor::gizmo::gizmo_of;
-use trackwright::editor::state::{Selected, Selection};
-use trackwright::store::{self, World};
+use trackwright_design::view::Magnification;
+use trackwright_design::{BodyRole, HandleAxes};
+use trackwright_editor::gizmo::gizmo_of;
+use trackwright_editor::state::{Selected, Selection};
 use trackwright_geometry::gizmo::{Eye, Handle};
 use trackwright_geometry::orbit::{Axis, OrbitCamera};
+use trackwright_project::World;
 
 /// From the shaft's sensor to where another one is added, along the shaft.
 const BESIDE_MM: f64 = 28.0;
@@ -24,7 +24,7 @@ const PULL_PX: u32 = 40;
 /// around them.
 fn pointer_on_head() -> (Copied, OrbitCamera) {
     let copy = Copied::new("pointer-on-head");
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     let (_, shaft) = tool_sensor(&world, "shaft");
     let crf = world.document.design().tracker_from_body(BodyRole::Crf);
     let crf_mm = Point3::from(crf.unwrap().translation.vector);
@@ -91,7 +91,7 @@ fn drag(window: &mut Window, at: [f64; 2], along: [f64; 2], way_px: u32) {
 #[test]
 fn a_session_undone_redone_saved_and_opened_again_shows_the_same_figures_to_the_last_digit() {
     let (copy, camera) = pointer_on_head();
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     let design = world.document.design();
     let turn = Turn::wait();
     let state = tempfile::tempdir().unwrap();
@@ -119,7 +119,7 @@ fn a_session_undone_redone_saved_and_opened_again_shows_the_same_figures_to_the_
     let with_sensor = {
         // The list is a row longer than in the file.
         window.key("ctrl+s");
-        store::open_design(&copy.design).unwrap()
+        trackwright_project::open_design(&copy.design).unwrap()
     };
     window.click(in_outliner(&with_sensor, crf));
     let (grip, away) = arrow_of_crf(&with_sensor, &camera);
@@ -152,9 +152,9 @@ fn a_session_undone_redone_saved_and_opened_again_shows_the_same_figures_to_the_
     let window = Window::open_beside(&turn, &copy.design, state.path());
     assert_eq!(window.last("dialog"), Some("none"));
     assert_eq!(window.figures(), last);
-    let saved = store::open_design(&copy.design).unwrap();
+    let saved = trackwright_project::open_design(&copy.design).unwrap();
     let (before, after) = (design, saved.document.design());
-    let sensors = |design: &trackwright::design::Design| design.tool.body.rigid.sensors.len();
+    let sensors = |design: &trackwright_design::Design| design.tool.body.rigid.sensors.len();
     assert_eq!(sensors(after), sensors(before) + 1);
     // The tool goes with the CRF that it is tracked in.
     assert_eq!(after.tool.crf_from_tool, before.tool.crf_from_tool);

@@ -2,13 +2,12 @@
 
 use super::harness::{Window, simulated};
 use super::places::{in_inspector, in_outliner, tool_sensor};
-use crate::editor::copied::Copied;
-use trackwright::store;
+use crate::copied::Copied;
 
 #[test]
 fn a_typed_number_gives_the_figures_of_the_saved_design() {
     let copy = Copied::new("pointer-on-head");
-    let world = store::open_design(&copy.design).unwrap();
+    let world = trackwright_project::open_design(&copy.design).unwrap();
     let (selected, _) = tool_sensor(&world, "shaft");
     let mut window = Window::open(&copy.design);
     let figures = window.figures();
@@ -22,7 +21,7 @@ fn a_typed_number_gives_the_figures_of_the_saved_design() {
     assert_eq!(window.document("dirty"), "false");
     assert_eq!(window.figures(), simulated(&copy.design));
 
-    let saved = store::open_design(&copy.design).unwrap();
+    let saved = trackwright_project::open_design(&copy.design).unwrap();
     let sensors = &saved.document.design().tool.body.rigid.sensors;
     let shaft = sensors.iter().find(|sensor| sensor.name == "shaft").unwrap();
     assert!((shaft.position_in_body.z - 81.25).abs() < 1e-9, "{shaft:?}");

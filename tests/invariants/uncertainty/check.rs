@@ -1,8 +1,8 @@
 //! Where the first order holds, and where the program says that it does not.
 
 use super::{alone, body, five, jitter, sampled};
-use trackwright::study::Scenario;
-use trackwright::study::uncertainty::{check_first_order, first_order};
+use trackwright_simulation::Scenario;
+use trackwright_simulation::uncertainty::{check_first_order, first_order};
 
 /// A tool of some size whose positions alone count.
 fn short(size_mm: f64) -> Scenario {

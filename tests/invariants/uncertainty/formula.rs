@@ -3,15 +3,15 @@
 use super::{alone, assert_agree, body, built_in, five, head, jitter, on_head, six, three_fives};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::sync::Arc;
-use trackwright::study::uncertainty::{first_order, over_motion};
-use trackwright::study::{AxisRange, Motion, Scenario};
-use trackwright::tracking::RigidBody;
 use trackwright_field::DistortionModel;
 use trackwright_field::environment::{Jitter, JitterGrowth};
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::pose_from_parts;
 use trackwright_geometry::volume::Volume;
+use trackwright_simulation::RigidBody;
+use trackwright_simulation::uncertainty::{first_order, over_motion};
+use trackwright_simulation::{AxisRange, Motion, Scenario};
 use trackwright_task::Task;
 
 #[test]

@@ -8,17 +8,16 @@ mod sampling;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
-use trackwright::store;
-use trackwright::study::uncertainty::{
-    MonteCarlo, TipUncertainty, check_first_order, first_order, monte_carlo,
-};
-use trackwright::study::{Scenario, ScenarioCrf};
-use trackwright::tracking::{RigidBody, Sensor, SensorOrientation};
 use trackwright_field::environment::Jitter;
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::volume::Volume;
+use trackwright_simulation::uncertainty::{
+    MonteCarlo, TipUncertainty, check_first_order, first_order, monte_carlo,
+};
+use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::{Scenario, ScenarioCrf};
 use trackwright_task::Task;
 
 /// 0.5 mm and 0.3 degrees, the case of MATH.
@@ -118,8 +117,8 @@ fn on_head(scenario: Scenario, crf: RigidBody) -> Scenario {
 
 /// The built-in design with jitter, its room's distortion times a factor.
 fn built_in(field: f64) -> Scenario {
-    let world = store::open_builtin(store::DEFAULT_BUILTIN).unwrap();
-    let scenario = store::resolve(world.document.design(), &world.environment);
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let model = &scenario.environment.model;
     let scaled = model.coefficients().iter().map(|c| c.map(|v| v * field));
     let model = DistortionModel::new(

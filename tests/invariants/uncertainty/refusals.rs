@@ -1,10 +1,12 @@
 //! What has no uncertainty, and why.
 
 use super::{built_in, with_jitter};
-use trackwright::study::Scenario;
-use trackwright::study::uncertainty::{UncertaintyError, first_order, monte_carlo, over_motion};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::Jitter;
+use trackwright_simulation::Scenario;
+use trackwright_simulation::uncertainty::{
+    UncertaintyError, first_order, monte_carlo, over_motion,
+};
 use trackwright_task::{CancelToken, Cancelled, Task};
 
 #[test]

@@ -5,8 +5,8 @@ use super::{
     six, three_fives, with_jitter,
 };
 use nalgebra::{Point3, Vector3};
-use trackwright::study::uncertainty::{first_order, monte_carlo};
 use trackwright_field::environment::{Jitter, JitterGrowth};
+use trackwright_simulation::uncertainty::{first_order, monte_carlo};
 use trackwright_task::Task;
 
 #[test]

@@ -1,8 +1,8 @@
 //! What has no tolerances, and sensors, studies and tools that are special.
 
 use super::*;
-use trackwright::study::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
-use trackwright::study::tolerance::first_order::{ErrorKind, FirstOrder};
+use trackwright_simulation::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
+use trackwright_simulation::tolerance::first_order::{ErrorKind, FirstOrder};
 
 #[test]
 fn what_cannot_have_tolerances_says_why_and_still_has_its_geometry() {

@@ -1,0 +1,362 @@
+//! The field: equation (8) at poses of the design's room and at other orders, against itself in
+//! double-double arithmetic.
+
+use super::double_double::DoubleDouble;
+use super::interpolated::ValueLattice;
+use super::sampling::poses;
+use super::single::{SingleModel, single_pose};
+use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What, exact};
+use nalgebra::{Point3, Unit, Vector3};
+use rayon::prelude::*;
+use trackwright_field::batch::Batch;
+use trackwright_field::computed::ModelKind;
+use trackwright_field::fit::{FitSettings, fit};
+use trackwright_field::model::{Coefficient, Evaluation};
+use trackwright_field::samples::{PoseError, Sample, SampleSet};
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_simulation::Scenario;
+use trackwright_task::Cancelled;
+
+/// Poses anywhere, with any axis: the design's room.
+const SCATTERED: &str = "scattered poses in the design's room";
+/// Poses of one axis.
+const ONE_AXIS: &str = "poses of one orientation in the design's room";
+/// Points of a lattice, one axis.
+const LATTICE: &str = "a lattice of one orientation in the design's room";
+
+/// Nodes a side of the lattices that are interpolated.
+const NODES: [usize; 5] = [5, 9, 17, 33, 65];
+
+/// A lattice of values that is larger is left out: nobody would keep it for a study.
+const MAX_LATTICE_BYTES: usize = 64 << 20;
+
+/// The set of orientations that orders are compared at, the paper's.
+const USUAL_DIRECTIONS: DirectionSet = DirectionSet::Fourteen;
+/// The order that sets of orientations are compared at.
+const USUAL_ORDER: usize = 4;
+
+type ScatteredPose = (Point3<f64>, Unit<Vector3<f64>>);
+
+pub fn measure(
+    scenario: &Scenario,
+    settings: &Settings,
+    steps: &Steps,
+) -> Result<Family, Cancelled> {
+    let model = &scenario.environment.model;
+    let mut family = Family {
+        what: What::Field,
+        about: "Equation (8) at poses spread over the room's box, one thread, triangle search and \
+                weights in the time. The error is the largest difference of a position from the \
+                same sum in 106 bits: a few 1e-15 mm are round-off, and which of them is less is \
+                chance. Where the room is replaced by a smaller model or by a lattice \
+                of its values, it is that replacement's distance from the room. Lattices and \
+                replacements are made beforehand, outside the time."
+            .to_owned(),
+        rows: Vec::new(),
+        charted: SCATTERED.to_owned(),
+        left_out: None,
+    };
+    if model.kind() != ModelKind::Bernstein {
+        family.left_out = Some(NOT_POLYNOMIALS.into());
+        return Ok(family);
+    }
+    if model.is_zero() {
+        family.left_out = Some("the design's room is ideal: there is no field to evaluate".into());
+        return Ok(family);
+    }
+    let jobs = 12 + settings.max_order;
+    let mut done = 0;
+    let mut next = || {
+        done += 1;
+        steps.at(done, jobs)
+    };
+    let scattered = poses(model.bounds(), settings.poses, settings.seed);
+    let asked = Asked::new(model, scattered, SCATTERED, settings);
+    next()?;
+    family.rows.extend(asked.plain_and_single(true));
+    next()?;
+    family.rows.extend(asked.interpolated());
+    next()?;
+    family.rows.extend(asked.replaced(settings));
+    next()?;
+    family.rows.extend(shared(model, settings));
+    next()?;
+    for (order, directions) in other_models(settings.max_order) {
+        let other = resampled(model, order, directions);
+        let orientations = match directions.len() {
+            1 => "one orientation".to_owned(),
+            count => format!("{count} orientations"),
+        };
+        let problem = format!("round-off at order {order}, {orientations}");
+        let scattered = poses(model.bounds(), settings.poses, settings.seed);
+        let asked = Asked::new(&other, scattered, &problem, settings);
+        family
+            .rows
+            // Another room's round-off: in the table, not beside the room's in the picture.
+            .extend(asked.plain_and_single(false).into_iter().map(Row::uncharted));
+        next()?;
+    }
+    Ok(family)
+}
+
+/// Orders at the usual set, then sets at the usual order.
+fn other_models(max_order: usize) -> Vec<(usize, DirectionSet)> {
+    let orders = (1..=max_order).map(|order| (order, USUAL_DIRECTIONS));
+    let sets = DirectionSet::ALL
+        .into_iter()
+        .filter(|&set| set != USUAL_DIRECTIONS && USUAL_ORDER <= max_order)
+        .map(|set| (USUAL_ORDER, set));
+    orders.chain(sets).collect()
+}
+
+/// A model of another size with values like the room's: its coefficients are the room's field at
+/// their nodes.
+fn resampled(room: &DistortionModel, order: usize, directions: DirectionSet) -> DistortionModel {
+    let bounds = room.bounds();
+    let node = |k: usize, i: usize| {
+        bounds.min_mm[k] + i as f64 / order.max(1) as f64 * bounds.size_mm()[k]
+    };
+    let mut coefficients = Vec::new();
+    for axis in directions.directions() {
+        for i in 0..=order {
+            for j in 0..=order {
+                for k in 0..=order {
+                    let at = Point3::new(node(0, i), node(1, j), node(2, k));
+                    let e = room.evaluate(&at, axis, OutsidePolicy::Clamp).error;
+                    let (p, r) = (e.position_mm, e.rotation_rad);
+                    coefficients.push([p.x, p.y, p.z, r.x, r.y, r.z]);
+                }
+            }
+        }
+    }
+    DistortionModel::new(order, directions, room.weighting(), room.map(), *bounds, coefficients)
+        // Only an order beyond the largest could be refused.
+        .unwrap_or_else(|_| room.clone())
+}
+
+/// Poses that all share an axis allow less work, and those of a lattice less still.
+fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
+    let axis = Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8));
+    let positions = poses(model.bounds(), settings.poses, settings.seed)
+        .into_iter()
+        .map(|(position, _)| (position, axis))
+        .collect();
+    let asked = Asked::new(model, positions, ONE_AXIS, settings);
+    let mut rows = vec![
+        asked.scattered("scattered", model, false).uncharted(),
+        asked.shared(&axis, true).charted("shared orientation"),
+    ];
+    for nodes in NODES {
+        let lattice = ValueLattice::new(model, &[axis], nodes);
+        let spacing = ValueLattice::spacing_mm(model.bounds(), nodes);
+        let row = asked.row(
+            &format!("interpolated lattice of one orientation, {spacing:.1} mm"),
+            false,
+            |out| out.extend(asked.poses.iter().map(|(p, _)| lattice.at(p, 0))),
+        );
+        rows.push(Row { is_step: true, ..row.charted("interpolated lattice, one orientation") });
+    }
+    let side = (settings.poses as f64).cbrt().round() as usize;
+    let coordinates = [0, 1, 2].map(|k| place(model.bounds(), k, side));
+    let points = coordinates[0]
+        .iter()
+        .flat_map(|&x| coordinates[1].iter().map(move |&y| (x, y)))
+        .flat_map(|(x, y)| coordinates[2].iter().map(move |&z| Point3::new(x, y, z)))
+        .map(|position| (position, axis))
+        .collect();
+    let asked = Asked::new(model, points, LATTICE, settings);
+    rows.push(asked.scattered("scattered", model, false).uncharted());
+    rows.push(asked.shared(&axis, false).uncharted());
+    let row = asked.row("lattice", true, |out: &mut Vec<Evaluation>| {
+        let coordinates = coordinates.each_ref().map(Vec::as_slice);
+        model.at_axis(&axis).evaluate_lattice(coordinates, OutsidePolicy::Clamp, out);
+    });
+    rows.push(row.charted("lattice, one orientation"));
+    rows
+}
+
+/// Evenly spaced coordinates along an axis of the box, both ends included.
+fn place(bounds: &Bounds, axis: usize, count: usize) -> Vec<f64> {
+    let (min, size) = (bounds.min_mm[axis], bounds.size_mm()[axis]);
+    let last = count.saturating_sub(1).max(1) as f64;
+    (0..count).map(|i| min + i as f64 / last * size).collect()
+}
+
+/// A room asked at some poses, with the exact answers.
+struct Asked<'a> {
+    model: &'a DistortionModel,
+    poses: Vec<ScatteredPose>,
+    exact: Vec<[DoubleDouble; 6]>,
+    problem: &'a str,
+    settings: &'a Settings,
+}
+
+impl<'a> Asked<'a> {
+    fn new(
+        model: &'a DistortionModel,
+        poses: Vec<ScatteredPose>,
+        problem: &'a str,
+        settings: &'a Settings,
+    ) -> Self {
+        let exact = poses
+            .par_iter()
+            .map(|(position, axis)| exact::evaluate(model, position, axis))
+            .collect();
+        Self { model, poses, exact, problem, settings }
+    }
+
+    /// A row for one way to get all values, in whatever form it gives them.
+    fn row<T: Answer>(
+        &self,
+        method: &str,
+        is_default: bool,
+        mut evaluate: impl FnMut(&mut Vec<T>),
+    ) -> Row {
+        let mut found = Vec::with_capacity(self.poses.len());
+        let (seconds, ()) = self.settings.timing.measure(|| {
+            found.clear();
+            evaluate(&mut found);
+        });
+        let error = self
+            .exact
+            .iter()
+            .zip(&found)
+            .map(|(exact, found)| exact::position_difference_mm(exact, &found.position_mm()))
+            .fold(0.0, f64::max);
+        Row {
+            what: What::Field,
+            method: method.to_owned(),
+            order: self.model.order(),
+            directions: self.model.directions().len(),
+            size: self.poses.len(),
+            seconds,
+            error,
+            error_unit: "mm",
+            on_front: false,
+            is_default,
+            problem: self.problem.to_owned(),
+            series: method.to_owned(),
+            is_step: false,
+        }
+    }
+
+    /// The path that simulations take.
+    fn scattered(&self, method: &str, model: &DistortionModel, is_default: bool) -> Row {
+        let (positions, axes): (Vec<_>, Vec<_>) = self.poses.iter().copied().unzip();
+        let mut batch = Batch::default();
+        self.row(method, is_default, |out: &mut Vec<Evaluation>| {
+            batch.evaluate(model, &positions, &axes, OutsidePolicy::Clamp, out);
+        })
+    }
+
+    /// The orientations blended once, in the time.
+    fn shared(&self, axis: &Unit<Vector3<f64>>, is_default: bool) -> Row {
+        let positions: Vec<_> = self.poses.iter().map(|(position, _)| *position).collect();
+        let mut batch = Batch::default();
+        self.row("shared-orientation", is_default, |out: &mut Vec<Evaluation>| {
+            let model = self.model.at_axis(axis);
+            model.evaluate_all(&mut batch, &positions, OutsidePolicy::Clamp, out);
+        })
+    }
+
+    /// The program's own path, and plain loops in both precisions.
+    fn plain_and_single(&self, is_default: bool) -> Vec<Row> {
+        let single = SingleModel::new(self.model);
+        let single_poses: Vec<_> = self.poses.iter().map(|(p, a)| single_pose(p, a)).collect();
+        vec![
+            self.scattered("scattered", self.model, is_default),
+            self.row("plain loop", false, |out| {
+                out.extend(
+                    self.poses.iter().map(|(p, a)| self.model.evaluate(p, a, OutsidePolicy::Clamp)),
+                );
+            }),
+            self.row("plain loop, f32", false, |out| {
+                out.extend(single_poses.iter().map(|pose| single.evaluate(pose)));
+            }),
+        ]
+    }
+
+    /// The room's values at each basis orientation, read off lattices.
+    fn interpolated(&self) -> Vec<Row> {
+        let set = self.model.directions();
+        NODES
+            .into_iter()
+            .filter(|&nodes| ValueLattice::bytes(set.len(), nodes) <= MAX_LATTICE_BYTES)
+            .map(|nodes| {
+                let lattice = ValueLattice::new(self.model, set.directions(), nodes);
+                let spacing = ValueLattice::spacing_mm(self.model.bounds(), nodes);
+                let weighting = self.model.weighting();
+                let method = format!("interpolated lattice, {spacing:.1} mm");
+                let row = self.row(&method, false, |out| {
+                    out.extend(
+                        self.poses
+                            .iter()
+                            .map(|(p, a)| lattice.at_weights(p, &set.weights(a, weighting))),
+                    );
+                });
+                Row { series: "interpolated lattice".to_owned(), is_step: true, ..row }
+            })
+            .collect()
+    }
+
+    /// Models of lower order or with fewer orientations, fitted to the room.
+    fn replaced(&self, settings: &Settings) -> Vec<Row> {
+        let own = (self.model.order(), self.model.directions());
+        let lower = (1..own.0).map(|order| ("lower order", order, own.1));
+        let fewer = DirectionSet::ALL
+            .into_iter()
+            .filter(|set| set.len() < own.1.len())
+            .map(|set| ("fewer orientations", own.0, set));
+        let samples = samples_of(self.model, settings);
+        lower
+            .chain(fewer)
+            .filter_map(|(method, order, directions)| {
+                let wanted = FitSettings {
+                    weighting: self.model.weighting(),
+                    map: self.model.map(),
+                    ..FitSettings::new(order, directions)
+                };
+                let smaller = fit(&samples, &wanted, Some(*self.model.bounds())).ok()?.model;
+                let row = self.scattered(method, &smaller, false);
+                Some(Row { order, directions: directions.len(), ..row })
+            })
+            .collect()
+    }
+}
+
+/// The room's own field as samples, at other poses than those that it is judged at.
+fn samples_of(model: &DistortionModel, settings: &Settings) -> SampleSet {
+    let samples = poses(model.bounds(), settings.samples, settings.seed + 1)
+        .into_iter()
+        .map(|(position_mm, axis)| {
+            let error: PoseError = model.evaluate(&position_mm, &axis, OutsidePolicy::Clamp).error;
+            Sample { position_mm, axis, error }
+        })
+        .collect();
+    SampleSet { samples, has_rotations: true, ambiguous: 0 }
+}
+
+/// What a way of evaluating gives.
+trait Answer {
+    fn position_mm(&self) -> Vector3<f64>;
+}
+
+impl Answer for Evaluation {
+    fn position_mm(&self) -> Vector3<f64> {
+        self.error.position_mm
+    }
+}
+
+impl Answer for Coefficient {
+    fn position_mm(&self) -> Vector3<f64> {
+        Vector3::new(self[0], self[1], self[2])
+    }
+}
+
+impl Answer for [f32; 8] {
+    fn position_mm(&self) -> Vector3<f64> {
+        Vector3::from_fn(|k, _| f64::from(self[k]))
+    }
+}

@@ -1,0 +1,333 @@
+//! The fit: one least-squares system solved in several ways, against its solution refined with
+//! residuals in double-double arithmetic.
+
+use super::double_double::DoubleDouble;
+use super::sampling::poses;
+use super::{Family, Row, Settings, Steps, What};
+use faer::linalg::solvers::{Solve, SolveLstsq};
+use faer::{Mat, Side};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use trackwright_field::OutsidePolicy;
+use trackwright_field::bernstein::{coefficient_count, push_products};
+use trackwright_field::fit::DEFAULT_RCOND;
+use trackwright_field::least_squares::{LeastSquares, Triangle};
+use trackwright_simulation::Scenario;
+use trackwright_task::Cancelled;
+
+/// Orders whose systems are solved, where not above the highest asked for.
+const ORDERS: [usize; 4] = [1, 2, 4, 6];
+
+/// The order whose front is drawn: the largest that measured rooms bear.
+const CHARTED_ORDER: usize = 4;
+
+/// Largest wobble in millimetres that no polynomial fits, so that residuals are not zero.
+const WOBBLE_MM: f64 = 0.1;
+
+/// Steps of refinement; each gains what the condition leaves of 16 digits, here ten and more.
+const REFINEMENTS: usize = 4;
+
+/// Positions at which a solution's field is compared with the reference.
+const PROBES: usize = 500;
+
+const VALUES: usize = 6;
+
+pub fn measure(
+    scenario: &Scenario,
+    settings: &Settings,
+    steps: &Steps,
+) -> Result<Family, Cancelled> {
+    let mut family = Family {
+        what: What::Fit,
+        about: format!(
+            "Least squares (4) for one orientation on {} samples of the design's room, with a \
+             wobble of {WOBBLE_MM} mm that no polynomial fits; rows are made in the time, one \
+             thread. In the picture a line joins the orders of one method. The error is the \
+             largest difference in position of the solution's field from that of the reference: \
+             the solution refined with residuals in 106 bits (Björck, BIT 7, 1967). The default \
+             knows rank and condition from the extreme singular values of R, and takes the SVD \
+             where the rank is not certainly full.",
+            settings.samples
+        ),
+        rows: Vec::new(),
+        charted: problem(CHARTED_ORDER.min(settings.max_order)),
+        left_out: None,
+    };
+    let orders: Vec<_> = ORDERS
+        .into_iter()
+        .filter(|&o| o <= settings.max_order && coefficient_count(o) <= settings.samples)
+        .collect();
+    let methods: [(&str, bool, Method); 5] = [
+        ("QR by blocks, back substitution", true, folded),
+        ("QR by blocks, then SVD of R", false, folded_then_svd),
+        ("QR, back substitution", false, qr),
+        ("SVD of the design matrix", false, svd),
+        ("normal equations", false, normal_equations),
+    ];
+    let all = orders.len() * (methods.len() + 1);
+    let mut done = 0;
+    for &order in &orders {
+        let system = System::new(scenario, settings, order);
+        let Some(reference) = system.reference() else {
+            continue;
+        };
+        done += 1;
+        steps.at(done, all)?;
+        for (method, is_default, solve) in methods {
+            let (seconds, solution) = settings.timing.measure(|| solve(&system));
+            done += 1;
+            steps.at(done, all)?;
+            let Some(solution) = solution else { continue };
+            family.rows.push(Row {
+                what: What::Fit,
+                method: method.to_owned(),
+                order,
+                directions: 1,
+                size: settings.samples,
+                seconds,
+                error: system.field_difference_mm(&solution, &reference),
+                error_unit: "mm",
+                on_front: false,
+                is_default,
+                problem: problem(order),
+                series: method.to_owned(),
+                is_step: true,
+            });
+        }
+    }
+    Ok(family)
+}
+
+fn problem(order: usize) -> String {
+    format!("one orientation at order {order}")
+}
+
+/// A way to solve a system: six values a unknown; `None` where it fails.
+type Method = fn(&System) -> Option<Mat<f64>>;
+
+/// Rows to fit, and where to compare what comes of it.
+struct System {
+    order: usize,
+    unit_positions: Vec<Vector3<f64>>,
+    values: Vec<[f64; VALUES]>,
+    probes: Vec<Vec<f64>>,
+}
+
+impl System {
+    fn new(scenario: &Scenario, settings: &Settings, order: usize) -> Self {
+        let model = &scenario.environment.model;
+        let bounds = model.bounds();
+        let (unit_positions, values) = poses(bounds, settings.samples, settings.seed)
+            .into_iter()
+            .enumerate()
+            .map(|(i, (position, axis))| {
+                let e = model.evaluate(&position, &axis, OutsidePolicy::Clamp).error;
+                let (p, r) = (e.position_mm, e.rotation_rad);
+                let wobble = |k: f64| WOBBLE_MM * (i as f64 * (1.0 + k)).sin();
+                (
+                    bounds.to_unit(&position),
+                    [p.x + wobble(0.0), p.y + wobble(0.1), p.z + wobble(0.2), r.x, r.y, r.z],
+                )
+            })
+            .unzip();
+        let probes = poses(bounds, PROBES, settings.seed + 1)
+            .iter()
+            .map(|(position, _)| row(order, &bounds.to_unit(position)))
+            .collect();
+        Self { order, unit_positions, values, probes }
+    }
+
+    fn unknowns(&self) -> usize {
+        coefficient_count(self.order)
+    }
+
+    fn matrix(&self) -> Mat<f64> {
+        let mut a = Mat::zeros(self.unit_positions.len(), self.unknowns());
+        let mut products = Vec::new();
+        for (i, at) in self.unit_positions.iter().enumerate() {
+            products.clear();
+            push_products(self.order, at, &mut products);
+            for (j, &v) in products.iter().enumerate() {
+                a[(i, j)] = v;
+            }
+        }
+        a
+    }
+
+    fn right_side(&self) -> Mat<f64> {
+        Mat::from_fn(self.values.len(), VALUES, |i, k| self.values[i][k])
+    }
+
+    /// The exact solution of the system as its `f64` numbers stand, by refinement of solution and
+    /// residual together (Björck, BIT 7, 1967).
+    fn reference(&self) -> Option<Vec<[DoubleDouble; VALUES]>> {
+        let (a, b) = (self.matrix(), self.right_side());
+        let (rows, unknowns) = (a.nrows(), a.ncols());
+        let qr = a.qr();
+        let (q, r) = (qr.compute_thin_Q(), qr.thin_R());
+        let zero = [DoubleDouble::ZERO; VALUES];
+        let mut x = vec![zero; unknowns];
+        let mut residual = vec![zero; rows];
+        for _ in 0..=REFINEMENTS {
+            // What the augmented system [I A; Aᵀ 0][r; x] = [b; 0] still misses.
+            let f: Vec<[f64; VALUES]> = (0..rows)
+                .into_par_iter()
+                .map(|i| {
+                    std::array::from_fn(|k| {
+                        let model = (0..unknowns)
+                            .fold(DoubleDouble::ZERO, |s, j| s + dd(a[(i, j)]) * x[j][k]);
+                        (dd(b[(i, k)]) - residual[i][k] - model).to_f64()
+                    })
+                })
+                .collect();
+            let g: Vec<[f64; VALUES]> = (0..unknowns)
+                .into_par_iter()
+                .map(|j| {
+                    std::array::from_fn(|k| {
+                        let sum = (0..rows)
+                            .fold(DoubleDouble::ZERO, |s, i| s + dd(a[(i, j)]) * residual[i][k]);
+                        -sum.to_f64()
+                    })
+                })
+                .collect();
+            let f = Mat::from_fn(rows, VALUES, |i, k| f[i][k]);
+            let g = Mat::from_fn(unknowns, VALUES, |j, k| g[j][k]);
+            // dr = Q R⁻ᵀ g + (I - Q Qᵀ) f, R dx = Qᵀ f - R⁻ᵀ g.
+            let mut h = g;
+            faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+                r.transpose(),
+                h.as_mut(),
+                faer::Par::Seq,
+            );
+            let along = q.transpose() * &f;
+            let mut step = &along - &h;
+            faer::linalg::triangular_solve::solve_upper_triangular_in_place(
+                r,
+                step.as_mut(),
+                faer::Par::Seq,
+            );
+            let residual_step = &f + &q * (&h - &along);
+            for j in 0..unknowns {
+                for k in 0..VALUES {
+                    x[j][k] += dd(step[(j, k)]);
+                }
+            }
+            for i in 0..rows {
+                for k in 0..VALUES {
+                    residual[i][k] += dd(residual_step[(i, k)]);
+                }
+            }
+        }
+        x.iter().flatten().all(|v| v.to_f64().is_finite()).then_some(x)
+    }
+
+    /// Largest difference of two solutions' fields over the probes.
+    fn field_difference_mm(&self, found: &Mat<f64>, exact: &[[DoubleDouble; VALUES]]) -> f64 {
+        self.probes
+            .iter()
+            .map(|row| {
+                Vector3::from_fn(|k, _| {
+                    row.iter()
+                        .enumerate()
+                        .map(|(j, &p)| p * (dd(found[(j, k)]) - exact[j][k]).to_f64())
+                        .sum::<f64>()
+                })
+                .norm()
+            })
+            .fold(0.0, f64::max)
+    }
+}
+
+fn dd(value: f64) -> DoubleDouble {
+    DoubleDouble::from(value)
+}
+
+fn row(order: usize, unit_position: &Vector3<f64>) -> Vec<f64> {
+    let mut row = Vec::with_capacity(coefficient_count(order));
+    push_products(order, unit_position, &mut row);
+    row
+}
+
+/// The program's own way.
+/// What a fit does: the rank is certain from the extreme singular values of R, or its SVD decides.
+fn folded(system: &System) -> Option<Mat<f64>> {
+    let found = triangle(system).solve(DEFAULT_RCOND, 0.0).ok()?.unknowns;
+    Some(Mat::from_fn(found.len(), VALUES, |i, k| found[i][k]))
+}
+
+fn folded_then_svd(system: &System) -> Option<Mat<f64>> {
+    let decomposition = triangle(system).decompose().ok()?;
+    let found = decomposition.solve(DEFAULT_RCOND, 0.0).unknowns;
+    Some(Mat::from_fn(found.len(), VALUES, |i, k| found[i][k]))
+}
+
+fn triangle(system: &System) -> Triangle {
+    let mut least_squares = LeastSquares::new(system.unknowns());
+    for (at, values) in system.unit_positions.iter().zip(&system.values) {
+        least_squares.push(|out| push_products(system.order, at, out), *values);
+    }
+    least_squares.into_triangle()
+}
+
+fn qr(system: &System) -> Option<Mat<f64>> {
+    Some(system.matrix().qr().solve_lstsq(system.right_side()))
+}
+
+fn svd(system: &System) -> Option<Mat<f64>> {
+    let svd = system.matrix().thin_svd().ok()?;
+    let mut rotated = svd.U().transpose() * system.right_side();
+    for (i, s) in svd.S().column_vector().iter().enumerate() {
+        for k in 0..VALUES {
+            rotated[(i, k)] /= s;
+        }
+    }
+    Some(svd.V() * rotated)
+}
+
+/// The condition of the design matrix squared: here to be seen, used nowhere else.
+fn normal_equations(system: &System) -> Option<Mat<f64>> {
+    let a = system.matrix();
+    let squared = a.transpose() * &a;
+    let right = a.transpose() * system.right_side();
+    Some(squared.llt(Side::Lower).ok()?.solve(right))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::precision::{Timing, testing};
+    use trackwright_geometry::directions::{DirectionSet, Weighting};
+
+    fn system(order: usize) -> System {
+        let settings = Settings { timing: Timing::ONCE, samples: 1500, ..Settings::default() };
+        let model = testing::model(2, DirectionSet::Six, Weighting::Area);
+        System::new(&testing::scenario(model), &settings, order)
+    }
+
+    #[test]
+    fn the_reference_leaves_a_residual_at_right_angles_to_every_column() {
+        let system = system(4);
+        let x = system.reference().unwrap();
+        let a = system.matrix();
+        for j in 0..a.ncols() {
+            let gradient = (0..a.nrows()).fold(DoubleDouble::ZERO, |sum, i| {
+                let model =
+                    (0..a.ncols()).fold(DoubleDouble::ZERO, |s, l| s + dd(a[(i, l)]) * x[l][0]);
+                sum + dd(a[(i, j)]) * (dd(system.values[i][0]) - model)
+            });
+            // f64 alone would leave 1e-13 of it.
+            assert!(gradient.abs().to_f64() < 1e-22, "{gradient:?}");
+        }
+    }
+
+    #[test]
+    fn orthogonal_methods_lose_the_condition_and_normal_equations_its_square() {
+        let system = system(5);
+        let exact = system.reference().unwrap();
+        let error = |method: Method| system.field_difference_mm(&method(&system).unwrap(), &exact);
+        let orthogonal = [folded, folded_then_svd, qr, svd].map(|m| error(m));
+        assert!(orthogonal.iter().all(|&e| e < 1e-11), "{orthogonal:?}");
+        let squared = error(normal_equations);
+        assert!(orthogonal.iter().all(|&e| squared > 3.0 * e), "{squared:e} {orthogonal:?}");
+    }
+}

@@ -1,0 +1,167 @@
+//! The slice's resolution: a coarse slice, filled in between its points, against a fine one.
+
+use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What};
+use nalgebra::{Unit, Vector3};
+use trackwright_field::computed::ModelKind;
+use trackwright_simulation::{
+    Quantity, Scenario, SliceOutcome, SlicePlan, SlicePlane, StudyError, sample_slice,
+};
+use trackwright_task::Cancelled;
+
+/// The axis that the slice lies across.
+const NORMAL_AXIS: usize = 2;
+
+/// Coarser and finer than the program's own, in cells along a side.
+const FACTORS: [(usize, usize); 7] = [(1, 8), (1, 4), (1, 2), (3, 4), (1, 1), (2, 1), (4, 1)];
+
+pub fn measure(
+    scenario: &Scenario,
+    settings: &Settings,
+    steps: &Steps,
+) -> Result<Family, Cancelled> {
+    let model = &scenario.environment.model;
+    let problem = "a slice through the middle of the room";
+    let mut family = Family {
+        what: What::Heatmap,
+        about: format!(
+            "Position error on a slice across z through the middle of the room's box, on all \
+             threads; size is the number of its points. The error is the largest difference \
+             between the slice filled in bilinearly and one of {0} x {0} points.",
+            settings.slice_reference
+        ),
+        rows: Vec::new(),
+        charted: problem.to_owned(),
+        left_out: None,
+    };
+    if model.kind() != ModelKind::Bernstein {
+        family.left_out = Some(NOT_POLYNOMIALS.into());
+        return Ok(family);
+    }
+    if model.is_zero() {
+        family.left_out = Some("the design's room is ideal: a slice shows nothing".to_owned());
+        return Ok(family);
+    }
+    let sample = |points: usize| {
+        let plan = SlicePlan {
+            plane: SlicePlane::Across {
+                normal_axis: NORMAL_AXIS,
+                position_mm: model.bounds().center_mm()[NORMAL_AXIS],
+                bounds: *model.bounds(),
+            },
+            sensor_axis: Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8)),
+            counts: [points; 2],
+        };
+        sample_slice(scenario, Quantity::PositionErrorMm, &plan, &steps.task.cancel)
+    };
+    let reference = cancelled(sample(settings.slice_reference))?;
+    let all = FACTORS.len() + 1;
+    steps.at(1, all)?;
+    for (i, (up, down)) in FACTORS.into_iter().enumerate() {
+        let points = ((settings.slice_points - 1) * up / down).max(1) + 1;
+        let (seconds, slice) = settings.timing.measure(|| sample(points));
+        let slice = cancelled(slice)?;
+        family.rows.push(Row {
+            what: What::Heatmap,
+            method: format!("{points} x {points} points"),
+            order: model.order(),
+            directions: model.directions().len(),
+            size: points * points,
+            seconds,
+            error: largest_difference_mm(&slice, &reference),
+            error_unit: "mm",
+            on_front: false,
+            is_default: up == down,
+            problem: problem.to_owned(),
+            series: "slice, filled in between its points".to_owned(),
+            is_step: true,
+        });
+        steps.at(i + 2, all)?;
+    }
+    Ok(family)
+}
+
+/// A slice of the position error, which every room has, fails in no other way.
+fn cancelled(slice: Result<Option<SliceOutcome>, StudyError>) -> Result<SliceOutcome, Cancelled> {
+    slice.ok().flatten().ok_or(Cancelled)
+}
+
+/// Largest difference of a slice, bilinear between its points, from a finer one of the same place.
+fn largest_difference_mm(slice: &SliceOutcome, fine: &SliceOutcome) -> f64 {
+    let ([nu, nv], [fu, fv]) = (slice.plan.counts, fine.plan.counts);
+    let mut largest: f64 = 0.0;
+    for v in 0..fv {
+        for u in 0..fu {
+            let x = u as f64 / (fu - 1) as f64 * (nu - 1) as f64;
+            let y = v as f64 / (fv - 1) as f64 * (nv - 1) as f64;
+            let (i, j) = ((x as usize).min(nu - 2), (y as usize).min(nv - 2));
+            let (a, b) = (x - i as f64, y - j as f64);
+            let at = |i: usize, j: usize| slice.values[j * nu + i];
+            let between = (1.0 - b) * ((1.0 - a) * at(i, j) + a * at(i + 1, j))
+                + b * ((1.0 - a) * at(i, j + 1) + a * at(i + 1, j + 1));
+            largest = largest.max((between - fine.values[v * fu + u]).abs());
+        }
+    }
+    largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::precision::{Timing, testing};
+    use trackwright_geometry::directions::{DirectionSet, Weighting};
+    use trackwright_task::Task;
+
+    fn errors(model: trackwright_field::DistortionModel) -> Vec<(usize, f64)> {
+        let settings = Settings {
+            timing: Timing::ONCE,
+            slice_points: 33,
+            slice_reference: 257,
+            ..Settings::default()
+        };
+        let task = Task::default();
+        let family = measure(&testing::scenario(model), &settings, &Steps::whole(&task)).unwrap();
+        family.rows.iter().map(|r| (r.size, r.error)).collect()
+    }
+
+    #[test]
+    fn a_slice_of_a_field_that_grows_evenly_needs_no_points() {
+        // |e| of one component that is nowhere negative is that component: linear.
+        let mut coefficients = Vec::new();
+        for i in 0..8 {
+            coefficients.push([f64::from(i / 4), 0.0, 0.0, 0.0, 0.0, 0.0]);
+        }
+        let model = trackwright_field::DistortionModel::new(
+            1,
+            DirectionSet::One,
+            Weighting::Area,
+            trackwright_field::samples::MapKind::Distortion,
+            testing::bounds(),
+            coefficients,
+        )
+        .unwrap();
+        assert!(errors(model).iter().all(|&(_, e)| e < 1e-14));
+    }
+
+    #[test]
+    fn the_error_falls_with_the_square_of_the_spacing_where_no_error_vanishes() {
+        // An offset keeps the norm away from its kink at zero.
+        let order = 3;
+        let coefficients =
+            (0..64).map(|i| [20.0 + (1.3 * f64::from(i)).sin(), 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
+        let model = trackwright_field::DistortionModel::new(
+            order,
+            DirectionSet::One,
+            Weighting::Area,
+            trackwright_field::samples::MapKind::Distortion,
+            testing::bounds(),
+            coefficients,
+        )
+        .unwrap();
+        let errors = errors(model);
+        let of = |points: usize| errors.iter().find(|e| e.0 == points * points).unwrap().1;
+        for (coarse, fine) in [(9, 17), (17, 33), (33, 65)] {
+            let ratio = of(coarse) / of(fine);
+            assert!((3.2..4.8).contains(&ratio), "{coarse}: {ratio}");
+        }
+    }
+}

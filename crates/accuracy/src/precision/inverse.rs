@@ -1,0 +1,242 @@
+//! The inverse: the pose behind a reading by fixed-point steps, by the program's inverse, and by
+//! the paper's shortcut, against the pose that was distorted.
+
+use super::sampling::poses;
+use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What};
+use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use rayon::prelude::*;
+use trackwright_field::batch::Batch;
+use trackwright_field::compensation::{Method, compensate};
+use trackwright_field::computed::ModelKind;
+use trackwright_field::inverse::{InverseState, undistort};
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::exp_vector;
+use trackwright_simulation::Scenario;
+use trackwright_simulation::figures::with_separators;
+use trackwright_task::Cancelled;
+
+/// Fixed-point steps after the first, which is the shortcut.
+const FIXED_POINT_STEPS: [usize; 6] = [2, 3, 4, 6, 9, 14];
+
+/// Readings that one core takes at a time.
+const CHUNK: usize = 2048;
+
+const PROBLEM: &str = "readings of poses in the design's room";
+
+const OUTSIDE: OutsidePolicy = OutsidePolicy::Clamp;
+
+pub fn measure(
+    scenario: &Scenario,
+    settings: &Settings,
+    steps: &Steps,
+) -> Result<Family, Cancelled> {
+    let model = &scenario.environment.model;
+    let mut family = Family {
+        what: What::Inverse,
+        about: String::new(),
+        rows: Vec::new(),
+        charted: PROBLEM.to_owned(),
+        left_out: None,
+    };
+    if model.kind() != ModelKind::Bernstein {
+        family.left_out = Some(NOT_POLYNOMIALS.into());
+        return Ok(family);
+    }
+    if model.is_zero() {
+        family.left_out = Some("the design's room is ideal: readings are poses".to_owned());
+        return Ok(family);
+    }
+    if model.map() == MapKind::Correction {
+        family.left_out =
+            Some("the design's room is a correction map: it needs no inverse".to_owned());
+        return Ok(family);
+    }
+    let all = FIXED_POINT_STEPS.len() + 3;
+    let readings = Readings::new(model, settings);
+    let own_task = trackwright_task::Task::cancelled_by(steps.task.cancel.clone());
+    steps.at(1, all)?;
+    let (seconds, solved) =
+        settings.timing.measure(|| undistort(model, &readings.measured, OUTSIDE, &own_task));
+    let solved = solved?;
+    let is_certain: Vec<bool> = solved.iter().map(|u| u.state == InverseState::Converged).collect();
+    let certain = is_certain.iter().filter(|&&c| c).count();
+    family.about = format!(
+        "Readings of poses in the room's box, put back, on all threads. The error is the largest \
+         distance from the pose that was distorted, over the {} of {} readings whose inverse \
+         converged and is not ambiguous.",
+        with_separators(certain),
+        with_separators(is_certain.len())
+    );
+    if certain == 0 {
+        family.left_out = Some("no reading has an inverse that is not ambiguous".to_owned());
+        return Ok(family);
+    }
+    let worst = |found: &[Option<Pose>]| readings.worst_mm(found, &is_certain);
+    let row = |method: &str, seconds: f64, error: f64| Row {
+        what: What::Inverse,
+        method: method.to_owned(),
+        order: model.order(),
+        directions: model.directions().len(),
+        size: readings.measured.len(),
+        seconds,
+        error,
+        error_unit: "mm",
+        on_front: false,
+        is_default: false,
+        problem: PROBLEM.to_owned(),
+        series: method.to_owned(),
+        is_step: false,
+    };
+    let found: Vec<_> = solved.iter().map(|u| u.pose).collect();
+    family.rows.push(Row { is_default: true, ..row("damped Newton", seconds, worst(&found)) });
+    steps.at(2, all)?;
+    let (seconds, corrected) = settings
+        .timing
+        .measure(|| compensate(model, &readings.measured, OUTSIDE, Method::Shortcut, &own_task));
+    let found: Vec<_> = corrected?.iter().map(|c| c.pose).collect();
+    family.rows.push(row("the paper's shortcut", seconds, worst(&found)));
+    steps.at(3, all)?;
+    for (i, count) in FIXED_POINT_STEPS.into_iter().enumerate() {
+        let (seconds, found) =
+            settings.timing.measure(|| fixed_point(model, &readings.measured, count));
+        let found: Vec<_> = found.into_iter().map(Some).collect();
+        let method = format!("fixed point, {count} steps");
+        family.rows.push(Row {
+            is_step: true,
+            ..row(&method, seconds, worst(&found)).charted("fixed point")
+        });
+        steps.at(4 + i, all)?;
+    }
+    Ok(family)
+}
+
+/// Poses, and what the tracker of the room reads for them.
+struct Readings {
+    ideal: Vec<Pose>,
+    measured: Vec<Pose>,
+}
+
+impl Readings {
+    fn new(model: &DistortionModel, settings: &Settings) -> Self {
+        let ideal: Vec<Pose> = poses(model.bounds(), settings.poses, settings.seed)
+            .into_iter()
+            .map(|(position, axis)| pose_from_parts(position.coords, rotation_to(&axis)))
+            .collect();
+        let measured = ideal.iter().map(|p| model.distort(p, OUTSIDE).0).collect();
+        Self { ideal, measured }
+    }
+
+    fn worst_mm(&self, found: &[Option<Pose>], is_certain: &[bool]) -> f64 {
+        found
+            .iter()
+            .zip(&self.ideal)
+            .zip(is_certain)
+            .filter(|&(_, &is_certain)| is_certain)
+            .map(|((found, ideal), _)| {
+                found.map_or(f64::INFINITY, |found| {
+                    (found.translation.vector - ideal.translation.vector).norm()
+                })
+            })
+            .fold(0.0, f64::max)
+    }
+}
+
+/// A rotation that takes z to an axis; which, nothing depends on.
+fn rotation_to(axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between_axis(&Vector3::z_axis(), axis).unwrap_or_else(|| {
+        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+    })
+}
+
+/// `p ← p_m - e_pos(p, n)`, `n ← exp(-e_ori(p, n)) n_m`, from the reading itself: it converges
+/// where the field's slopes are below 1, by that factor a step. Here to be compared.
+fn fixed_point(model: &DistortionModel, measured: &[Pose], count: usize) -> Vec<Pose> {
+    measured
+        .par_chunks(CHUNK)
+        .map_init(Batch::default, |batch, chunk| {
+            let axes_m: Vec<_> = chunk.iter().map(|p| p.rotation * Vector3::z_axis()).collect();
+            let mut positions: Vec<Point3<f64>> =
+                chunk.iter().map(|p| p.translation.vector.into()).collect();
+            let mut axes = axes_m.clone();
+            let mut out = Vec::new();
+            for _ in 0..count {
+                batch.evaluate(model, &positions, &axes, OUTSIDE, &mut out);
+                for (i, at) in out.iter().enumerate() {
+                    positions[i] = (chunk[i].translation.vector - at.error.position_mm).into();
+                    axes[i] = exp_vector(&-at.error.rotation_rad) * axes_m[i];
+                }
+            }
+            chunk
+                .iter()
+                .zip(&out)
+                .zip(&positions)
+                .map(|((measured, at), position)| {
+                    let turn = exp_vector(&-at.error.rotation_rad);
+                    pose_from_parts(position.coords, turn * measured.rotation)
+                })
+                .collect::<Vec<_>>()
+        })
+        .collect::<Vec<_>>()
+        .concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::precision::{Timing, testing};
+    use trackwright_geometry::directions::{DirectionSet, Weighting};
+    use trackwright_task::Task;
+
+    /// Millimetres over a box of 100 mm and hundredths of a radian: slopes well below 1.
+    fn gentle_model() -> DistortionModel {
+        let model = testing::model(2, DirectionSet::Fourteen, Weighting::Gnomonic);
+        let coefficients = model
+            .coefficients()
+            .iter()
+            .map(|c| std::array::from_fn(|k| c[k] * if k < 3 { 0.3 } else { 0.003 }))
+            .collect();
+        DistortionModel::new(
+            2,
+            model.directions(),
+            model.weighting(),
+            MapKind::Distortion,
+            *model.bounds(),
+            coefficients,
+        )
+        .unwrap()
+    }
+
+    fn family() -> Family {
+        let settings = Settings { timing: Timing::ONCE, poses: 300, ..Settings::default() };
+        let task = Task::default();
+        let scenario = testing::scenario(gentle_model());
+        measure(&scenario, &settings, &Steps::whole(&task)).unwrap()
+    }
+
+    #[test]
+    fn fixed_point_steps_converge_to_what_newton_finds() {
+        let family = family();
+        let of = |method: &str| family.rows.iter().find(|r| r.method == method).unwrap().error;
+        assert!(of("damped Newton") < 1e-9, "{family:?}");
+        let steps = FIXED_POINT_STEPS.map(|n| of(&format!("fixed point, {n} steps")));
+        // Until round-off of positions of some hundred millimetres, 6e-14 mm, is reached.
+        assert!(steps.windows(2).all(|w| w[1] < (0.5 * w[0]).max(1e-12)), "{steps:?}");
+        assert!(steps[5] < 1e-9, "{steps:?}");
+        // One step is the shortcut; the second gains what the slopes leave of it.
+        assert!(of("the paper's shortcut") > 2.0 * steps[0], "{family:?}");
+    }
+
+    #[test]
+    fn the_first_fixed_point_step_is_the_shortcut() {
+        let model = gentle_model();
+        let settings = Settings { poses: 50, ..Settings::default() };
+        let readings = Readings::new(&model, &settings);
+        let stepped = fixed_point(&model, &readings.measured, 1);
+        for (stepped, measured) in stepped.iter().zip(&readings.measured) {
+            let (shortcut, _) = model.correct(measured, OUTSIDE);
+            assert!((stepped.translation.vector - shortcut.translation.vector).norm() < 1e-12);
+        }
+    }
+}

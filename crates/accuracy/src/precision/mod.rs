@@ -1,0 +1,274 @@
+//! Error against run time, for every way that the program can compute the same thing.
+//!
+//! One file a family: each measures the time of its methods and their error against a reference
+//! of higher precision or resolution, for one scenario. Errors are the same each time; times are
+//! the machine's.
+
+mod double_double;
+mod exact;
+mod field;
+mod fit;
+mod front;
+mod heatmap;
+mod interpolated;
+mod inverse;
+mod machine;
+mod motion;
+pub mod page;
+mod sampling;
+mod single;
+#[cfg(test)]
+mod testing;
+mod timing;
+mod uncertainty;
+
+pub use front::on_front;
+pub use machine::Machine;
+pub use timing::Timing;
+
+use serde::Serialize;
+use trackwright_simulation::Scenario;
+use trackwright_task::{Cancelled, Task};
+
+/// Why a family is left out in a room of another kind.
+const NOT_POLYNOMIALS: &str = "the design's room is not of Bernstein polynomials, the only field that is known to higher precision";
+
+/// What is computed in several ways.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum What {
+    Field,
+    Fit,
+    Inverse,
+    Uncertainty,
+    Motion,
+    Heatmap,
+}
+
+impl What {
+    /// All of them, in the order of the page.
+    pub const ALL: [Self; 6] =
+        [Self::Field, Self::Fit, Self::Inverse, Self::Uncertainty, Self::Motion, Self::Heatmap];
+
+    /// As it is called in JSON, and names files by.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Field => "field",
+            Self::Fit => "fit",
+            Self::Inverse => "inverse",
+            Self::Uncertainty => "uncertainty",
+            Self::Motion => "motion",
+            Self::Heatmap => "heatmap",
+        }
+    }
+}
+
+/// One way of computing something: what it costs, and how far off it is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    pub what: What,
+    pub method: String,
+    pub order: usize,
+    pub directions: usize,
+    /// Poses, samples, trials or points: what the time is for.
+    pub size: usize,
+    pub seconds: f64,
+    /// Largest difference from the reference, or as the family says.
+    pub error: f64,
+    pub error_unit: &'static str,
+    /// Not beaten in both time and error by another answer to the same problem.
+    pub on_front: bool,
+    /// What the program does where nobody says otherwise.
+    pub is_default: bool,
+    /// What is asked for: rows of one problem can stand for each other, others cannot.
+    pub problem: String,
+    /// The chart's series that the row is a point of; none where it is not charted.
+    #[serde(skip)]
+    pub series: String,
+    /// Whether the row is one of a sequence, finer and finer: its series is a line.
+    #[serde(skip)]
+    pub is_step: bool,
+}
+
+impl Row {
+    /// In a series of the chart.
+    fn charted(self, series: &str) -> Self {
+        Self { series: series.to_owned(), ..self }
+    }
+
+    /// In the tables alone.
+    fn uncharted(self) -> Self {
+        self.charted("")
+    }
+}
+
+/// All ways of computing one thing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Family {
+    pub what: What,
+    /// What is computed, and what the error is a difference from.
+    pub about: String,
+    pub rows: Vec<Row>,
+    /// Problem whose front the chart draws.
+    pub charted: String,
+    /// Why there are no rows, where there are none.
+    pub left_out: Option<String>,
+}
+
+/// What to measure, and how patiently.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    pub timing: Timing,
+    /// Poses that the field is evaluated at.
+    pub poses: usize,
+    /// Samples that are fitted.
+    pub samples: usize,
+    /// Highest order that is fitted and evaluated.
+    pub max_order: usize,
+    /// Points along the longer side of a slice where nobody says otherwise: the editor's.
+    pub slice_points: usize,
+    /// Points along the side of the slice that others are held against.
+    pub slice_reference: usize,
+    /// Poses that the range of motion is held against.
+    pub motion_reference: usize,
+    /// Samples of the largest Monte Carlo, and of the one that it is held against.
+    pub monte_carlo_samples: usize,
+    pub monte_carlo_reference: usize,
+    pub seed: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            timing: Timing::default(),
+            poses: 4096,
+            samples: 4000,
+            max_order: 6,
+            slice_points: 81,
+            slice_reference: 641,
+            motion_reference: 131_072,
+            monte_carlo_samples: 1_000_000,
+            monte_carlo_reference: 2_000_000,
+            seed: 1,
+        }
+    }
+}
+
+impl Settings {
+    /// A first look within seconds: few poses and samples, one run each.
+    pub fn quick() -> Self {
+        Self {
+            timing: Timing::ONCE,
+            poses: 256,
+            samples: 800,
+            max_order: 4,
+            slice_reference: 321,
+            motion_reference: 8192,
+            monte_carlo_samples: 1000,
+            monte_carlo_reference: 5000,
+            ..Self::default()
+        }
+    }
+}
+
+/// All families, and the machine that they were measured on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    pub machine: Machine,
+    /// The room's, beside the scenario's own design.
+    pub room: String,
+    pub families: Vec<Family>,
+}
+
+impl Report {
+    /// The rows of all families.
+    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.families.iter().flat_map(|f| &f.rows)
+    }
+}
+
+/// Measures all families.
+///
+/// # Errors
+/// [`Cancelled`]. What cannot be measured for a scenario is left out with a reason.
+pub fn run(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Report, Cancelled> {
+    run_each(scenario, settings, task, |_| ())
+}
+
+/// [`run`], with each family shown as soon as it is there.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn run_each(
+    scenario: &Scenario,
+    settings: &Settings,
+    task: &Task,
+    mut show: impl FnMut(&Family),
+) -> Result<Report, Cancelled> {
+    let mut families = Vec::new();
+    for (number, what) in What::ALL.into_iter().enumerate() {
+        let steps = Steps { task, number, all: What::ALL.len() };
+        steps.at(0, 1)?;
+        let family = measure(what, scenario, settings, &steps)?;
+        show(&family);
+        families.push(family);
+    }
+    task.step(1, 1)?;
+    Ok(Report { machine: Machine::this(), room: scenario.environment.name.clone(), families })
+}
+
+fn measure(
+    what: What,
+    scenario: &Scenario,
+    settings: &Settings,
+    steps: &Steps,
+) -> Result<Family, Cancelled> {
+    let mut family = match what {
+        What::Field => field::measure(scenario, settings, steps),
+        What::Fit => fit::measure(scenario, settings, steps),
+        What::Inverse => inverse::measure(scenario, settings, steps),
+        What::Uncertainty => uncertainty::measure(scenario, settings, steps),
+        What::Motion => motion::measure(scenario, settings, steps),
+        What::Heatmap => heatmap::measure(scenario, settings, steps),
+    }?;
+    mark_fronts(&mut family.rows);
+    Ok(family)
+}
+
+/// How far a family is within the whole, and whether to go on.
+struct Steps<'a> {
+    task: &'a Task,
+    number: usize,
+    all: usize,
+}
+
+impl<'a> Steps<'a> {
+    /// A family that is all of a task.
+    #[cfg(test)]
+    fn whole(task: &'a Task) -> Self {
+        Self { task, number: 0, all: 1 }
+    }
+
+    fn at(&self, done: usize, of: usize) -> Result<(), Cancelled> {
+        self.task.step(self.number * of + done.min(of), self.all * of)
+    }
+}
+
+/// Marks the rows that no other row of the same problem beats.
+fn mark_fronts(rows: &mut [Row]) {
+    let flags: Vec<bool> = (0..rows.len())
+        .map(|i| {
+            let own = &rows[i].problem;
+            let same: Vec<_> = (0..rows.len()).filter(|&j| rows[j].problem == *own).collect();
+            let points: Vec<_> = same.iter().map(|&j| (rows[j].seconds, rows[j].error)).collect();
+            let flags = on_front(&points);
+            same.iter().zip(flags).any(|(&j, flag)| j == i && flag)
+        })
+        .collect();
+    for (row, flag) in rows.iter_mut().zip(flags) {
+        row.on_front = flag;
+    }
+}
+
+#[cfg(test)]
+mod tests;

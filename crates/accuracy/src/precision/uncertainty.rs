@@ -1,0 +1,184 @@
+//! The tip's uncertainty: the first order, the next order, and Monte Carlo of more and more
+//! samples, against a larger one of another seed.
+
+use super::{Family, Row, Settings, Steps, What};
+use std::sync::Arc;
+use trackwright_field::Environment;
+use trackwright_field::environment::Jitter;
+use trackwright_simulation::Scenario;
+use trackwright_simulation::figures::with_separators;
+use trackwright_simulation::uncertainty::{
+    UncertaintyError, check_first_order, first_order, monte_carlo,
+};
+use trackwright_task::{Cancelled, Task};
+
+/// Samples of a Monte Carlo, so far as the settings allow.
+const COUNTS: [usize; 5] = [100, 1_000, 10_000, 100_000, 1_000_000];
+
+/// Samples that an error is taken over: several Monte Carlos of few samples, one of many.
+const SAMPLES_AN_ERROR: usize = 200_000;
+const MAX_SEEDS: usize = 16;
+
+/// Where a room states no jitter: that of MATH's worked agreement, which is a 5-DOF coil's.
+const USUAL_JITTER_MM: f64 = 0.5;
+const USUAL_JITTER_DEG: f64 = 0.3;
+
+const PROBLEM: &str = "tip scatter at the design's pose";
+
+pub fn measure(
+    scenario: &Scenario,
+    settings: &Settings,
+    steps: &Steps,
+) -> Result<Family, Cancelled> {
+    let mut family = Family {
+        what: What::Uncertainty,
+        about: String::new(),
+        rows: Vec::new(),
+        charted: PROBLEM.to_owned(),
+        left_out: None,
+    };
+    let (scenario, jitter) = with_jitter(scenario);
+    let task = Task::cancelled_by(steps.task.cancel.clone());
+    match rows(&scenario, settings, steps, &task) {
+        Ok((rows, std_error_mm)) => {
+            family.rows = rows;
+            family.about = format!(
+                "RMS distance of the tip from its mean under the sensors' jitter, at the design's \
+                 pose; {jitter}. Monte Carlo runs on all threads, size is the number of its \
+                 samples, and its error is the root mean square over up to {MAX_SEEDS} seeds. The \
+                 reference is a Monte Carlo of {} samples with another seed, whose standard error \
+                 is {std_error_mm:.1e} mm: smaller errors are not told apart.",
+                with_separators(settings.monte_carlo_reference)
+            );
+        }
+        Err(UncertaintyError::Cancelled(cancelled)) => return Err(cancelled),
+        Err(other) => family.left_out = Some(other.to_string()),
+    }
+    Ok(family)
+}
+
+/// The scenario in a room that states its jitter, and whose it is.
+fn with_jitter(scenario: &Scenario) -> (Scenario, String) {
+    if scenario.environment.jitter.is_some() {
+        return (scenario.clone(), "the jitter is the room's".to_owned());
+    }
+    let jitter = Jitter::uniform(USUAL_JITTER_MM, USUAL_JITTER_DEG.to_radians());
+    let environment =
+        Environment { jitter: Some(jitter), ..Environment::clone(&scenario.environment) };
+    let scenario = Scenario { environment: Arc::new(environment), ..scenario.clone() };
+    let said = format!(
+        "the room states no jitter, so {USUAL_JITTER_MM} mm and {USUAL_JITTER_DEG}° are taken"
+    );
+    (scenario, said)
+}
+
+/// All rows, and the reference's standard error.
+fn rows(
+    scenario: &Scenario,
+    settings: &Settings,
+    steps: &Steps,
+    task: &Task,
+) -> Result<(Vec<Row>, f64), UncertaintyError> {
+    let counts: Vec<_> =
+        COUNTS.into_iter().filter(|&c| c <= settings.monte_carlo_samples).collect();
+    let all = counts.len() + 3;
+    let model = &scenario.environment.model;
+    let reference_seed = settings.seed + 1000;
+    let reference =
+        monte_carlo(scenario, settings.monte_carlo_reference, reference_seed, task)?.rms_mm;
+    steps.at(1, all)?;
+    let row = |method: &str, size: usize, seconds: f64, error: f64| Row {
+        what: What::Uncertainty,
+        method: method.to_owned(),
+        order: model.order(),
+        directions: model.directions().len(),
+        size,
+        seconds,
+        error,
+        error_unit: "mm",
+        on_front: false,
+        is_default: false,
+        problem: PROBLEM.to_owned(),
+        series: method.to_owned(),
+        is_step: false,
+    };
+    let mut rows = Vec::new();
+    let (seconds, first) = settings.timing.measure(|| first_order(scenario));
+    let first = first?;
+    let error = (first.rms_mm - reference.value).abs();
+    rows.push(Row { is_default: true, ..row("first order", 1, seconds, error) });
+    steps.at(2, all)?;
+    let (seconds, next) = settings.timing.measure(|| {
+        let first = first_order(scenario)?;
+        check_first_order(scenario, &first)
+    });
+    // None for a body of so many sensors that it would cost more than Monte Carlo.
+    if let Some(next) = next? {
+        let error = (next.next_order_rms_mm - reference.value).abs();
+        rows.push(row("next order, as a check", 1, seconds, error));
+    }
+    steps.at(3, all)?;
+    for (i, count) in counts.into_iter().enumerate() {
+        let seeds = (SAMPLES_AN_ERROR / count).clamp(1, MAX_SEEDS) as u64;
+        let estimate = |seed| monte_carlo(scenario, count, seed, task).map(|m| m.rms_mm.value);
+        let (seconds, first) = settings.timing.measure(|| estimate(settings.seed));
+        let mut squares = (first? - reference.value).powi(2);
+        for k in 1..seeds {
+            squares += (estimate(settings.seed + k)? - reference.value).powi(2);
+        }
+        let error = (squares / seeds as f64).sqrt();
+        let method = format!("Monte Carlo, {} samples", with_separators(count));
+        rows.push(Row {
+            is_step: true,
+            ..row(&method, count, seconds, error).charted("Monte Carlo")
+        });
+        steps.at(4 + i, all)?;
+    }
+    Ok((rows, reference.std_error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::precision::{Timing, testing};
+
+    fn family() -> (Family, Scenario) {
+        let settings = Settings {
+            timing: Timing::ONCE,
+            monte_carlo_samples: 10_000,
+            monte_carlo_reference: 100_000,
+            ..Settings::default()
+        };
+        let scenario = testing::built_in();
+        let task = Task::default();
+        let family = measure(&scenario, &settings, &Steps::whole(&task)).unwrap();
+        (family, scenario)
+    }
+
+    /// A sample RMS of normal scatter misses by at least `RMS / √(6 n)`, all three axes alike,
+    /// and at most `RMS / √(2 n)`, all of it along one. Over 16 seeds that is known to 18 %;
+    /// three times that on either side is beyond chance.
+    #[test]
+    fn monte_carlo_errors_fall_with_the_root_of_the_samples() {
+        let (family, scenario) = family();
+        let rms = first_order(&with_jitter(&scenario).0).unwrap().rms_mm;
+        for count in [100_usize, 1_000, 10_000] {
+            let row =
+                family.rows.iter().find(|r| r.size == count).unwrap_or_else(|| panic!("{count}"));
+            let unit = rms / (count as f64).sqrt();
+            let (least, most) = (0.46 * unit / 6.0_f64.sqrt(), 1.54 * unit / 2.0_f64.sqrt());
+            // The reference's own error is a third of that of 10,000 samples.
+            assert!((least..1.1 * most).contains(&row.error), "{row:?} {unit}");
+        }
+    }
+
+    #[test]
+    fn the_first_order_is_the_default_and_within_two_percent() {
+        let (family, scenario) = family();
+        let rms = first_order(&with_jitter(&scenario).0).unwrap().rms_mm;
+        let row = family.rows.iter().find(|r| r.is_default).unwrap();
+        assert_eq!(row.method, "first order");
+        assert!(row.error < 0.02 * rms, "{row:?}");
+        assert!(family.about.contains("states no jitter"), "{}", family.about);
+    }
+}

@@ -1,0 +1,312 @@
+//! The pose behind a reading, by Newton's method on the distortion map.
+
+use crate::high::High;
+use crate::high_linear::{High3, add3, apply33, dot, scale3, sub3, unit3, vector3};
+use crate::stability::Extent;
+use crate::stability::inputs::{Sequence, cube, model};
+use crate::stability::methods::Methods;
+use crate::stability::references::{self, axis3, distance};
+use crate::stability::row::{Case, Family, Quantity, Row};
+use nalgebra::{Matrix5, Point3, Unit, UnitQuaternion, Vector3, Vector5};
+use trackwright_field::inverse::InverseState;
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+
+const CONDITION: &str = "length of the Jacobian's inverse, angles taken as lengths of the box's \
+    diagonal";
+
+const POSITION: Quantity = Quantity {
+    name: "position behind a reading, mm",
+    constant: 20.0,
+    condition: CONDITION,
+    scale: "largest coordinate and the box's diagonal, times one plus the field's steepest slope",
+};
+
+const AXIS: Quantity = Quantity {
+    name: "axis behind a reading, rad",
+    scale: "the same over the box's diagonal",
+    ..POSITION
+};
+
+/// Steps of the reference. Its Jacobian leaves out products of errors and their slopes, so each
+/// step gains two digits at least.
+const STEPS: usize = 30;
+
+/// Where the reference has arrived, relative to the scale.
+const ARRIVED: f64 = 1e-30;
+
+pub(super) fn family(extent: Extent) -> Family {
+    let poses = if extent.is_full() { 5 } else { 1 };
+    let mut cases = Vec::new();
+    let room = cube([-100.0, -100.0, -300.0], 200.0);
+    for order in extent.of(&[1, 2, 3, 4], &[1, 2]) {
+        cases.push(case(format!("order {order}, 14 orientations"), poses, move || {
+            small(order, DirectionSet::Fourteen, Weighting::Area, room)
+        }));
+    }
+    for set in extent.of(&[DirectionSet::Six, DirectionSet::FortyTwo], &[DirectionSet::Six]) {
+        let name = format!("order 2, {} orientations, gnomonic weights", set.len());
+        cases.push(case(name, poses, move || small(2, set, Weighting::Gnomonic, room)));
+    }
+    for (name, bounds) in [
+        ("a box of 1e6 mm", cube([-5e5; 3], 1e6)),
+        ("a box of 300 mm, offset by 1e6 mm", cube([1e6, -1e6, 1e6], 300.0)),
+    ] {
+        cases.push(case(format!("order 2, {name}"), poses, move || {
+            small(2, DirectionSet::Fourteen, Weighting::Area, bounds)
+        }));
+    }
+    for (name, size) in [("half of a fold", 66.0), ("a thousandth off a fold", 133.2)] {
+        cases.push(case(format!("{name}, one orientation"), poses, move || steep(size)));
+    }
+    cases.push(Case::new("a map that folds", |m, case| {
+        let Some(model) = steep(200.0) else {
+            return vec![Row::behaviour(case, "is a model", false)];
+        };
+        let truths: Vec<_> = (0..81)
+            .map(|i| {
+                let x = -80.0 + 2.0 * f64::from(i) + 0.01;
+                pose_from_parts(Vector3::new(x, 3.0, -4.0), UnitQuaternion::identity())
+            })
+            .collect();
+        let readings: Vec<_> =
+            truths.iter().map(|t| model.distort(t, OutsidePolicy::Clamp).0).collect();
+        let found = m.undistort(&model, &readings, OutsidePolicy::Clamp);
+        let is_back = |(truth, found): (&Pose, &(Option<Pose>, InverseState))| match found {
+            (Some(pose), InverseState::Converged) => {
+                (pose.translation.vector - truth.translation.vector).norm() < 1e-9
+            }
+            (Some(_), _) => true,
+            (None, state) => *state != InverseState::Converged,
+        };
+        let flagged = found.iter().filter(|f| f.1 != InverseState::Converged);
+        vec![
+            Row::behaviour(
+                case,
+                "what is not flagged is the pose",
+                truths.iter().zip(&found).all(is_back),
+            ),
+            Row::behaviour(case, "some are flagged", flagged.count() > 0),
+        ]
+    }));
+    Family {
+        name: "inverse",
+        about: "The pose behind a reading, against the same equations solved in 192 bits from \
+            there; next to a fold, and in a map that folds.",
+        quantities: vec![POSITION, AXIS],
+        cases,
+    }
+}
+
+/// Errors of 1 mm and 0.01 rad that change from coefficient to coefficient.
+fn small(
+    order: usize,
+    set: DirectionSet,
+    weighting: Weighting,
+    bounds: Bounds,
+) -> Option<DistortionModel> {
+    model(order, set, weighting, bounds, order as u64 + 3).ok()
+}
+
+/// `x` is moved by `3 a u (1 − u) (1 − 2 u)` in a box of 200 mm: the slope in the middle is
+/// `−1.5 a / 200`, so that the map folds beyond a = 133.3 mm.
+fn steep(a_mm: f64) -> Option<DistortionModel> {
+    let along_x = [0.0, a_mm, -a_mm, 0.0];
+    let coefficients =
+        (0..64).map(|i| [along_x[i / 16], 0.3, -0.2, 0.0, 0.002 * (i % 4) as f64, 0.001]).collect();
+    DistortionModel::new(
+        3,
+        DirectionSet::One,
+        Weighting::Area,
+        MapKind::Distortion,
+        cube([-100.0; 3], 200.0),
+        coefficients,
+    )
+    .ok()
+}
+
+fn case(
+    name: impl Into<String>,
+    poses: usize,
+    make: impl Fn() -> Option<DistortionModel> + Send + Sync + 'static,
+) -> Case {
+    Case::new(name, move |m, case| {
+        let Some(model) = make() else {
+            return vec![Row::behaviour(case, "is a model", false)];
+        };
+        let bounds = model.bounds();
+        let mut sequence = Sequence::new(55);
+        // Well inside, so that no answer leaves the box, and as near to the middle of a steep
+        // field as to its ends.
+        let half = bounds.size_mm() * 0.5;
+        let readings: Vec<_> = (0..poses)
+            .map(|i| {
+                let part = 0.7 * i as f64 / poses as f64;
+                let at = bounds.center_mm() + sequence.vector().component_mul(&half) * part;
+                let truth = pose_from_parts(at.coords, sequence.rotation());
+                model.distort(&truth, OutsidePolicy::Clamp).0
+            })
+            .collect();
+        let (mut positions, mut axes) = (Vec::new(), Vec::new());
+        let found = m.undistort(&model, &readings, OutsidePolicy::Clamp);
+        for (reading, (pose, state)) in readings.iter().zip(&found) {
+            let (Some(pose), InverseState::Converged) = (pose, state) else {
+                return vec![Row::behaviour(case, "converges", false)];
+            };
+            let [position, axis] = compared(m, case, &model, reading, pose);
+            positions.push(position);
+            axes.push(axis);
+        }
+        let both = [positions, axes].into_iter();
+        both.filter_map(Row::worst_of).collect()
+    })
+}
+
+fn compared(
+    methods: &dyn Methods,
+    case: &str,
+    model: &DistortionModel,
+    reading: &Pose,
+    found: &Pose,
+) -> [Row; 2] {
+    let equations = Equations::new(model, reading);
+    let start = Place {
+        position: vector3(found.translation.vector.into()),
+        axis: unit3(&axis3(&(found.rotation * Vector3::z_axis()))),
+    };
+    let jacobian = equations.jacobian(methods, found);
+    let diagonal = model.bounds().diagonal_mm();
+    let largest = |c: &[f64]| c.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let coefficients = model.coefficients().iter();
+    let (mm, rad) = coefficients.fold((0.0, 0.0), |m: (f64, f64), c| {
+        (m.0.max(largest(&c[..3])), m.1.max(largest(&c[3..])))
+    });
+    let extent = model.bounds().size_mm().min();
+    let slope = 2.0 * model.order() as f64 * (mm + rad * diagonal) / extent;
+    let coordinate = reading.translation.vector.amax();
+    let scale = (1.0 + slope) * (coordinate + diagonal);
+    let Some(inverse) = jacobian.try_inverse() else {
+        return [POSITION, AXIS].map(|q| q.row(case, f64::INFINITY, f64::NAN, scale));
+    };
+    let condition = scaled(&inverse, diagonal).svd(false, false).singular_values.max();
+    let exact = equations.solved(start, &inverse, scale);
+    let (position, axis) = match &exact {
+        Some(exact) => (
+            distance(found.translation.vector.as_slice(), &exact.position),
+            distance((found.rotation * Vector3::z()).as_slice(), &exact.axis),
+        ),
+        None => (f64::NAN, f64::NAN),
+    };
+    [
+        POSITION.row(case, condition, position, scale),
+        AXIS.row(case, condition, axis, scale / diagonal),
+    ]
+}
+
+/// Rows and columns of an inverse Jacobian as lengths throughout.
+fn scaled(inverse: &Matrix5<f64>, mm_per_rad: f64) -> Matrix5<f64> {
+    Matrix5::from_fn(|i, j| {
+        let row = if i < 3 { 1.0 } else { mm_per_rad };
+        let column = if j < 3 { 1.0 } else { mm_per_rad };
+        inverse[(i, j)] * row / column
+    })
+}
+
+/// Position and unit axis of a sensor, to all digits.
+struct Place {
+    position: High3,
+    axis: High3,
+}
+
+/// `p + e_pos(p, n) = p_m`, `exp(e_ori(p, n)) n = n_m`.
+struct Equations<'a> {
+    model: &'a DistortionModel,
+    position: High3,
+    axis: High3,
+    /// Tangents of the read axis.
+    tangents: [Vector3<f64>; 2],
+}
+
+impl<'a> Equations<'a> {
+    fn new(model: &'a DistortionModel, reading: &Pose) -> Self {
+        let axis: Unit<Vector3<f64>> = reading.rotation * Vector3::z_axis();
+        let first = trackwright_geometry::rotation::perpendicular(&axis).into_inner();
+        let turn = references::matrix(&references::quaternion(&reading.rotation));
+        Self {
+            model,
+            position: vector3(reading.translation.vector.into()),
+            axis: apply33(&turn, &vector3([0.0, 0.0, 1.0])),
+            tangents: [first, axis.cross(&first)],
+        }
+    }
+
+    /// What is left of the five equations.
+    fn remainder(&self, at: &Place) -> Option<[High; 5]> {
+        let policy = OutsidePolicy::Clamp;
+        let all = references::evaluate(self.model, &at.position, &at.axis, policy);
+        let [x, y, z, rx, ry, rz] = all.into_iter().next()?.values;
+        let left = sub3(&add3(&at.position, &[x, y, z]), &self.position);
+        let turn = references::matrix(&references::exp(&[rx, ry, rz]));
+        let turned = apply33(&turn, &at.axis);
+        let [a, b] = self.tangents.map(|t| {
+            let t = vector3(t.into());
+            // The tangents are those of f64; the read axis has a little of them.
+            dot(&t, &turned) - dot(&t, &self.axis)
+        });
+        let [x, y, z] = left;
+        Some([x, y, z, a, b])
+    }
+
+    /// To first order in the errors, which is enough to go by.
+    fn jacobian(&self, methods: &dyn Methods, at: &Pose) -> Matrix5<f64> {
+        let position = Point3::from(at.translation.vector);
+        let axis = at.rotation * Vector3::z_axis();
+        let policy = OutsidePolicy::Clamp;
+        let [by_position, by_axis] = methods.derivatives(self.model, &position, &axis, policy);
+        let e = methods.evaluate(self.model, &position, &axis, policy);
+        let turn = UnitQuaternion::from_scaled_axis(e.rotation_rad);
+        let turned = turn * axis.into_inner();
+        let mut jacobian = Matrix5::zeros();
+        for column in 0..5 {
+            let (change, moved, tilted) = if column < 3 {
+                let mut step = Vector3::zeros();
+                step[column] = 1.0;
+                (by_position.column(column).into_owned(), step, Vector3::zeros())
+            } else {
+                let step = self.tangents[column - 3];
+                (by_axis * step, Vector3::zeros(), turn * step)
+            };
+            let length: Vector3<f64> = change.fixed_rows::<3>(0) + moved;
+            let rotation: Vector3<f64> = change.fixed_rows::<3>(3).into_owned();
+            let tilt = rotation.cross(&turned) + tilted;
+            for k in 0..3 {
+                jacobian[(k, column)] = length[k];
+            }
+            for k in 0..2 {
+                jacobian[(3 + k, column)] = self.tangents[k].dot(&tilt);
+            }
+        }
+        jacobian
+    }
+
+    /// The exact answer near a start; `None` where the steps do not end.
+    fn solved(&self, mut at: Place, inverse: &Matrix5<f64>, scale: f64) -> Option<Place> {
+        for _ in 0..STEPS {
+            let left = self.remainder(&at)?;
+            let left = Vector5::from(left.map(|x| x.to_f64()));
+            let step = inverse * left;
+            at.position = sub3(&at.position, &vector3([step[0], step[1], step[2]]));
+            let [first, second] = self.tangents.map(|t| vector3(t.into()));
+            let turn =
+                add3(&scale3(&first, &High::from(step[3])), &scale3(&second, &High::from(step[4])));
+            at.axis = unit3(&sub3(&at.axis, &turn));
+            if step.norm() < ARRIVED * scale {
+                return Some(at);
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,186 @@
+//! The least-squares solver on design matrices that are given exactly.
+
+use crate::high::High;
+use crate::high_linear::HighMatrix;
+use crate::stability::Extent;
+use crate::stability::inputs::Sequence;
+use crate::stability::methods::Methods;
+use crate::stability::row::{Case, Family, Quantity, Row};
+use crate::stability::systems::{Reference, SOLUTION, off_by};
+use nalgebra::Vector3;
+use trackwright_field::bernstein::coefficient_count;
+
+const CONDITION: Quantity = Quantity {
+    name: "condition number, relative",
+    constant: 10.0,
+    condition: "itself",
+    scale: "1",
+};
+
+/// Unknowns up to which the singular values themselves are found in high precision.
+const EXACT_CONDITION_UNKNOWNS: usize = 27;
+
+const RCOND: f64 = 1e-10;
+
+/// A system as the solver gets it.
+#[derive(Clone)]
+struct System {
+    rows: Vec<Vec<f64>>,
+    values: Vec<[f64; 6]>,
+    ridge: f64,
+}
+
+pub(super) fn family(extent: Extent) -> Family {
+    let mut cases = Vec::new();
+    for order in extent.of(&[1, 2, 3, 4, 5], &[1, 2]) {
+        let name = format!("order {order}, scattered positions");
+        cases.push(case(name, move || scattered(order, 1.4, |_, u| u)));
+    }
+    // Height squeezed until the columns with a power of it are nearly the same.
+    for (squeeze, name) in [(1e-2, "1e-2"), (1e-4, "1e-4")] {
+        cases.push(case(format!("order 2, positions in a slab of {name}"), move || {
+            scattered(2, 2.0, move |_, u| Vector3::new(u.x, u.y, 0.4 + squeeze * u.z))
+        }));
+    }
+    // What the polynomials reach leaves no residual, and so no room for the condition's square.
+    for (squeeze, name) in [(1e-2, "1e-2"), (1e-3, "1e-3")] {
+        cases.push(case(format!("order 2, slab of {name}, a field of order 2"), move || {
+            reached(scattered(2, 2.0, move |_, u| Vector3::new(u.x, u.y, 0.4 + squeeze * u.z)))
+        }));
+    }
+    cases.push(case("order 2, seven clusters of 0.02, a field of order 2", || {
+        reached(scattered(2, 3.0, |i, u| cluster_center(i) + u * 0.02))
+    }));
+    cases.push(case("order 1, positions in a slab of 1e-9", || {
+        scattered(1, 3.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-9 * u.z))
+    }));
+    cases.push(case("order 2, seven clusters of 0.02", || {
+        scattered(2, 3.0, |i, u| cluster_center(i) + u * 0.02)
+    }));
+    cases.push(case("order 2, 40 positions, each repeated 5 times", || {
+        scattered(2, 200.0 / 27.0, |i, _| cluster_center(1000 + i % 40))
+    }));
+    cases.push(case("order 2, 10 positions, each repeated 5 times", || {
+        scattered(2, 50.0 / 27.0, |i, _| cluster_center(1000 + i % 10))
+    }));
+    cases.push(case("order 2, all positions in one plane", || {
+        scattered(2, 3.0, |_, u| Vector3::new(u.x, u.y, 0.0))
+    }));
+    cases.push(case("order 2, all positions on one line", || {
+        scattered(2, 3.0, |_, u| Vector3::new(u.x, 0.25 + 0.5 * u.x, 1.0 - u.x))
+    }));
+    cases.push(case("order 3, fewer samples than unknowns", || scattered(3, 0.5, |_, u| u)));
+    cases.push(case("order 2, one sample", || scattered(2, 1.0 / 27.0, |_, u| u)));
+    cases.push(case("order 1, row weights from 1e-12 to 1e12", || {
+        weighted(scattered(1, 10.0, |_, u| u), |i| 10.0_f64.powi(4 * (i % 7) - 12))
+    }));
+    cases.push(case("order 1, heavy rows last", || {
+        weighted(scattered(1, 10.0, |_, u| u), |i| 10.0_f64.powi(i.min(72) / 3 - 12))
+    }));
+    for (weight, name) in [(1e-12, "1e-12"), (1e12, "1e12")] {
+        cases.push(case(format!("order 2, all rows weighted by {name}"), move || {
+            weighted(scattered(2, 2.0, |_, u| u), |_| weight)
+        }));
+    }
+    for (ridge, name) in [(1e-8, "1e-8"), (1e-3, "1e-3")] {
+        cases.push(case(format!("order 2, slab of 1e-3, ridge {name}"), move || System {
+            ridge,
+            ..scattered(2, 2.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-3 * u.z))
+        }));
+        cases.push(case(format!("order 2, one plane, ridge {name}"), move || System {
+            ridge,
+            ..scattered(2, 3.0, |_, u| Vector3::new(u.x, u.y, 0.0))
+        }));
+    }
+    cases.push(case("columns from 1 to 1e-9", graded_columns));
+    Family {
+        name: "least squares",
+        about: "Solutions of least norm for design matrices that are given to the last bit, \
+            against Householder QR or, where rank is missing, one-sided Jacobi.",
+        quantities: vec![SOLUTION, CONDITION],
+        cases,
+    }
+}
+
+/// Centres of clusters by their number.
+fn cluster_center(i: usize) -> Vector3<f64> {
+    let mut sequence = Sequence::new(100 + (if i < 1000 { i % 7 } else { i }) as u64);
+    Vector3::from_fn(|_, _| 0.05 + 0.85 * sequence.unit())
+}
+
+/// Products of Bernstein polynomials at positions in the unit cube; `place` moves them by number.
+fn scattered(
+    order: usize,
+    rows_per_unknown: f64,
+    place: impl Fn(usize, Vector3<f64>) -> Vector3<f64>,
+) -> System {
+    let mut sequence = Sequence::new(order as u64 + 40);
+    let count = (coefficient_count(order) as f64 * rows_per_unknown).round() as usize;
+    let (mut rows, mut values) = (Vec::new(), Vec::new());
+    for i in 0..count {
+        let u = place(i, Vector3::from_fn(|_, _| sequence.unit()));
+        let mut row = Vec::new();
+        trackwright_field::bernstein::push_products(order, &u, &mut row);
+        rows.push(row);
+        // A field that no polynomial reaches, and noise.
+        values.push(std::array::from_fn(|k| {
+            (1.0 + u.x + 0.3 * (k as f64) * u.y).powi(-3) * u.z.cos() + 0.01 * sequence.signed()
+        }));
+    }
+    System { rows, values, ridge: 0.0 }
+}
+
+/// The same with values that a solution without residual has, up to their own rounding.
+fn reached(mut system: System) -> System {
+    let mut sequence = Sequence::new(21);
+    let x: Vec<[f64; 6]> =
+        (0..system.rows[0].len()).map(|_| std::array::from_fn(|_| sequence.signed())).collect();
+    for (row, values) in system.rows.iter().zip(&mut system.values) {
+        let sum = |k: usize| row.iter().zip(&x).map(|(a, x)| High::from(*a) * x[k]).sum::<High>();
+        *values = std::array::from_fn(|k| sum(k).to_f64());
+    }
+    system
+}
+
+fn weighted(mut system: System, weight: impl Fn(i32) -> f64) -> System {
+    for (i, (row, values)) in system.rows.iter_mut().zip(&mut system.values).enumerate() {
+        let w = weight(i as i32);
+        row.iter_mut().chain(values.iter_mut()).for_each(|x| *x *= w);
+    }
+    system
+}
+
+fn graded_columns() -> System {
+    let mut system = scattered(2, 2.0, |_, u| u);
+    for row in &mut system.rows {
+        for (j, x) in row.iter_mut().enumerate() {
+            *x *= 10.0_f64.powf(-(j as f64) / 4.0);
+        }
+    }
+    system
+}
+
+fn case(name: impl Into<String>, make: impl Fn() -> System + Send + Sync + 'static) -> Case {
+    Case::new(name, move |m, case| rows(m, case, &make()))
+}
+
+fn rows(methods: &dyn Methods, case: &str, system: &System) -> Vec<Row> {
+    let unknowns = system.rows[0].len();
+    let a = HighMatrix::from_fn(system.rows.len(), unknowns, |i, j| High::from(system.rows[i][j]));
+    let b = HighMatrix::from_fn(system.rows.len(), 6, |i, k| High::from(system.values[i][k]));
+    let reference = Reference::of(a, b, RCOND, system.ridge);
+    let case = reference.named(case);
+    let Ok(found) = methods.solve(&system.rows, &system.values, RCOND, system.ridge) else {
+        return vec![Row::behaviour(&case, "is solved", false)];
+    };
+    let mut rows = vec![
+        SOLUTION.worst(&case, reference.condition, &off_by(&reference, &found.unknowns)),
+        Row::behaviour(&case, "rank as exact", found.rank == reference.rank),
+    ];
+    if let Some(exact) = reference.exact_condition(EXACT_CONDITION_UNKNOWNS) {
+        let error = (High::from(found.condition) - &exact).abs() / &exact;
+        let condition = exact.to_f64();
+        rows.push(CONDITION.row(&case, condition, error.to_f64(), 1.0));
+    }
+    rows
+}

@@ -1,0 +1,114 @@
+//! Singular values of three by three matrices, on which what is undetermined hangs.
+
+use crate::high::High;
+use crate::high_linear::{HighMatrix, svd};
+use crate::stability::Extent;
+use crate::stability::inputs::Sequence;
+use crate::stability::methods::Methods;
+use crate::stability::row::{Case, Family, Quantity, Row};
+use nalgebra::{Matrix3, Vector3};
+
+const VALUES: Quantity = Quantity {
+    name: "singular values",
+    constant: 6.0,
+    condition: "1",
+    scale: "the largest singular value",
+};
+
+const FACTORS: Quantity = Quantity {
+    name: "U Λ Vᵀ, and what U and V lack to be orthogonal",
+    constant: 20.0,
+    condition: "1",
+    scale: "the largest singular value, and 1",
+};
+
+pub(super) fn family(_: Extent) -> Family {
+    let shapes: [(&str, [f64; 3]); 10] = [
+        ("1, 1, 1", [1.0; 3]),
+        ("3, 2, 1", [3.0, 2.0, 1.0]),
+        ("1, 1, 1e-8", [1.0, 1.0, 1e-8]),
+        ("1, 1e-4, 1e-8", [1.0, 1e-4, 1e-8]),
+        ("1, 1e-10, 1e-10", [1.0, 1e-10, 1e-10]),
+        ("1, 1e-12, 1e-24", [1.0, 1e-12, 1e-24]),
+        ("1, 1e-15, 0", [1.0, 1e-15, 0.0]),
+        ("1, 1, 0", [1.0, 1.0, 0.0]),
+        ("1, 0, 0", [1.0, 0.0, 0.0]),
+        ("0, 0, 0", [0.0; 3]),
+    ];
+    let mut cases = Vec::new();
+    for (name, values) in shapes {
+        for (size_name, size) in [("", 1.0), (" times 1e-140", 1e-140), (" times 1e140", 1e140)] {
+            cases.push(Case::new(format!("{name}{size_name}"), move |m, case| {
+                let mut sequence = Sequence::new(7);
+                let rows = (0..6).flat_map(|i| {
+                    let mut turn = || sequence.rotation().to_rotation_matrix().into_inner();
+                    // Some without any structure, some aligned with the axes, some reflections.
+                    let left = if i == 0 { Matrix3::identity() } else { turn() };
+                    let right = if i == 1 { Matrix3::identity() } else { turn() };
+                    let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+                    let diagonal = Matrix3::from_diagonal(&Vector3::from(values));
+                    rows(m, case, &(left * diagonal * right * (sign * size)))
+                });
+                worst_each(rows.collect())
+            }));
+        }
+    }
+    for (name, rows_by, columns_by) in [
+        ("rows from 1 to 1e-20", 1e-10, 1.0),
+        ("columns from 1 to 1e-20", 1.0, 1e-10),
+        ("rows and columns from 1 to 1e-20", 1e-5, 1e-5),
+    ] {
+        cases.push(Case::new(name, move |m, case| {
+            let mut sequence = Sequence::new(23);
+            let rows = (0..6).flat_map(|_| {
+                let graded = Matrix3::from_fn(|i, j| {
+                    let grade: f64 = f64::powi(rows_by, i as i32) * f64::powi(columns_by, j as i32);
+                    sequence.signed() * grade
+                });
+                rows(m, case, &graded)
+            });
+            worst_each(rows.collect())
+        }));
+    }
+    Family {
+        name: "singular values",
+        about: "The SVD of three by three matrices of any rank, grade and size, reflections \
+            included, against one-sided Jacobi in 192 bits.",
+        quantities: vec![VALUES, FACTORS],
+        cases,
+    }
+}
+
+fn worst_each(rows: Vec<Row>) -> Vec<Row> {
+    let of = |q: Quantity| {
+        let own = rows.iter().filter(|r| r.quantity == q.name).cloned();
+        Row::worst_of(own.collect())
+    };
+    [VALUES, FACTORS].into_iter().filter_map(of).collect()
+}
+
+fn rows(methods: &dyn Methods, case: &str, matrix: &Matrix3<f64>) -> Vec<Row> {
+    let found = methods.svd3(matrix);
+    let exact = svd(&HighMatrix::from_fn(3, 3, |i, j| High::from(matrix[(i, j)])));
+    let largest = exact.singular_values[0].to_f64();
+    let error = (0..3)
+        .map(|k| {
+            let error = High::from(found.singular_values[k]) - &exact.singular_values[k];
+            error.abs().to_f64()
+        })
+        .fold(0.0, f64::max);
+    let product = found.u * Matrix3::from_diagonal(&found.singular_values) * found.v.transpose();
+    // Divided first, because squares of what is left would leave the range of f64.
+    let part = |m: Matrix3<f64>| {
+        if largest > 0.0 { (m / largest).norm() } else { m.norm() }
+    };
+    let orthogonal = |q: &Matrix3<f64>| ((q * q.transpose() - Matrix3::identity()).norm(), 1.0);
+    vec![
+        VALUES.row(case, 1.0, error, largest),
+        FACTORS.worst(
+            case,
+            1.0,
+            &[(part(product - matrix), 1.0), orthogonal(&found.u), orthogonal(&found.v)],
+        ),
+    ]
+}

@@ -1,0 +1,112 @@
+//! Summary statistics of many trials.
+
+use crate::high::High;
+use crate::stability::Extent;
+use crate::stability::inputs::Sequence;
+use crate::stability::methods::Methods;
+use crate::stability::row::{Case, Family, Quantity, Row};
+
+const MEAN: Quantity =
+    Quantity { name: "mean", constant: 4.0, condition: "1", scale: "mean of the absolute values" };
+
+const RMS: Quantity =
+    Quantity { name: "root mean square", constant: 4.0, condition: "1", scale: "itself" };
+
+const STD: Quantity = Quantity {
+    name: "standard deviation",
+    constant: 4.0,
+    condition: "root mean square over standard deviation (Chan, Golub & LeVeque, 1983)",
+    scale: "itself",
+};
+
+const PERCENTILE: Quantity = Quantity {
+    name: "median and 95th percentile",
+    constant: 2.0,
+    condition: "1",
+    scale: "the largest absolute value",
+};
+
+/// The value of a number in the sequence.
+type Value = fn(usize, &mut Sequence) -> f64;
+
+pub(super) fn family(extent: Extent) -> Family {
+    let many = if extent.is_full() { 10_000_000 } else { 10_000 };
+    let mut cases = Vec::new();
+    let kinds: [(&str, usize, Value); 8] = [
+        ("values up to 1", many, |_, s| s.unit()),
+        ("values around 0", many / 10, |_, s| s.signed()),
+        ("values of 1e6 and a little", many / 10, |_, s| 1e6 + s.unit()),
+        ("values of 1e6 and 1e-6 of scatter", 10_000, |_, s| 1e6 + 1e-6 * s.unit()),
+        ("all values 0.1", many / 10, |_, _| 0.1),
+        ("values from 1e-12 to 1e12", 10_000, |i, s| {
+            s.signed() * 10.0_f64.powi((i % 25) as i32 - 12)
+        }),
+        ("values up to 1e-160", 10_000, |_, s| 1e-160 * s.unit()),
+        ("values up to 1e160", 10_000, |_, s| 1e160 * s.unit()),
+    ];
+    for (name, count, value) in kinds {
+        cases.push(Case::new(format!("{count} {name}"), move |m, case| {
+            let mut sequence = Sequence::new(2);
+            let values = (0..count).map(|i| value(i, &mut sequence)).collect();
+            rows(m, case, values)
+        }));
+    }
+    cases.push(Case::new("one value", |m, case| rows(m, case, vec![0.1])));
+    cases.push(Case::new("two values", |m, case| rows(m, case, vec![1e6, 1e6 + 1e-9])));
+    Family {
+        name: "statistics",
+        about: "Mean, root mean square, standard deviation and percentiles, against sums in 192 \
+            bits and order statistics of the sorted values.",
+        quantities: vec![MEAN, RMS, STD, PERCENTILE],
+        cases,
+    }
+}
+
+fn rows(methods: &dyn Methods, case: &str, values: Vec<f64>) -> Vec<Row> {
+    let mut reordered = values.clone();
+    let Some(found) = methods.statistics(&mut reordered) else {
+        return vec![Row::behaviour(case, "has statistics", false)];
+    };
+    let n = values.len() as f64;
+    let mean = values.iter().map(|&v| High::from(v)).sum::<High>() / n;
+    let squares = |center: &High| -> High {
+        values
+            .iter()
+            .map(|&v| {
+                let d = High::from(v) - center;
+                &d * &d
+            })
+            .sum()
+    };
+    let rms = (squares(&High::zero()) / n).sqrt();
+    let std = (squares(&mean) / n).sqrt();
+    let size = values.iter().map(|v| v.abs() / n).sum::<f64>();
+    let off = |found: f64, expected: &High| (High::from(found) - expected).abs().to_f64();
+    // Where all values are the same there is no condition: what is left of them is round-off.
+    let (condition, scale) = if std.to_f64() > 0.0 {
+        ((&rms / &std).to_f64(), std.to_f64())
+    } else {
+        (1.0, rms.to_f64())
+    };
+    let mut sorted = values.clone();
+    sorted.sort_by(f64::total_cmp);
+    let largest = sorted[0].abs().max(sorted[sorted.len() - 1].abs());
+    let errors = [(found.median, 0.5), (found.p95, 0.95)]
+        .map(|(found, p)| (off(found, &percentile(&sorted, p)), largest));
+    vec![
+        MEAN.row(case, 1.0, off(found.mean, &mean), size),
+        RMS.row(case, 1.0, off(found.rms, &rms), rms.to_f64()),
+        STD.row(case, condition, off(found.std, &std), scale),
+        PERCENTILE.worst(case, 1.0, &errors),
+    ]
+}
+
+/// Between order statistics at `(n − 1) p`, a place that `f64` holds exactly enough: its own
+/// rounding moves the result by less than a neighbour's distance times n epsilon.
+fn percentile(sorted: &[f64], p: f64) -> High {
+    let place = (sorted.len() - 1) as f64 * p;
+    let below = place.floor();
+    let low = High::from(sorted[below as usize]);
+    let high = High::from(sorted[(below as usize + 1).min(sorted.len() - 1)]);
+    &low + (high - &low) * (place - below)
+}

@@ -1,0 +1,260 @@
+//! First-order covariance of a fitted point, and the tip error itself.
+
+use crate::high::High;
+use crate::high_linear::{
+    High3, High33, add3, cross3, dot, inverse33, matrix_from_fn, norm, sub3, times33, transposed33,
+    vector3,
+};
+use crate::stability::Extent;
+use crate::stability::inputs::Sequence;
+use crate::stability::methods::Methods;
+use crate::stability::references::{self, distance, matrix, moved, point3, quaternion};
+use crate::stability::row::{Case, Family, Quantity, Row};
+use nalgebra::{Matrix3, Point3, Unit, Vector3};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::exp_vector;
+use trackwright_simulation::linear_fit::SensorCovariance;
+use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
+
+const COVARIANCE: Quantity = Quantity {
+    name: "covariance of the tip, mm²",
+    constant: 20.0,
+    condition: "of A, times how much longer the sensors' coordinates are than their distances \
+        from the centroid, plus one",
+    scale: "the covariance, largest entry",
+};
+
+const TIP_ERROR: Quantity = Quantity {
+    name: "tip error, mm",
+    constant: 8.0,
+    condition: "1",
+    scale: "the largest coordinate of poses, plus the tip's distance from the tool's origin, mm",
+};
+
+const ANGLE_ERROR: Quantity =
+    Quantity { name: "angle error, rad", constant: 8.0, condition: "1", scale: "1" };
+
+pub(super) fn family(extent: Extent) -> Family {
+    let mut cases = Vec::new();
+    for (name, aside_mm, weight_mm) in [
+        ("four sensors", 10.0, 100.0),
+        ("four sensors, w = 0", 10.0, 0.0),
+        ("four sensors, w = 1e-12", 10.0, 1e-12),
+        ("four sensors, w = 1e12", 10.0, 1e12),
+        ("four sensors 0.1 mm off a line, w = 0", 0.1, 0.0),
+        ("four sensors 2e-3 mm off a line, w = 0", 2e-3, 0.0),
+        ("four sensors 2e-3 mm off a line, parallel axes, w = 1", 2e-3, -1.0),
+    ] {
+        for (place, offset) in [("", 0.0), (", body 1e6 mm off its origin", 1e6)] {
+            if offset > 0.0 && aside_mm < 0.1 {
+                // Coordinates of 1e6 mm do not hold what these are about.
+                continue;
+            }
+            cases.push(Case::new(format!("{name}{place}"), move |m, case| {
+                covariance(
+                    m,
+                    case,
+                    &body(4, aside_mm, weight_mm < 0.0, offset),
+                    f64::abs(weight_mm),
+                )
+            }));
+        }
+    }
+    for (name, weight_mm) in [("four sensors on a line", 0.0), ("parallel axes, w = 1e12", 1e12)] {
+        cases.push(Case::new(name, move |m, case| {
+            let aside = if weight_mm == 0.0 { 0.0 } else { 10.0 };
+            let body = body(4, aside, true, 0.0);
+            let own = [unit_covariance(); 4];
+            let refused = m.covariance(&body, weight_mm, &own, &Point3::origin()).is_err();
+            vec![Row::behaviour(case, "refused: not determined", refused)]
+        }));
+    }
+    let many = if extent.is_full() { 10_000 } else { 300 };
+    cases.push(Case::new(format!("{many} sensors"), move |m, case| {
+        covariance(m, case, &body(many, 10.0, false, 0.0), 100.0)
+    }));
+    for (name, place_mm, turn_rad) in [
+        ("tool 300 mm away, off by 1 mm and 0.01 rad", 300.0, 0.01),
+        ("tool 300 mm away, off by 1 mm and 1e-12 rad", 300.0, 1e-12),
+        ("tool 1e6 mm away, off by 1 mm and 0.01 rad", 1e6, 0.01),
+        ("tool 300 mm away, off by 1 mm and 3 rad", 300.0, 3.0),
+    ] {
+        cases.push(Case::new(name, move |m, case| tip_error(m, case, place_mm, turn_rad)));
+    }
+    Family {
+        name: "uncertainty and tip error",
+        about: "The first-order covariance of a tip 200 mm away from unlike sensor covariances, \
+            near the bodies that determine no rotation, and the tip error of two poses.",
+        quantities: vec![COVARIANCE, TIP_ERROR, ANGLE_ERROR],
+        cases,
+    }
+}
+
+fn unit_covariance() -> SensorCovariance {
+    SensorCovariance { position_mm2: Matrix3::identity(), rotation_rad2: Matrix3::identity() }
+}
+
+/// Sensors along z, off that line by `aside_mm`.
+fn body(count: usize, aside_mm: f64, is_parallel: bool, offset_mm: f64) -> RigidBody {
+    let mut sequence = Sequence::new(61);
+    let sensors = (0..count).map(|i| {
+        let along = 25.0 * i as f64 / (count as f64 / 4.0);
+        let aside = Vector3::new(sequence.signed(), sequence.signed(), 0.0) * aside_mm;
+        let axis = sequence.axis();
+        Sensor {
+            name: String::new(),
+            position_in_body: Point3::from(
+                Vector3::new(0.0, 0.0, along) + aside + Vector3::repeat(offset_mm),
+            ),
+            orientation: SensorOrientation::FiveDof(if is_parallel {
+                Vector3::z_axis()
+            } else {
+                axis
+            }),
+            coil: None,
+        }
+    });
+    RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() }
+}
+
+fn covariance(methods: &dyn Methods, case: &str, body: &RigidBody, weight_mm: f64) -> Vec<Row> {
+    let mut sequence = Sequence::new(62);
+    let mut symmetric = |size: f64| {
+        let m = Matrix3::from_fn(|_, _| sequence.signed());
+        m * m.transpose() * size
+    };
+    let sensors: Vec<_> = (0..body.sensors.len())
+        .map(|_| SensorCovariance {
+            position_mm2: symmetric(0.25),
+            rotation_rad2: symmetric(2.5e-5),
+        })
+        .collect();
+    let tip = body.sensors[0].position_in_body + Vector3::new(0.0, 30.0, -200.0);
+    let Ok(found) = methods.covariance(body, weight_mm, &sensors, &tip) else {
+        return vec![Row::behaviour(case, "is determined", false)];
+    };
+    let exact = HighCovariance::of(body, weight_mm, &sensors, &tip);
+    let expected = exact.covariance.concat();
+    let scale = expected.iter().map(|x| x.abs().to_f64()).fold(0.0, f64::max);
+    let error = distance(found.transpose().as_slice(), &expected);
+    vec![COVARIANCE.row(case, exact.condition, error, scale)]
+}
+
+/// MATH, first-order uncertainty, as it is written.
+struct HighCovariance {
+    covariance: High33,
+    condition: f64,
+}
+
+impl HighCovariance {
+    fn of(
+        body: &RigidBody,
+        weight_mm: f64,
+        sensors: &[SensorCovariance],
+        tip: &Point3<f64>,
+    ) -> Self {
+        let n = body.sensors.len() as f64;
+        let zero = || matrix_from_fn(|_, _| High::zero());
+        let weight = High::from(weight_mm) * weight_mm;
+        let own: Vec<_> = body.sensors.iter().map(|s| point3(&s.position_in_body)).collect();
+        let sum = own.iter().fold(vector3([0.0; 3]), |sum, p| add3(&sum, p));
+        let centroid = sum.map(|x| x / n);
+        let arms: Vec<_> = own.iter().map(|p| sub3(p, &centroid)).collect();
+        let seen: Vec<_> = body.sensors.iter().map(|s| seen(&s.orientation)).collect();
+        let mut a = zero();
+        for (x, seen) in arms.iter().zip(&seen) {
+            // |x|² I − x xᵀ = −[x]²
+            let square = times33(&cross_matrix(x), &cross_matrix(x));
+            for i in 0..3 {
+                for j in 0..3 {
+                    a[i][j] += &seen[i][j] * &weight - &square[i][j];
+                }
+            }
+        }
+        let values = Matrix3::from_fn(|i, j| a[i][j].to_f64()).symmetric_eigenvalues();
+        let inverse = inverse33(&a);
+        let lever = cross_matrix(&sub3(&point3(tip), &centroid));
+        let gain = times33(&lever, &inverse);
+        let mut covariance = zero();
+        for ((x, seen), c) in arms.iter().zip(&seen).zip(sensors) {
+            let turned = times33(&gain, &cross_matrix(x));
+            let j = matrix_from_fn(|i, k| {
+                let mean = if i == k { High::one() / n } else { High::zero() };
+                mean - &turned[i][k]
+            });
+            let turned = times33(&gain, seen);
+            let k = matrix_from_fn(|i, k| &turned[i][k] * &weight);
+            for (gain, c) in [(j, c.position_mm2), (k, c.rotation_rad2)] {
+                let c = matrix_from_fn(|i, k| High::from(c[(i, k)]));
+                let part = times33(&times33(&gain, &c), &transposed33(&gain));
+                for i in 0..3 {
+                    for k in 0..3 {
+                        covariance[i][k] += &part[i][k];
+                    }
+                }
+            }
+        }
+        let longest = |points: &[High3]| {
+            let lengths = points.iter().map(|p| norm(p).to_f64());
+            lengths.fold(0.0, f64::max)
+        };
+        Self {
+            covariance,
+            condition: values.max() / values.min() * (1.0 + longest(&own) / longest(&arms)),
+        }
+    }
+}
+
+fn seen(orientation: &SensorOrientation) -> High33 {
+    let identity = |i: usize, j: usize| if i == j { High::one() } else { High::zero() };
+    match orientation {
+        SensorOrientation::Marker => matrix_from_fn(|_, _| High::zero()),
+        SensorOrientation::FiveDof(axis) => {
+            let n = vector3(Unit::into_inner(*axis).into());
+            matrix_from_fn(|i, j| identity(i, j) - &n[i] * &n[j])
+        }
+        SensorOrientation::SixDof(_) => matrix_from_fn(|i, j| identity(i, j) * 2.0),
+    }
+}
+
+/// `[x]` with `[x] y = x × y`.
+fn cross_matrix(x: &High3) -> High33 {
+    let units = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(vector3);
+    transposed33(&units.each_ref().map(|e| cross3(x, e)))
+}
+
+fn tip_error(methods: &dyn Methods, case: &str, place_mm: f64, turn_rad: f64) -> Vec<Row> {
+    let mut sequence = Sequence::new(71);
+    let (mut tips, mut angles) = (Vec::new(), Vec::new());
+    for _ in 0..6 {
+        let truth = pose_from_parts(sequence.vector() * place_mm, sequence.rotation());
+        let turn = exp_vector(&(sequence.axis().into_inner() * turn_rad));
+        let simulated =
+            pose_from_parts(truth.translation.vector + sequence.vector(), turn * truth.rotation);
+        let tip = Point3::from(sequence.vector() * 200.0);
+        let found = methods.relative_error(&truth, &simulated, &tip);
+        let at = |pose: &Pose| {
+            let place = vector3(pose.translation.vector.into());
+            moved(&matrix(&quaternion(&pose.rotation)), &place, &point3(&tip))
+        };
+        let expected = sub3(&at(&simulated), &at(&truth));
+        let scale = place_mm + tip.coords.norm();
+        let error = distance(found.tip_error_in_crf_mm.as_slice(), &expected);
+        tips.push(TIP_ERROR.row(case, 1.0, error, scale));
+        let between = between(&quaternion(&simulated.rotation), &quaternion(&truth.rotation));
+        let angle = norm(&references::log(&between));
+        let error = (High::from(found.angle_rad) - angle).abs().to_f64();
+        angles.push(ANGLE_ERROR.row(case, 1.0, error, 1.0));
+    }
+    [tips, angles].into_iter().filter_map(Row::worst_of).collect()
+}
+
+/// `a b⁻¹`, up to its length.
+fn between(a: &[High; 4], b: &[High; 4]) -> [High; 4] {
+    let vector = |q: &[High; 4]| [q[1].clone(), q[2].clone(), q[3].clone()];
+    let (av, bv) = (vector(a), vector(b).map(|x| -x));
+    let cross = cross3(&av, &bv);
+    let scalar = &a[0] * &b[0] - dot(&av, &bv);
+    let [x, y, z]: High3 = std::array::from_fn(|k| &av[k] * &b[0] + &bv[k] * &a[0] + &cross[k]);
+    [scalar, x, y, z]
+}

@@ -1,0 +1,414 @@
+//! Textbook methods that lose digits: the battery has to find each of them out.
+
+use super::methods::Methods;
+use nalgebra::{DMatrix, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_field::fit::{Fit, FitError, FitSettings, fit};
+use trackwright_field::inverse::InverseState;
+use trackwright_field::jacobian::Matrix6x3;
+use trackwright_field::least_squares::{NoConvergence, Solution};
+use trackwright_field::model::Coefficient;
+use trackwright_field::samples::{PoseError, SampleSet};
+use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
+use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
+use trackwright_geometry::rotation::AxisRotation;
+use trackwright_geometry::svd3::{Svd3, svd3};
+use trackwright_simulation::Statistics;
+use trackwright_simulation::frame_fit::{FrameFit, FrameFitter, Reading};
+use trackwright_simulation::linear_fit::{RotationNotDetermined, SensorCovariance};
+use trackwright_simulation::tool_in_crf::RelativeError;
+use trackwright_simulation::{RigidBody, SensorOrientation};
+
+/// `AᵀA x = Aᵀb`.
+pub struct NormalEquations;
+
+impl Methods for NormalEquations {
+    fn solve(
+        &self,
+        rows: &[Vec<f64>],
+        values: &[[f64; 6]],
+        rcond: f64,
+        ridge: f64,
+    ) -> Result<Solution, NoConvergence> {
+        let a = DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
+        let b = DMatrix::from_fn(rows.len(), 6, |i, k| values[i][k]);
+        Ok(by_normal_equations(&a, &b, rcond, ridge))
+    }
+
+    fn fit(
+        &self,
+        set: &SampleSet,
+        settings: &FitSettings,
+        bounds: Option<Bounds>,
+    ) -> Result<Fit, FitError> {
+        let own = fit(set, settings, bounds)?;
+        if settings.directions != DirectionSet::One {
+            return Ok(own);
+        }
+        let rows: Vec<Vec<f64>> = set
+            .samples
+            .iter()
+            .map(|s| {
+                let mut row = Vec::new();
+                let unit = own.model.bounds().to_unit(&s.position_mm);
+                trackwright_field::bernstein::push_products(settings.order, &unit, &mut row);
+                row
+            })
+            .collect();
+        let values: Vec<_> = set
+            .samples
+            .iter()
+            .map(|s| {
+                let (p, r) = (s.error.position_mm, s.error.rotation_rad);
+                [p.x, p.y, p.z, r.x, r.y, r.z]
+            })
+            .collect();
+        let solution = self.solve(&rows, &values, settings.rcond, settings.ridge)?;
+        Ok(Fit { model: with_coefficients(&own.model, solution.unknowns)?, ..own })
+    }
+}
+
+fn with_coefficients(
+    model: &DistortionModel,
+    coefficients: Vec<Coefficient>,
+) -> Result<DistortionModel, FitError> {
+    Ok(DistortionModel::new(
+        model.order(),
+        model.directions(),
+        model.weighting(),
+        model.map(),
+        *model.bounds(),
+        coefficients,
+    )?)
+}
+
+fn by_normal_equations(a: &DMatrix<f64>, b: &DMatrix<f64>, rcond: f64, ridge: f64) -> Solution {
+    let normal = a.transpose() * a;
+    let eigen = normal.symmetric_eigen();
+    let largest = eigen.eigenvalues.max();
+    let rotated = eigen.eigenvectors.transpose() * (a.transpose() * b);
+    let kept: Vec<bool> = eigen.eigenvalues.iter().map(|&l| l > rcond * rcond * largest).collect();
+    let x = DMatrix::from_fn(a.ncols(), 6, |i, k| {
+        (0..a.ncols())
+            .filter(|&j| kept[j])
+            .map(|j| {
+                let damped = eigen.eigenvalues[j] + ridge * ridge * largest;
+                eigen.eigenvectors[(i, j)] * rotated[(j, k)] / damped
+            })
+            .sum()
+    });
+    let smallest = eigen.eigenvalues.iter().zip(&kept).filter(|(_, k)| **k);
+    let smallest = smallest.map(|(&l, _)| l).fold(f64::INFINITY, f64::min);
+    Solution {
+        unknowns: (0..a.ncols()).map(|i| std::array::from_fn(|k| x[(i, k)])).collect(),
+        rank: kept.iter().filter(|k| **k).count(),
+        condition: (largest / smallest).sqrt(),
+    }
+}
+
+/// The angle from the trace or the scalar part, by arccosine.
+pub struct ArccosineLogarithm;
+
+impl Methods for ArccosineLogarithm {
+    fn log_matrix(&self, m: &Matrix3<f64>) -> Vector3<f64> {
+        let angle = (0.5 * (m.trace() - 1.0)).clamp(-1.0, 1.0).acos();
+        let v = Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)]);
+        if angle == 0.0 { Vector3::zeros() } else { v * (0.5 * angle / angle.sin()) }
+    }
+
+    fn log_quaternion(&self, q: &UnitQuaternion<f64>) -> Vector3<f64> {
+        let half = q.w.clamp(-1.0, 1.0).acos();
+        if half == 0.0 { Vector3::zeros() } else { q.imag() * (2.0 * half / half.sin()) }
+    }
+
+    fn angle(&self, q: &UnitQuaternion<f64>) -> f64 {
+        2.0 * q.w.abs().min(1.0).acos()
+    }
+
+    fn axis_rotation(&self, from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f64>>) -> AxisRotation {
+        let angle = from.dot(to).clamp(-1.0, 1.0).acos();
+        let cross = from.cross(to);
+        AxisRotation {
+            vector_rad: cross.try_normalize(0.0).map_or_else(Vector3::zeros, |c| c * angle),
+            is_ambiguous: false,
+        }
+    }
+}
+
+/// `V Uᵀ` without asking whether that is a rotation.
+pub struct NoDeterminantSign;
+
+impl Methods for NoDeterminantSign {
+    fn frame(
+        &self,
+        body: &RigidBody,
+        weight_mm: f64,
+        readings: &[Reading],
+        truth: &Pose,
+    ) -> FrameFit {
+        let own = FrameFitter::new(body, weight_mm).fit(readings, truth);
+        let n = readings.len() as f64;
+        let own_mean =
+            body.sensors.iter().map(|s| s.position_in_body.coords).sum::<Vector3<f64>>() / n;
+        let mean = readings.iter().map(|r| r.position_mm.coords).sum::<Vector3<f64>>() / n;
+        let mut h = Matrix3::zeros();
+        for (s, r) in body.sensors.iter().zip(readings) {
+            h += (s.position_in_body.coords - own_mean) * (r.position_mm.coords - mean).transpose();
+            if let SensorOrientation::FiveDof(axis) = s.orientation {
+                let read = r.rotation * Vector3::z();
+                h += axis.into_inner() * read.transpose() * (weight_mm * weight_mm);
+            }
+        }
+        let svd = svd3(&h);
+        let rotation = quaternion_from_matrix(&(svd.v * svd.u.transpose()));
+        FrameFit { tracker_from_body: pose_from_parts(mean - rotation * own_mean, rotation), ..own }
+    }
+}
+
+/// Powers of the normalised coordinates instead of Bernstein polynomials.
+pub struct Monomials;
+
+impl Methods for Monomials {
+    fn evaluate(
+        &self,
+        model: &DistortionModel,
+        position_mm: &Point3<f64>,
+        axis: &Unit<Vector3<f64>>,
+        outside: OutsidePolicy,
+    ) -> PoseError {
+        let at = match outside {
+            OutsidePolicy::Extrapolate => *position_mm,
+            OutsidePolicy::Clamp | OutsidePolicy::Reject => model.bounds().clamp(position_mm),
+        };
+        let n = model.order() + 1;
+        let u = model.bounds().to_unit(&at);
+        let binomial =
+            |n: usize, k: usize| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+        // B_i = Σ_p C(n, i) C(n − i, p − i) (−1)^(p − i) x^p
+        let factor = |i: usize, p: usize| {
+            if p < i {
+                return 0.0;
+            }
+            let sign = if (p - i).is_multiple_of(2) { 1.0 } else { -1.0 };
+            binomial(n - 1, i) * binomial(n - 1 - i, p - i) * sign
+        };
+        let w = model.directions().weights(axis, model.weighting());
+        let mut values = [0.0; 6];
+        for (value, k) in values.iter_mut().zip(0..6) {
+            let mut cube: Vec<f64> = (0..n * n * n)
+                .map(|i| {
+                    let own = w.directions.iter().zip(&w.weights);
+                    own.map(|(&d, w)| w * model.coefficients()[d * n * n * n + i][k]).sum()
+                })
+                .collect();
+            for _ in 0..3 {
+                let lines: Vec<&[f64]> = cube.chunks_exact(n).collect();
+                cube = (0..n * n * n)
+                    .map(|j| (0..n).map(|i| factor(i, j / (n * n)) * lines[j % (n * n)][i]).sum())
+                    .collect();
+            }
+            *value = (0..n * n * n)
+                .map(|i| {
+                    let powers = [i / (n * n), i / n % n, i % n];
+                    (0..3).fold(cube[i], |v, k| v * u[k].powi(powers[k] as i32))
+                })
+                .sum();
+        }
+        let [x, y, z, rx, ry, rz] = values;
+        PoseError { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }
+    }
+}
+
+/// Derivatives by differences of values.
+pub struct Differences;
+
+impl Methods for Differences {
+    fn derivatives(
+        &self,
+        model: &DistortionModel,
+        position_mm: &Point3<f64>,
+        axis: &Unit<Vector3<f64>>,
+        outside: OutsidePolicy,
+    ) -> [Matrix6x3; 2] {
+        let at = |p: Point3<f64>, n: Unit<Vector3<f64>>| {
+            let e = model.evaluate(&p, &n, outside).error;
+            let (p, r) = (e.position_mm, e.rotation_rad);
+            nalgebra::Vector6::new(p.x, p.y, p.z, r.x, r.y, r.z)
+        };
+        let columns = |change: &dyn Fn(Vector3<f64>) -> nalgebra::Vector6<f64>, step: f64| {
+            let slopes = [Vector3::x(), Vector3::y(), Vector3::z()]
+                .map(|e| (change(e * step) - change(e * -step)) / (2.0 * step));
+            Matrix6x3::from_columns(&slopes)
+        };
+        let n = axis.into_inner();
+        [
+            columns(&|d| at(position_mm + d, *axis), 1e-6 * model.bounds().diagonal_mm()),
+            columns(&|d| at(*position_mm, Unit::new_normalize(n + d)), 1e-6),
+        ]
+    }
+}
+
+/// `p ← p_m − e(p)` a few times, whatever the map is like.
+pub struct FixedPoint;
+
+impl Methods for FixedPoint {
+    fn undistort(
+        &self,
+        model: &DistortionModel,
+        measured: &[Pose],
+        outside: OutsidePolicy,
+    ) -> Vec<(Option<Pose>, InverseState)> {
+        let undone = |reading: &Pose| {
+            let mut guess = *reading;
+            for _ in 0..4 {
+                let at = Point3::from(guess.translation.vector);
+                let e = model.evaluate(&at, &(guess.rotation * Vector3::z_axis()), outside);
+                guess = pose_from_parts(
+                    reading.translation.vector - e.error.position_mm,
+                    UnitQuaternion::from_scaled_axis(-e.error.rotation_rad) * reading.rotation,
+                );
+            }
+            (Some(guess), InverseState::Converged)
+        };
+        measured.iter().map(undone).collect()
+    }
+}
+
+/// Areas as angles' sum less π, angles by arccosine.
+pub struct AnglesSum;
+
+impl Methods for AnglesSum {
+    fn weights(
+        &self,
+        set: DirectionSet,
+        axis: &Unit<Vector3<f64>>,
+        weighting: Weighting,
+    ) -> DirectionWeights {
+        let own = set.weights(axis, weighting);
+        if weighting == Weighting::Gnomonic {
+            return own;
+        }
+        let [a, b, c] = own.directions.map(|d| set.directions()[d].into_inner());
+        let n = axis.into_inner();
+        let area = |a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>| {
+            let angle = |at: Vector3<f64>, p: Vector3<f64>, q: Vector3<f64>| {
+                let (x, y) = (at.cross(&p), at.cross(&q));
+                let both = x.norm() * y.norm();
+                if both == 0.0 { 0.0 } else { (x.dot(&y) / both).clamp(-1.0, 1.0).acos() }
+            };
+            angle(a, b, c) + angle(b, c, a) + angle(c, a, b) - std::f64::consts::PI
+        };
+        let areas = [area(n, b, c), area(a, n, c), area(a, b, n)];
+        let sum: f64 = areas.iter().sum();
+        DirectionWeights { directions: own.directions, weights: areas.map(|w| w / sum) }
+    }
+}
+
+/// Singular values by the eigenvalues of `MᵀM`.
+pub struct SquaredSingularValues;
+
+impl Methods for SquaredSingularValues {
+    fn svd3(&self, matrix: &Matrix3<f64>) -> Svd3 {
+        let eigen = (matrix.transpose() * matrix).symmetric_eigen();
+        let mut order = [0, 1, 2];
+        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+        let s = Vector3::from(order.map(|k| eigen.eigenvalues[k].max(0.0).sqrt()));
+        let v = Matrix3::from_columns(&order.map(|k| eigen.eigenvectors.column(k).into_owned()));
+        let u =
+            matrix * v * Matrix3::from_diagonal(&s.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 }));
+        Svd3 { u, singular_values: s, v }
+    }
+}
+
+/// Mean of squares less square of mean; plain sums.
+pub struct TextbookVariance;
+
+impl Methods for TextbookVariance {
+    fn statistics(&self, values: &mut [f64]) -> Option<Statistics> {
+        let own = Statistics::of(values)?;
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let square = values.iter().map(|v| v * v).sum::<f64>() / n;
+        Some(Statistics { std: (square - mean * mean).max(0.0).sqrt(), mean, ..own })
+    }
+}
+
+/// `A` from moments about the body's origin, the mean taken off afterwards.
+pub struct MomentsAboutOrigin;
+
+impl Methods for MomentsAboutOrigin {
+    fn covariance(
+        &self,
+        body: &RigidBody,
+        weight_mm: f64,
+        sensors: &[SensorCovariance],
+        tip: &Point3<f64>,
+    ) -> Result<Matrix3<f64>, RotationNotDetermined> {
+        let n = body.sensors.len() as f64;
+        let square = |x: Vector3<f64>| Matrix3::identity() * x.norm_squared() - x * x.transpose();
+        let mean = body.sensors.iter().map(|s| s.position_in_body.coords).sum::<Vector3<f64>>() / n;
+        let seen = |o: &SensorOrientation| match o {
+            SensorOrientation::Marker => Matrix3::zeros(),
+            SensorOrientation::FiveDof(a) => Matrix3::identity() - a.into_inner() * a.transpose(),
+            SensorOrientation::SixDof(_) => Matrix3::identity() * 2.0,
+        };
+        let parts = body.sensors.iter();
+        let a = parts
+            .map(|s| square(s.position_in_body.coords) + seen(&s.orientation) * weight_mm.powi(2))
+            .sum::<Matrix3<f64>>()
+            - square(mean) * n;
+        let inverse =
+            a.try_inverse().ok_or(RotationNotDetermined { smallest: 0.0, largest: a.norm() })?;
+        let lever = (tip.coords - mean).cross_matrix();
+        let parts = body.sensors.iter().zip(sensors);
+        Ok(parts
+            .map(|(s, c)| {
+                let x = s.position_in_body.coords - mean;
+                let j = Matrix3::identity() / n - lever * inverse * x.cross_matrix();
+                let k = -lever * inverse * seen(&s.orientation) * weight_mm.powi(2);
+                j * c.position_mm2 * j.transpose() + k * c.rotation_rad2 * k.transpose()
+            })
+            .sum())
+    }
+
+    fn relative_error(&self, truth: &Pose, simulated: &Pose, tip: &Point3<f64>) -> RelativeError {
+        let turn = (simulated.rotation * truth.rotation.inverse()).to_rotation_matrix();
+        RelativeError {
+            tip_error_in_crf_mm: simulated * tip - truth * tip,
+            angle_rad: (0.5 * (turn.matrix().trace() - 1.0)).clamp(-1.0, 1.0).acos(),
+        }
+    }
+}
+
+/// Everything right but for the last six digits.
+pub struct SinglePrecision;
+
+impl Methods for SinglePrecision {
+    fn evaluate(
+        &self,
+        model: &DistortionModel,
+        position_mm: &Point3<f64>,
+        axis: &Unit<Vector3<f64>>,
+        outside: OutsidePolicy,
+    ) -> PoseError {
+        let e = model.evaluate(position_mm, axis, outside).error;
+        PoseError {
+            position_mm: e.position_mm.map(|v| f64::from(v as f32)),
+            rotation_rad: e.rotation_rad.map(|v| f64::from(v as f32)),
+        }
+    }
+}
+
+/// Leaves values that are not numbers out of the smallest and largest, as `f64::min` does.
+pub struct NanIgnored;
+
+impl Methods for NanIgnored {
+    fn statistics(&self, values: &mut [f64]) -> Option<Statistics> {
+        let (min, max) = (
+            values.iter().copied().fold(f64::INFINITY, f64::min),
+            values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        );
+        Statistics::of(values).map(|own| Statistics { min, max, ..own })
+    }
+}

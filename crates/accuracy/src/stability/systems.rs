@@ -1,0 +1,140 @@
+//! What a least-squares solution is compared with: the same system solved in [`High`] numbers.
+
+use super::references;
+use super::row::Quantity;
+use crate::high::High;
+use crate::high_linear::{HighMatrix, least_squares, norm, reduce, svd, truncated_least_squares};
+
+/// Perturbation theory of least squares: an error of the matrix by epsilon moves the solution by
+/// condition times epsilon of itself, and by the squared condition of what it cannot reach
+/// (Björck, Numerical Methods for Least Squares Problems, 1996, section 1.4).
+pub const SOLUTION: Quantity = Quantity {
+    name: "solution, mm or rad",
+    constant: 10.0,
+    condition: "largest singular value over the smallest kept, ridge included",
+    scale: "length of the solution, plus condition · length of the residual over the largest \
+        singular value",
+};
+
+/// A system solved in high precision.
+pub struct Reference {
+    pub x: HighMatrix,
+    pub rank: usize,
+    pub unknowns: usize,
+    pub condition: f64,
+    /// What each value's error is relative to.
+    pub scales: Vec<f64>,
+    /// Largest singular value cut off over the smallest kept, where any is cut off.
+    pub gap: Option<f64>,
+    /// Triangle of the design matrix, or the matrix itself where that is wide.
+    reduced: HighMatrix,
+    is_plain: bool,
+}
+
+impl Reference {
+    /// Least norm with a cutoff and a ridge, as `Decomposition::solve` has them.
+    pub fn of(a: HighMatrix, b: HighMatrix, rcond: f64, ridge: f64) -> Self {
+        let unknowns = a.width();
+        let is_tall = a.rows() >= unknowns;
+        let reduced = if is_tall {
+            let nothing = HighMatrix::from_fn(a.rows(), 0, |_, _| High::zero());
+            reduce(a.clone(), nothing).r
+        } else {
+            a.transposed()
+        };
+        let singular = singular_values(&reduced);
+        let largest = singular.first().copied().unwrap_or(0.0);
+        // Singular values in f64 are good to epsilon of the largest: far from the cutoff that
+        // says which are kept, and close to it the exact ones are asked.
+        let is_full = is_tall && singular.last().is_some_and(|&s| s > 10.0 * rcond * largest);
+        let damping = ridge * largest;
+        let (x, rank, gap, smallest) = if is_full && ridge == 0.0 {
+            let x = least_squares(&a, &b);
+            (x, unknowns, None, singular.last().copied().unwrap_or(0.0))
+        } else if ridge > 0.0 {
+            let x = least_squares(&with_ridge(&a, damping), &with_zeros(&b, unknowns));
+            let kept = singular.iter().filter(|&&s| s > 10.0 * rcond * largest).count();
+            (x, kept, None, singular.last().copied().unwrap_or(0.0).hypot(damping))
+        } else {
+            let t = truncated_least_squares(&a, &b, rcond);
+            let kept = t.rank.checked_sub(1).and_then(|i| t.singular_values.get(i));
+            let smallest = kept.map_or(0.0, High::to_f64);
+            let cut = t.singular_values.get(t.rank).map_or(0.0, High::to_f64);
+            (t.x, t.rank, Some(cut / smallest), smallest)
+        };
+        let condition = if rank == 0 { 1.0 } else { largest.hypot(damping) / smallest };
+        let residual = a.times(&x).minus(&b);
+        let scales = x
+            .columns
+            .iter()
+            .zip(&residual.columns)
+            .map(|(x, r)| {
+                let beside =
+                    if largest > 0.0 { condition * norm(r).to_f64() / largest } else { 0.0 };
+                norm(x).to_f64() + beside
+            })
+            .collect();
+        Self { x, rank, unknowns, condition, scales, gap, reduced, is_plain: ridge == 0.0 }
+    }
+
+    /// The case's name with the rank and the gap where rank is missing.
+    pub fn named(&self, case: &str) -> String {
+        match self.gap {
+            None => case.to_owned(),
+            Some(gap) => format!("{case} (rank {} of {}, gap {gap:.0e})", self.rank, self.unknowns),
+        }
+    }
+
+    /// The condition number of a plain system of full rank, to all digits.
+    pub fn exact_condition(&self, most_unknowns: usize) -> Option<High> {
+        if !self.is_plain || self.gap.is_some() || self.unknowns > most_unknowns {
+            return None;
+        }
+        let s = svd(&self.reduced).singular_values;
+        Some(s.first()? / s.last()?)
+    }
+}
+
+/// Descending, in `f64`.
+pub fn singular_values(matrix: &HighMatrix) -> Vec<f64> {
+    if matrix.rows() == 0 || matrix.width() == 0 {
+        return Vec::new();
+    }
+    // Entries beyond the range of f64's squares would be lost in it.
+    let matrix = matrix.to_f64();
+    match matrix.singular_values() {
+        Ok(values) => values,
+        Err(_) => vec![f64::NAN],
+    }
+}
+
+fn with_ridge(a: &HighMatrix, damping: f64) -> HighMatrix {
+    let rows = a.rows();
+    HighMatrix::from_fn(rows + a.width(), a.width(), |i, j| match i.checked_sub(rows) {
+        None => a.at(i, j).clone(),
+        Some(k) if k == j => High::from(damping),
+        Some(_) => High::zero(),
+    })
+}
+
+fn with_zeros(b: &HighMatrix, more: usize) -> HighMatrix {
+    let rows = b.rows();
+    HighMatrix::from_fn(rows + more, b.width(), |i, j| {
+        if i < rows { b.at(i, j).clone() } else { High::zero() }
+    })
+}
+
+/// Errors and scales of the six values, ready for [`Quantity::worst`].
+pub fn off_by(reference: &Reference, found: &[[f64; 6]]) -> Vec<(f64, f64)> {
+    reference
+        .x
+        .columns
+        .iter()
+        .zip(&reference.scales)
+        .enumerate()
+        .map(|(k, (expected, &scale))| {
+            let found: Vec<f64> = found.iter().map(|x| x[k]).collect();
+            (references::distance(&found, expected), scale)
+        })
+        .collect()
+}

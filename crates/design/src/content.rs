@@ -1,0 +1,151 @@
+//! A design: a tool, perhaps a coordinate reference frame (CRF), and what is asked of them.
+
+use super::anatomy::Anatomy;
+use super::definition::DefinitionFile;
+use super::procedure::Procedure;
+use super::slides::Slide;
+use nalgebra::Point3;
+use std::sync::Arc;
+use trackwright_geometry::mesh_reference::MeshReference;
+use trackwright_geometry::pose::Pose;
+use trackwright_simulation::body::RigidBody;
+use trackwright_simulation::motion::Motion;
+use trackwright_simulation::requirement::Requirement;
+
+/// Everything that a study of a tool depends on, apart from the room itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    pub name: String,
+    /// The environment's file as written in the design, relative to it.
+    pub environment: String,
+    pub crf: Option<CrfPlacement>,
+    pub tool: ToolPlacement,
+    pub motion: Option<Motion>,
+    /// `None` leaves it to the environment.
+    pub orientation_weight_mm: Option<f64>,
+    pub requirement: Option<Requirement>,
+    /// Where it is judged beside its own room, and what was decided.
+    pub procedure: Procedure,
+    /// What is shown beside its bodies.
+    pub anatomy: Vec<Anatomy>,
+    /// What it shows to people who do not design it.
+    pub slides: Vec<Slide>,
+}
+
+/// A body as a design holds it: its content, and where that is kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DesignBody {
+    /// The body's file as written in the design, relative to it.
+    pub reference: String,
+    /// The mesh as the body file refers to it.
+    pub mesh: Option<MeshReference>,
+    pub rigid: RigidBody,
+    /// The maker's file that the body came from: what no body has of it stays with the body.
+    pub definition: Option<Arc<DefinitionFile>>,
+}
+
+/// The CRF, where it is, and where its own study judges it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrfPlacement {
+    pub body: DesignBody,
+    pub tracker_from_crf: Pose,
+    pub targets: Vec<Target>,
+    /// Of the CRF's own study.
+    pub motion: Option<Motion>,
+    /// Of the CRF's own study.
+    pub requirement: Option<Requirement>,
+}
+
+/// The tool and where it is; in the tracker frame where the design has no CRF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolPlacement {
+    pub body: DesignBody,
+    pub crf_from_tool: Pose,
+}
+
+/// A place that matters, fixed to the CRF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    pub name: String,
+    /// Millimetres, CRF frame.
+    pub position_in_crf: Point3<f64>,
+}
+
+/// Which of a design's two bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum BodyRole {
+    Tool,
+    Crf,
+}
+
+impl BodyRole {
+    pub const ALL: [Self; 2] = [Self::Tool, Self::Crf];
+
+    /// What a person calls it within a sentence.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tool => "tool",
+            Self::Crf => "CRF",
+        }
+    }
+}
+
+impl std::fmt::Display for BodyRole {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl Design {
+    /// `None` for the CRF of a design without one.
+    pub fn body(&self, role: BodyRole) -> Option<&DesignBody> {
+        match role {
+            BodyRole::Tool => Some(&self.tool.body),
+            BodyRole::Crf => self.crf.as_ref().map(|crf| &crf.body),
+        }
+    }
+
+    pub fn body_mut(&mut self, role: BodyRole) -> Option<&mut DesignBody> {
+        match role {
+            BodyRole::Tool => Some(&mut self.tool.body),
+            BodyRole::Crf => self.crf.as_mut().map(|crf| &mut crf.body),
+        }
+    }
+
+    /// The bodies that there are, the tool first.
+    pub fn bodies(&self) -> impl Iterator<Item = (BodyRole, &DesignBody)> {
+        BodyRole::ALL.into_iter().filter_map(|role| self.body(role).map(|body| (role, body)))
+    }
+
+    /// The design with its bodies where a tracker has them. What is not given stays: the CRF where it
+    /// is, the tool where it is on the CRF.
+    pub fn with_bodies_at(
+        &self,
+        tracker_from_tool: Option<Pose>,
+        tracker_from_crf: Option<Pose>,
+    ) -> Self {
+        let mut design = self.clone();
+        if let (Some(crf), Some(pose)) = (&mut design.crf, tracker_from_crf) {
+            crf.tracker_from_crf = pose;
+        }
+        if let Some(tracker_from_tool) = tracker_from_tool {
+            design.tool.crf_from_tool = match &design.crf {
+                Some(crf) => crf.tracker_from_crf.inverse() * tracker_from_tool,
+                None => tracker_from_tool,
+            };
+        }
+        design
+    }
+
+    /// The body's pose in the tracker frame; the tool's goes by way of the CRF where there is one.
+    pub fn tracker_from_body(&self, role: BodyRole) -> Option<Pose> {
+        let tracker_from_crf = self.crf.as_ref().map(|crf| crf.tracker_from_crf);
+        match role {
+            BodyRole::Crf => tracker_from_crf,
+            BodyRole::Tool => Some(match tracker_from_crf {
+                Some(tracker_from_crf) => tracker_from_crf * self.tool.crf_from_tool,
+                None => self.tool.crf_from_tool,
+            }),
+        }
+    }
+}

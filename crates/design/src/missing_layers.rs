@@ -1,0 +1,76 @@
+//! Layers that a view asks for and that have nothing to show.
+
+use super::content::Design;
+use super::document::Document;
+use super::view::View;
+use std::fmt;
+use trackwright_field::Environment;
+use trackwright_simulation::requirement::Requirement;
+
+/// A layer that is on and not seen. Those that are on by default show whatever there is and are
+/// never missed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MissingLayer {
+    /// The file has a name that no layer has.
+    Unknown(String),
+    /// The usable region of a design without a requirement.
+    Region,
+    /// The model's support in a room that does not know its own.
+    Support,
+    /// Placements of a sensor where none is selected.
+    Placement,
+}
+
+impl fmt::Display for MissingLayer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown(name) => {
+                write!(f, "layer {name:?}, which this version of the program does not have")
+            }
+            Self::Region => f.write_str("usable region, as the design has no requirement"),
+            Self::Support => f.write_str("model support, as the room has no model validity"),
+            Self::Placement => f.write_str("sensor placement, as no sensor is selected"),
+        }
+    }
+}
+
+impl View {
+    /// What the view asks for and does not show of a design in its room.
+    pub fn missing_layers(
+        &self,
+        design: &Design,
+        environment: &Environment,
+        is_sensor_selected: bool,
+    ) -> Vec<MissingLayer> {
+        let layers = &self.layers;
+        let has_requirement = design.requirement.is_some_and(|r| r != Requirement::default());
+        let missing = [
+            (layers.region && !has_requirement, MissingLayer::Region),
+            (layers.support && environment.support.is_none(), MissingLayer::Support),
+            (layers.placement && !is_sensor_selected, MissingLayer::Placement),
+        ];
+        let unknown = self.unknown_layers.iter().cloned();
+        let missing = missing.into_iter().filter(|(is_missing, _)| *is_missing);
+        (unknown.map(MissingLayer::Unknown)).chain(missing.map(|(_, layer)| layer)).collect()
+    }
+}
+
+impl Document {
+    /// What the design's own view and its slides ask for and cannot show, a sentence each, for whoever
+    /// opens or draws them. On a slide placements are those of the tool's first sensor.
+    pub fn missing_layers(&self, environment: &Environment) -> Vec<String> {
+        let design = self.design();
+        let unknown = self.own_view().unknown_layers.iter().cloned();
+        let of_view = unknown.map(|name| {
+            let layer = MissingLayer::Unknown(name);
+            format!("the design is shown without the {layer}")
+        });
+        let of_slides = design.slides.iter().enumerate().flat_map(|(index, slide)| {
+            let missing = slide.view.missing_layers(design, environment, true);
+            let number = index + 1;
+            (missing.into_iter())
+                .map(move |layer| format!("slide {number} is shown without the {layer}"))
+        });
+        of_view.chain(of_slides).collect()
+    }
+}

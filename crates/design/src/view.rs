@@ -1,0 +1,469 @@
+//! How a design is looked at: camera, layers, what is hidden or locked, magnification, slice. Saved with it, never undone.
+
+use super::things::Things;
+use nalgebra::{Point3, Unit, Vector3};
+use serde::{Deserialize, Serialize};
+use trackwright_geometry::bounds::Bounds;
+pub use trackwright_geometry::colormap::ColorMap;
+use trackwright_geometry::limits::{
+    angle_problem, length_above_zero_problem, position_problem, short,
+};
+use trackwright_geometry::orbit::OrbitCamera;
+use trackwright_simulation::SlicePlane;
+pub use trackwright_simulation::{AxisRule, Quantity};
+
+/// Largest factor that errors are drawn by: a picometre as a metre.
+const MAX_MAGNIFICATION: f64 = 1e12;
+
+/// The view of a design. Anything that a file leaves out has its default.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct View {
+    /// `None` frames tool and CRF.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraView>,
+    #[serde(skip_serializing_if = "is_default")]
+    pub layers: Layers,
+    /// What a file turns on by names that no layer has: those of another version, or mistyped. Said
+    /// where the view is shown, and never written.
+    #[serde(skip)]
+    pub unknown_layers: Vec<String>,
+    /// Neither drawn nor picked. What is wrong with them is said all the same.
+    #[serde(skip_serializing_if = "is_default")]
+    pub hidden: Things,
+    /// Drawn, but not picked in the scene.
+    #[serde(skip_serializing_if = "is_default")]
+    pub locked: Things,
+    #[serde(skip_serializing_if = "is_default")]
+    pub magnification: Magnification,
+    #[serde(skip_serializing_if = "is_default")]
+    pub slice: SliceView,
+    #[serde(skip_serializing_if = "is_default")]
+    pub arrows: ArrowsView,
+    /// How a sensor is imagined to be turned where its body is painted by placement.
+    #[serde(skip_serializing_if = "is_default")]
+    pub placement_rule: AxisRule,
+    /// Upper end of the colours of placement; `None` takes the 95th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub placement_range_mm: Option<f64>,
+}
+
+/// An orbit camera in the tracker frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraView {
+    pub focus_mm: [f64; 3],
+    pub distance_mm: f64,
+    pub azimuth_rad: f64,
+    pub elevation_rad: f64,
+}
+
+impl From<OrbitCamera> for CameraView {
+    fn from(camera: OrbitCamera) -> Self {
+        Self {
+            focus_mm: camera.focus_mm.coords.into(),
+            distance_mm: camera.distance_mm,
+            azimuth_rad: camera.azimuth_rad,
+            elevation_rad: camera.elevation_rad,
+        }
+    }
+}
+
+impl From<CameraView> for OrbitCamera {
+    fn from(view: CameraView) -> Self {
+        Self {
+            focus_mm: view.focus_mm.into(),
+            distance_mm: view.distance_mm,
+            azimuth_rad: view.azimuth_rad,
+            elevation_rad: view.elevation_rad,
+        }
+    }
+}
+
+/// What is drawn; a layer that is off costs nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Layers {
+    /// Edges of the tracker's measurement volume.
+    pub volume: bool,
+    pub generator: bool,
+    pub grid: bool,
+    /// The head or whatever else the CRF's mesh shows beside the CRF itself.
+    pub anatomy: bool,
+    /// Error vector of each sensor.
+    pub sensor_errors: bool,
+    /// Error vector of the tip.
+    pub tip_error: bool,
+    /// The tool as the tracker believes it to be.
+    pub ghost: bool,
+    /// What the tool's range of motion runs through.
+    pub motion: bool,
+    /// The ellipsoid that holds 95 % of where the tracker's jitter puts the tip.
+    pub tip_scatter: bool,
+    pub slice: bool,
+    /// The field's error as arrows on a lattice.
+    pub arrows: bool,
+    /// The selected sensor's body painted by what the tip error would be with the sensor there.
+    pub placement: bool,
+    /// Where the design meets its requirement.
+    pub region: bool,
+    /// Where the room's model is valid: the surface around it, and hatching on the slice.
+    pub support: bool,
+    pub labels: bool,
+}
+
+impl Layers {
+    /// Bodies and sensors only.
+    pub const NONE: Self = Self {
+        volume: false,
+        generator: false,
+        grid: false,
+        anatomy: false,
+        sensor_errors: false,
+        tip_error: false,
+        ghost: false,
+        motion: false,
+        tip_scatter: false,
+        slice: false,
+        arrows: false,
+        placement: false,
+        region: false,
+        support: false,
+        labels: false,
+    };
+}
+
+impl Default for Layers {
+    fn default() -> Self {
+        Self {
+            volume: true,
+            generator: true,
+            grid: true,
+            anatomy: true,
+            sensor_errors: true,
+            tip_error: true,
+            ghost: true,
+            motion: true,
+            tip_scatter: true,
+            slice: true,
+            labels: true,
+            ..Self::NONE
+        }
+    }
+}
+
+/// How many times larger than life errors are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Magnification {
+    /// 1, 2 or 5 times a power of ten, so that the tip's error is easy to see.
+    #[default]
+    Auto,
+    Times(f64),
+}
+
+/// The plane through the volume that is coloured by the error, or by how far to believe it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SliceView {
+    #[serde(skip_serializing_if = "is_default")]
+    pub quantity: Quantity,
+    /// The tracker's axis that the plane is perpendicular to, unless it is a free one.
+    pub axis: SliceAxis,
+    /// Where along that axis, in the tracker frame.
+    pub position_mm: f64,
+    /// Any plane, in the place of one across an axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub free: Option<FreePlane>,
+    /// Axis of the sensor that is imagined at each point, in the tracker frame.
+    pub sensor_axis: [f64; 3],
+    /// Upper end of the colour bar, in the unit of the quantity; `None` takes the 95th percentile
+    /// of the slice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_mm: Option<f64>,
+    pub color_map: ColorMap,
+}
+
+impl Default for SliceView {
+    fn default() -> Self {
+        Self {
+            quantity: Quantity::default(),
+            axis: SliceAxis::Z,
+            position_mm: -300.0,
+            free: None,
+            sensor_axis: [0.0, 0.0, 1.0],
+            range_mm: None,
+            color_map: ColorMap::default(),
+        }
+    }
+}
+
+/// A plane that faces any way, tracker frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FreePlane {
+    /// Any length but zero.
+    pub normal: [f64; 3],
+    /// From the tracker's origin along the normal.
+    pub offset_mm: f64,
+}
+
+impl FreePlane {
+    fn unit_normal(&self) -> Unit<Vector3<f64>> {
+        let normal = Vector3::from(self.normal);
+        // Whatever a file says, the square of its length is a number.
+        Unit::try_new(normal / normal.amax(), 0.5).unwrap_or_else(Vector3::z_axis)
+    }
+}
+
+impl SliceView {
+    /// Which way the plane faces, tracker frame.
+    pub fn normal(&self) -> Unit<Vector3<f64>> {
+        match &self.free {
+            Some(free) => free.unit_normal(),
+            None => Unit::new_unchecked(Vector3::ith(self.axis.index(), 1.0)),
+        }
+    }
+
+    /// Where the plane is along its normal, from the tracker's origin.
+    pub fn offset_mm(&self) -> f64 {
+        self.free.map_or(self.position_mm, |free| free.offset_mm)
+    }
+
+    /// Moves the plane along its normal.
+    pub fn set_offset_mm(&mut self, offset_mm: f64) {
+        match &mut self.free {
+            Some(free) => free.offset_mm = offset_mm,
+            None => self.position_mm = offset_mm,
+        }
+    }
+
+    /// Turns the plane to face the camera, through what the camera looks at or as near to that as
+    /// the box reaches. It stays there when the camera turns: seen from elsewhere it is the same
+    /// plane, and nothing is computed while one looks around.
+    pub fn face(&mut self, camera: &OrbitCamera, bounds: &Bounds) {
+        let back = camera.tracker_from_camera().rotation * Vector3::z_axis();
+        let [least, most] = bounds.span_mm(&back);
+        self.free = Some(FreePlane {
+            normal: back.into_inner().into(),
+            offset_mm: back.dot(&camera.focus_mm.coords).clamp(least, most),
+        });
+    }
+
+    /// The plane over a box: across an axis the box's own section, else what holds its shadow along
+    /// the normal, screen-up (tracker -z) as near to up as that allows.
+    pub fn plane(&self, bounds: &Bounds) -> SlicePlane {
+        match &self.free {
+            None => SlicePlane::Across {
+                normal_axis: self.axis.index(),
+                position_mm: self.position_mm,
+                bounds: *bounds,
+            },
+            Some(free) => {
+                let normal = free.unit_normal();
+                let through = Point3::from(normal.into_inner() * free.offset_mm);
+                SlicePlane::facing(bounds, &through, &normal, &-Vector3::z())
+            }
+        }
+    }
+}
+
+/// The arrows of the field's error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ArrowsView {
+    /// Arrows along each side of the lattice, within [`ArrowsView::PER_SIDE`].
+    pub per_side: usize,
+    /// Of the tool's own sensors as the design turns them; else of one along the slice's axis.
+    pub of_tool: bool,
+    /// Upper end of the arrows' colours; `None` takes the 95th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_mm: Option<f64>,
+}
+
+impl ArrowsView {
+    /// From two corners to more than ten thousand arrows.
+    pub const PER_SIDE: std::ops::RangeInclusive<usize> = 2..=22;
+
+    /// What a file says, within what can be drawn.
+    pub fn per_side(&self) -> usize {
+        self.per_side.clamp(*Self::PER_SIDE.start(), *Self::PER_SIDE.end())
+    }
+}
+
+impl Default for ArrowsView {
+    fn default() -> Self {
+        Self { per_side: 9, of_tool: false, range_mm: None }
+    }
+}
+
+/// An axis of the tracker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum SliceAxis {
+    X,
+    Y,
+    Z,
+}
+
+impl SliceAxis {
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// 0, 1, 2.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// A number of a view that cannot be drawn.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ViewError {
+    #[error("view.{field} is {}, expected {expected}", short(*value))]
+    Number { field: &'static str, value: f64, expected: &'static str },
+}
+
+impl View {
+    /// Whether it says anything that a file without a view would not.
+    pub fn is_worth_writing(&self) -> bool {
+        let default = Self { unknown_layers: self.unknown_layers.clone(), ..Self::default() };
+        *self != default
+    }
+
+    /// # Errors
+    /// The first number that is not finite, too large, or not positive where it has to be.
+    pub fn check(&self) -> Result<(), ViewError> {
+        let error = |field, value, expected| Err(ViewError::Number { field, value, expected });
+        let (slice, free, camera) = (&self.slice, self.slice.free, self.camera);
+        let position = |value: f64| position_problem(&[value]);
+        // Any length of a direction will do that can be squared.
+        let finite = [
+            ("slice.position_mm", Some(slice.position_mm)),
+            ("slice.free.offset_mm", free.map(|free| free.offset_mm)),
+            ("slice.free.normal", free.and_then(|free| worst(&free.normal))),
+            ("camera.focus_mm", camera.and_then(|c| worst(&c.focus_mm))),
+            ("slice.sensor_axis", worst(&slice.sensor_axis)),
+        ];
+        for (field, value) in finite {
+            if let Some((value, expected)) = value.and_then(|v| Some((v, position(v)?))) {
+                return error(field, value, expected);
+            }
+        }
+        let angles = [
+            ("camera.azimuth_rad", camera.map(|c| c.azimuth_rad)),
+            ("camera.elevation_rad", camera.map(|c| c.elevation_rad)),
+        ];
+        for (field, value) in angles {
+            let problem = |value: f64| angle_problem(value.abs().to_degrees());
+            if let Some((value, expected)) = value.and_then(|v| Some((v, problem(v)?))) {
+                return error(field, value, expected);
+            }
+        }
+        let positive = [
+            ("camera.distance_mm", camera.map(|c| c.distance_mm)),
+            ("slice.range_mm", slice.range_mm),
+            ("arrows.range_mm", self.arrows.range_mm),
+            ("placement_range_mm", self.placement_range_mm),
+        ];
+        for (field, value) in positive {
+            let problem = length_above_zero_problem;
+            if let Some((value, expected)) = value.and_then(|v| Some((v, problem(v)?))) {
+                return error(field, value, expected);
+            }
+        }
+        if let Magnification::Times(times) = self.magnification {
+            if !(times.is_finite() && times > 0.0) {
+                return error("magnification", times, "a number above zero");
+            }
+            if times > MAX_MAGNIFICATION {
+                return error("magnification", times, "at most 1e12");
+            }
+        }
+        let directions = [
+            ("slice.sensor_axis", Some(self.slice.sensor_axis)),
+            ("slice.free.normal", self.slice.free.map(|free| free.normal)),
+        ];
+        for (field, direction) in directions {
+            if direction.is_some_and(|d| d.iter().all(|v| *v == 0.0)) {
+                return error(field, 0.0, "a direction");
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The first of the numbers that no coordinate may be.
+fn worst(values: &[f64; 3]) -> Option<f64> {
+    let is_wrong = |value: &f64| position_problem([value]).is_some();
+    values.iter().copied().find(is_wrong)
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_view_that_says_nothing_is_the_default_one() {
+        assert_eq!(ron::from_str::<View>("()").unwrap(), View::default());
+        assert_eq!(ron::to_string(&View::default()).unwrap(), "()");
+    }
+
+    #[test]
+    fn numbers_that_cannot_be_drawn_are_named() {
+        let mut view = View::default();
+        assert_eq!(view.check(), Ok(()));
+        view.magnification = Magnification::Times(0.0);
+        let message = view.check().unwrap_err().to_string();
+        assert_eq!(message, "view.magnification is 0, expected a number above zero");
+        view.magnification = Magnification::Auto;
+        view.slice.sensor_axis = [0.0, f64::NAN, 0.0];
+        let message = view.check().unwrap_err().to_string();
+        assert!(message.starts_with("view.slice.sensor_axis is NaN"), "{message}");
+        view.slice.sensor_axis = [0.0, 0.0, 1.0];
+        let mut free = FreePlane { normal: [0.0; 3], offset_mm: -250.0 };
+        view.slice.free = Some(free);
+        let message = view.check().unwrap_err().to_string();
+        assert_eq!(message, "view.slice.free.normal is 0, expected a direction");
+        free.normal = [0.0, 2.0, 0.0];
+        view.slice.free = Some(free);
+        assert_eq!(view.check(), Ok(()));
+        free.offset_mm = f64::INFINITY;
+        view.slice.free = Some(free);
+        assert!(view.check().is_err());
+    }
+
+    #[test]
+    fn a_slice_that_faces_the_camera_goes_through_its_focus_and_comes_back_from_a_file() {
+        let bounds = Bounds::from(([-100.0, -100.0, -400.0], [100.0, 100.0, -200.0]));
+        let mut camera = OrbitCamera {
+            focus_mm: Point3::new(20.0, -30.0, -310.0),
+            distance_mm: 800.0,
+            azimuth_rad: 0.7,
+            elevation_rad: 0.4,
+        };
+        let mut view = View::default();
+        view.slice.face(&camera, &bounds);
+        let plane = view.slice.plane(&bounds);
+        let eye = camera.tracker_from_camera().translation.vector;
+        let toward_eye = (eye - camera.focus_mm.coords).normalize();
+        assert!((plane.normal().into_inner() - toward_eye).norm() < 1e-12);
+        let off = view.slice.normal().dot(&camera.focus_mm.coords) - view.slice.offset_mm();
+        assert!(off.abs() < 1e-12);
+        // The first axis is to the right on the screen, the second up.
+        let [right, up] = plane.axes();
+        let in_camera = camera.tracker_from_camera().rotation.inverse();
+        assert!((in_camera * right.into_inner() - Vector3::x()).norm() < 1e-12);
+        assert!((in_camera * up.into_inner() - Vector3::y()).norm() < 1e-12);
+        let file = ron::to_string(&view).unwrap();
+        assert_eq!(ron::from_str::<View>(&file).unwrap(), view);
+        // A focus beyond the box: the plane touches the box.
+        camera.focus_mm = Point3::new(0.0, 5000.0, -300.0);
+        view.slice.face(&camera, &bounds);
+        let [least, most] = bounds.span_mm(&view.slice.normal());
+        assert!([least, most].contains(&view.slice.offset_mm()));
+        view.slice.set_offset_mm(least + 1.0);
+        assert_eq!(view.slice.offset_mm(), least + 1.0);
+        assert_eq!(view.slice.position_mm, SliceView::default().position_mm);
+    }
+}

@@ -1,0 +1,120 @@
+//! What the table's thread does: reads designs and rooms, and holds each design against the baseline.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use trackwright_design::Design;
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_formats::comparison_table::Names;
+use trackwright_project::{Files, RoomPlace};
+use trackwright_simulation::comparison::{Comparison, Settings, compare};
+use trackwright_task::{Cancelled, Task};
+
+/// What is to be compared.
+pub struct Wanted {
+    /// The open design, as it is.
+    pub open: Arc<Design>,
+    /// What the others are held against; without one, the open design.
+    pub pinned: Option<Arc<Design>>,
+    pub files: Vec<PathBuf>,
+    /// The open design's room.
+    pub environment: Arc<Environment>,
+    pub rooms: Vec<RoomPlace>,
+    pub generation: u64,
+    pub revision: u64,
+}
+
+/// What a design of the table is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Compare {
+    Open,
+    Pinned,
+    File(PathBuf),
+}
+
+/// A table, and what its rows are of.
+#[derive(Debug)]
+pub struct Compared {
+    pub comparison: Comparison,
+    pub names: Names,
+    pub designs: Vec<Compare>,
+    /// `None` for the open design's own.
+    pub rooms: Vec<Option<RoomPlace>>,
+    /// Designs and rooms that could not be read, with the reason.
+    pub missing: Vec<String>,
+    /// What the open design was.
+    pub generation: u64,
+    pub revision: u64,
+}
+
+/// How work ended without a table.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Failure {
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Reads and compares. A design or room that cannot be read is named beside the table of the others.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
+    let mut missing = Vec::new();
+    let mut designs = Vec::new();
+    if let Some(pinned) = wanted.pinned {
+        designs.push((Compare::Pinned, pinned));
+    }
+    designs.push((Compare::Open, wanted.open));
+    for file in wanted.files {
+        match trackwright_project::read_compared_designs(
+            &Files::default(),
+            std::slice::from_ref(&file),
+        ) {
+            Ok(read) => designs.extend(
+                read.into_iter().map(|read| (Compare::File(read.file), Arc::new(read.design))),
+            ),
+            Err(error) => missing.push(error.to_string()),
+        }
+    }
+    let mut rooms = vec![(None, wanted.environment)];
+    for place in wanted.rooms {
+        task.step(0, 1)?;
+        match place.read() {
+            Ok(room) => rooms.push((Some(place), Arc::new(room))),
+            Err(error) => missing.push(error.to_string()),
+        }
+    }
+    let all: Vec<&Design> = designs.iter().map(|(_, design)| &**design).collect();
+    let plan = trackwright_project::comparison_plan(
+        &all,
+        rooms.iter().map(|(_, room)| Arc::clone(room)).collect(),
+        |_| (0..rooms.len()).collect(),
+        0,
+        OutsidePolicy::default(),
+    );
+    let comparison = compare(&plan, &Settings::default(), task)?;
+    let told = designs.iter().map(|(what, design)| {
+        let place = match what {
+            Compare::Open => "open".to_owned(),
+            Compare::Pinned => "baseline".to_owned(),
+            Compare::File(file) => file.display().to_string(),
+        };
+        (place, design.name.as_str())
+    });
+    let told_rooms = rooms.iter().map(|(place, room)| {
+        let place = match place {
+            None => "its own".to_owned(),
+            Some(RoomPlace::BuiltIn(name)) => format!("{name}, built in"),
+            Some(RoomPlace::File(file)) => file.display().to_string(),
+        };
+        (place, room.name.as_str())
+    });
+    Ok(Compared {
+        names: Names::new(told, told_rooms),
+        comparison,
+        designs: designs.into_iter().map(|(what, _)| what).collect(),
+        rooms: rooms.into_iter().map(|(place, _)| place).collect(),
+        missing,
+        generation: wanted.generation,
+        revision: wanted.revision,
+    })
+}

@@ -1,0 +1,38 @@
+//! The slide of a design that has none: what it is, and how well it does.
+
+use trackwright_design::view::{Layers, View};
+use trackwright_design::{Document, Slide, SlideFigure};
+
+/// A slide that shows the design as it is looked at, with what an engineer has to explain left out.
+pub fn slide_of(document: &Document) -> Slide {
+    let design = document.design();
+    let mut figures = Vec::new();
+    if design.requirement.is_some() {
+        figures.push(SlideFigure::WithinLimit);
+    }
+    figures.extend([SlideFigure::TypicalTipError, SlideFigure::LargestTipError]);
+    let own = document.own_view();
+    Slide {
+        title: design.name.clone(),
+        caption: String::new(),
+        figures,
+        view: View { layers: plain(own.layers), ..own.clone() },
+    }
+}
+
+/// Without what only those understand who design the tool.
+fn plain(layers: Layers) -> Layers {
+    Layers {
+        volume: false,
+        generator: false,
+        grid: false,
+        sensor_errors: false,
+        motion: false,
+        tip_scatter: false,
+        slice: false,
+        arrows: false,
+        placement: false,
+        support: false,
+        ..layers
+    }
+}

@@ -1,0 +1,127 @@
+//! The design's anatomy: meshes that are looked through and nothing else. They are no part of what
+//! can be picked, which the core's surfaces of the bodies alone are.
+
+use super::bodies::anatomy_look;
+use crate::materials::GlowMaterial;
+use crate::palette::Rgb;
+use crate::state::{EditorSystems, OpenWorld};
+use crate::study::ShownDesign;
+use crate::{convert, light_drawing};
+use bevy::prelude::*;
+use bevy::render::renderer::RenderAdapterInfo;
+use light_drawing::Shapes;
+use std::sync::Arc;
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_scene::color_of_anatomy;
+
+/// Draws the anatomy where its frames have it, while its layer is on.
+pub struct AnatomyPlugin;
+
+/// One mesh of the anatomy, by its place in the design's list.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+#[require(Transform, Visibility)]
+pub struct AnatomyRoot(pub usize);
+
+/// What its entities were made from.
+#[derive(Component)]
+struct MadeFrom {
+    name: String,
+    mesh: Arc<SurfaceMesh>,
+    color: Rgb,
+}
+
+/// The meshes as the renderer has them, kept while the design refers to them.
+#[derive(Resource, Default)]
+struct AnatomyShapes(Vec<(Arc<SurfaceMesh>, Vec<Shapes>)>);
+
+impl Plugin for AnatomyPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<AnatomyShapes>().add_systems(
+            Update,
+            draw_anatomy
+                .run_if(resource_exists_and_changed::<ShownDesign>)
+                .in_set(EditorSystems::Draw),
+        );
+    }
+}
+
+impl AnatomyShapes {
+    fn of(
+        &mut self,
+        mesh: &Arc<SurfaceMesh>,
+        meshes: &mut Assets<Mesh>,
+        is_software: bool,
+    ) -> Vec<Shapes> {
+        if let Some((_, shapes)) = self.0.iter().find(|(kept, _)| Arc::ptr_eq(kept, mesh)) {
+            return shapes.clone();
+        }
+        let parts = mesh.parts.iter().map(|part| {
+            let fine = meshes.add(convert::mesh(part));
+            match is_software {
+                true => Shapes::with_coarse(part, fine, meshes),
+                false => Shapes::one(fine),
+            }
+        });
+        let shapes: Vec<Shapes> = parts.collect();
+        self.0.push((Arc::clone(mesh), shapes.clone()));
+        shapes
+    }
+}
+
+fn draw_anatomy(
+    mut commands: Commands,
+    world: Res<OpenWorld>,
+    shown: Res<ShownDesign>,
+    mut roots: Query<(Entity, &AnatomyRoot, &MadeFrom, &mut Transform)>,
+    mut kept: ResMut<AnatomyShapes>,
+    (mut meshes, mut glows): (ResMut<Assets<Mesh>>, ResMut<Assets<GlowMaterial>>),
+    adapter: Option<Res<RenderAdapterInfo>>,
+) {
+    let design = &shown.design;
+    let is_shown = world.0.document.view().layers.anatomy;
+    let mesh_of = |index: usize| {
+        let anatomy = design.anatomy.get(index)?;
+        Some((anatomy, world.0.anatomy_mesh(&anatomy.mesh)?))
+    };
+    let present: Vec<_> = (0..design.anatomy.len()).filter_map(mesh_of).collect();
+    (kept.0).retain(|(mesh, _)| present.iter().any(|(_, other)| Arc::ptr_eq(mesh, other)));
+    let mut is_there = vec![false; design.anatomy.len()];
+    for (entity, root, made_from, mut transform) in &mut roots {
+        let wanted = mesh_of(root.0).filter(|(anatomy, mesh)| {
+            let is_same_color = made_from.color == color_of_anatomy(anatomy);
+            let is_same = made_from.name == anatomy.name && is_same_color;
+            is_shown && is_same && Arc::ptr_eq(&made_from.mesh, mesh)
+        });
+        match wanted {
+            Some((anatomy, _)) => {
+                transform.set_if_neq(convert::transform(&anatomy.tracker_from_mesh(design)));
+                is_there[root.0] = true;
+            }
+            None => commands.entity(entity).despawn(),
+        }
+    }
+    if !is_shown {
+        return;
+    }
+    let is_software = light_drawing::paints_in_software(adapter);
+    let missing = (0..is_there.len()).filter(|index| !is_there[*index]);
+    for (index, (anatomy, mesh)) in missing.filter_map(|index| Some((index, mesh_of(index)?))) {
+        let shapes = kept.of(mesh, &mut meshes, is_software);
+        let color = color_of_anatomy(anatomy);
+        let look = glows.add(anatomy_look(color));
+        let mut root = commands.spawn((
+            Name::new(format!("anatomy {}", anatomy.name)),
+            AnatomyRoot(index),
+            MadeFrom { name: anatomy.name.clone(), mesh: Arc::clone(mesh), color },
+            convert::transform(&anatomy.tracker_from_mesh(design)),
+        ));
+        for (part, shapes) in mesh.parts.iter().zip(shapes) {
+            root.with_child((
+                Name::new(part.name.clone()),
+                Mesh3d(shapes.fine.clone()),
+                shapes,
+                MeshMaterial3d(look.clone()),
+            ));
+        }
+    }
+}

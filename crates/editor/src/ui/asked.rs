@@ -1,0 +1,93 @@
+//! Turns what the panels asked for into messages.
+
+use super::PanelAction;
+use super::layout::PanelsShown;
+use crate::body_files::BodyFileRequest;
+use crate::commands::RunCommand;
+use crate::decide::DecideRequest;
+use crate::field::FieldRequest;
+use crate::live::LiveRequest;
+use crate::meshes::MeshRequest;
+use crate::present::PresentRequest;
+use crate::state::{EditRequest, FileRequest, Hovered, Selected, Selection, ViewRequest};
+use crate::study::StudyRequest;
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+
+/// Where what the person asked for goes.
+#[derive(SystemParam)]
+pub(super) struct Asked<'w> {
+    pub shown: Res<'w, PanelsShown>,
+    pub selection: ResMut<'w, Selection>,
+    pub hovered: ResMut<'w, Hovered>,
+    edits: MessageWriter<'w, EditRequest>,
+    views: MessageWriter<'w, ViewRequest>,
+    files: MessageWriter<'w, FileRequest>,
+    fields: MessageWriter<'w, FieldRequest>,
+    meshes: MessageWriter<'w, MeshRequest>,
+    live: MessageWriter<'w, LiveRequest>,
+    body_files: MessageWriter<'w, BodyFileRequest>,
+    commands: MessageWriter<'w, RunCommand>,
+    study: MessageWriter<'w, StudyRequest>,
+    present: MessageWriter<'w, PresentRequest>,
+    decide: MessageWriter<'w, DecideRequest>,
+    pub redraw: MessageWriter<'w, RequestRedraw>,
+}
+
+impl Asked<'_> {
+    pub fn answer(&mut self, actions: Vec<PanelAction>, hovered_here: &mut Option<Selected>) {
+        let mut hovered = None;
+        let mut is_asked = false;
+        for action in actions {
+            is_asked |= !matches!(action, PanelAction::Hover(_));
+            match action {
+                PanelAction::Edit(request) => {
+                    self.edits.write(request);
+                }
+                PanelAction::View(request) => {
+                    self.views.write(request);
+                }
+                PanelAction::File(request) => {
+                    self.files.write(request);
+                }
+                PanelAction::Field(request) => {
+                    self.fields.write(request);
+                }
+                PanelAction::Mesh(request) => {
+                    self.meshes.write(request);
+                }
+                PanelAction::Live(request) => {
+                    self.live.write(request);
+                }
+                PanelAction::BodyFile(request) => {
+                    self.body_files.write(request);
+                }
+                PanelAction::Run(command) => {
+                    self.commands.write(RunCommand(command));
+                }
+                PanelAction::Study(request) => {
+                    self.study.write(request);
+                }
+                PanelAction::Present(request) => {
+                    self.present.write(request);
+                }
+                PanelAction::Decide(request) => {
+                    self.decide.write(request);
+                }
+                PanelAction::Select(what) => *self.selection = Selection::of(what),
+                PanelAction::SelectAlso(what) => self.selection.toggle(what),
+                PanelAction::Hover(what) => hovered = Some(what),
+            }
+        }
+        // The scene hovers too: only what was hovered here is taken back here.
+        if hovered != *hovered_here {
+            self.hovered.set_if_neq(Hovered(hovered));
+            *hovered_here = hovered;
+            is_asked = true;
+        }
+        if is_asked {
+            self.redraw.write(RequestRedraw);
+        }
+    }
+}

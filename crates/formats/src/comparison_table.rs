@@ -1,0 +1,205 @@
+//! A comparison as a table, one row a design in a room: the same columns in every row, cells of what
+//! is not there empty, names quoted as RFC 4180 has it.
+
+use std::io::{self, Write};
+use trackwright_geometry::number::shortest;
+use trackwright_geometry::pose::pose_to_array;
+use trackwright_simulation::comparison::{
+    Comparison, ErrorOf, FIGURES, Figure, Row, Verdict, values,
+};
+use trackwright_simulation::expected::requirement_figures;
+use trackwright_simulation::figures::Figures;
+
+/// What designs and rooms are called, by their numbers in the comparison.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Names {
+    pub designs: Vec<String>,
+    pub design_files: Vec<String>,
+    pub rooms: Vec<String>,
+    pub room_files: Vec<String>,
+}
+
+impl Names {
+    /// From files and names: a name that is not one's own, or none, has its file behind it.
+    pub fn new<'a>(
+        designs: impl Iterator<Item = (String, &'a str)>,
+        rooms: impl Iterator<Item = (String, &'a str)>,
+    ) -> Self {
+        let (design_files, designs) = distinct(designs);
+        let (room_files, rooms) = distinct(rooms);
+        Self { designs, design_files, rooms, room_files }
+    }
+
+    /// The name of this number in one of the lists.
+    pub fn of(list: &[String], number: usize) -> &str {
+        list.get(number).map_or("", String::as_str)
+    }
+}
+
+/// Files, and what stands for each.
+fn distinct<'a>(named: impl Iterator<Item = (String, &'a str)>) -> (Vec<String>, Vec<String>) {
+    let (files, names): (Vec<String>, Vec<&str>) = named.unzip();
+    let is_shared = |name: &str| names.iter().filter(|other| **other == name).count() > 1;
+    let all = files.iter().zip(&names);
+    let told = all.map(|(file, name)| match is_shared(name) || name.is_empty() {
+        false => (*name).to_owned(),
+        true => format!("{name} ({file})"),
+    });
+    let told = told.collect();
+    (files, told)
+}
+
+/// Columns before the figures.
+const FIRST: [&str; 10] = [
+    "design",
+    "design_file",
+    "environment",
+    "environment_file",
+    "no_figures",
+    "trials",
+    "outside",
+    "out_of_volume",
+    "without_field",
+    "rejected",
+];
+
+/// Columns between the figures and their differences: the worst pose is the tool's in the CRF (or the
+/// tracker).
+const MIDDLE: [&str; 15] = [
+    "requirement_met",
+    "worst_trial",
+    "worst_position_mm",
+    "worst_angle_deg",
+    "worst_x",
+    "worst_y",
+    "worst_z",
+    "worst_qw",
+    "worst_qx",
+    "worst_qy",
+    "worst_qz",
+    "baseline",
+    "motion_differs",
+    "requirement_differs",
+    "environment_differs",
+];
+
+/// Columns of each figure's difference from the baseline.
+const DIFFERENCE: usize = 4;
+
+/// Writes the table.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write(out: &mut dyn Write, comparison: &Comparison, names: &Names) -> io::Result<()> {
+    let mut table = csv::Writer::from_writer(out);
+    let figures = FIGURES.iter().map(|f| column(*f, ""));
+    let differences = FIGURES.iter().flat_map(|f| {
+        let ends = ["_difference", "_low", "_high"].map(|what| column(*f, what));
+        ends.into_iter().chain([format!("{}_verdict", stem(*f))])
+    });
+    let header = FIRST.iter().map(|name| (*name).to_owned());
+    let header = header
+        .chain(figures)
+        .chain(MIDDLE.iter().map(|name| (*name).to_owned()))
+        .chain(differences);
+    table.write_record(header).map_err(io_error)?;
+    for row in &comparison.rows {
+        let cells = cells(row, comparison, names);
+        table.write_record(cells).map_err(io_error)?;
+    }
+    table.flush()
+}
+
+/// `position_rms_mm`, `angle_max_difference_deg`.
+fn column(figure: Figure, what: &str) -> String {
+    let unit = match figure.of {
+        ErrorOf::Position => "mm",
+        ErrorOf::Angle => "deg",
+    };
+    format!("{}{what}_{unit}", stem(figure))
+}
+
+fn stem(figure: Figure) -> String {
+    let of = match figure.of {
+        ErrorOf::Position => "position",
+        ErrorOf::Angle => "angle",
+    };
+    format!("{of}_{}", figure.name())
+}
+
+fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
+    let mut cells = vec![
+        Names::of(&names.designs, row.design).to_owned(),
+        Names::of(&names.design_files, row.design).to_owned(),
+        Names::of(&names.rooms, row.room).to_owned(),
+        Names::of(&names.room_files, row.room).to_owned(),
+    ];
+    let flag = |is: bool| u8::from(is).to_string();
+    let empty = |count: usize| std::iter::repeat_n(String::new(), count);
+    match &row.measured {
+        Err(why) => {
+            cells.push(why.to_string());
+            cells.extend(empty(FIRST.len() - 5 + FIGURES.len() + MIDDLE.len() - 4));
+        }
+        Ok(measured) => {
+            let figures = &measured.figures;
+            cells.push(String::new());
+            cells.extend(
+                [
+                    figures.trials,
+                    figures.outside,
+                    figures.out_of_volume,
+                    measured.without_field,
+                    figures.rejected,
+                ]
+                .map(|count| count.to_string()),
+            );
+            cells.extend(values(&figures.position_mm, &figures.angle_deg).map(shortest));
+            cells.push(requirement_cell(figures));
+            cells.push(figures.worst.trial.to_string());
+            cells.push(shortest(figures.worst.position_mm));
+            cells.push(shortest(figures.worst.angle_deg));
+            cells.extend(pose_to_array(&measured.worst_pose.crf_from_tool).map(shortest));
+        }
+    }
+    match &row.against_baseline {
+        None => cells.extend(empty(4 + FIGURES.len() * DIFFERENCE)),
+        Some(against) => {
+            cells.push(Names::of(&names.designs, comparison.baseline).to_owned());
+            cells.push(flag(against.motion_differs));
+            cells.push(flag(against.requirement_differs));
+            cells.push(flag(against.room_differs));
+            for d in &against.differences {
+                cells.extend([d.difference, d.low, d.high].map(shortest));
+                cells.push(verdict(d.verdict).to_owned());
+            }
+        }
+    }
+    cells
+}
+
+/// As JSON has it.
+fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Better => "better",
+        Verdict::Worse => "worse",
+        Verdict::NotTold => "not_told",
+        Verdict::Negligible => "negligible",
+        Verdict::RoomUnknown => "room_unknown",
+        Verdict::Unsettled => "unsettled",
+    }
+}
+
+fn io_error(error: csv::Error) -> io::Error {
+    io::Error::other(error)
+}
+
+/// 1 or 0, `cannot_tell`, or nothing without a requirement.
+fn requirement_cell(figures: &Figures) -> String {
+    match requirement_figures(figures) {
+        None => String::new(),
+        Some(requirement) => {
+            requirement.met.map_or("cannot_tell".to_owned(), |met| u8::from(met).to_string())
+        }
+    }
+}

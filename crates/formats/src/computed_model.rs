@@ -1,0 +1,202 @@
+//! The part of an environment that holds a model which is no polynomial.
+
+use super::error::FormatError;
+use super::generator::{self, GeneratorEntry};
+use super::ron_text;
+use serde::Deserialize;
+use std::fmt::Write;
+use std::sync::Arc;
+use trackwright_field::DistortionModel;
+use trackwright_field::computed::FieldSource;
+use trackwright_field::gaussian::{ErrorValues, GaussianField, Kriging, Trend};
+use trackwright_field::harmonic::HarmonicModel;
+use trackwright_field::samples::MapKind;
+use trackwright_geometry::number::shortest;
+
+/// Weights of the rows of the environment's process, in their order.
+#[derive(Deserialize)]
+#[serde(rename = "Kriging", deny_unknown_fields)]
+pub(super) struct KrigingEntry {
+    weights: Vec<ErrorValues>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename = "Harmonic", deny_unknown_fields)]
+pub(super) struct HarmonicEntry {
+    center_mm: [f64; 3],
+    scale_mm: f64,
+    degree: usize,
+    generator: GeneratorEntry,
+    /// One list a coil.
+    coefficients: Vec<Vec<f64>>,
+}
+
+/// The model of an environment: polynomials, or what stands in their place.
+pub(super) fn check(
+    model: DistortionModel,
+    kriging: Option<KrigingEntry>,
+    harmonic: Option<HarmonicEntry>,
+    process: Option<&Arc<GaussianField>>,
+) -> Result<DistortionModel, FormatError> {
+    let source = match (kriging, harmonic) {
+        (None, None) => return Ok(model),
+        (Some(_), Some(_)) => {
+            let found = "a kriging and a harmonic model";
+            return Err(FormatError::field("harmonic", found, "one of them"));
+        }
+        (Some(entry), None) => FieldSource::Kriging(entry.check(process)?),
+        (None, Some(entry)) => FieldSource::Harmonic(Arc::new(entry.check(&model)?)),
+    };
+    if model.order() != 0 {
+        let found = format!("order {} beside another model", model.order());
+        return Err(FormatError::field("model.order", found, "0"));
+    }
+    Ok(DistortionModel::of_source(source, model.map(), *model.bounds()))
+}
+
+impl KrigingEntry {
+    fn check(self, process: Option<&Arc<GaussianField>>) -> Result<Kriging, FormatError> {
+        let process = process.filter(|process| process.trend == Trend::None).ok_or_else(|| {
+            FormatError::field("kriging", "no process without a trend", "the rows it is of")
+        })?;
+        if let Some(index) = self.weights.iter().position(|w| w.iter().any(|v| !v.is_finite())) {
+            let name = format!("kriging.weights[{index}]");
+            return Err(FormatError::field(name, "not finite", "finite numbers"));
+        }
+        let found = self.weights.len();
+        Kriging::of_weights(process.clone(), self.weights)
+            .ok_or_else(|| FormatError::field("kriging.weights", found, "as many as process.rows"))
+    }
+}
+
+impl HarmonicEntry {
+    fn check(self, model: &DistortionModel) -> Result<HarmonicModel, FormatError> {
+        if model.map() != MapKind::Distortion {
+            let expected = "Distortion, of a harmonic model";
+            return Err(FormatError::field("model.map", "Correction", expected));
+        }
+        HarmonicModel::new(
+            self.generator.check()?,
+            self.center_mm.into(),
+            self.scale_mm,
+            self.degree,
+            self.coefficients.concat(),
+        )
+        .map_err(|cause| FormatError::field("harmonic", cause, "a model"))
+    }
+}
+
+// Writing to a string cannot fail.
+
+/// Writes what stands in the place of polynomials, if anything does.
+pub(super) fn push(out: &mut String, model: &DistortionModel) {
+    match model.computed().map(|computed| computed.source()) {
+        Some(FieldSource::Kriging(kriging)) => {
+            out.push_str(
+                "    kriging: (\n        // One a row of the process.\n        weights: [\n",
+            );
+            for weights in kriging.weights() {
+                let _ = writeln!(out, "            {},", ron_text::tuple(weights));
+            }
+            out.push_str("        ],\n    ),\n");
+        }
+        Some(FieldSource::Harmonic(model)) => push_harmonic(out, model),
+        Some(FieldSource::Of(_)) | None => {}
+    }
+}
+
+fn push_harmonic(out: &mut String, model: &HarmonicModel) {
+    let _ = writeln!(
+        out,
+        "    harmonic: (\n        center_mm: {},\n        scale_mm: {},\n        degree: {},\n        generator: (",
+        ron_text::tuple(model.center_mm().coords.as_slice()),
+        shortest(model.scale_mm()),
+        model.degree(),
+    );
+    generator::push_parts(out, 3, model.generator());
+    out.push_str("        ),\n        // One list a coil.\n        coefficients: [\n");
+    let coils = model.generator().coils.len();
+    let each = model.coefficients().len() / coils;
+    for coefficients in model.coefficients().chunks_exact(each) {
+        let numbers: Vec<_> = coefficients.iter().map(|v| shortest(*v)).collect();
+        let _ = writeln!(out, "            [{}],", numbers.join(", "));
+    }
+    out.push_str("        ],\n    ),\n");
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use crate::environment::{parse, write};
+    use nalgebra::{Point3, Vector3};
+    use std::sync::Arc;
+    use trackwright_field::computed::FieldSource;
+    use trackwright_field::gaussian::{GaussianField, Kriging};
+    use trackwright_field::generator::Generator;
+    use trackwright_field::harmonic::HarmonicModel;
+    use trackwright_field::random_models::{Seeded, room};
+    use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
+    use trackwright_field::{DistortionModel, Environment};
+    use trackwright_task::Task;
+
+    pub(crate) fn environments() -> [Environment; 2] {
+        let mut seeded = Seeded::new(3);
+        let samples = (0..12).map(|_| {
+            let pose = seeded.pose(&room(), 0.0);
+            Sample {
+                position_mm: pose.translation.vector.into(),
+                axis: pose.rotation * Vector3::z_axis(),
+                error: PoseError {
+                    position_mm: Vector3::from_fn(|_, _| seeded.normal()),
+                    rotation_rad: Vector3::zeros(),
+                },
+            }
+        });
+        let samples = SampleSet { samples: samples.collect(), has_rotations: true, ambiguous: 0 };
+        let process = GaussianField::fit(&samples, None, &Task::default()).unwrap();
+        let process = Arc::new(process);
+        let kriging = Kriging::new(process.clone(), &Task::default()).unwrap();
+        let center_mm = Point3::new(0.0, 0.0, -300.0);
+        let numbers = (0..9 * 3).map(|i| f64::from(i) / 7e12).collect();
+        let harmonic = HarmonicModel::new(Generator::planar_nine(), center_mm, 433.0, 1, numbers);
+        let environment = |source, process| Environment {
+            name: "room".to_owned(),
+            model: DistortionModel::of_source(source, MapKind::Distortion, room()),
+            volume: None,
+            jitter: None,
+            provenance: None,
+            support: None,
+            process,
+        };
+        [
+            environment(FieldSource::Kriging(kriging), Some(process)),
+            environment(FieldSource::Harmonic(Arc::new(harmonic.unwrap())), None),
+        ]
+    }
+
+    #[test]
+    fn models_that_are_no_polynomials_are_read_back_exactly() {
+        for environment in environments() {
+            let text = write(&environment);
+            assert_eq!(parse(text.as_bytes()).unwrap(), environment, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_model_is_refused_with_its_field_and_what_was_expected() {
+        let [kriging, harmonic] = environments().map(|e| write(&e));
+        for (text, from, to, part) in [
+            (&harmonic, "degree: 1,", "degree: 2,", "27 coefficients, expected 72"),
+            (&harmonic, "degree: 1,", "degree: 99,", "degree is 99, expected 1 to 10"),
+            (&harmonic, "scale_mm: 433", "scale_mm: 0", "scale is 0 mm"),
+            (&harmonic, "map: Distortion", "map: Correction", "model.map is Correction"),
+            (&kriging, "trend: None", "trend: Model", "no process without a trend"),
+            (&kriging, "weights: [", "weights: [(0, 0, 0, 0, 0, 0), ", "kriging.weights is 13"),
+            (&kriging, "weights: [", "weights: [(NaN, 0, 0, 0, 0, 0), ", "kriging.weights[0]"),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let found = parse(text.replacen(from, to, 1).as_bytes());
+            let message = found.unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}

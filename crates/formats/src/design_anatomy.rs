@@ -1,0 +1,161 @@
+//! The anatomy of a design's file: which meshes are shown beside its bodies, and where.
+
+use super::error::FormatError;
+use super::ron_text::{self, PoseEntry};
+use serde::Deserialize;
+use std::collections::HashMap;
+use trackwright_design::{Anatomy, AnatomyFrame};
+use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
+use trackwright_geometry::pose::Pose;
+
+#[derive(Deserialize)]
+#[serde(rename = "Anatomy", deny_unknown_fields)]
+pub(super) struct AnatomyEntry {
+    name: String,
+    mesh: String,
+    mesh_unit: Option<MeshUnit>,
+    #[serde(default)]
+    on: AnatomyFrame,
+    pose: Option<PoseEntry>,
+    color: Option<[f64; 3]>,
+}
+
+/// Without a pose a mesh is where its own frame is.
+pub(super) fn read(entries: Vec<AnatomyEntry>) -> Result<Vec<Anatomy>, FormatError> {
+    let mut names = HashMap::new();
+    let mut read = Vec::with_capacity(entries.len());
+    for (index, entry) in entries.into_iter().enumerate() {
+        let anatomy = read_one(index, entry)?;
+        if let Some(first) = names.insert(anatomy.name.clone(), index) {
+            return Err(FormatError::field(
+                format!("anatomy[{index}]: name"),
+                format!("{:?}, the name of anatomy[{first}]", anatomy.name),
+                "each name once",
+            ));
+        }
+        read.push(anatomy);
+    }
+    Ok(read)
+}
+
+fn read_one(index: usize, entry: AnatomyEntry) -> Result<Anatomy, FormatError> {
+    if entry.name.trim().is_empty() {
+        let field = format!("anatomy[{index}]: name");
+        return Err(FormatError::field(field, "empty", "a name"));
+    }
+    let field = |of: &str| format!("anatomy[{index}] {:?}: {of}", entry.name);
+    if entry.mesh.trim().is_empty() {
+        return Err(FormatError::field(field("mesh"), "empty", "a file"));
+    }
+    let unit = entry.mesh_unit;
+    if let Some((unit, expected)) = unit.and_then(|unit| Some((unit, unit.problem()?))) {
+        return Err(FormatError::field(field("mesh_unit"), unit, expected));
+    }
+    let parts = entry.color.iter().flatten();
+    if let Some(part) = parts.copied().find(|part| !(0.0..=1.0).contains(part)) {
+        let expected = "red, green and blue from 0 to 1";
+        return Err(FormatError::number(field("color"), part, expected));
+    }
+    let frame_from_mesh = match &entry.pose {
+        Some(pose) => pose.check(&field("pose"))?,
+        None => Pose::identity(),
+    };
+    Ok(Anatomy {
+        frame_from_mesh,
+        on: entry.on,
+        color: entry.color,
+        mesh: MeshReference { file: entry.mesh, unit: entry.mesh_unit },
+        name: entry.name,
+    })
+}
+
+/// One mesh in a line of its own.
+pub(super) fn line(anatomy: &Anatomy) -> String {
+    let mut fields = vec![
+        format!("name: {}", ron_text::string(&anatomy.name)),
+        format!("mesh: {}", ron_text::string(&anatomy.mesh.file)),
+    ];
+    if let Some(unit) = anatomy.mesh.unit {
+        fields.push(format!("mesh_unit: {unit:?}"));
+    }
+    fields.push(format!("on: {:?}", anatomy.on));
+    fields.push(format!("pose: {}", ron_text::pose(&anatomy.frame_from_mesh)));
+    if let Some(color) = &anatomy.color {
+        fields.push(format!("color: {}", ron_text::tuple(color)));
+    }
+    format!("({}),", fields.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::design_file::{DesignFile, parse, write};
+    use super::*;
+
+    fn design(anatomy: &str) -> String {
+        format!(
+            "(version: 1, name: \"a\", environment: \"r.env.ron\", \
+             tool: (body: \"t.body.ron\", pose: (position: (0, 0, 0), rotation: (1, 0, 0, 0))), \
+             anatomy: [{anatomy}])"
+        )
+    }
+
+    fn read(anatomy: &str) -> Result<DesignFile, String> {
+        parse(design(anatomy).as_bytes()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_file_and_a_name_are_enough_and_what_is_written_reads_back() {
+        let least = read(r#"(name: "head", mesh: "head.glb")"#).unwrap();
+        let head = Anatomy {
+            name: "head".into(),
+            mesh: MeshReference::new("head.glb"),
+            on: AnatomyFrame::Crf,
+            frame_from_mesh: Pose::identity(),
+            color: None,
+        };
+        assert_eq!(least.anatomy, std::slice::from_ref(&head));
+        let mut all = least;
+        all.anatomy.push(Anatomy {
+            name: "the \"table\"\n".into(),
+            mesh: MeshReference {
+                file: "../scans/a b.stl".into(),
+                unit: Some(MeshUnit::Factor(0.1)),
+            },
+            on: AnatomyFrame::Tracker,
+            frame_from_mesh: Pose::translation(0.1, -2.0, 1e-9),
+            color: Some([0.0, 0.3, 1.0]),
+        });
+        let text = write(&all);
+        assert_eq!(parse(text.as_bytes()).unwrap(), all, "{text}");
+        all.anatomy.clear();
+        assert!(!write(&all).contains("anatomy"));
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_mesh_is_said_with_its_name() {
+        for (anatomy, why) in [
+            (r#"(name: "", mesh: "a.stl")"#, "anatomy[0]: name is empty, expected a name"),
+            (
+                r#"(name: "a", mesh: "a.stl"), (name: "a", mesh: "b.stl")"#,
+                "anatomy[1]: name is \"a\", the name of anatomy[0], expected each name once",
+            ),
+            (r#"(name: "a", mesh: " ")"#, "anatomy[0] \"a\": mesh is empty, expected a file"),
+            (
+                r#"(name: "a", mesh: "a.stl", mesh_unit: Factor(-1))"#,
+                "anatomy[0] \"a\": mesh_unit is -1 mm, expected a length above zero",
+            ),
+            (
+                r#"(name: "a", mesh: "a.stl", color: (0, NaN, 0))"#,
+                "anatomy[0] \"a\": color is NaN, expected red, green and blue from 0 to 1",
+            ),
+            (
+                r#"(name: "a", mesh: "a.stl", pose: (position: (0, inf, 0), rotation: (1, 0, 0, 0)))"#,
+                "anatomy[0] \"a\": pose.position is (0, inf, 0), expected finite numbers",
+            ),
+        ] {
+            assert_eq!(read(anatomy).unwrap_err(), why);
+        }
+        let on = read(r#"(name: "a", mesh: "a.stl", on: Table)"#).unwrap_err();
+        assert!(on.contains("found `Table`, expected `Crf` or `Tracker`"), "{on}");
+    }
+}

@@ -1,0 +1,444 @@
+//! Environments, `*.env.ron`: a room's distortion model, its volume, and where it came from.
+
+use super::computed_model::{self, HarmonicEntry, KrigingEntry};
+use super::error::FormatError;
+use super::process::{self, ProcessEntry};
+use super::ron_text;
+use super::support::{self, SupportEntry};
+use ron::extensions::Extensions;
+use ron::ser::PrettyConfig;
+use serde::{Deserialize, Serialize};
+use std::fmt::Write;
+use trackwright_field::bernstein::coefficient_count;
+use trackwright_field::environment::{Jitter, Provenance};
+use trackwright_field::{DistortionModel, Environment};
+use trackwright_geometry::volume::Volume;
+
+#[derive(Deserialize)]
+#[serde(rename = "Environment", deny_unknown_fields)]
+struct EnvironmentEntry {
+    version: u64,
+    name: String,
+    volume: Option<Volume>,
+    jitter: Option<Jitter>,
+    provenance: Option<Provenance>,
+    model: DistortionModel,
+    support: Option<SupportEntry>,
+    process: Option<ProcessEntry>,
+    kriging: Option<KrigingEntry>,
+    harmonic: Option<HarmonicEntry>,
+}
+
+impl ron_text::Versioned for EnvironmentEntry {
+    fn version(&self) -> u64 {
+        self.version
+    }
+}
+
+/// Reads an environment.
+///
+/// # Errors
+/// Anything that leaves a doubt about what the room is; see [`FormatError`].
+pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
+    let entry: EnvironmentEntry = ron_text::parse(bytes)?;
+    if let Some(Volume::Box(bounds)) = &entry.volume {
+        bounds.check().map_err(FormatError::Volume)?;
+    }
+    if let Some((name, found, expected)) = entry.jitter.as_ref().and_then(Jitter::problem) {
+        return Err(FormatError::number(name, found, expected));
+    }
+    if let Some(provenance) = &entry.provenance {
+        check_provenance(provenance)?;
+    }
+    let support = entry.support.map(|s| s.check(&entry.model)).transpose()?;
+    let process = entry.process.map(ProcessEntry::check).transpose()?;
+    let model =
+        computed_model::check(entry.model, entry.kriging, entry.harmonic, process.as_ref())?;
+    Ok(Environment {
+        name: entry.name,
+        model,
+        volume: entry.volume,
+        jitter: entry.jitter,
+        provenance: entry.provenance,
+        support,
+        process,
+    })
+}
+
+/// What a fit was like is only shown, but numbers that no fit has are none to show.
+fn check_provenance(provenance: &Provenance) -> Result<(), FormatError> {
+    let Provenance { ridge, train_before, train_after, holdout, .. } = provenance;
+    let mut figures = vec![("train_before", *train_before), ("train_after", *train_after)];
+    if let Some(holdout) = holdout {
+        figures.extend([("holdout.before", holdout.before), ("holdout.after", holdout.after)]);
+    }
+    let mut numbers = vec![("ridge".to_owned(), *ridge)];
+    for (name, figures) in figures {
+        numbers.push((format!("{name}.position_rms_mm"), figures.position_rms_mm));
+        let angle = figures.angle_rms_rad;
+        numbers.extend(angle.map(|angle| (format!("{name}.angle_rms_rad"), angle)));
+    }
+    let is_wrong = |value: f64| !(value.is_finite() && value >= 0.0);
+    match numbers.into_iter().find(|(_, value)| is_wrong(*value)) {
+        None => Ok(()),
+        Some((name, value)) => {
+            let name = format!("provenance.{name}");
+            Err(FormatError::number(name, value, "zero or more"))
+        }
+    }
+}
+
+/// Writes an environment, a coefficient's six values a line.
+pub fn write(environment: &Environment) -> String {
+    let mut out = String::from("(\n    version: 1,\n");
+    push_field(&mut out, 1, "name", &ron_text::string(&environment.name));
+    if let Some(volume) = &environment.volume {
+        push_field(&mut out, 1, "volume", &value(volume, 0));
+    }
+    if let Some(jitter) = &environment.jitter {
+        push_field(&mut out, 1, "jitter", &value(jitter, 0));
+    }
+    if let Some(provenance) = &environment.provenance {
+        push_field(&mut out, 1, "provenance", &value(provenance, 1));
+    }
+    out.push_str("    model: (\n");
+    push_model(&mut out, &environment.model);
+    out.push_str("    ),\n");
+    if let Some(support) = &environment.support {
+        support::push(&mut out, support.parts());
+    }
+    if let Some(process) = &environment.process {
+        process::push(&mut out, process);
+    }
+    computed_model::push(&mut out, &environment.model);
+    out.push_str(")\n");
+    out
+}
+
+fn push_model(out: &mut String, model: &DistortionModel) {
+    let bounds = model.bounds();
+    let [min, max] = [bounds.min_mm, bounds.max_mm].map(|p| ron_text::tuple(p.coords.as_slice()));
+    push_field(out, 2, "order", &model.order().to_string());
+    push_field(out, 2, "directions", &model.directions().len().to_string());
+    push_field(out, 2, "weighting", &value(&model.weighting(), 0));
+    push_field(out, 2, "map", &value(&model.map(), 0));
+    push_field(out, 2, "box", &format!("({min}, {max})"));
+    out.push_str("        coefficients: [\n");
+    let per_direction = coefficient_count(model.order());
+    for (index, coefficient) in model.coefficients().iter().enumerate() {
+        if index % per_direction == 0 {
+            let direction = model.directions().directions()[index / per_direction];
+            // Writing to a string cannot fail.
+            let _ = writeln!(
+                out,
+                "            // {} of {}: axis ({:.4}, {:.4}, {:.4})",
+                index / per_direction + 1,
+                model.directions().len(),
+                direction.x,
+                direction.y,
+                direction.z
+            );
+        }
+        let _ = writeln!(out, "            {},", ron_text::tuple(coefficient));
+    }
+    out.push_str("        ],\n");
+}
+
+fn push_field(out: &mut String, depth: usize, name: &str, value: &str) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "{:1$}{name}: {value},", "", 4 * depth);
+}
+
+/// A small value on one line, or with its fields on lines of their own.
+fn value<T: Serialize>(value: &T, depth: usize) -> String {
+    let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    let config = PrettyConfig::new().new_line("\n").depth_limit(depth);
+    // Numbers, flags and names, all of which RON can hold.
+    let text = options.to_string_pretty(value, config).unwrap_or_default();
+    text.replace('\n', "\n    ")
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use nalgebra::{Unit, Vector3};
+    use std::sync::Arc;
+    use trackwright_field::Support;
+    use trackwright_field::environment::{HoldoutProvenance, JitterGrowth};
+    use trackwright_field::fit::{FitMethod, Residuals};
+    use trackwright_field::gaussian::{
+        Amplitude, FieldPoint, GaussianField, Kernel, KernelScale, Row, Trend,
+    };
+    use trackwright_field::samples::MapKind;
+    use trackwright_field::support::{Cell, Cells, SupportParts};
+    use trackwright_geometry::bounds::Bounds;
+    use trackwright_geometry::directions::{DirectionSet, Weighting};
+
+    pub(crate) fn room() -> Environment {
+        let coefficients = (0..6 * 8)
+            .map(|i| std::array::from_fn(|k| f64::from(i * 7 + k as i32) / 3.0 - 40.0))
+            .collect();
+        let model = DistortionModel::new(
+            1,
+            DirectionSet::Six,
+            Weighting::Gnomonic,
+            MapKind::Distortion,
+            Bounds::from(([-1.0, -2.0, -300.5], [1.0, 2.0, -0.1])),
+            coefficients,
+        );
+        let residuals =
+            |position_rms_mm, angle_rms_rad| Residuals { position_rms_mm, angle_rms_rad };
+        Environment {
+            name: "A \"room\"".to_owned(),
+            model: model.unwrap(),
+            volume: Some(Volume::AuroraCube),
+            jitter: Some(Jitter {
+                growth: Some(JitterGrowth::dipole(250.0)),
+                ..Jitter::uniform(0.1, 0.001)
+            }),
+            support: None,
+            process: None,
+            provenance: Some(Provenance {
+                data: "data.csv".to_owned(),
+                samples: 12,
+                method: FitMethod::Joint,
+                ridge: 1e-7,
+                train_before: residuals(2.5, Some(0.01)),
+                train_after: residuals(1.0 / 3.0, None),
+                holdout: Some(HoldoutProvenance {
+                    data: "other.csv".to_owned(),
+                    samples: 3,
+                    before: residuals(2.0, None),
+                    after: residuals(1.5, None),
+                }),
+            }),
+        }
+    }
+
+    #[test]
+    fn what_is_written_reads_back_to_the_bit() {
+        let mut room = room();
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        for volume in Volume::NAMED {
+            room.volume = Some(volume);
+            assert!(write(&room).contains(&format!("    volume: {volume:?},\n")));
+            assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        }
+        room.volume = Some(Volume::Box(Bounds::from(([0.0; 3], [1.0; 3]))));
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        room.jitter = Some(Jitter::uniform(0.2, 0.0));
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        room.volume = None;
+        room.jitter = None;
+        room.provenance = None;
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+    }
+
+    /// Numbers that need all their digits, an unknown deviation, a form that is zero.
+    pub(crate) fn support(room: &Environment) -> Support {
+        let form = |i: usize| (0..27).map(|k| (i * 27 + k) as f64 / 3.0 - 9.0).collect();
+        let parts = SupportParts {
+            position_std_mm: vec![Some(0.1), None, Some(1.0 / 3.0), Some(1e-300), None, None],
+            angle_std_rad: Some(vec![Some(0.0); 6]),
+            greatest_leverage: vec![0.7; 6],
+            greatest_undetermined: vec![1e-17; 6],
+            variance: (0..18).map(form).collect(),
+            leverage: (0..6).map(form).collect(),
+            undetermined: vec![Vec::new(), form(1), Vec::new(), form(3), form(4), form(5)],
+            cells: Cells::new(
+                [-0.1, 1.0 / 3.0, -300.0].into(),
+                0.125,
+                vec![Cell { index: [0, 4095, 7], directions: 63 }; 20],
+            ),
+        };
+        Support::from_parts(parts, &room.model).unwrap()
+    }
+
+    #[test]
+    fn where_a_model_may_be_believed_reads_back_to_the_bit() {
+        let mut room = room();
+        let mut parts = support(&room).parts().clone();
+        room.support = Some(support(&room));
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        parts.angle_std_rad = None;
+        parts.undetermined.clear();
+        room.support = Some(Support::from_parts(parts, &room.model).unwrap());
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+    }
+
+    /// Rows as they are kept, an outlier, a kernel without axes.
+    pub(crate) fn process(has_rotations: bool) -> GaussianField {
+        let row = |i: i32| Row {
+            point: FieldPoint {
+                position_mm: [f64::from(i) / 8.0, -1e-6, -300.123_456].into(),
+                axis: Unit::new_unchecked(Vector3::new(0.6, 0.0, -0.8)),
+            },
+            error: std::array::from_fn(|k| f64::from(i + k as i32) * 1e-9),
+            noise_factor: if i == 1 { 1e6 } else { 1.0 },
+        };
+        let scale = |length_mm| KernelScale {
+            length_mm,
+            axis_sine: if has_rotations { 1.0 / 3.0 } else { f64::INFINITY },
+            variance: 0.1,
+        };
+        GaussianField {
+            trend: if has_rotations { Trend::Model } else { Trend::None },
+            kernel: Kernel { scales: [scale(100.0 / 3.0), scale(11.0)], nugget: 1e-6 },
+            amplitude: Amplitude {
+                log_variance: [0.1; 10],
+                ..Amplitude::flat(&Bounds::from(([0.0; 3], [1.0 / 3.0; 3])))
+            },
+            component_covariance: std::array::from_fn(|a| {
+                std::array::from_fn(|b| if a == b { 1.0 / 7.0 } else { -1e-300 })
+            }),
+            rows: (0..3).map(row).collect(),
+            has_rotations,
+            measured_rows: 5_000,
+            left_out_rms_mm: 2.0 / 3.0,
+            sensor_variance: has_rotations.then_some([0.1, 0.0, 1.0 / 7.0, 1e-6, 1e-300, 0.0]),
+        }
+    }
+
+    #[test]
+    fn a_process_reads_back_to_the_bit() {
+        for has_rotations in [true, false] {
+            let mut room = room();
+            room.process = Some(Arc::new(process(has_rotations)));
+            assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        }
+    }
+
+    #[test]
+    fn processes_that_cannot_be_are_refused() {
+        let mut room = room();
+        room.process = Some(Arc::new(process(true)));
+        let text = write(&room);
+        for (from, to, part) in [
+            ("nugget: 1e-6", "nugget: 0", "process.kernel.nugget is 0"),
+            ("length_mm: 11", "length_mm: -11", "length_mm is -11"),
+            ("(0.6, 0.0, -0.8)", "(0.6, 0.0, 0.9)", "process.rows[0]"),
+            ("1000000)", "NaN)", "process.rows[1]"),
+            ("trend: Model", "trend: Mean", "`None` or `Model`"),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let message = parse(text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+
+    #[test]
+    fn supports_that_cannot_be_are_refused() {
+        let mut room = room();
+        room.support = Some(support(&room));
+        let text = write(&room);
+        for (from, to, part) in [
+            ("std_mm: [0.1,", "std_mm: [-0.1,", "position_std_mm holds -0.1"),
+            ("std_mm: [0.1,", "std_mm: [NaN,", "position_std_mm holds NaN"),
+            ("std_mm: [0.1,", "std_mm: [", "position_std_mm has 5 entries, expected 6"),
+            ("std_rad: [0,", "std_rad: [", "angle_std_rad has 5 entries, expected 6"),
+            ("leverage: [0.7,", "leverage: [inf,", "greatest_leverage holds inf"),
+            ("undetermined: [1e-17,", "undetermined: [", "greatest_undetermined has 5"),
+            (
+                "variance: [\n            [-9,",
+                "variance: [\n            [NaN,",
+                "variance holds NaN",
+            ),
+            (
+                "variance: [\n            [-9,",
+                "variance: [\n            [",
+                "variance has 26 entries",
+            ),
+            ("variance: [", "variance: [[],", "variance has 19 entries, expected 18"),
+            ("leverage: [\n", "leverage: [[],\n", "leverage has 7 entries, expected 6"),
+            ("undetermined: [\n", "undetermined: [[1],\n", "undetermined has 7 entries"),
+            ("origin: (-0.1,", "origin: (NaN,", "support.samples.origin is (NaN,"),
+            ("edge: 0.125", "edge: -0.125", "cells holds -0.125, expected an edge in mm"),
+            ("(0,4095,7,63)", "(0,4095,7,64)", "cells holds 64, expected bits"),
+            ("(0,4095,7,63)", "(0,-1,7,63)", "integer is out of bounds"),
+            ("variance:", "varience:", "found the unknown field `varience`, expected `variance`"),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let message = parse(text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+        let crowded =
+            text.replacen("cells: [", &format!("cells: [{}", "(0,0,0,1),".repeat(4096)), 1);
+        let message = parse(crowded.as_bytes()).unwrap_err().to_string();
+        assert!(message.contains("cells has 4116 entries, expected 4096"), "{message}");
+        room.model = DistortionModel::zero(*room.model.bounds(), MapKind::Distortion);
+        let message = parse(write(&room).as_bytes()).unwrap_err().to_string();
+        assert!(message.contains("support: a model of order 0 has none"), "{message}");
+    }
+
+    #[test]
+    fn a_jitter_that_does_not_say_how_it_grows_is_the_same_everywhere_or_grows_as_a_dipole() {
+        let text = write(&room());
+        let (start, end) = (text.find("jitter: ").unwrap(), text.find("    provenance").unwrap());
+        let with = |jitter: &str| {
+            let text = format!("{}jitter: {jitter},\n{}", &text[..start], &text[end..]);
+            parse(text.as_bytes()).unwrap().jitter.unwrap()
+        };
+        assert_eq!(with("(position_mm: 0.2, angle_rad: 0.003)"), Jitter::uniform(0.2, 0.003));
+        assert_eq!(
+            with("(position_mm: 0.2, angle_rad: 0.003, growth: (distance_mm: 300))").growth,
+            Some(JitterGrowth::dipole(300.0))
+        );
+    }
+
+    #[test]
+    fn an_ideal_room_has_no_coefficients() {
+        let mut room = room();
+        room.model = DistortionModel::zero(*room.model.bounds(), MapKind::Distortion);
+        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+    }
+
+    #[test]
+    fn a_coefficient_is_one_line() {
+        assert_eq!(write(&room()).matches("            (").count(), 48);
+    }
+
+    #[test]
+    fn rooms_that_cannot_be_are_refused() {
+        let text = write(&room());
+        for (from, to, part) in [
+            ("version: 1", "version: 3", "version is 3, expected 1; a newer trackwright wrote it"),
+            ("directions: 6", "directions: 12", "48 coefficients, expected 96"),
+            ("directions: 6", "directions: 7", "no set of 7 basis orientations"),
+            ("order: 1", "order: 99", "order is 99, expected 0 to"),
+            ("order: 1", "order: 99999999999", "order is 99999999999"),
+            ("(-40.0,", "(NaN,", "coefficient 0 is not finite"),
+            ("-300.5", "300.5", "box: min z is 300.5, max z is -0.1, expected min at most max"),
+            ("position_mm: 0.1", "position_mm: -0.1", "jitter.position_mm is -0.1"),
+            (
+                "distance_mm: 250.0",
+                "distance_mm: 0",
+                "jitter.growth.distance_mm is 0, expected a length above zero",
+            ),
+            (
+                "angle_exponent: 3.0",
+                "angle_exponent: -1",
+                "jitter.growth.angle_exponent is -1, expected 0 to 8",
+            ),
+            (
+                "position_exponent: 4.0",
+                "position_exponent: NaN",
+                "jitter.growth.position_exponent is NaN",
+            ),
+            (
+                "volume: AuroraCube",
+                "volume: Box(((0, 0, 0), (1, -1, 1)))",
+                "volume: min y is 0, max y is -1, expected min at most max",
+            ),
+            (
+                "volume: AuroraCube",
+                "volume: AuroraBall",
+                "`AuroraDome` or `AuroraTabletop` or `AuroraCompact` or `Box`",
+            ),
+            ("volume: AuroraCube", "volume: AuroraDome(480.0)", "found `(`"),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let message = parse(text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}

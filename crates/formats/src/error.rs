@@ -1,0 +1,118 @@
+//! What can be wrong with a file's content: where, what was found, what was expected.
+
+use super::mesh::MeshError;
+use std::io::ErrorKind;
+use trackwright_design::DecisionError;
+use trackwright_design::view::ViewError;
+use trackwright_field::support::SupportPartsError;
+use trackwright_geometry::bounds::BoundsError;
+use trackwright_geometry::limits::short;
+use trackwright_procedure::Step;
+use trackwright_simulation::motion::MotionError;
+
+/// Why bytes are not the file they should be. The file's name is added by who read it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FormatError {
+    #[error("line {line}, column {column}: found a byte that is not UTF-8, expected text")]
+    NotUtf8 { line: usize, column: usize },
+    /// The file could be opened but not read to its end.
+    #[error("found what cannot be read ({found}), expected text")]
+    Unreadable { kind: ErrorKind, found: String },
+    #[error("line {line}, column {column}: {problem}")]
+    Syntax {
+        line: usize,
+        column: usize,
+        /// "found …, expected …".
+        problem: String,
+    },
+    #[error("{field} is {found}, expected {expected}")]
+    Field { field: String, found: String, expected: &'static str },
+    #[error("line {line}: {field} is {found}, expected {expected}")]
+    Cell { line: u64, field: String, found: String, expected: &'static str },
+    #[error("line {line}: found {found}, expected {expected}")]
+    Line { line: u64, found: String, expected: String },
+    #[error("line 1: found no column {}, expected {expected}", missing.join(", "))]
+    MissingColumns { missing: Vec<&'static str>, expected: &'static str },
+    #[error("line 1: found numbers, expected names of columns above them: {expected}")]
+    NoHeader { expected: &'static str },
+    #[error("line 1: column {column:?} is in {unit}, expected mm and unit quaternions")]
+    Unit { column: String, unit: String },
+    #[error("line 1: found column {0} twice, expected it once")]
+    RepeatedColumn(&'static str),
+    #[error("found no rows, expected at least one")]
+    NoRows,
+    /// A file's version is not one that this program reads.
+    #[error("version is {found}, expected {expected}{}", written_by(*found, *expected))]
+    Version { found: u64, expected: u64 },
+    #[error("volume: {0}")]
+    Volume(BoundsError),
+    /// A file of another kind.
+    #[error("found {found}, expected {expected}{advice}")]
+    Foreign {
+        found: &'static str,
+        expected: &'static str,
+        /// What to do about it, behind a semicolon, or nothing.
+        advice: &'static str,
+    },
+    /// In a file within the file.
+    #[error("{part}: {cause}")]
+    Part { part: &'static str, cause: Box<FormatError> },
+    #[error("{prefix}{cause}")]
+    Motion {
+        /// "crf." for the motion of the CRF's own study, else nothing.
+        prefix: &'static str,
+        cause: MotionError,
+    },
+    #[error("support: {0}")]
+    Support(#[from] SupportPartsError),
+    #[error(
+        "checksum is {stored}, expected {computed}, the sum of the bytes: they are not what was once written"
+    )]
+    Checksum { stored: u32, computed: u32 },
+    #[error(transparent)]
+    View(#[from] ViewError),
+    #[error("procedure.{}.{cause}", step.key())]
+    Decision { step: Step, cause: DecisionError },
+    #[error("slides[{index}].{cause}")]
+    Slide { index: usize, cause: ViewError },
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
+
+impl FormatError {
+    /// A field with a value that it cannot have.
+    pub(super) fn field(
+        field: impl Into<String>,
+        found: impl ToString,
+        expected: &'static str,
+    ) -> Self {
+        Self::Field { field: field.into(), found: found.to_string(), expected }
+    }
+
+    /// A field with a number that it cannot have.
+    pub(super) fn number(field: impl Into<String>, found: f64, expected: &'static str) -> Self {
+        Self::field(field, short(found), expected)
+    }
+}
+
+fn written_by(found: u64, expected: u64) -> &'static str {
+    match found > expected {
+        true => "; a newer trackwright wrote it",
+        false => "",
+    }
+}
+
+/// The bytes as text, without a byte order mark.
+pub(super) fn text(bytes: &[u8]) -> Result<&str, FormatError> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Ok(text.strip_prefix('\u{feff}').unwrap_or(text)),
+        Err(error) => {
+            let good = &bytes[..error.valid_up_to()];
+            let line_start = good.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
+            Err(FormatError::NotUtf8 {
+                line: 1 + good.iter().filter(|&&b| b == b'\n').count(),
+                column: 1 + good.len() - line_start,
+            })
+        }
+    }
+}

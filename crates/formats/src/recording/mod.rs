@@ -1,0 +1,89 @@
+//! Recordings of trackers, in the formats that labs have them in.
+
+pub mod aurora_log;
+pub mod igs_mha;
+pub mod live_table;
+pub mod ndi_combined;
+pub mod ndi_table;
+pub mod sensor_log;
+
+use super::error::{FormatError, text};
+use nalgebra::Vector3;
+use trackwright_geometry::number;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_simulation::recording::{Recording, Unusable};
+
+/// How far the length of a recorded quaternion may be from 1: trackers write seven digits, logs four.
+const MAX_QUATERNION_OFF: f64 = 1e-2;
+
+/// Whether the first lines are those of a recording that [`parse`] reads.
+pub fn is_recording(bytes: &[u8]) -> bool {
+    reader_of(bytes).is_some()
+}
+
+type Reader = fn(&[u8]) -> Result<Recording, FormatError>;
+
+fn reader_of(bytes: &[u8]) -> Option<Reader> {
+    // A header is at the beginning; the rest may be anything, also the bytes of images.
+    let head = bytes.get(..4096).unwrap_or(bytes);
+    let head = String::from_utf8_lossy(head);
+    let head = head.trim_start_matches('\u{feff}');
+    if ndi_table::is_header(head.lines().next().unwrap_or("")) {
+        Some(ndi_table::parse)
+    } else if live_table::is_header(head.lines().next().unwrap_or("")) {
+        Some(live_table::parse)
+    } else if head.trim_start().starts_with("ObjectType") {
+        Some(igs_mha::parse)
+    } else if head.lines().take(10).any(aurora_log::is_header) {
+        Some(aurora_log::parse)
+    } else if head.lines().any(ndi_combined::is_header) {
+        Some(ndi_combined::parse)
+    } else if head.lines().take(10).any(sensor_log::is_sample) {
+        Some(sensor_log::parse)
+    } else {
+        None
+    }
+}
+
+/// Reads a recording: an NDI Track or ToolBox table, what NDI's combined API is read by, an Aurora
+/// log, a PLUS sequence, a log of labelled lines, or a table of live poses.
+///
+/// # Errors
+/// Those of the format that the first lines belong to, or that there is none.
+pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
+    let Some(reader) = reader_of(bytes) else {
+        return Err(FormatError::Line {
+            line: 1,
+            found: format!(
+                "{:?}",
+                text(bytes)?
+                    .lines()
+                    .next()
+                    .unwrap_or("")
+                    .chars()
+                    .take(60)
+                    .collect::<String>()
+            ),
+            expected: "the first lines of an NDI table, an Aurora log, a PLUS sequence, a log of lines with Position: and \
+                       Orientation:, or a live recording"
+                .to_owned(),
+        });
+    };
+    reader(bytes)
+}
+
+/// The pose of recorded numbers, scalar first.
+fn pose(at_mm: [f64; 3], quaternion: [f64; 4]) -> Result<Pose, Unusable> {
+    let length = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
+    let is_unit = (length - 1.0).abs() <= MAX_QUATERNION_OFF;
+    if !(is_unit && at_mm.iter().all(|v| v.is_finite())) {
+        return Err(Unusable::NoPose);
+    }
+    let rotation = number::rotation(quaternion).ok_or(Unusable::NoPose)?;
+    Ok(pose_from_parts(Vector3::from(at_mm), rotation))
+}
+
+/// A line short enough to be quoted.
+fn quoted(line: &str) -> String {
+    format!("{:?}", line.chars().take(60).collect::<String>())
+}

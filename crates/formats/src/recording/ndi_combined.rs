@@ -1,0 +1,421 @@
+//! What NDI's sample program for the combined API writes: `Frame#, ToolHandle, Face, TransformStatus,
+//! q0 … qz, tx, ty, tz, error, #markers` and four cells a marker.
+//!
+//! Either a row is one tool at one time, named by its handle (a line of its output), or it is all
+//! tools at once, each behind what is known of it: `#Tools, ToolInfo, Frame#, PortHandle, …` (its CSV
+//! file). A tool that was not seen has the status `Missing` and empty cells.
+
+use super::{pose, quoted};
+use crate::error::{FormatError, text};
+use std::collections::HashMap;
+use trackwright_simulation::recording::{Recording, ToolTrack, TrackSample, Unusable};
+
+/// Where there is no number the program may write −3.697314e28 all the same.
+const MISSING_BELOW: f64 = -1e27;
+
+/// Statuses of a sample that the tracker stands by: the combined API's word, and ToolBox's.
+const GOOD: [&str; 2] = ["Enabled", "OK"];
+
+const MISSING: &str = "Missing";
+
+/// Cells of a pose, in the order in which they stand.
+const POSE: [&str; 7] = ["q0", "qx", "qy", "qz", "tx", "ty", "tz"];
+
+/// Cells of a marker: its status and its place.
+const MARKER: usize = 4;
+
+/// Whether a line names the columns.
+pub fn is_header(line: &str) -> bool {
+    header(line).is_some()
+}
+
+struct Header {
+    separator: char,
+    /// All tools stand in a row.
+    is_wide: bool,
+    columns: Columns,
+    /// Of the number of markers, from the same cell; in a row of one tool it may be missing.
+    markers: Option<usize>,
+}
+
+/// Places of a tool's cells, from the first of its own.
+#[derive(Clone, Copy)]
+struct Columns {
+    frame: usize,
+    handle: usize,
+    status: usize,
+    pose: [usize; 7],
+}
+
+/// What stands at the front of lines that were printed: `[2 alerts] [buttons: 0 ] `.
+fn without_brackets(line: &str) -> &str {
+    let mut line = line.trim_start();
+    while let Some((_, rest)) = line.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
+        line = rest.trim_start();
+    }
+    line
+}
+
+fn header(line: &str) -> Option<Header> {
+    let line = without_brackets(line);
+    let is_wide = line.starts_with("#Tools");
+    if !is_wide && !line.to_ascii_lowercase().starts_with("frame#") {
+        return None;
+    }
+    let separator = line.chars().find(|c| ['\t', ';', ','].contains(c))?;
+    let names: Vec<String> =
+        line.split(separator).map(|cell| cell.trim().to_ascii_lowercase()).collect();
+    // Of all tools only the first is named, behind their number and its information.
+    let first = if is_wide { 2 } else { 0 };
+    let named = |name: &str| names.iter().skip(first).position(|cell| cell == name);
+    let mut pose = [0; 7];
+    for (column, name) in pose.iter_mut().zip(POSE) {
+        *column = named(name)?;
+    }
+    let markers = named("#markers").or_else(|| named("markers"));
+    if is_wide && markers.is_none() {
+        return None;
+    }
+    Some(Header {
+        separator,
+        is_wide,
+        markers,
+        columns: Columns {
+            frame: named("frame#")?,
+            handle: named("toolhandle").or_else(|| named("porthandle"))?,
+            status: named("transformstatus")?,
+            pose,
+        },
+    })
+}
+
+/// Reads what the program wrote, tools in order of their appearance.
+///
+/// # Errors
+/// No line that names the columns, rows that are too short, cells that are no numbers, tools that
+/// change from row to row where all stand in one, no rows.
+pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
+    let text = text(bytes)?;
+    // A row whose line ends is whole.
+    let is_ended = text.ends_with('\n');
+    let mut lines = (1..).zip(text.lines()).peekable();
+    let header =
+        lines.by_ref().find_map(|(_, line)| header(line)).ok_or_else(|| FormatError::Line {
+            line: 1,
+            found: quoted(text.lines().next().unwrap_or("")),
+            expected:
+                "a line that names the columns: Frame#, ToolHandle, Face, TransformStatus, q0, …"
+                    .to_owned(),
+        })?;
+    let mut tools = Tools::default();
+    while let Some((line, content)) = lines.next() {
+        // What was printed may be begun anew.
+        if content.trim().is_empty() || is_header(content) {
+            continue;
+        }
+        let row = Row {
+            line,
+            cells: without_brackets(content).split(header.separator).map(str::trim).collect(),
+            has_decimal_commas: header.separator != ',',
+            is_cut: !is_ended && lines.peek().is_none(),
+        };
+        match header.markers.filter(|_| header.is_wide) {
+            Some(markers) => row.read_tools(&header.columns, markers, &mut tools)?,
+            None => row.read_tool(&header.columns, &mut tools)?,
+        }
+    }
+    match tools.tracks.is_empty() {
+        true => Err(FormatError::NoRows),
+        false => Ok(Recording { tools: tools.tracks }),
+    }
+}
+
+/// Tools as they turn up.
+#[derive(Default)]
+struct Tools {
+    tracks: Vec<ToolTrack>,
+    by_name: HashMap<String, usize>,
+}
+
+impl Tools {
+    fn add(&mut self, name: &str, sample: TrackSample) {
+        let place = *self.by_name.entry(name.to_owned()).or_insert_with(|| {
+            self.tracks.push(ToolTrack { name: name.to_owned(), samples: Vec::new() });
+            self.tracks.len() - 1
+        });
+        self.tracks[place].samples.push(sample);
+    }
+}
+
+struct Row<'a> {
+    line: u64,
+    cells: Vec<&'a str>,
+    has_decimal_commas: bool,
+    /// The file may end within it.
+    is_cut: bool,
+}
+
+impl Row<'_> {
+    /// The tool of a row.
+    fn read_tool(&self, columns: &Columns, tools: &mut Tools) -> Result<(), FormatError> {
+        // Whose row it is stands in a cell that another follows.
+        if self.is_cut && self.cells.len() <= columns.handle + 1 {
+            return Ok(());
+        }
+        let handle = self.cell(columns.handle)?;
+        tools.add(handle, self.sample(0, columns)?);
+        Ok(())
+    }
+
+    /// All tools of a row, each as long as its markers make it.
+    fn read_tools(
+        &self,
+        columns: &Columns,
+        markers: usize,
+        tools: &mut Tools,
+    ) -> Result<(), FormatError> {
+        // The number of tools stands in front; what is there is what counts.
+        let mut info = 1;
+        while info < self.cells.len() {
+            let first = info + 1;
+            if self.is_cut && self.cells.len() <= first + columns.handle + 1 {
+                return Ok(());
+            }
+            let handle = self.cell(first + columns.handle)?;
+            let info_of_tool = self.cell(info)?;
+            let name = format!("{handle} {info_of_tool}");
+            let name: Vec<&str> = name.split_whitespace().collect();
+            tools.add(&name.join(" "), self.sample(first, columns)?);
+            let count = first + markers;
+            if self.is_cut && self.cells.len() <= count + 1 {
+                return Ok(());
+            }
+            let found = self.cell(count)?;
+            let seen: usize = found.parse().map_err(|_| FormatError::Cell {
+                line: self.line,
+                field: "#Markers".to_owned(),
+                found: quoted(found),
+                expected: "a number of markers",
+            })?;
+            info = seen
+                .checked_mul(MARKER)
+                .and_then(|cells| cells.checked_add(count + 1))
+                .filter(|next| self.is_cut || *next <= self.cells.len())
+                .ok_or_else(|| FormatError::Line {
+                    line: self.line,
+                    found: format!("{} cells", self.cells.len()),
+                    expected: format!("{seen} markers of {MARKER} cells behind cell {}", count + 1),
+                })?;
+        }
+        Ok(())
+    }
+
+    /// What is said of the tool whose cells begin there.
+    fn sample(&self, first: usize, columns: &Columns) -> Result<TrackSample, FormatError> {
+        let last = columns.pose.iter().copied().fold(columns.status, usize::max);
+        // The last cell of a row that is cut may lack digits.
+        if self.is_cut && self.cells.len() <= first + last + 1 {
+            return Ok(TrackSample { frame: None, time_s: None, pose: Err(Unusable::Cut) });
+        }
+        let status = self.cell(first + columns.status)?;
+        let mut numbers = [Some(0.0); 7];
+        for ((number, column), name) in numbers.iter_mut().zip(columns.pose).zip(POSE) {
+            *number = self.number(first + column, name)?;
+        }
+        let pose = match numbers {
+            _ if status == MISSING => Err(Unusable::Missing),
+            // What is missing has a status too, and that says more.
+            _ if !status.is_empty() && !GOOD.contains(&status) => {
+                Err(Unusable::State(status.to_owned()))
+            }
+            [Some(w), Some(qx), Some(qy), Some(qz), Some(x), Some(y), Some(z)] => {
+                pose([x, y, z], [w, qx, qy, qz])
+            }
+            _ => Err(Unusable::Missing),
+        };
+        let frame = self.number(first + columns.frame, "Frame#")?;
+        Ok(TrackSample {
+            // A counter of 32 bits, exact in a double.
+            frame: frame.filter(|frame| *frame >= 0.0).map(|frame| frame as u64),
+            time_s: None,
+            pose,
+        })
+    }
+
+    fn cell(&self, column: usize) -> Result<&str, FormatError> {
+        self.cells.get(column).copied().ok_or_else(|| FormatError::Line {
+            line: self.line,
+            found: format!("{} cells", self.cells.len()),
+            expected: format!("{} at least", column + 1),
+        })
+    }
+
+    /// `None` where nothing was measured.
+    fn number(&self, column: usize, name: &str) -> Result<Option<f64>, FormatError> {
+        let cell = self.cell(column)?;
+        if cell.is_empty() {
+            return Ok(None);
+        }
+        let value = match self.has_decimal_commas {
+            true => cell.replace(',', ".").parse(),
+            false => cell.parse(),
+        };
+        let value: f64 = value.map_err(|_| FormatError::Cell {
+            line: self.line,
+            field: name.to_owned(),
+            found: quoted(cell),
+            expected: "a number",
+        })?;
+        Ok((value > MISSING_BELOW || value.is_nan()).then_some(value))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+    use proptest::prelude::*;
+    use trackwright_geometry::pose::Pose;
+
+    /// As the program prints it, a line a tool.
+    const PRINTED: &str = "[alerts] [buttons] Frame#,ToolHandle,Face#,TransformStatus,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error,#Markers,State,Tx,Ty,Tz\n\
+        100,Port:1,0,Enabled,1,0,0,0,1.5,2,3,0.1,1,OK,9,9,9\n\
+        100,Port:2,0,Missing,,,,,,,,,2,Missing,,,,OK,7,7,7\n\
+        [1 alerts] 101,Port:1,1,PartiallyOutOfVolume,0,0,1,0,4,5,6,0.1,0\n\
+        [buttons: 0 1 ] 101,Port:2,0,Enabled,0,0,1,0,4,5,6,0.25,0\n";
+
+    /// The same as it writes it, a line a time; the tools' frames need not be the same.
+    const WRITTEN: &str = "#Tools,ToolInfo,Frame#,PortHandle,Face#,TransformStatus,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error,Markers,State,Tx,Ty,Tz\n\
+        2,8700340 s/n:1,100,Port:1,0,Enabled,1,0,0,0,1.5,2,3,0.1,1,OK,9,9,9,8700339 s/n:2,100,Port:2,0,Missing,,,,,,,,,2,Missing,,,,OK,7,7,7\n\
+        2,8700340 s/n:1,101,Port:1,1,PartiallyOutOfVolume,0,0,1,0,4,5,6,0.1,0,8700339 s/n:2,101,Port:2,0,Enabled,0,0,1,0,4,5,6,0.25,0\n";
+
+    fn samples(recording: &Recording) -> Vec<Vec<TrackSample>> {
+        let tools = recording.tools.iter();
+        tools.map(|tool| tool.samples.clone()).collect()
+    }
+
+    #[test]
+    fn tools_are_told_apart_by_their_handles_and_what_is_bad_says_why() {
+        let printed = parse(PRINTED.as_bytes()).unwrap();
+        let written = parse(WRITTEN.as_bytes()).unwrap();
+        let names = |r: &Recording| r.tools.iter().map(|t| t.name.clone()).collect::<Vec<_>>();
+        assert_eq!(names(&printed), ["Port:1", "Port:2"]);
+        assert_eq!(names(&written), ["Port:1 8700340 s/n:1", "Port:2 8700339 s/n:2"]);
+        assert_eq!(samples(&printed), samples(&written));
+        let [a, b] = printed.tools.as_slice() else { panic!("two tools") };
+        let at: Vec<_> = a.good().map(|pose| pose.translation.vector).collect();
+        assert_eq!(at, [Vector3::new(1.5, 2.0, 3.0)]);
+        let state = Unusable::State("PartiallyOutOfVolume".to_owned());
+        assert_eq!(a.samples[1].pose, Err(state));
+        assert_eq!(b.samples[0].pose, Err(Unusable::Missing));
+        assert_eq!(b.samples[1].frame, Some(101));
+        // A half turn about y.
+        let there = b.good().next().unwrap() * Vector3::x();
+        assert!((there + Vector3::x()).norm() < 1e-15, "{there}");
+    }
+
+    #[test]
+    fn a_tool_may_be_in_some_frames_only() {
+        let some: String = PRINTED
+            .lines()
+            .filter(|line| !line.starts_with("100,Port:2"))
+            .map(|line| format!("{line}\n"))
+            .collect();
+        let found = parse(some.as_bytes()).unwrap();
+        let frames = |k: usize| found.tools[k].samples.iter().map(|s| s.frame).collect::<Vec<_>>();
+        assert_eq!(frames(0), [Some(100), Some(101)]);
+        assert_eq!(frames(1), [Some(101)]);
+    }
+
+    #[test]
+    fn commas_between_cells_and_commas_in_numbers_are_read_alike() {
+        for text in [PRINTED, WRITTEN] {
+            let expected = samples(&parse(text.as_bytes()).unwrap());
+            for (between, point) in [(";", ","), ("\t", ","), (";", ".")] {
+                let other = text.replace(',', between).replace('.', point);
+                assert_eq!(samples(&parse(other.as_bytes()).unwrap()), expected, "{between}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_such_file_is_named_with_its_line() {
+        for (text, expected) in [
+            (String::new(), "line 1: found \"\", expected a line that names"),
+            ("Frame#,ToolHandle\n".to_owned(), "line 1: found \"Frame#,ToolHandle\""),
+            (PRINTED.lines().next().unwrap().to_owned(), "found no rows"),
+            (PRINTED.replace("1.5", "one"), "line 2: tx is \"one\", expected a number"),
+            (
+                PRINTED.replace("100,Port:2,0,Missing,,,,,,,,,", "100,Port:2,0,Missing,"),
+                "line 3: qx is \"Missing\", expected a number",
+            ),
+            (PRINTED.replace("101,Port:1,1,", "101,Port:1,\n1,"), "line 4: found 3 cells"),
+            (WRITTEN.replace("0.1,1,OK", "0.1,one,OK"), "line 2: #Markers is \"one\""),
+            // A marker more than there are cells.
+            (
+                WRITTEN.replace("0.25,0", "0.25,1"),
+                "line 3: found 29 cells, expected 1 markers of 4",
+            ),
+            (WRITTEN.replace("0.25,0", "0.25,18446744073709551615"), "line 3: found 29 cells"),
+        ] {
+            let error = parse(text.as_bytes()).unwrap_err().to_string();
+            assert!(error.starts_with(expected), "{error}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_none_are_no_poses() {
+        for (number, expected) in [
+            ("NaN", Unusable::NoPose),
+            ("inf", Unusable::NoPose),
+            ("0.5", Unusable::NoPose),
+            ("-3.697314e28", Unusable::Missing),
+            ("", Unusable::Missing),
+        ] {
+            let text = PRINTED.replace("Enabled,1,0", &format!("Enabled,{number},0"));
+            let found = parse(text.as_bytes()).unwrap();
+            assert_eq!(found.tools[0].samples[0].pose, Err(expected), "{number}");
+        }
+    }
+
+    #[test]
+    fn a_file_cut_anywhere_panics_nowhere_and_keeps_what_was_whole() {
+        for text in [PRINTED, WRITTEN] {
+            let first = text.find('\n').unwrap();
+            let whole = first + 1 + text[first + 1..].find('\n').unwrap();
+            for end in 0..text.len() {
+                let found = parse(&text.as_bytes()[..end]);
+                if end > whole {
+                    let tools = found.unwrap().tools;
+                    // No number that lacks digits is taken for one.
+                    let good: Vec<_> = tools.iter().flat_map(ToolTrack::good).collect();
+                    let is_known = |p: &&Pose| [1.5, 4.0].contains(&p.translation.x);
+                    assert!(!good.is_empty() && good.iter().all(is_known), "{end}");
+                }
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_panic(
+            is_wide in any::<bool>(),
+            bytes in prop::collection::vec(any::<u8>(), 0..200),
+        ) {
+            let header = [PRINTED, WRITTEN][usize::from(is_wide)].split_inclusive('\n').next();
+            let _ = parse(&[header.unwrap_or("").as_bytes(), &bytes[..]].concat());
+        }
+
+        #[test]
+        fn cells_in_any_order_do_not_panic(
+            is_wide in any::<bool>(),
+            cells in prop::collection::vec(
+                prop::sample::select(&["1", "0", "Port:1", "Missing", "Enabled", "", "9", "\n", "4e9"][..]),
+                0..80,
+            ),
+        ) {
+            let header = [PRINTED, WRITTEN][usize::from(is_wide)].split_inclusive('\n').next();
+            let _ = parse((header.unwrap_or("").to_owned() + &cells.join(",")).as_bytes());
+        }
+    }
+}

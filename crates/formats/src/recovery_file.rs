@@ -1,0 +1,284 @@
+//! Recovery files: a whole open document in one file, as a session leaves it in case it ends badly.
+//!
+//! Design and bodies are kept as the texts of their own files, so that they are read with the same
+//! care and can be taken out by hand if all else fails.
+
+use super::body::{self, BodyFile};
+use super::design_file::{self, DesignFile};
+use super::error::FormatError;
+use super::ron_text;
+use serde::Deserialize;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use trackwright_design::{Design, View};
+
+/// What a recovery file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecoveryFile {
+    /// Milliseconds since 1970.
+    pub written_unix_ms: u64,
+    /// Of the session that wrote it.
+    pub process: u32,
+    /// Whether anything was unsaved.
+    pub is_dirty: bool,
+    pub origin: RecoveryOrigin,
+    pub design: Design,
+    pub view: View,
+    /// What the session knew of the files it had read or written.
+    pub stamps: Vec<(PathBuf, FileStamp)>,
+}
+
+/// Where a document came from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RecoveryOrigin {
+    BuiltIn(String),
+    /// Absolute.
+    File(PathBuf),
+}
+
+/// What a file was when it was read or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FileStamp {
+    /// Bytes.
+    pub length: u64,
+    /// The file's own time, nanoseconds since 1970; 0 where it has none.
+    pub modified_ns: u64,
+    /// When this was found.
+    pub taken_ns: u64,
+    /// FNV-1a of the bytes.
+    pub hash: u64,
+}
+
+#[derive(Deserialize)]
+#[serde(rename = "Recovery", deny_unknown_fields)]
+struct RecoveryEntry {
+    version: u64,
+    written_unix_ms: u64,
+    process: u32,
+    is_dirty: bool,
+    origin: OriginEntry,
+    design: String,
+    tool_body: String,
+    crf_body: Option<String>,
+    stamps: Vec<StampEntry>,
+}
+
+#[derive(Deserialize)]
+enum OriginEntry {
+    BuiltIn(String),
+    File(PathEntry),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StampEntry {
+    file: PathEntry,
+    stamp: FileStamp,
+}
+
+/// A path; as bytes where it is no text.
+#[derive(Deserialize)]
+pub(super) enum PathEntry {
+    Text(String),
+    Bytes(Vec<u8>),
+}
+
+impl ron_text::Versioned for RecoveryEntry {
+    fn version(&self) -> u64 {
+        self.version
+    }
+}
+
+impl RecoveryFile {
+    pub fn written(&self) -> SystemTime {
+        UNIX_EPOCH.checked_add(Duration::from_millis(self.written_unix_ms)).unwrap_or(UNIX_EPOCH)
+    }
+}
+
+/// Reads a recovery file.
+///
+/// # Errors
+/// See [`FormatError`]; [`FormatError::Part`] for one of the files within it.
+pub fn parse(bytes: &[u8]) -> Result<RecoveryFile, FormatError> {
+    let entry: RecoveryEntry = ron_text::parse(bytes)?;
+    let design: DesignFile = part("design", design_file::parse(entry.design.as_bytes()))?;
+    let mut bodies =
+        [("tool_body", Some(entry.tool_body)), ("crf_body", entry.crf_body)].into_iter();
+    let (design, view) = design.into_design(|_| -> Result<BodyFile, FormatError> {
+        // The tool's first, as `into_design` asks for them.
+        match bodies.next() {
+            Some((name, Some(text))) => part(name, body::parse(text.as_bytes())),
+            _ => Err(FormatError::field("crf_body", "missing", "the CRF's")),
+        }
+    })?;
+    Ok(RecoveryFile {
+        written_unix_ms: entry.written_unix_ms,
+        process: entry.process,
+        is_dirty: entry.is_dirty,
+        origin: match entry.origin {
+            OriginEntry::BuiltIn(name) => RecoveryOrigin::BuiltIn(name),
+            OriginEntry::File(path) => RecoveryOrigin::File(path.into_path()),
+        },
+        design,
+        view,
+        stamps: entry
+            .stamps
+            .into_iter()
+            .map(|entry| (entry.file.into_path(), entry.stamp))
+            .collect(),
+    })
+}
+
+fn part<T>(part: &'static str, parsed: Result<T, FormatError>) -> Result<T, FormatError> {
+    parsed.map_err(|cause| FormatError::Part { part, cause: Box::new(cause) })
+}
+
+/// Writes a recovery file.
+pub fn write(file: &RecoveryFile) -> String {
+    let design = design_file::write(&DesignFile::of(&file.design, &file.view));
+    let body =
+        |body: &trackwright_design::DesignBody| ron_text::string(&body::write(&BodyFile::of(body)));
+    let origin = match &file.origin {
+        RecoveryOrigin::BuiltIn(name) => format!("BuiltIn({})", ron_text::string(name)),
+        RecoveryOrigin::File(path) => format!("File({})", path_text(path)),
+    };
+    let mut out = String::from("(\n    version: 1,\n");
+    // Writing to a string cannot fail, here and below.
+    let _ = writeln!(out, "    written_unix_ms: {},", file.written_unix_ms);
+    let _ = writeln!(out, "    process: {},", file.process);
+    let _ = writeln!(out, "    is_dirty: {},", file.is_dirty);
+    let _ = writeln!(out, "    origin: {origin},");
+    let _ = writeln!(out, "    design: {},", ron_text::string(&design));
+    let _ = writeln!(out, "    tool_body: {},", body(&file.design.tool.body));
+    if let Some(crf) = &file.design.crf {
+        let _ = writeln!(out, "    crf_body: {},", body(&crf.body));
+    }
+    out.push_str("    stamps: [\n");
+    for (path, stamp) in &file.stamps {
+        let FileStamp { length, modified_ns, taken_ns, hash } = stamp;
+        let _ = writeln!(
+            out,
+            "        (file: {}, stamp: (length: {length}, modified_ns: {modified_ns}, \
+             taken_ns: {taken_ns}, hash: {hash})),",
+            path_text(path)
+        );
+    }
+    out.push_str("    ],\n)\n");
+    out
+}
+
+impl PathEntry {
+    pub(super) fn into_path(self) -> PathBuf {
+        match self {
+            Self::Text(text) => text.into(),
+            Self::Bytes(bytes) => path_of_bytes(bytes),
+        }
+    }
+}
+
+/// A path as a [`PathEntry`]. Elsewhere than on Unix what is no text loses what is none of it.
+pub(super) fn path_text(path: &Path) -> String {
+    if path.to_str().is_none()
+        && let Some(bytes) = bytes_of_path(path)
+    {
+        return format!("Bytes({bytes:?})");
+    }
+    format!("Text({})", ron_text::string(&path.to_string_lossy()))
+}
+
+#[cfg(unix)]
+fn bytes_of_path(path: &Path) -> Option<&[u8]> {
+    Some(std::os::unix::ffi::OsStrExt::as_bytes(path.as_os_str()))
+}
+
+#[cfg(not(unix))]
+fn bytes_of_path(_: &Path) -> Option<&[u8]> {
+    None
+}
+
+#[cfg(unix)]
+fn path_of_bytes(bytes: Vec<u8>) -> PathBuf {
+    let text: std::ffi::OsString = std::os::unix::ffi::OsStringExt::from_vec(bytes);
+    text.into()
+}
+
+#[cfg(not(unix))]
+fn path_of_bytes(bytes: Vec<u8>) -> PathBuf {
+    String::from_utf8_lossy(&bytes).into_owned().into()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn file_of(design: &str) -> RecoveryFile {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../designs");
+        let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
+        let entry = design_file::parse(&read(&format!("{design}.design.ron"))).unwrap();
+        let (design, view) = entry.into_design(|file| body::parse(&read(file))).unwrap();
+        RecoveryFile {
+            written_unix_ms: 1_700_000_000_123,
+            process: 4321,
+            is_dirty: true,
+            origin: RecoveryOrigin::BuiltIn("\"\\\n".to_owned()),
+            design,
+            view,
+            stamps: vec![(
+                "/a b/c".into(),
+                FileStamp { length: u64::MAX, modified_ns: 1, taken_ns: 2, hash: 3 },
+            )],
+        }
+    }
+
+    /// For the tests of all parsers.
+    pub(crate) fn good() -> Vec<u8> {
+        write(&file_of("pointer-on-head")).into_bytes()
+    }
+
+    #[test]
+    fn what_is_written_reads_back_whole() {
+        for design in ["pointer-on-head", "endoscope"] {
+            let mut file = file_of(design);
+            assert_eq!(parse(write(&file).as_bytes()).as_ref(), Ok(&file));
+            file.origin = RecoveryOrigin::File("/ä\u{202e}/\u{1}\"".into());
+            assert_eq!(parse(write(&file).as_bytes()).as_ref(), Ok(&file));
+            #[cfg(unix)]
+            {
+                file.origin = RecoveryOrigin::File(path_of_bytes(vec![b'/', 0xff, b'"']));
+                assert_eq!(parse(write(&file).as_bytes()).as_ref(), Ok(&file));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_the_part_that_it_is_in() {
+        let good = String::from_utf8(good()).unwrap();
+        for (from, to, message) in [
+            ("version: 1,\n    w", "version: 2,\n    w", "version is 2, expected 1"),
+            ("crf_body:", "crf:", "line 9, column 5: found the unknown field `crf`, expected "),
+            (
+                "design: \"(\\n    version: 1",
+                "design: \"(\\n    version: 3",
+                "design: version is 3, expected 1",
+            ),
+            ("tool_body: \"(", "tool_body: \"", "tool_body: line "),
+        ] {
+            assert!(good.contains(from), "{from} in {good}");
+            let error = parse(good.replace(from, to).as_bytes()).unwrap_err();
+            let error = error.to_string();
+            assert!(error.starts_with(message), "{error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_file_cut_short_is_an_error(cut in any::<prop::sample::Index>()) {
+            let bytes = good();
+            // Behind the last parenthesis there is a line end, which nobody would miss.
+            prop_assert!(parse(&bytes[..cut.index(bytes.len() - 1)]).is_err());
+        }
+    }
+}

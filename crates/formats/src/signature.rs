@@ -1,0 +1,313 @@
+//! What kind of document a file is by how it begins: what may take the place of what.
+
+use super::tool_definition::{kind_of, kind_of_extension};
+use std::fmt;
+use trackwright_design::definition::DefinitionKind;
+
+/// Enough of a file to tell its kind, bytes: an environment names its model behind what it was
+/// fitted to.
+pub const BEGINNING: usize = 1 << 16;
+
+/// Longest name of a table's columns that a message quotes.
+const MAX_QUOTE: usize = 60;
+
+/// Formats by the bytes that they begin with.
+const MAGIC: [(&[u8], &str); 8] = [
+    (b"\x89PNG\r\n", "a PNG picture"),
+    (b"glTF", "a GLB file"),
+    (b"NRRD", "an NRRD volume"),
+    (b"ObjectType", "a MetaImage"),
+    (b"#Insight Transform File", "an ITK transform"),
+    (b"PK\x03\x04", "a ZIP archive"),
+    (b"%PDF", "a PDF document"),
+    (b"\x7fELF", "a program"),
+];
+
+pub const ENVIRONMENT: &str = "an environment";
+pub const GENERATOR: &str = "a field generator";
+
+/// Its first bytes are a length.
+pub const MP4: &str = "an MP4 video";
+
+/// The program's own documents by a field that only they have.
+const DOCUMENTS: [(&str, &str); 4] = [
+    ("environment", "a design"),
+    ("sensors", "a body"),
+    ("coils", GENERATOR),
+    ("model", ENVIRONMENT),
+];
+
+/// Comments that the program writes itself into an environment; its polynomials have one each, that
+/// says of how many it is and its axis.
+const OWN_COMMENTS: [&str; 3] = [
+    "// Position in mm, axis, error in mm and rad, noise of an outlier.",
+    "// One a row of the process.",
+    "// One list a coil.",
+];
+
+/// The kind of a document.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Signature {
+    Empty,
+    /// A format that is told by its first bytes, or a document in RON.
+    Kind(&'static str),
+    /// HTML, SVG or XML by its outermost element.
+    Markup(String),
+    /// JSON by its first key.
+    Json(String),
+    /// A maker's tool definition.
+    Definition(DefinitionKind),
+    /// A table or any other text by its first line.
+    Text(String),
+    Binary,
+}
+
+impl Signature {
+    /// `extension` tells formats apart whose beginnings say nothing.
+    pub fn of(beginning: &[u8], extension: &str) -> Self {
+        if beginning.is_empty() {
+            return Self::Empty;
+        }
+        if let Some(kind) = definition_kind(beginning, extension) {
+            return Self::Definition(kind);
+        }
+        if beginning.get(4..8) == Some(b"ftyp") {
+            return Self::Kind(MP4);
+        }
+        if let Some((_, kind)) = MAGIC.iter().find(|(magic, _)| beginning.starts_with(magic)) {
+            return Self::Kind(kind);
+        }
+        let text = match std::str::from_utf8(beginning) {
+            Ok(text) => text,
+            // Cut within a character.
+            Err(error) if error.error_len().is_none() => {
+                std::str::from_utf8(&beginning[..error.valid_up_to()]).unwrap_or_default()
+            }
+            Err(_) => return Self::Binary,
+        };
+        let text = text.trim_start_matches('\u{feff}').trim_start();
+        if text.starts_with('<') {
+            return Self::Markup(root_element(text));
+        }
+        if let Some(inside) = text.strip_prefix(['{', '[']) {
+            let key = inside.trim_start().trim_start_matches(['[', '{', '\n', ' ']);
+            let key = key.split([':', ',']).next().unwrap_or_default();
+            return Self::Json(key.trim().trim_matches('"').to_owned());
+        }
+        let fields = RonText::new(text).fields;
+        if let Some(kind) = document_kind(&fields) {
+            return Self::Kind(kind);
+        }
+        Self::Text(text.lines().next().unwrap_or_default().trim_end().to_owned())
+    }
+}
+
+/// Whether a file that begins with `old` may be an earlier version of one that begins with `new`, both
+/// written by this program: they are of one kind, and nobody wrote into the old one by hand. A maker's
+/// definition may always be its own.
+pub fn may_replace(old: &[u8], new: &[u8], extension: &str) -> Result<(), Signature> {
+    let (found, written) = (Signature::of(old, extension), Signature::of(new, extension));
+    let is_by_hand = holds_more_than_written(old);
+    match &found {
+        Signature::Empty => Ok(()),
+        Signature::Definition(_) | Signature::Binary => Err(found),
+        _ if found == written && !is_by_hand => Ok(()),
+        _ => Err(found),
+    }
+}
+
+/// Fields of bodies that this version reads past and does not write.
+const UNWRITTEN: [&str; 2] = ["mounting", "keep_out"];
+
+/// Whether a document in RON has comments that the program did not write, or fields that it does not.
+pub fn holds_more_than_written(document: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(document);
+    let ron = RonText::new(&text);
+    let is_by_hand = ron.comments.iter().any(|comment| !is_own_comment(comment));
+    let is_unwritten = ron.fields.iter().any(|field| UNWRITTEN.contains(field));
+    (is_by_hand || is_unwritten) && document_kind(&ron.fields).is_some()
+}
+
+fn is_own_comment(comment: &str) -> bool {
+    let comment = comment.trim_end();
+    let is_count = |text: &str| text.parse::<usize>().is_ok();
+    let is_axis = |text: &str| {
+        let (number, rest) = text.split_once(" of ")?;
+        let (count, _) = rest.split_once(": axis (")?;
+        Some(is_count(number) && is_count(count))
+    };
+    let axis = comment.strip_prefix("// ").and_then(is_axis);
+    OWN_COMMENTS.contains(&comment) || axis == Some(true)
+}
+
+/// Only names tell `.tool` and `.ini` from other XML and text; JSON has keys.
+fn definition_kind(beginning: &[u8], extension: &str) -> Option<DefinitionKind> {
+    use DefinitionKind::{AtracsysIni, NdiEm, NdiOptical, SawJson, ToolPlist};
+    match kind_of(beginning, extension)? {
+        SawJson => None,
+        kind @ (NdiOptical | NdiEm) => Some(kind),
+        kind @ (ToolPlist | AtracsysIni) => {
+            (kind_of_extension(extension) == Some(kind)).then_some(kind)
+        }
+    }
+}
+
+fn document_kind(fields: &[&str]) -> Option<&'static str> {
+    let known = DOCUMENTS.iter().find(|(field, _)| fields.contains(field));
+    known.map(|(_, kind)| *kind)
+}
+
+/// The fields of a RON text's outermost struct, and its comments.
+#[derive(Debug, Default)]
+struct RonText<'a> {
+    fields: Vec<&'a str>,
+    comments: Vec<&'a str>,
+}
+
+impl<'a> RonText<'a> {
+    fn new(text: &'a str) -> Self {
+        let mut found = Self::default();
+        let mut depth = 0_usize;
+        let mut rest = text;
+        while let Some(c) = rest.chars().next() {
+            let end = match c {
+                '"' => end_of_string(rest),
+                '/' if rest.starts_with("//") => rest.find('\n').unwrap_or(rest.len()),
+                '/' if rest.starts_with("/*") => rest.find("*/").map_or(rest.len(), |end| end + 2),
+                '(' | '[' | '{' => {
+                    depth += 1;
+                    1
+                }
+                ')' | ']' | '}' => {
+                    depth = depth.saturating_sub(1);
+                    1
+                }
+                _ if c.is_alphabetic() || c == '_' => {
+                    let is_inside = |c: char| c.is_alphanumeric() || c == '_';
+                    let end = rest.find(|c| !is_inside(c)).unwrap_or(rest.len());
+                    if depth == 1 && rest[end..].trim_start().starts_with(':') {
+                        found.fields.push(&rest[..end]);
+                    }
+                    end
+                }
+                _ => c.len_utf8(),
+            };
+            if rest.starts_with("//") || rest.starts_with("/*") {
+                found.comments.push(&rest[..end]);
+            }
+            rest = &rest[end..];
+        }
+        found
+    }
+}
+
+/// Behind the closing quote.
+fn end_of_string(text: &str) -> usize {
+    let mut is_escaped = false;
+    for (at, c) in text.char_indices().skip(1) {
+        match c {
+            '"' if !is_escaped => return at + 1,
+            '\\' => is_escaped = !is_escaped,
+            _ => is_escaped = false,
+        }
+    }
+    text.len()
+}
+
+/// The name of the first element that is no declaration or comment.
+fn root_element(text: &str) -> String {
+    let mut rest = text;
+    while let Some(at) = rest.find('<') {
+        let inside = &rest[at + 1..];
+        if !inside.starts_with(['?', '!']) {
+            let end = inside.find(|c: char| c.is_whitespace() || c == '>' || c == '/');
+            let name = &inside[..end.unwrap_or(inside.len())];
+            return name.to_ascii_lowercase();
+        }
+        let behind = match inside.starts_with("!--") {
+            true => inside.find("-->"),
+            false => inside.find('>'),
+        };
+        rest = &inside[behind.unwrap_or(inside.len())..];
+    }
+    String::new()
+}
+
+impl fmt::Display for Signature {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => f.write_str("an empty file"),
+            Self::Kind(kind) => f.write_str(kind),
+            Self::Markup(element) => write!(f, "a <{element}> document"),
+            Self::Json(key) => write!(f, "JSON that begins with {:?}", shortened(key)),
+            Self::Definition(kind) => f.write_str(kind.name()),
+            Self::Text(line) => write!(f, "text that begins with {:?}", shortened(line)),
+            Self::Binary => f.write_str("a file of an unknown kind"),
+        }
+    }
+}
+
+fn shortened(text: &str) -> String {
+    match text.char_indices().nth(MAX_QUOTE) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn name(text: &str) -> String {
+        Signature::of(text.as_bytes(), "").to_string()
+    }
+
+    #[test]
+    fn documents_are_known_by_their_own_fields() {
+        let design = "(version: 1, name: \"sensors: (\", environment: \"a\", tool: (sensors: []))";
+        assert_eq!(name(design), "a design");
+        assert_eq!(name("(version: 1, sensors: [])"), "a body");
+        assert_eq!(name("// (sensors: 1)\n(model: ())"), "an environment");
+        assert_eq!(name("(coils: [])"), "a field generator");
+        assert_eq!(name("(x: 1)"), "text that begins with \"(x: 1)\"");
+        assert_eq!(name("<?xml?><!-- <a> --><svg x=\"1\"/>"), "a <svg> document");
+        assert_eq!(name("<!DOCTYPE html><html>"), "a <html> document");
+        assert_eq!(name("{\n  \"@schema\": 1}"), "JSON that begins with \"@schema\"");
+        assert_eq!(Signature::of(b"\xff\xfe\x00", ""), Signature::Binary);
+        assert_eq!(name(""), "an empty file");
+    }
+
+    #[test]
+    fn comments_are_found_outside_of_strings_only() {
+        assert!(holds_more_than_written(b"(sensors: [], // mine\n)"));
+        assert!(holds_more_than_written(b"(sensors: [] /* mine */)"));
+        assert!(holds_more_than_written(b"(sensors: [], keep_out: [])"));
+        assert!(!holds_more_than_written(br#"(name: "a \" // b", sensors: [])"#));
+    }
+
+    #[test]
+    fn comments_of_a_written_environment_are_its_own() {
+        let built_in = include_bytes!("../../../assets/environments/operating-table.env.ron");
+        assert!(built_in.windows(2).any(|two| two == b"//"));
+        assert!(!holds_more_than_written(built_in));
+        assert!(OWN_COMMENTS.iter().all(|comment| is_own_comment(comment)));
+        assert!(is_own_comment("// 3 of 14: axis (0.5774, 0.5774, 0.5774)"));
+        assert!(!is_own_comment("// 3 of 14 were wrong: axis (x)"));
+    }
+
+    #[test]
+    fn only_an_earlier_output_may_be_replaced() {
+        let table = b"x_mm,y_mm\n1,2\n".as_slice();
+        let may =
+            |old: &[u8], new: &[u8], extension: &str| may_replace(old, new, extension).is_ok();
+        assert!(may(b"x_mm,y_mm\n", table, "csv") && may(b"", table, "csv"));
+        assert!(!may(b"x_mm,z_mm\n", table, "csv") && !may(b"notes\n", table, "csv"));
+        let body = b"(version: 1, sensors: [])".as_slice();
+        assert!(may(body, body, "ron"));
+        assert!(!may(b"(version: 1, sensors: []) // mine", body, "ron"));
+        assert!(!may(b"(environment: \"a\", tool: ())", body, "ron"));
+        assert!(!may(b"\xff\xfe\x00", b"\xff\xfe\x00", "bin"));
+        let tool = b"<plist/>".as_slice();
+        assert!(!may(tool, tool, "tool") && may(tool, tool, "xml"));
+    }
+}

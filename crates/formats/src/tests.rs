@@ -1,0 +1,309 @@
+//! Every parser on every kind of rubbish: an error, never a panic; and tables in detail.
+
+use super::*;
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
+use trackwright_geometry::pose::{Pose, pose_from_array, pose_to_array};
+use trackwright_simulation::Trial;
+
+const MEASUREMENTS: &str = "ideal_x,ideal_y,ideal_z,ideal_qw,ideal_qx,ideal_qy,ideal_qz,\
+measured_x,measured_y,measured_z,measured_qw,measured_qx,measured_qy,measured_qz\n\
+1,2,3,1,0,0,0,1.5,2,3,0.6,0.8,0,0\n4,5,6,1,0,0,0,4,5,6,1,0,0,0\n";
+const POSES: &str = "note,x,y,z,qw,qx,qy,qz\nfirst,1,2,3,0,-1,0,0\n";
+const CALBODY: &str = "1, 1, 2, pa1-calbody.txt\n 1.00, 2.00, 3.00\n4,5,6\n7,8,9\n10,11,12\n";
+const CALREADINGS: &str =
+    "1, 1, 1, 2, x-calreadings.txt\n1,2,3\n4,5,6\n7,8,9\n1,2,3\n4,5,6\n7,8,9\n";
+
+const OPTPIVOT: &str = "1, 2, 2, x-optpivot.txt\n1,2,3\n4,5,6\n7,8,9\n1,2,3\n4,5,6\n7,8,0\n";
+
+/// All parsers, one after the other.
+fn parse_all(bytes: &[u8]) {
+    let _ = body::parse(bytes);
+    let _ = design_file::parse(bytes);
+    let _ = environment::parse(bytes);
+    let _ = measurements::parse(bytes);
+    let _ = poses::parse(bytes);
+    let _ = input::parse(bytes, true);
+    let _ = jhu_cis::parse_calbody(bytes);
+    let _ = jhu_cis::parse_calreadings(bytes);
+    let _ = jhu_cis::parse_optpivot(bytes);
+    let _ = points::parse(bytes);
+    let _ = recovery_file::parse(bytes);
+    let _ = recent_file::parse(bytes);
+    for extension in ["glb", "stl", "obj", ""] {
+        let _ = mesh::read(bytes, extension, None);
+    }
+}
+
+/// One good file of each kind.
+fn good_files() -> Vec<Vec<u8>> {
+    let input = POSES.replace(",x,y,z,q", ",tool_x,tool_y,tool_z,q").replace(",q", ",tool_q");
+    let mut files = vec![
+        include_bytes!("../../../assets/bodies/pointer.body.ron").to_vec(),
+        include_bytes!("../../../designs/pointer-on-head.design.ron").to_vec(),
+        b"(version: 1, name: \"r\", model: (order: 0, directions: 1, weighting: Area, \
+          map: Distortion, box: ((0, 0, 0), (1, 1, 1)), coefficients: []))"
+            .to_vec(),
+    ];
+    files.extend(
+        [MEASUREMENTS, POSES, &input, CALBODY, CALREADINGS].map(|text| text.as_bytes().to_vec()),
+    );
+    files.push(gltf::tests::triangle());
+    files.push(recovery_file::tests::good());
+    files.push(recent_file::write(&["/a".into()]).into_bytes());
+    files.extend(mesh::tests::good_files());
+    files
+}
+
+#[test]
+fn an_optical_pivot_has_base_and_probe_frame_by_frame_and_is_whole_or_nothing() {
+    let frames = jhu_cis::parse_optpivot(OPTPIVOT.as_bytes()).unwrap();
+    let lengths = frames.iter().map(|f| (f.on_base.len(), f.on_tool.len()));
+    assert!(lengths.eq([(1, 2), (1, 2)]));
+    assert_eq!((frames[1].on_base[0].x, frames[1].on_tool[1].z), (1.0, 0.0));
+    // Up to its last number, whatever is cut off.
+    for end in 0..OPTPIVOT.len() - "0\n".len() {
+        assert!(jhu_cis::parse_optpivot(&OPTPIVOT.as_bytes()[..end]).is_err(), "{end}");
+    }
+}
+
+#[test]
+fn the_good_files_are_good() {
+    let files = good_files();
+    assert!(body::parse(&files[0]).is_ok());
+    assert!(design_file::parse(&files[1]).is_ok());
+    assert!(environment::parse(&files[2]).is_ok());
+    assert!(measurements::parse(&files[3]).is_ok());
+    assert!(poses::parse(&files[4]).is_ok());
+    assert!(input::parse(&files[5], true).is_ok());
+    assert!(jhu_cis::parse_calbody(&files[6]).is_ok());
+    assert!(jhu_cis::parse_calreadings(&files[7]).is_ok());
+    assert!(gltf::parse(&files[8], 1000.0).is_ok());
+    assert!(recovery_file::parse(&files[9]).is_ok());
+    assert!(recent_file::parse(&files[10]).is_ok());
+    for file in &files[11..] {
+        assert!(mesh::read(file, "", None).is_ok());
+    }
+}
+
+proptest! {
+    #[test]
+    fn arbitrary_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        parse_all(&bytes);
+    }
+
+    #[test]
+    fn damaged_files_never_panic(
+        file in prop::sample::select(good_files()),
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        cut in prop::option::of(any::<prop::sample::Index>()),
+    ) {
+        let mut bytes = file;
+        for (index, byte) in edits {
+            let index = index.index(bytes.len());
+            bytes[index] = byte;
+        }
+        if let Some(cut) = cut {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        parse_all(&bytes);
+    }
+
+    /// Digits are what the interesting numbers are made of.
+    #[test]
+    fn other_numbers_never_panic(
+        file in prop::sample::select(good_files()),
+        index in any::<prop::sample::Index>(),
+        is_negative in any::<bool>(),
+        digits in prop::collection::vec(b'0'..=b'9', 1..20),
+    ) {
+        let places: Vec<_> = (0..file.len()).filter(|&i| file[i].is_ascii_digit()).collect();
+        let place = places[index.index(places.len())];
+        let mut bytes = file;
+        let sign = is_negative.then_some(b'-');
+        bytes.splice(place..=place, sign.into_iter().chain(digits));
+        parse_all(&bytes);
+    }
+}
+
+fn message<T>(result: Result<T, FormatError>) -> String {
+    match result {
+        Ok(_) => "no error".to_owned(),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn a_table_with_quaternions_is_of_5_dof_sensors() {
+    let set = measurements::parse(MEASUREMENTS.as_bytes()).unwrap();
+    assert_eq!(set.content, MeasurementContent::FiveDof);
+    assert_eq!(set.measurements.len(), 2);
+    let measured = &set.measurements[0].tracker_from_measured;
+    assert_eq!(pose_to_array(measured), [1.5, 2.0, 3.0, 0.6, 0.8, 0.0, 0.0]);
+}
+
+#[test]
+fn a_table_without_quaternions_is_position_only_and_with_some_of_them_an_error() {
+    let text = "measured_x,measured_y,measured_z,ideal_x,ideal_y,ideal_z\r\n1,2,3,4,5,6\r\n";
+    let set = measurements::parse(text.as_bytes()).unwrap();
+    assert_eq!(set.content, MeasurementContent::PositionOnly);
+    assert_eq!(set.measurements[0].tracker_from_ideal, Pose::translation(4.0, 5.0, 6.0));
+    let text = MEASUREMENTS.replace("ideal_qy", "ideal_q2").replace("measured_qw", "w");
+    assert_eq!(
+        message(measurements::parse(text.as_bytes())),
+        "line 1: found no column ideal_qy, measured_qw, expected all of ideal_qw … ideal_qz and \
+         measured_qw … measured_qz, or none of them"
+    );
+}
+
+#[test]
+fn wrong_tables_name_line_and_column() {
+    for (from, to, expected) in [
+        ("first,1,", "first,one,", "line 2: x is \"one\", expected a finite number"),
+        ("first,1,", "first,,", "line 2: x is empty, expected a finite number"),
+        ("first,1,", "first,NaN,", "line 2: x is \"NaN\", expected a finite number"),
+        ("first,1,", "first,-inf,", "line 2: x is \"-inf\", expected a finite number"),
+        ("first,1,", "first,1e999,", "line 2: x is \"1e999\", expected a finite number"),
+        (
+            "0,-1,0,0",
+            "0,-1.0011,0,0",
+            "line 2: length of the quaternion qw … qz is 1.0011, expected 1 within 0.001",
+        ),
+        (
+            "0,-1,0,0",
+            "0,0,0,0",
+            "line 2: length of the quaternion qw … qz is 0, expected 1 within 0.001",
+        ),
+        ("first,1", "1", "line 2: found 7 cells, expected 8, as in line 1"),
+        ("first,1,2,3,0,-1,0,0\n", "", "found no rows, expected at least one"),
+        ("note", "x", "line 1: found column x twice, expected it once"),
+        (
+            "qx,qy",
+            "qx,q2",
+            "line 1: found no column qy, expected the columns of a poses table (x, y, z, qw, qx, qy, qz)",
+        ),
+    ] {
+        assert!(POSES.contains(from), "{from}");
+        assert_eq!(message(poses::parse(POSES.replace(from, to).as_bytes())), expected);
+    }
+    assert!(message(poses::parse(b"")).starts_with("line 1: found no column x, y, z, qw"));
+}
+
+#[test]
+fn quaternions_within_a_thousandth_are_renormalised() {
+    let poses = poses::parse(POSES.replace("0,-1,0,0", "0,1.0009,0,0").as_bytes()).unwrap();
+    assert_eq!(poses[0].rotation.norm(), 1.0);
+}
+
+#[test]
+fn the_crf_of_input_data_counts_only_for_a_design_with_one() {
+    let tool = "tool_x,tool_y,tool_z,tool_qw,tool_qx,tool_qy,tool_qz";
+    let alone = format!("{tool}\n1,2,3,1,0,0,0\n");
+    assert_eq!(input::parse(alone.as_bytes(), true).unwrap()[0].tracker_from_crf, None);
+    let both = format!("{},{tool}\n4,5,6,1,0,0,0,1,2,3,1,0,0,0\n", tool.replace("tool", "crf"));
+    let trial = input::parse(both.as_bytes(), true).unwrap()[0];
+    assert_eq!(trial.tracker_from_crf, Some(Pose::translation(4.0, 5.0, 6.0)));
+    assert_eq!(trial.crf_from_tool, Pose::translation(1.0, 2.0, 3.0));
+    let broken = both.replace("crf_x", "elsewhere");
+    assert_eq!(input::parse(broken.as_bytes(), false).unwrap()[0].tracker_from_crf, None);
+    assert_eq!(
+        message(input::parse(broken.as_bytes(), true)),
+        "line 1: found no column crf_x, expected all of crf_x … crf_qz, or none of them"
+    );
+}
+
+#[test]
+fn calibration_files_are_split_into_their_markers() {
+    let body = jhu_cis::parse_calbody(CALBODY.as_bytes()).unwrap();
+    assert_eq!(
+        (body.optical_on_base.len(), body.optical_on_object.len(), body.em_on_object.len()),
+        (1, 1, 2)
+    );
+    assert_eq!(body.em_on_object[1].coords, Vector3::new(10.0, 11.0, 12.0));
+    let frames = jhu_cis::parse_calreadings(CALREADINGS.as_bytes()).unwrap();
+    assert_eq!(frames.len(), 2);
+    assert_eq!(frames[1].em_on_object[0].coords, Vector3::new(7.0, 8.0, 9.0));
+}
+
+#[test]
+fn wrong_calibration_files_name_the_line() {
+    let cut = &CALBODY[..CALBODY.len() - 9];
+    assert_eq!(
+        message(jhu_cis::parse_calbody(cut.as_bytes())),
+        "line 4: found the end of the file, expected more points: line 1 says \
+         \"1, 1, 2, pa1-calbody.txt\""
+    );
+    let text = CALBODY.replace("7,8,9", "7,8");
+    let expected = "line 4: found \"7,8\", expected x, y, z in mm";
+    assert_eq!(message(jhu_cis::parse_calbody(text.as_bytes())), expected);
+    let text = format!("{CALBODY}1,2,3\n");
+    assert!(
+        message(jhu_cis::parse_calbody(text.as_bytes())).starts_with("line 6: found \"1,2,3\"")
+    );
+    assert!(
+        message(jhu_cis::parse_calbody(CALREADINGS.as_bytes())).contains("expected three counts")
+    );
+    assert!(
+        message(jhu_cis::parse_calreadings(CALBODY.as_bytes())).contains("expected four counts")
+    );
+    let huge = CALREADINGS.replace("1, 1, 1, 2", "1, 1, 4000000000, 4000000000");
+    assert!(message(jhu_cis::parse_calreadings(huge.as_bytes())).contains("counts of at most"));
+}
+
+#[test]
+fn written_measurements_read_back_to_the_bit() {
+    let pose = |values| pose_from_array(values).unwrap();
+    let mut set = MeasurementSet {
+        measurements: vec![Measurement {
+            tracker_from_ideal: pose([0.1, 1e-9, -1e20, 0.5, -0.5, 0.5, 0.5]),
+            tracker_from_measured: pose([1.0 / 3.0, -0.0, 7.0, 0.3, 0.2, -0.1, 0.9]),
+        }],
+        content: MeasurementContent::FiveDof,
+    };
+    let mut out = Vec::new();
+    measurements::write(&mut out, &set).unwrap();
+    assert_eq!(measurements::parse(&out).unwrap(), set);
+    set.content = MeasurementContent::PositionOnly;
+    let mut out = Vec::new();
+    measurements::write(&mut out, &set).unwrap();
+    let text = String::from_utf8(out).unwrap();
+    assert_eq!(
+        text,
+        "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z\n\
+         0.1,1e-9,-1e20,0.3333333333333333,-0,7\n"
+    );
+}
+
+#[test]
+fn the_log_is_one_row_a_trial_with_a_positive_scalar() {
+    let trial = Trial {
+        crf_from_tool: pose_from_array([1.0, 2.0, 3.0, -1.0, 0.0, 0.0, 0.0]).unwrap(),
+        crf_from_tool_simulated: Pose::translation(1.5, 2.0, 3.0),
+        tip_error_in_crf_mm: Vector3::new(0.5, 0.0, 0.0),
+        tip_error_mm: 0.5,
+        angle_error_deg: 0.0,
+        outside: 2,
+        out_of_volume: 0,
+        determined_mm: None,
+        free_reach_mm: 0.0,
+    };
+    let mut out = Vec::new();
+    log::write_header(&mut out).unwrap();
+    log::write_trial(&mut out, &trial).unwrap();
+    let text = String::from_utf8(out).unwrap();
+    let (header, row) = text.split_once('\n').unwrap();
+    assert_eq!(row, "1,2,3,1,0,0,0,1.5,2,3,1,0,0,0,0.5,0,0,0.5,0,2,0\n");
+    assert_eq!(header.split(',').count(), row.split(',').count());
+    assert!(header.starts_with("true_x,true_y,true_z,true_qw"), "{header}");
+    assert!(header.ends_with("sim_qz,err_x,err_y,err_z,err_mm,err_deg,outside,out_of_volume"));
+}
+
+#[test]
+fn distorted_poses_say_whether_they_were_outside() {
+    let mut out = Vec::new();
+    let rows = [(Some(Pose::translation(1.0, 2.0, 3.0)), false), (None, true)];
+    poses::write_with_outside(&mut out, rows).unwrap();
+    let text = String::from_utf8(out).unwrap();
+    assert_eq!(text, "x,y,z,qw,qx,qy,qz,outside\n1,2,3,1,0,0,0,0\n,,,,,,,1\n");
+}

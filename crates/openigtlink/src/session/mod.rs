@@ -1,0 +1,244 @@
+//! A tracker heard, its poses compensated, recorded and served on, until it is stopped.
+
+mod running;
+mod state;
+
+pub use super::relay::{LiveDesign, LiveRoom};
+pub use state::{Link, Recording, SessionState, ToolView};
+
+use super::client::{Client, ClientEvent, ClientOptions, LostWhy};
+use super::codec::{DecodeError, Status};
+use super::relay::{ClockChange, Reason, RelayOptions, SentPose, ToolState};
+use super::server::{Server, ServerError, ServerEvent, ServerOptions};
+use running::{Next, Running};
+use std::io;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+use trackwright_geometry::pose::Pose;
+use trackwright_project::{Recorder, StoreError};
+
+/// What may wait between the threads: three seconds of eight tools at 40 Hz. While it is full the
+/// client does not read, and the tracker's server has to wait.
+const INPUTS: usize = 1024;
+
+/// What a session is told beforehand.
+#[derive(Clone, Debug)]
+pub struct SessionSettings {
+    pub client: ClientOptions,
+    pub relay: RelayOptions,
+    /// Without one, poses are passed on as they are.
+    pub room: Option<LiveRoom>,
+    pub server: Option<ServerOptions>,
+    /// A file that is not there yet.
+    pub record: Option<PathBuf>,
+}
+
+/// What happens in a session; told from its thread.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SessionEvent {
+    Connecting,
+    Connected {
+        server: SocketAddr,
+    },
+    Lost {
+        why: LostWhy,
+        wait: Duration,
+    },
+    /// A message that is not used, the first of its kind on this connection.
+    Unreadable(DecodeError),
+    /// Messages of a type that is not known, the first of its kind.
+    Skipped {
+        kind: String,
+    },
+    /// The tracker says something of a device that is not "OK", the first time on this connection.
+    TrackerSays {
+        device: String,
+        status: Status,
+    },
+    Tool {
+        tool: String,
+        state: ToolState,
+    },
+    /// What the tracker stands by, before any compensation: also where that is not possible.
+    Measured {
+        tool: String,
+        pose: Pose,
+    },
+    /// A good pose, as it is sent on.
+    Pose(Box<SentPose>),
+    /// What a tool's timestamps show, each kind once until it is over.
+    Clock {
+        tool: String,
+        change: ClockChange,
+    },
+    /// Samples that no tool is made for, the first of their kind.
+    Refused {
+        tool: String,
+        reason: Reason,
+    },
+    Server(ServerEvent),
+    /// Nothing more is recorded; all else goes on.
+    NotRecorded {
+        why: String,
+    },
+}
+
+/// Why a session does not begin.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    #[error(transparent)]
+    Server(#[from] ServerError),
+    #[error(transparent)]
+    Recording(#[from] StoreError),
+    #[error("cannot start a thread: {0}")]
+    Thread(#[from] io::Error),
+}
+
+/// What the session's thread is told by the others.
+enum Input {
+    Client(ClientEvent),
+    Server(ServerEvent),
+    Room(Option<Box<LiveRoom>>),
+    Record(Option<Recorder>),
+    Stop,
+}
+
+/// A session that runs as long as this is there.
+pub struct Session {
+    address: Option<SocketAddr>,
+    state: Arc<Mutex<SessionState>>,
+    inputs: SyncSender<Input>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Session {
+    /// Binds and begins to record, connects, and goes on by itself. `tell` is called from the
+    /// session's thread, between a pose and the next.
+    ///
+    /// # Errors
+    /// See [`SessionError`]. A tracker that is not there is none: it is waited for.
+    pub fn start(
+        settings: SessionSettings,
+        tell: impl FnMut(&SessionEvent) + Send + 'static,
+    ) -> Result<Self, SessionError> {
+        let (inputs, received) = sync_channel(INPUTS);
+        let server = match &settings.server {
+            None => None,
+            Some(options) => {
+                let inputs = inputs.clone();
+                // One bound for all: what is too old here is too old for every client.
+                let options =
+                    ServerOptions { max_age: settings.relay.stale_after, ..options.clone() };
+                Some(Server::start(&options, move |event| {
+                    // The session is ending.
+                    let _ = inputs.send(Input::Server(event));
+                })?)
+            }
+        };
+        let recorder = settings.record.as_deref().map(Recorder::create).transpose()?;
+        let address = server.as_ref().map(Server::address);
+        let state = Arc::new(Mutex::new(SessionState::new(&settings, address)));
+        let client = {
+            let inputs = inputs.clone();
+            Client::start(settings.client.clone(), move |event| {
+                // The session is ending.
+                let _ = inputs.send(Input::Client(event));
+            })?
+        };
+        let ends = Ends { client, server, recorder, received };
+        let thread = std::thread::Builder::new().name("live session".to_owned()).spawn({
+            let state = state.clone();
+            move || run(settings, ends, &state, tell)
+        })?;
+        Ok(Self { address, state, inputs, thread: Some(thread) })
+    }
+
+    /// Where the server is, with the port that was free.
+    pub fn address(&self) -> Option<SocketAddr> {
+        self.address
+    }
+
+    /// How everything is now.
+    pub fn state(&self) -> SessionState {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Compensates by another room from now on; without one poses are passed on as they are.
+    pub fn set_room(&self, room: Option<LiveRoom>) {
+        // A session that ended by itself needs none.
+        let _ = self.inputs.send(Input::Room(room.map(Box::new)));
+    }
+
+    /// Records in a new file from now on; without one nothing more is recorded.
+    ///
+    /// # Errors
+    /// The file cannot be begun, or is there already: what was recorded goes on.
+    pub fn record(&self, file: Option<&Path>) -> Result<(), StoreError> {
+        let recorder = file.map(Recorder::create).transpose()?;
+        // A session that ended by itself records nothing.
+        let _ = self.inputs.send(Input::Record(recorder));
+        Ok(())
+    }
+
+    /// Closes the connection, gives clients what is queued for them, and says how it was.
+    pub fn stop(mut self) -> SessionState {
+        self.end();
+        self.state()
+    }
+
+    fn end(&mut self) {
+        if let Some(thread) = self.thread.take() {
+            // A thread that ended by itself needs no word.
+            let _ = self.inputs.send(Input::Stop);
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// What a session's thread works with.
+struct Ends {
+    client: Client,
+    server: Option<Server>,
+    recorder: Option<Recorder>,
+    received: Receiver<Input>,
+}
+
+fn run(
+    settings: SessionSettings,
+    ends: Ends,
+    state: &Mutex<SessionState>,
+    tell: impl FnMut(&SessionEvent),
+) {
+    let Ends { client, server, recorder, received } = ends;
+    let mut running = Running::new(settings.relay, server.as_ref(), recorder, state, tell);
+    let mut room = settings.room.map(Box::new);
+    loop {
+        let mut in_room = running.in_room(room.as_deref());
+        let next = in_room.run(&received);
+        running = in_room.in_room(None);
+        match next {
+            Next::Stop => break,
+            Next::Room(next) => room = next,
+        }
+    }
+    running.update();
+    // The client and the server may be waiting for a place in the channel.
+    drop(received);
+    client.stop();
+    running.finish();
+    if let Some(server) = server {
+        let (latency, age) = server.stop();
+        let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+        (state.latency, state.age) = (latency, age);
+    }
+}

@@ -1,0 +1,258 @@
+//! The built-in world, embedded in the program: designs, and all that they refer to.
+
+use super::error::StoreError;
+use super::place::Place;
+use super::read::read_mesh_at;
+use std::path::{Path, PathBuf};
+use trackwright_design::Origin;
+use trackwright_geometry::mesh::SurfaceMesh;
+
+/// What opens where no file is named.
+pub const DEFAULT_BUILTIN: &str = "pointer-on-head";
+
+const NAMES: [&str; 3] = ["pointer-on-head", "shaver-on-head", "endoscope"];
+
+/// What a new design begins as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Starter {
+    Tool,
+    ToolOnCrf,
+}
+
+impl Starter {
+    pub const ALL: [Self; 2] = [Self::Tool, Self::ToolOnCrf];
+
+    /// Of the embedded design; none of [`builtin_names`].
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tool => "new-tool",
+            Self::ToolOnCrf => "new-tool-on-crf",
+        }
+    }
+
+    /// The starter that a document still is, if it is one: it has no name of its own yet.
+    pub fn of(origin: &Origin) -> Option<Self> {
+        match origin {
+            Origin::BuiltIn(name) => Self::ALL.into_iter().find(|it| it.name() == *name),
+            Origin::File(_) => None,
+        }
+    }
+}
+
+/// A file of the repository by its path there.
+macro_rules! embedded {
+    ($($path:literal),* $(,)?) => {
+        &[$(($path, include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../", $path)))),*]
+    };
+}
+
+const FILES: &[(&str, &[u8])] = embedded![
+    "designs/pointer-on-head.design.ron",
+    "designs/shaver-on-head.design.ron",
+    "designs/endoscope.design.ron",
+    "designs/new-tool.design.ron",
+    "designs/new-tool-on-crf.design.ron",
+    "assets/bodies/pointer.body.ron",
+    "assets/bodies/shaver.body.ron",
+    "assets/bodies/endoscope.body.ron",
+    "assets/bodies/head-crf.body.ron",
+    "assets/bodies/tool.body.ron",
+    "assets/bodies/crf.body.ron",
+    "assets/environments/operating-table.env.ron",
+    "assets/meshes/pointer.glb",
+    "assets/meshes/shaver.glb",
+    "assets/meshes/endoscope.glb",
+    "assets/meshes/head-crf.glb",
+    "assets/meshes/field-generator.glb",
+];
+
+const GENERATOR_MESH: &str = "assets/meshes/field-generator.glb";
+
+/// The built-in designs' names.
+pub fn builtin_names() -> impl Iterator<Item = &'static str> {
+    NAMES.into_iter()
+}
+
+/// The field generator, in the tracker frame.
+///
+/// # Errors
+/// None, as long as the embedded mesh is one.
+pub fn generator_mesh() -> Result<SurfaceMesh, StoreError> {
+    read_mesh_at(Place::BuiltIn, Path::new(GENERATOR_MESH), None)
+}
+
+/// The paths of the embedded files.
+pub(super) fn paths() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(path, _)| *path)
+}
+
+/// The embedded file's own spelling of a path without dots.
+pub(super) fn path_of(path: &Path) -> Option<&'static str> {
+    paths().find(|name| Path::new(name) == path)
+}
+
+/// The embedded file at a path without dots.
+pub(super) fn bytes(path: &Path) -> Option<&'static [u8]> {
+    FILES.iter().find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| *bytes)
+}
+
+/// A built-in design's own spelling of its name, and its file.
+pub(super) fn design_file(name: &str) -> Result<(&'static str, PathBuf), StoreError> {
+    let name =
+        NAMES.into_iter().chain(Starter::ALL.map(Starter::name)).find(|n| *n == name).ok_or_else(
+            || StoreError::NoSuchBuiltIn { name: name.to_owned(), names: NAMES.join(", ") },
+        )?;
+    Ok((name, PathBuf::from(format!("designs/{name}.design.ron"))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Files, open_builtin, resolve};
+    use std::sync::Arc;
+    use trackwright_calibration::room_process::{Refit, room_process};
+    use trackwright_field::environment::{HoldoutProvenance, Provenance};
+    use trackwright_field::fit::{FitSettings, factor, residuals};
+    use trackwright_field::gaussian::GaussianField;
+    use trackwright_field::samples::MapKind;
+    use trackwright_field::{Environment, OutsidePolicy, Support};
+    use trackwright_formats::{body, design_file, environment};
+    use trackwright_geometry::directions::DirectionSet;
+    use trackwright_geometry::volume::Volume;
+    use trackwright_simulation::{CancelToken, Mode, run};
+    use trackwright_task::Task;
+
+    const ENVIRONMENT: &str = "assets/environments/operating-table.env.ron";
+
+    fn in_repository(path: &str) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
+    }
+
+    /// The room of the cube data, as `fit` would make it.
+    fn fitted() -> Environment {
+        let read = |name: &str| {
+            Files::default()
+                .read_measurements(&in_repository("assets/environments/data").join(name))
+                .unwrap()
+        };
+        let settings = FitSettings::new(2, DirectionSet::FortyTwo);
+        let samples = read("cube-fit.csv").samples(MapKind::Distortion);
+        let task = Task::default();
+        let factored = factor(&samples, &settings, None, &task).unwrap();
+        let solved = factored.solve(settings.rcond, settings.ridge).unwrap();
+        let fit = solved.judged(&samples);
+        let support = Support::of_fit(&samples, &factored, &fit.model, &task).unwrap();
+        let holdout = read("cube-holdout.csv").samples(MapKind::Distortion);
+        let zero =
+            trackwright_field::DistortionModel::zero(*fit.model.bounds(), MapKind::Distortion);
+        Environment {
+            name: "Operating table".to_owned(),
+            volume: Some(Volume::AuroraCube),
+            jitter: None,
+            provenance: Some(Provenance {
+                data: "cube-fit.csv".to_owned(),
+                samples: fit.samples,
+                method: settings.method,
+                ridge: settings.ridge,
+                train_before: fit.before,
+                train_after: fit.after,
+                holdout: Some(HoldoutProvenance {
+                    data: "cube-holdout.csv".to_owned(),
+                    samples: holdout.samples.len(),
+                    before: residuals(&zero, &holdout, OutsidePolicy::Clamp),
+                    after: residuals(&fit.model, &holdout, OutsidePolicy::Clamp),
+                }),
+            }),
+            process: Some(Arc::new({
+                let refit = Refit::Polynomials { settings: &settings, is_symmetric: false };
+                room_process(&samples, &fit, &refit, &task).unwrap()
+            })),
+            model: fit.model,
+            support: Some(support),
+        }
+    }
+
+    /// `UPDATE_BUILTIN=1` writes the environment anew, after a change of the fit.
+    #[test]
+    fn the_environment_is_the_fit_of_the_cube_data() {
+        let fitted = fitted();
+        if std::env::var_os("UPDATE_BUILTIN").is_some() {
+            let files = Files::overwriting(true);
+            let output = files.output(&in_repository(ENVIRONMENT)).unwrap();
+            return output.write_environment(&fitted).unwrap();
+        }
+        let stored = environment::parse(bytes(Path::new(ENVIRONMENT)).unwrap()).unwrap();
+        assert_eq!(stored.model.bounds(), fitted.model.bounds());
+        let pairs = stored.model.coefficients().iter().zip(fitted.model.coefficients());
+        for (stored, fitted) in pairs {
+            for (s, f) in stored.iter().zip(fitted) {
+                assert!((s - f).abs() <= 1e-9 * f.abs().max(1.0), "{s} {f}");
+            }
+        }
+        let (kept, found) = (stored.process.unwrap(), fitted.process.unwrap());
+        let rows = |process: &GaussianField| -> Vec<_> {
+            process.rows.iter().map(|r| (r.point, r.error)).collect()
+        };
+        assert_eq!(rows(&kept), rows(&found));
+        // A search that ends where steps are 3 %: other instructions may take another way there.
+        let length_mm = |process: &GaussianField| process.kernel.scales[0].length_mm;
+        assert!((length_mm(&kept) / length_mm(&found) - 1.0).abs() < 0.05);
+        let holdout = stored.provenance.unwrap().holdout.unwrap();
+        assert!((holdout.before.position_rms_mm - 2.48).abs() < 0.01, "{holdout:?}");
+        assert!((holdout.after.position_rms_mm - 1.34).abs() < 0.01, "{holdout:?}");
+    }
+
+    /// `UPDATE_BUILTIN=1` writes them anew.
+    #[test]
+    fn every_file_is_as_the_program_would_write_it() {
+        for (path, bytes) in FILES {
+            let text = if path.ends_with(".body.ron") {
+                body::write(&body::parse(bytes).unwrap())
+            } else if path.ends_with(".design.ron") {
+                design_file::write(&design_file::parse(bytes).unwrap())
+            } else if path.ends_with(".env.ron") && !bytes.is_empty() {
+                environment::write(&environment::parse(bytes).unwrap())
+            } else {
+                continue;
+            };
+            if std::env::var_os("UPDATE_BUILTIN").is_some() && !path.ends_with(".env.ron") {
+                std::fs::write(in_repository(path), text).unwrap();
+            } else {
+                assert_eq!(text, std::str::from_utf8(bytes).unwrap(), "{path}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_design_opens_and_all_its_sensors_are_where_the_tracker_measures() {
+        for name in builtin_names().chain(Starter::ALL.map(Starter::name)) {
+            let world = open_builtin(name).unwrap();
+            let scenario = resolve(world.document.design(), &world.environment);
+            let outcome = run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap();
+            assert_eq!((outcome.figures.outside, outcome.figures.out_of_volume), (0, 0), "{name}");
+            let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
+            assert_eq!(outcome.figures.trials, 3375, "{name}");
+            assert_eq!(outcome.figures.out_of_volume, 0, "{name}");
+            assert!(outcome.figures.free_axis.is_none(), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_generator_stands_behind_the_origin_of_the_tracker_frame() {
+        let bounds = generator_mesh().unwrap().body_bounds().unwrap();
+        assert!(bounds.min_mm.z > -1.0 && bounds.max_mm.z > 10.0, "{bounds:?}");
+    }
+
+    #[test]
+    fn sensors_sit_within_their_bodies() {
+        for name in builtin_names() {
+            let world = open_builtin(name).unwrap();
+            for (role, body) in world.document.design().bodies() {
+                let bounds = world.mesh(role).unwrap().body_bounds().unwrap();
+                for sensor in &body.rigid.sensors {
+                    assert!(bounds.contains(&sensor.position_in_body), "{name}: {}", sensor.name);
+                }
+            }
+        }
+    }
+}

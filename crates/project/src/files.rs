@@ -1,0 +1,255 @@
+//! The files that one command reads and writes, so that it writes over none that it reads and over no
+//! document that it did not write.
+
+use super::error::StoreError;
+use super::file_id::FileId;
+use super::open::{self, World};
+use super::tool::{ReadTool, body_text, read_tool};
+use super::watch::Stamps;
+use super::write::{Draft, folder_of, remove_leftovers, write_error};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use trackwright_design::Origin;
+use trackwright_field::Environment;
+use trackwright_field::generator::Generator;
+use trackwright_formats::signature::{self, Signature};
+use trackwright_formats::tool_definition::{OnMismatch, ToolDefinition};
+use trackwright_formats::{BodyFile, environment, generator};
+
+/// The files of one command. Everything that a command reads is read through this, and written through
+/// [`output`](Self::output).
+#[derive(Debug, Default)]
+pub struct Files {
+    /// Whether other documents may be written over, which the user asked for.
+    is_overwriting: bool,
+    known: Mutex<Known>,
+}
+
+#[derive(Debug, Default)]
+struct Known {
+    read: BTreeSet<FileId>,
+    /// By the names that they were given.
+    written: BTreeMap<FileId, PathBuf>,
+}
+
+/// A file that a command is going to write.
+#[derive(Debug)]
+pub struct Output<'a> {
+    files: &'a Files,
+    file: PathBuf,
+}
+
+impl Files {
+    /// Files of which those that other programs or other commands wrote may be written over. One that
+    /// is read is never written.
+    pub fn overwriting(is_overwriting: bool) -> Self {
+        Self { is_overwriting, known: Mutex::default() }
+    }
+
+    /// Files beside an open design, none of whose own files is to be written; others may be written
+    /// over, which whoever names one has agreed to.
+    pub fn beside(world: &World) -> Self {
+        Self {
+            is_overwriting: true,
+            known: Mutex::new(Known {
+                read: files_of(world).map(FileId::of).collect(),
+                written: BTreeMap::new(),
+            }),
+        }
+    }
+
+    /// A file that is going to be written. What interrupted writes left in its folder is removed.
+    ///
+    /// # Errors
+    /// [`StoreError::IsInput`] where the command reads that file, by whatever name.
+    pub fn output(&self, file: &Path) -> Result<Output<'_>, StoreError> {
+        let id = FileId::of(file);
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.read.contains(&id) {
+            return Err(is_input(file));
+        }
+        if let Some(other) = known.written.get(&id)
+            && is_plain(file)
+        {
+            return Err(StoreError::TwoOutputs { file: file.to_owned(), other: other.clone() });
+        }
+        known.written.insert(id, file.to_owned());
+        drop(known);
+        remove_leftovers(&folder_of(file));
+        Ok(Output { files: self, file: file.to_owned() })
+    }
+
+    /// An [`output`](Self::output) where one is asked for.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn optional_output(&self, file: Option<&Path>) -> Result<Option<Output<'_>>, StoreError> {
+        file.map(|file| self.output(file)).transpose()
+    }
+
+    /// States that a file is read.
+    ///
+    /// # Errors
+    /// [`StoreError::IsInput`] where it is an [`output`](Self::output).
+    pub(super) fn input(&self, file: &Path) -> Result<(), StoreError> {
+        let id = FileId::of(file);
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.written.contains_key(&id) && is_plain(file) {
+            return Err(is_input(file));
+        }
+        known.read.insert(id);
+        Ok(())
+    }
+
+    /// Opens a design with all that it refers to; see [`open_design`](super::open_design).
+    ///
+    /// # Errors
+    /// Those of opening it, and [`StoreError::IsInput`].
+    pub fn open_design(&self, file: &Path) -> Result<World, StoreError> {
+        self.opened(open::open_design(file)?)
+    }
+
+    /// Opens a design for its numbers alone.
+    ///
+    /// # Errors
+    /// As [`open_design`](Self::open_design).
+    pub fn open_design_without_meshes(&self, file: &Path) -> Result<World, StoreError> {
+        self.opened(open::open_design_without_meshes(file)?)
+    }
+
+    /// Reads a body file or a maker's definition, whichever it is.
+    ///
+    /// # Errors
+    /// See [`StoreError`]; a checksum that does not match only with [`OnMismatch::Refuse`].
+    pub fn read_tool(&self, file: &Path, on_mismatch: OnMismatch) -> Result<ReadTool, StoreError> {
+        self.input(file)?;
+        read_tool(file, on_mismatch)
+    }
+
+    fn is_written(&self, file: &Path) {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        known.written.insert(FileId::of(file), file.to_owned());
+    }
+
+    fn opened(&self, world: World) -> Result<World, StoreError> {
+        files_of(&world).try_for_each(|file| self.input(file))?;
+        Ok(world)
+    }
+
+    pub(super) fn inputs(&self, read: &Stamps) -> Result<(), StoreError> {
+        read.iter().try_for_each(|(file, _)| self.input(file))
+    }
+}
+
+impl Output<'_> {
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Writes the file through a temporary one beside it, which takes its place once it is whole and
+    /// on the disk. What is no plain file (`/dev/stdout`, a pipe) is written to as it is.
+    ///
+    /// # Errors
+    /// [`StoreError::Write`], or [`StoreError::NotOwn`] for a document that is there and not an earlier
+    /// output of this kind; what was there before is then untouched.
+    pub fn write(
+        &self,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), StoreError> {
+        let fails = |cause| write_error(&self.file, cause);
+        let draft = Draft::write(&self.file, write).map_err(fails)?;
+        if !self.files.is_overwriting
+            && let Some(found) = self.refused(&draft).map_err(fails)?
+        {
+            return Err(StoreError::NotOwn { file: self.file.clone(), found });
+        }
+        draft.place().map_err(fails)?;
+        // It is another one now than it was, or was not there.
+        self.files.is_written(&self.file);
+        Ok(())
+    }
+
+    /// Refuses what is there before any work is done: for work that takes long, and for a file that
+    /// another program writes.
+    ///
+    /// # Errors
+    /// [`StoreError::NotOwn`] for anything but that kind as this program writes it.
+    pub fn expect_kind(&self, kind: &'static str) -> Result<(), StoreError> {
+        let is_there = std::fs::metadata(&self.file).is_ok_and(|m| m.is_file());
+        if self.files.is_overwriting || !is_there {
+            return Ok(());
+        }
+        let mut old = Vec::new();
+        let there = File::open(&self.file);
+        let read = there.and_then(|f| f.take(signature::BEGINNING as u64).read_to_end(&mut old));
+        match Signature::of(&old, "") {
+            // What cannot be read is told by whoever writes there.
+            _ if read.is_err() => Ok(()),
+            Signature::Empty => Ok(()),
+            Signature::Kind(found)
+                if found == kind && !signature::holds_more_than_written(&old) =>
+            {
+                Ok(())
+            }
+            found => Err(StoreError::NotOwn { file: self.file.clone(), found }),
+        }
+    }
+
+    /// What is there that must not be replaced.
+    fn refused(&self, draft: &Draft) -> io::Result<Option<Signature>> {
+        let Some([old, new]) = draft.beginnings(signature::BEGINNING as u64)? else {
+            return Ok(None);
+        };
+        let extension = self.file.extension().unwrap_or_default();
+        match signature::may_replace(&old, &new, &extension.to_string_lossy()) {
+            Err(found) if !draft.is_there_already()? => Ok(Some(found)),
+            _ => Ok(None),
+        }
+    }
+
+    /// # Errors
+    /// As [`write`](Self::write), here and below.
+    pub fn write_bytes(&self, bytes: &[u8]) -> Result<(), StoreError> {
+        self.write(|out| out.write_all(bytes))
+    }
+
+    pub fn write_environment(&self, written: &Environment) -> Result<(), StoreError> {
+        self.write_bytes(environment::write(written).as_bytes())
+    }
+
+    pub fn write_generator(&self, written: &Generator) -> Result<(), StoreError> {
+        self.write_bytes(generator::write(written).as_bytes())
+    }
+
+    /// Writes a body that was read from `source`, whose meshes it still refers to.
+    pub fn write_body(&self, body: &BodyFile, source: &Path) -> Result<(), StoreError> {
+        self.write_bytes(body_text(body, source, &self.file).as_bytes())
+    }
+
+    /// Writes a maker's definition.
+    pub fn write_definition(&self, definition: &ToolDefinition) -> Result<(), StoreError> {
+        self.write_bytes(&definition.write())
+    }
+}
+
+/// The files that a design was read from.
+fn files_of(world: &World) -> impl Iterator<Item = &Path> {
+    let own = match world.document.origin() {
+        Origin::File(file) => Some(file.as_path()),
+        Origin::BuiltIn(_) => None,
+    };
+    let read = world.stamps.iter().map(|(file, _)| file.as_path());
+    own.into_iter().chain(read)
+}
+
+fn is_input(file: &Path) -> StoreError {
+    StoreError::IsInput { file: file.to_owned() }
+}
+
+/// Devices and pipes hold nothing that could be lost.
+fn is_plain(file: &Path) -> bool {
+    std::fs::metadata(file).is_ok_and(|m| m.is_file()) || !file.exists()
+}

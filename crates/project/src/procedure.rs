@@ -1,0 +1,323 @@
+//! Where a design stands in the paper's procedure: it in its rooms, each file read, and the tables of
+//! what was built.
+
+use super::built_tool::{BuiltTool, BuiltToolNote, BuiltToolTables, built_tool};
+use super::error::StoreError;
+use super::files::Files;
+use super::open::{Reader, World, home};
+use super::place::{Place, absolute};
+use super::resolve::{resolve, resolve_crf};
+use super::rooms::{RoomPlace, reference_to_room};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use trackwright_calibration::agreement::BuiltRecording;
+use trackwright_design::Design;
+use trackwright_field::Environment;
+use trackwright_procedure::{
+    DecidedRecording, DecidedStudies, Grounds, Plan, Recording, Room, RoomName, RoomStudies,
+    Standing, Step, standing,
+};
+use trackwright_task::Task;
+
+/// What is looked at beside what the design holds.
+#[derive(Clone, Debug, Default)]
+pub struct ProcedureWish {
+    /// Rooms that are no part of the design.
+    pub rooms_for_now: Vec<PathBuf>,
+    /// In the place of the recording that the built tool was decided on.
+    pub recording: Option<BuiltRecording>,
+}
+
+/// Computes where a design stands. A further room or a recording that cannot be read is a row that
+/// says so; `note` hears what there is to know of tables beside their figures.
+///
+/// # Errors
+/// [`StoreError::NoSuchBuiltIn`], [`StoreError::Cancelled`].
+pub fn procedure(
+    files: &Files,
+    world: &World,
+    wish: &ProcedureWish,
+    task: &Task,
+    note: &dyn Fn(BuiltToolNote),
+) -> Result<Standing, StoreError> {
+    let (place, file) = home(world.document.origin())?;
+    let design = world.document.design();
+    let decided = |step| design.procedure.decision(step).map(|d| &d.grounds);
+    let own = || world.environment.name.clone();
+    let wanted = wish.recording.as_ref().or(match decided(Step::Built) {
+        Some(Grounds::Recording(decided)) => Some(&decided.recording),
+        _ => None,
+    });
+    let recording = match wanted {
+        None => None,
+        Some(wanted) => {
+            let found =
+                recorded(files, world, (place, &file), wanted, &task.stretch(0.0, 0.4), note);
+            task.step(4, 10)?;
+            let room = RoomName { name: own(), file: design.environment.clone() };
+            Some(found.map(|found| decided_on(found, wanted, room)))
+        }
+    };
+    let start = if recording.is_some() { 0.4 } else { 0.0 };
+    let plan = Plan {
+        crf_targets: resolve_crf(design, &world.environment)
+            .into_iter()
+            .map(|judged| judged.target)
+            .collect(),
+        crf_requirement: design.crf.as_ref().and_then(|crf| crf.requirement),
+        requirement: design.requirement,
+        rooms: rooms(files, world, (place, &file), &wish.rooms_for_now),
+        recording,
+        decided_crf: studies_of(decided(Step::Crf)),
+        decided_tool: studies_of(decided(Step::Tool)),
+        decided_built: match decided(Step::Built) {
+            Some(Grounds::Recording(decided)) => Some(DecidedRecording::clone(decided)),
+            _ => None,
+        },
+    };
+    Ok(standing(plan, &task.stretch(start, 1.0))?)
+}
+
+/// How a design refers to a file that a person named.
+///
+/// # Errors
+/// [`StoreError::NoSuchBuiltIn`].
+pub fn reference_to_file(world: &World, file: &Path) -> Result<String, StoreError> {
+    let place = RoomPlace::File(absolute(file));
+    // A file is always within a design's reach.
+    Ok(reference_to_room(world, &place)?.unwrap_or_default())
+}
+
+/// The further room of a design that a person means by a file, as the design refers to it; also where
+/// the file is gone.
+///
+/// # Errors
+/// [`StoreError::NoSuchBuiltIn`].
+pub fn further_room<'a>(world: &'a World, file: &Path) -> Result<Option<&'a str>, StoreError> {
+    let (place, design_file) = home(world.document.origin())?;
+    let meant = absolute(file);
+    let rooms = &world.document.design().procedure.further_rooms;
+    let is_it = |room: &&String| {
+        Path::new(room) == file || absolute(&place.resolve(&design_file, room)) == meant
+    };
+    Ok(rooms.iter().find(is_it).map(String::as_str))
+}
+
+fn studies_of(grounds: Option<&Grounds>) -> Option<DecidedStudies> {
+    match grounds {
+        Some(Grounds::Studies(studies)) => Some(studies.clone()),
+        _ => None,
+    }
+}
+
+/// A room to be read: what it is called, and where it is.
+struct Wanted {
+    file: String,
+    path: PathBuf,
+    is_for_now: bool,
+}
+
+/// The design's own room, which is open already, then the others; each once.
+fn rooms(
+    files: &Files,
+    world: &World,
+    (place, file): (Place, &Path),
+    for_now: &[PathBuf],
+) -> Vec<Room> {
+    let design = world.document.design();
+    let real = |path: &Path| match place {
+        Place::BuiltIn if !path.is_absolute() => path.to_owned(),
+        _ => absolute(path),
+    };
+    let mut known = vec![real(&place.resolve(file, &design.environment))];
+    let further = design.procedure.further_rooms.iter().map(|room| Wanted {
+        file: room.clone(),
+        path: place.resolve(file, room),
+        is_for_now: false,
+    });
+    let for_now = for_now.iter().map(|room| Wanted {
+        file: room.display().to_string(),
+        // From where the person is, not the design; the built-in world has no such place.
+        path: absolute(room),
+        is_for_now: true,
+    });
+    let mut wanted = Vec::new();
+    for room in further.chain(for_now) {
+        let path = real(&room.path);
+        if !known.contains(&path) {
+            known.push(path);
+            wanted.push(room);
+        }
+    }
+    let own = Room {
+        name: RoomName { name: world.environment.name.clone(), file: design.environment.clone() },
+        is_for_now: false,
+        studies: Ok(studies_in(design, &world.environment)),
+    };
+    let read: Vec<Room> = wanted
+        .into_par_iter()
+        .map(|wanted| {
+            let path = wanted.path.to_string_lossy();
+            // What is resolved already is resolved to itself.
+            let mut reader = Reader::new(place);
+            let found = reader.environment(Path::new(""), &path);
+            let found = files.inputs(&reader.stamps).and(found);
+            Room {
+                name: RoomName {
+                    name: found.as_ref().map_or_else(|_| String::new(), |e| e.name.clone()),
+                    file: wanted.file,
+                },
+                is_for_now: wanted.is_for_now,
+                studies: match found {
+                    Ok(environment) => Ok(studies_in(design, &environment)),
+                    Err(error) => Err(error.to_string()),
+                },
+            }
+        })
+        .collect();
+    std::iter::once(own).chain(read).collect()
+}
+
+fn studies_in(design: &Design, environment: &Arc<Environment>) -> RoomStudies {
+    RoomStudies { crf: resolve_crf(design, environment), tool: resolve(design, environment) }
+}
+
+fn recorded(
+    files: &Files,
+    world: &World,
+    (place, file): (Place, &Path),
+    wanted: &BuiltRecording,
+    task: &Task,
+    note: &dyn Fn(BuiltToolNote),
+) -> Result<BuiltTool, String> {
+    let scenario = resolve(world.document.design(), &world.environment);
+    let at = |reference: &String| place.resolve(file, reference);
+    let crf = wanted.crf_table.as_ref().map(at);
+    let tables = BuiltToolTables {
+        tool: &at(&wanted.table),
+        crf: crf.as_deref(),
+        frame: wanted.frame,
+        whole: wanted.whole.as_deref(),
+        is_one_frame: false,
+        // What is suspected is noted: the design names the tables, and nobody is there to be asked.
+        is_as_meant: true,
+        settings: wanted.settings(),
+    };
+    built_tool(files, scenario, &tables, task, note).map_err(|error| error.to_string())
+}
+
+fn decided_on(found: BuiltTool, recording: &BuiltRecording, room: RoomName) -> Recording {
+    let summary = found.agreement.summary;
+    let position = &summary.position_mm;
+    Recording {
+        found: DecidedRecording {
+            room,
+            recording: recording.clone(),
+            poses: summary.poses,
+            used: summary.used,
+            measured_rms_mm: position.measured.rms,
+            predicted_rms_mm: position.predicted.rms,
+            residual_rms_mm: position.residual.rms,
+            explained: position.explained.map(|part| part.value),
+            slope: position.slope.map(|slope| slope.value),
+            statement: summary.statement.clone(),
+        },
+        summary,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{open_builtin_without_meshes, open_design, own_room, save, save_as};
+    use std::fs;
+    use trackwright_design::{Decision, Edit, ProcedureEdit};
+    use trackwright_procedure::State;
+
+    fn judged(world: &World) -> Standing {
+        let wish = ProcedureWish::default();
+        procedure(&Files::default(), world, &wish, &Task::default(), &|_| {}).unwrap()
+    }
+
+    fn edit(world: &mut World, edit: ProcedureEdit) {
+        world.document.apply(Edit::Procedure(edit)).unwrap();
+    }
+
+    fn decide(world: &mut World, step: Step, grounds: Grounds) {
+        let decision =
+            Decision { date: "2005-10-26".parse().unwrap(), note: String::new(), grounds };
+        let decision = Box::new(decision);
+        edit(world, ProcedureEdit::Decide { step, decision });
+    }
+
+    #[test]
+    fn a_design_that_moves_finds_its_rooms_and_what_was_decided_in_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["a", "b", "rooms"] {
+            fs::create_dir(at(name)).unwrap();
+        }
+        let mut world = open_builtin_without_meshes("pointer-on-head").unwrap();
+        save_as(&mut world, &at("a/x.design.ron")).unwrap();
+        let RoomPlace::File(own) = own_room(&world).unwrap() else {
+            panic!("a saved design is on the disk");
+        };
+        fs::copy(own, at("rooms/ward.env.ron")).unwrap();
+        let ward = reference_to_file(&world, &at("rooms/ward.env.ron")).unwrap();
+        assert_eq!(ward, "../rooms/ward.env.ron");
+        edit(&mut world, ProcedureEdit::AddRoom(ward.clone()));
+        let found = judged(&world);
+        // Twice the same field, and so the same figures.
+        let [own, other] = &found.tool.rows[..] else {
+            panic!("{:?}", found.tool.rows);
+        };
+        assert_eq!(own.studied, other.studied);
+        for step in [Step::Crf, Step::Tool] {
+            decide(&mut world, step, found.grounds(step).unwrap());
+        }
+        let states = |world: &World| {
+            let found = judged(world);
+            Step::ALL.map(|step| found.state(step))
+        };
+        let decided = [State::Decided, State::Decided, State::NotRecorded];
+        assert_eq!(states(&world), decided);
+        save(&mut world).unwrap();
+
+        save_as(&mut world, &at("b/y.design.ron")).unwrap();
+        assert_eq!(states(&world), decided);
+        let moved = open_design(&at("b/y.design.ron")).unwrap();
+        assert_eq!(moved.document.design(), world.document.design());
+        assert_eq!(states(&moved), decided);
+        // By any of its names, and one that is none of them.
+        let room = |file: &Path| further_room(&moved, file).unwrap().map(str::to_owned);
+        assert_eq!(room(&at("b/../rooms/ward.env.ron")), Some(ward.clone()));
+        assert_eq!(room(Path::new(&ward)), Some(ward));
+        assert_eq!(room(&at("rooms/attic.env.ron")), None);
+        // The past of the document leads there too.
+        while world.document.undo().is_some() {}
+        assert!(world.document.design().procedure.is_empty());
+        world.document.redo();
+        let rooms = &world.document.design().procedure.further_rooms;
+        assert_eq!(rooms[..], ["../rooms/ward.env.ron"]);
+    }
+
+    #[test]
+    fn a_room_that_is_named_twice_is_judged_once() {
+        let mut world = open_builtin_without_meshes("endoscope").unwrap();
+        let own = world.document.design().environment.clone();
+        let again = format!("../designs/{own}");
+        edit(&mut world, ProcedureEdit::AddRoom(again));
+        assert_eq!(judged(&world).tool.rows.len(), 1);
+    }
+
+    #[test]
+    fn work_that_nobody_wants_any_more_ends() {
+        let world = open_builtin_without_meshes("endoscope").unwrap();
+        let task = Task::default();
+        task.cancel.cancel();
+        let wish = ProcedureWish::default();
+        let ended = procedure(&Files::default(), &world, &wish, &task, &|_| {});
+        assert!(matches!(ended, Err(StoreError::Cancelled(_))), "{ended:?}");
+    }
+}

@@ -1,0 +1,240 @@
+//! The rooms that a design could be put in: its own, the built-in ones, and those of a folder.
+
+use super::builtin;
+use super::error::StoreError;
+use super::files::Files;
+use super::open::{World, home};
+use super::place::{Place, absolute, relative};
+use super::read::read;
+use super::write::folder_of;
+use std::fs;
+use std::path::{Path, PathBuf};
+use trackwright_field::Environment;
+use trackwright_formats::environment;
+use trackwright_task::{Cancelled, Task};
+
+/// How environment files are named.
+pub const ENVIRONMENT_EXTENSION: &str = ".env.ron";
+
+/// Most rooms of one folder that are read: a list for a person.
+const MOST_ROOMS: usize = 64;
+
+/// Where a room is.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum RoomPlace {
+    /// A file of the embedded world.
+    BuiltIn(&'static str),
+    File(PathBuf),
+}
+
+/// A room as a list shows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoomListing {
+    pub place: RoomPlace,
+    pub summary: RoomSummary,
+}
+
+/// What is said of a room in one line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoomSummary {
+    pub name: String,
+    /// `None` for an ideal room.
+    pub samples: Option<usize>,
+    pub held_out_rms_mm: Option<f64>,
+}
+
+impl RoomSummary {
+    pub fn of(environment: &Environment) -> Self {
+        let provenance = environment.provenance.as_ref();
+        Self {
+            name: environment.name.clone(),
+            samples: provenance.map(|p| p.samples),
+            held_out_rms_mm: provenance
+                .and_then(|p| p.holdout.as_ref())
+                .map(|h| h.after.position_rms_mm),
+        }
+    }
+}
+
+impl RoomPlace {
+    /// The file's name without its folder.
+    pub fn file_name(&self) -> String {
+        let path = match self {
+            Self::BuiltIn(path) => Path::new(path),
+            Self::File(path) => path,
+        };
+        path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+
+    /// A file of the disk, by any of its names.
+    pub fn of_file(file: &Path) -> Self {
+        Self::File(absolute(file))
+    }
+
+    /// # Errors
+    /// See [`StoreError`].
+    pub fn read(&self) -> Result<Environment, StoreError> {
+        match self {
+            Self::BuiltIn(path) => {
+                read(Place::BuiltIn, Path::new(path), "an environment", environment::parse)
+            }
+            Self::File(path) => read(Place::Disk, path, "an environment", environment::parse),
+        }
+    }
+}
+
+/// `room` of `folder/room.env.ron`.
+pub fn room_name(file: &Path) -> String {
+    let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let stem = name.strip_suffix(".ron").unwrap_or(&name);
+    stem.strip_suffix(".env").unwrap_or(stem).to_owned()
+}
+
+/// Where the room of the open design is.
+///
+/// # Errors
+/// [`StoreError::NoSuchBuiltIn`].
+pub fn own_room(world: &World) -> Result<RoomPlace, StoreError> {
+    room_at(world, &world.document.design().environment)
+}
+
+/// Where the further rooms are that the open design is judged in.
+///
+/// # Errors
+/// [`StoreError::NoSuchBuiltIn`].
+pub fn further_rooms(world: &World) -> Result<Vec<RoomPlace>, StoreError> {
+    let files = &world.document.design().procedure.further_rooms;
+    files.iter().map(|file| room_at(world, file)).collect()
+}
+
+/// Where a room is that the open design refers to.
+fn room_at(world: &World, reference: &str) -> Result<RoomPlace, StoreError> {
+    let (place, file) = home(world.document.origin())?;
+    let path = place.resolve(&file, reference);
+    Ok(match place {
+        Place::BuiltIn => match builtin::path_of(&path) {
+            Some(path) => RoomPlace::BuiltIn(path),
+            None => RoomPlace::File(absolute(&path)),
+        },
+        Place::Disk => RoomPlace::File(absolute(&path)),
+    })
+}
+
+/// How the open design refers to a room. `None` for a built-in room and a design on the disk:
+/// that has to be written to a file first.
+///
+/// # Errors
+/// [`StoreError::NoSuchBuiltIn`].
+pub fn reference_to_room(world: &World, room: &RoomPlace) -> Result<Option<String>, StoreError> {
+    let (place, file) = home(world.document.origin())?;
+    Ok(match (place, room) {
+        (Place::BuiltIn, RoomPlace::BuiltIn(path)) => {
+            let folder = file.parent().unwrap_or(Path::new(""));
+            Some(upwards(folder, Path::new(path)))
+        }
+        (Place::BuiltIn, RoomPlace::File(path)) => {
+            Some(absolute(path).to_string_lossy().into_owned())
+        }
+        (Place::Disk, RoomPlace::File(path)) => Some(relative(&folder_of(&file), path)),
+        (Place::Disk, RoomPlace::BuiltIn(_)) => None,
+    })
+}
+
+/// A reference within the built-in world, whose paths begin at its root and have no dots.
+fn upwards(folder: &Path, target: &Path) -> String {
+    let up = folder.components().map(|_| "..");
+    let down = target.components().map(|c| c.as_os_str().to_string_lossy());
+    up.map(Into::into).chain(down).collect::<Vec<_>>().join("/")
+}
+
+/// Writes a room for the open design, and says how the design refers to it.
+///
+/// # Errors
+/// [`StoreError::IsInput`] for a file of the design itself, as undo has to find its room as it is; a file
+/// that cannot be written.
+pub fn write_room_for(
+    world: &World,
+    file: &Path,
+    environment: &Environment,
+) -> Result<String, StoreError> {
+    Files::beside(world).output(file)?.write_environment(environment)?;
+    let room = RoomPlace::File(absolute(file));
+    // A file is always within a design's reach.
+    Ok(reference_to_room(world, &room)?.unwrap_or_default())
+}
+
+/// The built-in rooms.
+pub fn builtin_rooms() -> impl Iterator<Item = RoomPlace> {
+    builtin::paths().filter(|path| path.ends_with(ENVIRONMENT_EXTENSION)).map(RoomPlace::BuiltIn)
+}
+
+/// The environment files of a folder, by name.
+pub fn rooms_of_folder(folder: &Path) -> Vec<RoomPlace> {
+    let mut files: Vec<PathBuf> = fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.to_string_lossy().ends_with(ENVIRONMENT_EXTENSION))
+        .map(|path| absolute(&path))
+        .collect();
+    files.sort();
+    files.truncate(MOST_ROOMS);
+    files.into_iter().map(RoomPlace::File).collect()
+}
+
+/// Reads rooms for a list, each once: the built-in ones, then the others by name. What is no room
+/// is left out.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn list_rooms(places: Vec<RoomPlace>, task: &Task) -> Result<Vec<RoomListing>, Cancelled> {
+    let mut listings: Vec<RoomListing> = Vec::new();
+    let all = places.len();
+    for (i, place) in places.into_iter().enumerate() {
+        task.step(i, all)?;
+        if listings.iter().any(|listing| listing.place == place) {
+            continue;
+        }
+        if let Ok(environment) = place.read() {
+            listings.push(RoomListing { summary: RoomSummary::of(&environment), place });
+        }
+    }
+    // The order depends on nothing that a choice from the list changes.
+    let key = |listing: &RoomListing| {
+        let is_file = matches!(listing.place, RoomPlace::File(_));
+        (is_file, listing.summary.name.clone(), listing.place.file_name())
+    };
+    listings.sort_by_cached_key(key);
+    Ok(listings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{open_builtin, save_as};
+
+    #[test]
+    fn a_design_refers_to_its_own_room_as_it_did() {
+        let mut world = open_builtin("endoscope").unwrap();
+        let own = own_room(&world).unwrap();
+        assert!(builtin_rooms().any(|room| room == own), "{own:?}");
+        let reference = reference_to_room(&world, &own).unwrap();
+        assert_eq!(reference.as_ref(), Some(&world.document.design().environment));
+
+        let folder = tempfile::tempdir().unwrap();
+        save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
+        // From the disk the built-in room is out of reach, and its copy is beside the design.
+        assert_eq!(reference_to_room(&world, &own).unwrap(), None);
+        let own = own_room(&world).unwrap();
+        assert_eq!(rooms_of_folder(folder.path()), std::slice::from_ref(&own));
+        let reference = reference_to_room(&world, &own).unwrap();
+        assert_eq!(reference.as_ref(), Some(&world.document.design().environment));
+    }
+
+    #[test]
+    fn a_room_is_named_after_its_file() {
+        assert_eq!(room_name(Path::new("a/room.env.ron")), "room");
+        assert_eq!(room_name(Path::new("a/room.ron")), "room");
+        assert_eq!(room_name(Path::new("a/cube-fit")), "cube-fit");
+    }
+}

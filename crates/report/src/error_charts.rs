@@ -1,0 +1,172 @@
+//! Charts of a study's tip error: over position, over orientation, and how it is spread.
+
+use super::plot::{Axis, Chart, Scale, Series, SeriesStyle};
+use trackwright_simulation::profile::AxisProfile;
+use trackwright_simulation::{Profile, Requirement};
+
+/// Columns of a timeline: more would be a solid band.
+const MOST_COLUMNS: usize = 200;
+
+/// Points of the cumulative curve.
+const CURVE_POINTS: usize = 200;
+
+/// The charts of a study, with what they need to be said of them; none of a single pose.
+pub fn charts(profile: &Profile, requirement: Option<&Requirement>) -> Vec<Chart> {
+    if profile.len() < 2 {
+        return Vec::new();
+    }
+    let requirement = requirement.copied().unwrap_or_default();
+    let mut charts = Vec::new();
+    for (axes, moved, label) in [
+        (["x", "y", "z"], "position", "moved from the design's pose, mm"),
+        (["rx", "ry", "rz"], "orientation", "turned from the design's pose, °"),
+    ] {
+        let shown: Vec<&AxisProfile> =
+            profile.axes.iter().filter(|profile| axes.contains(&profile.axis)).collect();
+        if shown.is_empty() {
+            continue;
+        }
+        charts.push(over_axes(
+            format!("RMS over {moved}"),
+            label,
+            &shown,
+            |axis| &axis.rms_mm,
+            requirement.position_rms_mm,
+        ));
+        charts.push(over_axes(
+            format!("Largest over {moved}"),
+            label,
+            &shown,
+            |axis| &axis.max_mm,
+            requirement.position_max_mm,
+        ));
+    }
+    if charts.is_empty() {
+        charts.push(over_trials(profile));
+    }
+    charts.push(spread(profile, &requirement));
+    charts
+}
+
+/// One line an axis of the motion, and the level that is allowed.
+fn over_axes(
+    title: String,
+    label: &str,
+    axes: &[&AxisProfile],
+    values: impl Fn(&AxisProfile) -> &Vec<f64>,
+    limit_mm: Option<f64>,
+) -> Chart {
+    let mut series: Vec<Series> = axes
+        .iter()
+        .map(|axis| Series {
+            name: axis.axis.to_owned(),
+            points: axis.values.iter().copied().zip(values(axis).iter().copied()).collect(),
+            style: SeriesStyle::Line,
+        })
+        .collect();
+    // Without a name, for the axis alone: errors are read against zero.
+    series.push(bound(0.0, ""));
+    series.extend(limit_mm.map(|limit_mm| bound(limit_mm, "asked for")));
+    Chart { title, x: axis(label), y: axis("tip error, mm"), series }
+}
+
+/// Errors in the order of the poses; of many the worst of neighbours stands for them.
+fn over_trials(profile: &Profile) -> Chart {
+    let columns = profile.columns(MOST_COLUMNS);
+    let each = profile.len().div_ceil(columns.len().max(1));
+    let label = match each {
+        0 | 1 => "pose".to_owned(),
+        _ => format!("pose; of each {each} the one with the largest error"),
+    };
+    let points = columns.iter().map(|column| (column.worst_trial as f64, column.max_mm)).collect();
+    Chart {
+        title: "Tip error pose by pose".to_owned(),
+        x: axis(&label),
+        y: axis("tip error, mm"),
+        series: vec![Series { name: String::new(), points, style: SeriesStyle::Points }],
+    }
+}
+
+/// Which part of the positions is within which error, and the allowed one on that curve.
+fn spread(profile: &Profile, requirement: &Requirement) -> Chart {
+    let curve = profile.cumulative(CURVE_POINTS);
+    let mut series = vec![Series {
+        name: String::new(),
+        points: curve.iter().map(|&(mm, part)| (mm, 100.0 * part)).collect(),
+        style: SeriesStyle::Line,
+    }];
+    let largest_mm = curve.last().map_or(0.0, |&(mm, _)| mm);
+    if let Some((_, limit_mm)) = requirement.single_position_mm()
+        && limit_mm <= largest_mm
+    {
+        series.push(Series {
+            name: format!("{limit_mm} mm"),
+            points: vec![(limit_mm, 100.0 * profile.part_within(limit_mm))],
+            style: SeriesStyle::Marked,
+        });
+    }
+    Chart {
+        title: "How many positions are within an error".to_owned(),
+        x: axis("tip error, mm"),
+        y: axis("positions, %"),
+        series,
+    }
+}
+
+fn bound(level_mm: f64, name: &str) -> Series {
+    Series { name: name.to_owned(), points: vec![(0.0, level_mm)], style: SeriesStyle::Bound }
+}
+
+fn axis(label: &str) -> Axis {
+    Axis { label: label.to_owned(), scale: Scale::Linear }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trackwright_simulation::{CancelToken, Mode, run_profiled};
+
+    fn profile(mode: &Mode) -> (Profile, Requirement) {
+        let world =
+            trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
+                .unwrap();
+        let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+        let (_, profile) = run_profiled(&scenario, mode, &CancelToken::default()).unwrap();
+        (profile.unwrap(), scenario.requirement.unwrap())
+    }
+
+    #[test]
+    fn position_and_orientation_have_a_chart_of_rms_and_of_the_largest_each() {
+        let (profile, requirement) = profile(&Mode::Motion);
+        let charts = charts(&profile, Some(&requirement));
+        let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
+        assert_eq!(
+            titles[..4],
+            [
+                "RMS over position",
+                "Largest over position",
+                "RMS over orientation",
+                "Largest over orientation"
+            ]
+        );
+        // The requirement is about RMS alone: no line claims to bound the largest.
+        let has_bound = |chart: &Chart| chart.series.iter().any(|s| s.name == "asked for");
+        assert_eq!(
+            charts.iter().map(has_bound).collect::<Vec<_>>(),
+            [true, false, true, false, false]
+        );
+        // The largest over each axis is the largest of all.
+        let largest = profile.tip_error_mm.iter().copied().fold(0.0, f64::max);
+        let lines = |s: &&Series| s.style == SeriesStyle::Line;
+        for series in charts[1].series.iter().filter(lines) {
+            let top = series.points.iter().map(|p| p.1).fold(0.0, f64::max);
+            assert_eq!(top, largest);
+        }
+    }
+
+    #[test]
+    fn one_pose_has_nothing_to_chart() {
+        let (profile, requirement) = profile(&Mode::Single);
+        assert!(charts(&profile, Some(&requirement)).is_empty());
+    }
+}

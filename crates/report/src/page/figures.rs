@@ -1,0 +1,143 @@
+//! Charts of the error, and the study's figures as the command line prints them.
+
+use super::Report;
+use crate::error_charts::charts;
+use crate::words::length;
+use maud::{Markup, PreEscaped, html};
+use trackwright_simulation::figures::{signed_offset, with_separators};
+use trackwright_simulation::profile::MAX_PROFILED;
+use trackwright_simulation::{expected_rows, figure_rows, trial_offsets, trial_pose};
+
+/// Pixels of a chart: two stand side by side.
+const CHART_PX: (u32, u32) = (500, 330);
+
+/// Error over position and orientation, and how it is spread.
+pub fn errors(report: &Report) -> Markup {
+    let study = report.study;
+    let drawn: Vec<String> = study
+        .profile
+        .iter()
+        .flat_map(|profile| charts(profile, study.scenario.requirement.as_ref()))
+        .map(|chart| chart.to_svg(CHART_PX))
+        .collect();
+    html! {
+        section id="error" {
+            h2 { "Error over position and orientation" }
+            @if study.figures.trials == 1 {
+                p { "One position was looked at, so there is nothing to chart." }
+            } @else if study.profile.is_none() {
+                p { "More than " (with_separators(MAX_PROFILED)) " positions were visited: they are in the figures below, and not kept one by one for charts." }
+            } @else {
+                p { (what_charts_show(report)) }
+                div class="charts" {
+                    @for svg in &drawn { figure class="chart" { (PreEscaped(svg)) } }
+                }
+            }
+        }
+    }
+}
+
+/// How to read the charts of this mode.
+fn what_charts_show(report: &Report) -> &'static str {
+    let has_axes = report.study.profile.as_ref().is_some_and(|profile| !profile.axes.is_empty());
+    match has_axes {
+        true => {
+            "Each line follows one axis of the motion: every point is the RMS, or the largest, of \
+             the tip errors of all positions that have that place or that turn in common."
+        }
+        false => "Each point is the tip error of one given pose.",
+    }
+}
+
+/// What is to be expected, above the figures of the room's own field.
+fn expected(report: &Report) -> Markup {
+    let study = report.study;
+    let Some(expected) = &study.expected else {
+        return html! {
+            @if study.scenario.environment.provenance.is_some() {
+                p class="note" {
+                    "The room keeps no measurements to draw fields from: how far these figures may be off is not known. Fit it again to know."
+                }
+            }
+        };
+    };
+    html! {
+        table class="data expected" {
+            thead { tr { th {} th { "expected" } th {} th { "95\u{2009}%" } } }
+            tbody {
+                @for row in expected_rows(expected) {
+                    tr {
+                        th scope="row" { (row.figure.label()) }
+                        td class="number" { (row.value) }
+                        td class="unit" { (row.figure.unit()) }
+                        td class="number" { (row.low) " to " (row.high) }
+                    }
+                }
+            }
+        }
+        p class="note" {
+            (format!(
+                "Expected: the mean over {} fields that the {} measurements of the room leave possible, at {} of the positions; 95\u{2009}%: the interval in which the figure lies. The figures below are those of the room's own field, which is smoother than the room itself.",
+                expected.draws, with_separators(expected.rows), with_separators(expected.trials)
+            ))
+        }
+    }
+}
+
+/// All figures: labels, digits and units are those that `simulate` prints.
+pub fn table(report: &Report) -> Markup {
+    let rows = figure_rows(&report.study.figures);
+    html! {
+        section id="figures" {
+            h2 { "Figures" }
+            (expected(report))
+            table class="data figures" {
+                tbody {
+                    @for row in &rows {
+                        tr {
+                            th scope="row" { (row.label) }
+                            td class="number" { (row.value) }
+                            td class="unit" { (row.unit) }
+                        }
+                    }
+                }
+            }
+            (worst(report))
+            p class="note" {
+                "Tip error: distance between the tip where it is and where the tracker would show it, in the frame of the reference. "
+                "Angle error: the turn between both. RMS: root of the mean of squares. Counted from 0, as rows of the log are."
+            }
+        }
+    }
+}
+
+/// Which trial is the worst, in the terms of the motion and of the CRF's frame.
+fn worst(report: &Report) -> Markup {
+    let study = report.study;
+    let trial = study.figures.worst.trial;
+    let offsets = trial_offsets(&study.scenario, &study.mode, trial);
+    let along = offsets
+        .iter()
+        .map(|(axis, value)| {
+            let unit = if axis.starts_with('r') { "°" } else { "\u{2009}mm" };
+            format!("{axis} {}{unit}", signed_offset(*value)).replace('-', "−")
+        })
+        .collect::<Vec<_>>()
+        .join(", ");
+    let tip = trial_pose(&study.scenario, &study.mode, trial)
+        .map(|pose| pose.crf_from_tool * study.scenario.tool.judged_tip_in_body());
+    let frame = report.reference();
+    html! {
+        @if study.figures.trials > 1 {
+            p {
+                "The worst trial is number " (with_separators(trial)) ", "
+                (length(study.figures.worst.position_mm, None))
+                @if !along.is_empty() { ", at " (along) " from the design's pose" }
+                @if let Some(tip) = tip {
+                    (format!("; its tip is at ({:.1}, {:.1}, {:.1}) mm in the {frame}'s frame", tip.x, tip.y, tip.z).replace('-', "−"))
+                }
+                "."
+            }
+        }
+    }
+}

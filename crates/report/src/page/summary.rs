@@ -1,0 +1,153 @@
+//! The top of the page: what was found, in words and in a few large figures, and the requirement.
+
+use super::{Report, ReportedStudy};
+use maud::{Markup, html};
+use trackwright_simulation::comparison::REQUIRED;
+use trackwright_simulation::expected::{JudgedBound, judged, verdict_of};
+use trackwright_simulation::{BoundVerdict, Expected, figure_rows};
+
+/// The figures that are shown large, as their rows are labelled.
+const LARGE: [&str; 4] =
+    ["tip error RMS", "tip error 95th percentile", "tip error max", "angle error RMS"];
+
+pub fn head(report: &Report) -> Markup {
+    let design = report.world.document.design();
+    html! {
+        header {
+            p class="kicker" {
+                "Design report"
+                @if let Some(date) = &report.extras.date { " · " time datetime=(date) { (date) } }
+            }
+            h1 { (design.name) }
+            p class="lead" { (design.tool.body.rigid.name)
+                @match &design.crf {
+                    Some(crf) => { " tracked against " (crf.body.rigid.name) },
+                    None => " tracked without a reference on the patient",
+                }
+                " in " (report.world.environment.name)
+            }
+        }
+    }
+}
+
+pub fn section(report: &Report) -> Markup {
+    let study = report.study;
+    let bounds = judged(&study.figures, study.expected.as_ref());
+    let verdict = verdict_of(&bounds);
+    html! {
+        section id="summary" {
+            p class="headline" { (study.words.headline) "." }
+            p class=(verdict_class(verdict)) { (verdict_mark(verdict)) (study.words.verdict) }
+            @if study.figures.trials > 1 {
+                div class="large" {
+                    @match &study.expected {
+                        None => { @for figure in own_figures(study) { (figure) } },
+                        Some(expected) => { @for figure in expected_figures(expected) { (figure) } },
+                    }
+                }
+            }
+            @if let Some(worst) = &study.words.worst { p { (worst) } }
+            @if !study.words.cautions.is_empty() {
+                ul class="cautions" { @for caution in &study.words.cautions { li { (caution) } } }
+            }
+            (requirement(&bounds))
+        }
+    }
+}
+
+/// Those of the room's own field, with two of their decimals; the table has them all.
+fn own_figures(study: &ReportedStudy) -> Vec<Markup> {
+    let rows = figure_rows(&study.figures);
+    let large = LARGE.iter().filter_map(|label| rows.iter().find(|row| row.label == *label));
+    large
+        .map(|row| {
+            let short = match row.value.parse::<f64>() {
+                Ok(value) if row.value.contains('.') => format!("{value:.2}"),
+                _ => row.value.clone(),
+            };
+            large_figure(&short, row.unit, row.label, None)
+        })
+        .collect()
+}
+
+/// Those that are to be expected, each above its interval.
+fn expected_figures(expected: &Expected) -> Vec<Markup> {
+    let of = REQUIRED.iter().filter(|f| LARGE.contains(&f.label()));
+    of.filter_map(|figure| {
+        let (value, interval) = expected.of(*figure)?;
+        let label = format!("expected {}", figure.label());
+        let value = format!("{value:.2}");
+        Some(large_figure(&value, figure.unit(), &label, Some(interval)))
+    })
+    .collect()
+}
+
+fn large_figure(value: &str, unit: &str, label: &str, interval: Option<[f64; 2]>) -> Markup {
+    html! {
+        div class="figure" {
+            span class="value" { (value) span class="unit" { "\u{2009}" (unit) } }
+            @if let Some([low, high]) = interval {
+                span class="label" { (format!("95\u{2009}%: {low:.2} to {high:.2}\u{2009}{unit}")) }
+            }
+            span class="label" { (label) }
+        }
+    }
+}
+
+fn verdict_class(verdict: Option<BoundVerdict>) -> &'static str {
+    match verdict {
+        Some(BoundVerdict::Met) => "verdict met",
+        Some(BoundVerdict::Missed) => "verdict missed",
+        Some(BoundVerdict::CannotTell) => "verdict open",
+        None => "verdict",
+    }
+}
+
+fn verdict_mark(verdict: Option<BoundVerdict>) -> &'static str {
+    match verdict {
+        Some(BoundVerdict::Met) => "✓ ",
+        Some(BoundVerdict::Missed) => "✗ ",
+        Some(BoundVerdict::CannotTell) => "? ",
+        None => "",
+    }
+}
+
+fn requirement(bounds: &[JudgedBound]) -> Markup {
+    let has_intervals = bounds.iter().any(|bound| bound.interval.is_some());
+    html! {
+        @if !bounds.is_empty() {
+            h3 { "Requirement" }
+            table class="data" {
+                thead {
+                    tr {
+                        th { "figure" }
+                        th { (if has_intervals { "expected" } else { "found" }) }
+                        @if has_intervals { th { "95\u{2009}%" } }
+                        th { "asked for" } th { "margin" } th {}
+                    }
+                }
+                tbody {
+                    @for bound in bounds {
+                        @let unit = bound.figure.unit();
+                        tr {
+                            td { (bound.figure.label()) }
+                            td { (format!("{:.4}\u{2009}{unit}", bound.value)) }
+                            @if has_intervals {
+                                td {
+                                    @if let Some([low, high]) = bound.interval {
+                                        (format!("{low:.4} to {high:.4}\u{2009}{unit}"))
+                                    }
+                                }
+                            }
+                            td { "≤ " (format!("{}\u{2009}{unit}", bound.limit)) }
+                            td { (format!("{:+.4}\u{2009}{unit}", bound.limit - bound.value).replace('-', "−")) }
+                            td class=(verdict_class(Some(bound.verdict))) {
+                                (verdict_mark(Some(bound.verdict))) (bound.label())
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

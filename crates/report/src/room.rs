@@ -1,0 +1,89 @@
+//! A room's fit in words: the command line and the editor say the same.
+
+use trackwright_calibration::room_model::HarmonicReport;
+use trackwright_field::Environment;
+use trackwright_field::fit::{Fit, FitMethod};
+use trackwright_field::samples::MapKind;
+use trackwright_field::support::SupportError;
+use trackwright_simulation::figures::with_separators;
+
+pub fn method_name(method: FitMethod) -> &'static str {
+    match method {
+        FitMethod::PerDirection => "per-direction",
+        FitMethod::Joint => "joint",
+    }
+}
+
+pub fn map_name(map: MapKind) -> &'static str {
+    match map {
+        MapKind::Distortion => "distortion",
+        MapKind::Correction => "correction",
+    }
+}
+
+/// Where what is predicted in a room comes from, to stand under it.
+pub fn caption(environment: &Environment) -> String {
+    let from = match &environment.provenance {
+        None => "an ideal room".to_owned(),
+        Some(from) => {
+            let samples = with_separators(from.samples);
+            match &from.holdout {
+                Some(holdout) => format!(
+                    "{samples} samples, held-out error {:.2}\u{2009}mm",
+                    holdout.after.position_rms_mm
+                ),
+                None => format!("{samples} samples, no held-out error"),
+            }
+        }
+    };
+    let name = &environment.name;
+    format!("Predicted in room {name}, {from}; not for clinical use")
+}
+
+/// The note of a room that keeps no model validity.
+pub fn support_note(why: &SupportError) -> String {
+    format!("{why}; the environment is written without it")
+}
+
+/// `harmonic, generator planar-nine, degree 6, 12 samples weighed down`.
+pub fn harmonic_text(harmonic: &HarmonicReport) -> String {
+    let mut text =
+        format!("harmonic, generator {}, degree {}", harmonic.generator.name, harmonic.degree);
+    if harmonic.down_weighted > 0 {
+        let count = with_separators(harmonic.down_weighted);
+        text.push_str(&format!(", {count} samples weighed down"));
+    }
+    text
+}
+
+/// What is not as it should be about a fit.
+pub fn fit_warnings(fitted: &Fit) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let few: Vec<_> = fitted.systems.iter().filter(|s| s.is_underdetermined()).collect();
+    if let Some(least) = few.iter().min_by_key(|s| s.samples) {
+        warnings.push(format!(
+            "{} of {} orientations have fewer samples than the {} coefficients, the least {}; \
+             the solution of least norm was taken",
+            few.len(),
+            fitted.systems.len(),
+            least.unknowns,
+            with_separators(least.samples),
+        ));
+    }
+    let deficient =
+        fitted.systems.iter().filter(|s| !s.is_underdetermined() && s.rank < s.unknowns).count();
+    if deficient > 0 {
+        warnings.push(format!(
+            "{deficient} of {} orientations do not determine all their coefficients; the solution \
+             of least norm was taken",
+            fitted.systems.len()
+        ));
+    }
+    if fitted.ambiguous > 0 {
+        warnings.push(format!(
+            "{} samples have opposite axes, so that their orientation error is ambiguous",
+            with_separators(fitted.ambiguous)
+        ));
+    }
+    warnings
+}

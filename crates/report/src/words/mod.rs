@@ -1,0 +1,274 @@
+//! A study in plain words, for somebody who reads no tables: how many positions are within the
+//! limit, how far off the worst is and how the tool is held there, and what to be careful about.
+//!
+//! Every sentence is made from figures alone, and is kept true where it is rounded: a figure has as
+//! many digits as it takes to lie on the same side of a limit as the value itself, and a part of the
+//! positions is rounded down, but neither to all nor to none of them.
+
+mod plain;
+mod worst;
+
+use plain::{Part, percent};
+pub use plain::{PlainFigure, plain_figure};
+pub use worst::{WorstPose, worst_pose};
+
+use trackwright_field::OutsidePolicy;
+use trackwright_simulation::comparison::{ErrorOf, Figure, REQUIRED};
+use trackwright_simulation::expected::{JudgedBound, judged, verdict_of};
+use trackwright_simulation::figures::{capitalised, with_separators};
+use trackwright_simulation::{
+    BoundVerdict, Expected, Figures, Mode, Profile, Requirement, Scenario, trial_pose,
+};
+
+/// Between a number and its unit.
+const THIN_SPACE: char = '\u{2009}';
+
+/// Most decimals that a length gets to tell it from a limit.
+const MOST_DECIMALS: usize = 4;
+
+/// What there is to say of a study.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlainWords {
+    /// "97 % of the positions within 1 mm; worst 1.8 mm with the tool held flat to the field
+    /// generator".
+    pub headline: String,
+    /// Whether the requirement is met, and where it is not.
+    pub verdict: String,
+    /// How the tool is held at its worst, in full; `None` for a single position.
+    pub worst: Option<String>,
+    /// What is not as one would wish it, each a sentence.
+    pub cautions: Vec<String>,
+}
+
+/// A study in words. What is to be expected stands for the figures where it is known. `profile` is that
+/// of the same study; without it no part of the positions is told.
+pub fn plain_words(
+    scenario: &Scenario,
+    mode: &Mode,
+    (figures, expected): (&Figures, Option<&Expected>),
+    profile: Option<&Profile>,
+) -> PlainWords {
+    let limit_mm = scenario
+        .requirement
+        .as_ref()
+        .and_then(Requirement::single_position_mm)
+        .map(|(_, limit_mm)| limit_mm);
+    let pose = trial_pose(scenario, mode, figures.worst.trial)
+        .filter(|_| figures.trials > 1)
+        .map(|trial| worst_pose(scenario, mode, &trial));
+    PlainWords {
+        headline: match expected {
+            Some(expected) => expected_headline(figures, expected, limit_mm),
+            None => headline(figures, profile, limit_mm, pose.as_ref()),
+        },
+        verdict: verdict(&judged(figures, expected)),
+        worst: pose.map(|pose| {
+            let worst_mm = length(figures.worst.position_mm, limit_mm);
+            let held = pose.in_full();
+            let in_field = expected.map_or("", |_| " in the room's own field");
+            format!(
+                "The worst, {worst_mm}{in_field}, is {held}, compared with the design's own pose."
+            )
+        }),
+        cautions: cautions(scenario, figures),
+    }
+}
+
+fn headline(
+    figures: &Figures,
+    profile: Option<&Profile>,
+    limit_mm: Option<f64>,
+    worst: Option<&WorstPose>,
+) -> String {
+    let of_limit = |value_mm: f64| length(value_mm, limit_mm);
+    if figures.trials == 1 {
+        let off = of_limit(figures.position_mm.max);
+        return match limit_mm {
+            None => format!("The tip is shown {off} from where it is"),
+            Some(limit_mm) => format!(
+                "The tip is shown {off} from where it is; {} is asked for",
+                as_set(limit_mm, "mm")
+            ),
+        };
+    }
+    // Those that were left out of the figures are in the profile.
+    let part =
+        profile.filter(|_| figures.rejected == 0).zip(limit_mm).map(|(profile, limit_mm)| {
+            let within = profile.part_within(limit_mm);
+            let limit = as_set(limit_mm, "mm");
+            format!("{} within {limit}", part_of_positions(within, figures.trials))
+        });
+    let part = part.unwrap_or_else(|| {
+        format!(
+            "Half of the positions within {}, 95{THIN_SPACE}% within {}",
+            of_limit(figures.position_mm.median),
+            of_limit(figures.position_mm.p95)
+        )
+    });
+    let worst_mm = of_limit(figures.worst.position_mm);
+    match worst.and_then(WorstPose::in_short) {
+        None => format!("{part}; worst {worst_mm}"),
+        Some(held) => format!("{part}; worst {worst_mm} with the tool {held}"),
+    }
+}
+
+/// A part of the positions, told as a slide tells it.
+fn part_of_positions(part: f64, trials: usize) -> String {
+    match Part::of(part) {
+        Part::All => format!("All {} positions", with_separators(trials)),
+        Part::MoreThan99 => format!("More than 99{THIN_SPACE}% of the positions"),
+        Part::Percent(percent) => format!("{percent}{THIN_SPACE}% of the positions"),
+        Part::LessThan1 => format!("Less than 1{THIN_SPACE}% of the positions"),
+        Part::None => format!("None of the {} positions", with_separators(trials)),
+    }
+}
+
+/// A length for a person: two decimals below a millimetre, one above, and as many more as it takes
+/// to lie on the side of the limit on which the value lies.
+pub fn length(value_mm: f64, limit_mm: Option<f64>) -> String {
+    rounded(value_mm, limit_mm, if value_mm < 1.0 { 2 } else { 1 }, "mm")
+}
+
+/// An angle likewise, with two decimals below ten degrees.
+pub fn angle(value_deg: f64, limit_deg: Option<f64>) -> String {
+    rounded(value_deg, limit_deg, if value_deg < 10.0 { 2 } else { 1 }, "°")
+}
+
+fn rounded(value: f64, limit: Option<f64>, decimals: usize, unit: &str) -> String {
+    if !value.is_finite() {
+        return "no number".to_owned();
+    }
+    let is_faithful = |text: &str| match (text.parse::<f64>(), limit) {
+        (Ok(rounded), Some(limit)) => (rounded <= limit) == (value <= limit),
+        _ => true,
+    };
+    let text = (decimals..=MOST_DECIMALS)
+        .map(|decimals| format!("{value:.decimals$}"))
+        .find(|text| is_faithful(text))
+        .unwrap_or_else(|| value.to_string());
+    format!("{text}{THIN_SPACE}{unit}")
+}
+
+/// A limit as it was set.
+fn as_set(limit: f64, unit: &str) -> String {
+    format!("{limit}{THIN_SPACE}{unit}")
+}
+
+/// What is to be expected, with 95 % intervals: the room's own field says less than is known.
+fn expected_headline(figures: &Figures, expected: &Expected, limit_mm: Option<f64>) -> String {
+    let [_, p95, max, ..] = REQUIRED;
+    let of = |figure: Figure| {
+        let (value_mm, interval) = expected.of(figure).unwrap_or_default();
+        let [low, high] = interval.map(|end_mm| length(end_mm, limit_mm));
+        let value = length(value_mm, limit_mm);
+        format!("{value} (95{THIN_SPACE}%: {low} to {high})")
+    };
+    if figures.trials == 1 {
+        let asked = limit_mm.map_or_else(String::new, |limit_mm| {
+            format!("; {} is asked for", as_set(limit_mm, "mm"))
+        });
+        return format!("Expected: the tip is {} from where it is shown{asked}", of(max));
+    }
+    let part = match expected.within {
+        Some(within) => {
+            let [low, high] = within.interval.map(percent);
+            let limit = as_set(within.limit_mm, "mm");
+            let part = part_of_positions(within.part, figures.trials);
+            format!("{part} within {limit} (95{THIN_SPACE}%: {low} to {high})")
+        }
+        None => format!("95{THIN_SPACE}% of the positions within {}", of(p95)),
+    };
+    let lower = part.chars().take(1).flat_map(char::to_lowercase);
+    let part: String = lower.chain(part.chars().skip(1)).collect();
+    format!("Expected: {part}; worst {}", of(max))
+}
+
+fn verdict(bounds: &[JudgedBound]) -> String {
+    let told = |wanted: BoundVerdict| -> Vec<String> {
+        let of = bounds.iter().filter(|bound| bound.verdict == wanted);
+        of.map(bound_words).collect()
+    };
+    let (missed, open) = (told(BoundVerdict::Missed), told(BoundVerdict::CannotTell));
+    match verdict_of(bounds) {
+        None => "No requirement is set.".to_owned(),
+        Some(BoundVerdict::Met) => "The requirement is met.".to_owned(),
+        Some(BoundVerdict::Missed) => {
+            format!("The requirement is missed: {}.", missed.join("; "))
+        }
+        Some(BoundVerdict::CannotTell) => {
+            let why = bounds.iter().find_map(|bound| bound.unsettled);
+            let subject = why.map_or_else(
+                || "The measurements of this room cannot tell".to_owned(),
+                |why| format!("It cannot be told, because {why},"),
+            );
+            format!("{subject} whether the requirement is met: {}.", open.join("; "))
+        }
+    }
+}
+
+fn bound_words(bound: &JudgedBound) -> String {
+    let limit = Some(bound.limit);
+    let digits = |value: f64| match bound.figure.of {
+        ErrorOf::Position => length(value, limit),
+        ErrorOf::Angle => angle(value, limit),
+    };
+    let asked = as_set(bound.limit, bound.figure.unit());
+    let (name, value) = (bound.figure.label(), digits(bound.value));
+    match bound.interval {
+        None => format!("{name} is {value}, and {asked} is asked for"),
+        Some([low, high]) => format!(
+            "{name} is expected to be {value}, between {} and {}, and {asked} is asked for",
+            digits(low),
+            digits(high)
+        ),
+    }
+}
+
+fn cautions(scenario: &Scenario, figures: &Figures) -> Vec<String> {
+    let mut cautions = Vec::new();
+    let of_all = |count: usize| match figures.trials {
+        1 => "At the position looked at".to_owned(),
+        trials => format!("In {} of {} positions", with_separators(count), with_separators(trials)),
+    };
+    if figures.outside > 0 {
+        let what = match scenario.outside {
+            OutsidePolicy::Clamp => "the field at the nearest measured place stands for it",
+            OutsidePolicy::Extrapolate => "the model is extrapolated there",
+            OutsidePolicy::Reject => "those positions are left out of every figure",
+        };
+        cautions.push(format!(
+            "{} a sensor is outside the part of the room that was measured; {what}.",
+            of_all(figures.outside)
+        ));
+    }
+    if figures.out_of_volume > 0 {
+        cautions.push(format!(
+            "{} a sensor is outside the volume in which the tracker is made to measure.",
+            of_all(figures.out_of_volume)
+        ));
+    }
+    if let Some(free) = &figures.free_axis {
+        cautions.push(format!("{}.", capitalised(&free.statement())));
+    } else if figures.poorly_determined {
+        cautions.push(
+            "How a body is turned is poorly determined by where its sensors are: noise in the \
+             readings, which is not part of these figures, decides it."
+                .to_owned(),
+        );
+    }
+    match &scenario.environment.provenance {
+        None => cautions.push(
+            "The room is an ideal one, or its file does not say which measurements it comes from."
+                .to_owned(),
+        ),
+        Some(from) if from.holdout.is_none() => cautions.push(
+            "The model of the room was not tested on measurements that it was not made from."
+                .to_owned(),
+        ),
+        Some(_) => {}
+    }
+    cautions
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,132 @@
+//! Large figures as people read them who do not design the tool.
+
+use super::THIN_SPACE;
+use trackwright_design::SlideFigure;
+use trackwright_simulation::comparison::{ErrorOf, Figure, Summary};
+use trackwright_simulation::expected::{judged, study_verdict};
+use trackwright_simulation::{BoundVerdict, Expected, Figures};
+
+/// A large figure and what it means.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlainFigure {
+    pub value: String,
+    pub words: String,
+    /// Against the requirement, where it says something of this figure.
+    pub verdict: Option<BoundVerdict>,
+}
+
+/// A figure of a slide, to be expected where the room can say it; `None` where the study does not have
+/// it.
+pub fn plain_figure(
+    figure: SlideFigure,
+    figures: &Figures,
+    expected: Option<&Expected>,
+) -> Option<PlainFigure> {
+    let of = |of: ErrorOf, summary: Summary, own: f64, name: &str| {
+        let digits = |value: f64| match of {
+            ErrorOf::Position => length(value),
+            ErrorOf::Angle => format!("{value:.2}°"),
+        };
+        let figure = Figure { of, summary };
+        let found = expected.and_then(|expected| expected.of(figure));
+        let bounds = judged(figures, expected);
+        PlainFigure {
+            value: digits(found.map_or(own, |(value, _)| value)),
+            words: match found {
+                None => name.to_owned(),
+                Some((_, [low, high])) => {
+                    let high = digits(high);
+                    format!("{name}, 95{THIN_SPACE}%: {low:.2} to {high}")
+                }
+            },
+            verdict: (bounds.iter().find(|bound| bound.figure == figure))
+                .map(|bound| bound.verdict),
+        }
+    };
+    let (p, a) = (&figures.position_mm, &figures.angle_deg);
+    Some(match figure {
+        SlideFigure::WithinLimit => {
+            let within = figures.within?;
+            let found = expected.and_then(|expected| expected.within);
+            let part = found.map_or(within.part, |found| found.part);
+            let limit = length(within.limit_mm);
+            let verdict = study_verdict(figures, expected);
+            PlainFigure {
+                value: percent(part),
+                words: match found {
+                    None => format!("of the positions are within {limit}"),
+                    Some(found) => {
+                        let [low, high] = found.interval.map(percent);
+                        format!(
+                            "of the positions are within {limit}, 95{THIN_SPACE}%: {low} to {high}"
+                        )
+                    }
+                },
+                // Good news only where it is all of them, whatever the bound is on.
+                verdict: verdict.filter(|v| *v != BoundVerdict::Met || part == 1.0),
+            }
+        }
+        SlideFigure::TypicalTipError => {
+            of(ErrorOf::Position, Summary::Median, p.median, "typical error at the tip")
+        }
+        SlideFigure::LargestTipError => {
+            of(ErrorOf::Position, Summary::Max, p.max, "largest error at the tip")
+        }
+        SlideFigure::TypicalAngleError => {
+            of(ErrorOf::Angle, Summary::Median, a.median, "typical error of the direction")
+        }
+    })
+}
+
+/// Two decimals, whatever it is: figures stand one above the other.
+fn length(value_mm: f64) -> String {
+    format!("{value_mm:.2}{THIN_SPACE}mm")
+}
+
+/// A part from 0 to 1 in per cent, rounded down. It is 100 % only where it is all of them, and 0 % only
+/// where it is none.
+pub(super) fn percent(part: f64) -> String {
+    match Part::of(part) {
+        Part::All => format!("100{THIN_SPACE}%"),
+        Part::MoreThan99 => format!(">{THIN_SPACE}99{THIN_SPACE}%"),
+        Part::Percent(percent) => format!("{percent}{THIN_SPACE}%"),
+        Part::LessThan1 => format!("<{THIN_SPACE}1{THIN_SPACE}%"),
+        Part::None => format!("0{THIN_SPACE}%"),
+    }
+}
+
+/// A part as a slide and a sentence tell it: never more than is so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    All,
+    MoreThan99,
+    /// Whole ones, what is beyond left out.
+    Percent(u8),
+    LessThan1,
+    None,
+}
+
+impl Part {
+    /// Of a part from 0 to 1.
+    pub fn of(part: f64) -> Self {
+        match 100.0 * part {
+            p if p >= 100.0 => Self::All,
+            p if p > 99.0 => Self::MoreThan99,
+            p if p >= 1.0 => Self::Percent(p as u8),
+            p if p > 0.0 => Self::LessThan1,
+            _ => Self::None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nearly_all_is_not_all_and_a_few_are_not_none() {
+        let shown = [0.0, 1e-6, 0.5, 0.9799, 0.9901, 0.999_999, 1.0].map(percent);
+        let plain = shown.map(|text| text.replace('\u{2009}', " "));
+        assert_eq!(plain, ["0 %", "< 1 %", "50 %", "97 %", "> 99 %", "> 99 %", "100 %"]);
+    }
+}

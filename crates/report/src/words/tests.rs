@@ -1,0 +1,179 @@
+//! What is said holds for the numbers that it is said of.
+
+use super::*;
+use nalgebra::{UnitQuaternion, Vector3};
+use std::f64::consts::FRAC_PI_2;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_simulation::scenario::InputTrial;
+use trackwright_simulation::{AxisRange, CancelToken, Motion, run_profiled};
+
+fn scenario() -> Scenario {
+    let world =
+        trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
+            .unwrap();
+    trackwright_project::resolve(world.document.design(), &world.environment)
+}
+
+fn words(scenario: &Scenario, mode: &Mode) -> PlainWords {
+    let (outcome, profile) = run_profiled(scenario, mode, &CancelToken::default()).unwrap();
+    plain_words(scenario, mode, (&outcome.figures, None), profile.as_ref())
+}
+
+/// The built-in pointer, whose shaft is z of its frame, turned so from the design's pose.
+fn held(turn: UnitQuaternion<f64>, shift: [f64; 3]) -> WorstPose {
+    let scenario = scenario();
+    let own = scenario.crf_from_tool;
+    let crf_from_tool: Pose =
+        pose_from_parts(own.translation.vector + Vector3::from(shift), turn * own.rotation);
+    let trial = InputTrial { tracker_from_crf: None, crf_from_tool };
+    let mode = Mode::Input(vec![trial].into());
+    worst_pose(&scenario, &mode, &trial)
+}
+
+/// Where the design has the pointer's shaft, in the CRF, whose axes are the tracker's.
+fn shaft() -> Vector3<f64> {
+    scenario().crf_from_tool.rotation * Vector3::z()
+}
+
+fn to(direction: Vector3<f64>) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between(&shaft(), &direction).unwrap()
+}
+
+#[test]
+fn the_headline_has_the_part_within_the_limit_and_the_worst_of_the_figures() {
+    let mut scenario = scenario();
+    let mode = Mode::Motion;
+    let (outcome, profile) = run_profiled(&scenario, &mode, &CancelToken::default()).unwrap();
+    // A limit that lies within the errors.
+    let limit_mm = outcome.figures.position_mm.median;
+    scenario.requirement =
+        Some(Requirement { position_max_mm: Some(limit_mm), ..Requirement::default() });
+    let said = words(&scenario, &mode);
+    let part = (100.0 * profile.unwrap().part_within(limit_mm)).floor();
+    assert!((49.0..=51.0).contains(&part));
+    let expected =
+        format!("{part:.0}\u{2009}% of the positions within {limit_mm}\u{2009}mm; worst ");
+    assert!(said.headline.starts_with(&expected), "{said:?}");
+    let worst_mm = outcome.figures.position_mm.max;
+    let (_, worst) = said.headline.split_once("; worst ").unwrap();
+    let shown: f64 = worst.split('\u{2009}').next().unwrap().parse().unwrap();
+    assert!((shown - worst_mm).abs() <= 0.05, "{worst} {worst_mm}");
+    assert!(said.verdict.contains("tip error max is"), "{said:?}");
+}
+
+#[test]
+fn no_rounding_crosses_a_limit_or_makes_most_of_them_all() {
+    assert_eq!(length(1.04, Some(1.0)), "1.04\u{2009}mm");
+    assert_eq!(length(1.04, None), "1.0\u{2009}mm");
+    assert_eq!(length(1.000_000_3, Some(1.0)), "1.0000003\u{2009}mm");
+    assert_eq!(length(0.9999, Some(1.0)), "1.00\u{2009}mm");
+    assert_eq!(length(1.25, Some(1.249)), "1.25\u{2009}mm");
+    assert_eq!(length(f64::NAN, Some(1.0)), "no number");
+    assert_eq!(part_of_positions(0.999, 3375), "More than 99\u{2009}% of the positions");
+    assert_eq!(part_of_positions(0.946, 3375), "94\u{2009}% of the positions");
+    assert_eq!(part_of_positions(1.0, 3375), "All 3,375 positions");
+    assert_eq!(part_of_positions(0.001, 3375), "Less than 1\u{2009}% of the positions");
+    assert_eq!(part_of_positions(0.0, 3375), "None of the 3,375 positions");
+    assert_eq!(as_set(1.25, "mm"), "1.25\u{2009}mm");
+}
+
+#[test]
+fn a_shaft_is_called_flat_or_upright_where_it_is_that_to_the_generator() {
+    let flat = held(to(Vector3::new(0.6, 0.8, 0.05)), [0.0; 3]);
+    assert_eq!(flat.in_short().as_deref(), Some("held flat to the field generator"));
+    // The volume is at negative z: a handle there leaves the tip next to the generator.
+    let at = held(to(-Vector3::z()), [0.0; 3]);
+    assert_eq!(at.in_short().as_deref(), Some("pointing straight at the field generator"));
+    let away = held(to(Vector3::z()), [0.0; 3]);
+    assert_eq!(away.in_short().as_deref(), Some("pointing straight away from the field generator"));
+}
+
+#[test]
+fn tilt_and_twist_are_those_that_the_turn_was_made_from() {
+    let along = nalgebra::Unit::new_normalize(shaft());
+    let across = nalgebra::Unit::new_normalize(shaft().cross(&Vector3::x()));
+    for (tilt_deg, twist_deg) in [(0.0, 30.0), (20.0, 0.0), (35.0, -50.0), (60.0, 170.0)] {
+        let twist = UnitQuaternion::from_axis_angle(&along, f64::to_radians(twist_deg));
+        let tilt = UnitQuaternion::from_axis_angle(&across, f64::to_radians(tilt_deg));
+        let found = held(tilt * twist, [0.0; 3]);
+        assert!((found.tilt_deg - tilt_deg).abs() < 1e-6, "{found:?}");
+        assert!((found.twist_deg - twist_deg).abs() < 1e-6, "{found:?}");
+    }
+    let both = held(
+        UnitQuaternion::from_axis_angle(&across, 0.4)
+            * UnitQuaternion::from_axis_angle(&along, 0.5),
+        [0.0; 3],
+    );
+    let said = both.in_full();
+    assert!(said.contains("tilted by 23°"), "{said}");
+    assert!(said.contains("turned by 29° about its shaft"), "{said}");
+    let none = held(UnitQuaternion::identity(), [0.0; 3]);
+    assert_eq!(none.in_short().as_deref(), Some("held as in the design"));
+}
+
+#[test]
+fn farther_is_away_from_the_generator_and_aside_is_along_its_front() {
+    let found = held(UnitQuaternion::identity(), [3.0, 4.0, -20.0]);
+    assert!((found.farther_mm - 20.0).abs() < 1e-9 && (found.aside_mm - 5.0).abs() < 1e-9);
+    let said = found.in_full();
+    assert_eq!(
+        said,
+        "with the tool 20\u{2009}mm farther from the field generator and 5\u{2009}mm aside"
+    );
+    let nearer = held(UnitQuaternion::identity(), [0.0, 0.0, 7.0]).in_full();
+    assert_eq!(nearer, "with the tool 7\u{2009}mm nearer to the field generator");
+}
+
+#[test]
+fn a_study_that_does_not_turn_the_tool_says_nothing_of_how_it_is_turned() {
+    let mut scenario = scenario();
+    scenario.motion = Some(Motion {
+        z: Some(AxisRange { min: -40.0, max: 40.0, step: 40.0 }),
+        ..Motion::default()
+    });
+    let said = words(&scenario, &Mode::Motion);
+    assert!(!said.headline.contains("held"), "{said:?}");
+    assert!(said.headline.contains("the field generator"), "{said:?}");
+}
+
+#[test]
+fn one_position_is_one_distance_and_has_no_worst() {
+    let said = words(&scenario(), &Mode::Single);
+    assert!(said.headline.starts_with("The tip is shown 0."), "{said:?}");
+    assert_eq!(said.worst, None);
+}
+
+#[test]
+fn a_plate_of_sensors_around_its_tip_has_no_shaft_to_hold_flat() {
+    let mut scenario = scenario();
+    scenario.tool.tip_in_body = None;
+    for (sensor, place) in
+        scenario.tool.sensors.iter_mut().zip([[9.0, 0.0, 0.0], [-9.0, 5.0, 0.0], [0.0, -5.0, 0.0]])
+    {
+        sensor.position_in_body = place.into();
+    }
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2);
+    let trial = InputTrial {
+        tracker_from_crf: None,
+        crf_from_tool: pose_from_parts(
+            scenario.crf_from_tool.translation.vector,
+            turn * scenario.crf_from_tool.rotation,
+        ),
+    };
+    let found = worst_pose(&scenario, &Mode::Input(vec![trial].into()), &trial);
+    assert_eq!(found.shaft_elevation_deg, None);
+    assert_eq!(found.in_short().as_deref(), Some("turned by 90°"));
+}
+
+#[test]
+fn what_is_not_as_one_would_wish_it_is_said() {
+    let mut scenario = scenario();
+    scenario.motion = None;
+    scenario.crf_from_tool.translation.vector.z -= 5000.0;
+    scenario.requirement = None;
+    let said = words(&scenario, &Mode::Single);
+    assert_eq!(said.verdict, "No requirement is set.");
+    let all = said.cautions.join(" ");
+    assert!(all.contains("outside the part of the room"), "{all}");
+    assert!(all.contains("outside the volume"), "{all}");
+}

@@ -1,0 +1,146 @@
+//! How many measurements a room would need for a bound to be decided.
+
+use super::verdict::{BoundVerdict, JudgedBound};
+use super::{DrawnTrials, ExpectedError, check, spread};
+use crate::plan::Plan;
+use crate::run::StudyError;
+use crate::scenario::{InputTrial, Mode, Scenario};
+use crate::trial::Simulator;
+use nalgebra::{Point3, Unit, Vector3};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardUniform, UnitSphere};
+use trackwright_field::Environment;
+use trackwright_field::gaussian::{FieldPoint, GaussianField, Row};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_task::CancelToken;
+
+/// How many times as many measurements are tried.
+const TIMES: [usize; 5] = [2, 4, 8, 16, 32];
+
+/// Trials at whose sensors the field is looked at: the 700 measurements that a query is given then are
+/// some 10 a sensor pose even where there are many more.
+const TRIALS: usize = 12;
+
+const SEED: u64 = 22;
+
+/// A bound that cannot be decided in this room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MoreMeasuring {
+    /// The bound's name in a design file.
+    pub name: &'static str,
+    /// Measurements with which it could be decided, if the figure is as expected; `None` where not even
+    /// [`most_times`] times as many would do.
+    pub measurements: Option<usize>,
+}
+
+/// How many times as many measurements are tried at most.
+pub fn most_times() -> usize {
+    TIMES[TIMES.len() - 1]
+}
+
+/// The measurements that each open bound would need. The figure is taken to stay as it is
+/// expected, and its interval to shrink, on the logarithmic scale, as the standard deviation of the field
+/// at the sensors does: that depends on the measured poses, not on the readings there. Further measurements
+/// are taken anywhere in the box of those that there are, turned any way.
+///
+/// # Errors
+/// See [`ExpectedError`].
+pub fn more_measuring(
+    scenario: &Scenario,
+    mode: &Mode,
+    bounds: &[JudgedBound],
+    cancel: &CancelToken,
+) -> Result<Vec<MoreMeasuring>, ExpectedError> {
+    let open: Vec<&JudgedBound> = bounds
+        .iter()
+        // No measurement settles what the study itself leaves open.
+        .filter(|bound| bound.verdict == BoundVerdict::CannotTell && bound.unsettled.is_none())
+        .collect();
+    if open.is_empty() {
+        return Ok(Vec::new());
+    }
+    let shrinking = shrinking(scenario, mode, cancel)?;
+    let each = open.into_iter().map(|bound| MoreMeasuring {
+        name: bound.name,
+        measurements: shrinking
+            .iter()
+            .find(|(_, part)| is_decided(bound, *part))
+            .map(|(measurements, _)| *measurements),
+    });
+    Ok(each.collect())
+}
+
+/// Whether a bound would be decided by an interval so many times as wide.
+fn is_decided(bound: &JudgedBound, part: f64) -> bool {
+    let Some([low, high]) = bound.interval else {
+        return true;
+    };
+    let end = |end: f64| bound.value * (end / bound.value).powf(part);
+    end(high) <= bound.limit || end(low) > bound.limit
+}
+
+/// Standard deviation of the field at the sensors, over that with the measurements that there are, by
+/// the number of measurements.
+pub fn shrinking(
+    scenario: &Scenario,
+    mode: &Mode,
+    cancel: &CancelToken,
+) -> Result<Vec<(usize, f64)>, ExpectedError> {
+    let environment = &scenario.environment;
+    let process = process_of(environment)?;
+    check(scenario)?;
+    let plan = Plan::new(scenario, mode)?;
+    let simulator = Simulator::new(scenario);
+    let some: Vec<usize> = spread(plan.len(), TRIALS.min(plan.len())).collect();
+    let trials: Vec<InputTrial> = some.iter().map(|&i| plan.trial(scenario, i)).collect();
+    let drawn = DrawnTrials::new(&simulator, trials).ok_or(ExpectedError::Markers)?;
+    let std_with = |rows: Vec<Row>| -> Result<f64, ExpectedError> {
+        if cancel.is_cancelled() {
+            return Err(StudyError::Cancelled.into());
+        }
+        let given = GaussianField { rows, ..process.clone() };
+        let posterior = given.posterior(drawn.points()).map_err(ExpectedError::Process)?;
+        let variance: f64 = posterior.unit_variance.iter().sum();
+        Ok((variance / posterior.unit_variance.len() as f64).sqrt())
+    };
+    let now = std_with(process.rows.clone())?;
+    let count = process.rows.len();
+    let more = further(process, (most_times() - 1) * count);
+    let mut found = Vec::with_capacity(TIMES.len());
+    for times in TIMES {
+        let rows = process.rows.iter().chain(&more[..(times - 1) * count]);
+        let std = std_with(rows.copied().collect())?;
+        let part = if now > 0.0 { (std / now).min(1.0) } else { 1.0 };
+        found.push((times * process.measured_rows, part));
+    }
+    Ok(found)
+}
+
+fn process_of(environment: &Environment) -> Result<&GaussianField, ExpectedError> {
+    let none = || ExpectedError::NoProcess(environment.name.clone());
+    environment.process.as_deref().ok_or_else(none)
+}
+
+/// Measurements that nobody made yet; what they read does not matter.
+fn further(process: &GaussianField, count: usize) -> Vec<Row> {
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let bounds = Bounds::around(process.rows.iter().map(|row| row.point.position_mm));
+    let (min, size) = bounds.map_or_else(Default::default, |b| (b.min_mm.coords, b.size_mm()));
+    let row = |_| {
+        let place = Vector3::from_fn(|k, _| {
+            let part: f64 = StandardUniform.sample(&mut random);
+            min[k] + part * size[k]
+        });
+        let axis: [f64; 3] = UnitSphere.sample(&mut random);
+        Row {
+            point: FieldPoint {
+                position_mm: Point3::from(place),
+                axis: Unit::new_normalize(axis.into()),
+            },
+            error: [0.0; 6],
+            noise_factor: 1.0,
+        }
+    };
+    (0..count).map(row).collect()
+}

@@ -1,0 +1,218 @@
+//! Whether a requirement is met, as far as a room can tell.
+
+use super::Expected;
+use crate::comparison::{ErrorOf, Figure, REQUIRED};
+use crate::figures::{Figures, Unsettled};
+use crate::requirement::{Check, Requirement};
+use serde::Serialize;
+
+/// What a study settles of a bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BoundVerdict {
+    /// The whole interval is within the bound.
+    Met,
+    /// The whole interval is beyond it.
+    Missed,
+    /// The bound lies in the interval, or the study leaves open more than the room does.
+    CannotTell,
+}
+
+impl BoundVerdict {
+    /// For a person.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Met => "met",
+            Self::Missed => "missed",
+            Self::CannotTell => "cannot tell",
+        }
+    }
+
+    /// `None` where the room cannot tell.
+    pub fn is_met(self) -> Option<bool> {
+        match self {
+            Self::Met => Some(true),
+            Self::Missed => Some(false),
+            Self::CannotTell => None,
+        }
+    }
+}
+
+/// A bound of a requirement against what is known of its figure.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct JudgedBound {
+    /// The bound's name in a design file.
+    pub name: &'static str,
+    #[serde(skip)]
+    pub figure: Figure,
+    /// mm or degrees, as the figure is.
+    pub limit: f64,
+    /// The expected value; that of the room's own field where nothing more is known.
+    pub value: f64,
+    /// 95 % interval, where the room has one.
+    pub interval: Option<[f64; 2]>,
+    pub verdict: BoundVerdict,
+    /// Why nothing can be told, where it is not the room.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unsettled: Option<Unsettled>,
+}
+
+impl JudgedBound {
+    /// The verdict for a person, with its reason where nothing can be told.
+    pub fn label(&self) -> String {
+        match (self.verdict, &self.unsettled) {
+            (BoundVerdict::CannotTell, Some(why)) => format!("cannot tell: {why}"),
+            (BoundVerdict::CannotTell, None) => "cannot tell in this room".to_owned(),
+            (verdict, _) => verdict.label().to_owned(),
+        }
+    }
+}
+
+/// The figure that a bound of this name is about.
+fn figure_of(bound: &str) -> Option<Figure> {
+    let names = Requirement::default().bounds();
+    let place = names.iter().position(|(name, _)| *name == bound)?;
+    Some(REQUIRED[place])
+}
+
+/// Each bound, in the order of its checks: against the interval of its figure where there is one, else
+/// against the figure of the room's own field. None is met that an undetermined rotation or a trial
+/// that was left out may break.
+pub fn judged(figures: &Figures, expected: Option<&Expected>) -> Vec<JudgedBound> {
+    judged_checks(&figures.checks, figures.unsettled(), expected)
+}
+
+/// The same of checks by themselves.
+pub fn judged_checks(
+    checks: &[Check],
+    unsettled: Option<Unsettled>,
+    expected: Option<&Expected>,
+) -> Vec<JudgedBound> {
+    let each = checks.iter().filter_map(|check| {
+        let figure = figure_of(check.name)?;
+        let found = expected.and_then(|expected| expected.of(figure));
+        let verdict = match found {
+            Some((_, [_, high])) if high <= check.limit => BoundVerdict::Met,
+            Some((_, [low, _])) if low > check.limit => BoundVerdict::Missed,
+            Some(_) => BoundVerdict::CannotTell,
+            None if check.met => BoundVerdict::Met,
+            None => BoundVerdict::Missed,
+        };
+        let highest = found.map_or(check.value, |(_, [_, high])| high);
+        // An angle error has no bound but half a turn.
+        let unsettled = unsettled.filter(|why| {
+            verdict != BoundVerdict::Missed
+                && (figure.of == ErrorOf::Angle || highest + why.most_mm() > check.limit)
+        });
+        let verdict = match unsettled {
+            None => verdict,
+            Some(_) => BoundVerdict::CannotTell,
+        };
+        Some(JudgedBound {
+            name: check.name,
+            figure,
+            limit: check.limit,
+            value: found.map_or(check.value, |(value, _)| value),
+            interval: found.map(|(_, interval)| interval),
+            verdict,
+            unsettled,
+        })
+    });
+    each.collect()
+}
+
+/// A requirement and the figures of the room's own field, for a program.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RequirementFigures {
+    /// `None` where it cannot be told.
+    pub met: Option<bool>,
+    pub checks: Vec<SettledCheck>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unsettled: Option<Unsettled>,
+}
+
+/// One bound of it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SettledCheck {
+    /// The bound's name in a design file.
+    pub name: &'static str,
+    pub value: f64,
+    pub limit: f64,
+    pub met: Option<bool>,
+}
+
+/// The requirement of a study in the room's own field; `None` without one.
+pub fn requirement_figures(figures: &Figures) -> Option<RequirementFigures> {
+    let bounds = judged(figures, None);
+    Some(RequirementFigures {
+        met: verdict_of(&bounds)?.is_met(),
+        unsettled: bounds.iter().find_map(|bound| bound.unsettled),
+        checks: bounds
+            .iter()
+            .map(|bound| SettledCheck {
+                name: bound.name,
+                value: bound.value,
+                limit: bound.limit,
+                met: bound.verdict.is_met(),
+            })
+            .collect(),
+    })
+}
+
+/// Several as a whole: missed where any is, met where all are; `None` without any.
+pub fn verdict_of_all(verdicts: impl Iterator<Item = BoundVerdict>) -> Option<BoundVerdict> {
+    let weight = |verdict: &BoundVerdict| match verdict {
+        BoundVerdict::Met => 0,
+        BoundVerdict::CannotTell => 1,
+        BoundVerdict::Missed => 2,
+    };
+    verdicts.max_by_key(weight)
+}
+
+/// A requirement as a whole; `None` without bounds.
+pub fn verdict_of(bounds: &[JudgedBound]) -> Option<BoundVerdict> {
+    verdict_of_all(bounds.iter().map(|bound| bound.verdict))
+}
+
+/// The same of a study.
+pub fn study_verdict(figures: &Figures, expected: Option<&Expected>) -> Option<BoundVerdict> {
+    verdict_of(&judged(figures, expected))
+}
+
+/// The one figure that counts: the first bound that is missed, else the first that cannot be told,
+/// else the first, else the RMS of the tip error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Headline {
+    pub figure: Figure,
+    /// Expected where the room has it, else of its own field; mm or degrees.
+    pub value: f64,
+    /// 95 % interval, where the room has one.
+    pub interval: Option<[f64; 2]>,
+    /// The bound on it.
+    pub bound: Option<JudgedBound>,
+}
+
+/// The one figure that counts.
+pub fn headline(figures: &Figures, expected: Option<&Expected>) -> Headline {
+    let bounds = judged(figures, expected);
+    let of = |verdict| bounds.iter().find(|bound| bound.verdict == verdict);
+    let first = of(BoundVerdict::Missed)
+        .or_else(|| of(BoundVerdict::CannotTell))
+        .or_else(|| bounds.first());
+    if let Some(bound) = first {
+        return Headline {
+            figure: bound.figure,
+            value: bound.value,
+            interval: bound.interval,
+            bound: Some(*bound),
+        };
+    }
+    let [figure, ..] = REQUIRED;
+    let found = expected.and_then(|expected| expected.of(figure));
+    Headline {
+        figure,
+        value: found.map_or(figures.position_mm.rms, |(value, _)| value),
+        interval: found.map(|(_, interval)| interval),
+        bound: None,
+    }
+}

@@ -1,0 +1,57 @@
+//! What a study is made of: plain data, every file read and every default decided.
+
+use super::motion::Motion;
+use super::requirement::Requirement;
+use crate::RigidBody;
+use std::sync::Arc;
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_geometry::pose::Pose;
+
+/// A tool, perhaps a CRF, and the room they are tracked in.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    pub environment: Arc<Environment>,
+    pub tool: RigidBody,
+    /// Without a CRF the reference is the tracker frame.
+    pub crf: Option<ScenarioCrf>,
+    pub crf_from_tool: Pose,
+    pub motion: Option<Motion>,
+    pub orientation_weight_mm: f64,
+    pub requirement: Option<Requirement>,
+    pub outside: OutsidePolicy,
+}
+
+/// A reference body and where it is.
+#[derive(Clone, Debug)]
+pub struct ScenarioCrf {
+    pub body: RigidBody,
+    pub tracker_from_crf: Pose,
+}
+
+/// The CRF alone against the tracker, judged at one place.
+#[derive(Clone, Debug)]
+pub struct CrfScenario {
+    /// The target's name; `None` at the CRF's tip, or its origin.
+    pub target: Option<String>,
+    /// With the CRF in the tool's place: its own pose, range of motion and requirement.
+    pub scenario: Scenario,
+}
+
+/// The paper's three modes.
+#[derive(Clone, Debug)]
+pub enum Mode {
+    /// The design's own pose.
+    Single,
+    /// The design's range of motion.
+    Motion,
+    /// Given poses.
+    Input(Arc<[InputTrial]>),
+}
+
+/// One row of input data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InputTrial {
+    /// The design's pose where absent; ignored without a CRF.
+    pub tracker_from_crf: Option<Pose>,
+    pub crf_from_tool: Pose,
+}

@@ -1,0 +1,72 @@
+//! Where in a slice the model is valid: beside a slice's values, done only where it is asked.
+
+use super::run::{StudyError, check};
+use super::scenario::Scenario;
+use super::slice_plan::SlicePlan;
+use super::slice_quantity::Quantity;
+use super::trial::Simulator;
+use crate::RigidBody;
+use rayon::prelude::*;
+use trackwright_field::Support;
+use trackwright_geometry::pose::Pose;
+use trackwright_task::CancelToken;
+
+/// Whether the field is supported ([`Support::is_supported`]) at each point of the plan, in the order
+/// of a slice's values: for the plan's imagined sensor, or for a quantity of the tool for every sensor
+/// of tool and CRF with the tip at the point. `None` where the environment does not say.
+///
+/// # Errors
+/// [`StudyError::Cancelled`]; for a quantity of the tool [`StudyError::NoSensors`].
+pub fn slice_support(
+    scenario: &Scenario,
+    quantity: Quantity,
+    plan: &SlicePlan,
+    cancel: &CancelToken,
+) -> Result<Option<Vec<bool>>, StudyError> {
+    let Some(support) = &scenario.environment.support else {
+        return Ok(None);
+    };
+    if !quantity.needs_tool() {
+        return each_point(plan, cancel, |u, v| {
+            support.is_supported(&plan.point_mm(u, v), &plan.sensor_axis)
+        });
+    }
+    check(scenario)?;
+    let simulator = Simulator::new(scenario);
+    let tracker_from_crf =
+        scenario.crf.as_ref().map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
+    let is_crf_supported = scenario
+        .crf
+        .as_ref()
+        .is_none_or(|crf| is_supported(support, &crf.body, &crf.tracker_from_crf));
+    let rotation = scenario.crf_from_tool.rotation;
+    each_point(plan, cancel, |u, v| {
+        let tip = plan.point_mm(u, v);
+        let tool = tracker_from_crf * simulator.crf_from_tool_with_tip_at(&tip, &rotation);
+        is_crf_supported && is_supported(support, &scenario.tool, &tool)
+    })
+}
+
+fn is_supported(support: &Support, body: &RigidBody, tracker_from_body: &Pose) -> bool {
+    body.sensors.iter().all(|sensor| {
+        let position_mm = tracker_from_body * sensor.position_in_body;
+        match sensor.axis_in_body() {
+            Some(axis) => support.is_supported(&position_mm, &(tracker_from_body.rotation * axis)),
+            None => support.is_marker_supported(&position_mm),
+        }
+    })
+}
+
+/// Rows of points in parallel.
+fn each_point(
+    plan: &SlicePlan,
+    cancel: &CancelToken,
+    is_supported: impl Fn(usize, usize) -> bool + Sync,
+) -> Result<Option<Vec<bool>>, StudyError> {
+    let [nu, nv] = plan.counts;
+    let rows: Option<Vec<Vec<bool>>> = (0..nv)
+        .into_par_iter()
+        .map(|v| (!cancel.is_cancelled()).then(|| (0..nu).map(|u| is_supported(u, v)).collect()))
+        .collect();
+    Ok(Some(rows.ok_or(StudyError::Cancelled)?.concat()))
+}

@@ -1,0 +1,343 @@
+//! The study of a design whose sensors are not quite where it says: they read where they are, and
+//! the frames are fitted as if they were where the design has them.
+//!
+//! What a sensor that is where it is drawn reads, and how a body without any error is fitted, is
+//! computed once. A variant then costs the readings of those sensors that are off and a frame fit a
+//! pose; with nothing but the CRF off, which stands still, one fit in all.
+
+use crate::frame_fit::{FrameFitter, Reading};
+use crate::linear_fit::SensorError;
+use crate::motion::MotionError;
+use crate::pose_rule::PoseRule;
+use crate::preview::{WHOLE_UP_TO, spread};
+use crate::requirement::{Check, Requirement};
+use crate::scenario::Scenario;
+use crate::statistics::Statistics;
+use crate::tool_in_crf::relative_error;
+use crate::tracker::{BodyTracker, TrackBuffers};
+use crate::work::Work;
+use crate::{RigidBody, Sensor};
+use nalgebra::{Point3, Vector3};
+use trackwright_field::OutsidePolicy;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::exp_vector;
+use trackwright_task::{CancelToken, Cancelled};
+
+/// Poses that stand for a study of more than [`WHOLE_UP_TO`].
+const PART_OF_LONG: usize = 8192;
+
+/// Moves the poses that stand for a long study off the corner of its range; the square roots of the
+/// first primes, which share no period with the sequence.
+const SHIFT: [f64; 6] = [0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625, 0.605_551];
+
+/// How far off each sensor of both bodies is, in its body's axes, one a sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BuildErrors {
+    pub tool: Vec<SensorError>,
+    pub crf: Vec<SensorError>,
+}
+
+/// Off by nothing.
+pub const AS_DRAWN: SensorError = SensorError {
+    position_mm: Vector3::new(0.0, 0.0, 0.0),
+    rotation_rad: Vector3::new(0.0, 0.0, 0.0),
+};
+
+impl BuildErrors {
+    /// Everything where it is drawn.
+    pub fn none(scenario: &Scenario) -> Self {
+        let crf = scenario.crf.as_ref().map_or(0, |c| c.body.sensors.len());
+        Self { tool: vec![AS_DRAWN; scenario.tool.sensors.len()], crf: vec![AS_DRAWN; crf] }
+    }
+}
+
+/// One body that is to be read with errors and fitted without.
+struct Built<'a> {
+    body: &'a RigidBody,
+    fitter: FrameFitter,
+    tracker_from_body: Vec<Pose>,
+    /// Poses come in runs of one orientation, each so long.
+    run: usize,
+    /// Sensor by sensor, of the body as drawn.
+    readings: Vec<Reading>,
+    /// Pose by pose, of the body as drawn.
+    are_inside: Vec<bool>,
+    tracker_from_body_fitted: Vec<Pose>,
+}
+
+/// A design's study, made ready for many ways of being off.
+pub struct BuiltStudy<'a> {
+    scenario: &'a Scenario,
+    requirement: Requirement,
+    crf_from_tool: Vec<Pose>,
+    tool: Built<'a>,
+    crf: Option<Built<'a>>,
+    /// Poses that enter the figures.
+    is_kept: Vec<bool>,
+    tip_in_tool: Point3<f64>,
+    work: Work,
+}
+
+/// What a variant is computed in, and the poses of the last one.
+#[derive(Default)]
+pub struct BuiltBuffers {
+    track: TrackBuffers,
+    read: Vec<(Reading, bool)>,
+    all: Vec<Reading>,
+    fitted: Vec<Pose>,
+    /// `crf_from_tool` as the tracker tells it.
+    pub simulated: Vec<Pose>,
+    position_mm: Vec<f64>,
+    angle_deg: Vec<f64>,
+}
+
+impl BuiltBuffers {
+    pub fn take_work(&mut self) -> Work {
+        std::mem::take(&mut self.track.work)
+    }
+}
+
+impl<'a> BuiltStudy<'a> {
+    /// Over the design's range of motion, or at its pose where it has none.
+    ///
+    /// # Errors
+    /// A range of motion that cannot be visited.
+    pub fn new(scenario: &'a Scenario, requirement: Requirement) -> Result<Self, MotionError> {
+        let (poses, run) = poses(scenario)?;
+        let mut buffers = BuiltBuffers::default();
+        let crf = scenario.crf.as_ref().map(|crf| {
+            let at = vec![crf.tracker_from_crf];
+            Built::new(scenario, &crf.body, at, 1, &mut buffers)
+        });
+        let crf_work = buffers.take_work();
+        let tracker_from_crf =
+            scenario.crf.as_ref().map_or_else(Pose::identity, |c| c.tracker_from_crf);
+        let tracker_from_tool = poses.iter().map(|pose| tracker_from_crf * pose).collect();
+        let tool = Built::new(scenario, &scenario.tool, tracker_from_tool, run, &mut buffers);
+        let crf_is_inside = crf.as_ref().is_none_or(|c| c.are_inside.iter().all(|i| *i));
+        // The poses are those of the design as drawn: one that a sensor leaves the box in because it
+        // is a hair off must not make the figures better.
+        let is_kept = tool
+            .are_inside
+            .iter()
+            .map(|is_inside| {
+                scenario.outside != OutsidePolicy::Reject || (*is_inside && crf_is_inside)
+            })
+            .collect();
+        Ok(Self {
+            scenario,
+            requirement,
+            crf_from_tool: poses,
+            tool,
+            crf,
+            is_kept,
+            tip_in_tool: scenario.tool.judged_tip_in_body(),
+            work: buffers.take_work() + crf_work,
+        })
+    }
+
+    pub fn scenario(&self) -> &'a Scenario {
+        self.scenario
+    }
+
+    pub fn requirement(&self) -> Requirement {
+        self.requirement
+    }
+
+    /// Poses that variants are simulated at.
+    pub fn poses(&self) -> usize {
+        self.crf_from_tool.len()
+    }
+
+    /// What making this cost.
+    pub fn own_work(&self) -> Work {
+        self.work
+    }
+
+    /// The true poses, and whether they enter the figures.
+    pub fn crf_from_tool(&self) -> impl Iterator<Item = (&Pose, bool)> {
+        self.crf_from_tool.iter().zip(self.is_kept.iter().copied())
+    }
+
+    /// The requirement with sensors that are off; the simulated poses stay in `buffers`.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn simulate(
+        &self,
+        buffers: &mut BuiltBuffers,
+        errors: &BuildErrors,
+        cancel: &CancelToken,
+    ) -> Result<Vec<Check>, Cancelled> {
+        let crf_from_tracker = match &self.crf {
+            None => Pose::identity(),
+            Some(crf) => {
+                crf.fit(self.scenario, buffers, &errors.crf, cancel)?;
+                buffers.fitted.first().map_or_else(Pose::identity, Pose::inverse)
+            }
+        };
+        self.tool.fit(self.scenario, buffers, &errors.tool, cancel)?;
+        buffers.simulated.clear();
+        buffers.position_mm.clear();
+        buffers.angle_deg.clear();
+        for (pose, is_kept, fitted) in self
+            .crf_from_tool()
+            .zip(&buffers.fitted)
+            .map(|((pose, is_kept), fitted)| (pose, is_kept, fitted))
+        {
+            let simulated = crf_from_tracker * fitted;
+            buffers.simulated.push(simulated);
+            if is_kept {
+                let error = relative_error(pose, &simulated, &self.tip_in_tool);
+                buffers.position_mm.push(error.tip_error_in_crf_mm.norm());
+                buffers.angle_deg.push(error.angle_rad.to_degrees());
+            }
+        }
+        let position_mm = Statistics::of(&mut buffers.position_mm);
+        let angle_deg = Statistics::of(&mut buffers.angle_deg);
+        Ok(position_mm
+            .zip(angle_deg)
+            .map(|(position_mm, angle_deg)| self.requirement.checks(&position_mm, &angle_deg))
+            .unwrap_or_default())
+    }
+}
+
+/// The poses of the design's study, or of a part of a long one, in runs of one orientation, and how
+/// long those are.
+fn poses(scenario: &Scenario) -> Result<(Vec<Pose>, usize), MotionError> {
+    let Some(motion) = scenario.motion else {
+        return Ok((vec![scenario.crf_from_tool], 1));
+    };
+    let grid = motion.grid(&scenario.crf_from_tool)?;
+    if grid.trials() <= WHOLE_UP_TO {
+        let rule = PoseRule::whole(&grid);
+        return Ok((rule.poses, rule.run));
+    }
+    let part = spread(scenario, &grid, PART_OF_LONG, SHIFT);
+    Ok((part.iter().map(|t| t.crf_from_tool).collect(), 1))
+}
+
+/// Poses that are read together: some 0.3 ms, between two looks at whether anyone still wants them.
+const PIECE: usize = 256;
+
+impl<'a> Built<'a> {
+    fn new(
+        scenario: &Scenario,
+        body: &'a RigidBody,
+        tracker_from_body: Vec<Pose>,
+        run: usize,
+        buffers: &mut BuiltBuffers,
+    ) -> Self {
+        let fitter = FrameFitter::new(body, scenario.orientation_weight_mm);
+        let tracker = BodyTracker::of_sensors(
+            fitter.clone(),
+            &body.sensors,
+            &scenario.environment,
+            scenario.outside,
+        );
+        buffers.read.clear();
+        let read = &mut buffers.read;
+        tracker.read_all(&mut buffers.track, &tracker_from_body, run, read);
+        let count = tracker_from_body.len();
+        let mut are_inside = vec![true; count];
+        for (index, (_, is_inside)) in read.iter().enumerate() {
+            are_inside[index % count] &= is_inside;
+        }
+        let readings: Vec<Reading> = read.iter().map(|r| r.0).collect();
+        let mut built = Self {
+            body,
+            fitter,
+            tracker_from_body,
+            run,
+            readings,
+            are_inside,
+            tracker_from_body_fitted: Vec::new(),
+        };
+        let mut fitted = Vec::with_capacity(count);
+        built.fit_piece(0..count, &[], &[], &mut buffers.all, &mut fitted);
+        buffers.track.work.frame_fits += count as u64;
+        built.tracker_from_body_fitted = fitted;
+        built
+    }
+
+    /// Fits the body with sensors that are off, into `buffers.fitted`.
+    fn fit(
+        &self,
+        scenario: &Scenario,
+        buffers: &mut BuiltBuffers,
+        errors: &[SensorError],
+        cancel: &CancelToken,
+    ) -> Result<(), Cancelled> {
+        buffers.fitted.clear();
+        let off: Vec<usize> = (0..errors.len().min(self.body.sensors.len()))
+            .filter(|&sensor| errors[sensor] != AS_DRAWN)
+            .collect();
+        if off.is_empty() {
+            let as_drawn = &self.tracker_from_body_fitted;
+            buffers.fitted.extend_from_slice(as_drawn);
+            return Ok(());
+        }
+        let sensors: Vec<Sensor> = off
+            .iter()
+            .map(|&sensor| built_sensor(&self.body.sensors[sensor], &errors[sensor]))
+            .collect();
+        let tracker = BodyTracker::of_sensors(
+            self.fitter.clone(),
+            &sensors,
+            &scenario.environment,
+            scenario.outside,
+        );
+        let count = self.tracker_from_body.len();
+        // Whole runs, or pieces of a long one.
+        let len = if self.run < PIECE { PIECE / self.run * self.run } else { PIECE };
+        for start in (0..count).step_by(len) {
+            if cancel.is_cancelled() {
+                return Err(Cancelled);
+            }
+            let piece = start..(start + len).min(count);
+            let poses = &self.tracker_from_body[piece.clone()];
+            let run = self.run.min(poses.len());
+            buffers.read.clear();
+            tracker.read_all(&mut buffers.track, poses, run, &mut buffers.read);
+            let BuiltBuffers { read, all, fitted, .. } = &mut *buffers;
+            self.fit_piece(piece, &off, read, all, fitted);
+        }
+        let work = &mut buffers.track.work;
+        work.frame_fits += count as u64;
+        work.reading_reuses += ((self.body.sensors.len() - off.len()) * count) as u64;
+        Ok(())
+    }
+
+    /// The frames of some poses, appended to `fitted`; `read` is of the sensors `off`, sensor by
+    /// sensor.
+    fn fit_piece(
+        &self,
+        piece: std::ops::Range<usize>,
+        off: &[usize],
+        read: &[(Reading, bool)],
+        all: &mut Vec<Reading>,
+        fitted: &mut Vec<Pose>,
+    ) {
+        let count = self.tracker_from_body.len();
+        for pose in piece.clone() {
+            all.clear();
+            let as_drawn = (0..self.body.sensors.len()).map(|s| self.readings[s * count + pose]);
+            all.extend(as_drawn);
+            for (place, &sensor) in off.iter().enumerate() {
+                all[sensor] = read[place * piece.len() + pose - piece.start].0;
+            }
+            let fit = self.fitter.fit(all, &self.tracker_from_body[pose]);
+            fitted.push(fit.tracker_from_body);
+        }
+    }
+}
+
+/// A sensor that is off.
+pub fn built_sensor(sensor: &Sensor, error: &SensorError) -> Sensor {
+    Sensor {
+        name: String::new(),
+        position_in_body: sensor.position_in_body + error.position_mm,
+        orientation: sensor.orientation.rotated_by(&exp_vector(&error.rotation_rad)),
+        coil: None,
+    }
+}

@@ -1,0 +1,249 @@
+//! A small world of its own, and an App with the fewest plugins.
+
+use bevy::asset::AssetPlugin;
+use bevy::input::InputPlugin;
+use bevy::mesh::MeshPlugin;
+use bevy::picking::DefaultPickingPlugins;
+use bevy::prelude::*;
+use bevy::window::{RequestRedraw, WindowPlugin};
+use nalgebra::{Point3, Vector3};
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+use trackwright_design::{
+    CrfPlacement, Design, DesignBody, Document, Origin, Procedure, Target, ToolPlacement, View,
+};
+use trackwright_editor::camera::CameraPlugin;
+use trackwright_editor::diagnostics::DiagnosticsPlugin;
+use trackwright_editor::document::DocumentPlugin;
+use trackwright_editor::drag::DragPlugin;
+use trackwright_editor::gizmo::GizmoPlugin;
+use trackwright_editor::glyphs::GlyphsPlugin;
+use trackwright_editor::handle::HandlePlugin;
+use trackwright_editor::materials::{GlowMaterial, LitMaterial, MapMaterial, PaintMaterial};
+use trackwright_editor::motion::MotionPlugin;
+use trackwright_editor::pick::PickPlugin;
+use trackwright_editor::pointer_hint::PointerHintPlugin;
+use trackwright_editor::scene::ScenePlugin;
+use trackwright_editor::slice::SlicePlugin;
+use trackwright_editor::solve::{SolverHandle, SolverPlugin};
+use trackwright_editor::state::{EditRequest, OpenWorld, StatePlugin, ViewportRect};
+use trackwright_editor::study::StudyPlugin;
+use trackwright_editor::tool::ToolPlugin;
+use trackwright_field::environment::Environment;
+use trackwright_field::model::DistortionModel;
+use trackwright_field::samples::MapKind;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::volume::Volume;
+use trackwright_simulation::{AxisRange, Motion, Requirement};
+use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
+
+/// Writes a room, whatever was there.
+pub fn write_environment(file: &std::path::Path, room: &Environment) {
+    let files = trackwright_project::Files::overwriting(true);
+    let output = files.output(file).unwrap();
+    output.write_environment(room).unwrap();
+}
+
+/// A room whose error grows along x, in the Aurora cube.
+pub fn environment() -> Environment {
+    let bounds = Volume::AuroraCube.bounds();
+    let coefficients = (0..8)
+        .map(|k: usize| {
+            let x = (k >> 2) as f64;
+            [0.4 + 2.0 * x, -0.3, 0.2 * x, 0.002, 0.004 * x, 0.0]
+        })
+        .collect();
+    let model = DistortionModel::new(
+        1,
+        DirectionSet::One,
+        Weighting::default(),
+        MapKind::Distortion,
+        bounds,
+        coefficients,
+    )
+    .unwrap();
+    Environment {
+        name: "Test room".into(),
+        model,
+        volume: Some(Volume::AuroraCube),
+        jitter: None,
+        provenance: None,
+        support: None,
+        process: None,
+    }
+}
+
+fn sensor(name: &str, position: [f64; 3], axis: Vector3<f64>) -> Sensor {
+    Sensor {
+        name: name.into(),
+        position_in_body: Point3::from(position),
+        orientation: SensorOrientation::FiveDof(nalgebra::Unit::new_normalize(axis)),
+        coil: None,
+    }
+}
+
+fn body(name: &str, tip: Option<Point3<f64>>, sensors: Vec<Sensor>) -> DesignBody {
+    DesignBody {
+        reference: format!("{name}.body.ron"),
+        mesh: None,
+        rigid: RigidBody { name: name.into(), tip_in_body: tip, sensors },
+        definition: None,
+    }
+}
+
+pub fn design() -> Design {
+    let range = |min, max, step| Some(AxisRange { min, max, step });
+    Design {
+        name: "Test design".into(),
+        environment: "room.env.ron".into(),
+        crf: Some(CrfPlacement {
+            body: body(
+                "Head frame",
+                None,
+                vec![
+                    sensor("left", [-60.0, 0.0, 0.0], Vector3::x()),
+                    sensor("right", [60.0, 0.0, 0.0], Vector3::y()),
+                    sensor("top", [0.0, 50.0, 20.0], Vector3::z()),
+                ],
+            ),
+            tracker_from_crf: Pose::translation(-40.0, 0.0, -300.0),
+            targets: vec![Target {
+                name: "left sinus".into(),
+                position_in_crf: Point3::new(20.0, -40.0, -60.0),
+            }],
+            motion: None,
+            requirement: None,
+        }),
+        tool: ToolPlacement {
+            body: body(
+                "Pointer",
+                Some(Point3::origin()),
+                vec![
+                    sensor("shaft", [0.0, 0.0, 120.0], Vector3::z()),
+                    sensor("grip", [12.0, 0.0, 150.0], Vector3::x()),
+                ],
+            ),
+            crf_from_tool: Pose::translation(0.0, 0.0, 30.0),
+        },
+        motion: Some(Motion {
+            x: range(-50.0, 50.0, 50.0),
+            rz: range(-90.0, 90.0, 45.0),
+            ..Motion::default()
+        }),
+        orientation_weight_mm: None,
+        requirement: Some(Requirement { position_rms_mm: Some(1.0), ..Requirement::default() }),
+        procedure: Procedure::default(),
+        anatomy: Vec::new(),
+        slides: Vec::new(),
+    }
+}
+
+pub fn world() -> trackwright_project::World {
+    let document = Document::new(design(), View::default(), Origin::File("test.design.ron".into()));
+    trackwright_project::World::new(document, Arc::new(environment()), None, None)
+}
+
+/// An App with the document and the solver, without window or renderer.
+pub fn create_app() -> App {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin, SolverPlugin))
+        .insert_resource(OpenWorld(world()));
+    listen(&mut app);
+    app
+}
+
+/// Lets tests wait for the solver.
+fn listen(app: &mut App) {
+    let (told, wakes) = channel();
+    let solver = &app.world().resource::<SolverHandle>().solver;
+    solver.wake_with(Box::new(move || {
+        // A test that has ended no longer listens.
+        let _ = told.send(());
+    }));
+    app.insert_resource(Wakes(Mutex::new(wakes)));
+}
+
+/// An App with the built-in world in a window that nothing paints: scene, glyphs, picking, drags.
+pub fn create_scene_app() -> App {
+    create_scene_app_with(|_| ())
+}
+
+/// The same with more plugins.
+pub fn create_scene_app_with(add: impl FnOnce(&mut App)) -> App {
+    let mut app = App::new();
+    app.add_plugins((
+        MinimalPlugins,
+        TransformPlugin,
+        AssetPlugin::default(),
+        MeshPlugin,
+        InputPlugin,
+        WindowPlugin { exit_condition: bevy::window::ExitCondition::DontExit, ..default() },
+        DefaultPickingPlugins,
+    ))
+    .init_asset::<Image>()
+    .init_asset::<LitMaterial>()
+    .init_asset::<MapMaterial>()
+    .init_asset::<PaintMaterial>()
+    .init_asset::<GlowMaterial>()
+    .init_asset::<GizmoAsset>()
+    .add_message::<RequestRedraw>()
+    .add_plugins((
+        StatePlugin,
+        DocumentPlugin,
+        SolverPlugin,
+        CameraPlugin,
+        PickPlugin,
+        DragPlugin,
+        (GizmoPlugin, ToolPlugin, PointerHintPlugin),
+        ScenePlugin,
+        GlyphsPlugin,
+        (HandlePlugin, MotionPlugin, SlicePlugin),
+        StudyPlugin,
+        DiagnosticsPlugin,
+    ))
+    .insert_resource(ViewportRect { min: Vec2::new(240.0, 36.0), size: Vec2::new(900.0, 700.0) })
+    .insert_resource(OpenWorld(
+        trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap(),
+    ));
+    listen(&mut app);
+    add(&mut app);
+    app.finish();
+    app.cleanup();
+    app
+}
+
+/// How many entities have a name.
+pub fn named(app: &mut App, name: &str) -> usize {
+    let world = app.world_mut();
+    let mut names = world.query::<&Name>();
+    names.iter(world).filter(|n| n.as_str() == name).count()
+}
+
+/// What the solver would wake the window with.
+#[derive(Resource)]
+struct Wakes(Mutex<Receiver<()>>);
+
+/// Waits until the solver has an answer, or so long.
+pub fn wait_for_answer(app: &App, at_most: Duration) {
+    let wakes = app.world().resource::<Wakes>().0.lock().unwrap();
+    // Nothing within the time is what the caller allows for.
+    let _ = wakes.recv_timeout(at_most);
+}
+
+pub fn request(app: &mut App, request: EditRequest) {
+    app.world_mut().write_message(request);
+}
+
+/// Updates until the solver has nothing left to do and its last answer is shown.
+pub fn settle(app: &mut App) {
+    let start = Instant::now();
+    app.update();
+    while !app.world().resource::<SolverHandle>().solver.is_idle() {
+        assert!(start.elapsed() < Duration::from_secs(30), "never idle");
+        wait_for_answer(app, Duration::from_millis(2));
+        app.update();
+    }
+    app.update();
+}
