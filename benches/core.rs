@@ -1,6 +1,6 @@
 //! Speed of the simulation core: `cargo bench --no-default-features --bench core`.
 //!
-//! What the figures were on one machine, and how to repeat them, is in `docs/measurements.md`.
+//! What the figures were on one machine, and how to repeat them, is in `docs/developing/measurements.md`.
 
 mod comparison;
 mod compensation;

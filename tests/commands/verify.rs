@@ -331,7 +331,7 @@ fn a_room_of_half_of_the_real_poses_explains_the_body_at_the_other_half() {
     let found = json(&base);
     assert_eq!(found["verdict"], "explains", "{}", found["statement"]);
     let explained = &found["position_mm"]["explained"];
-    // With a model that `select` chose it is 84 % (docs/built-tool.md).
+    // With a model that `select` chose it is 84 % (docs/methods/built-tool.md).
     assert!((0.7..0.95).contains(&number(&explained["value"])), "{explained}");
     assert!(number(&explained["low"]) > 0.5, "{explained}");
     assert!(number(&found["angle_deg"]["explained"]["value"]) > 0.3);

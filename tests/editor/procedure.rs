@@ -1,5 +1,5 @@
 //! The paper's design procedure (section 4.1) in the editor, from an empty design to a decided tool: what
-//! `docs/tutorial.md` tells. With `UPDATE_TUTORIAL` set, its pictures are painted.
+//! `docs/start/tutorial.md` tells. With `UPDATE_TUTORIAL` set, its pictures are painted.
 
 use super::decide::{ask, decide_app, desk, look, move_sensor, rest};
 use bevy::prelude::*;

@@ -6,7 +6,7 @@
 //! It is written here because the crates that do this in f64 gain nothing: over a torus of a
 //! million triangles `parry3d-f64` 0.31 took about as long with a third more memory, meets triangles
 //! from behind too, and brings a second library of vectors; `bvh` 0.13 took at least twice the time a
-//! query and twice the memory. `docs/measurements.md` has the figures.
+//! query and twice the memory. `docs/developing/measurements.md` has the figures.
 
 use super::bounds::Bounds;
 use super::mesh::SurfaceMesh;

@@ -14,7 +14,7 @@ use trackwright_simulation::recording::{Recording, ToolTrack, Unusable};
 const STILL: Spread = Spread { position_mm: 2.0, angle_rad: 0.02 };
 
 /// Half of a sensor's readings beyond this of their median are of no still pose: ten times the
-/// jitter of the worst pose of the strongly distorted room in docs/characterisation.md.
+/// jitter of the worst pose of the strongly distorted room in docs/methods/characterisation.md.
 const MOVED: Spread = Spread { position_mm: 5.0, angle_rad: 0.05 };
 
 /// How a still pose was averaged.

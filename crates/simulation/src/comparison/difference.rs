@@ -1,7 +1,7 @@
 //! The difference of two designs' figures, how far it may be off, and whether it is one.
 //!
 //! Two things stand between a difference of two studies and one of two tools: the studies share a
-//! room that was measured with noise, and each visits a grid of its range of motion. `docs/comparing.md`
+//! room that was measured with noise, and each visits a grid of its range of motion. `docs/methods/comparing.md`
 //! derives what is done here.
 
 use super::figure::{ErrorOf, FIGURES, Figure, FigureValues};

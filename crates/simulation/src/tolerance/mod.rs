@@ -5,7 +5,7 @@
 //! software believes the design. [`manufacturing_sheet`] says for each sensor how far off it may be
 //! alone, and for each body how far off all of its sensors may be at once, with those of the other body
 //! off too; [`check_built`] draws tools that are off within that and simulates them. How it is found,
-//! and what it means, is in `docs/manufacturing.md`.
+//! and what it means, is in `docs/methods/tolerances.md`.
 
 pub mod as_built;
 pub mod built_check;
