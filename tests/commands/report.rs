@@ -2,7 +2,6 @@
 
 use crate::support::peers::python;
 use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
-use scraper::{Html, Selector};
 use serde_json::Value;
 use std::path::Path;
 use trackwright_report::page::{Extras, Report, ReportedStudy};
@@ -10,15 +9,24 @@ use trackwright_simulation::{CancelToken, Mode};
 
 /// Rows of the table of figures: label, value, unit.
 fn figures(html: &str) -> Vec<[String; 3]> {
-    let page = Html::parse_document(html);
-    let rows = Selector::parse("#figures table.figures tr").unwrap();
-    page.select(&rows)
-        .map(|row| {
-            let cells: Vec<String> =
-                row.child_elements().map(|cell| cell.text().collect()).collect();
-            cells.try_into().unwrap()
-        })
-        .collect()
+    let (_, section) = html.split_once("id=\"figures\"").unwrap();
+    let (_, table) = section.split_once("<table class=\"figures\"").unwrap();
+    let (table, _) = table.split_once("</table>").unwrap();
+    let rows = table.split("<tr").skip(1);
+    rows.map(|row| {
+        let cells = row.split("<t").skip(1).map(text_of);
+        cells.collect::<Vec<_>>().try_into().unwrap()
+    })
+    .collect()
+}
+
+/// What of a cell is read, from within its first tag on.
+fn text_of(cell: &str) -> String {
+    let texts = cell.split('>').skip(1).map(|text| text.split('<').next().unwrap());
+    let text: String = texts.collect();
+    [("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&amp;", "&")]
+        .iter()
+        .fold(text, |text, (escaped, letter)| text.replace(escaped, letter))
 }
 
 /// The same rows as `simulate` prints them.
