@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_design::{Decision, Edit, Origin, ProcedureEdit};
-use trackwright_procedure::{Standing, Step};
+use trackwright_procedure::{Step, StepStatus};
 use trackwright_project::{Files, ProcedureWish, StoreError, World};
 
 /// Times that a design is judged while others save it. Each time somebody else got on, so that this
@@ -136,7 +136,7 @@ fn is_changed_meanwhile(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(StoreError::ChangedOnDisk { .. }))
 }
 
-fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World, Standing)> {
+fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World, StepStatus)> {
     let mut world = open_named_without_meshes(files, &args.design)?;
     let is_changing = args.decide.is_some()
         || args.withdraw.is_some()
@@ -227,15 +227,15 @@ fn decide(
     args: &ProcedureArgs,
     world: &mut World,
     step: Step,
-    found: &Standing,
+    found: &StepStatus,
 ) -> anyhow::Result<()> {
     let named = || format!("--decide {}", step.key());
-    let grounds = found.grounds(step).with_context(named)?;
+    let basis = found.basis(step).with_context(named)?;
     let note = args.note.clone().unwrap_or_default();
     if let (Some(objection), "") = (found.objection(step), note.trim()) {
         bail!("{}: {objection}, expected --note with why that is good enough", named());
     }
-    let decision = Decision { date: trackwright_project::today()?, note, grounds };
+    let decision = Decision { date: trackwright_project::today()?, note, basis };
     let decision = Box::new(decision);
     apply(args, world, ProcedureEdit::Decide { step, decision })
 }

@@ -13,7 +13,7 @@ use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, SharedChoic
 use trackwright_editor::ui::decide::steps_ui;
 use trackwright_field::DistortionModel;
 use trackwright_geometry::pose::{Pose, pose_to_array};
-use trackwright_procedure::{Standing, State, Step};
+use trackwright_procedure::{State, Step, StepStatus};
 use trackwright_project::{RoomPlace, Starter};
 use trackwright_simulation::{
     AxisRange, CancelToken, Mode, Motion, Requirement, Scenario, Trial, run,
@@ -29,7 +29,7 @@ fn file(app: &mut App, asked: FileRequest) {
     rest(app);
 }
 
-fn standing(app: &App) -> &Standing {
+fn standing(app: &App) -> &StepStatus {
     let (standing, is_current) = app.world().resource::<Judged>().found().unwrap();
     assert!(is_current, "of the design as it is");
     standing

@@ -1,9 +1,9 @@
 //! What a step comes to, and what is told of one that was decided.
 
 use trackwright_procedure::*;
-use trackwright_procedure::{DecidedRecording, DecidedStudies, Grounds, RoomName, Step};
+use trackwright_procedure::{DecidedRecording, DecidedStudies, DecisionBasis, RoomName, Step};
 
-use trackwright_procedure::{RowCounts, Standing, State, Undecidable, standing};
+use trackwright_procedure::{RowCounts, State, StepStatus, Undecidable, step_status};
 use trackwright_simulation::comparison::REQUIRED;
 use trackwright_simulation::requirement::Requirement;
 use trackwright_task::Task;
@@ -51,14 +51,14 @@ fn bounded(mut plan: Plan, position_rms_mm: Option<f64>) -> Plan {
     plan
 }
 
-fn judged(plan: Plan) -> Standing {
-    standing(plan, &Task::default()).unwrap()
+fn judged(plan: Plan) -> StepStatus {
+    step_status(plan, &Task::default()).unwrap()
 }
 
-fn studies(found: &Standing, step: Step) -> DecidedStudies {
-    match found.grounds(step).unwrap() {
-        Grounds::Studies(studies) => studies,
-        Grounds::Recording(_) => panic!("{step} has studies"),
+fn studies(found: &StepStatus, step: Step) -> DecidedStudies {
+    match found.basis(step).unwrap() {
+        DecisionBasis::Studies(studies) => studies,
+        DecisionBasis::Recording(_) => panic!("{step} has studies"),
     }
 }
 
@@ -93,7 +93,7 @@ fn a_requirement_is_met_or_missed_by_the_rooms_that_have_figures() {
     assert_eq!((found.crf.state, found.tool.state), (State::NoFigures, State::NoFigures));
     // Every target of the CRF has its row there too.
     assert_eq!(found.crf.rows.len(), plan().crf_targets.len());
-    let why = found.grounds(Step::Tool).unwrap_err().to_string();
+    let why = found.basis(Step::Tool).unwrap_err().to_string();
     assert!(why.contains("gone"), "{why}");
 }
 
@@ -165,5 +165,5 @@ fn another_recording_is_another_decision_and_one_that_is_gone_is_told() {
     assert_eq!(found.built.state, State::DecidedOnOtherFigures);
     let told = found.changes(Step::Built)[0].to_string();
     assert_eq!(told, "no figures any more: a.csv: no such file");
-    assert!(matches!(found.grounds(Step::Built), Err(Undecidable::NoFigures { .. })));
+    assert!(matches!(found.basis(Step::Built), Err(Undecidable::NoFigures { .. })));
 }

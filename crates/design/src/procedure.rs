@@ -6,7 +6,7 @@ use super::day::Day;
 use super::edit::EditError;
 use trackwright_geometry::limits::short;
 use trackwright_procedure::{
-    DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds, RoomName, Step,
+    DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
 use trackwright_simulation::requirement::Requirement;
 
@@ -30,7 +30,7 @@ pub struct Decision {
     pub date: Day,
     /// In the words of who decided; may be empty.
     pub note: String,
-    pub grounds: Grounds,
+    pub basis: DecisionBasis,
 }
 
 /// A change of the procedure.
@@ -54,7 +54,7 @@ pub enum ProcedureEdit {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DecisionError {
     #[error("the {step} is decided on {expected}, found {found}")]
-    Grounds { step: Step, found: &'static str, expected: &'static str },
+    Basis { step: Step, found: &'static str, expected: &'static str },
     #[error("{field} is {found}, expected {expected}")]
     Field { field: String, found: String, expected: &'static str },
 }
@@ -82,7 +82,7 @@ impl Procedure {
     pub fn references_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let decisions = [&mut self.crf, &mut self.tool, &mut self.built];
         let of_decisions =
-            decisions.into_iter().flatten().flat_map(|decision| decision.grounds.references_mut());
+            decisions.into_iter().flatten().flat_map(|decision| decision.basis.references_mut());
         self.further_rooms.iter_mut().chain(of_decisions)
     }
 
@@ -150,19 +150,19 @@ impl Decision {
     /// Whether this can have been decided at a step.
     ///
     /// # Errors
-    /// Grounds of another step, figures that are none, or that contradict each other.
+    /// The basis of another step, figures that are none, or that contradict each other.
     pub fn check(&self, step: Step) -> Result<(), DecisionError> {
         const STUDIES: &str = "studies";
         const RECORDING: &str = "a recording";
-        match (step, &self.grounds) {
-            (Step::Crf | Step::Tool, Grounds::Studies(studies)) => check_studies(studies),
-            (Step::Built, Grounds::Recording(recording)) => check_recording(recording),
-            (_, grounds) => {
-                let (found, expected) = match grounds {
-                    Grounds::Studies(_) => (STUDIES, RECORDING),
-                    Grounds::Recording(_) => (RECORDING, STUDIES),
+        match (step, &self.basis) {
+            (Step::Crf | Step::Tool, DecisionBasis::Studies(studies)) => check_studies(studies),
+            (Step::Built, DecisionBasis::Recording(recording)) => check_recording(recording),
+            (_, basis) => {
+                let (found, expected) = match basis {
+                    DecisionBasis::Studies(_) => (STUDIES, RECORDING),
+                    DecisionBasis::Recording(_) => (RECORDING, STUDIES),
                 };
-                Err(DecisionError::Grounds { step, found, expected })
+                Err(DecisionError::Basis { step, found, expected })
             }
         }
     }

@@ -1,7 +1,7 @@
 //! What is no more as it was when a step was decided.
 
-use super::grounds::{DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, RoomName};
-use super::standing::Row;
+use super::decided::{DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, RoomName};
+use super::status::Row;
 use serde::Serialize;
 use std::fmt;
 use trackwright_simulation::figures::with_separators;

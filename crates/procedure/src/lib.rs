@@ -2,18 +2,18 @@
 //! the tool against it, the built tool against its prediction.
 
 mod changes;
-mod grounds;
+mod decided;
 mod plan;
-mod standing;
+mod status;
 mod words;
 
 pub use changes::{Change, Changed};
-pub use grounds::{
-    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds,
+pub use decided::{
+    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis,
     PositionFigures, RoomName, Step,
 };
 pub use plan::{Plan, Recording, Room, RoomStudies};
-pub use standing::{
-    BuiltStanding, Row, RowCounts, Standing, State, StudiesStanding, Undecidable, standing,
+pub use status::{
+    BuiltStatus, Row, RowCounts, State, StepStatus, StudiesStatus, Undecidable, step_status,
 };
 pub use words::headline;

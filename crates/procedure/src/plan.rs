@@ -1,6 +1,6 @@
 //! What the procedure's steps are computed from: a design in its rooms, every file read.
 
-use super::grounds::{DecidedRecording, DecidedStudies, RoomName};
+use super::decided::{DecidedRecording, DecidedStudies, RoomName};
 use trackwright_calibration::agreement::Summary;
 use trackwright_simulation::requirement::Requirement;
 use trackwright_simulation::scenario::{CrfScenario, Scenario};

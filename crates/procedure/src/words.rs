@@ -1,10 +1,10 @@
 //! Where a step stands in a line: the command line and the editor say the same.
 
-use super::grounds::Step;
-use super::standing::{Standing, State, StudiesStanding};
+use super::decided::Step;
+use super::status::{State, StepStatus, StudiesStatus};
 
 /// The state of a step with what it is about: `missed in 1 of 3 rooms`.
-pub fn headline(found: &Standing, step: Step) -> String {
+pub fn headline(found: &StepStatus, step: Step) -> String {
     let state = found.state(step);
     let studies = match step {
         Step::Crf => &found.crf,
@@ -46,7 +46,7 @@ fn built(state: State) -> String {
 }
 
 /// Rows are rooms, or rooms and targets.
-fn verdicts(studies: &StudiesStanding) -> String {
+fn verdicts(studies: &StudiesStatus) -> String {
     let counts = studies.counts();
     let all = counts.with_figures;
     let rows = match studies.rows.iter().any(|row| row.target.is_some()) {

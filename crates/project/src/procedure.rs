@@ -15,8 +15,8 @@ use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_design::Design;
 use trackwright_field::Environment;
 use trackwright_procedure::{
-    DecidedRecording, DecidedStudies, Grounds, Plan, Recording, Room, RoomName, RoomStudies,
-    Standing, Step, standing,
+    DecidedRecording, DecidedStudies, DecisionBasis, Plan, Recording, Room, RoomName, RoomStudies,
+    Step, StepStatus, step_status,
 };
 use trackwright_task::Task;
 
@@ -40,13 +40,13 @@ pub fn procedure(
     wish: &ProcedureWish,
     task: &Task,
     note: &dyn Fn(BuiltToolNote),
-) -> Result<Standing, StoreError> {
+) -> Result<StepStatus, StoreError> {
     let (place, file) = home(world.document.origin())?;
     let design = world.document.design();
-    let decided = |step| design.procedure.decision(step).map(|d| &d.grounds);
+    let decided = |step| design.procedure.decision(step).map(|d| &d.basis);
     let own = || world.environment.name.clone();
     let wanted = wish.recording.as_ref().or(match decided(Step::Built) {
-        Some(Grounds::Recording(decided)) => Some(&decided.recording),
+        Some(DecisionBasis::Recording(decided)) => Some(&decided.recording),
         _ => None,
     });
     let recording = match wanted {
@@ -72,11 +72,11 @@ pub fn procedure(
         decided_crf: studies_of(decided(Step::Crf)),
         decided_tool: studies_of(decided(Step::Tool)),
         decided_built: match decided(Step::Built) {
-            Some(Grounds::Recording(decided)) => Some(DecidedRecording::clone(decided)),
+            Some(DecisionBasis::Recording(decided)) => Some(DecidedRecording::clone(decided)),
             _ => None,
         },
     };
-    Ok(standing(plan, &task.stretch(start, 1.0))?)
+    Ok(step_status(plan, &task.stretch(start, 1.0))?)
 }
 
 /// How a design refers to a file that a person named.
@@ -104,9 +104,9 @@ pub fn further_room<'a>(world: &'a World, file: &Path) -> Result<Option<&'a str>
     Ok(rooms.iter().find(is_it).map(String::as_str))
 }
 
-fn studies_of(grounds: Option<&Grounds>) -> Option<DecidedStudies> {
-    match grounds {
-        Some(Grounds::Studies(studies)) => Some(studies.clone()),
+fn studies_of(basis: Option<&DecisionBasis>) -> Option<DecidedStudies> {
+    match basis {
+        Some(DecisionBasis::Studies(studies)) => Some(studies.clone()),
         _ => None,
     }
 }
@@ -235,7 +235,7 @@ mod tests {
     use trackwright_design::{Decision, Edit, ProcedureEdit};
     use trackwright_procedure::State;
 
-    fn judged(world: &World) -> Standing {
+    fn judged(world: &World) -> StepStatus {
         let wish = ProcedureWish::default();
         procedure(&Files::default(), world, &wish, &Task::default(), &|_| {}).unwrap()
     }
@@ -244,9 +244,8 @@ mod tests {
         world.document.apply(Edit::Procedure(edit)).unwrap();
     }
 
-    fn decide(world: &mut World, step: Step, grounds: Grounds) {
-        let decision =
-            Decision { date: "2005-10-26".parse().unwrap(), note: String::new(), grounds };
+    fn decide(world: &mut World, step: Step, basis: DecisionBasis) {
+        let decision = Decision { date: "2005-10-26".parse().unwrap(), note: String::new(), basis };
         let decision = Box::new(decision);
         edit(world, ProcedureEdit::Decide { step, decision });
     }
@@ -274,7 +273,7 @@ mod tests {
         };
         assert_eq!(own.studied, other.studied);
         for step in [Step::Crf, Step::Tool] {
-            decide(&mut world, step, found.grounds(step).unwrap());
+            decide(&mut world, step, found.basis(step).unwrap());
         }
         let states = |world: &World| {
             let found = judged(world);

@@ -1,10 +1,10 @@
 //! The design's anatomy, translucent; what of a body's own mesh is anatomy looks the same.
 
-use super::drawing::{Drawing, place_of};
+use super::drawing::{Drawing, transform_of};
 use super::palette::{BONE, Rgb};
 use serde_json::Value;
 use trackwright_design::Anatomy;
-use trackwright_formats::gltf::write::{Elements, MaterialId, NodeId, Place, Shape};
+use trackwright_formats::gltf::write::{Elements, MaterialId, NodeId, NodeTransform, Shape};
 use trackwright_geometry::mesh::SurfaceMesh;
 
 /// How opaque anatomy is: what it hides has to be seen through it, and its shape has to be read all
@@ -42,12 +42,12 @@ impl Drawing<'_> {
             );
             let drawn = shape.map(|shape| (shape, look));
             if let Some(mesh) = self.writer.mesh(&part.name, drawn) {
-                children.push(self.node(&part.name, Place::default(), mesh, Value::Null));
+                children.push(self.node(&part.name, NodeTransform::default(), mesh, Value::Null));
             }
         }
         let tracker_from_mesh = anatomy.tracker_from_mesh(self.stage.design());
         let name = format!("anatomy {}", anatomy.name);
-        self.group(&name, place_of(&tracker_from_mesh), children)
+        self.group(&name, transform_of(&tracker_from_mesh), children)
     }
 
     /// How anatomy looks.

@@ -1,12 +1,12 @@
 //! Tool and CRF at their poses with their sensors, the anatomy, and what placements paint them with.
 
-use super::drawing::{Drawing, place_of};
+use super::drawing::{Drawing, transform_of};
 use super::painted::placement_range;
 use super::palette::{BONE, of_part};
 use serde_json::{Value, json};
 use trackwright_design::BodyRole;
 use trackwright_formats::gltf::write::{
-    Elements, Light, Material, MaterialId, NodeId, Place, Shape, ShapeId,
+    Elements, Light, Material, MaterialId, NodeId, NodeTransform, Shape, ShapeId,
 };
 use trackwright_geometry::color::{linear, linear_from_srgb};
 use trackwright_geometry::colormap::NO_VALUE_SRGB;
@@ -74,12 +74,17 @@ impl Drawing<'_> {
                     }
                 };
                 if let Some(mesh) = self.writer.mesh(&part.name, drawn) {
-                    children.push(self.node(&part.name, Place::default(), mesh, Value::Null));
+                    children.push(self.node(
+                        &part.name,
+                        NodeTransform::default(),
+                        mesh,
+                        Value::Null,
+                    ));
                 }
             }
         }
         children.extend(self.sensors(role));
-        self.group(&format!("{role} {}", body.rigid.name), place_of(&pose), children)
+        self.group(&format!("{role} {}", body.rigid.name), transform_of(&pose), children)
     }
 
     /// Parts keep what their file says of metal, roughness and lightness; the hue is the role's.
@@ -150,7 +155,7 @@ impl Drawing<'_> {
             "magnification": self.times,
             "turn_is_cut_at_20_degrees": ghost.is_capped,
         });
-        Some(self.node(&name, place_of(&ghost.world_from_body), mesh, extras))
+        Some(self.node(&name, transform_of(&ghost.world_from_body), mesh, extras))
     }
 }
 

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 use trackwright_design::BodyRole;
 use trackwright_design::view::Magnification;
 use trackwright_formats::gltf::write::{
-    Elements, GlbWriter, Light, Material, MaterialId, MeshId, Node, NodeId, Place, Shape, ShapeId,
+    Elements, GlbWriter, Light, Material, MaterialId, MeshId, Node, NodeId, NodeTransform, Shape,
+    ShapeId,
 };
 use trackwright_geometry::color::linear;
 use trackwright_geometry::gizmo::Eye;
@@ -170,13 +171,19 @@ impl Drawing<'_> {
     ) -> Option<NodeId> {
         let shape = self.solid(name, solid)?;
         let mesh = self.writer.mesh(name, [(shape, material)])?;
-        Some(self.node(name, Place::default(), mesh, extras))
+        Some(self.node(name, NodeTransform::default(), mesh, extras))
     }
 
-    pub fn node(&mut self, name: &str, place: Place, mesh: MeshId, extras: Value) -> NodeId {
+    pub fn node(
+        &mut self,
+        name: &str,
+        transform: NodeTransform,
+        mesh: MeshId,
+        extras: Value,
+    ) -> NodeId {
         self.writer.node(Node {
             name: name.to_owned(),
-            place,
+            transform,
             mesh: Some(mesh),
             extras,
             ..Node::default()
@@ -184,9 +191,14 @@ impl Drawing<'_> {
     }
 
     /// A node that holds others; `None` around none.
-    pub fn group(&mut self, name: &str, place: Place, children: Vec<NodeId>) -> Option<NodeId> {
+    pub fn group(
+        &mut self,
+        name: &str,
+        transform: NodeTransform,
+        children: Vec<NodeId>,
+    ) -> Option<NodeId> {
         (!children.is_empty()).then(|| {
-            self.writer.node(Node { name: name.to_owned(), place, children, ..Node::default() })
+            self.writer.node(Node { name: name.to_owned(), transform, children, ..Node::default() })
         })
     }
 
@@ -211,7 +223,7 @@ impl Drawing<'_> {
         };
         let shape = self.writer.shape(name, &shape)?;
         let mesh = self.writer.mesh(name, [(shape, material)])?;
-        Some(self.node(name, Place::default(), mesh, Value::Null))
+        Some(self.node(name, NodeTransform::default(), mesh, Value::Null))
     }
 
     /// `× 50`.
@@ -224,10 +236,10 @@ impl Drawing<'_> {
         let gltf_from_tracker = gltf_from_tracker();
         let root = self.writer.node(Node {
             name: "tracker frame, mm".to_owned(),
-            place: Place {
+            transform: NodeTransform {
                 rotation: gltf_from_tracker,
                 scale: Vector3::repeat(METRES_PER_MM),
-                ..Place::default()
+                ..NodeTransform::default()
             },
             children,
             ..Node::default()
@@ -237,10 +249,10 @@ impl Drawing<'_> {
         let focus = gltf_from_tracker * self.eye.camera.focus_mm * METRES_PER_MM;
         let camera = self.writer.node(Node {
             name: "opening view".to_owned(),
-            place: Place {
+            transform: NodeTransform {
                 translation: gltf_from_tracker * seen.translation.vector * METRES_PER_MM,
                 rotation: gltf_from_tracker * seen.rotation,
-                ..Place::default()
+                ..NodeTransform::default()
             },
             camera_fov_rad: Some(VERTICAL_FOV_RAD),
             extras: json!({"turns_about": [focus.x, focus.y, focus.z]}),
@@ -267,11 +279,11 @@ pub fn gltf_from_tracker() -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2)
 }
 
-/// Where a body is, as a node's place.
-pub fn place_of(target_from_source: &Pose) -> Place {
-    Place {
+/// Where a body is, as a node's transform.
+pub fn transform_of(target_from_source: &Pose) -> NodeTransform {
+    NodeTransform {
         translation: target_from_source.translation.vector,
         rotation: target_from_source.rotation,
-        ..Place::default()
+        ..NodeTransform::default()
     }
 }

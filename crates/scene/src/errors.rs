@@ -2,13 +2,13 @@
 //! and where jitter scatters it.
 
 use super::arrow_style::ArrowStyle;
-use super::drawing::{Drawing, place_of};
+use super::drawing::{Drawing, transform_of};
 use super::palette::{ERROR_VECTOR, GHOST, MET, MISSED};
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde_json::json;
 use std::f64::consts::TAU;
 use trackwright_design::BodyRole;
-use trackwright_formats::gltf::write::{NodeId, Place};
+use trackwright_formats::gltf::write::{NodeId, NodeTransform};
 use trackwright_geometry::pose::{Pose, quaternion_from_matrix};
 use trackwright_geometry::solid::Solid;
 use trackwright_simulation::body::Sensor;
@@ -134,14 +134,14 @@ impl Drawing<'_> {
         let shape = self.solid("tip scatter", &sphere)?;
         let material = self.veil("tip scatter", GHOST, SCATTER_ALPHA);
         let mesh = self.writer.mesh("tip scatter", [(shape, material)])?;
-        let place = Place {
+        let transform = NodeTransform {
             rotation: quaternion_from_matrix(&turn),
             scale: lengths_mm * self.times,
-            ..place_of(&Pose::translation(tip.x, tip.y, tip.z))
+            ..transform_of(&Pose::translation(tip.x, tip.y, tip.z))
         };
         let name = format!("95 % of where jitter puts the tip, {}", self.times_in_words());
         let extras = json!({"rms_mm": scatter.rms_mm, "magnification": self.times});
-        Some(self.node(&name, place, mesh, extras))
+        Some(self.node(&name, transform, mesh, extras))
     }
 }
 

@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 use trackwright_design::BodyRole;
 use trackwright_formats::gltf::write::{
-    Elements, Light, Material, MaterialId, NodeId, Place, Shape,
+    Elements, Light, Material, MaterialId, NodeId, NodeTransform, Shape,
 };
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::color::linear;
@@ -121,10 +121,10 @@ impl Drawing<'_> {
             };
             let shape = self.writer.shape(&part.name, &shape).map(|s| (s, look));
             if let Some(mesh) = self.writer.mesh(&part.name, shape) {
-                children.push(self.node(&part.name, Place::default(), mesh, Value::Null));
+                children.push(self.node(&part.name, NodeTransform::default(), mesh, Value::Null));
             }
         }
-        Ok(self.group("field generator", Place::default(), children))
+        Ok(self.group("field generator", NodeTransform::default(), children))
     }
 
     /// The grid, and the tracker's axes at its origin.
@@ -149,7 +149,9 @@ impl Drawing<'_> {
         let shape = self.writer.shape("ground", &shape).map(|s| (s, look));
         let mesh = self.writer.mesh("ground", shape);
         let mut nodes = Vec::new();
-        nodes.extend(mesh.map(|mesh| self.node("ground", Place::default(), mesh, Value::Null)));
+        nodes.extend(
+            mesh.map(|mesh| self.node("ground", NodeTransform::default(), mesh, Value::Null)),
+        );
         for (k, name) in ["x", "y", "z"].iter().enumerate() {
             let style = ArrowStyle::OF_SENSOR;
             let mm_per_px = self.eye.mm_per_px(&Point3::origin());
@@ -214,7 +216,7 @@ impl Drawing<'_> {
         };
         let shape = self.writer.shape(name, &shape)?;
         let mesh = self.writer.mesh(name, [(shape, look)])?;
-        Some(self.node(name, Place::default(), mesh, extras))
+        Some(self.node(name, NodeTransform::default(), mesh, extras))
     }
 
     /// The field's error vectors in the colours of their true lengths.
@@ -264,7 +266,7 @@ impl Drawing<'_> {
             "to": max_mm,
             "largest": found.max_mm,
         });
-        Some(self.node(&name, Place::default(), mesh, extras))
+        Some(self.node(&name, NodeTransform::default(), mesh, extras))
     }
 }
 

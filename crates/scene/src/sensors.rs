@@ -1,13 +1,13 @@
 //! Sensors: coils with their axes, balls for markers, discs through what is outside.
 
-use super::drawing::{Drawing, place_of};
+use super::drawing::{Drawing, transform_of};
 use super::palette::{AXES, OUTSIDE, SENSOR, SENSOR_AXIS};
 use super::sensor_look::{SensorLook, axis_solid, hatch_solid};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_PI_2;
 use trackwright_design::BodyRole;
-use trackwright_formats::gltf::write::{MeshId, Node, NodeId, Place};
+use trackwright_formats::gltf::write::{MeshId, Node, NodeId, NodeTransform};
 use trackwright_geometry::solid::Solid;
 use trackwright_simulation::SensorDetail;
 use trackwright_simulation::body::Sensor;
@@ -89,12 +89,16 @@ impl Drawing<'_> {
         let mm_per_px = self.eye.mm_per_px(&(pose * sensor.position_in_body));
         let (across, along) = look.drawn_size();
         let [across, along] = [across.mm(mm_per_px), along.mm(mm_per_px)];
-        let sized = |scale: Vector3<f64>, rotation| Place { scale, rotation, ..Place::default() };
+        let sized = |scale: Vector3<f64>, rotation| NodeTransform {
+            scale,
+            rotation,
+            ..NodeTransform::default()
+        };
         let still = UnitQuaternion::identity();
         let coil = sized(Vector3::new(across, across, along), still);
         let mut children = Vec::new();
-        let mut add = |name: &str, mesh: Option<MeshId>, place| {
-            children.extend(mesh.map(|mesh| self.node(name, place, mesh, Value::Null)));
+        let mut add = |name: &str, mesh: Option<MeshId>, transform| {
+            children.extend(mesh.map(|mesh| self.node(name, transform, mesh, Value::Null)));
         };
         match look.is_marker() {
             true => add("marker", glyphs.ball, coil),
@@ -126,7 +130,7 @@ impl Drawing<'_> {
         }
         let node = Node {
             name: format!("sensor {}", sensor.name),
-            place: place_of(&sensor.body_from_sensor()),
+            transform: transform_of(&sensor.body_from_sensor()),
             children,
             extras,
             ..Node::default()

@@ -6,14 +6,14 @@ use serde_json::{Value, json};
 use trackwright_design::{BodyRole, Decision, Design, Procedure};
 use trackwright_formats::printable::printable;
 use trackwright_procedure::{
-    BuiltStanding, Change, Grounds, Row, Standing, State, Step, StudiesStanding, headline,
+    BuiltStatus, Change, DecisionBasis, Row, State, Step, StepStatus, StudiesStatus, headline,
 };
 use trackwright_simulation::BoundVerdict;
 use trackwright_simulation::expected::{judged, requirement_figures};
 use trackwright_simulation::own_study::study_notes;
 use trackwright_simulation::requirement::Requirement;
 
-pub(super) fn as_json(design: &str, procedure: &Procedure, found: &Standing) -> Value {
+pub(super) fn as_json(design: &str, procedure: &Procedure, found: &StepStatus) -> Value {
     let steps = Step::ALL.into_iter().map(|step| {
         let mut value = match step {
             Step::Crf => studies_as_json(&found.crf),
@@ -30,7 +30,7 @@ pub(super) fn as_json(design: &str, procedure: &Procedure, found: &Standing) -> 
     json!({ "design": design, "steps": steps.collect::<Vec<_>>() })
 }
 
-fn studies_as_json(found: &StudiesStanding) -> Value {
+fn studies_as_json(found: &StudiesStatus) -> Value {
     json!({
         "requirement": found.requirement,
         "rows": found.rows.iter().map(row_as_json).collect::<Vec<_>>(),
@@ -63,7 +63,7 @@ fn row_as_json(row: &Row) -> Value {
     value
 }
 
-fn built_as_json(found: &BuiltStanding) -> Value {
+fn built_as_json(found: &BuiltStatus) -> Value {
     match &found.recording {
         None => json!({ "recording": null }),
         Some(Err(why)) => json!({ "recording": null, "no_figures": why }),
@@ -87,7 +87,7 @@ fn change_as_json(change: &Change) -> Value {
     value
 }
 
-pub(super) fn as_text(design: &Design, found: &Standing) -> String {
+pub(super) fn as_text(design: &Design, found: &StepStatus) -> String {
     let mut lines = vec![printable(&design.name).into_owned()];
     for step in Step::ALL {
         lines.push(String::new());
@@ -117,7 +117,7 @@ pub(super) fn as_text(design: &Design, found: &Standing) -> String {
     lines.join("\n")
 }
 
-fn studies(found: &StudiesStanding, has_targets: bool) -> Vec<String> {
+fn studies(found: &StudiesStatus, has_targets: bool) -> Vec<String> {
     if found.state == State::DoesNotApply {
         return Vec::new();
     }
@@ -191,7 +191,7 @@ fn required(requirement: Option<&Requirement>) -> String {
     }
 }
 
-fn built(found: &BuiltStanding) -> Vec<String> {
+fn built(found: &BuiltStatus) -> Vec<String> {
     let lines = match &found.recording {
         None => return Vec::new(),
         Some(Err(why)) => vec![format!("no figures: {why}")],
@@ -215,7 +215,7 @@ fn decided(decision: &Decision, changes: &[Change]) -> Vec<String> {
         "" => format!("   decided on {}", decision.date),
         note => format!("   decided on {}: {note}", decision.date),
     }];
-    if let Grounds::Recording(recording) = &decision.grounds {
+    if let DecisionBasis::Recording(recording) = &decision.basis {
         lines.push(format!("   on {}", recording.recording));
     }
     lines.extend(changes.iter().map(|change| format!("   since then: {change}")));

@@ -4,7 +4,7 @@ use super::harness::Window;
 use super::screen::SIZE;
 use crate::copied::Copied;
 use trackwright_design::Decision;
-use trackwright_procedure::Grounds;
+use trackwright_procedure::DecisionBasis;
 
 /// Where the workspace has them in a window of [`SIZE`] with the built-in pointer.
 const PIN_THIS_STATE: [f64; 2] = [1135.0, 112.0];
@@ -36,7 +36,7 @@ fn a_state_is_pinned_and_a_step_decided_with_a_reason_that_the_file_keeps() {
     window.key("ctrl+s");
     let decision = decided(&copy).expect("a decision in the file");
     assert_eq!(decision.note, "for the first trial");
-    let Grounds::Studies(studies) = &decision.grounds else {
+    let DecisionBasis::Studies(studies) = &decision.basis else {
         panic!("{decision:?}");
     };
     let rms_mm = studies.rows[0].figures.as_ref().unwrap().position_mm.rms;

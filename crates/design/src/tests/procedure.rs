@@ -3,12 +3,12 @@
 use super::*;
 use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_procedure::{
-    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds,
+    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis,
     PositionFigures, RoomName, Step,
 };
 use trackwright_simulation::requirement::Requirement;
 
-fn studies(rms: f64) -> Grounds {
+fn studies(rms: f64) -> DecisionBasis {
     let room = RoomName { name: "OR".into(), file: "room.env.ron".into() };
     let requirement = Requirement { position_rms_mm: Some(1.0), ..Requirement::default() };
     let figures = DecidedFigures {
@@ -18,14 +18,14 @@ fn studies(rms: f64) -> Grounds {
         angle_deg: AngleFigures::default(),
         met: Some(rms <= 1.0),
     };
-    Grounds::Studies(DecidedStudies {
+    DecisionBasis::Studies(DecidedStudies {
         requirement: Some(requirement),
         rows: vec![DecidedRow { room, target: None, figures: Ok(figures) }],
     })
 }
 
-fn recording() -> Grounds {
-    Grounds::Recording(Box::new(DecidedRecording {
+fn recording() -> DecisionBasis {
+    DecisionBasis::Recording(Box::new(DecidedRecording {
         room: RoomName { name: "OR".into(), file: "room.env.ron".into() },
         recording: BuiltRecording::of("built.csv".into()),
         poses: 20,
@@ -39,11 +39,11 @@ fn recording() -> Grounds {
     }))
 }
 
-fn decide(step: Step, grounds: Grounds) -> Edit {
+fn decide(step: Step, basis: DecisionBasis) -> Edit {
     let date = "2005-10-26".parse().unwrap();
     Edit::Procedure(ProcedureEdit::Decide {
         step,
-        decision: Box::new(Decision { date, note: String::new(), grounds }),
+        decision: Box::new(Decision { date, note: String::new(), basis }),
     })
 }
 
@@ -78,7 +78,7 @@ fn rooms_and_decisions_come_and_go_and_undo_brings_each_back_by_its_name() {
     assert_eq!(decided, [Step::Crf, Step::Built]);
     assert!(last.further_rooms.is_empty());
     let before_withdrawal = states[edits.len() - 2].procedure.decision(Step::Tool);
-    assert_eq!(before_withdrawal.unwrap().grounds, studies(0.7));
+    assert_eq!(before_withdrawal.unwrap().basis, studies(0.7));
     for (state, (_, label)) in states.iter().zip(&edits).rev() {
         assert_eq!(document.undo().as_deref(), Some(*label));
         assert_eq!(document.design(), &**state);
@@ -92,13 +92,13 @@ fn what_cannot_be_leaves_the_procedure_as_it_is() {
     document.apply(add_room("ward.env.ron")).unwrap();
     let withdraw = Edit::Procedure(ProcedureEdit::Withdraw { step: Step::Built });
     let mut of_nan = studies(0.5);
-    if let Grounds::Studies(studies) = &mut of_nan
+    if let DecisionBasis::Studies(studies) = &mut of_nan
         && let Ok(figures) = &mut studies.rows[0].figures
     {
         figures.position_mm.mean = f64::NAN;
     }
     let mut lie = studies(1.5);
-    if let Grounds::Studies(studies) = &mut lie
+    if let DecisionBasis::Studies(studies) = &mut lie
         && let Ok(figures) = &mut studies.rows[0].figures
     {
         figures.met = Some(true);

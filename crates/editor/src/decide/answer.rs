@@ -179,18 +179,18 @@ impl Hand<'_> {
 
     /// On what is shown, and only where that is of the design as it is.
     fn decide(&mut self, step: Step) {
-        let Some((standing, true)) = self.judged.found() else {
+        let Some((status, true)) = self.judged.found() else {
             *self.notice = Notice::Refused("its figures are still being computed".to_owned());
             return;
         };
         let note = self.desk.note(step).trim().to_owned();
-        if let (Some(objection), "") = (standing.objection(step), note.as_str()) {
+        if let (Some(objection), "") = (status.objection(step), note.as_str()) {
             *self.notice =
                 Notice::Refused(format!("{step}: {objection}, so the decision needs a reason"));
             return;
         }
-        let decision = match (standing.grounds(step), trackwright_project::today()) {
-            (Ok(grounds), Ok(date)) => Decision { date, note, grounds },
+        let decision = match (status.basis(step), trackwright_project::today()) {
+            (Ok(basis), Ok(date)) => Decision { date, note, basis },
             (Err(why), _) => {
                 *self.notice = Notice::Refused(why.to_string());
                 return;

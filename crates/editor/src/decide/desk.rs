@@ -53,7 +53,7 @@ pub struct DecideCounts {
     pub tables: usize,
     /// Comparisons with the baseline.
     pub baselines: usize,
-    pub standings: usize,
+    pub statuses: usize,
 }
 
 impl DecideDesk {

@@ -9,23 +9,23 @@ use crate::wake::Waker;
 use bevy::prelude::*;
 use std::cell::RefCell;
 use trackwright_calibration::agreement::BuiltRecording;
-use trackwright_procedure::Standing;
+use trackwright_procedure::StepStatus;
 use trackwright_project::{BuiltToolNote, Files, ProcedureWish};
 
 /// Judges while the workspace is shown.
 pub struct JudgedPlugin;
 
-/// The newest standing.
+/// The newest status.
 #[derive(Resource)]
 pub struct Judged(Newest<JudgedKey, Found>);
 
 /// Where the design stands, and what there is to know of the built tool's tables beside their figures.
 struct Found {
-    standing: Standing,
+    status: StepStatus,
     notes: Vec<String>,
 }
 
-/// What a standing depends on.
+/// What a status depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JudgedKey {
     pub generation: u64,
@@ -36,9 +36,9 @@ pub struct JudgedKey {
 
 impl Judged {
     /// What was found last, and whether it is of the design as it is.
-    pub fn found(&self) -> Option<(&Standing, bool)> {
+    pub fn found(&self) -> Option<(&StepStatus, bool)> {
         let (key, found) = self.0.found()?;
-        Some((&found.standing, self.0.asked() == Some(key)))
+        Some((&found.status, self.0.asked() == Some(key)))
     }
 
     /// What there is to know of the built tool's tables.
@@ -101,14 +101,14 @@ fn ask(
     }
     let open = world.0.clone();
     let wish = ProcedureWish { recording: key.recorded.clone(), ..ProcedureWish::default() };
-    desk.bypass_change_detection().counts.standings += 1;
+    desk.bypass_change_detection().counts.statuses += 1;
     judged.0.ask(key, move |task| {
         let notes = RefCell::new(Vec::new());
         let note = |note: BuiltToolNote| notes.borrow_mut().push(note.to_string());
-        let standing =
+        let status =
             trackwright_project::procedure(&Files::default(), &open, &wish, task, &note).ok()?;
         let notes = notes.into_inner();
-        Some(Found { standing, notes })
+        Some(Found { status, notes })
     });
 }
 

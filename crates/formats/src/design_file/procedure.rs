@@ -5,7 +5,7 @@ use serde::Deserialize;
 use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{Day, Decision, Procedure};
 use trackwright_procedure::{
-    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds,
+    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis,
     PositionFigures, RoomName, Step,
 };
 use trackwright_simulation::requirement::Requirement;
@@ -107,7 +107,7 @@ impl StudiesEntry {
             rows.map(|(index, row)| row.check(&format!("procedure.{}.rows[{index}]", step.key())));
         let studies =
             DecidedStudies { requirement: self.requirement, rows: rows.collect::<Result<_, _>>()? };
-        decision(step, &self.date, self.note, Grounds::Studies(studies))
+        decision(step, &self.date, self.note, DecisionBasis::Studies(studies))
     }
 }
 
@@ -166,8 +166,8 @@ impl RecordingEntry {
             slope: self.slope,
             statement: self.statement,
         };
-        let grounds = Grounds::Recording(Box::new(decided));
-        decision(Step::Built, &self.date, self.note, grounds)
+        let basis = DecisionBasis::Recording(Box::new(decided));
+        decision(Step::Built, &self.date, self.note, basis)
     }
 }
 
@@ -175,7 +175,7 @@ fn decision(
     step: Step,
     date: &str,
     note: Option<String>,
-    grounds: Grounds,
+    basis: DecisionBasis,
 ) -> Result<Decision, FormatError> {
     let day: Result<Day, _> = date.parse();
     let expected = "a day such as 2005-10-26";
@@ -183,7 +183,7 @@ fn decision(
     let decision = Decision {
         date: day.map_err(|_| FormatError::field(field(), format!("{date:?}"), expected))?,
         note: note.unwrap_or_default(),
-        grounds,
+        basis,
     };
     match decision.check(step) {
         Ok(()) => Ok(decision),
@@ -208,9 +208,9 @@ pub(super) fn write(out: &mut Lines, procedure: &Procedure) {
         if !decision.note.is_empty() {
             out.field(3, "note", &ron_text::string(&decision.note));
         }
-        match &decision.grounds {
-            Grounds::Studies(studies) => write_studies(out, studies),
-            Grounds::Recording(recording) => write_recording(out, recording),
+        match &decision.basis {
+            DecisionBasis::Studies(studies) => write_studies(out, studies),
+            DecisionBasis::Recording(recording) => write_recording(out, recording),
         }
         out.line(2, "),");
     }

@@ -76,13 +76,13 @@ pub enum Light {
 
 /// Where a node is in its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct NodeTransform {
     pub translation: Vector3<f64>,
     pub rotation: UnitQuaternion<f64>,
     pub scale: Vector3<f64>,
 }
 
-impl Default for Place {
+impl Default for NodeTransform {
     fn default() -> Self {
         Self {
             translation: Vector3::zeros(),
@@ -117,7 +117,7 @@ pub struct NodeId(Index<json::Node>);
 #[derive(Clone, Debug, Default)]
 pub struct Node {
     pub name: String,
-    pub place: Place,
+    pub transform: NodeTransform,
     pub mesh: Option<MeshId>,
     /// Vertical angle of view, radians: the node is a camera that looks along its -z.
     pub camera_fov_rad: Option<f64>,
@@ -198,7 +198,7 @@ impl GlbWriter {
     pub fn material(&mut self, material: &Material) -> MaterialId {
         let known = self.materials.iter().position(|own| own == material);
         MaterialId(match known {
-            Some(place) => Index::new(place as u32),
+            Some(index) => Index::new(index as u32),
             None => {
                 self.materials.push(material.clone());
                 Index::push(&mut self.root.materials, written(material))
@@ -243,15 +243,16 @@ impl GlbWriter {
 
     /// Adds a node; its children must not have another parent.
     pub fn node(&mut self, node: Node) -> NodeId {
-        let place = &node.place;
+        let transform = &node.transform;
         let camera = node.camera_fov_rad.map(|fov| self.camera(&node.name, fov));
-        let q = place.rotation.quaternion();
-        let numbers = [place.translation.as_slice(), place.scale.as_slice(), q.coords.as_slice()];
+        let q = transform.rotation.quaternion();
+        let numbers =
+            [transform.translation.as_slice(), transform.scale.as_slice(), q.coords.as_slice()];
         if numbers.concat().iter().any(|v| !(*v as f32).is_finite()) {
             self.fail(GltfWriteError::NotFinite { name: node.name.clone(), what: "place" });
         }
         let f32s = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
-        let standing = Place::default();
+        let identity = NodeTransform::default();
         let written = json::Node {
             camera,
             children: (!node.children.is_empty())
@@ -259,11 +260,11 @@ impl GlbWriter {
             extras: self.extras(&node.extras),
             mesh: node.mesh.map(|mesh| mesh.0),
             name: Some(node.name),
-            rotation: (place.rotation != standing.rotation)
+            rotation: (transform.rotation != identity.rotation)
                 .then(|| NodeRotation([q.i as f32, q.j as f32, q.k as f32, q.w as f32])),
-            scale: (place.scale != standing.scale).then(|| f32s(&place.scale)),
-            translation: (place.translation != standing.translation)
-                .then(|| f32s(&place.translation)),
+            scale: (transform.scale != identity.scale).then(|| f32s(&transform.scale)),
+            translation: (transform.translation != identity.translation)
+                .then(|| f32s(&transform.translation)),
             ..json::Node::default()
         };
         NodeId(Index::push(&mut self.root.nodes, written))

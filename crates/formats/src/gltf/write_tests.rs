@@ -20,14 +20,14 @@ fn lit(name: &str, alpha: f64) -> Material {
 fn file(
     name: &str,
     shape: &Shape,
-    place: Place,
+    transform: NodeTransform,
     extras: &Value,
 ) -> Result<Vec<u8>, super::GltfWriteError> {
     let mut writer = GlbWriter::new("test");
     let id = writer.shape(name, shape);
     let material = writer.material(&lit(name, 0.5));
     let mesh = writer.mesh(name, id.map(|shape| (shape, material)));
-    let node = writer.node(Node { name: name.to_owned(), place, mesh, ..Node::default() });
+    let node = writer.node(Node { name: name.to_owned(), transform, mesh, ..Node::default() });
     writer.finish(name, &[node], extras)
 }
 
@@ -42,12 +42,12 @@ fn the_programs_own_reader_finds_what_was_written() {
         colors: &[],
         elements: Elements::Triangles(&[[0, 1, 2]]),
     };
-    let place = Place {
+    let transform = NodeTransform {
         translation: Vector3::new(0.0, 0.0, 1.0),
         scale: Vector3::repeat(2.0),
-        ..Place::default()
+        ..NodeTransform::default()
     };
-    let read = parse(&file("blade", &shape, place, &Value::Null).unwrap(), 1000.0).unwrap();
+    let read = parse(&file("blade", &shape, transform, &Value::Null).unwrap(), 1000.0).unwrap();
     let [part] = &read.parts[..] else { panic!("{read:?}") };
     assert_eq!((part.name.as_str(), part.triangles.as_slice()), ("blade", &[[0, 1, 2]][..]));
     assert_eq!(part.positions_mm[2], Point3::new(0.0, 6000.0, 2000.0));
@@ -68,7 +68,7 @@ fn indices_are_as_wide_as_their_vertices_need() {
             colors: &[],
             elements: Elements::Triangles(&[[0, 1, last]]),
         };
-        let glb = file("row", &shape, Place::default(), &Value::Null).unwrap();
+        let glb = file("row", &shape, NodeTransform::default(), &Value::Null).unwrap();
         let read = gltf::Gltf::from_slice(&glb).unwrap();
         let indices = read.accessors().find(|a| a.count() == 3).unwrap();
         assert_eq!(indices.size(), bytes);
@@ -87,12 +87,13 @@ fn what_no_number_of_the_format_holds_is_told_with_its_name() {
             colors: &[],
             elements: Elements::Triangles(&[[0, 1, 2]]),
         };
-        let error = file("blade", &shape, Place::default(), &Value::Null).unwrap_err();
+        let error = file("blade", &shape, NodeTransform::default(), &Value::Null).unwrap_err();
         assert!(error.to_string().starts_with("\"blade\": found a position"), "{error}");
-        let place = Place { translation: Vector3::new(0.0, bad, 0.0), ..Place::default() };
+        let transform =
+            NodeTransform { translation: Vector3::new(0.0, bad, 0.0), ..NodeTransform::default() };
         let positions = CORNERS.map(Point3::from);
         let shape = Shape { positions: &positions, ..shape };
-        let error = file("blade", &shape, place, &Value::Null).unwrap_err();
+        let error = file("blade", &shape, transform, &Value::Null).unwrap_err();
         assert!(error.to_string().starts_with("\"blade\": found a place"), "{error}");
     }
     let positions = CORNERS.map(Point3::from);
@@ -102,7 +103,7 @@ fn what_no_number_of_the_format_holds_is_told_with_its_name() {
         colors: &[],
         elements: Elements::Triangles(&[[0, 1, 2]]),
     };
-    let error = file("blade", &shape, Place::default(), &Value::Null).unwrap_err();
+    let error = file("blade", &shape, NodeTransform::default(), &Value::Null).unwrap_err();
     assert_eq!(error.to_string(), "\"blade\": found 2 normals for 3 positions");
 }
 
@@ -110,7 +111,7 @@ fn what_no_number_of_the_format_holds_is_told_with_its_name() {
 fn a_scene_of_nothing_is_a_file_too() {
     let nothing =
         Shape { positions: &[], normals: &[], colors: &[], elements: Elements::Lines(&[]) };
-    let glb = file("nothing", &nothing, Place::default(), &json!({"a": 1})).unwrap();
+    let glb = file("nothing", &nothing, NodeTransform::default(), &json!({"a": 1})).unwrap();
     let read = gltf::Gltf::from_slice(&glb).unwrap();
     assert_eq!((read.meshes().count(), read.nodes().count()), (0, 1));
 }
@@ -138,11 +139,11 @@ proptest! {
                 false => Elements::Triangles(&[[0, 1, last]]),
             },
         };
-        let place = Place {
+        let transform = NodeTransform {
             rotation: UnitQuaternion::from_scaled_axis(Vector3::from(turn)),
-            ..Place::default()
+            ..NodeTransform::default()
         };
-        let glb = file(&name, &shape, place, &json!({"name": name})).unwrap();
+        let glb = file(&name, &shape, transform, &json!({"name": name})).unwrap();
         let read = gltf::Gltf::from_slice(&glb).unwrap();
         let node = read.nodes().next().unwrap();
         prop_assert_eq!(node.name(), Some(name.as_str()));

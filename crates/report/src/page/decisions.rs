@@ -3,7 +3,7 @@
 use super::{Report, file_name, table_of};
 use maud::{Markup, html};
 use trackwright_design::Decision;
-use trackwright_procedure::{DecidedRecording, DecidedRow, DecidedStudies, Grounds, Step};
+use trackwright_procedure::{DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, Step};
 use trackwright_simulation::figures::with_separators;
 
 pub fn section(report: &Report) -> Markup {
@@ -30,9 +30,9 @@ fn decided(step: Step, decision: &Decision) -> Markup {
     html! {
         h3 { (title) ", " time datetime=(date) { (date) } }
         @if !decision.note.trim().is_empty() { p { (decision.note) } }
-        @match &decision.grounds {
-            Grounds::Studies(studies) => { (of_studies(studies)) }
-            Grounds::Recording(recording) => { (of_recording(recording)) }
+        @match &decision.basis {
+            DecisionBasis::Studies(studies) => { (of_studies(studies)) }
+            DecisionBasis::Recording(recording) => { (of_recording(recording)) }
         }
     }
 }

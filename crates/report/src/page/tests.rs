@@ -4,7 +4,7 @@ use super::*;
 use scraper::{ElementRef, Html, Selector};
 use std::sync::Arc;
 use trackwright_design::{Decision, Document, Origin};
-use trackwright_procedure::{DecidedRow, DecidedStudies, Grounds, RoomName};
+use trackwright_procedure::{DecidedRow, DecidedStudies, DecisionBasis, RoomName};
 use trackwright_simulation::figure_rows;
 
 const EVIL: &str =
@@ -64,7 +64,7 @@ fn evil_decision() -> Decision {
     Decision {
         date: "2005-10-26".parse().unwrap(),
         note: EVIL.to_owned(),
-        grounds: Grounds::Studies(DecidedStudies { requirement: None, rows: vec![row] }),
+        basis: DecisionBasis::Studies(DecidedStudies { requirement: None, rows: vec![row] }),
     }
 }
 

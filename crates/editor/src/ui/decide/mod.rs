@@ -14,7 +14,7 @@ pub use baseline_ui::baseline_ui;
 pub use steps_ui::steps_ui;
 pub use table_ui::table_ui;
 use trackwright_design::Document;
-use trackwright_procedure::Standing;
+use trackwright_procedure::StepStatus;
 use trackwright_project::RoomListing;
 
 /// What the panels are drawn from.
@@ -36,8 +36,8 @@ pub struct DecideView<'a> {
 
 impl<'a> DecideView<'a> {
     /// Where the design stands, as it was computed last.
-    fn standing(&self) -> Option<&'a Standing> {
-        self.judged?.found().map(|(standing, _)| standing)
+    fn status(&self) -> Option<&'a StepStatus> {
+        self.judged?.found().map(|(status, _)| status)
     }
 
     /// What there is to know of the built tool's tables.

@@ -16,7 +16,7 @@ use crate::ui::widgets::{
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, TextEdit, Ui};
 use trackwright_design::Decision;
 use trackwright_formats::printable::printable;
-use trackwright_procedure::{BuiltStanding, Standing, State, Step, StudiesStanding, headline};
+use trackwright_procedure::{BuiltStatus, State, Step, StepStatus, StudiesStatus, headline};
 use trackwright_project::RoomPlace;
 use trackwright_simulation::comparison::REQUIRED;
 use trackwright_simulation::expected_rows;
@@ -33,24 +33,24 @@ pub fn steps_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
     let mut asked = Vec::new();
     section_ui(ui, "Rooms");
     rooms_ui(ui, view, &mut asked);
-    let standing = view.standing();
+    let status = view.status();
     for step in Step::ALL {
         ui.add_space(8.0);
-        let state = standing.map(|standing| standing.state(step));
+        let state = status.map(|status| status.state(step));
         head_ui(ui, step, state);
-        if let Some(standing) = standing {
-            quiet_ui(ui, headline(standing, step));
+        if let Some(status) = status {
+            quiet_ui(ui, headline(status, step));
         }
-        match (standing, step) {
+        match (status, step) {
             (None, _) => {
                 quiet_ui(ui, "computing…");
             }
-            (Some(standing), Step::Crf) => studies_ui(ui, "crf", &standing.crf),
-            (Some(standing), Step::Tool) => studies_ui(ui, "tool", &standing.tool),
-            (Some(standing), Step::Built) => built_ui(ui, view, &standing.built, &mut asked),
+            (Some(status), Step::Crf) => studies_ui(ui, "crf", &status.crf),
+            (Some(status), Step::Tool) => studies_ui(ui, "tool", &status.tool),
+            (Some(status), Step::Built) => built_ui(ui, view, &status.built, &mut asked),
         }
-        if let Some(standing) = standing {
-            decision_ui(ui, view, (step, standing), &mut asked);
+        if let Some(status) = status {
+            decision_ui(ui, view, (step, status), &mut asked);
         }
     }
     asked
@@ -97,8 +97,8 @@ fn rooms_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
     ui.add(Label::new(printable(view.environment)).wrap()).on_hover_text("The design's own room");
     for file in &view.document.design().procedure.further_rooms {
         ui.horizontal(|ui| {
-            let named = view.standing().and_then(|standing| {
-                let rows = &standing.tool.rows;
+            let named = view.status().and_then(|status| {
+                let rows = &status.tool.rows;
                 rows.iter().find(|row| row.room.file == *file)
             });
             let name = named.map_or(file.as_str(), |row| row.room.name.as_str());
@@ -136,19 +136,19 @@ fn rooms_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
     });
 }
 
-fn studies_ui(ui: &mut Ui, id: &str, standing: &StudiesStanding) {
-    if standing.state == State::DoesNotApply {
+fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
+    if status.state == State::DoesNotApply {
         quiet_ui(ui, "The design has no CRF");
         return;
     }
-    Grid::new(("standing", id)).num_columns(4).spacing([8.0, 2.0]).show(ui, |ui| {
+    Grid::new(("status", id)).num_columns(4).spacing([8.0, 2.0]).show(ui, |ui| {
         quiet_ui(ui, "");
         for head in ["RMS", "max", ""] {
             right_ui(ui, head, palette::TEXT_QUIET.color32());
         }
         ui.end_row();
         let mut last_room = None;
-        for row in &standing.rows {
+        for row in &status.rows {
             let room = match row.room.name.trim() {
                 "" => &row.room.file,
                 name => name,
@@ -208,13 +208,8 @@ fn studies_ui(ui: &mut Ui, id: &str, standing: &StudiesStanding) {
     });
 }
 
-fn built_ui(
-    ui: &mut Ui,
-    view: &DecideView,
-    standing: &BuiltStanding,
-    asked: &mut Vec<DecideRequest>,
-) {
-    match &standing.recording {
+fn built_ui(ui: &mut Ui, view: &DecideView, status: &BuiltStatus, asked: &mut Vec<DecideRequest>) {
+    match &status.recording {
         None => {
             quiet_ui(ui, "Its measured poses beside the predicted ones");
         }
@@ -247,12 +242,12 @@ fn built_ui(
 fn decision_ui(
     ui: &mut Ui,
     view: &DecideView,
-    (step, standing): (Step, &Standing),
+    (step, status): (Step, &StepStatus),
     asked: &mut Vec<DecideRequest>,
 ) {
     if let Some(decision) = view.document.design().procedure.decision(step) {
         decided_ui(ui, decision);
-        let changes = standing.changes(step);
+        let changes = status.changes(step);
         for change in changes.iter().take(MOST_CHANGES) {
             warning_ui(ui, &change.to_string());
         }
@@ -260,7 +255,7 @@ fn decision_ui(
             quiet_ui(ui, format!("and {} more", changes.len() - MOST_CHANGES));
         }
     }
-    let hindrance = hindrance(view, step, standing);
+    let hindrance = hindrance(view, step, status);
     if matches!(&hindrance, Some(Hindrance::Nothing)) {
         return;
     }
@@ -309,11 +304,11 @@ enum Hindrance {
     Note(&'static str),
 }
 
-fn hindrance(view: &DecideView, step: Step, standing: &Standing) -> Option<Hindrance> {
-    match standing.grounds(step) {
+fn hindrance(view: &DecideView, step: Step, status: &StepStatus) -> Option<Hindrance> {
+    match status.basis(step) {
         Err(_) => Some(Hindrance::Nothing),
         Ok(_) => match view.desk.note(step).trim() {
-            "" => standing.objection(step).map(Hindrance::Note),
+            "" => status.objection(step).map(Hindrance::Note),
             _ => None,
         },
     }

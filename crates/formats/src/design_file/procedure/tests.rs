@@ -6,7 +6,7 @@ use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{Day, Decision, Procedure, View};
 use trackwright_geometry::pose::Pose;
 use trackwright_procedure::{
-    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, Grounds,
+    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis,
     PositionFigures, RoomName, Step,
 };
 use trackwright_simulation::requirement::Requirement;
@@ -87,7 +87,7 @@ fn decisions_are_read_as_they_stand_and_written_as_they_were() {
     assert_eq!(steps, [Step::Tool, Step::Built]);
     let tool = procedure.tool.as_ref().unwrap();
     assert_eq!(tool.date.to_string(), "2005-10-26");
-    let Grounds::Studies(studies) = &tool.grounds else {
+    let DecisionBasis::Studies(studies) = &tool.basis else {
         panic!("{tool:?}");
     };
     let first = studies.rows[0].figures.as_ref().unwrap();
@@ -313,20 +313,21 @@ fn any_recording() -> impl Strategy<Value = DecidedRecording> {
     )
 }
 
-fn decided(grounds: impl Strategy<Value = Grounds>) -> impl Strategy<Value = Option<Decision>> {
-    prop::option::of((any_day(), any_text(), grounds).prop_map(|(date, note, grounds)| Decision {
+fn decided(basis: impl Strategy<Value = DecisionBasis>) -> impl Strategy<Value = Option<Decision>> {
+    prop::option::of((any_day(), any_text(), basis).prop_map(|(date, note, basis)| Decision {
         date,
         note,
-        grounds,
+        basis,
     }))
 }
 
 fn any_procedure() -> impl Strategy<Value = Procedure> {
-    let recording = any_recording().prop_map(|recording| Grounds::Recording(Box::new(recording)));
+    let recording =
+        any_recording().prop_map(|recording| DecisionBasis::Recording(Box::new(recording)));
     (
         prop::collection::vec(any_file(), 0..3),
-        decided(any_studies().prop_map(Grounds::Studies)),
-        decided(any_studies().prop_map(Grounds::Studies)),
+        decided(any_studies().prop_map(DecisionBasis::Studies)),
+        decided(any_studies().prop_map(DecisionBasis::Studies)),
         decided(recording),
     )
         .prop_map(|(further_rooms, crf, tool, built)| Procedure {

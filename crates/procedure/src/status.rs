@@ -1,7 +1,7 @@
 //! Where each step stands: its rows, and what they come to.
 
 use super::changes::{Change, recording_changes, study_changes};
-use super::grounds::{DecidedFigures, DecidedRow, DecidedStudies, Grounds, RoomName, Step};
+use super::decided::{DecidedFigures, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step};
 use super::plan::{Plan, Recording, Room};
 use serde::Serialize;
 use trackwright_simulation::expected::{BoundVerdict, verdict_of_all};
@@ -12,10 +12,10 @@ use trackwright_task::{Cancelled, Task};
 
 /// Where a design stands.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Standing {
-    pub crf: StudiesStanding,
-    pub tool: StudiesStanding,
-    pub built: BuiltStanding,
+pub struct StepStatus {
+    pub crf: StudiesStatus,
+    pub tool: StudiesStatus,
+    pub built: BuiltStatus,
 }
 
 /// What a step comes to.
@@ -47,7 +47,7 @@ pub enum State {
 
 /// The CRF alone, or the tool.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StudiesStanding {
+pub struct StudiesStatus {
     pub state: State,
     /// What the figures are held against.
     pub requirement: Option<Requirement>,
@@ -80,7 +80,7 @@ pub struct Row {
 
 /// The built tool.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BuiltStanding {
+pub struct BuiltStatus {
     pub state: State,
     /// Or why there are no figures; `None` where nothing is recorded.
     pub recording: Option<Result<Recording, String>>,
@@ -103,12 +103,12 @@ pub enum Undecidable {
 ///
 /// # Errors
 /// [`Cancelled`].
-pub fn standing(plan: Plan, task: &Task) -> Result<Standing, Cancelled> {
+pub fn step_status(plan: Plan, task: &Task) -> Result<StepStatus, Cancelled> {
     let of_crf = plan.rooms.len() * plan.crf_targets.len();
     let all = (of_crf + plan.rooms.len()).max(1) as f64;
     let middle = of_crf as f64 / all;
     let crf = match plan.crf_targets[..] {
-        [] => StudiesStanding {
+        [] => StudiesStatus {
             state: State::DoesNotApply,
             requirement: None,
             rows: Vec::new(),
@@ -116,14 +116,14 @@ pub fn standing(plan: Plan, task: &Task) -> Result<Standing, Cancelled> {
         },
         _ => {
             let rows = crf_rows(&plan, &task.stretch(0.0, middle))?;
-            studies_standing(rows, plan.crf_requirement, plan.decided_crf.as_ref())
+            studies_status(rows, plan.crf_requirement, plan.decided_crf.as_ref())
         }
     };
     let rows = tool_rows(&plan, &task.stretch(middle, 1.0))?;
-    Ok(Standing {
+    Ok(StepStatus {
         crf,
-        tool: studies_standing(rows, plan.requirement, plan.decided_tool.as_ref()),
-        built: built_standing(plan.recording, plan.decided_built.as_ref()),
+        tool: studies_status(rows, plan.requirement, plan.decided_tool.as_ref()),
+        built: built_status(plan.recording, plan.decided_built.as_ref()),
     })
 }
 
@@ -167,11 +167,11 @@ fn rows(
     Ok(rows)
 }
 
-fn studies_standing(
+fn studies_status(
     rows: Vec<Row>,
     requirement: Option<Requirement>,
     decided: Option<&DecidedStudies>,
-) -> StudiesStanding {
+) -> StudiesStatus {
     let lasting = rows.iter().filter(|row| !row.is_for_now);
     let changes = decided
         .map_or_else(Vec::new, |decided| study_changes(decided, requirement.as_ref(), lasting));
@@ -186,13 +186,13 @@ fn studies_standing(
             Some(BoundVerdict::CannotTell) => State::CannotTell,
         },
     };
-    StudiesStanding { state, requirement, rows, changes }
+    StudiesStatus { state, requirement, rows, changes }
 }
 
-fn built_standing(
+fn built_status(
     recording: Option<Result<Recording, String>>,
-    decided: Option<&super::grounds::DecidedRecording>,
-) -> BuiltStanding {
+    decided: Option<&super::decided::DecidedRecording>,
+) -> BuiltStatus {
     let changes = match (decided, &recording) {
         (Some(decided), Some(found)) => {
             let now = found.as_ref().map(|r| &r.found).map_err(String::as_str);
@@ -206,7 +206,7 @@ fn built_standing(
         (None, Some(Err(_))) => State::NoFigures,
         (None, Some(Ok(_))) => State::Compared,
     };
-    BuiltStanding { state, recording, changes }
+    BuiltStatus { state, recording, changes }
 }
 
 impl State {
@@ -242,7 +242,7 @@ impl Row {
     }
 }
 
-impl StudiesStanding {
+impl StudiesStatus {
     /// How many rows have figures, and what is known of them.
     pub fn counts(&self) -> RowCounts {
         let rows = &self.rows;
@@ -258,7 +258,7 @@ impl StudiesStanding {
     ///
     /// # Errors
     /// See [`Undecidable`].
-    pub fn grounds(&self) -> Result<Grounds, Undecidable> {
+    pub fn basis(&self) -> Result<DecisionBasis, Undecidable> {
         if self.state == State::DoesNotApply {
             return Err(Undecidable::DoesNotApply);
         }
@@ -274,28 +274,31 @@ impl StudiesStanding {
             })
             .collect();
         if rows.iter().any(|row| row.figures.is_ok()) {
-            return Ok(Grounds::Studies(DecidedStudies { requirement: self.requirement, rows }));
+            return Ok(DecisionBasis::Studies(DecidedStudies {
+                requirement: self.requirement,
+                rows,
+            }));
         }
         let mut why = rows.into_iter().filter_map(|row| row.figures.err());
         Err(Undecidable::NoFigures { why: why.next().unwrap_or_default() })
     }
 }
 
-impl BuiltStanding {
+impl BuiltStatus {
     /// What a decision would be on.
     ///
     /// # Errors
     /// See [`Undecidable`].
-    pub fn grounds(&self) -> Result<Grounds, Undecidable> {
+    pub fn basis(&self) -> Result<DecisionBasis, Undecidable> {
         match &self.recording {
             None => Err(Undecidable::NotRecorded),
             Some(Err(why)) => Err(Undecidable::NoFigures { why: why.clone() }),
-            Some(Ok(recording)) => Ok(Grounds::Recording(Box::new(recording.found.clone()))),
+            Some(Ok(recording)) => Ok(DecisionBasis::Recording(Box::new(recording.found.clone()))),
         }
     }
 }
 
-impl Standing {
+impl StepStatus {
     pub fn state(&self, step: Step) -> State {
         match step {
             Step::Crf => self.crf.state,
@@ -317,11 +320,11 @@ impl Standing {
     ///
     /// # Errors
     /// See [`Undecidable`].
-    pub fn grounds(&self, step: Step) -> Result<Grounds, Undecidable> {
+    pub fn basis(&self, step: Step) -> Result<DecisionBasis, Undecidable> {
         match step {
-            Step::Crf => self.crf.grounds(),
-            Step::Tool => self.tool.grounds(),
-            Step::Built => self.built.grounds(),
+            Step::Crf => self.crf.basis(),
+            Step::Tool => self.tool.basis(),
+            Step::Built => self.built.basis(),
         }
     }
 

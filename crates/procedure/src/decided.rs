@@ -17,7 +17,7 @@ pub enum Step {
 
 /// What a step is decided on.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Grounds {
+pub enum DecisionBasis {
     /// Of [`Step::Crf`] and [`Step::Tool`].
     Studies(DecidedStudies),
     /// Of [`Step::Built`].
@@ -138,7 +138,7 @@ impl std::fmt::Display for Step {
     }
 }
 
-impl Grounds {
+impl DecisionBasis {
     /// Every file that they name.
     pub fn references_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let (rows, recording) = match self {
