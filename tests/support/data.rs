@@ -1,5 +1,6 @@
 //! Where test data is: what the repository holds, and third-party sets outside it.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// A file or folder of `tests/data`.
@@ -7,12 +8,14 @@ pub fn own(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(path)
 }
 
-/// A path in the third-party data folder named by `TRACKWRIGHT_DATA`, or `None` with a word why
-/// the test is skipped. Where the variable is set the path has to exist.
-#[expect(clippy::print_stderr, reason = "a skipped test says so")]
+/// A path in the third-party data folder named by `TRACKWRIGHT_DATA`. Without the folder the test
+/// is skipped, and the terminal says so; with `CI` set it fails instead.
 pub fn third_party(path: &str) -> Option<PathBuf> {
     let Some(root) = std::env::var_os("TRACKWRIGHT_DATA") else {
-        eprintln!("skipped: TRACKWRIGHT_DATA names no folder with {path}");
+        let missing = format!("{path} is not there: set TRACKWRIGHT_DATA to the third-party data");
+        assert!(std::env::var_os("CI").is_none(), "{missing}");
+        // Written to the stream itself, because the test harness captures what is printed.
+        let _ = writeln!(std::io::stderr(), "skipped: {missing}");
         return None;
     };
     let full = Path::new(&root).join(path);
