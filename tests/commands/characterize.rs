@@ -87,7 +87,7 @@ fn the_real_static_room_has_the_known_errors_and_distances() {
     assert_eq!(found["rejected"], 0);
     assert_eq!(found["readings"], 273);
     let sensors = list(&found, "sensors");
-    // DOMAIN 2.2: two independent solutions with different losses.
+    // Two independent solutions with different losses.
     let rms = [(5.4, 5.8), (5.5, 6.0), (2.7, 3.2)];
     let medians = [(2.5, 2.7), (2.6, 2.9), (1.8, 2.6)];
     let angles = [2.6, 2.7, 1.7];

@@ -5,7 +5,7 @@ use crate::support::golden::number;
 use crate::support::jhu_cis::import;
 use crate::support::program::{Scratch, json, succeed};
 
-/// Case, and position RMS in mm before and after a correction of order 5 (DOMAIN 2.1).
+/// Case, and position RMS in mm before and after a correction of order 5.
 const CASES: [(&str, f64, f64); 3] =
     [("c", 3.643, 0.0313), ("e", 7.230, 0.1055), ("f", 7.177, 0.2229)];
 

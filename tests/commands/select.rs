@@ -452,7 +452,7 @@ fn import(scratch: &Scratch, case: &str) -> Option<String> {
 }
 
 /// Case, and cross-validated position RMS in mm at orders 1 to 6 by point, without ridge, of
-/// correction maps (DOMAIN 2.1).
+/// correction maps.
 const PUBLISHED: [(&str, [f64; 6]); 3] = [
     ("c", [3.31, 2.30, 1.67, 0.108, 0.140, 0.671]),
     ("e", [6.43, 4.37, 3.50, 0.366, 0.339, 1.135]),

@@ -1,6 +1,6 @@
 //! Comparisons that say by how much they fail.
 
-/// Relative tolerance of the worked cases (FORMATS and MATH are a contract to 1e-9).
+/// Relative tolerance of the worked cases (`tests/data/golden`).
 pub const GOLDEN: f64 = 1e-9;
 
 /// Panics unless `found` agrees with `expected` to `relative` of the larger of `expected` and

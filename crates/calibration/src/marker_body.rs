@@ -1,5 +1,5 @@
 //! A body that is known by its markers alone: a frame of its own, and its pose in each recording of
-//! them (the probes of the JHU course, DOMAIN 1.6).
+//! them (the probes of the Johns Hopkins course on computer-integrated surgery).
 
 use super::registration::{RegistrationError, register};
 use nalgebra::{Point3, Vector3};

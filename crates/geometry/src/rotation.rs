@@ -59,7 +59,7 @@ pub struct AxisRotation {
     pub is_ambiguous: bool,
 }
 
-/// Smallest rotation that takes `from` to `to` (MATH, measurement error of a 5-DOF sensor).
+/// Smallest rotation that takes `from` to `to` (the measurement error of a 5-DOF sensor).
 ///
 /// The cross product is taken with what the axes differ by, which is exact where they are nearly
 /// the same or nearly opposite; with the axes themselves it would cancel there.

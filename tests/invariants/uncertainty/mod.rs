@@ -20,7 +20,7 @@ use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 use trackwright_simulation::{Scenario, ScenarioCrf};
 use trackwright_task::Task;
 
-/// 0.5 mm and 0.3 degrees, the case of MATH.
+/// 0.5 mm and 0.3 degrees.
 fn jitter() -> Jitter {
     Jitter::uniform(0.5, 0.3_f64.to_radians())
 }

@@ -19,7 +19,7 @@ const COUNTS: [usize; 5] = [100, 1_000, 10_000, 100_000, 1_000_000];
 const SAMPLES_AN_ERROR: usize = 200_000;
 const MAX_SEEDS: usize = 16;
 
-/// Where a room states no jitter: that of MATH's worked agreement, which is a 5-DOF coil's.
+/// Where a room states no jitter: that of a 5-DOF coil (`docs/methods/built-tool.md`).
 const USUAL_JITTER_MM: f64 = 0.5;
 const USUAL_JITTER_DEG: f64 = 0.3;
 

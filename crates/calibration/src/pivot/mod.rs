@@ -1,7 +1,7 @@
 //! Pivot calibration: where a tool's tip is, from poses in which it rested in one point.
 //!
 //! Every pose says `R t + p = c` for the tip `t` in the tool's frame and the point `c` that it rests
-//! in: least squares over all of them (DOMAIN 3.5). What a recording cannot answer is refused, for
+//! in: least squares over all of them. What a recording cannot answer is refused, for
 //! one of three reasons. Readings of a recording are not independent of their neighbours:
 //! `precision.rs` has the standard errors.
 

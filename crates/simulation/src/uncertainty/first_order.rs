@@ -1,4 +1,4 @@
-//! First-order uncertainty of the tip at the design's pose (MATH, first-order uncertainty).
+//! First-order uncertainty of the tip at the design's pose (`docs/methods/uncertainty.md`).
 
 use super::UncertaintyError;
 use super::check::TOLERANCE;

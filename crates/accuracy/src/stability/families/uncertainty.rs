@@ -140,7 +140,7 @@ fn covariance(methods: &dyn Methods, case: &str, body: &RigidBody, weight_mm: f6
     vec![COVARIANCE.row(case, exact.condition, error, scale)]
 }
 
-/// MATH, first-order uncertainty, as it is written.
+/// First-order uncertainty as `docs/methods/uncertainty.md` states it.
 struct HighCovariance {
     covariance: High33,
     condition: f64,
