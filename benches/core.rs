@@ -122,7 +122,7 @@ fn scenario(order: usize) -> Scenario {
         volume: Some(Volume::AuroraCube),
         jitter: None,
         provenance: None,
-        support: None,
+        fit_validity: None,
         process: None,
     };
     trackwright_project::resolve(world.document.design(), &Arc::new(room))

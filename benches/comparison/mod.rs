@@ -7,7 +7,7 @@ use divan::{Bencher, black_box};
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_field::fit::{DEFAULT_RCOND, FitSettings, factor};
-use trackwright_field::support::Support;
+use trackwright_field::validity::FitValidity;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_simulation::comparison::{Pair, Plan, Settings, compare};
 use trackwright_simulation::{CancelToken, Mode, Scenario, run};
@@ -24,13 +24,13 @@ fn plan() -> Plan {
     let task = Task::default();
     let factored = factor(&set, &settings, Some(bounds()), &task).expect("samples");
     let model = factored.solve(DEFAULT_RCOND, 0.0).expect("samples fit").model;
-    let support = Support::of_fit(&set, &factored, &model, &task).expect("support");
+    let support = FitValidity::of_fit(&set, &factored, &model, &task).expect("support");
     let base = scenario(4);
     let rooms: Vec<Arc<Environment>> = (0..ROOMS)
         .map(|_| {
             Arc::new(Environment {
                 model: model.clone(),
-                support: Some(support.clone()),
+                fit_validity: Some(support.clone()),
                 ..Environment::clone(&base.environment)
             })
         })
@@ -75,7 +75,7 @@ fn single_studies(bencher: Bencher) {
 fn drawn_fields_of_a_room(bencher: Bencher) {
     let plan = plan();
     let room = &plan.rooms[0];
-    let support = room.support.as_ref().expect("a support");
+    let support = room.fit_validity.as_ref().expect("a support");
     let draws = Settings::default().draws;
     bencher.bench_local(|| support.draw(&room.model, 0.0, draws, 0, &Task::default()));
 }

@@ -8,7 +8,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use trackwright_field::bernstein::push_products;
 use trackwright_field::fit::{DEFAULT_RCOND, Decomposed, Factored, FitSettings, factor};
 use trackwright_field::samples::SampleSet;
-use trackwright_field::support::Support;
+use trackwright_field::validity::FitValidity;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_task::Task;
@@ -51,7 +51,7 @@ fn fit_alone(bencher: Bencher, order: usize) {
 fn of_fit(bencher: Bencher, order: usize) {
     let f = fitted(order);
     bencher.bench_local(|| {
-        Support::of_fit(black_box(&f.set), &f.factored, &f.model, &Task::default())
+        FitValidity::of_fit(black_box(&f.set), &f.factored, &f.model, &Task::default())
     });
 }
 
@@ -60,7 +60,7 @@ fn of_fit(bencher: Bencher, order: usize) {
 fn at(bencher: Bencher, order: usize) {
     let f = fitted(order);
     let support =
-        Support::of_fit(&f.set, &f.factored, &f.model, &Task::default()).expect("support");
+        FitValidity::of_fit(&f.set, &f.factored, &f.model, &Task::default()).expect("support");
     let poses = poses();
     bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
         for (position_mm, axis) in &poses {

@@ -268,7 +268,7 @@ pub(super) fn fit_and_write(
         shown = None;
         let bar = Shown::new(match stage {
             RoomStage::Fitting => "fitting",
-            RoomStage::Support => "support",
+            RoomStage::FitValidity => "support",
             RoomStage::Process => "what the measurements leave open",
         });
         let task = bar.task.clone();

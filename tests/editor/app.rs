@@ -70,7 +70,7 @@ pub fn environment() -> Environment {
         volume: Some(Volume::AuroraCube),
         jitter: None,
         provenance: None,
-        support: None,
+        fit_validity: None,
         process: None,
     }
 }

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use trackwright_design::view::Quantity;
 use trackwright_editor::state::{OpenWorld, Results, ViewRequest};
 use trackwright_field::OutsidePolicy;
-use trackwright_field::support::SupportAt;
+use trackwright_field::validity::FitValidityAt;
 
 fn show(app: &mut App, quantity: Quantity) {
     let mut view = {
@@ -23,7 +23,7 @@ fn the_slice_has_the_standard_error_and_the_distance_that_the_room_s_fit_tells()
     let mut app = create_app();
     let builtin = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     app.insert_resource(OpenWorld(builtin));
-    let wanted = |quantity: Quantity, at: &SupportAt| match quantity {
+    let wanted = |quantity: Quantity, at: &FitValidityAt| match quantity {
         Quantity::StdErrorMm => at.position_std_error_mm,
         _ => at.distance_mm,
     };
@@ -34,7 +34,7 @@ fn the_slice_has_the_standard_error_and_the_distance_that_the_room_s_fit_tells()
         let slice = &results.slice.as_ref().unwrap().value;
         let [nu, nv] = slice.plan.counts;
         let environment = &app.world().resource::<OpenWorld>().0.environment;
-        let support = environment.support.as_ref().unwrap();
+        let support = environment.fit_validity.as_ref().unwrap();
         for (u, v) in [(nu / 2, nv / 2), (nu / 3, nv / 4), (2, nv - 3)] {
             let point = slice.plan.point_mm(u, v);
             let at = support.at(&point, &slice.plan.sensor_axis, OutsidePolicy::Clamp);

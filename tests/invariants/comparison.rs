@@ -80,7 +80,7 @@ fn room(model: DistortionModel) -> Environment {
         volume: None,
         jitter: None,
         provenance: None,
-        support: None,
+        fit_validity: None,
         process: None,
     }
 }
@@ -89,7 +89,7 @@ fn room(model: DistortionModel) -> Environment {
 fn measured_room(truth: &DistortionModel, seed: u64) -> Arc<Environment> {
     let samples = noisy(&exact(truth, places(400, &bounds())), seed);
     let (fit, support) = fitted(&samples, &FitSettings::new(2, DirectionSet::Six), Some(bounds()));
-    Arc::new(Environment { support: Some(support), ..room(fit.model) })
+    Arc::new(Environment { fit_validity: Some(support), ..room(fit.model) })
 }
 
 fn range(reach: f64, step: f64) -> Option<AxisRange> {

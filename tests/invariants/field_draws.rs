@@ -7,7 +7,7 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform, UnitSphere};
 use trackwright_field::fit::{FitMethod, FitSettings, fit};
 use trackwright_field::samples::MapKind;
-use trackwright_field::support::DrawError;
+use trackwright_field::validity::DrawError;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_task::Task;

@@ -9,8 +9,8 @@ use trackwright_field::bernstein::push_products;
 use trackwright_field::fit::{Fit, FitMethod, FitSettings, factor, fit};
 use trackwright_field::least_squares::Decomposition;
 use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
-use trackwright_field::support::SupportAt;
-use trackwright_field::{DistortionModel, OutsidePolicy, Support};
+use trackwright_field::validity::FitValidityAt;
+use trackwright_field::{DistortionModel, FitValidity, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_task::Task;
@@ -103,16 +103,16 @@ pub(super) fn fitted(
     set: &SampleSet,
     settings: &FitSettings,
     bounds: Option<Bounds>,
-) -> (Fit, Support) {
+) -> (Fit, FitValidity) {
     let task = Task::default();
     let factored = factor(set, settings, bounds, &task).unwrap();
     let solved = factored.solve(settings.rcond, settings.ridge).unwrap();
     let fit = solved.judged(set);
-    let support = Support::of_fit(set, &factored, &fit.model, &task).unwrap();
+    let support = FitValidity::of_fit(set, &factored, &fit.model, &task).unwrap();
     (fit, support)
 }
 
-fn at(support: &Support, place: &(Point3<f64>, Unit<Vector3<f64>>)) -> SupportAt {
+fn at(support: &FitValidity, place: &(Point3<f64>, Unit<Vector3<f64>>)) -> FitValidityAt {
     support.at(&place.0, &place.1, OutsidePolicy::Extrapolate)
 }
 
@@ -271,18 +271,18 @@ fn every_sample_is_supported_and_where_there_are_none_nothing_is() {
         let (_, support) = fitted(&set, &settings, Some(bounds()));
         for s in &set.samples {
             let at = at(&support, &(s.position_mm, s.axis));
-            assert!(at.is_supported && at.position_std_error_mm < 0.5, "{at:?}");
+            assert!(at.is_valid && at.position_std_error_mm < 0.5, "{at:?}");
             assert!(at.distance_mm <= support.parts().cells.resolution_mm());
         }
         let up = Vector3::z_axis();
         let in_the_hole = at(&support, &(Point3::new(95.0, 75.0, -105.0), up));
-        assert!(!in_the_hole.is_supported && in_the_hole.leverage > 1.0, "{in_the_hole:?}");
+        assert!(!in_the_hole.is_valid && in_the_hole.leverage > 1.0, "{in_the_hole:?}");
         assert!(in_the_hole.position_std_error_mm > 1.0, "{in_the_hole:?}");
         assert!((70.0..170.0).contains(&in_the_hole.distance_mm), "{in_the_hole:?}");
         let outside = at(&support, &(Point3::new(-150.0, 0.0, -200.0), up));
-        assert!(!outside.is_supported && outside.distance_mm >= 49.0, "{outside:?}");
+        assert!(!outside.is_valid && outside.distance_mm >= 49.0, "{outside:?}");
         let down = at(&support, &(Point3::new(-50.0, 0.0, -200.0), -up));
-        assert!(!down.is_supported && down.distance_mm == f64::INFINITY, "{down:?}");
+        assert!(!down.is_valid && down.distance_mm == f64::INFINITY, "{down:?}");
         assert!(down.position_std_error_mm == f64::INFINITY, "{down:?}");
     }
 }
@@ -305,7 +305,7 @@ fn as_many_unknowns_as_samples_say_nothing_of_the_noise() {
     let (_, support) = fitted(&noisy(&set, 1), &FitSettings::new(2, DirectionSet::One), None);
     for s in &set.samples {
         let at = at(&support, &(s.position_mm, s.axis));
-        assert!((at.leverage - 1.0).abs() < 1e-6 && at.is_supported, "{at:?}");
+        assert!((at.leverage - 1.0).abs() < 1e-6 && at.is_valid, "{at:?}");
         assert_eq!(at.position_std_error_mm, f64::INFINITY);
     }
 }
@@ -320,9 +320,9 @@ fn a_plane_of_samples_determines_the_plane_and_nothing_beside_it() {
     assert_eq!(fit.systems[0].rank, 9);
     let axis = Vector3::z_axis();
     let on = at(&support, &(Point3::new(10.0, 5.0, -250.0), axis));
-    assert!(on.is_supported && on.position_std_error_mm < 0.2, "{on:?}");
+    assert!(on.is_valid && on.position_std_error_mm < 0.2, "{on:?}");
     let beside = at(&support, &(Point3::new(10.0, 5.0, -249.9), axis));
-    assert!(!beside.is_supported && beside.position_std_error_mm == f64::INFINITY, "{beside:?}");
+    assert!(!beside.is_valid && beside.position_std_error_mm == f64::INFINITY, "{beside:?}");
 }
 
 #[test]
@@ -348,7 +348,7 @@ fn moving_and_scaling_the_room_moves_and_scales_its_support() {
                 "{a:?} {b:?}"
             );
             assert!(is_close(a.leverage, b.leverage, 1e-6), "{a:?} {b:?}");
-            assert_eq!(a.is_supported, b.is_supported);
+            assert_eq!(a.is_valid, b.is_valid);
             let resolution = 2.0 * support.parts().cells.resolution_mm();
             assert!((a.distance_mm - b.distance_mm / scale).abs() <= resolution, "{a:?} {b:?}");
         }
@@ -429,7 +429,7 @@ fn the_kept_polynomials_are_the_definition() {
         // With the same noise in all directions the variance is the definition's times theirs.
         let mut parts = support.parts().clone();
         parts.position_std_mm.fill(Some(1.0));
-        let support = Support::from_parts(parts, &fit.model).unwrap();
+        let support = FitValidity::from_parts(parts, &fit.model).unwrap();
         let definition = Definition::new(&set, &settings);
         let samples = set.samples.iter().step_by(400).map(|s| (s.position_mm, s.axis));
         for place in samples.chain(self::places(5, &bounds())) {
@@ -459,7 +459,7 @@ fn held_out_errors_are_larger_where_the_samples_do_not_support_the_field() {
             let at = support.at(&s.position_mm, &s.axis, OutsidePolicy::Clamp);
             let modelled = fit.model.evaluate(&s.position_mm, &s.axis, OutsidePolicy::Clamp);
             let left = (s.error.position_mm - modelled.error.position_mm).norm_squared();
-            (at.position_std_error_mm, left, at.is_supported)
+            (at.position_std_error_mm, left, at.is_valid)
         })
         .collect();
     let rms =

@@ -22,7 +22,7 @@ fn survey(scenario: &Scenario, mode: &Mode) -> SupportSurvey {
 #[test]
 fn a_single_survey_sums_up_what_each_sensor_finds() {
     let scenario = built_in();
-    let support = scenario.environment.support.as_ref().unwrap();
+    let support = scenario.environment.fit_validity.as_ref().unwrap();
     let crf = scenario.crf.as_ref().unwrap();
     let found: Vec<_> = [
         (&crf.body, crf.tracker_from_crf),
@@ -48,7 +48,7 @@ fn a_single_survey_sums_up_what_each_sensor_finds() {
     assert!((survey.std_error_deg.unwrap().max - max).abs() < 1e-14);
     let distance = found.iter().map(|at| at.distance_mm).fold(0.0, f64::max);
     assert_eq!(survey.greatest_distance_mm, distance);
-    assert!(found.iter().all(|at| at.is_supported));
+    assert!(found.iter().all(|at| at.is_valid));
     assert_eq!((survey.trials, survey.unsupported), (1, 0));
 }
 
@@ -97,8 +97,11 @@ fn a_room_that_does_not_tell_gives_no_survey_and_a_cancelled_one_none_either() {
     task.cancel.cancel();
     let cancelled = trackwright_simulation::survey(&scenario, &Mode::Motion, &task);
     assert_eq!(cancelled, Err(SurveyError::Study(StudyError::Cancelled)));
-    scenario.environment =
-        Arc::new(Environment { support: None, process: None, ..(*scenario.environment).clone() });
+    scenario.environment = Arc::new(Environment {
+        fit_validity: None,
+        process: None,
+        ..(*scenario.environment).clone()
+    });
     let error =
         trackwright_simulation::survey(&scenario, &Mode::Single, &Task::default()).unwrap_err();
     assert!(error.to_string().contains("\"Operating table\" has no model validity"), "{error}");
@@ -108,7 +111,7 @@ fn a_room_that_does_not_tell_gives_no_survey_and_a_cancelled_one_none_either() {
 fn a_slice_shows_the_quantity_that_it_is_asked_for() {
     let scenario = built_in();
     let environment = &scenario.environment;
-    let (model, support) = (&environment.model, environment.support.as_ref().unwrap());
+    let (model, support) = (&environment.model, environment.fit_validity.as_ref().unwrap());
     let bounds = *model.bounds();
     let plan = SlicePlan {
         plane: SlicePlane::Across {
@@ -135,7 +138,7 @@ fn a_slice_shows_the_quantity_that_it_is_asked_for() {
     assert!(std_error.p95 > 0.0 && std_error.p95 <= std_error.max);
     let without = Scenario {
         environment: Arc::new(Environment {
-            support: None,
+            fit_validity: None,
             process: None,
             ..(**environment).clone()
         }),

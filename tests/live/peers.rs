@@ -173,7 +173,7 @@ fn relayed(arguments: &[&str]) -> (Server, Live, u16) {
 fn pyigtl_reads_what_is_known_of_every_pose() {
     let room = Files::default().read_environment(std::path::Path::new(ROOM)).unwrap();
     let mut without_support = room.clone();
-    (without_support.support, without_support.process) = (None, None);
+    (without_support.fit_validity, without_support.process) = (None, None);
     let scratch = Scratch::new();
     let unknown = scratch.arg("unknown.env.ron");
     Files::default()

@@ -115,7 +115,7 @@ fn environment(samples: &SampleSet) -> Arc<Environment> {
         volume: None,
         jitter: None,
         provenance: None,
-        support: None,
+        fit_validity: None,
         process: Some(Arc::new(process)),
     })
 }

@@ -30,7 +30,7 @@ fn scenario(seed: u64) -> Scenario {
         environment: Arc::new(Environment {
             model,
             jitter: None,
-            support: None,
+            fit_validity: None,
             process: None,
             ..(*world.environment).clone()
         }),

@@ -40,7 +40,7 @@ fn a_sensor_at_the_tip_is_off_as_one_reading_is() {
         BodyPredictor::new(&body(&[[0.0; 3]], [0.0; 3]), 50.0, &room, OutsidePolicy::Reject);
     let pose = middle(&room);
     let found = predictor.predict(&pose).unwrap();
-    let support = room.support.as_ref().unwrap();
+    let support = room.fit_validity.as_ref().unwrap();
     let axis = pose.rotation * Vector3::z_axis();
     let at = support.at(&room.model.bounds().center_mm(), &axis, OutsidePolicy::Reject);
     let stds = &support.parts().position_std_mm;
@@ -50,7 +50,7 @@ fn a_sensor_at_the_tip_is_off_as_one_reading_is() {
     assert!((std_error_mm - at.position_std_error_mm).abs() < 1e-12);
     let expected = noise.hypot(at.position_std_error_mm);
     assert!((found.tip_rms_mm.unwrap() - expected).abs() < 1e-9 * expected);
-    assert_eq!(found.is_valid, at.is_supported);
+    assert_eq!(found.is_valid, at.is_valid);
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn outside_the_box_the_model_is_not_valid_and_without_support_nothing_is_known()
     let far = Pose::translation(5e3, 0.0, 0.0) * middle(&room);
     let predictor = BodyPredictor::new(&body, 50.0, &room, OutsidePolicy::Clamp);
     assert!(!predictor.predict(&far).unwrap().is_valid);
-    room.support = None;
+    room.fit_validity = None;
     let predictor = BodyPredictor::new(&body, 50.0, &room, OutsidePolicy::Clamp);
     assert_eq!(predictor.predict(&middle(&room)), None);
 }

@@ -52,7 +52,7 @@ fn room() -> Scenario {
         volume: None,
         jitter: None,
         provenance: None,
-        support: None,
+        fit_validity: None,
         process: None,
     })
 }

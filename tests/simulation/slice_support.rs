@@ -41,12 +41,12 @@ fn supported(scenario: &Scenario, quantity: Quantity) -> Vec<bool> {
 #[test]
 fn a_point_is_supported_where_the_support_says_so_of_the_imagined_sensor() {
     let scenario = scenario();
-    let (plan, support) = (plan(&scenario), scenario.environment.support.as_ref().unwrap());
+    let (plan, support) = (plan(&scenario), scenario.environment.fit_validity.as_ref().unwrap());
     let found = supported(&scenario, Quantity::PositionErrorMm);
     for (i, is_supported) in found.iter().enumerate() {
         let at = plan.point_mm(i % plan.counts[0], i / plan.counts[0]);
         let said = support.at(&at, &plan.sensor_axis, OutsidePolicy::Clamp);
-        assert_eq!(*is_supported, said.is_supported, "{at}");
+        assert_eq!(*is_supported, said.is_valid, "{at}");
     }
     assert!(found.iter().any(|s| *s) && found.iter().any(|s| !s));
 }
@@ -54,7 +54,7 @@ fn a_point_is_supported_where_the_support_says_so_of_the_imagined_sensor() {
 #[test]
 fn of_the_tool_every_sensor_is_asked_with_the_tip_at_the_point() {
     let scenario = scenario();
-    let (plan, support) = (plan(&scenario), scenario.environment.support.as_ref().unwrap());
+    let (plan, support) = (plan(&scenario), scenario.environment.fit_validity.as_ref().unwrap());
     let found = supported(&scenario, Quantity::TipErrorMm);
     let crf = scenario.crf.as_ref().unwrap();
     for i in (0..found.len()).step_by(17) {
@@ -72,7 +72,7 @@ fn of_the_tool_every_sensor_is_asked_with_the_tip_at_the_point() {
             let pose = &sensor.tracker_from_sensor;
             let at = pose.translation.vector.into();
             let axis = pose.rotation * Vector3::z_axis();
-            support.at(&at, &axis, OutsidePolicy::Clamp).is_supported
+            support.at(&at, &axis, OutsidePolicy::Clamp).is_valid
         });
         assert_eq!(found[i], is_supported, "{tip}");
     }
@@ -87,7 +87,7 @@ fn a_room_that_says_nothing_has_no_such_slice_and_a_cancelled_one_neither() {
     cancel.cancel();
     let stopped = slice_support(&scenario, Quantity::PositionErrorMm, &plan, &cancel);
     assert_eq!(stopped, Err(StudyError::Cancelled));
-    std::sync::Arc::make_mut(&mut scenario.environment).support = None;
+    std::sync::Arc::make_mut(&mut scenario.environment).fit_validity = None;
     let none = slice_support(&scenario, Quantity::TipErrorMm, &plan, &cancel);
     assert_eq!(none, Ok(None));
 }

@@ -19,7 +19,7 @@ fn region(environment: &Environment, count: usize) -> SupportedRegion {
 fn the_region_holds_as_much_of_the_box_as_points_drawn_in_it_are_supported() {
     let room = room();
     let found = region(&room, 17);
-    let support = room.support.as_ref().unwrap();
+    let support = room.fit_validity.as_ref().unwrap();
     let own = *room.model.bounds();
     // Halton points: 2,000 of them tell a share to about 1 %.
     let halton = |mut i: usize, base: usize| {
@@ -36,7 +36,7 @@ fn the_region_holds_as_much_of_the_box_as_points_drawn_in_it_are_supported() {
         .filter(|&i| {
             let unit = Vector3::new(halton(i, 2), halton(i, 3), halton(i, 5));
             let at = own.min_mm + own.size_mm().component_mul(&unit);
-            support.is_supported(&at, &found.axis)
+            support.is_valid(&at, &found.axis)
         })
         .count();
     let share = supported as f64 / points as f64;
@@ -50,7 +50,7 @@ fn the_region_holds_as_much_of_the_box_as_points_drawn_in_it_are_supported() {
 fn on_the_surface_a_pose_has_as_much_leverage_as_any_sample() {
     let room = room();
     let found = region(&room, 33);
-    let support = room.support.as_ref().unwrap();
+    let support = room.fit_validity.as_ref().unwrap();
     let positions = &found.surface.positions_mm;
     assert!(positions.len() > 100, "{}", positions.len());
     let mut shares: Vec<f64> = positions
@@ -66,7 +66,7 @@ fn on_the_surface_a_pose_has_as_much_leverage_as_any_sample() {
 #[test]
 fn a_room_that_says_nothing_has_none_and_says_so() {
     let mut room = (*room()).clone();
-    room.support = None;
+    room.fit_validity = None;
     let none = supported_region(&room, &Vector3::z_axis(), 9, &Task::default());
     let message = none.unwrap_err().to_string();
     assert!(message.contains("no model validity"), "{message}");

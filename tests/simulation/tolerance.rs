@@ -66,7 +66,7 @@ fn ideal(sensors: Vec<Sensor>, requirement: Requirement) -> Scenario {
             volume: None,
             jitter: None,
             provenance: None,
-            support: None,
+            fit_validity: None,
             process: None,
         }),
         tool: RigidBody { name: "tool".into(), tip_in_body: Some(Point3::origin()), sensors },

@@ -54,7 +54,7 @@ fn scenario(order: usize, shift_x_mm: Vec<f64>, limit_mm: f64) -> Scenario {
             volume: Some(Volume::Box(inner)),
             jitter: None,
             provenance: None,
-            support: None,
+            fit_validity: None,
             process: None,
         }),
         tool: RigidBody {

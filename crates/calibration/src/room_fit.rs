@@ -13,8 +13,8 @@ use trackwright_field::gaussian::{GaussianError, GaussianField};
 use trackwright_field::model::OutsidePolicy;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::sensors::SensorSpread;
-use trackwright_field::support::SupportError;
-use trackwright_field::{DistortionModel, Environment, Support};
+use trackwright_field::validity::FitValidityError;
+use trackwright_field::{DistortionModel, Environment, FitValidity};
 use trackwright_geometry::volume::Volume;
 use trackwright_task::Task;
 
@@ -53,7 +53,7 @@ pub struct FittedRoom {
     pub environment: Environment,
     pub fit: Fit,
     /// Why the room has no model validity, where that is too large to keep.
-    pub support_left_out: Option<SupportError>,
+    pub support_left_out: Option<FitValidityError>,
     pub harmonic: Option<HarmonicReport>,
 }
 
@@ -61,7 +61,7 @@ pub struct FittedRoom {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoomStage {
     Fitting,
-    Support,
+    FitValidity,
     /// What the measurements leave open of the field.
     Process,
 }
@@ -72,7 +72,7 @@ pub enum RoomError {
     #[error(transparent)]
     Fit(#[from] FitError),
     #[error(transparent)]
-    Support(SupportError),
+    FitValidity(FitValidityError),
     #[error(transparent)]
     Model(#[from] RoomModelError),
     #[error(
@@ -86,8 +86,8 @@ impl RoomError {
     pub fn is_cancelled(&self) -> bool {
         match self {
             Self::Fit(FitError::Cancelled(_))
-            | Self::Support(
-                SupportError::Cancelled(_) | SupportError::Fit(FitError::Cancelled(_)),
+            | Self::FitValidity(
+                FitValidityError::Cancelled(_) | FitValidityError::Fit(FitError::Cancelled(_)),
             ) => true,
             Self::Model(error) => error.is_cancelled(),
             _ => false,
@@ -133,7 +133,7 @@ pub fn fit_room(
         model: fit.model.clone(),
         volume: order.volume,
         jitter: order.jitter,
-        support: made.support,
+        fit_validity: made.fit_validity,
         process,
         provenance: Some(Provenance {
             data: order.table.name.to_owned(),
@@ -156,8 +156,8 @@ pub fn fit_room(
 /// What the kinds of model give.
 struct Made {
     fit: Fit,
-    support: Option<Support>,
-    support_left_out: Option<SupportError>,
+    fit_validity: Option<FitValidity>,
+    support_left_out: Option<FitValidityError>,
     process: Option<Arc<GaussianField>>,
     harmonic: Option<HarmonicReport>,
 }
@@ -180,9 +180,12 @@ fn polynomials(
     )?;
     let fit = solved.judged(samples);
     let (support, support_left_out) = match order.with_support {
-        true => {
-            kept(Support::of_fit(samples, &factored, &fit.model, &task_of(RoomStage::Support)))?
-        }
+        true => kept(FitValidity::of_fit(
+            samples,
+            &factored,
+            &fit.model,
+            &task_of(RoomStage::FitValidity),
+        ))?,
         false => (None, None),
     };
     let process = match order.with_support {
@@ -193,7 +196,13 @@ fn polynomials(
         }
         false => None,
     };
-    Ok(Made { fit, support, support_left_out, process: process.map(Arc::new), harmonic: None })
+    Ok(Made {
+        fit,
+        fit_validity: support,
+        support_left_out,
+        process: process.map(Arc::new),
+        harmonic: None,
+    })
 }
 
 fn kriging(
@@ -202,7 +211,13 @@ fn kriging(
 ) -> Result<Made, RoomError> {
     let task = task_of(RoomStage::Process);
     let (fit, process) = fit_kriging(order.table.samples, order.settings.map, &task)?;
-    Ok(Made { fit, support: None, support_left_out: None, process: Some(process), harmonic: None })
+    Ok(Made {
+        fit,
+        fit_validity: None,
+        support_left_out: None,
+        process: Some(process),
+        harmonic: None,
+    })
 }
 
 fn harmonics(
@@ -224,7 +239,7 @@ fn harmonics(
     };
     Ok(Made {
         fit,
-        support: None,
+        fit_validity: None,
         support_left_out: None,
         process: process.map(Arc::new),
         harmonic: Some(report),
@@ -233,16 +248,16 @@ fn harmonics(
 
 /// A support that is too large to keep is left out, and said so.
 fn kept(
-    support: Result<Support, SupportError>,
-) -> Result<(Option<Support>, Option<SupportError>), RoomError> {
+    support: Result<FitValidity, FitValidityError>,
+) -> Result<(Option<FitValidity>, Option<FitValidityError>), RoomError> {
     match support {
         Ok(support) => Ok((Some(support), None)),
-        Err(SupportError::NoOrder) => Ok((None, None)),
-        Err(error @ (SupportError::TooLarge { .. } | SupportError::TooManyUnknowns { .. })) => {
-            Ok((None, Some(error)))
-        }
-        Err(error @ (SupportError::Cancelled(_) | SupportError::Fit(_))) => {
-            Err(RoomError::Support(error))
+        Err(FitValidityError::NoOrder) => Ok((None, None)),
+        Err(
+            error @ (FitValidityError::TooLarge { .. } | FitValidityError::TooManyUnknowns { .. }),
+        ) => Ok((None, Some(error))),
+        Err(error @ (FitValidityError::Cancelled(_) | FitValidityError::Fit(_))) => {
+            Err(RoomError::FitValidity(error))
         }
     }
 }

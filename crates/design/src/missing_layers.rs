@@ -46,7 +46,7 @@ impl View {
         let has_requirement = design.requirement.is_some_and(|r| r != Requirement::default());
         let missing = [
             (layers.region && !has_requirement, MissingLayer::Region),
-            (layers.support && environment.support.is_none(), MissingLayer::Support),
+            (layers.support && environment.fit_validity.is_none(), MissingLayer::Support),
             (layers.placement && !is_sensor_selected, MissingLayer::Placement),
         ];
         let unknown = self.unknown_layers.iter().cloned();

@@ -3,7 +3,7 @@
 use super::fit::{FitMethod, Residuals};
 use super::gaussian::GaussianField;
 use super::model::DistortionModel;
-use super::support::Support;
+use super::validity::FitValidity;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub struct Environment {
     /// `None` for an ideal room that was never measured.
     pub provenance: Option<Provenance>,
     /// Standard error and leverage of the model, if its fit kept that.
-    pub support: Option<Support>,
+    pub fit_validity: Option<FitValidity>,
     /// What the measurements say of the field and what they leave open, if the fit kept that.
     pub process: Option<Arc<GaussianField>>,
 }
@@ -263,7 +263,7 @@ mod tests {
             volume: None,
             jitter: None,
             provenance: None,
-            support: None,
+            fit_validity: None,
             process: None,
         };
         let weight = |room: &Environment, design| {

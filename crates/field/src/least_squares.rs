@@ -64,7 +64,7 @@ pub struct Decomposition {
     /// `Uᵀ b`.
     rotated: Mat<f64>,
     /// What no solution can reach, squared and summed over the rows, one a value.
-    pub unreachable_squares: [f64; VALUES],
+    pub residual_sum_of_squares: [f64; VALUES],
 }
 
 /// The solution and what it depends on.
@@ -332,7 +332,7 @@ impl Triangle {
                 singular_values: Vec::new(),
                 v: Mat::zeros(p, 0),
                 rotated: Mat::zeros(0, VALUES),
-                unreachable_squares: [0.0; VALUES],
+                residual_sum_of_squares: [0.0; VALUES],
             });
         }
         let svd = a.thin_svd().map_err(|_| NoConvergence { rows: self.rows, unknowns: p })?;
@@ -341,7 +341,7 @@ impl Triangle {
         let u = svd.U().get(.., ..kept);
         let rotated = u.transpose() * b;
         let missed = b - u * &rotated;
-        let unreachable_squares = std::array::from_fn(|k| {
+        let residual_sum_of_squares = std::array::from_fn(|k| {
             let below = (used..rows).map(|i| self.reduced[(i, p + k)].powi(2));
             let beside = (0..used).map(|i| missed[(i, k)].powi(2));
             below.chain(beside).sum()
@@ -352,7 +352,7 @@ impl Triangle {
             singular_values: svd.S().column_vector().iter().take(kept).copied().collect(),
             v: svd.V().get(.., ..kept).to_owned(),
             rotated,
-            unreachable_squares,
+            residual_sum_of_squares,
         })
     }
 }
@@ -523,7 +523,7 @@ mod tests {
                 ((i % 7) as f64 - model).powi(2)
             })
             .sum();
-        assert!((d.unreachable_squares[3] - squares).abs() < 1e-12 * squares, "{x:?}");
+        assert!((d.residual_sum_of_squares[3] - squares).abs() < 1e-12 * squares, "{x:?}");
     }
 
     #[test]

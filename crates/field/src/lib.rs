@@ -27,12 +27,10 @@ mod rows;
 pub mod samples;
 pub mod selection;
 mod singular;
-pub mod support;
-mod validity;
+pub mod validity;
 
 pub use axis_model::AxisModel;
 pub use batch::Batch;
 pub use environment::Environment;
 pub use model::{DistortionModel, OutsidePolicy};
-pub use support::Support;
-pub use validity::Validity;
+pub use validity::{FitValidity, Validity};

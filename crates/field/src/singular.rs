@@ -59,7 +59,7 @@ pub fn largest(r: &impl UpperTriangle) -> Option<f64> {
 /// Largest eigenvalue of a symmetric operator that is positive definite.
 fn largest_eigenvalue(len: usize, apply: impl Fn(&mut [f64])) -> Option<f64> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
-    let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
+    let (mut diagonal, mut off_diagonal) = (Vec::new(), Vec::new());
     let mut next = start(len);
     let mut look = FIRST_LOOK;
     for step in 1..=len.min(MAX_STEPS) {
@@ -81,24 +81,24 @@ fn largest_eigenvalue(len: usize, apply: impl Fn(&mut [f64])) -> Option<f64> {
         let is_last = step == len || left == 0.0;
         if step == look || is_last {
             look = step + step / 4 + 1;
-            let (value, last) = ritz(&diagonal, &beside)?;
+            let (value, last) = ritz(&diagonal, &off_diagonal)?;
             if is_last || left * last.abs() <= CONVERGED * value {
                 return Some(value);
             }
         }
-        beside.push(left);
+        off_diagonal.push(left);
     }
     None
 }
 
 /// Largest eigenvalue of a tridiagonal matrix, and the last entry of its vector.
-fn ritz(diagonal: &[f64], beside: &[f64]) -> Option<(f64, f64)> {
+fn ritz(diagonal: &[f64], off_diagonal: &[f64]) -> Option<(f64, f64)> {
     let k = diagonal.len();
     let mut t = Mat::<f64>::zeros(k, k);
     for i in 0..k {
         t[(i, i)] = diagonal[i];
         if i + 1 < k {
-            t[(i + 1, i)] = beside[i];
+            t[(i + 1, i)] = off_diagonal[i];
         }
     }
     let eigen = t.self_adjoint_eigen(Side::Lower).ok()?;

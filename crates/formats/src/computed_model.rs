@@ -164,7 +164,7 @@ pub(super) mod tests {
             volume: None,
             jitter: None,
             provenance: None,
-            support: None,
+            fit_validity: None,
             process,
         };
         [

@@ -171,7 +171,7 @@ fn documents() -> Vec<Document> {
     let document = |kind, text: String, parse| Document { kind, text, parse };
     let environment: Parse = |bytes| environment::parse(bytes).map(drop);
     let mut room = environment::tests::room();
-    room.support = Some(environment::tests::support(&room));
+    room.fit_validity = Some(environment::tests::support(&room));
     room.process = Some(Arc::new(environment::tests::process(true)));
     room.volume = Some(Volume::Box(Bounds::from(([-1.0, -2.0, -300.5], [1.0, 2.0, -0.1]))));
     let [kriging, mut harmonic] = computed_model::tests::environments();

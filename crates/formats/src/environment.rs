@@ -60,7 +60,7 @@ pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
         volume: entry.volume,
         jitter: entry.jitter,
         provenance: entry.provenance,
-        support,
+        fit_validity: support,
         process,
     })
 }
@@ -104,7 +104,7 @@ pub fn write(environment: &Environment) -> String {
     out.push_str("    model: (\n");
     push_model(&mut out, &environment.model);
     out.push_str("    ),\n");
-    if let Some(support) = &environment.support {
+    if let Some(support) = &environment.fit_validity {
         support::push(&mut out, support.parts());
     }
     if let Some(process) = &environment.process {
@@ -163,14 +163,14 @@ pub(super) mod tests {
     use super::*;
     use nalgebra::{Unit, Vector3};
     use std::sync::Arc;
-    use trackwright_field::Support;
+    use trackwright_field::FitValidity;
     use trackwright_field::environment::{HoldoutProvenance, JitterGrowth};
     use trackwright_field::fit::{FitMethod, Residuals};
     use trackwright_field::gaussian::{
         Amplitude, FieldPoint, GaussianField, Kernel, KernelScale, Row, Trend,
     };
     use trackwright_field::samples::MapKind;
-    use trackwright_field::support::{Cell, Cells, SupportParts};
+    use trackwright_field::validity::{Cell, Cells, FitValidityParts};
     use trackwright_geometry::bounds::Bounds;
     use trackwright_geometry::directions::{DirectionSet, Weighting};
 
@@ -196,7 +196,7 @@ pub(super) mod tests {
                 growth: Some(JitterGrowth::dipole(250.0)),
                 ..Jitter::uniform(0.1, 0.001)
             }),
-            support: None,
+            fit_validity: None,
             process: None,
             provenance: Some(Provenance {
                 data: "data.csv".to_owned(),
@@ -235,9 +235,9 @@ pub(super) mod tests {
     }
 
     /// Numbers that need all their digits, an unknown deviation, a form that is zero.
-    pub(crate) fn support(room: &Environment) -> Support {
+    pub(crate) fn support(room: &Environment) -> FitValidity {
         let form = |i: usize| (0..27).map(|k| (i * 27 + k) as f64 / 3.0 - 9.0).collect();
-        let parts = SupportParts {
+        let parts = FitValidityParts {
             position_std_mm: vec![Some(0.1), None, Some(1.0 / 3.0), Some(1e-300), None, None],
             angle_std_rad: Some(vec![Some(0.0); 6]),
             greatest_leverage: vec![0.7; 6],
@@ -251,18 +251,18 @@ pub(super) mod tests {
                 vec![Cell { index: [0, 4095, 7], directions: 63 }; 20],
             ),
         };
-        Support::from_parts(parts, &room.model).unwrap()
+        FitValidity::from_parts(parts, &room.model).unwrap()
     }
 
     #[test]
     fn where_a_model_may_be_believed_reads_back_to_the_bit() {
         let mut room = room();
         let mut parts = support(&room).parts().clone();
-        room.support = Some(support(&room));
+        room.fit_validity = Some(support(&room));
         assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
         parts.angle_std_rad = None;
         parts.undetermined.clear();
-        room.support = Some(Support::from_parts(parts, &room.model).unwrap());
+        room.fit_validity = Some(FitValidity::from_parts(parts, &room.model).unwrap());
         assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
     }
 
@@ -329,7 +329,7 @@ pub(super) mod tests {
     #[test]
     fn supports_that_cannot_be_are_refused() {
         let mut room = room();
-        room.support = Some(support(&room));
+        room.fit_validity = Some(support(&room));
         let text = write(&room);
         for (from, to, part) in [
             ("std_mm: [0.1,", "std_mm: [-0.1,", "position_std_mm holds -0.1"),

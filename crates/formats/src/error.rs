@@ -4,7 +4,7 @@ use super::mesh::MeshError;
 use std::io::ErrorKind;
 use trackwright_design::DecisionError;
 use trackwright_design::view::ViewError;
-use trackwright_field::support::SupportPartsError;
+use trackwright_field::validity::FitValidityPartsError;
 use trackwright_geometry::bounds::BoundsError;
 use trackwright_geometry::limits::short;
 use trackwright_procedure::Step;
@@ -64,7 +64,7 @@ pub enum FormatError {
         cause: MotionError,
     },
     #[error("support: {0}")]
-    Support(#[from] SupportPartsError),
+    FitValidity(#[from] FitValidityPartsError),
     #[error(
         "checksum is {stored}, expected {computed}, the sum of the bytes: they are not what was once written"
     )]

@@ -130,8 +130,8 @@ pub fn write_with_validity(
     let degrees = |angle_rad: Option<f64>| cell(angle_rad.map(f64::to_degrees));
     for ((pose, is_outside), at) in rows {
         write_row(out, pose, is_outside)?;
-        let support = at.support.as_ref();
-        let supported = support.map(|s| u8::from(s.is_supported).to_string());
+        let support = at.fit.as_ref();
+        let supported = support.map(|s| u8::from(s.is_valid).to_string());
         writeln!(
             out,
             ",{},{},{},{},{},{},{}",

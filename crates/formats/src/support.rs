@@ -5,7 +5,7 @@ use super::ron_text;
 use serde::Deserialize;
 use std::fmt::Write;
 use trackwright_field::DistortionModel;
-use trackwright_field::support::{Cell, Cells, Support, SupportParts};
+use trackwright_field::validity::{Cell, Cells, FitValidity, FitValidityParts};
 use trackwright_geometry::number::shortest;
 
 #[derive(Deserialize)]
@@ -33,12 +33,12 @@ struct CellsEntry {
 }
 
 impl SupportEntry {
-    pub(super) fn check(self, model: &DistortionModel) -> Result<Support, FormatError> {
+    pub(super) fn check(self, model: &DistortionModel) -> Result<FitValidity, FormatError> {
         let origin = ron_text::point("support.samples.origin", self.samples.origin)?;
         let cells = self.samples.cells.into_iter();
         let cells =
             cells.map(|(i, j, k, directions)| Cell { index: [i, j, k], directions }).collect();
-        let parts = SupportParts {
+        let parts = FitValidityParts {
             position_std_mm: self.position_std_mm,
             angle_std_rad: self.angle_std_rad,
             greatest_leverage: self.greatest_leverage,
@@ -48,12 +48,12 @@ impl SupportEntry {
             undetermined: self.undetermined,
             cells: Cells::new(origin, self.samples.edge, cells),
         };
-        Support::from_parts(parts, model).map_err(FormatError::from)
+        FitValidity::from_parts(parts, model).map_err(FormatError::from)
     }
 }
 
 /// Writes a support as the last field of an environment.
-pub(super) fn push(out: &mut String, parts: &SupportParts) {
+pub(super) fn push(out: &mut String, parts: &FitValidityParts) {
     out.push_str("    support: (\n");
     push_list(out, "position_std_mm", &stds(&parts.position_std_mm));
     if let Some(std) = &parts.angle_std_rad {

@@ -1,29 +1,30 @@
 //! Well-spread samples of scattered points, and values between them.
 
-/// A point with whatever else tells places apart, in one length.
-pub type Place = [f64; 7];
+/// A point with whatever else tells positions apart, in one length.
+pub type Position = [f64; 7];
 
 /// Samples that a value between them is made of: on a surface about those of the next ring.
 const NEIGHBOURS: usize = 8;
 
 /// Square of the distance.
-fn distance2(a: &Place, b: &Place) -> f64 {
+fn distance2(a: &Position, b: &Position) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
-/// The first `count` places in farthest-first order: each is the one farthest from all before it,
+/// The first `count` positions in farthest-first order: each is the one farthest from all before it,
 /// the first of equals, and the first is the one farthest from the mean. Places that are not
 /// numbers never come.
 ///
-/// Each prefix covers all places with at most twice the radius that any choice of as many could
+/// Each prefix covers all positions with at most twice the radius that any choice of as many could
 /// (Gonzalez, Theoretical Computer Science 38, 1985).
-pub fn farthest_first(places: &[Place], count: usize) -> Vec<usize> {
-    let is_finite = |p: &Place| p.iter().all(|v| v.is_finite());
-    let finite = places.iter().filter(|p| is_finite(p));
+pub fn farthest_first(positions: &[Position], count: usize) -> Vec<usize> {
+    let is_finite = |p: &Position| p.iter().all(|v| v.is_finite());
+    let finite = positions.iter().filter(|p| is_finite(p));
     let n = finite.clone().count();
-    let mean: Place = std::array::from_fn(|k| finite.clone().map(|p| p[k] / n.max(1) as f64).sum());
+    let mean: Position =
+        std::array::from_fn(|k| finite.clone().map(|p| p[k] / n.max(1) as f64).sum());
     let mut away: Vec<f64> =
-        places.iter().map(|p| if is_finite(p) { distance2(p, &mean) } else { -1.0 }).collect();
+        positions.iter().map(|p| if is_finite(p) { distance2(p, &mean) } else { -1.0 }).collect();
     let mut order = Vec::with_capacity(count.min(n));
     while order.len() < count.min(n) {
         let mut next = 0;
@@ -37,8 +38,8 @@ pub fn farthest_first(places: &[Place], count: usize) -> Vec<usize> {
                 *d = f64::INFINITY;
             }
         }
-        for (d, p) in away.iter_mut().zip(places) {
-            *d = d.min(distance2(p, &places[next]));
+        for (d, p) in away.iter_mut().zip(positions) {
+            *d = d.min(distance2(p, &positions[next]));
         }
         away[next] = -1.0;
         order.push(next);
@@ -53,8 +54,8 @@ pub fn farthest_first(places: &[Place], count: usize) -> Vec<usize> {
 /// neighbours do (Franke, Mathematics of Computation 38(157), 1982). A sample at the very place is
 /// all that counts there. Empty without samples.
 pub fn shares(
-    at: &Place,
-    samples: &[Place],
+    at: &Position,
+    samples: &[Position],
     without: Option<usize>,
     near: &mut Vec<(f64, usize)>,
     out: &mut Vec<(f64, usize)>,
@@ -99,18 +100,18 @@ pub fn shares(
 mod tests {
     use super::*;
 
-    fn on_line(x: f64) -> Place {
+    fn on_line(x: f64) -> Position {
         [x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     }
 
     #[test]
     fn the_ends_come_first_and_then_the_middle() {
-        let mut places: Vec<_> = (0..=8).map(|i| on_line(f64::from(i))).collect();
-        places.push(on_line(f64::NAN));
-        assert_eq!(farthest_first(&places, 5), [0, 8, 4, 2, 6]);
-        assert_eq!(farthest_first(&places, 99).len(), 9);
+        let mut positions: Vec<_> = (0..=8).map(|i| on_line(f64::from(i))).collect();
+        positions.push(on_line(f64::NAN));
+        assert_eq!(farthest_first(&positions, 5), [0, 8, 4, 2, 6]);
+        assert_eq!(farthest_first(&positions, 99).len(), 9);
         assert!(farthest_first(&[], 3).is_empty());
-        // Of places that are twice there both come, the second when all others are through.
+        // Of positions that are twice there both come, the second when all others are through.
         assert_eq!(farthest_first(&[on_line(1.0), on_line(1.0)], 2), [0, 1]);
     }
 

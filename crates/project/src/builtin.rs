@@ -115,7 +115,7 @@ mod tests {
     use trackwright_field::fit::{FitSettings, factor, residuals};
     use trackwright_field::gaussian::GaussianField;
     use trackwright_field::samples::MapKind;
-    use trackwright_field::{Environment, OutsidePolicy, Support};
+    use trackwright_field::{Environment, FitValidity, OutsidePolicy};
     use trackwright_formats::{body, design_file, environment};
     use trackwright_geometry::directions::DirectionSet;
     use trackwright_geometry::volume::Volume;
@@ -141,7 +141,7 @@ mod tests {
         let factored = factor(&samples, &settings, None, &task).unwrap();
         let solved = factored.solve(settings.rcond, settings.ridge).unwrap();
         let fit = solved.judged(&samples);
-        let support = Support::of_fit(&samples, &factored, &fit.model, &task).unwrap();
+        let support = FitValidity::of_fit(&samples, &factored, &fit.model, &task).unwrap();
         let holdout = read("cube-holdout.csv").samples(MapKind::Distortion);
         let zero =
             trackwright_field::DistortionModel::zero(*fit.model.bounds(), MapKind::Distortion);
@@ -168,7 +168,7 @@ mod tests {
                 room_process(&samples, &fit, &refit, &task).unwrap()
             })),
             model: fit.model,
-            support: Some(support),
+            fit_validity: Some(support),
         }
     }
 

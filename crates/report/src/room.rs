@@ -4,7 +4,7 @@ use trackwright_calibration::room_model::HarmonicReport;
 use trackwright_field::Environment;
 use trackwright_field::fit::{Fit, FitMethod};
 use trackwright_field::samples::MapKind;
-use trackwright_field::support::SupportError;
+use trackwright_field::validity::FitValidityError;
 use trackwright_simulation::figures::with_separators;
 
 pub fn method_name(method: FitMethod) -> &'static str {
@@ -41,7 +41,7 @@ pub fn caption(environment: &Environment) -> String {
 }
 
 /// The note of a room that keeps no model validity.
-pub fn support_note(why: &SupportError) -> String {
+pub fn support_note(why: &FitValidityError) -> String {
     format!("{why}; the environment is written without it")
 }
 

@@ -35,7 +35,7 @@ use trackwright_formats::gltf::GltfWriteError;
 use trackwright_geometry::coarse::coarser;
 use trackwright_geometry::gizmo::Eye;
 use trackwright_geometry::mesh::SurfaceMesh;
-use trackwright_geometry::stand_in::stand_in;
+use trackwright_geometry::placeholder::placeholder;
 use trackwright_project::{StoreError, World};
 use trackwright_task::{Cancelled, Task};
 
@@ -186,7 +186,7 @@ pub fn shown_mesh(world: &World, role: BodyRole) -> Option<Arc<SurfaceMesh>> {
     Some(world.mesh(role).cloned().unwrap_or_else(|| {
         let sensors = body.rigid.sensors.iter();
         let sensors: Vec<_> = sensors.map(|s| s.position_in_body).collect();
-        Arc::new(stand_in(&body.rigid.judged_tip_in_body(), &sensors))
+        Arc::new(placeholder(&body.rigid.judged_tip_in_body(), &sensors))
     }))
 }
 

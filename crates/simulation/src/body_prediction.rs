@@ -4,12 +4,12 @@
 use crate::RigidBody;
 use crate::linear_fit::{LinearFit, MotionCovariance, UnitCovariance};
 use nalgebra::{Point3, Unit, Vector3};
-use trackwright_field::{Environment, OutsidePolicy, Support};
+use trackwright_field::{Environment, FitValidity, OutsidePolicy};
 use trackwright_geometry::pose::Pose;
 
 /// A body made ready to be predicted often.
 pub struct BodyPredictor<'a> {
-    support: Option<&'a Support>,
+    support: Option<&'a FitValidity>,
     outside: OutsidePolicy,
     sensors: Vec<PredictedSensor>,
     /// From the sensors' centroid to the tip, body axes.
@@ -42,7 +42,7 @@ pub struct BodyPrediction {
     pub position_std_error_mm: Option<f64>,
     /// Likewise of the rotation; `None` also where orientations were not measured.
     pub angle_std_error_rad: Option<f64>,
-    /// Whether the samples support the model at every sensor ([`Support::is_supported`]).
+    /// Whether the samples support the model at every sensor ([FitValidity::is_valid`]).
     pub is_valid: bool,
 }
 
@@ -57,7 +57,7 @@ impl<'a> BodyPredictor<'a> {
     ) -> Self {
         let linear = LinearFit::new(body, orientation_weight_mm);
         let parts = body.sensors.iter().zip(linear.unit_covariances());
-        let support = environment.support.as_ref();
+        let support = environment.fit_validity.as_ref();
         Self {
             support,
             outside,
@@ -95,7 +95,7 @@ impl<'a> BodyPredictor<'a> {
                 }
                 None => support.at_marker(&position_mm, self.outside),
             };
-            is_valid &= at.is_supported;
+            is_valid &= at.is_valid;
             position_mm2 += at.position_std_error_mm.powi(2) / count;
             angle_rad2 = angle_rad2
                 .zip(at.angle_std_error_rad)
@@ -128,7 +128,7 @@ impl<'a> BodyPredictor<'a> {
 
 impl Noise {
     /// `None` where a fit has no residual to tell its noise from.
-    fn of(support: &Support) -> Option<Self> {
+    fn of(support: &FitValidity) -> Option<Self> {
         let parts = support.parts();
         Some(Self {
             position_mm: rms(&parts.position_std_mm)?,

@@ -9,7 +9,7 @@ use super::trial::{Simulator, TrialBuffers};
 use super::work::Work;
 use rayon::prelude::*;
 use trackwright_field::samples::PoseError;
-use trackwright_field::{Batch, DistortionModel, OutsidePolicy, Support};
+use trackwright_field::{Batch, DistortionModel, FitValidity, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::svd3::svd3;
 use trackwright_task::CancelToken;
@@ -66,7 +66,7 @@ pub fn sample_slice(
         Quantity::TipErrorMm => tip_errors(scenario, plan, cancel),
         Quantity::GradientMmPerMm => gradients(model, plan, cancel),
         Quantity::StdErrorMm | Quantity::SupportDistanceMm => {
-            let Some(support) = &environment.support else {
+            let Some(support) = &environment.fit_validity else {
                 return Ok(None);
             };
             supports(quantity, support, model, plan, cancel)
@@ -212,7 +212,7 @@ fn gradients(model: &DistortionModel, plan: &SlicePlan, cancel: &CancelToken) ->
 
 fn supports(
     quantity: Quantity,
-    support: &Support,
+    support: &FitValidity,
     model: &DistortionModel,
     plan: &SlicePlan,
     cancel: &CancelToken,

@@ -7,11 +7,11 @@ use super::slice_quantity::Quantity;
 use super::trial::Simulator;
 use crate::RigidBody;
 use rayon::prelude::*;
-use trackwright_field::Support;
+use trackwright_field::FitValidity;
 use trackwright_geometry::pose::Pose;
 use trackwright_task::CancelToken;
 
-/// Whether the field is supported ([`Support::is_supported`]) at each point of the plan, in the order
+/// Whether the field is supported ([FitValidity::is_valid`]) at each point of the plan, in the order
 /// of a slice's values: for the plan's imagined sensor, or for a quantity of the tool for every sensor
 /// of tool and CRF with the tip at the point. `None` where the environment does not say.
 ///
@@ -23,12 +23,12 @@ pub fn slice_support(
     plan: &SlicePlan,
     cancel: &CancelToken,
 ) -> Result<Option<Vec<bool>>, StudyError> {
-    let Some(support) = &scenario.environment.support else {
+    let Some(support) = &scenario.environment.fit_validity else {
         return Ok(None);
     };
     if !quantity.needs_tool() {
         return each_point(plan, cancel, |u, v| {
-            support.is_supported(&plan.point_mm(u, v), &plan.sensor_axis)
+            support.is_valid(&plan.point_mm(u, v), &plan.sensor_axis)
         });
     }
     check(scenario)?;
@@ -47,12 +47,12 @@ pub fn slice_support(
     })
 }
 
-fn is_supported(support: &Support, body: &RigidBody, tracker_from_body: &Pose) -> bool {
+fn is_supported(support: &FitValidity, body: &RigidBody, tracker_from_body: &Pose) -> bool {
     body.sensors.iter().all(|sensor| {
         let position_mm = tracker_from_body * sensor.position_in_body;
         match sensor.axis_in_body() {
-            Some(axis) => support.is_supported(&position_mm, &(tracker_from_body.rotation * axis)),
-            None => support.is_marker_supported(&position_mm),
+            Some(axis) => support.is_valid(&position_mm, &(tracker_from_body.rotation * axis)),
+            None => support.is_marker_valid(&position_mm),
         }
     })
 }

@@ -9,7 +9,7 @@ use crate::RigidBody;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::Arc;
-use trackwright_field::{OutsidePolicy, Support};
+use trackwright_field::{FitValidity, OutsidePolicy};
 use trackwright_geometry::pose::Pose;
 use trackwright_task::{Cancelled, Task};
 
@@ -70,7 +70,7 @@ impl From<Cancelled> for SurveyError {
 pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSurvey, SurveyError> {
     let environment = &scenario.environment;
     let support = environment
-        .support
+        .fit_validity
         .as_ref()
         .ok_or_else(|| SurveyError::NoSupport(environment.name.clone()))?;
     let looker = Looker::new(scenario, support);
@@ -178,12 +178,12 @@ impl Looked {
 /// Looks up trials; the CRF where it stands is looked up once.
 struct Looker<'a> {
     scenario: &'a Scenario,
-    support: &'a Support,
+    support: &'a FitValidity,
     crf: Option<Looked>,
 }
 
 impl<'a> Looker<'a> {
-    fn new(scenario: &'a Scenario, support: &'a Support) -> Self {
+    fn new(scenario: &'a Scenario, support: &'a FitValidity) -> Self {
         let mut looker = Self { scenario, support, crf: None };
         let crf = scenario.crf.as_ref();
         looker.crf = crf.map(|crf| looker.body(&crf.body, &crf.tracker_from_crf));
@@ -231,7 +231,7 @@ impl<'a> Looker<'a> {
                 squares_rad2: rad * rad,
                 max_rad: rad,
                 distance_mm: at.distance_mm,
-                is_unsupported: !at.is_supported,
+                is_unsupported: !at.is_valid,
                 is_undetermined: !is_determined,
                 is_outside: !model.bounds().contains(&position),
                 evaluations: 1,

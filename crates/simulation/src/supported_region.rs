@@ -1,13 +1,13 @@
 //! Where in its box a model is valid: the surface within which a sensor turned one way finds
 //! field that the samples support.
 //!
-//! The scalar is [`Support::leverage_share`]: the leverage of the pose against the greatest of the
+//! The scalar is [`FitValidity::leverage_share`]: the leverage of the pose against the greatest of the
 //! samples, so 1 is where the model begins to extrapolate. The surface ends on the faces of the box,
 //! as the model does.
 
 use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
-use trackwright_field::{Environment, Support};
+use trackwright_field::{Environment, FitValidity};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::isosurface::{Isosurface, ScalarLattice};
 use trackwright_task::{Cancelled, Task};
@@ -60,7 +60,7 @@ pub fn supported_region(
     task: &Task,
 ) -> Result<SupportedRegion, SupportedRegionError> {
     let no_support = || SupportedRegionError::NoSupport(environment.name.clone());
-    let support = environment.support.as_ref().ok_or_else(no_support)?;
+    let support = environment.fit_validity.as_ref().ok_or_else(no_support)?;
     if count < 2 {
         return Err(SupportedRegionError::Count { count });
     }
@@ -82,7 +82,7 @@ pub fn supported_region(
 
 /// The scalar over the box.
 fn shares(
-    support: &Support,
+    support: &FitValidity,
     bounds: &Bounds,
     axis: &Unit<Vector3<f64>>,
     count: usize,

@@ -89,7 +89,7 @@ fn alone(tool: RigidBody, weight_mm: f64, jitter: Jitter) -> Scenario {
             volume: None,
             jitter: Some(jitter),
             provenance: None,
-            support: None,
+            fit_validity: None,
             process: None,
         }),
         tool,

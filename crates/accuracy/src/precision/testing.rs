@@ -64,7 +64,7 @@ pub fn scenario(model: DistortionModel) -> Scenario {
             volume: None,
             jitter: None,
             provenance: None,
-            support: None,
+            fit_validity: None,
             process: None,
         }),
         ..built_in()

@@ -3,7 +3,7 @@
 
 use super::rows::AgreementRow;
 use nalgebra::{Matrix3, Point3, UnitQuaternion};
-use trackwright_field::{OutsidePolicy, Support};
+use trackwright_field::{FitValidity, OutsidePolicy};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::linear_fit::{LinearFit, MotionCovariance, SensorCovariance};
 use trackwright_simulation::scenario::Scenario;
@@ -38,7 +38,7 @@ impl<'a> Noise<'a> {
     }
 
     pub fn has_field_error(&self) -> bool {
-        self.scenario.environment.support.is_some()
+        self.scenario.environment.fit_validity.is_some()
     }
 
     /// Covariance of the tip in CRF axes, of jitter, field and truth together; `None` where the room
@@ -88,13 +88,13 @@ impl<'a> Noise<'a> {
 
     /// Whether a sensor of tool or CRF leans on field that the samples do not support.
     pub fn is_unsupported(&self, row: &AgreementRow) -> Option<bool> {
-        let support = self.scenario.environment.support.as_ref()?;
+        let support = self.scenario.environment.fit_validity.as_ref()?;
         let is_held = |body: &RigidBody, pose: &Pose| {
             body.sensors.iter().all(|sensor| {
                 let at = pose * sensor.position_in_body;
                 match sensor.axis_in_body() {
-                    Some(axis) => support.is_supported(&at, &(pose.rotation * axis)),
-                    None => support.is_marker_supported(&at),
+                    Some(axis) => support.is_valid(&at, &(pose.rotation * axis)),
+                    None => support.is_marker_valid(&at),
                 }
             })
         };
@@ -163,14 +163,14 @@ impl<'a> Noise<'a> {
 
     fn field_error(&self, sensor: &Sensor, tracker_from_body: &Pose) -> Variances {
         let at = tracker_from_body * sensor.position_in_body;
-        let support = self.scenario.environment.support.as_ref();
+        let support = self.scenario.environment.fit_validity.as_ref();
         support.map_or([0.0; 2], |support| field_variances(support, sensor, &at, tracker_from_body))
     }
 }
 
 /// The support tells lengths of vectors.
 fn field_variances(
-    support: &Support,
+    support: &FitValidity,
     sensor: &Sensor,
     at: &Point3<f64>,
     tracker_from_body: &Pose,

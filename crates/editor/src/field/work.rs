@@ -127,13 +127,14 @@ fn fit_model(
     };
     let stage = |stage| match stage {
         RoomStage::Fitting => task.stretch(0.0, FITTING_PART),
-        RoomStage::Support => task.stretch(FITTING_PART, SUPPORT_PART),
+        RoomStage::FitValidity => task.stretch(FITTING_PART, SUPPORT_PART),
         RoomStage::Process => task.stretch(SUPPORT_PART, 1.0),
     };
     fit_room(&order, stage).map_err(|error| match error {
         error if error.is_cancelled() => Failure::Cancelled,
         RoomError::Fit(error) => in_table(training, &error),
-        error @ (RoomError::Support(_) | RoomError::Model(_) | RoomError::SharedRows { .. }) => {
+        error
+        @ (RoomError::FitValidity(_) | RoomError::Model(_) | RoomError::SharedRows { .. }) => {
             Failure::Because(error.to_string())
         }
     })

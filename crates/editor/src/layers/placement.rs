@@ -36,7 +36,7 @@ pub(crate) struct PlacementLayer {
     key: Option<Key>,
     look: Look,
     mesh: Option<Arc<SurfaceMesh>>,
-    /// Of a stand-in's mesh, which nobody else keeps.
+    /// Of a placeholder's mesh, which nobody else keeps.
     surface: Option<Arc<Surface>>,
     found: Option<PlacementOutcome>,
     /// Work of the newest wish that was counted already.
@@ -199,8 +199,8 @@ fn ask(
     bars.placement = None;
     let mesh = key.as_ref().and_then(|key| shown_mesh(&world.0, key.body));
     layer.mesh.clone_from(&mesh);
-    let is_stand_in = key.as_ref().is_some_and(|key| mesh_of(&world.0, key.body).is_none());
-    layer.surface = mesh.as_deref().filter(|_| is_stand_in).and_then(Surface::new).map(Arc::new);
+    let is_placeholder = key.as_ref().is_some_and(|key| mesh_of(&world.0, key.body).is_none());
+    layer.surface = mesh.as_deref().filter(|_| is_placeholder).and_then(Surface::new).map(Arc::new);
     let (Some(key), Some(mesh)) = (key, mesh) else {
         layer.latest.give_up();
         return;

@@ -92,7 +92,7 @@ fn is_on(layer: Res<SupportLayer>) -> bool {
 
 fn ask(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut bars: ResMut<ColorBars>) {
     let (view, environment) = (world.0.document.view(), &world.0.environment);
-    let is_wanted = view.layers.support && environment.support.is_some();
+    let is_wanted = view.layers.support && environment.fit_validity.is_some();
     let axis = Vector3::from(view.slice.sensor_axis);
     let key = is_wanted.then(|| Key {
         environment: Arc::clone(environment),

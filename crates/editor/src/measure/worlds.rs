@@ -25,7 +25,7 @@ pub fn order_four() -> Result<World, MeasureError> {
     let mut room = (*world.environment).clone();
     room.model = room.model.elevated(ORDER)?;
     // What the fit knows of its samples belongs to its own order.
-    room.support = None;
+    room.fit_validity = None;
     world.environment = Arc::new(room);
     Ok(world)
 }

@@ -59,7 +59,7 @@ pub fn mesh_of(world: &trackwright_project::World, role: BodyRole) -> Option<&Ar
     world.mesh(role)
 }
 
-/// Whether two meshes are one; a stand-in is made anew each time.
+/// Whether two meshes are one; a placeholder is made anew each time.
 pub fn is_same_mesh(a: &Arc<SurfaceMesh>, b: &Arc<SurfaceMesh>) -> bool {
     Arc::ptr_eq(a, b) || a == b
 }

@@ -58,7 +58,7 @@ pub fn layer_settings_ui(
             &SlicePanelView {
                 view,
                 bounds: *environment.model.bounds(),
-                has_support: environment.support.is_some(),
+                has_support: environment.fit_validity.is_some(),
                 max: figures.slice_max,
                 camera: figures.camera,
             },

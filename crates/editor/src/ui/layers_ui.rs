@@ -90,7 +90,7 @@ fn rows_ui(ui: &mut Ui, panel: &LayersView) -> Vec<PanelAction> {
     for layer in LAYERS.iter().filter(is_listed) {
         let mut layers = panel.view.layers;
         let why_not = match layer.name {
-            MODEL_SUPPORT if panel.environment.support.is_none() => {
+            MODEL_SUPPORT if panel.environment.fit_validity.is_none() => {
                 Some(super::slice_ui::NO_SUPPORT)
             }
             _ => None,

@@ -127,7 +127,7 @@ fn shifted_room() -> LiveRoom {
             volume: None,
             jitter: None,
             provenance: None,
-            support: None,
+            fit_validity: None,
             process: None,
         }),
         outside: OutsidePolicy::Reject,

@@ -206,7 +206,7 @@ fn a_design_without_reference_requirement_motion_meshes_and_provenance_has_its_p
     design.motion = None;
     let mut environment = (*opened.environment).clone();
     environment.provenance = None;
-    environment.support = None;
+    environment.fit_validity = None;
     environment.process = None;
     environment.volume = None;
     environment.jitter = None;

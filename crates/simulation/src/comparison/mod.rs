@@ -1,7 +1,7 @@
 //! Designs beside each other: every design in every room, and what each differs from a baseline by.
 //!
 //! A row's figures are those of a study of its own, to the bit. What a difference may be said to be
-//! is in `difference.rs`, what it rests on in `sampled.rs` and [`trackwright_field::support::FieldDraws`].
+//! is in `difference.rs`, what it rests on in `sampled.rs` and [`trackwright_field::validity::FieldDraws`].
 
 mod difference;
 mod figure;
@@ -28,7 +28,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trackwright_field::Environment;
 use trackwright_field::gaussian::GaussianField;
-use trackwright_field::support::DrawError;
+use trackwright_field::validity::DrawError;
 use trackwright_geometry::pose::Pose;
 use trackwright_task::{Cancelled, Task};
 
@@ -306,7 +306,7 @@ impl InRoom<'_> {
         environment: &Arc<Environment>,
         task: &Task,
     ) -> Result<Result<Vec<Arc<Environment>>, RoomUnknown>, Cancelled> {
-        let Some(support) = &environment.support else {
+        let Some(support) = &environment.fit_validity else {
             return Ok(Err(RoomUnknown::NoSupport));
         };
         let ridge = environment.provenance.as_ref().map_or(0.0, |p| p.ridge);
@@ -324,7 +324,7 @@ impl InRoom<'_> {
                         volume: environment.volume,
                         jitter: environment.jitter,
                         provenance: None,
-                        support: None,
+                        fit_validity: None,
                         process: None,
                     })
                 });

@@ -15,7 +15,7 @@ use crate::plan::Plan;
 use crate::run::StudyError;
 use crate::scenario::{Mode, Scenario};
 use rayon::prelude::*;
-use trackwright_geometry::spread::{Place, farthest_first, shares};
+use trackwright_geometry::spread::{Position, farthest_first, shares};
 use trackwright_task::{Cancelled, Task};
 
 /// Places whose expected figure is computed.
@@ -26,7 +26,7 @@ const TRIALS: usize = 16;
 
 /// Expected tip RMS at some places.
 pub(super) struct OpenParts {
-    places: Vec<Place>,
+    places: Vec<Position>,
     /// `expected² - own²` in mm², and the logarithms of the interval's ends in parts of the expected.
     parts: Vec<[f64; 3]>,
 }
@@ -40,7 +40,7 @@ impl OpenParts {
         scenario: &Scenario,
         plan: &PlacementPlan,
         candidates: &Candidates,
-        features: &[Place],
+        features: &[Position],
         task: &Task,
     ) -> Result<Option<Self>, Cancelled> {
         let Some(mode) = few_trials(scenario) else {
@@ -74,13 +74,13 @@ impl OpenParts {
             })
             .collect();
         let known = found?.into_iter().flatten();
-        let is_finite = |(_, part): &(Place, [f64; 3])| part.iter().all(|v| v.is_finite());
-        let (places, parts): (Vec<Place>, Vec<[f64; 3]>) = known.filter(is_finite).unzip();
+        let is_finite = |(_, part): &(Position, [f64; 3])| part.iter().all(|v| v.is_finite());
+        let (places, parts): (Vec<Position>, Vec<[f64; 3]>) = known.filter(is_finite).unzip();
         Ok((!places.is_empty()).then_some(Self { places, parts }))
     }
 
     /// The expected tip RMS of every place.
-    pub fn add_to(&self, of_place: &mut [Placement], place_of: &[usize], features: &[Place]) {
+    pub fn add_to(&self, of_place: &mut [Placement], place_of: &[usize], features: &[Position]) {
         of_place.par_iter_mut().zip(place_of).for_each_init(
             || (Vec::new(), Vec::new()),
             |(near, parts), (placement, &place)| {

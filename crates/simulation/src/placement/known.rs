@@ -5,7 +5,7 @@ use super::{
 };
 use crate::work::Work;
 use rayon::prelude::*;
-use trackwright_geometry::spread::{Place, shares};
+use trackwright_geometry::spread::{Position, shares};
 
 /// What is known of the places so far.
 pub(super) struct Known<'a> {
@@ -22,7 +22,7 @@ pub(super) struct Known<'a> {
 /// Values at some places, and what each would be off by, relative to it, were it made of the
 /// others.
 struct Samples {
-    places: Vec<Place>,
+    places: Vec<Position>,
     values: Vec<f64>,
     off: Vec<f64>,
 }
@@ -34,7 +34,7 @@ struct Near {
 }
 
 impl Samples {
-    fn new(places: Vec<Place>, values: Vec<f64>) -> Self {
+    fn new(places: Vec<Position>, values: Vec<f64>) -> Self {
         let mut samples = Self { places, values, off: Vec::new() };
         samples.off = (0..samples.values.len())
             .into_par_iter()
@@ -50,7 +50,7 @@ impl Samples {
     }
 
     /// The value at a place, and the largest of what its neighbours would be off by.
-    fn mix(&self, at: &Place, without: Option<usize>, near: &mut Near) -> Option<(f64, f64)> {
+    fn mix(&self, at: &Position, without: Option<usize>, near: &mut Near) -> Option<(f64, f64)> {
         shares(at, &self.places, without, &mut near.near, &mut near.shares);
         let shares = near.shares.iter();
         let value = shares.clone().map(|&(share, i)| share * self.values[i]).sum();
@@ -69,9 +69,9 @@ impl Samples {
 impl Known<'_> {
     /// What tells places apart: where they are, and once that is known of all of them how much
     /// trials vary there.
-    pub fn features(&self) -> Vec<Place> {
+    pub fn features(&self) -> Vec<Position> {
         let all = self.candidates.places.iter().zip(&self.few);
-        let is_finite = |place: &Place| place.iter().all(|v| v.is_finite());
+        let is_finite = |place: &Position| place.iter().all(|v| v.is_finite());
         let are_known = all.clone().all(|(place, few)| few.is_some() || !is_finite(place));
         all.map(|(place, few)| {
             let mut place = *place;
@@ -118,7 +118,7 @@ impl Known<'_> {
     fn placement(
         &self,
         i: usize,
-        place: &Place,
+        place: &Position,
         [ratios, partly]: [&Samples; 2],
         near: &mut Near,
     ) -> Placement {

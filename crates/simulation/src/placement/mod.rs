@@ -55,7 +55,7 @@ use std::sync::Arc;
 use tool::{ToolAt, ToolBuffers};
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::pose::Pose;
-use trackwright_geometry::spread::{Place, farthest_first};
+use trackwright_geometry::spread::{Position, farthest_first};
 use trackwright_geometry::surface::SurfacePoint;
 use trackwright_task::{Cancelled, Task};
 
@@ -351,7 +351,7 @@ impl Study {
 /// The places, each once: meshes name a vertex of a sharp edge several times.
 struct Candidates {
     sensors: Vec<Sensor>,
-    places: Vec<Place>,
+    places: Vec<Position>,
     /// Of each candidate, which of them it is.
     place_of: Vec<usize>,
 }
@@ -468,7 +468,7 @@ fn on_tool(
     candidates: &Candidates,
     task: &Task,
     deliver: &mut dyn FnMut(&PlacementOutcome),
-) -> Result<(PlacementOutcome, Vec<Place>), PlacementError> {
+) -> Result<(PlacementOutcome, Vec<Position>), PlacementError> {
     let all: Vec<usize> =
         (0..candidates.places.len()).filter(|&place| candidates.is_finite(place)).collect();
     let most = (FULL_TRIALS / many.poses()).max(LEAST_FULL).min(all.len());

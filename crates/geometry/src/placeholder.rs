@@ -7,7 +7,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// How its parts are named.
-pub const STAND_IN: &str = "stand-in";
+const NAME: &str = "stand-in";
 
 /// Radius of the rod relative to its length, and its limits: thin enough to be taken for no
 /// instrument, and thick enough to be taken hold of.
@@ -28,11 +28,11 @@ const END_RINGS: u32 = 6;
 /// Linear RGBA.
 const COLOR: [f32; 4] = [0.6, 0.6, 0.6, 1.0];
 
-/// The stand-in for a body, body frame, millimetres; closed, with normals outward.
+/// The placeholder for a body, body frame, millimetres; closed, with normals outward.
 ///
 /// The rod runs from the tip through the sensors' centre, as far as sensors lie along that way on
 /// either side of the tip. Where all are in one place it is a ball.
-pub fn stand_in(tip_mm: &Point3<f64>, sensors_mm: &[Point3<f64>]) -> SurfaceMesh {
+pub fn placeholder(tip_mm: &Point3<f64>, sensors_mm: &[Point3<f64>]) -> SurfaceMesh {
     let sum: Vector3<f64> = sensors_mm.iter().map(|sensor| sensor - tip_mm).sum();
     let farthest = sensors_mm
         .iter()
@@ -51,7 +51,7 @@ pub fn stand_in(tip_mm: &Point3<f64>, sensors_mm: &[Point3<f64>]) -> SurfaceMesh
     let [least, most] = RADIUS_LIMITS_MM;
     let radius_mm = (SLENDERNESS * (high - low)).clamp(least, most);
     let mut part = MeshPart {
-        name: STAND_IN.to_owned(),
+        name: NAME.to_owned(),
         positions_mm: Vec::new(),
         normals: Vec::new(),
         triangles: Vec::new(),
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn a_pointer_becomes_a_closed_rod_from_its_tip_to_its_last_sensor() {
         let sensors = [Point3::new(0.0, 0.0, 60.0), Point3::new(0.0, 0.0, 100.0)];
-        let mesh = stand_in(&Point3::origin(), &sensors);
+        let mesh = placeholder(&Point3::origin(), &sensors);
         let bounds = mesh.body_bounds().unwrap();
         assert_eq!((bounds.min_mm.z, bounds.max_mm.z), (-1.5, 101.5));
         // A polygon of 24 sides has 0.989 of the circle's area; rings of 15° take as much again
@@ -152,7 +152,7 @@ mod tests {
         let sensors = sensors.map(Point3::from);
         let tip = Point3::new(3.0, 0.0, 0.0);
         for tip in [tip, Point3::origin()] {
-            let surface = Surface::new(&stand_in(&tip, &sensors)).unwrap();
+            let surface = Surface::new(&placeholder(&tip, &sensors)).unwrap();
             for point in sensors.iter().chain([&tip]) {
                 let nearest = surface.closest(point).position_mm;
                 assert!((nearest - point).norm() <= RADIUS_LIMITS_MM[1], "{point}");
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn sensors_in_one_place_make_a_ball() {
         for sensors in [&[][..], &[Point3::origin(); 3]] {
-            let bounds = stand_in(&Point3::origin(), sensors).body_bounds().unwrap();
+            let bounds = placeholder(&Point3::origin(), sensors).body_bounds().unwrap();
             assert!((bounds.size_mm() - Vector3::repeat(1.6)).norm() < 1e-9, "{bounds:?}");
         }
     }

@@ -14,7 +14,7 @@
 //! so that the variance at its samples' places is the stored one on average. Then `σ_b` of the support
 //! makes it mm and rad. How close this is to refits is in `tests/invariants/field_draws.rs`.
 
-use super::{FormBasis, Support, Weighed};
+use super::{FitValidity, FormBasis, Weighed};
 use crate::bernstein::push_products;
 use crate::model::{Coefficient, DistortionModel};
 use faer::linalg::solvers::Solve;
@@ -110,7 +110,7 @@ impl Used {
     }
 }
 
-impl Support {
+impl FitValidity {
     /// `count` fields that the fit might as well have given, of the model that this support stands
     /// beside and the ridge that it was fitted with. A seed gives the same fields on any number of
     /// threads.

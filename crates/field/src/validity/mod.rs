@@ -32,10 +32,12 @@ mod build;
 mod cells;
 mod draws;
 mod form;
+mod readings;
 
-pub use build::{MAX_STORED, SupportError};
+pub use build::{FitValidityError, MAX_STORED};
 pub use cells::{Cell, Cells, MAX_CELLS};
 pub use draws::{DrawError, FieldDraws};
+pub use readings::Validity;
 
 use super::bernstein::MAX_ORDER;
 use super::model::{DistortionModel, OutsidePolicy};
@@ -55,18 +57,18 @@ pub(super) const NULL_TOLERANCE: f64 = 100.0 * f64::EPSILON;
 
 /// What a fit knows about its own reach.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Support {
+pub struct FitValidity {
     order: usize,
     directions: DirectionSet,
     weighting: Weighting,
     bounds: Bounds,
     pairs: Pairs,
-    parts: SupportParts,
+    parts: FitValidityParts,
 }
 
 /// The numbers that a support is made of, as a file holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SupportParts {
+pub struct FitValidityParts {
     /// σ of the samples' position, one a system (direction, or one for all of a joint fit); `None` where
     /// there is no degree of freedom to tell.
     pub position_std_mm: Vec<Option<f64>>,
@@ -89,14 +91,14 @@ pub struct SupportParts {
 
 /// What a model's answer at one pose depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SupportAt {
+pub struct FitValidityAt {
     /// RMS length of the error vector of the field's position; infinite where it is not determined.
     pub position_std_error_mm: f64,
     /// Likewise of the rotation; `None` where orientations were not measured.
     pub angle_std_error_rad: Option<f64>,
     /// Of the pose as a sample, the largest over the directions; infinite where not determined.
     pub leverage: f64,
-    pub is_supported: bool,
+    pub is_valid: bool,
     /// To the nearest sample, the largest over the directions that the pose weighs; infinite
     /// where one has none.
     pub distance_mm: f64,
@@ -104,7 +106,7 @@ pub struct SupportAt {
 
 /// Numbers that make no support.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SupportPartsError {
+pub enum FitValidityPartsError {
     #[error("{name} has {found} entries, expected {expected}")]
     Count { name: &'static str, found: usize, expected: usize },
     #[error("{name} holds {}, expected {expected}", short(*found))]
@@ -113,21 +115,21 @@ pub enum SupportPartsError {
     NoOrder,
 }
 
-impl Support {
+impl FitValidity {
     /// A support from what a file holds, for the model that stands beside it.
     ///
     /// # Errors
-    /// See [`SupportPartsError`].
+    /// See [`FitValidityPartsError`].
     pub fn from_parts(
-        parts: SupportParts,
+        parts: FitValidityParts,
         model: &DistortionModel,
-    ) -> Result<Self, SupportPartsError> {
+    ) -> Result<Self, FitValidityPartsError> {
         let pairs = Pairs::of(model.directions());
         check(&parts, &pairs, model)?;
         Ok(Self::new(parts, pairs, model))
     }
 
-    fn new(parts: SupportParts, pairs: Pairs, model: &DistortionModel) -> Self {
+    fn new(parts: FitValidityParts, pairs: Pairs, model: &DistortionModel) -> Self {
         Self {
             order: model.order(),
             directions: model.directions(),
@@ -138,7 +140,7 @@ impl Support {
         }
     }
 
-    pub fn parts(&self) -> &SupportParts {
+    pub fn parts(&self) -> &FitValidityParts {
         &self.parts
     }
 
@@ -160,7 +162,7 @@ impl Support {
         position_mm: &Point3<f64>,
         axis: &Unit<Vector3<f64>>,
         outside: OutsidePolicy,
-    ) -> SupportAt {
+    ) -> FitValidityAt {
         let bounds = &self.bounds;
         let at = match outside {
             OutsidePolicy::Extrapolate => *position_mm,
@@ -178,11 +180,11 @@ impl Support {
         let std_error = |std: &[Option<f64>]| {
             if is_determined { self.std_error(&variance, &weighed, std) } else { f64::INFINITY }
         };
-        SupportAt {
+        FitValidityAt {
             position_std_error_mm: std_error(&self.parts.position_std_mm),
             angle_std_error_rad: self.parts.angle_std_rad.as_deref().map(std_error),
             leverage: if is_determined { reach.leverage } else { f64::INFINITY },
-            is_supported: is_determined && reach.is_within && bounds.contains(position_mm),
+            is_valid: is_determined && reach.is_within && bounds.contains(position_mm),
             distance_mm: self.distance_mm(position_mm, &weighed),
         }
     }
@@ -209,32 +211,33 @@ impl Support {
         most
     }
 
-    /// As [`SupportAt::is_supported`], without the other figures, which cost more.
-    pub fn is_supported(&self, position_mm: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> bool {
+    /// As [`FitValidityAt::is_valid`], without the other figures, which cost more.
+    pub fn is_valid(&self, position_mm: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> bool {
         self.leverage_share(position_mm, axis) <= 1.0 + LEVERAGE_SLACK
     }
 
     /// As [`Self::at`] for a marker, which has no axis: the worst over the basis orientations, whose
     /// mean is its error, and no angle.
-    pub fn at_marker(&self, position_mm: &Point3<f64>, outside: OutsidePolicy) -> SupportAt {
+    pub fn at_marker(&self, position_mm: &Point3<f64>, outside: OutsidePolicy) -> FitValidityAt {
         let each = self.directions.directions().iter();
-        let worst = each.map(|axis| self.at(position_mm, axis, outside)).reduce(|a, b| SupportAt {
-            position_std_error_mm: a.position_std_error_mm.max(b.position_std_error_mm),
-            angle_std_error_rad: None,
-            leverage: a.leverage.max(b.leverage),
-            is_supported: a.is_supported && b.is_supported,
-            distance_mm: a.distance_mm.max(b.distance_mm),
-        });
-        SupportAt {
+        let worst =
+            each.map(|axis| self.at(position_mm, axis, outside)).reduce(|a, b| FitValidityAt {
+                position_std_error_mm: a.position_std_error_mm.max(b.position_std_error_mm),
+                angle_std_error_rad: None,
+                leverage: a.leverage.max(b.leverage),
+                is_valid: a.is_valid && b.is_valid,
+                distance_mm: a.distance_mm.max(b.distance_mm),
+            });
+        FitValidityAt {
             angle_std_error_rad: None,
             ..worst.unwrap_or_else(|| self.at(position_mm, &Vector3::z_axis(), outside))
         }
     }
 
-    /// As [`SupportAt::is_supported`] of [`Self::at_marker`], without the other figures.
-    pub fn is_marker_supported(&self, position_mm: &Point3<f64>) -> bool {
+    /// As [`FitValidityAt::is_valid`] of [`Self::at_marker`], without the other figures.
+    pub fn is_marker_valid(&self, position_mm: &Point3<f64>) -> bool {
         let mut axes = self.directions.directions().iter();
-        axes.all(|axis| self.is_supported(position_mm, axis))
+        axes.all(|axis| self.is_valid(position_mm, axis))
     }
 
     /// What the forms are evaluated with.
@@ -398,13 +401,13 @@ impl Pairs {
 }
 
 fn check(
-    parts: &SupportParts,
+    parts: &FitValidityParts,
     pairs: &Pairs,
     model: &DistortionModel,
-) -> Result<(), SupportPartsError> {
+) -> Result<(), FitValidityPartsError> {
     debug_assert!(model.order() <= MAX_ORDER);
     if model.order() == 0 {
-        return Err(SupportPartsError::NoOrder);
+        return Err(FitValidityPartsError::NoOrder);
     }
     let directions = model.directions().len();
     let is_joint = parts.position_std_mm.len() == 1;
@@ -413,12 +416,12 @@ fn check(
         if found == expected {
             Ok(())
         } else {
-            Err(SupportPartsError::Count { name, found, expected })
+            Err(FitValidityPartsError::Count { name, found, expected })
         }
     };
     let values = |name, values: &[f64]| match values.iter().find(|v| !(v.is_finite() && **v >= 0.0))
     {
-        Some(&found) => Err(SupportPartsError::Value { name, found, expected: "zero or more" }),
+        Some(&found) => Err(FitValidityPartsError::Value { name, found, expected: "zero or more" }),
         None => Ok(()),
     };
     let some = |std: &[Option<f64>]| std.iter().flatten().copied().collect::<Vec<_>>();
@@ -438,7 +441,11 @@ fn check(
         for form in forms.iter().filter(|f| !(may_be_zero && f.is_empty())) {
             count(name, form.len(), coefficients)?;
             if let Some(&found) = form.iter().find(|v| !v.is_finite()) {
-                return Err(SupportPartsError::Value { name, found, expected: "finite numbers" });
+                return Err(FitValidityPartsError::Value {
+                    name,
+                    found,
+                    expected: "finite numbers",
+                });
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Where samples are: occupied cells of a lattice with the directions that have samples in them,
 //! and the nearest to a point.
 
-use super::SupportPartsError;
+use super::FitValidityPartsError;
 use nalgebra::Point3;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::limits::{length_problem, position_problem};
@@ -99,17 +99,17 @@ impl Cells {
         self.tree.nearest_squared(position_mm, 1 << direction).sqrt()
     }
 
-    pub(super) fn check(&self, directions: usize) -> Result<(), SupportPartsError> {
+    pub(super) fn check(&self, directions: usize) -> Result<(), FitValidityPartsError> {
         let name = "cells";
         if self.cells.len() > MAX_CELLS {
-            return Err(SupportPartsError::Count {
+            return Err(FitValidityPartsError::Count {
                 name,
                 found: self.cells.len(),
                 expected: MAX_CELLS,
             });
         }
         if length_problem(self.edge_mm).is_some() {
-            return Err(SupportPartsError::Value {
+            return Err(FitValidityPartsError::Value {
                 name,
                 found: self.edge_mm,
                 expected: "an edge in mm, at most 1e6",
@@ -117,14 +117,14 @@ impl Cells {
         }
         let is_wrong = |v: &&f64| position_problem([*v]).is_some();
         if let Some(&found) = self.origin_mm.iter().find(is_wrong) {
-            return Err(SupportPartsError::Value {
+            return Err(FitValidityPartsError::Value {
                 name,
                 found,
                 expected: "an origin of at most 1e6 mm",
             });
         }
         match self.cells.iter().find(|c| c.directions >> directions != 0) {
-            Some(c) => Err(SupportPartsError::Value {
+            Some(c) => Err(FitValidityPartsError::Value {
                 name,
                 found: c.directions as f64,
                 expected: "bits of the model's directions",

@@ -1,13 +1,13 @@
 //! Model validity at poses of a sensor: the error of a reading, and what the fit depends on there.
 
-use super::environment::Environment;
-use super::gaussian::{FieldPoint, GaussianError};
-use super::samples::PoseError;
-use super::support::SupportAt;
-use super::{OutsidePolicy, Support};
+use super::{FitValidity, FitValidityAt};
+use crate::environment::Environment;
+use crate::gaussian::{FieldPoint, GaussianError};
+use crate::model::OutsidePolicy;
+use crate::samples::PoseError;
 use rayon::prelude::*;
 
-/// The error of a reading at one pose, and the support of the fit there.
+/// The error of a reading at one pose, and what the fit depends on there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Validity {
     /// RMS distance of the tracker's reading from the model's, mm; misfit included where
@@ -21,13 +21,13 @@ pub struct Validity {
     pub angle_95_rad: Option<f64>,
     /// Standard error and leverage of the fit at the pose; `None` for models that are no polynomials, and where the fit
     /// kept nothing.
-    pub support: Option<SupportAt>,
+    pub fit: Option<FitValidityAt>,
 }
 
 impl Environment {
     /// Whether [`Environment::validity`] returns anything.
     pub fn has_validity(&self) -> bool {
-        self.process.is_some() || self.support.is_some()
+        self.process.is_some() || self.fit_validity.is_some()
     }
 
     /// Model validity at each point; `None` where the room keeps neither its
@@ -40,20 +40,20 @@ impl Environment {
         points: &[FieldPoint],
         outside: OutsidePolicy,
     ) -> Result<Option<Vec<Validity>>, GaussianError> {
-        let support = self.support.as_ref();
-        let support_at = |support: &Support, point: &FieldPoint| {
-            support.at(&point.position_mm, &point.axis, outside)
+        let fit_validity = self.fit_validity.as_ref();
+        let fit_at = |validity: &FitValidity, point: &FieldPoint| {
+            validity.at(&point.position_mm, &point.axis, outside)
         };
         let Some(process) = &self.process else {
-            let of_fit = support.map(|support| {
+            let of_fit = fit_validity.map(|validity| {
                 let each = points.par_iter().map(|point| {
-                    let at = support_at(support, point);
+                    let at = fit_at(validity, point);
                     Validity {
                         position_error_mm: at.position_std_error_mm,
                         angle_error_rad: at.angle_std_error_rad,
                         position_95_mm: None,
                         angle_95_rad: None,
-                        support: Some(at),
+                        fit: Some(at),
                     }
                 });
                 each.collect()
@@ -73,7 +73,7 @@ impl Environment {
             angle_error_rad: error.angle_rad.map(|angle| angle.rms),
             position_95_mm: Some(error.position_mm.within_95),
             angle_95_rad: error.angle_rad.map(|angle| angle.within_95),
-            support: support.map(|support| support_at(support, point)),
+            fit: fit_validity.map(|validity| fit_at(validity, point)),
         });
         Ok(Some(each.collect()))
     }

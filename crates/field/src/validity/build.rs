@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use super::form::coefficients;
-use super::{Pairs, Support, SupportParts, Weighed};
+use super::{FitValidity, FitValidityParts, Pairs, Weighed};
 use crate::bernstein::{coefficient_count, push_products};
 use crate::fit::{Factored, FitError, FitMethod, FitSettings};
 use crate::least_squares::Decomposition;
@@ -39,7 +39,7 @@ const STRIDE: usize = 16_384;
 
 /// Why a fit has no support to keep.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SupportError {
+pub enum FitValidityError {
     #[error("a fit of order 0 has no support")]
     NoOrder,
     #[error(
@@ -58,7 +58,7 @@ pub enum SupportError {
     Cancelled(#[from] Cancelled),
 }
 
-impl Support {
+impl FitValidity {
     /// Numbers that a fit's support would have at least.
     pub fn stored_values(order: usize, directions: DirectionSet, method: FitMethod) -> usize {
         let pairs = Pairs::of(directions).len();
@@ -73,25 +73,25 @@ impl Support {
     /// settings that it was factored with; the samples are those that it was made from.
     ///
     /// # Errors
-    /// See [`SupportError`].
+    /// See [`FitValidityError`].
     pub fn of_fit(
         set: &SampleSet,
         factored: &Factored,
         model: &DistortionModel,
         task: &Task,
-    ) -> Result<Self, SupportError> {
+    ) -> Result<Self, FitValidityError> {
         let (order, directions) = (model.order(), model.directions());
         if order == 0 {
-            return Err(SupportError::NoOrder);
+            return Err(FitValidityError::NoOrder);
         }
         let FitSettings { method, rcond, ridge, .. } = factored.settings;
         let values = Self::stored_values(order, directions, method);
         if values > MAX_STORED {
-            return Err(SupportError::TooLarge { order, directions: directions.len(), values });
+            return Err(FitValidityError::TooLarge { order, directions: directions.len(), values });
         }
         let unknowns = directions.len() * coefficient_count(order);
         if method == FitMethod::Joint && unknowns > MAX_JOINT_UNKNOWNS {
-            return Err(SupportError::TooManyUnknowns { unknowns });
+            return Err(FitValidityError::TooManyUnknowns { unknowns });
         }
         let pairs = Pairs::of(directions);
         let factors: Vec<_> =
@@ -217,7 +217,7 @@ fn each_direction(
     pairs: &Pairs,
     model: &DistortionModel,
     task: &Task,
-) -> Result<SupportParts, Cancelled> {
+) -> Result<FitValidityParts, Cancelled> {
     let order = model.order();
     let mut triangles: BTreeMap<Vec<usize>, Vec<usize>> = BTreeMap::new();
     for (i, sample) in set.samples.iter().enumerate() {
@@ -283,13 +283,13 @@ fn each_direction(
     } else {
         Vec::new()
     };
-    Ok(SupportParts {
+    Ok(FitValidityParts {
         position_std_mm: noise.position_mm,
         angle_std_rad: set.has_rotations.then_some(noise.angle_rad),
         variance,
         leverage,
         undetermined,
-        ..SupportParts::default()
+        ..FitValidityParts::default()
     })
 }
 
@@ -437,11 +437,11 @@ fn jointly(
     pairs: &Pairs,
     model: &DistortionModel,
     ridge: f64,
-) -> SupportParts {
+) -> FitValidityParts {
     let order = model.order();
     let p = coefficient_count(order);
     let Some(factor) = factors.first() else {
-        return SupportParts::default();
+        return FitValidityParts::default();
     };
     let forms = |scale: &(dyn Fn(usize) -> f64 + Sync)| -> Vec<Vec<f64>> {
         let step = rounding_step(factor.mean_leverage());
@@ -488,12 +488,12 @@ fn jointly(
     let freedom = rows - factor.filter.iter().map(|f| f * (2.0 - f)).sum::<f64>();
     let std =
         |squares: f64| vec![(freedom > NO_FREEDOM * rows).then(|| (squares / freedom).sqrt())];
-    SupportParts {
+    FitValidityParts {
         position_std_mm: std(squares[0]),
         angle_std_rad: set.has_rotations.then(|| std(squares[1])),
         variance,
         leverage,
         undetermined,
-        ..SupportParts::default()
+        ..FitValidityParts::default()
     }
 }
