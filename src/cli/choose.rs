@@ -7,7 +7,7 @@ use std::convert::Infallible;
 use std::path::Path;
 use std::str::FromStr;
 use trackwright_calibration::room_choice::{
-    self, AskedModel, Chosen, Grouping, RowLabels, WantedModel, numbered_labels, row_groups,
+    self, Chosen, Grouping, ModelChoice, ModelRequest, RowLabels, numbered_labels, row_groups,
 };
 use trackwright_field::fit::FitSettings;
 use trackwright_field::samples::SampleSet;
@@ -52,12 +52,12 @@ pub(super) fn settings(
     files: &Files,
     file: &Path,
     samples: &SampleSet,
-    asked: &AskedModel,
+    asked: &ModelRequest,
     hold_out: Option<&HoldOutArg>,
 ) -> anyhow::Result<(FitSettings, Option<Chosen>)> {
     let tried = match (asked.wanted(samples), hold_out) {
-        (WantedModel::Said(settings), None) => return Ok((settings, None)),
-        (WantedModel::Said(settings), Some(_)) => SelectSettings {
+        (ModelChoice::Fixed(settings), None) => return Ok((settings, None)),
+        (ModelChoice::Fixed(settings), Some(_)) => SelectSettings {
             orders: vec![settings.order],
             direction_sets: vec![settings.directions],
             ridges: vec![settings.ridge],
@@ -67,7 +67,7 @@ pub(super) fn settings(
             rcond: settings.rcond,
             ..SelectSettings::for_samples(samples)
         },
-        (WantedModel::Open(tried), _) => tried,
+        (ModelChoice::Open(tried), _) => tried,
     };
     let labels = row_labels(files, file, samples, None, hold_out)?;
     let chosen = cross_validate(file, samples, labels, tried)?;

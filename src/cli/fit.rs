@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use trackwright_calibration::room_choice::AskedModel;
+use trackwright_calibration::room_choice::ModelRequest;
 use trackwright_calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
@@ -322,8 +322,8 @@ fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()
 }
 
 /// What the command line says about the model, and what it leaves open.
-fn asked(args: &FitArgs) -> anyhow::Result<AskedModel> {
-    Ok(AskedModel {
+fn asked(args: &FitArgs) -> anyhow::Result<ModelRequest> {
+    Ok(ModelRequest {
         order: args.order,
         directions: args
             .directions

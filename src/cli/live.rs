@@ -206,7 +206,7 @@ fn in_words(event: &SessionEvent) -> Option<String> {
         SessionEvent::Skipped { kind } => {
             format!("{kind} messages are passed over: no poses of a known kind")
         }
-        SessionEvent::TrackerSays { device, status } => format!(
+        SessionEvent::TrackerStatus { device, status } => format!(
             "the tracker says of \"{}\": {} {} (code {})",
             printable(device),
             printable(&status.name),

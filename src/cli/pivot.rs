@@ -191,8 +191,8 @@ fn as_json(found: &Pivot) -> Value {
         "covariance_mm2": (0..6)
             .map(|i| (0..6).map(|j| found.covariance_mm2[(i, j)]).collect::<Vec<_>>())
             .collect::<Vec<_>>(),
-        "effective": found.worth.effective,
-        "degrees_of_freedom": found.worth.freedom,
+        "effective": found.effective_size.effective,
+        "degrees_of_freedom": found.effective_size.freedom,
         "quarters": found.quarters.map(|quarters| json!({
             "apart_mm": quarters.apart_mm,
             "expected_mm": quarters.expected_mm,
@@ -217,7 +217,7 @@ fn intervals(found: &Pivot) -> Value {
 
 /// What the standard errors do not hold for.
 fn note_limits(found: &Pivot) {
-    match (found.worth.freedom, &found.quarters) {
+    match (found.effective_size.freedom, &found.quarters) {
         (None, _) => output::note(
             "the recording is too short to tell how far readings depend on their neighbours: standard errors are lower \
              bounds, and there are no intervals",
@@ -247,7 +247,7 @@ fn text_rows(found: &Pivot) -> Vec<(String, String, String)> {
     };
     let mut rows = vec![
         row("poses", with_separators(found.poses), ""),
-        row("  worth independent poses", format!("{:.1}", found.worth.effective), ""),
+        row("  worth independent poses", format!("{:.1}", found.effective_size.effective), ""),
         row(
             "largest angle between two",
             format!("{:.1}", found.orientation_range_rad.to_degrees()),

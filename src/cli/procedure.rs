@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_design::{Decision, Edit, Origin, ProcedureEdit};
 use trackwright_procedure::{Step, StepStatus};
-use trackwright_project::{Files, ProcedureWish, StoreError, World};
+use trackwright_project::{Files, ProcedureRequest, StoreError, World};
 
 /// Times that a design is judged while others save it. Each time somebody else got on, so that this
 /// many are always enough but for a program that does nothing but save.
@@ -151,7 +151,7 @@ fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World,
         let edit = ProcedureEdit::Withdraw { step: step.into() };
         apply(args, &mut world, edit)?;
     }
-    let wish = ProcedureWish {
+    let wish = ProcedureRequest {
         rooms_for_now: args.environment.clone(),
         recording: recording(args, &world)?,
     };
@@ -190,7 +190,7 @@ fn change_rooms(args: &ProcedureArgs, files: &Files, world: &mut World) -> anyho
         // One that cannot be read is not added.
         files.read_environment(file)?;
         let is_own =
-            trackwright_project::own_room(world)? == trackwright_project::RoomPlace::of_file(file);
+            trackwright_project::own_room(world)? == trackwright_project::RoomSource::of_file(file);
         if is_own || trackwright_project::further_room(world, file)?.is_some() {
             bail!("--add-room {}: the design is judged in it already", file.display());
         }

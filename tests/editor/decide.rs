@@ -21,7 +21,7 @@ use trackwright_editor::field::FieldRequest;
 use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, Results, Workspace};
 use trackwright_editor::ui::decide::{DecideView, baseline_ui, steps_ui, table_ui};
 use trackwright_procedure::Step;
-use trackwright_project::RoomPlace;
+use trackwright_project::RoomSource;
 use trackwright_simulation::comparison::{FIGURES, NoFigures, Verdict, mode_of, values};
 use trackwright_simulation::{CancelToken, Figures, Requirement, run};
 
@@ -145,7 +145,7 @@ fn the_table_has_every_design_in_every_room_with_the_figures_of_their_own_studie
     let other = saved(folder.path(), other.unwrap());
     let gone = folder.path().join("gone.design.ron");
     let mut app = decide_app();
-    let room = RoomPlace::File(saved_room(folder.path()));
+    let room = RoomSource::File(saved_room(folder.path()));
     for asked in [
         DecideRequest::AddDesign(other.clone()),
         DecideRequest::AddDesign(gone.clone()),
@@ -186,7 +186,7 @@ fn a_row_opens_its_design_and_then_puts_it_into_its_room() {
     let other = saved(folder.path(), trackwright_project::DEFAULT_BUILTIN);
     let mut app = decide_app();
     let (opened, assigned) = (hear::<FileRequest>(&mut app), hear::<FieldRequest>(&mut app));
-    let room = RoomPlace::File(saved_room(folder.path()));
+    let room = RoomSource::File(saved_room(folder.path()));
     for asked in [
         DecideRequest::AddDesign(other.clone()),
         DecideRequest::AddRoom(room.clone()),

@@ -175,12 +175,12 @@ fn a_fit_shows_both_errors_its_warnings_and_what_to_do_with_it() {
     fit(&mut app, Some(4), Some(DirectionSet::FortyTwo));
     let desk = app.world().resource::<FieldDesk>();
     let fitted = desk.fitted.as_ref().unwrap();
-    let held_out = fitted.held_out_worth.as_ref().unwrap();
+    let held_out = fitted.held_out_quality.as_ref().unwrap();
     let asked = look(
         |ui| worth_ui(ui, desk),
         |harness| {
             for value in [
-                fitted.training_worth.after.rms.position_rms_mm,
+                fitted.training_quality.after.rms.position_rms_mm,
                 held_out.after.rms.position_rms_mm,
                 held_out.after.position_max_mm,
             ] {

@@ -24,7 +24,7 @@ use trackwright_editor::state::{EditRequest, OpenWorld, Results, Workspace};
 use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
 use trackwright_editor::wake::Waker;
 use trackwright_geometry::directions::DirectionSet;
-use trackwright_project::RoomPlace;
+use trackwright_project::RoomSource;
 use trackwright_simulation::{FigureRow, figure_rows};
 
 /// What the threads wake the window with.
@@ -177,7 +177,7 @@ fn a_table_that_is_dropped_and_fitted_gives_the_command_lines_room_to_the_byte()
         std::fs::read(&mine).unwrap() == std::fs::read(&theirs).unwrap(),
         "the two rooms differ"
     );
-    let held_out = fitted.held_out_worth.as_ref().unwrap();
+    let held_out = fitted.held_out_quality.as_ref().unwrap();
     assert_printed(
         held_out.after.rms.position_rms_mm,
         &printed["holdout"]["after"]["position_rms_mm"],
@@ -345,7 +345,7 @@ fn a_click_on_a_room_of_the_folder_assigns_it_and_the_own_rooms_file_is_never_re
     set(&mut app, 1, DirectionSet::Six);
     ask(&mut app, FieldRequest::Fit);
     let was = std::fs::read(&other).unwrap();
-    let RoomPlace::File(file) = place else { panic!("{place:?}") };
+    let RoomSource::File(file) = place else { panic!("{place:?}") };
     ask(&mut app, FieldRequest::Save(RoomToSave::Fitted, file));
     assert!(error_text(&app).contains("a file that is read here"));
     assert_eq!(std::fs::read(&other).unwrap(), was);

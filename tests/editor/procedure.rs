@@ -14,7 +14,7 @@ use trackwright_editor::ui::decide::steps_ui;
 use trackwright_field::DistortionModel;
 use trackwright_geometry::pose::{Pose, pose_to_array};
 use trackwright_procedure::{State, Step, StepStatus};
-use trackwright_project::{RoomPlace, Starter};
+use trackwright_project::{RoomSource, Starter};
 use trackwright_simulation::{
     AxisRange, CancelToken, Mode, Motion, Requirement, Scenario, Trial, run,
 };
@@ -162,7 +162,7 @@ fn from_an_empty_design_to_a_decided_tool() {
 
     // 2. The rooms it is to be used in, and what is asked of the CRF alone.
     let room = stronger_room(&app, folder.path());
-    ask(&mut app, DecideRequest::AddRoom(RoomPlace::File(room)));
+    ask(&mut app, DecideRequest::AddRoom(RoomSource::File(room)));
     for (name, position) in [("lesion", [40.0, 0.0, 60.0]), ("entry", [60.0, 0.0, 10.0])] {
         let target = Target { name: name.to_owned(), position_in_crf: position.into() };
         edit(&mut app, Edit::AddTarget(target));

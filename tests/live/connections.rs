@@ -5,12 +5,14 @@ use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
-use trackwright_openigtlink::client::{Client, ClientEvent, ClientOptions, LostWhy};
+use trackwright_openigtlink::client::{Client, ClientEvent, ClientOptions, DisconnectReason};
 use trackwright_openigtlink::codec::{
     Content, DecodeError, HEADER_BYTES, Message, StartTracking, StatusCode, Timestamp, ToolKind,
 };
 use trackwright_openigtlink::relay::{Reason, RelayOptions, ToolState};
-use trackwright_openigtlink::server::{Left, Server, ServerError, ServerEvent, ServerOptions};
+use trackwright_openigtlink::server::{
+    LeaveReason, Server, ServerError, ServerEvent, ServerOptions,
+};
 use trackwright_openigtlink::session::{Link, Session, SessionEvent, SessionSettings};
 
 pub(super) fn anywhere() -> SocketAddr {
@@ -36,7 +38,7 @@ pub(super) fn joined(events: &Events<ServerEvent>) {
     events.wait_for("a client", |event| matches!(event, ServerEvent::Joined { .. }).then_some(()));
 }
 
-fn left(events: &Events<ServerEvent>) -> (Left, usize) {
+fn left(events: &Events<ServerEvent>) -> (LeaveReason, usize) {
     events.wait_for("a client that left", |event| match event {
         ServerEvent::Left { why, clients, .. } => Some((why, clients)),
         _ => None,
@@ -58,7 +60,7 @@ fn connected(events: &Events<ClientEvent>) {
     });
 }
 
-pub(super) fn lost(events: &Events<ClientEvent>) -> LostWhy {
+pub(super) fn lost(events: &Events<ClientEvent>) -> DisconnectReason {
     events.wait_for("a loss", |event| match event {
         ClientEvent::Lost { why, .. } => Some(why),
         _ => None,
@@ -76,7 +78,7 @@ pub(super) fn received(events: &Events<ClientEvent>) -> Message {
 fn a_client_waits_for_a_server_hears_it_and_comes_back_when_it_was_away() {
     let address = free_address();
     let (client, heard) = listen(address);
-    assert!(matches!(lost(&heard), LostWhy::NotReached(_)));
+    assert!(matches!(lost(&heard), DisconnectReason::NotReached(_)));
     for round in 1..3 {
         let (server, served) = serve(&patient(address));
         connected(&heard);
@@ -85,7 +87,7 @@ fn a_client_waits_for_a_server_hears_it_and_comes_back_when_it_was_away() {
         let message = received(&heard);
         assert_eq!((message.device.as_str(), number_of(&message)), ("Probe", Some(round)));
         server.stop();
-        assert_eq!(lost(&heard), LostWhy::Closed);
+        assert_eq!(lost(&heard), DisconnectReason::Closed);
     }
     client.stop();
 }
@@ -101,7 +103,7 @@ fn what_is_no_openigtlink_is_said_and_the_connection_made_anew() {
         _ => None,
     });
     assert!(matches!(error, DecodeError::Header(_)), "{error}");
-    assert_eq!(lost(&heard), LostWhy::Unreadable);
+    assert_eq!(lost(&heard), DisconnectReason::Unreadable);
 
     let (mut second, _) = listener.accept().unwrap();
     let message = numbered("Probe", 7).encode().unwrap();
@@ -119,7 +121,7 @@ fn what_is_no_openigtlink_is_said_and_the_connection_made_anew() {
     // An end within a message is no end as any.
     second.write_all(&message[..80]).unwrap();
     second.shutdown(Shutdown::Both).unwrap();
-    assert_eq!(lost(&heard), LostWhy::Cut);
+    assert_eq!(lost(&heard), DisconnectReason::Cut);
 }
 
 #[test]
@@ -132,7 +134,7 @@ fn a_client_that_sends_garbage_is_dropped_and_the_others_are_not() {
     bad.write_all(b"GET / HTTP/1.1\r\nHost: here\r\nAccept: */*\r\nConnection: close\r\n\r\n")
         .unwrap();
     let (why, clients) = left(&served);
-    assert!(matches!(why, Left::Unreadable(_)), "{why}");
+    assert!(matches!(why, LeaveReason::Unreadable(_)), "{why}");
     assert_eq!(clients, 1);
     send(&server, "Probe", 3);
     assert_eq!(number_of(&good.next_transform()), Some(3));
@@ -152,7 +154,7 @@ fn four_gigabytes_announced_end_their_own_connection_at_either_end() {
     bad.write_all(&header).unwrap();
     let (why, clients) = left(&served);
     assert!(
-        matches!(why, Left::Unreadable(DecodeError::TooLong { found, .. }) if found == 4 << 30),
+        matches!(why, LeaveReason::Unreadable(DecodeError::TooLong { found, .. }) if found == 4 << 30),
         "{why}"
     );
     assert_eq!(clients, 1);
@@ -163,7 +165,7 @@ fn four_gigabytes_announced_end_their_own_connection_at_either_end() {
     let (_client, heard) = listen(listener.local_addr().unwrap());
     let (mut first, _) = listener.accept().unwrap();
     first.write_all(&header).unwrap();
-    assert_eq!(lost(&heard), LostWhy::Unreadable);
+    assert_eq!(lost(&heard), DisconnectReason::Unreadable);
     let (mut second, _) = listener.accept().unwrap();
     second.write_all(&numbered("Probe", 7).encode().unwrap()).unwrap();
     assert_eq!(number_of(&received(&heard)), Some(7));
@@ -190,7 +192,7 @@ fn a_client_that_never_reads_is_dropped_and_holds_up_nobody() {
         assert_eq!(number_of(&good.next_transform()), Some(number));
     }
     let (why, clients) = left(&served);
-    assert_eq!((why, clients), (Left::TooSlow, 1));
+    assert_eq!((why, clients), (LeaveReason::TooSlow, 1));
     assert!(server.dropped_messages() >= 64);
     drop(lazy);
 }
@@ -205,7 +207,7 @@ fn a_killed_client_is_gone_and_the_others_hear_on() {
     killed.stream.shutdown(Shutdown::Both).unwrap();
     drop(killed);
     let (why, clients) = left(&served);
-    assert_eq!((why, clients), (Left::Closed, 1));
+    assert_eq!((why, clients), (LeaveReason::Closed, 1));
     send(&server, "Probe", 9);
     assert_eq!(number_of(&good.next_transform()), Some(9));
 }

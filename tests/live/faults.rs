@@ -5,7 +5,7 @@ use crate::support::wire::{Events, PATIENCE, Reader, events, number_of, numbered
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::time::{Duration, Instant};
-use trackwright_openigtlink::client::{ClientEvent, ClientOptions, LostWhy};
+use trackwright_openigtlink::client::{ClientEvent, ClientOptions, DisconnectReason};
 use trackwright_openigtlink::codec::{
     Content, DecodeError, HEADER_BYTES, Matrix, Message, Timestamp, ToolKind, TrackingElement,
 };
@@ -212,7 +212,7 @@ fn lengths_that_lie_end_the_connection_at_once() {
         header[42..50].copy_from_slice(&announced.to_be_bytes());
         let (mut tracker, _) = listener.accept().unwrap();
         tracker.write_all(&header).unwrap();
-        assert_eq!(lost(&heard), LostWhy::Unreadable, "{announced}");
+        assert_eq!(lost(&heard), DisconnectReason::Unreadable, "{announced}");
         tracker.set_read_timeout(Some(PATIENCE)).unwrap();
         assert_eq!(tracker.read(&mut [0]).unwrap(), 0);
     }
@@ -245,7 +245,7 @@ fn a_message_that_never_ends_is_given_up() {
             break why;
         }
     };
-    assert_eq!(why, LostWhy::Unfinished);
+    assert_eq!(why, DisconnectReason::Unfinished);
     let (mut tracker, _) = listener.accept().unwrap();
     tracker.write_all(&numbered("Probe", 7).encode().unwrap()).unwrap();
     assert_eq!(number_of(&received(&heard)), Some(7));

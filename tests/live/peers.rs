@@ -103,7 +103,7 @@ fn transforms_of_pyigtl_are_heard_in_both_versions_with_their_status() {
         relay.receive(&message, Instant::now(), &mut out);
         let found = out.iter().find_map(|output| match output {
             Output::Pose(sent) => Some((ToolState::Good, Some(sent.pose))),
-            Output::Said { state, .. } => Some((*state, None)),
+            Output::Status { state, .. } => Some((*state, None)),
             _ => None,
         });
         let (found, pose) = found.unwrap();

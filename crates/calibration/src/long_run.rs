@@ -41,12 +41,12 @@ const NOTHING: f64 = 1e-12;
 pub struct LongRun {
     /// Of the sum; its mean variance is never below that of independent readings.
     pub covariance: DMatrix<f64>,
-    pub worth: Worth,
+    pub effective_size: EffectiveSize,
 }
 
 /// What a series is worth that is not independent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Worth {
+pub struct EffectiveSize {
     /// How many independent readings, at most as many as there are.
     pub effective: f64,
     /// Degrees of freedom of the covariance; `None` where the series is too short to tell, and its
@@ -54,7 +54,7 @@ pub struct Worth {
     pub freedom: Option<usize>,
 }
 
-impl Worth {
+impl EffectiveSize {
     /// Half the 95 % interval over the standard error: Student's quantile.
     pub fn student_975(&self) -> Option<f64> {
         let student = StudentsT::new(0.0, 1.0, self.freedom? as f64).ok()?;
@@ -78,7 +78,7 @@ pub fn long_run_along(
     let count = scores.ncols();
     let as_independent = || LongRun {
         covariance: independent.clone(),
-        worth: Worth { effective: count as f64, freedom: None },
+        effective_size: EffectiveSize { effective: count as f64, freedom: None },
     };
     let Some(axes) = Axes::of(metric) else {
         return as_independent();
@@ -96,14 +96,17 @@ pub fn long_run_along(
     let Some(cosines) = cosines(units.ncols(), n / inflation) else {
         return LongRun {
             covariance: independent * inflation,
-            worth: Worth { effective: n / inflation, freedom: None },
+            effective_size: EffectiveSize { effective: n / inflation, freedom: None },
         };
     };
     let target = &axes.whitened * independent * axes.whitened.transpose();
     let found = spectrum(&units, cosines, n, &target);
     let at_least = (target.trace() / found.trace()).max(1.0);
     LongRun {
-        worth: Worth { effective: n / (found.trace() / of_one).max(1.0), freedom: Some(cosines) },
+        effective_size: EffectiveSize {
+            effective: n / (found.trace() / of_one).max(1.0),
+            freedom: Some(cosines),
+        },
         covariance: axes.unwhitened(&(found * at_least)),
     }
 }
@@ -225,7 +228,7 @@ mod tests {
                 column -= &sum / count as f64;
             }
             let found = long_run(&left, &independent);
-            let student = found.worth.student_975().unwrap();
+            let student = found.effective_size.student_975().unwrap();
             for k in 0..3 {
                 let std_error = found.covariance[(k, k)].sqrt();
                 within += f64::from(u8::from(sum[k].abs() < student * std_error));
@@ -254,14 +257,14 @@ mod tests {
         let slow = DMatrix::from_fn(1, 60, |_, k| series[k][0]);
         let independent = DMatrix::from_element(1, 1, slow.norm_squared());
         let found = long_run(&slow, &independent);
-        assert_eq!(found.worth.student_975(), None);
-        assert!(found.worth.effective < 8.0, "{:?}", found.worth);
+        assert_eq!(found.effective_size.student_975(), None);
+        assert!(found.effective_size.effective < 8.0, "{:?}", found.effective_size);
         assert!(found.covariance[(0, 0)] > 5.0 * independent[(0, 0)]);
         // Neither have eleven, whatever they are.
         let white = noise.autocorrelated(11, 0.0);
         let white = DMatrix::from_fn(1, 11, |_, k| white[k][0]);
         let found = long_run(&white, &DMatrix::from_element(1, 1, 11.0));
-        assert_eq!(found.worth.freedom, None);
+        assert_eq!(found.effective_size.freedom, None);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A tool's poses over time, by whatever clock its recording has, and poses in between.
 //!
 //! A clock is believed only as long as it goes forward. Samples out of order are left out, and after
-//! a jump back the longest stretch is used: how the stretches lie to each other nobody can tell.
+//! a jump back the longest segment is used: how the segments lie to each other nobody can tell.
 
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::{exp_vector, log_quaternion};
@@ -28,7 +28,7 @@ pub struct ClockFaults {
     pub without_time: usize,
     pub repeated: usize,
     pub out_of_order: usize,
-    /// In stretches before or after a jump back that are not used.
+    /// In segments before or after a jump back that are not used.
     pub beyond_jump: usize,
     pub jumps_back: usize,
 }
@@ -82,13 +82,13 @@ impl Clock {
                 (Err(_), _) => {}
             }
         }
-        let mut stretches: Vec<Vec<(f64, Pose)>> = vec![Vec::new()];
+        let mut segments: Vec<Vec<(f64, Pose)>> = vec![Vec::new()];
         for (i, &(time_s, pose)) in timed.iter().enumerate() {
-            let Some(stretch) = stretches.last_mut() else {
+            let Some(segment) = segments.last_mut() else {
                 break;
             };
-            let last_s = stretch.last().map(|s| s.0);
-            let before_last_s = stretch.len().checked_sub(2).map(|k| stretch[k].0);
+            let last_s = segment.last().map(|s| s.0);
+            let before_last_s = segment.len().checked_sub(2).map(|k| segment[k].0);
             match last_s {
                 Some(last_s) if time_s == last_s => faults.repeated += 1,
                 Some(last_s) if time_s < last_s => {
@@ -98,19 +98,19 @@ impl Clock {
                     } else if before_last_s.is_some_and(|before_s| time_s > before_s) {
                         // The last one was ahead of all others.
                         faults.out_of_order += 1;
-                        stretch.pop();
-                        stretch.push((time_s, pose));
+                        segment.pop();
+                        segment.push((time_s, pose));
                     } else {
                         faults.jumps_back += 1;
-                        stretches.push(vec![(time_s, pose)]);
+                        segments.push(vec![(time_s, pose)]);
                     }
                 }
-                _ => stretch.push((time_s, pose)),
+                _ => segment.push((time_s, pose)),
             }
         }
-        let all: usize = stretches.iter().map(Vec::len).sum();
+        let all: usize = segments.iter().map(Vec::len).sum();
         // The first of equals.
-        let longest = stretches.into_iter().rev().max_by_key(Vec::len);
+        let longest = segments.into_iter().rev().max_by_key(Vec::len);
         let samples = longest.unwrap_or_default();
         faults.beyond_jump = all - samples.len();
         (PoseStream { samples }, faults)

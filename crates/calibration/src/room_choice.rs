@@ -13,7 +13,7 @@ use trackwright_task::Task;
 
 /// A model as far as a person says it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AskedModel {
+pub struct ModelRequest {
     pub order: Option<usize>,
     pub directions: Option<DirectionSet>,
     pub ridge: Option<f64>,
@@ -23,11 +23,11 @@ pub struct AskedModel {
     pub rcond: f64,
 }
 
-/// What an [`AskedModel`] comes to.
+/// What an [`ModelRequest`] comes to.
 #[derive(Clone, Debug, PartialEq)]
-pub enum WantedModel {
+pub enum ModelChoice {
     /// Nothing is open.
-    Said(FitSettings),
+    Fixed(FitSettings),
     /// One of these.
     Open(SelectSettings),
 }
@@ -93,10 +93,10 @@ pub struct Chosen {
     pub places: Option<Places>,
 }
 
-impl AskedModel {
+impl ModelRequest {
     /// The settings, or what has to be tried to find them: orders 0 to 6 with every set of
     /// orientations, but for what was said.
-    pub fn wanted(&self, samples: &SampleSet) -> WantedModel {
+    pub fn wanted(&self, samples: &SampleSet) -> ModelChoice {
         // Without orientations there is only one set of them: no choice.
         let directions =
             self.directions.or_else(|| (!samples.has_rotations).then_some(DirectionSet::One));
@@ -108,13 +108,13 @@ impl AskedModel {
             ..SelectSettings::for_samples(samples)
         };
         if let (Some(order), Some(directions)) = (self.order, directions) {
-            return WantedModel::Said(tried.fit_settings(&Candidate {
+            return ModelChoice::Fixed(tried.fit_settings(&Candidate {
                 order,
                 directions,
                 ridge: self.ridge.unwrap_or(0.0),
             }));
         }
-        WantedModel::Open(SelectSettings {
+        ModelChoice::Open(SelectSettings {
             orders: self.order.map_or(tried.orders, |order| vec![order]),
             direction_sets: directions.map_or(tried.direction_sets, |set| vec![set]),
             ridges: self.ridge.map_or(tried.ridges, |ridge| vec![ridge]),

@@ -8,7 +8,7 @@
 //!
 //! The tip's frame, the direction of the shaft and the refusals are SlicerIGT's.
 
-use super::long_run::{Worth, long_run};
+use super::long_run::{EffectiveSize, long_run};
 use super::orientation_range::orientation_range_rad;
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, Unit, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
@@ -61,8 +61,8 @@ pub struct Spin {
     pub worst_rad: f64,
     /// Of `shaft_in_tool`, tool frame, of rank two.
     pub covariance: Matrix3<f64>,
-    /// What the poses are worth, neighbours not being independent.
-    pub worth: Worth,
+    /// Independent poses that they are worth, neighbours not being independent.
+    pub effective_size: EffectiveSize,
     /// Standard error along the direction in which the shaft is known least.
     pub std_error_rad: f64,
     /// RMS turn about the shaft.
@@ -166,7 +166,7 @@ pub fn spin(poses: &[Pose], limits: &SpinLimits) -> Result<Spin, SpinError> {
         rms_rad,
         worst_rad,
         covariance,
-        worth: found.worth,
+        effective_size: found.effective_size,
         std_error_rad: covariance.symmetric_eigenvalues().max().max(0.0).sqrt(),
         turn_rad,
         orientation_range_rad,
@@ -360,7 +360,7 @@ mod tests {
                     .collect();
                 let found = spin(&poses, &SpinLimits::default()).unwrap();
                 let off = found.shaft_in_tool.into_inner() - shaft().into_inner();
-                let student = found.worth.student_975().unwrap();
+                let student = found.effective_size.student_975().unwrap();
                 for axis in &across {
                     let std_error = axis.dot(&(found.covariance * axis)).sqrt();
                     within += u32::from(axis.dot(&off).abs() < student * std_error);

@@ -15,7 +15,7 @@ use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
 use trackwright_design::{BodyRole, Edit, Origin};
 use trackwright_formats::tool_definition::OnMismatch;
-use trackwright_project::{BodyExport, StoreError, TakenBody, WantedBody};
+use trackwright_project::{BodyExport, BodyImport, ImportedBody, StoreError};
 
 /// Does what [`BodyFileRequest`] asks for, in [`EditorSystems::Input`].
 pub struct BodyFilesPlugin;
@@ -61,7 +61,7 @@ pub struct BodyLoading(Option<Loading>);
 struct Loading {
     file: PathBuf,
     body: BodyRole,
-    job: Job<Result<TakenBody, StoreError>>,
+    job: Job<Result<ImportedBody, StoreError>>,
     /// What was open when it began.
     generation: WorldGeneration,
     origin: Origin,
@@ -175,7 +175,7 @@ impl Hand<'_> {
     /// What was being read before is given up.
     fn open(&mut self, body: BodyRole, file: PathBuf, on_mismatch: OnMismatch) {
         let Some(world) = &self.world else { return };
-        let wanted = WantedBody::of_file(&world.0, body, &file, on_mismatch);
+        let wanted = BodyImport::of_file(&world.0, body, &file, on_mismatch);
         let Ok(Some(wanted)) = wanted else {
             *self.notice = Notice::Refused(NO_SUCH_BODY.to_owned());
             return;
@@ -199,7 +199,7 @@ impl Hand<'_> {
 
     /// Puts what was read into the design, unless something else is open by now or its bytes are
     /// ones to ask about.
-    fn take(&mut self, loading: Loading, ended: Ended<Result<TakenBody, StoreError>>) {
+    fn take(&mut self, loading: Loading, ended: Ended<Result<ImportedBody, StoreError>>) {
         *self.notice = Notice::Nothing;
         let Some(world) = &mut self.world else { return };
         let is_same =

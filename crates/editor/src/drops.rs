@@ -11,7 +11,7 @@ use super::ui::dialogs::FileKind;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
 use std::path::Path;
-use trackwright_project::RoomPlace;
+use trackwright_project::RoomSource;
 
 /// Hands dropped files on, in [`EditorSystems::Input`]; tables go to the workspace that is shown.
 pub struct DropsPlugin;
@@ -138,7 +138,7 @@ impl Receivers<'_> {
                 self.files.write(FileRequest::Open(path));
             }
             Some(FileKind::Room) => {
-                let room = RoomPlace::File(path);
+                let room = RoomSource::File(path);
                 self.fields.write(FieldRequest::Assign(room));
             }
             Some(FileKind::Mesh) => {

@@ -17,7 +17,7 @@ use trackwright_design::{
 };
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_geometry::pose::Pose;
-use trackwright_project::{MeshOwner, ReadMesh, StoreError, WantedMesh};
+use trackwright_project::{ImportedMesh, MeshImport, MeshOwner, StoreError};
 
 /// Gives bodies meshes, and the design its anatomy, when [`MeshRequest`] asks, in
 /// [`EditorSystems::Input`].
@@ -59,7 +59,7 @@ struct Loading {
     name: Option<String>,
     /// Whether the person knows the size.
     is_settled: bool,
-    job: Job<Result<ReadMesh, StoreError>>,
+    job: Job<Result<ImportedMesh, StoreError>>,
     /// What was open when it began.
     generation: WorldGeneration,
     origin: Origin,
@@ -168,7 +168,7 @@ impl Hand<'_> {
             MeshRequest::Load { whose, file, unit } => self.load(whose, file, unit),
             MeshRequest::SetUnit { whose, unit } => {
                 let Some(world) = &self.world else { return };
-                let wanted = WantedMesh::in_unit(&world.0, whose, unit);
+                let wanted = MeshImport::in_unit(&world.0, whose, unit);
                 let file = match &wanted {
                     Ok(Some(wanted)) => wanted.file().to_owned(),
                     _ => return,
@@ -184,14 +184,14 @@ impl Hand<'_> {
 
     fn load(&mut self, whose: MeshOwner, file: PathBuf, unit: Option<MeshUnit>) {
         let Some(world) = &self.world else { return };
-        let wanted = WantedMesh::of_file(&world.0, whose, &file, unit);
+        let wanted = MeshImport::of_file(&world.0, whose, &file, unit);
         self.start(wanted, file, unit.is_some());
     }
 
     /// What was being read for a body before is given up.
     fn start(
         &mut self,
-        wanted: Result<Option<WantedMesh>, StoreError>,
+        wanted: Result<Option<MeshImport>, StoreError>,
         file: PathBuf,
         is_settled: bool,
     ) {
@@ -221,7 +221,7 @@ impl Hand<'_> {
 
     /// Gives the body or the anatomy what was read, unless something else is open by now or its size
     /// is one to ask about.
-    fn take(&mut self, loading: &Loading, ended: Ended<Result<ReadMesh, StoreError>>) {
+    fn take(&mut self, loading: &Loading, ended: Ended<Result<ImportedMesh, StoreError>>) {
         *self.notice = Notice::Nothing;
         let Some(world) = &mut self.world else { return };
         let is_same =
@@ -334,7 +334,7 @@ fn mesh_folder(world: &trackwright_project::World, whose: MeshOwner) -> PathBuf 
         MeshOwner::Anatomy(None) => MeshOwner::Anatomy(last),
         other => other,
     };
-    let own = WantedMesh::in_unit(world, whose, None).ok().flatten();
+    let own = MeshImport::in_unit(world, whose, None).ok().flatten();
     own.and_then(|own| Some(own.file().parent()?.to_path_buf()))
         .filter(|folder| folder.is_absolute() && folder.is_dir())
         .unwrap_or_else(|| file_folder(world))

@@ -58,7 +58,7 @@ mod tests {
     use crate::{groups, measurements};
     use nalgebra::{DMatrix, Vector3};
     use trackwright_calibration::hand_eye::{HandEye, Motion};
-    use trackwright_calibration::long_run::Worth;
+    use trackwright_calibration::long_run::EffectiveSize;
     use trackwright_calibration::still_pose::Spread;
     use trackwright_field::samples::Measurement;
     use trackwright_geometry::pose::pose_from_array;
@@ -84,7 +84,7 @@ mod tests {
                 body_from_sensor: Vec::new(),
                 covariance: DMatrix::zeros(0, 0),
                 poses: 0,
-                worth: Worth { effective: 0.0, freedom: None },
+                effective_size: EffectiveSize { effective: 0.0, freedom: None },
                 scales: Vec::new(),
                 motion: Motion {
                     largest_rad: 0.0,

@@ -86,14 +86,14 @@ pub enum ClientEvent {
     Unreadable(DecodeError),
     /// It is tried again after a wait.
     Lost {
-        why: LostWhy,
+        why: DisconnectReason,
         wait: Duration,
     },
 }
 
 /// Why there is no connection.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum LostWhy {
+pub enum DisconnectReason {
     #[error("no connection: {0}")]
     NotReached(String),
     #[error("no connection within {} s", CONNECT_WITHIN.as_secs())]
@@ -189,18 +189,18 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
     }
 
     /// One connection from its beginning to its end, and whether a message came of it.
-    async fn connection(&mut self) -> (LostWhy, bool) {
+    async fn connection(&mut self) -> (DisconnectReason, bool) {
         let mut has_heard = false;
         let why = match timeout(CONNECT_WITHIN, TcpStream::connect(&self.options.server)).await {
-            Err(_) => LostWhy::NotInTime,
-            Ok(Err(error)) => LostWhy::NotReached(error.to_string()),
+            Err(_) => DisconnectReason::NotInTime,
+            Ok(Err(error)) => DisconnectReason::NotReached(error.to_string()),
             Ok(Ok(stream)) => self.listen(stream, &mut has_heard).await,
         };
         (why, has_heard)
     }
 
-    async fn listen(&mut self, mut stream: TcpStream, has_heard: &mut bool) -> LostWhy {
-        let failed = |error: io::Error| LostWhy::Failed(error.to_string());
+    async fn listen(&mut self, mut stream: TcpStream, has_heard: &mut bool) -> DisconnectReason {
+        let failed = |error: io::Error| DisconnectReason::Failed(error.to_string());
         keepalive::set(&stream);
         let server = match stream.peer_addr() {
             Ok(server) => server,
@@ -219,9 +219,9 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
             let longest =
                 begun.map_or(Duration::MAX, |begun| WHOLE_WITHIN.saturating_sub(begun.elapsed()));
             let count = match timeout(longest, stream.read(&mut self.buffer)).await {
-                Err(_) => return LostWhy::Unfinished,
-                Ok(Ok(0)) if decoder.is_between_messages() => return LostWhy::Closed,
-                Ok(Ok(0)) => return LostWhy::Cut,
+                Err(_) => return DisconnectReason::Unfinished,
+                Ok(Ok(0)) if decoder.is_between_messages() => return DisconnectReason::Closed,
+                Ok(Ok(0)) => return DisconnectReason::Cut,
                 Ok(Ok(count)) => count,
                 Ok(Err(error)) => return failed(error),
             };
@@ -238,7 +238,7 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
                     Ok(Decoded::Skipped { kind, .. }) => ClientEvent::Skipped { kind },
                     Err(error) if error.ends_the_stream() => {
                         (self.tell)(ClientEvent::Unreadable(error));
-                        return LostWhy::Unreadable;
+                        return DisconnectReason::Unreadable;
                     }
                     Err(error) => ClientEvent::Unreadable(error),
                 };
@@ -248,7 +248,7 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
             if !decoder.is_between_messages() {
                 begun = was_begun.filter(|_| !is_another).or(Some(now));
                 if begun.is_some_and(|begun| begun.elapsed() > WHOLE_WITHIN) {
-                    return LostWhy::Unfinished;
+                    return DisconnectReason::Unfinished;
                 }
             }
         }

@@ -45,7 +45,7 @@ pub fn roles<'n>(
             }
             let fitting = (free.clone())
                 .filter(|name| !roles.values().any(|taken| taken == name))
-                .find(|name| fits(&plain(called(name)), role, names));
+                .find(|name| fits(&plain(base_name(name)), role, names));
             if let Some(name) = fitting {
                 roles.insert(role, name.to_owned());
             }
@@ -81,7 +81,7 @@ pub fn target_frame(name: &str) -> Option<&str> {
 }
 
 /// `Stylus` of `StylusToTracker`, and of `Stylus`.
-pub fn called(name: &str) -> &str {
+pub fn base_name(name: &str) -> &str {
     split(name).map_or(name, |(tool, _)| tool)
 }
 
@@ -146,7 +146,7 @@ mod tests {
             ("ToTracker", "ToTracker", None),
             ("ÄToÖ", "ÄToÖ", None),
         ] {
-            assert_eq!((called(name), target_frame(name)), (tool, frame), "{name}");
+            assert_eq!((base_name(name), target_frame(name)), (tool, frame), "{name}");
         }
     }
 }

@@ -2,7 +2,7 @@
 //! so that the order of its list, names and poses mean nothing to them.
 
 use super::error::StoreError;
-use super::mesh_shelf::{ReadMesh, WantedMesh};
+use super::mesh_cache::{ImportedMesh, MeshImport};
 use super::meshes::{MeshOwner, MeshProblem, words};
 use super::open::{Reader, World};
 use std::path::Path;
@@ -58,7 +58,7 @@ impl AnatomyMeshes {
     }
 
     /// Takes what a thread read in the place of what was there; whether the design refers to it.
-    pub(super) fn take(&mut self, design: &Design, mesh: &ReadMesh) -> bool {
+    pub(super) fn take(&mut self, design: &Design, mesh: &ImportedMesh) -> bool {
         let reference = &mesh.wanted.reference;
         let is_wanted = design.anatomy.iter().any(|a| a.mesh == *reference);
         if is_wanted {
@@ -99,7 +99,7 @@ impl AnatomyMesh {
         Self { reference: reference.clone(), surface, report: OnceLock::new(), cause }
     }
 
-    fn kept(mesh: &ReadMesh) -> Self {
+    fn kept(mesh: &ImportedMesh) -> Self {
         Self {
             reference: mesh.wanted.reference.clone(),
             surface: Some(Arc::clone(&mesh.surface)),
@@ -130,8 +130,8 @@ pub(super) fn refresh_anatomy(
             continue;
         }
         let owner = MeshOwner::Anatomy(None);
-        let wanted = WantedMesh::of_reference(world, owner, anatomy.mesh.clone())?;
-        let kept = wanted.and_then(|wanted| world.shelf.find(&wanted));
+        let wanted = MeshImport::of_reference(world, owner, anatomy.mesh.clone())?;
+        let kept = wanted.and_then(|wanted| world.mesh_cache.find(&wanted));
         let mut read = match kept.filter(|_| !is_forced) {
             Some(kept) => {
                 reader.stamps.extend(kept.stamps());
@@ -274,7 +274,7 @@ mod tests {
         let (folder, mut world) = saved_world();
         let file = folder.path().join("scans/face.obj");
         fs::write(&file, tetrahedron(7.0)).unwrap();
-        let wanted = WantedMesh::of_file(&world, MeshOwner::Anatomy(None), &file, None);
+        let wanted = MeshImport::of_file(&world, MeshOwner::Anatomy(None), &file, None);
         let wanted = wanted.unwrap().unwrap();
         assert_eq!(wanted.reference.file, "scans/face.obj");
         let read = wanted.read().unwrap();

@@ -9,9 +9,10 @@ mod doubted;
 mod error;
 mod file_id;
 mod files;
+mod import_body;
 mod lock;
 mod log;
-mod mesh_shelf;
+mod mesh_cache;
 mod meshes;
 mod open;
 mod place;
@@ -30,7 +31,6 @@ mod save;
 mod shared;
 mod state;
 mod table;
-mod take_in;
 #[cfg(test)]
 mod tests;
 mod today;
@@ -49,8 +49,9 @@ pub use compared::{
 pub use doubted::Doubted;
 pub use error::StoreError;
 pub use files::{Files, Output};
+pub use import_body::{BodyImport, ImportedBody};
 pub use log::{LogError, write_log};
-pub use mesh_shelf::{ReadMesh, WantedMesh};
+pub use mesh_cache::{ImportedMesh, MeshImport};
 pub use meshes::{
     MeshDoubt, MeshOwner, MeshProblem, mesh_reference_to, refresh_meshes, reload_meshes,
 };
@@ -59,7 +60,7 @@ pub use open::{
     refresh_environment,
 };
 pub use preferences::{read_preferences, write_preferences};
-pub use procedure::{ProcedureWish, further_room, procedure, reference_to_file};
+pub use procedure::{ProcedureRequest, further_room, procedure, reference_to_file};
 pub use recent::{MAX_RECENT, RecentDesign, forget_recent, recent_designs, remember_recent};
 pub use recorder::Recorder;
 pub use recovery::{Leftover, Recovery, Snapshot, leftovers};
@@ -67,7 +68,7 @@ pub use replace::KeptFile;
 pub use report_file::report_file;
 pub use resolve::{CrfScenario, resolve, resolve_crf};
 pub use rooms::{
-    ENVIRONMENT_EXTENSION, RoomListing, RoomPlace, RoomSummary, builtin_rooms, further_rooms,
+    ENVIRONMENT_EXTENSION, RoomListing, RoomSource, RoomSummary, builtin_rooms, further_rooms,
     list_rooms, own_room, reference_to_room, room_name, rooms_of_folder, write_room_for,
 };
 pub use samples::SampleReading;
@@ -75,7 +76,6 @@ pub use save::{SaveReport, save, save_as, save_with_copies};
 pub use shared::{SharedBody, shared_bodies};
 pub use state::{STATE_VARIABLE, recovery_folder, state_folder};
 pub use table::{MeasurementTable, TableGroups};
-pub use take_in::{TakenBody, WantedBody};
 pub use today::{NoToday, today};
 pub use tool::{ReadTool, body_format_of, is_same_file};
 pub use video::{ENCODER, FrameFolder, VideoError, VideoFile, VideoShape};

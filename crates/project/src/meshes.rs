@@ -3,7 +3,7 @@
 
 use super::anatomy::{AnatomyMeshes, refresh_anatomy};
 use super::error::StoreError;
-use super::mesh_shelf::{ReadMesh, WantedMesh};
+use super::mesh_cache::{ImportedMesh, MeshImport};
 use super::open::{Reader, World, home};
 use super::place::{Place, absolute, relative};
 use super::write::folder_of;
@@ -148,7 +148,7 @@ impl BodyMesh {
     }
 
     /// A mesh that was read before.
-    pub(super) fn kept(body: &DesignBody, mesh: &ReadMesh) -> Self {
+    pub(super) fn kept(body: &DesignBody, mesh: &ImportedMesh) -> Self {
         Self {
             source: Some(Source::of(body)),
             surface: Some(Arc::clone(&mesh.surface)),
@@ -226,10 +226,10 @@ fn read_meshes(world: &mut World, is_forced: bool) -> Result<bool, StoreError> {
             continue;
         }
         let kept = match body.and_then(|body| body.mesh.clone()) {
-            Some(mesh) if !is_forced => WantedMesh::of_reference(world, role.into(), mesh)?,
+            Some(mesh) if !is_forced => MeshImport::of_reference(world, role.into(), mesh)?,
             _ => None,
         };
-        let kept = kept.and_then(|wanted| world.shelf.find(&wanted));
+        let kept = kept.and_then(|wanted| world.mesh_cache.find(&wanted));
         let mut now = match (body, kept) {
             (None, _) => BodyMesh::default(),
             (Some(body), Some(kept)) => {

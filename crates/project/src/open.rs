@@ -3,7 +3,7 @@
 use super::anatomy::AnatomyMeshes;
 use super::builtin;
 use super::error::StoreError;
-use super::mesh_shelf::{ReadMesh, Shelf};
+use super::mesh_cache::{ImportedMesh, MeshCache};
 use super::meshes::{BodyMesh, MeshOwner, MeshProblem, Meshes};
 use super::place::{Kind, Place};
 use super::read::read;
@@ -26,7 +26,7 @@ pub struct World {
     /// The tool's and the CRF's.
     meshes: [BodyMesh; 2],
     pub(super) anatomy: AnatomyMeshes,
-    pub(super) shelf: Shelf,
+    pub(super) mesh_cache: MeshCache,
     /// The reference that `environment` was read by.
     environment_reference: String,
     /// What the files were when they were last read or written.
@@ -61,7 +61,7 @@ impl World {
             environment,
             meshes: meshes.bodies,
             anatomy: meshes.anatomy,
-            shelf: Shelf::default(),
+            mesh_cache: MeshCache::default(),
             stamps: Stamps::default(),
         }
     }
@@ -78,7 +78,7 @@ impl World {
 
     /// Keeps a mesh at hand, for an edit that is going to name it. Where its owner refers to it
     /// already, as after its file was written anew, it is its own from now on; whether it is.
-    pub fn keep_mesh(&mut self, mesh: ReadMesh) -> bool {
+    pub fn keep_mesh(&mut self, mesh: ImportedMesh) -> bool {
         let design = self.document.shared_design();
         let is_taken = match mesh.wanted.whose {
             MeshOwner::Anatomy(_) => self.anatomy.take(&design, &mesh),
@@ -95,7 +95,7 @@ impl World {
         if is_taken {
             self.stamps.extend(mesh.stamps());
         }
-        self.shelf.keep(mesh);
+        self.mesh_cache.keep(mesh);
         is_taken
     }
 

@@ -7,7 +7,7 @@ use super::files::Files;
 use super::open::{Reader, World, home};
 use super::place::{Place, absolute};
 use super::resolve::{resolve, resolve_crf};
-use super::rooms::{RoomPlace, reference_to_room};
+use super::rooms::{RoomSource, reference_to_room};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use trackwright_task::Task;
 
 /// What is looked at beside what the design holds.
 #[derive(Clone, Debug, Default)]
-pub struct ProcedureWish {
+pub struct ProcedureRequest {
     /// Rooms that are no part of the design.
     pub rooms_for_now: Vec<PathBuf>,
     /// In the place of the recording that the built tool was decided on.
@@ -37,7 +37,7 @@ pub struct ProcedureWish {
 pub fn procedure(
     files: &Files,
     world: &World,
-    wish: &ProcedureWish,
+    wish: &ProcedureRequest,
     task: &Task,
     note: &dyn Fn(BuiltToolNote),
 ) -> Result<StepStatus, StoreError> {
@@ -84,7 +84,7 @@ pub fn procedure(
 /// # Errors
 /// [`StoreError::NoSuchBuiltIn`].
 pub fn reference_to_file(world: &World, file: &Path) -> Result<String, StoreError> {
-    let place = RoomPlace::File(absolute(file));
+    let place = RoomSource::File(absolute(file));
     // A file is always within a design's reach.
     Ok(reference_to_room(world, &place)?.unwrap_or_default())
 }
@@ -236,7 +236,7 @@ mod tests {
     use trackwright_procedure::State;
 
     fn judged(world: &World) -> StepStatus {
-        let wish = ProcedureWish::default();
+        let wish = ProcedureRequest::default();
         procedure(&Files::default(), world, &wish, &Task::default(), &|_| {}).unwrap()
     }
 
@@ -259,7 +259,7 @@ mod tests {
         }
         let mut world = open_builtin_without_meshes("pointer-on-head").unwrap();
         save_as(&mut world, &at("a/x.design.ron")).unwrap();
-        let RoomPlace::File(own) = own_room(&world).unwrap() else {
+        let RoomSource::File(own) = own_room(&world).unwrap() else {
             panic!("a saved design is on the disk");
         };
         fs::copy(own, at("rooms/ward.env.ron")).unwrap();
@@ -315,7 +315,7 @@ mod tests {
         let world = open_builtin_without_meshes("endoscope").unwrap();
         let task = Task::default();
         task.cancel.cancel();
-        let wish = ProcedureWish::default();
+        let wish = ProcedureRequest::default();
         let ended = procedure(&Files::default(), &world, &wish, &task, &|_| {});
         assert!(matches!(ended, Err(StoreError::Cancelled(_))), "{ended:?}");
     }

@@ -21,7 +21,7 @@ const MOST_ROOMS: usize = 64;
 
 /// Where a room is.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum RoomPlace {
+pub enum RoomSource {
     /// A file of the embedded world.
     BuiltIn(&'static str),
     File(PathBuf),
@@ -30,7 +30,7 @@ pub enum RoomPlace {
 /// A room as a list shows it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoomListing {
-    pub place: RoomPlace,
+    pub place: RoomSource,
     pub summary: RoomSummary,
 }
 
@@ -56,7 +56,7 @@ impl RoomSummary {
     }
 }
 
-impl RoomPlace {
+impl RoomSource {
     /// The file's name without its folder.
     pub fn file_name(&self) -> String {
         let path = match self {
@@ -94,7 +94,7 @@ pub fn room_name(file: &Path) -> String {
 ///
 /// # Errors
 /// [`StoreError::NoSuchBuiltIn`].
-pub fn own_room(world: &World) -> Result<RoomPlace, StoreError> {
+pub fn own_room(world: &World) -> Result<RoomSource, StoreError> {
     room_at(world, &world.document.design().environment)
 }
 
@@ -102,21 +102,21 @@ pub fn own_room(world: &World) -> Result<RoomPlace, StoreError> {
 ///
 /// # Errors
 /// [`StoreError::NoSuchBuiltIn`].
-pub fn further_rooms(world: &World) -> Result<Vec<RoomPlace>, StoreError> {
+pub fn further_rooms(world: &World) -> Result<Vec<RoomSource>, StoreError> {
     let files = &world.document.design().procedure.further_rooms;
     files.iter().map(|file| room_at(world, file)).collect()
 }
 
 /// Where a room is that the open design refers to.
-fn room_at(world: &World, reference: &str) -> Result<RoomPlace, StoreError> {
+fn room_at(world: &World, reference: &str) -> Result<RoomSource, StoreError> {
     let (place, file) = home(world.document.origin())?;
     let path = place.resolve(&file, reference);
     Ok(match place {
         Place::BuiltIn => match builtin::path_of(&path) {
-            Some(path) => RoomPlace::BuiltIn(path),
-            None => RoomPlace::File(absolute(&path)),
+            Some(path) => RoomSource::BuiltIn(path),
+            None => RoomSource::File(absolute(&path)),
         },
-        Place::Disk => RoomPlace::File(absolute(&path)),
+        Place::Disk => RoomSource::File(absolute(&path)),
     })
 }
 
@@ -125,18 +125,18 @@ fn room_at(world: &World, reference: &str) -> Result<RoomPlace, StoreError> {
 ///
 /// # Errors
 /// [`StoreError::NoSuchBuiltIn`].
-pub fn reference_to_room(world: &World, room: &RoomPlace) -> Result<Option<String>, StoreError> {
+pub fn reference_to_room(world: &World, room: &RoomSource) -> Result<Option<String>, StoreError> {
     let (place, file) = home(world.document.origin())?;
     Ok(match (place, room) {
-        (Place::BuiltIn, RoomPlace::BuiltIn(path)) => {
+        (Place::BuiltIn, RoomSource::BuiltIn(path)) => {
             let folder = file.parent().unwrap_or(Path::new(""));
             Some(upwards(folder, Path::new(path)))
         }
-        (Place::BuiltIn, RoomPlace::File(path)) => {
+        (Place::BuiltIn, RoomSource::File(path)) => {
             Some(absolute(path).to_string_lossy().into_owned())
         }
-        (Place::Disk, RoomPlace::File(path)) => Some(relative(&folder_of(&file), path)),
-        (Place::Disk, RoomPlace::BuiltIn(_)) => None,
+        (Place::Disk, RoomSource::File(path)) => Some(relative(&folder_of(&file), path)),
+        (Place::Disk, RoomSource::BuiltIn(_)) => None,
     })
 }
 
@@ -158,18 +158,18 @@ pub fn write_room_for(
     environment: &Environment,
 ) -> Result<String, StoreError> {
     Files::beside(world).output(file)?.write_environment(environment)?;
-    let room = RoomPlace::File(absolute(file));
+    let room = RoomSource::File(absolute(file));
     // A file is always within a design's reach.
     Ok(reference_to_room(world, &room)?.unwrap_or_default())
 }
 
 /// The built-in rooms.
-pub fn builtin_rooms() -> impl Iterator<Item = RoomPlace> {
-    builtin::paths().filter(|path| path.ends_with(ENVIRONMENT_EXTENSION)).map(RoomPlace::BuiltIn)
+pub fn builtin_rooms() -> impl Iterator<Item = RoomSource> {
+    builtin::paths().filter(|path| path.ends_with(ENVIRONMENT_EXTENSION)).map(RoomSource::BuiltIn)
 }
 
 /// The environment files of a folder, by name.
-pub fn rooms_of_folder(folder: &Path) -> Vec<RoomPlace> {
+pub fn rooms_of_folder(folder: &Path) -> Vec<RoomSource> {
     let mut files: Vec<PathBuf> = fs::read_dir(folder)
         .into_iter()
         .flatten()
@@ -179,7 +179,7 @@ pub fn rooms_of_folder(folder: &Path) -> Vec<RoomPlace> {
         .collect();
     files.sort();
     files.truncate(MOST_ROOMS);
-    files.into_iter().map(RoomPlace::File).collect()
+    files.into_iter().map(RoomSource::File).collect()
 }
 
 /// Reads rooms for a list, each once: the built-in ones, then the others by name. What is no room
@@ -187,7 +187,7 @@ pub fn rooms_of_folder(folder: &Path) -> Vec<RoomPlace> {
 ///
 /// # Errors
 /// [`Cancelled`].
-pub fn list_rooms(places: Vec<RoomPlace>, task: &Task) -> Result<Vec<RoomListing>, Cancelled> {
+pub fn list_rooms(places: Vec<RoomSource>, task: &Task) -> Result<Vec<RoomListing>, Cancelled> {
     let mut listings: Vec<RoomListing> = Vec::new();
     let all = places.len();
     for (i, place) in places.into_iter().enumerate() {
@@ -201,7 +201,7 @@ pub fn list_rooms(places: Vec<RoomPlace>, task: &Task) -> Result<Vec<RoomListing
     }
     // The order depends on nothing that a choice from the list changes.
     let key = |listing: &RoomListing| {
-        let is_file = matches!(listing.place, RoomPlace::File(_));
+        let is_file = matches!(listing.place, RoomSource::File(_));
         (is_file, listing.summary.name.clone(), listing.place.file_name())
     };
     listings.sort_by_cached_key(key);

@@ -6,7 +6,7 @@ use super::samples::SampleReading;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use trackwright_calibration::doubts::Suspicion;
-use trackwright_calibration::room_worth::{Left, measured};
+use trackwright_calibration::fit_quality::{ErrorSummary, measured_errors};
 use trackwright_field::samples::SampleSet;
 use trackwright_formats::groups::GroupColumn;
 use trackwright_geometry::bounds::Bounds;
@@ -21,7 +21,7 @@ pub struct MeasurementTable {
     /// What the table may be instead of what it is read as.
     pub suspicions: Vec<Suspicion>,
     /// Their errors as they were measured.
-    pub measured: Left,
+    pub measured: ErrorSummary,
     /// Of the samples' positions.
     pub bounds: Option<Bounds>,
     /// The column that says which rows belong together. A column that cannot be used is no reason
@@ -78,7 +78,7 @@ impl Files {
             file: file.to_owned(),
             reading,
             bounds: Bounds::around(samples.samples.iter().map(|s| s.position_mm)),
-            measured: measured(&samples),
+            measured: measured_errors(&samples),
             samples,
             suspicions,
             groups,

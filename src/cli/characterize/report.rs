@@ -151,8 +151,8 @@ pub fn as_json(found: &Characterisation) -> Value {
         },
         "covariance": covariance(found),
         "poses": found.hand_eye.poses,
-        "effective": found.hand_eye.worth.effective,
-        "degrees_of_freedom": found.hand_eye.worth.freedom,
+        "effective": found.hand_eye.effective_size.effective,
+        "degrees_of_freedom": found.hand_eye.effective_size.freedom,
         "recordings": found.recordings.as_ref().map(|errors| json!({
             "groups": errors.groups,
             "tracker_from_reference": spread(&errors.reference),
@@ -168,8 +168,8 @@ pub fn as_json(found: &Characterisation) -> Value {
                 "pair": pair,
                 "offset_s": path.offset_s,
                 "std_error_s": path.offset_std_error_s,
-                "effective": path.offset_worth.effective,
-                "degrees_of_freedom": path.offset_worth.freedom,
+                "effective": path.offset_effective_size.effective,
+                "degrees_of_freedom": path.offset_effective_size.freedom,
                 "offset_by_speeds_s": path.alignment.offset_s,
                 "correlation": path.alignment.correlation,
                 "drift_s": path.alignment.drift_s,
@@ -278,7 +278,7 @@ fn place_table(found: &Characterisation, names: &[String]) -> Vec<String> {
         ));
     }
     let mut lines = columns(&rows);
-    let worth = &hand_eye.worth;
+    let worth = &hand_eye.effective_size;
     lines.push(format!(
         "±: standard error along the worst direction, of the reference in the middle of the readings; {} poses are \
          worth {:.1} independent ones",
@@ -333,7 +333,7 @@ fn path_table(found: &Characterisation) -> Vec<String> {
         rows.push(vec![
             format!("pair {pair}"),
             format!("{:.4}", path.offset_s),
-            match path.offset_worth.freedom {
+            match path.offset_effective_size.freedom {
                 Some(_) => format!("{:.4}", path.offset_std_error_s),
                 // Too short to tell how far its seconds depend on each other.
                 None => format!("≥ {:.4}", path.offset_std_error_s),

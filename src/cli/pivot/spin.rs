@@ -88,7 +88,7 @@ impl SpinArgs {
         let poses = reader.read_all(self.spin.iter().map(PathBuf::as_path))?;
         let found = spin(&poses, &limits)
             .map_err(|error| anyhow!("no shaft: {error}{}", option_of(&error)))?;
-        if found.worth.freedom.is_none() {
+        if found.effective_size.freedom.is_none() {
             output::note(
                 "the recording of turns is too short to tell how far readings depend on their neighbours: the shaft's \
                  standard error is a lower bound",
@@ -199,15 +199,15 @@ impl Shaft {
             "std_error_deg": self.spin.std_error_rad.to_degrees(),
             "covariance": rows,
             "orientation_range_deg": self.spin.orientation_range_rad.to_degrees(),
-            "effective": self.spin.worth.effective,
-            "degrees_of_freedom": self.spin.worth.freedom,
+            "effective": self.spin.effective_size.effective,
+            "degrees_of_freedom": self.spin.effective_size.freedom,
             "half_width_95_deg": self.half_width_rad().map(f64::to_degrees),
         })
     }
 
     /// Half the 95 % interval along the direction in which the shaft is known least.
     fn half_width_rad(&self) -> Option<f64> {
-        let student = self.spin.worth.student_975()?;
+        let student = self.spin.effective_size.student_975()?;
         Some(student * self.spin.std_error_rad)
     }
 
@@ -220,7 +220,7 @@ impl Shaft {
         let range = format!("{:.1}", spin.orientation_range_rad.to_degrees());
         vec![
             row("turned poses", with_separators(spin.poses), ""),
-            row("  worth independent poses", format!("{:.1}", spin.worth.effective), ""),
+            row("  worth independent poses", format!("{:.1}", spin.effective_size.effective), ""),
             row("largest angle between two", range, "deg"),
             row(
                 match self.is_towards_tip {

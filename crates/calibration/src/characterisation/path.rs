@@ -3,7 +3,7 @@
 
 use super::CharacterisationSettings;
 use crate::hand_eye::{HandEye, PairedReading, ReadingNoise};
-use crate::long_run::{Worth, long_run};
+use crate::long_run::{EffectiveSize, long_run};
 use crate::pose_stream::{Clock, ClockFaults, PoseStream};
 use crate::robust::Loss;
 use crate::still_pose::Spread;
@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 
 /// How much of a path counts as one pose: readings within it share their errors.
-pub(super) const STRETCH_S: f64 = 1.0;
+pub(super) const SEGMENT_S: f64 = 1.0;
 
 /// How far from the speeds' offset a better one is looked for.
 const REACH_S: f64 = 0.15;
@@ -41,7 +41,7 @@ pub struct PathReport {
     /// Standard error, the frames held.
     pub offset_std_error_s: f64,
     /// What the path's seconds are worth for it, neighbours not being independent.
-    pub offset_worth: Worth,
+    pub offset_effective_size: EffectiveSize,
     /// RMS errors if both recordings had begun in the same moment, and at the offset.
     pub before: Spread,
     pub after: Spread,
@@ -66,10 +66,10 @@ impl PathPair {
     }
 
     /// How many poses it counts as.
-    pub fn stretches(&self) -> usize {
+    pub fn segments(&self) -> usize {
         let spans = self.streams.iter().filter_map(|(_, s)| s.span_s());
         let end_s = spans.map(|span| span.1).fold(f64::NEG_INFINITY, f64::max);
-        let last = ((end_s - self.start_s()) / STRETCH_S).floor();
+        let last = ((end_s - self.start_s()) / SEGMENT_S).floor();
         if last >= 0.0 { last as usize + 1 } else { 0 }
     }
 
@@ -82,7 +82,7 @@ impl PathPair {
         });
         samples.map(move |(sensor, (time_s, read))| {
             Some(PairedReading {
-                pose: self.first_pose + ((time_s - start_s) / STRETCH_S) as usize,
+                pose: self.first_pose + ((time_s - start_s) / SEGMENT_S) as usize,
                 sensor,
                 reference_from_body: self.reference.at(time_s + offset_s, self.max_gap_s)?,
                 tracker_from_sensor: *read,
@@ -124,21 +124,22 @@ impl PathPair {
             let count = readings.len() as f64;
             Spread { position_mm: (mm2 / count).sqrt(), angle_rad: (rad2 / count).sqrt() }
         };
-        let (offset_std_error_s, offset_worth) = self.offset_error(found, settings.hand_eye.loss);
+        let (offset_std_error_s, offset_effective_size) =
+            self.offset_error(found, settings.hand_eye.loss);
         PathReport {
             clocks: self.clocks,
             faults: self.faults,
             alignment: self.alignment,
             offset_s: self.offset_s,
             offset_std_error_s,
-            offset_worth,
+            offset_effective_size,
             before: rms(0.0),
             after: rms(self.offset_s),
         }
     }
 
     /// The sandwich of `hand_eye/covariance.rs` for one unknown, the frames held.
-    fn offset_error(&self, found: &HandEye, loss: Loss) -> (f64, Worth) {
+    fn offset_error(&self, found: &HandEye, loss: Loss) -> (f64, EffectiveSize) {
         let [before, at, after] =
             [-SLOPE_STEP_S, 0.0, SLOPE_STEP_S].map(|step_s| self.matched(self.offset_s + step_s));
         let (mut curvature, mut gradients) = (0.0, BTreeMap::<usize, f64>::new());
@@ -155,7 +156,7 @@ impl PathPair {
         let scores = DMatrix::from_row_iterator(1, gradients.len(), gradients.into_values());
         let independent = &scores * scores.transpose();
         let of_sum = long_run(&scores, &independent);
-        (of_sum.covariance[(0, 0)].sqrt() / curvature, of_sum.worth)
+        (of_sum.covariance[(0, 0)].sqrt() / curvature, of_sum.effective_size)
     }
 }
 

@@ -224,7 +224,7 @@ fn path(
         first_pose: *next_pose,
         max_gap_s: settings.alignment.max_gap_s,
     };
-    *next_pose += path.stretches();
+    *next_pose += path.segments();
     if path.readings(path.offset_s).is_empty() {
         return Err(PairProblem::NoOverlap);
     }

@@ -17,7 +17,7 @@ mod tests;
 
 pub use motion::Motion;
 
-use super::long_run::{LongRun, Worth};
+use super::long_run::{EffectiveSize, LongRun};
 use super::robust::Loss;
 use super::still_pose::Spread;
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
@@ -84,8 +84,8 @@ pub struct HandEye {
     /// vector in the target's axes (radians), by which the rotation is turned, and a translation (mm).
     pub covariance: DMatrix<f64>,
     pub poses: usize,
-    /// What they are worth, neighbours not being independent.
-    pub worth: Worth,
+    /// Independent poses that they are worth, neighbours not being independent.
+    pub effective_size: EffectiveSize,
     /// What each sensor's readings scatter by beside the known noise: the scale that residuals were
     /// weighed with.
     pub scales: Vec<Spread>,
@@ -160,14 +160,14 @@ pub fn hand_eye(
     motion.check(settings.min_turn_rad)?;
     let start = start::start(readings, sensors).ok_or(HandEyeError::NoAnswer)?;
     let solved = solve::solve(readings, start, settings).ok_or(HandEyeError::NoAnswer)?;
-    let LongRun { covariance, worth } =
+    let LongRun { covariance, effective_size } =
         covariance::covariance(readings, &solved, settings.loss).ok_or(HandEyeError::NoAnswer)?;
     Ok(HandEye {
         tracker_from_reference: solved.frames.y,
         body_from_sensor: solved.frames.x,
         covariance,
         poses: found,
-        worth,
+        effective_size,
         scales: solved.scales,
         motion,
     })

@@ -229,7 +229,7 @@ fn intervals_hold_for_errors_that_neighbours_share() {
                 *read = noise.around(read, 0.1, 0.002);
             }
             let found = hand_eye(&readings, 2, &HandEyeSettings::default()).unwrap();
-            let student = found.worth.student_975().unwrap();
+            let student = found.effective_size.student_975().unwrap();
             for square in squares(&found, &truth) {
                 all += 1;
                 within += u32::from(square < student * student);

@@ -11,7 +11,7 @@ mod tests;
 
 pub use precision::Quarters;
 
-use super::long_run::Worth;
+use super::long_run::EffectiveSize;
 use super::orientation_range::orientation_range_rad;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Point3, Vector3};
 use trackwright_geometry::pose::Pose;
@@ -66,8 +66,8 @@ pub struct Pivot {
     pub tip_std_error_mm: f64,
     /// Of the tip (tool frame), then of the pivot (tracker frame), mm².
     pub covariance_mm2: Matrix6<f64>,
-    /// What the poses are worth, neighbours not being independent.
-    pub worth: Worth,
+    /// Independent poses that they are worth, neighbours not being independent.
+    pub effective_size: EffectiveSize,
     /// Whether parts of the recording agree; `None` where a quarter by itself does not determine the
     /// tip, so that a slow drift cannot be told from the tool's motion, or is too short.
     pub quarters: Option<Quarters>,
@@ -89,7 +89,7 @@ impl Pivot {
     /// Half the 95 % intervals of the tip's and the pivot's components; `None` where the recording is
     /// too short to tell.
     pub fn half_widths_mm(&self) -> Option<[Vector3<f64>; 2]> {
-        let student = self.worth.student_975()?;
+        let student = self.effective_size.student_975()?;
         let half = self.covariance_mm2.diagonal().map(|v| student * v.sqrt());
         Some([half.fixed_rows::<3>(0).into_owned(), half.fixed_rows::<3>(3).into_owned()])
     }
@@ -160,7 +160,7 @@ pub fn pivot(poses: &[Pose], limits: &PivotLimits) -> Result<Pivot, PivotError> 
         worst_mm,
         tip_std_error_mm: precision::worst_mm(&precision.of_tip_mm2()),
         covariance_mm2: precision.covariance_mm2,
-        worth: precision.worth,
+        effective_size: precision.effective_size,
         quarters: precision::quarters(poses, limits.min_turn_rad),
         orientation_range_rad,
     })

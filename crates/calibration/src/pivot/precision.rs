@@ -8,7 +8,7 @@
 //! taken as a recording of its own.
 
 use super::{Fit, PivotLimits, rotation};
-use crate::long_run::{Worth, long_run};
+use crate::long_run::{EffectiveSize, long_run};
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use trackwright_geometry::pose::Pose;
@@ -32,7 +32,7 @@ pub struct Quarters {
 
 pub(super) struct Precision {
     pub covariance_mm2: Matrix6<f64>,
-    pub worth: Worth,
+    pub effective_size: EffectiveSize,
 }
 
 impl Precision {
@@ -61,7 +61,7 @@ pub(super) fn of(poses: &[Pose], fit: &Fit) -> Precision {
     let found = long_run(&influences, &independent);
     Precision {
         covariance_mm2: Matrix6::from_fn(|i, j| found.covariance[(i, j)]),
-        worth: found.worth,
+        effective_size: found.effective_size,
     }
 }
 
@@ -75,7 +75,7 @@ pub(super) fn quarters(poses: &[Pose], min_turn_rad: f64) -> Option<Quarters> {
     for k in 0..QUARTERS {
         let fit = Fit::of(part(k)).filter(|fit| fit.least_turn_rad() >= min_turn_rad)?;
         let precision = of(part(k), &fit);
-        freedom = freedom.min(precision.worth.freedom?);
+        freedom = freedom.min(precision.effective_size.freedom?);
         let covariance_mm2 = precision.of_tip_mm2();
         tips.push((fit.tip, covariance_mm2, covariance_mm2.try_inverse()?));
     }

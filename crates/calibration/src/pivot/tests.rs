@@ -229,7 +229,7 @@ fn what_a_short_recording_cannot_tell_is_open() {
     // Eleven poses are fewer than twelve independent ones.
     let limits = PivotLimits { min_poses: 3, ..PivotLimits::default() };
     let few = pivot(&cone(11, 0.5), &limits).unwrap();
-    assert_eq!((few.worth.freedom, few.half_widths_mm()), (None, None));
+    assert_eq!((few.effective_size.freedom, few.half_widths_mm()), (None, None));
 }
 
 proptest! {

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{BodyRole, Decision, Edit, Origin, ProcedureEdit};
 use trackwright_procedure::Step;
-use trackwright_project::RoomPlace;
+use trackwright_project::RoomSource;
 
 pub(super) fn answer(mut requests: MessageReader<DecideRequest>, mut hand: Hand) {
     for request in requests.read() {
@@ -140,7 +140,7 @@ impl Hand<'_> {
     }
 
     /// A design on the disk cannot refer to a built-in room.
-    fn add_room(&mut self, place: RoomPlace) {
+    fn add_room(&mut self, place: RoomSource) {
         let Some(world) = &self.world else { return };
         match trackwright_project::reference_to_room(&world.0, &place) {
             Ok(Some(reference)) => self.edit(ProcedureEdit::AddRoom(reference)),

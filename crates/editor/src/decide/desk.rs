@@ -9,7 +9,7 @@ use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_design::Design;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_procedure::Step;
-use trackwright_project::{RoomPlace, StoreError};
+use trackwright_project::{RoomSource, StoreError};
 
 /// What is compared, and what it came to.
 #[derive(Resource, Default)]
@@ -31,7 +31,7 @@ pub struct DecideDesk {
     pub compared: Option<Compared>,
     pub shows_all_figures: bool,
     /// The room that a design is put into once it is open, and the design's file.
-    pub(super) then_assign: Option<(PathBuf, RoomPlace)>,
+    pub(super) then_assign: Option<(PathBuf, RoomSource)>,
     pub counts: DecideCounts,
 }
 

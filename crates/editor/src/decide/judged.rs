@@ -10,7 +10,7 @@ use bevy::prelude::*;
 use std::cell::RefCell;
 use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_procedure::StepStatus;
-use trackwright_project::{BuiltToolNote, Files, ProcedureWish};
+use trackwright_project::{BuiltToolNote, Files, ProcedureRequest};
 
 /// Judges while the workspace is shown.
 pub struct JudgedPlugin;
@@ -100,7 +100,7 @@ fn ask(
         judged.0.forget();
     }
     let open = world.0.clone();
-    let wish = ProcedureWish { recording: key.recorded.clone(), ..ProcedureWish::default() };
+    let wish = ProcedureRequest { recording: key.recorded.clone(), ..ProcedureRequest::default() };
     desk.bypass_change_detection().counts.statuses += 1;
     judged.0.ask(key, move |task| {
         let notes = RefCell::new(Vec::new());

@@ -30,7 +30,7 @@ use std::path::PathBuf;
 use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_design::BodyRole;
 use trackwright_procedure::Step;
-use trackwright_project::RoomPlace;
+use trackwright_project::RoomSource;
 
 /// Compares when [`DecideRequest`] asks, and holds the design against the baseline while the workspace
 /// is shown; nothing is read or computed before.
@@ -50,7 +50,7 @@ pub enum DecideRequest {
     AddDesign(PathBuf),
     RemoveDesign(PathBuf),
     /// Judges the design in a further room, which is kept in the design.
-    AddRoom(RoomPlace),
+    AddRoom(RoomSource),
     /// By how the design refers to it.
     RemoveRoom(String),
     /// Shows the dialog that chooses a recording of the built tool, or of its CRF beside it.

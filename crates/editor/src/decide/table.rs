@@ -5,7 +5,7 @@ use std::sync::Arc;
 use trackwright_design::Design;
 use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_formats::comparison_table::Names;
-use trackwright_project::{Files, RoomPlace};
+use trackwright_project::{Files, RoomSource};
 use trackwright_simulation::comparison::{Comparison, Settings, compare};
 use trackwright_task::{Cancelled, Task};
 
@@ -18,7 +18,7 @@ pub struct Wanted {
     pub files: Vec<PathBuf>,
     /// The open design's room.
     pub environment: Arc<Environment>,
-    pub rooms: Vec<RoomPlace>,
+    pub rooms: Vec<RoomSource>,
     pub generation: u64,
     pub revision: u64,
 }
@@ -38,7 +38,7 @@ pub struct Compared {
     pub names: Names,
     pub designs: Vec<Compare>,
     /// `None` for the open design's own.
-    pub rooms: Vec<Option<RoomPlace>>,
+    pub rooms: Vec<Option<RoomSource>>,
     /// Designs and rooms that could not be read, with the reason.
     pub missing: Vec<String>,
     /// What the open design was.
@@ -103,8 +103,8 @@ pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
     let told_rooms = rooms.iter().map(|(place, room)| {
         let place = match place {
             None => "its own".to_owned(),
-            Some(RoomPlace::BuiltIn(name)) => format!("{name}, built in"),
-            Some(RoomPlace::File(file)) => file.display().to_string(),
+            Some(RoomSource::BuiltIn(name)) => format!("{name}, built in"),
+            Some(RoomSource::File(file)) => file.display().to_string(),
         };
         (place, room.name.as_str())
     });

@@ -14,7 +14,7 @@ use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
 use trackwright_design::{Edit, Origin};
 use trackwright_field::Environment;
-use trackwright_project::{ENVIRONMENT_EXTENSION, Files, RoomPlace, RoomSummary};
+use trackwright_project::{ENVIRONMENT_EXTENSION, Files, RoomSource, RoomSummary};
 
 /// Rooms that are remembered as recently used.
 const MOST_RECENT: usize = 8;
@@ -196,7 +196,7 @@ impl Hand<'_> {
         match saved {
             Ok((name, reference)) => {
                 self.put_into(&name, reference);
-                self.remember(RoomPlace::File(
+                self.remember(RoomSource::File(
                     file.canonicalize().unwrap_or_else(|_| file.to_owned()),
                 ));
                 *self.notice = Notice::Done(format!("Saved {}", file.display()));
@@ -205,7 +205,7 @@ impl Hand<'_> {
         }
     }
 
-    fn assign(&mut self, place: RoomPlace) {
+    fn assign(&mut self, place: RoomSource) {
         let Some(world) = &self.world else { return };
         let listed = self.desk.rooms.iter().find(|room| room.place == place);
         let name = match listed {
@@ -214,7 +214,7 @@ impl Hand<'_> {
         };
         let reference = name.and_then(|name| {
             // A file that is gone or spoilt by now is no room to be put into.
-            if let RoomPlace::File(_) = &place {
+            if let RoomSource::File(_) = &place {
                 place.read()?;
             }
             Ok((name, trackwright_project::reference_to_room(&world.0, &place)?))
@@ -240,7 +240,7 @@ impl Hand<'_> {
         self.edits.write(EditRequest::Commit);
     }
 
-    fn remember(&mut self, place: RoomPlace) {
+    fn remember(&mut self, place: RoomSource) {
         let recent = &mut self.desk.recent;
         recent.retain(|other| *other != place);
         recent.insert(0, place);

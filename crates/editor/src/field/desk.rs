@@ -7,16 +7,16 @@ use bevy::prelude::Resource;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
-use trackwright_calibration::room_choice::{AskedModel, Chosen};
+use trackwright_calibration::fit_quality::{ErrorSummary, FitQuality};
+use trackwright_calibration::room_choice::{Chosen, ModelRequest};
 use trackwright_calibration::room_model::HarmonicReport;
-use trackwright_calibration::room_worth::{Left, Worth};
 use trackwright_field::Environment;
 use trackwright_field::environment::Jitter;
 use trackwright_field::fit::{DEFAULT_RCOND, Fit, FitMethod, FitSettings};
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::directions::Weighting;
 use trackwright_geometry::volume::Volume;
-use trackwright_project::{MeasurementTable, RoomListing, RoomPlace, SampleReading, StoreError};
+use trackwright_project::{MeasurementTable, RoomListing, RoomSource, SampleReading, StoreError};
 use trackwright_simulation::own_study::OwnStudy;
 use trackwright_task::Cancelled;
 
@@ -41,7 +41,7 @@ impl TableRole {
 pub struct FieldSettings {
     pub kind: FieldKind,
     /// Of polynomials; what is left out is chosen by cross-validation. The map is of every kind.
-    pub model: AskedModel,
+    pub model: ModelRequest,
     /// Of a harmonic model; from the number of measurements where there is none.
     pub degree: Option<usize>,
     /// Whether the tables' quaternions are whole rotations, those of 6-DOF sensors.
@@ -56,7 +56,7 @@ impl Default for FieldSettings {
         Self {
             kind: FieldKind::default(),
             degree: None,
-            model: AskedModel {
+            model: ModelRequest {
                 order: None,
                 directions: None,
                 ridge: None,
@@ -109,8 +109,8 @@ pub struct Fitted {
     pub harmonic: Option<HarmonicReport>,
     /// What was chosen by cross-validation, where anything was open.
     pub chosen: Option<Chosen>,
-    pub training_worth: Worth,
-    pub held_out_worth: Option<Worth>,
+    pub training_quality: FitQuality,
+    pub held_out_quality: Option<FitQuality>,
     pub notes: Vec<String>,
     /// What it was made from.
     pub training: Table,
@@ -189,9 +189,9 @@ pub struct FieldDesk {
     pub rooms: Vec<RoomListing>,
     pub listing: Option<Listing>,
     /// Where the open design's room is.
-    pub own: Option<RoomPlace>,
+    pub own: Option<RoomSource>,
     /// The rooms that were assigned while the program runs, the newest first.
-    pub recent: Vec<RoomPlace>,
+    pub recent: Vec<RoomSource>,
     pub shown: SamplesShown,
     /// The window with Fig. 3 and its table.
     pub is_selection_open: bool,
@@ -266,7 +266,7 @@ impl FieldDesk {
 
     /// What the colours of a table's samples say: what the fit leaves where that is asked for and
     /// known of this very table, else the error as it was measured.
-    pub fn sample_values(&self, role: TableRole) -> Option<(SampleValue, &Left)> {
+    pub fn sample_values(&self, role: TableRole) -> Option<(SampleValue, &ErrorSummary)> {
         let table = self.slot(role).table.as_ref()?;
         let left = self
             .fitted
@@ -282,12 +282,12 @@ impl FieldDesk {
 
 impl Fitted {
     /// What it leaves of a table's errors, if it was judged on that.
-    pub fn left_on(&self, table: &Table) -> Option<&Left> {
+    pub fn left_on(&self, table: &Table) -> Option<&ErrorSummary> {
         if Arc::ptr_eq(table, &self.training) {
-            return Some(&self.training_worth.after);
+            return Some(&self.training_quality.after);
         }
         let held_out = self.held_out.as_ref()?;
         Arc::ptr_eq(table, held_out)
-            .then(|| self.held_out_worth.as_ref().map(|worth| &worth.after))?
+            .then(|| self.held_out_quality.as_ref().map(|worth| &worth.after))?
     }
 }

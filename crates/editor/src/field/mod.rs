@@ -28,7 +28,7 @@ use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
 pub use desk::{FieldDesk, FieldSettings, SampleValue, SamplesShown, TableRole};
 use std::path::PathBuf;
-use trackwright_project::RoomPlace;
+use trackwright_project::RoomSource;
 
 /// Makes rooms when [`FieldRequest`] asks; nothing is read or computed before.
 ///
@@ -62,7 +62,7 @@ pub enum FieldRequest {
     /// Saves a room and assigns it to the design.
     Save(RoomToSave, PathBuf),
     /// Puts the design into a room, as one undo step.
-    Assign(RoomPlace),
+    Assign(RoomSource),
 }
 
 /// A room that is no file of its own yet.
@@ -71,7 +71,7 @@ pub enum RoomToSave {
     /// The newest fit.
     Fitted,
     /// A built-in room, for a design that is on the disk.
-    Copy(RoomPlace),
+    Copy(RoomSource),
 }
 
 /// What the person is at, as a run condition.

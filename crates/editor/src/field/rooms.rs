@@ -8,7 +8,7 @@ use crate::wake::Waker;
 use bevy::prelude::*;
 use std::path::PathBuf;
 use trackwright_design::Origin;
-use trackwright_project::{RoomPlace, builtin_rooms, list_rooms, own_room, rooms_of_folder};
+use trackwright_project::{RoomSource, builtin_rooms, list_rooms, own_room, rooms_of_folder};
 
 /// What the list was read for.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub(super) struct ListKey {
     /// The design's reference to its room.
     reference: String,
     origin: Origin,
-    recent: Vec<RoomPlace>,
+    recent: Vec<RoomSource>,
 }
 
 pub(super) fn keep_list(
@@ -61,12 +61,12 @@ pub(super) fn keep_list(
 
 /// Where rooms are looked for.
 enum Places {
-    Room(RoomPlace),
+    Room(RoomSource),
     Folder(PathBuf),
 }
 
 impl Places {
-    fn all(self) -> Vec<RoomPlace> {
+    fn all(self) -> Vec<RoomSource> {
         match self {
             Self::Room(place) => vec![place],
             Self::Folder(folder) => rooms_of_folder(&folder),
@@ -78,8 +78,8 @@ impl Places {
 /// ones.
 fn places(
     world: &trackwright_project::World,
-    own: Option<&RoomPlace>,
-    recent: &[RoomPlace],
+    own: Option<&RoomSource>,
+    recent: &[RoomSource],
 ) -> Vec<Places> {
     let mut folders = Vec::new();
     if let Origin::File(file) = world.document.origin() {
@@ -88,7 +88,7 @@ fn places(
             false => folder.to_path_buf(),
         }));
     }
-    if let Some(RoomPlace::File(file)) = own {
+    if let Some(RoomSource::File(file)) = own {
         folders.extend(file.parent().map(PathBuf::from));
     }
     let own = own.cloned().map(Places::Room);

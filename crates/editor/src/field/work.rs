@@ -4,11 +4,11 @@ use super::desk::{Comparison, FieldSettings, Fitted, Table};
 use crate::document::WorldGeneration;
 use crate::state::OpenWorld;
 use std::sync::Arc;
-use trackwright_calibration::room_choice::{Chosen, WantedModel, choose, row_groups};
+use trackwright_calibration::fit_quality::fit_quality;
+use trackwright_calibration::room_choice::{Chosen, ModelChoice, choose, row_groups};
 use trackwright_calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
-use trackwright_calibration::room_worth::worth;
 use trackwright_field::fit::FitSettings;
 use trackwright_field::selection::{SelectError, SelectSettings};
 use trackwright_project::room_name;
@@ -46,11 +46,11 @@ pub fn fit(
     let mut notes = Vec::new();
     let wanted = match settings.kind.is_polynomial() {
         true => settings.model.wanted(&training.samples),
-        false => WantedModel::Said(FitSettings::without_polynomials(settings.model.map)),
+        false => ModelChoice::Fixed(FitSettings::without_polynomials(settings.model.map)),
     };
     let (model, chosen, fitting) = match wanted {
-        WantedModel::Said(model) => (model, None, task.clone()),
-        WantedModel::Open(tried) => {
+        ModelChoice::Fixed(model) => (model, None, task.clone()),
+        ModelChoice::Open(tried) => {
             let choosing = task.stretch(0.0, CHOOSING_PART);
             let chosen = choose_model(training, tried, &mut notes, &choosing)?;
             let rest = task.stretch(CHOOSING_PART, 1.0);
@@ -61,8 +61,8 @@ pub fn fit(
         fit_model(training, held_out, &settings, model, &fitting)?;
     notes.extend(support_left_out.as_ref().map(support_note));
     Ok(Fitted {
-        training_worth: worth(&fit.model, &training.samples),
-        held_out_worth: held_out.map(|table| worth(&fit.model, &table.samples)),
+        training_quality: fit_quality(&fit.model, &training.samples),
+        held_out_quality: held_out.map(|table| fit_quality(&fit.model, &table.samples)),
         training: Arc::clone(training),
         held_out: held_out.map(Arc::clone),
         asked: settings,

@@ -80,7 +80,7 @@ pub enum Output {
     /// A tool that is good: its transform, to be sent on.
     Pose(SentPose),
     /// What is said of a tool that is not good, or is again.
-    Said { tool: String, state: ToolState, message: Message },
+    Status { tool: String, state: ToolState, message: Message },
     /// What a tool's timestamps show, each kind once until it is over.
     Clock { tool: String, change: ClockChange },
     /// Samples that no tool is made for, the first of their kind.
@@ -268,7 +268,7 @@ impl<'a> Relay<'a> {
             return;
         };
         if let Some(said) = tool.good(&sample.tool, at) {
-            out.push(Output::Said {
+            out.push(Output::Status {
                 tool: sample.tool.clone(),
                 state: ToolState::Good,
                 message: said,
@@ -322,7 +322,7 @@ fn clock(name: &str, change: ClockChange) -> Output {
 
 fn say(name: &str, tool: &mut Tool, reason: Reason, at: Instant, out: &mut Vec<Output>) {
     if let Some(message) = tool.not_good(name, reason, at) {
-        out.push(Output::Said { tool: name.to_owned(), state: tool.state, message });
+        out.push(Output::Status { tool: name.to_owned(), state: tool.state, message });
     }
 }
 

@@ -67,7 +67,7 @@ fn sent(out: &[Output]) -> Vec<&SentPose> {
 fn said(out: &[Output]) -> Vec<(&str, ToolState, &Status)> {
     out.iter()
         .filter_map(|output| match output {
-            Output::Said { tool, state, message } => match &message.content {
+            Output::Status { tool, state, message } => match &message.content {
                 Content::Status(status) => Some((tool.as_str(), *state, status)),
                 other => panic!("{other:?} is no status"),
             },
@@ -281,7 +281,7 @@ fn what_the_tracker_does_not_stand_by_is_said_at_once_and_again_until_it_does() 
     assert_eq!(said(&out)[0].2.code, StatusCode::OK);
     assert_eq!(sent(&out).len(), 1);
     // In the order in which they are sent.
-    assert!(matches!(&out[1..], [Output::Said { .. }, Output::Pose(_)]));
+    assert!(matches!(&out[1..], [Output::Status { .. }, Output::Pose(_)]));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! One client of a server: what is queued goes out, what it asks for is answered.
 
 use super::outbox::{Encoded, Item, Outbox, PoseTimes, Tracking};
-use super::{Left, ServerEvent, Shared, Teller, lock};
+use super::{LeaveReason, ServerEvent, Shared, Teller, lock};
 use crate::codec::{
     Content, Decoded, Decoder, Message, StartTracking, Status, StatusCode, Timestamp,
 };
@@ -46,10 +46,10 @@ pub struct Connection {
 
 impl Connection {
     /// Serves until the client leaves or `let_go` says that its place is taken away.
-    pub async fn run(mut self, let_go: oneshot::Receiver<()>) -> Left {
+    pub async fn run(mut self, let_go: oneshot::Receiver<()>) -> LeaveReason {
         // Without it a transform may wait for the next one.
         if let Err(error) = self.stream.set_nodelay(true) {
-            return Left::Failed(error.to_string());
+            return LeaveReason::Failed(error.to_string());
         }
         keepalive::set(&self.stream);
         #[cfg(any(target_os = "linux", target_os = "android"))]
@@ -76,7 +76,7 @@ impl Connection {
         tokio::select! {
             why = requests.read(reading) => why,
             why = writer.run(writing) => why,
-            _ = let_go => Left::Stopped,
+            _ = let_go => LeaveReason::Stopped,
         }
     }
 }
@@ -92,7 +92,7 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    async fn run(&self, mut out: WriteHalf<'_>) -> Left {
+    async fn run(&self, mut out: WriteHalf<'_>) -> LeaveReason {
         let mut tracking: Option<(Tracking, Interval)> = None;
         let mut shown = 0;
         loop {
@@ -140,7 +140,7 @@ impl Writer<'_> {
                 Item::End => {
                     // It is gone either way.
                     let _ = out.shutdown().await;
-                    return Left::Stopped;
+                    return LeaveReason::Stopped;
                 }
             }
         }
@@ -157,7 +157,7 @@ impl Writer<'_> {
         out: &WriteHalf<'_>,
         mut bytes: &[u8],
         pose: Option<PoseTimes>,
-    ) -> Result<Option<Instant>, Left> {
+    ) -> Result<Option<Instant>, LeaveReason> {
         let whole = bytes.len();
         let mut stuck = pin!(sleep(self.stuck_after));
         let mut now = Instant::now();
@@ -182,7 +182,7 @@ impl Writer<'_> {
                     }
                 }
                 () = self.outbox.filled() => {}
-                () = &mut stuck => return Err(Left::TooSlow),
+                () = &mut stuck => return Err(LeaveReason::TooSlow),
             }
         }
         Ok(Some(now))
@@ -209,10 +209,10 @@ fn snapshot(shared: &Shared, has_quaternions: bool, shown: &mut u64) -> Option<A
     Encoded::of(&message).ok().map(Arc::new)
 }
 
-fn failed(error: &io::Error) -> Left {
+fn failed(error: &io::Error) -> LeaveReason {
     match error.kind() {
-        io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset => Left::Closed,
-        _ => Left::Failed(error.to_string()),
+        io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset => LeaveReason::Closed,
+        _ => LeaveReason::Failed(error.to_string()),
     }
 }
 
@@ -225,12 +225,12 @@ struct Requests<'a> {
 }
 
 impl Requests<'_> {
-    async fn read(self, mut stream: ReadHalf<'_>) -> Left {
+    async fn read(self, mut stream: ReadHalf<'_>) -> LeaveReason {
         let mut decoder = Decoder::new(MAX_REQUEST_BYTES);
         let mut buffer = vec![0; READ_BYTES];
         loop {
             let mut arrived = match stream.read(&mut buffer).await {
-                Ok(0) => return Left::Closed,
+                Ok(0) => return LeaveReason::Closed,
                 Ok(count) => buffer.get(..count).unwrap_or_default(),
                 Err(error) => return failed(&error),
             };
@@ -243,7 +243,7 @@ impl Requests<'_> {
                         self.answer(&message)
                     }
                     Ok(Decoded::Skipped { .. }) => Vec::new(),
-                    Err(error) if error.ends_the_stream() => return Left::Unreadable(error),
+                    Err(error) if error.ends_the_stream() => return LeaveReason::Unreadable(error),
                     // A request that cannot be read is one that is not answered.
                     Err(_) => Vec::new(),
                 };

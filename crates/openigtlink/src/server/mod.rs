@@ -84,7 +84,7 @@ pub enum ServerEvent {
     },
     Left {
         client: SocketAddr,
-        why: Left,
+        why: LeaveReason,
         clients: usize,
     },
     /// There are as many clients as may be, or as the system allows.
@@ -109,7 +109,7 @@ pub enum ServerEvent {
 
 /// Why a client is gone.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Left {
+pub enum LeaveReason {
     #[error("it closed the connection")]
     Closed,
     #[error("the connection failed: {0}")]

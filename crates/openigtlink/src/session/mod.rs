@@ -6,7 +6,7 @@ mod state;
 pub use super::relay::{LiveDesign, LiveRoom};
 pub use state::{Link, Recording, SessionState, ToolView};
 
-use super::client::{Client, ClientEvent, ClientOptions, LostWhy};
+use super::client::{Client, ClientEvent, ClientOptions, DisconnectReason};
 use super::codec::{DecodeError, Status};
 use super::relay::{ClockChange, Reason, RelayOptions, SentPose, ToolState};
 use super::server::{Server, ServerError, ServerEvent, ServerOptions};
@@ -45,7 +45,7 @@ pub enum SessionEvent {
         server: SocketAddr,
     },
     Lost {
-        why: LostWhy,
+        why: DisconnectReason,
         wait: Duration,
     },
     /// A message that is not used, the first of its kind on this connection.
@@ -55,7 +55,7 @@ pub enum SessionEvent {
         kind: String,
     },
     /// The tracker says something of a device that is not "OK", the first time on this connection.
-    TrackerSays {
+    TrackerStatus {
         device: String,
         status: Status,
     },

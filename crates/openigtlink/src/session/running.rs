@@ -7,7 +7,7 @@ use crate::codec::{Content, DecodeError, Message, Status, StatusCode, Timestamp}
 use crate::relay::{
     Correction, LiveRoom, Output, Relay, RelayOptions, SentPose, ToolClock, ToolState,
 };
-use crate::server::{DEVICE, Left, Server, ServerEvent};
+use crate::server::{DEVICE, LeaveReason, Server, ServerEvent};
 use std::collections::BTreeSet;
 use std::mem::Discriminant;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -190,7 +190,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
             && self.told_statuses.len() < MAX_KINDS
             && self.told_statuses.insert((message.device.clone(), status.code.0))
         {
-            (self.tell)(&SessionEvent::TrackerSays {
+            (self.tell)(&SessionEvent::TrackerStatus {
                 device: message.device.clone(),
                 status: status.clone(),
             });
@@ -211,7 +211,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                         let latency = Duration::try_from_secs_f64(latency_s).unwrap_or_default();
                         server.send_delayed(&sent.message, sent.kind, at, latency)
                     }
-                    Output::Said { tool, state, message } => {
+                    Output::Status { tool, state, message } => {
                         if *state != ToolState::Good {
                             server.withdraw(tool);
                         }
@@ -237,7 +237,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                     }
                 }
                 Output::Pose(sent) => self.show(sent, at),
-                Output::Said { tool, state, .. } => self.say(tool, state),
+                Output::Status { tool, state, .. } => self.say(tool, state),
                 Output::Clock { tool, change } => {
                     (self.tell)(&SessionEvent::Clock { tool, change });
                 }
@@ -304,7 +304,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
     }
 
     fn served(&mut self, event: ServerEvent) {
-        if let ServerEvent::Left { why: Left::TooSlow, .. } = event {
+        if let ServerEvent::Left { why: LeaveReason::TooSlow, .. } = event {
             lock(self.state).slow_clients += 1;
         }
         (self.tell)(&SessionEvent::Server(event));

@@ -1,7 +1,7 @@
 //! What can be looked at of a session at any time.
 
 use super::SessionSettings;
-use crate::client::LostWhy;
+use crate::client::DisconnectReason;
 use crate::latency::LatencySummary;
 use crate::relay::{RelayCounts, ToolClock, ToolState};
 use std::collections::BTreeMap;
@@ -49,7 +49,7 @@ pub enum Link {
     Lost {
         /// When it was there for the last time, or first tried.
         since: Instant,
-        why: LostWhy,
+        why: DisconnectReason,
         wait: Duration,
     },
 }

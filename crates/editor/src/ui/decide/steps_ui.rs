@@ -17,7 +17,7 @@ use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, TextEdit, U
 use trackwright_design::Decision;
 use trackwright_formats::printable::printable;
 use trackwright_procedure::{BuiltStatus, State, Step, StepStatus, StudiesStatus, headline};
-use trackwright_project::RoomPlace;
+use trackwright_project::RoomSource;
 use trackwright_simulation::comparison::REQUIRED;
 use trackwright_simulation::expected_rows;
 use trackwright_simulation::figures::with_minus_signs;
@@ -124,8 +124,8 @@ fn rooms_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
         }
         for room in view.rooms {
             let about = match &room.place {
-                RoomPlace::BuiltIn(_) => "built in".to_owned(),
-                RoomPlace::File(file) => file.display().to_string(),
+                RoomSource::BuiltIn(_) => "built in".to_owned(),
+                RoomSource::File(file) => file.display().to_string(),
             };
             let name = printable(&room.summary.name);
             if ui.button(name).on_hover_text(about).clicked() {

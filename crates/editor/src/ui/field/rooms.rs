@@ -5,7 +5,7 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::ui::widgets::{Mark, Row, THIN_SPACE, counted, length, quiet_ui, row_ui, section_ui};
 use bevy_egui::egui::Ui;
-use trackwright_project::{RoomListing, RoomPlace};
+use trackwright_project::{RoomListing, RoomSource};
 
 /// Draws the list; a click puts the design into the room.
 pub fn rooms_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
@@ -23,8 +23,8 @@ pub fn rooms_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
         };
         let mark = is_own.then_some((Mark::Dot, palette::ACCENT.color32()));
         let name = match &room.place {
-            RoomPlace::BuiltIn(_) => format!("{} (built in)", room.summary.name),
-            RoomPlace::File(_) => room.summary.name.clone(),
+            RoomSource::BuiltIn(_) => format!("{} (built in)", room.summary.name),
+            RoomSource::File(_) => room.summary.name.clone(),
         };
         let row = Row {
             label: &name,
@@ -44,8 +44,8 @@ pub fn rooms_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
 /// What the row has no room for.
 fn about(room: &RoomListing, is_own: bool) -> String {
     let place = match &room.place {
-        RoomPlace::BuiltIn(_) => "built in".to_owned(),
-        RoomPlace::File(path) => path.display().to_string(),
+        RoomSource::BuiltIn(_) => "built in".to_owned(),
+        RoomSource::File(path) => path.display().to_string(),
     };
     let samples = match room.summary.samples {
         None => "never measured".to_owned(),

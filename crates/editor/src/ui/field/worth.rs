@@ -12,7 +12,7 @@ use crate::ui::widgets::{
     count, fact_ui, main_button, quiet_ui, section_ui, warning_ui, with_unit,
 };
 use bevy_egui::egui::{Grid, Label, RichText, Ui};
-use trackwright_calibration::room_worth::Worth;
+use trackwright_calibration::fit_quality::FitQuality;
 use trackwright_field::selection::Candidate;
 use trackwright_report::room::{fit_warnings, harmonic_text, method_name};
 use trackwright_report::selection::{candidate_text, reason};
@@ -33,7 +33,7 @@ pub fn worth_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
     }
     ui.add_space(2.0);
     figures_ui(ui, fitted);
-    if fitted.held_out_worth.is_none() {
+    if fitted.held_out_quality.is_none() {
         quiet_ui(ui, "Open held-out measurements to judge it on what it has not seen");
     }
     ui.add_space(4.0);
@@ -97,7 +97,7 @@ fn title_ui(ui: &mut Ui, fitted: &Fitted) {
 }
 
 /// A row of the table of figures: its name, and its value where a table has it.
-type FigureOf = (&'static str, &'static str, fn(&Worth) -> Option<[f64; 2]>);
+type FigureOf = (&'static str, &'static str, fn(&FitQuality) -> Option<[f64; 2]>);
 
 const FIGURES: [FigureOf; 4] = [
     ("position RMS", "mm", |worth| {
@@ -119,7 +119,7 @@ const FIGURES: [FigureOf; 4] = [
 
 /// Training and held-out error, before and after.
 fn figures_ui(ui: &mut Ui, fitted: &Fitted) {
-    let worths = [Some(&fitted.training_worth), fitted.held_out_worth.as_ref()];
+    let worths = [Some(&fitted.training_quality), fitted.held_out_quality.as_ref()];
     Grid::new("worth").num_columns(5).spacing([8.0, 3.0]).show(ui, |ui| {
         quiet_ui(ui, "");
         quiet_ui(ui, "fitted");

@@ -9,7 +9,7 @@ use crate::ui::trial_ui::{TrialView, trial_ui};
 use bevy_egui::egui::{ScrollArea, Ui};
 use trackwright_design::{BodyRole, Design};
 use trackwright_openigtlink::relay::ToolState;
-use trackwright_openigtlink::roles::called;
+use trackwright_openigtlink::roles::base_name;
 
 /// Everything that they show.
 pub struct LivePanels<'a> {
@@ -66,8 +66,8 @@ impl LivePanels<'_> {
         let of_bodies = seen.tools.iter().filter(|(_, view)| view.role.is_some());
         let words: Vec<String> = of_bodies
             .map(|(name, view)| match view.state {
-                ToolState::Good => format!("{} good", called(name)),
-                ToolState::NotGood(reason) => format!("{} not good: {reason}", called(name)),
+                ToolState::Good => format!("{} good", base_name(name)),
+                ToolState::NotGood(reason) => format!("{} not good: {reason}", base_name(name)),
             })
             .collect();
         (!words.is_empty()).then(|| words.join(" · "))

@@ -9,7 +9,7 @@ use bevy_egui::egui::{self, ComboBox, RichText, Ui};
 use trackwright_design::{BodyRole, Design};
 use trackwright_formats::printable::printable;
 use trackwright_openigtlink::relay::ToolState;
-use trackwright_openigtlink::roles::called;
+use trackwright_openigtlink::roles::base_name;
 use trackwright_openigtlink::session::ToolView;
 
 /// Draws the list.
@@ -25,7 +25,7 @@ pub fn tools_ui(ui: &mut Ui, desk: &LiveDesk, design: &Design) -> Vec<LiveReques
     for (name, view) in &seen.tools {
         let said = desk.assigned.get(name);
         ui.horizontal(|ui| {
-            let shown = printable(called(name)).into_owned();
+            let shown = printable(base_name(name)).into_owned();
             let label = RichText::new(shown).color(palette::TEXT_STRONG.color32());
             ui.add(egui::Label::new(label).truncate()).on_hover_text(printable(name).into_owned());
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {

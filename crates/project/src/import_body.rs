@@ -2,7 +2,7 @@
 //! has no world, and named so that Save puts it beside the design and over nobody's file.
 
 use super::error::StoreError;
-use super::mesh_shelf::{ReadMesh, WantedMesh};
+use super::mesh_cache::{ImportedMesh, MeshImport};
 use super::open::{World, home};
 use super::place::{Kind, Place, absolute, free_name};
 use super::read::read;
@@ -17,7 +17,7 @@ use trackwright_formats::{BodyFile, body};
 
 /// A file that is to be the tool or the CRF: what there is to read.
 #[derive(Clone, Debug)]
-pub struct WantedBody {
+pub struct BodyImport {
     pub role: BodyRole,
     pub on_mismatch: OnMismatch,
     file: PathBuf,
@@ -32,15 +32,15 @@ pub struct WantedBody {
 
 /// A body that was read, as the design would hold it.
 #[derive(Clone, Debug)]
-pub struct TakenBody {
+pub struct ImportedBody {
     pub role: BodyRole,
     pub body: DesignBody,
     /// `None` where it has none, or one that cannot be read: that is missed after the edit.
-    mesh: Option<ReadMesh>,
+    mesh: Option<ImportedMesh>,
     stamps: Stamps,
 }
 
-impl WantedBody {
+impl BodyImport {
     /// `None` where the design has no such body.
     ///
     /// # Errors
@@ -76,7 +76,7 @@ impl WantedBody {
     ///
     /// # Errors
     /// See [`StoreError`]; a checksum that does not match only with [`OnMismatch::Refuse`].
-    pub fn read(&self) -> Result<TakenBody, StoreError> {
+    pub fn read(&self) -> Result<ImportedBody, StoreError> {
         let mut stamps = Stamps::default();
         let extension = extension_of(&self.file);
         let (found, kind) = read(Place::Disk, &self.file, Kind::TOOL, |bytes| {
@@ -90,8 +90,8 @@ impl WantedBody {
             _ => body_name(&self.file),
         };
         let body = self.as_design_body(found, &name, kind.is_none());
-        let mesh = WantedMesh::of_body(self.place, &self.design_file, self.role, &body);
-        Ok(TakenBody {
+        let mesh = MeshImport::of_body(self.place, &self.design_file, self.role, &body);
+        Ok(ImportedBody {
             role: self.role,
             mesh: mesh.and_then(|mesh| mesh.read().ok()),
             body,
@@ -158,10 +158,10 @@ impl WantedBody {
 
 impl World {
     /// Keeps at hand what was read with a body, for an edit that is going to put it in.
-    pub fn keep_body(&mut self, taken: &TakenBody) {
+    pub fn keep_body(&mut self, taken: &ImportedBody) {
         self.stamps.extend(taken.stamps.clone());
         if let Some(mesh) = &taken.mesh {
-            self.shelf.keep(mesh.clone());
+            self.mesh_cache.keep(mesh.clone());
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What a model is worth on a table: what it leaves of each sample's error.
+//! Fit quality of a model on a table: what it leaves of each sample's error.
 
 use trackwright_field::DistortionModel;
 use trackwright_field::fit::{Remainder, Residuals, remainders, residuals};
@@ -7,14 +7,14 @@ use trackwright_field::samples::SampleSet;
 
 /// What is left of a table's errors, beside what there was.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Worth {
-    pub before: Left,
-    pub after: Left,
+pub struct FitQuality {
+    pub before: ErrorSummary,
+    pub after: ErrorSummary,
 }
 
 /// What is left of a table's errors.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Left {
+pub struct ErrorSummary {
     pub rms: Residuals,
     pub position_max_mm: f64,
     /// `None` where orientations were not measured.
@@ -27,22 +27,22 @@ pub struct Left {
 }
 
 /// Judges a model on samples as `fit` does, positions outside its box taken at its border.
-pub fn worth(model: &DistortionModel, samples: &SampleSet) -> Worth {
-    Worth { before: measured(samples), after: left(model, samples) }
+pub fn fit_quality(model: &DistortionModel, samples: &SampleSet) -> FitQuality {
+    FitQuality { before: measured_errors(samples), after: left(model, samples) }
 }
 
 /// The samples' errors as they were measured.
-pub fn measured(samples: &SampleSet) -> Left {
+pub fn measured_errors(samples: &SampleSet) -> ErrorSummary {
     let origin = [0.0; 3];
     let nowhere = trackwright_geometry::bounds::Bounds::from((origin, origin));
     left(&DistortionModel::zero(nowhere, trackwright_field::samples::MapKind::Distortion), samples)
 }
 
-fn left(model: &DistortionModel, samples: &SampleSet) -> Left {
+fn left(model: &DistortionModel, samples: &SampleSet) -> ErrorSummary {
     let each = remainders(model, samples, OutsidePolicy::Clamp);
     let largest = |value: fn(&Remainder) -> f64| each.iter().map(value).fold(0.0, f64::max);
     let position_mm: Vec<f64> = each.iter().map(|r| r.position_mm).collect();
-    Left {
+    ErrorSummary {
         rms: residuals(model, samples, OutsidePolicy::Clamp),
         position_max_mm: largest(|r| r.position_mm),
         angle_max_rad: samples.has_rotations.then(|| largest(|r| r.angle_rad)),

@@ -21,7 +21,7 @@ const MOST: usize = 4;
 /// A mesh that a body or the anatomy may get: what there is to read, for a thread that has no
 /// world.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WantedMesh {
+pub struct MeshImport {
     pub whose: MeshOwner,
     /// How its owner would refer to it.
     pub reference: MeshReference,
@@ -31,8 +31,8 @@ pub struct WantedMesh {
 
 /// A mesh that was read, with what there is to say of it.
 #[derive(Clone, Debug)]
-pub struct ReadMesh {
-    pub wanted: WantedMesh,
+pub struct ImportedMesh {
+    pub wanted: MeshImport,
     pub surface: Arc<SurfaceMesh>,
     pub report: Arc<MeshReport>,
     stamps: Stamps,
@@ -40,9 +40,9 @@ pub struct ReadMesh {
 
 /// The meshes that were read last.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Shelf(Vec<ReadMesh>);
+pub(super) struct MeshCache(Vec<ImportedMesh>);
 
-impl WantedMesh {
+impl MeshImport {
     /// A file for a body or the anatomy; `None` where there is no such body.
     ///
     /// # Errors
@@ -133,7 +133,7 @@ impl WantedMesh {
     ///
     /// # Errors
     /// See [`StoreError`].
-    pub fn read(&self) -> Result<ReadMesh, StoreError> {
+    pub fn read(&self) -> Result<ImportedMesh, StoreError> {
         let mut stamps = Stamps::default();
         let extension = self.file.extension().unwrap_or_default().to_string_lossy();
         let surface = read(self.place, &self.file, "a mesh", |bytes| {
@@ -142,7 +142,7 @@ impl WantedMesh {
             }
             Ok(mesh::read(bytes, &extension, self.reference.unit)?)
         })?;
-        Ok(ReadMesh {
+        Ok(ImportedMesh {
             wanted: self.clone(),
             report: Arc::new(MeshReport::of(&surface)),
             surface: Arc::new(surface),
@@ -151,22 +151,22 @@ impl WantedMesh {
     }
 }
 
-impl Shelf {
-    pub(super) fn keep(&mut self, mesh: ReadMesh) {
+impl MeshCache {
+    pub(super) fn keep(&mut self, mesh: ImportedMesh) {
         self.0.retain(|kept| !kept.is_of(&mesh.wanted));
         self.0.insert(0, mesh);
         self.0.truncate(MOST);
     }
 
     /// The mesh as it was read, if its file is still what it was then.
-    pub(super) fn find(&self, wanted: &WantedMesh) -> Option<&ReadMesh> {
+    pub(super) fn find(&self, wanted: &MeshImport) -> Option<&ImportedMesh> {
         let kept = self.0.iter().find(|kept| kept.is_of(wanted))?;
         kept.is_current().then_some(kept)
     }
 }
 
-impl ReadMesh {
-    fn is_of(&self, wanted: &WantedMesh) -> bool {
+impl ImportedMesh {
+    fn is_of(&self, wanted: &MeshImport) -> bool {
         let own = &self.wanted;
         (own.place, &own.file, own.reference.unit)
             == (wanted.place, &wanted.file, wanted.reference.unit)
@@ -209,7 +209,7 @@ mod tests {
         fs::write(&file, tetrahedron(100.0)).unwrap();
         let mut world = open_builtin("pointer-on-head").unwrap();
         let own = Arc::clone(world.mesh(BodyRole::Tool).unwrap());
-        let wanted = WantedMesh::of_file(&world, BodyRole::Tool, &file, None).unwrap();
+        let wanted = MeshImport::of_file(&world, BodyRole::Tool, &file, None).unwrap();
         let read = wanted.unwrap().read().unwrap();
         world.keep_mesh(read.clone());
         give(&mut world, &read.wanted.reference);
@@ -245,7 +245,7 @@ mod tests {
         let file = folder.path().join("tool.obj");
         fs::write(&file, tetrahedron(10.0)).unwrap();
         let mut world = open_builtin("pointer-on-head").unwrap();
-        let wanted = WantedMesh::of_file(&world, BodyRole::Tool, &file, None).unwrap();
+        let wanted = MeshImport::of_file(&world, BodyRole::Tool, &file, None).unwrap();
         let wanted = wanted.unwrap();
         for (unit, size_mm) in [(MeshUnit::Millimetre, 10.0), (MeshUnit::Inch, 254.0)] {
             let read = wanted.with_unit(unit).read().unwrap();
@@ -254,7 +254,7 @@ mod tests {
             let bounds = world.mesh_report(BodyRole::Tool).unwrap().bounds.unwrap();
             assert_eq!(bounds.size_mm().amax(), size_mm);
         }
-        let again = WantedMesh::in_unit(&world, BodyRole::Tool, None).unwrap();
+        let again = MeshImport::in_unit(&world, BodyRole::Tool, None).unwrap();
         assert_eq!(again.unwrap().reference.unit, None);
     }
 }

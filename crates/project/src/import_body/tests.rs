@@ -50,7 +50,7 @@ fn saved() -> (TempDir, World, PathBuf) {
 }
 
 fn take(world: &mut World, role: BodyRole, file: &Path) -> bool {
-    let wanted = WantedBody::of_file(world, role, file, OnMismatch::Refuse);
+    let wanted = BodyImport::of_file(world, role, file, OnMismatch::Refuse);
     let taken = wanted.unwrap().unwrap().read().unwrap();
     world.keep_body(&taken);
     let is_changed =
@@ -189,7 +189,7 @@ fn a_sum_that_does_not_match_is_refused_until_it_is_wanted_and_then_kept() {
     bytes[60] ^= 1;
     fs::write(&rom, &bytes).unwrap();
     let wanted = |on_mismatch| {
-        let wanted = WantedBody::of_file(&world, BodyRole::Tool, &rom, on_mismatch);
+        let wanted = BodyImport::of_file(&world, BodyRole::Tool, &rom, on_mismatch);
         wanted.unwrap().unwrap().read()
     };
     assert!(wanted(OnMismatch::Refuse).unwrap_err().is_checksum());
