@@ -2,8 +2,9 @@
 
 use super::batch::Batch;
 use super::computed::ComputedField;
-use super::jacobian::Linearization;
-use super::model::{Coefficient, DistortionModel, Evaluation, OutsidePolicy};
+use super::evaluation::Linearization;
+use super::evaluation::{Coefficient, Evaluation, OutsidePolicy};
+use super::model::DistortionModel;
 use nalgebra::{Point3, Unit, Vector3};
 use pulp::Arch;
 use trackwright_geometry::bounds::Bounds;
@@ -40,6 +41,19 @@ impl DistortionModel {
     }
 
     /// The model for one axis.
+    ///
+    /// ```
+    /// use nalgebra::Vector3;
+    /// use trackwright_field::OutsidePolicy::Clamp;
+    /// use trackwright_field::random_models::{random_model, room};
+    /// use trackwright_geometry::directions::{DirectionSet, Weighting};
+    ///
+    /// let model = random_model(2, DirectionSet::Twelve, Weighting::Area, [1.0, 0.01], 7);
+    /// let (at, axis) = (room().center_mm(), Vector3::y_axis());
+    /// let blended = model.at_axis(&axis).evaluate(&at, Clamp).error;
+    /// let whole = model.evaluate(&at, &axis, Clamp).error;
+    /// assert!((blended.position_mm - whole.position_mm).norm() < 1e-13);
+    /// ```
     pub fn at_axis(&self, axis: &Unit<Vector3<f64>>) -> AxisModel {
         if let Some(computed) = self.computed() {
             return self.of_one_axis(computed.at_axis(Some(axis)));
@@ -81,6 +95,7 @@ impl AxisModel {
         &self.model
     }
 
+    /// Order of the polynomials; 0 for a field without distortion.
     pub fn order(&self) -> usize {
         self.model.order()
     }

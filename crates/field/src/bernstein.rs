@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_are_those_of_the_definition_and_values_those_of_the_basis() {
+    fn values_and_slopes_are_those_of_the_definition() {
         for n in 0..=MAX_ORDER {
             for x in [-0.3, 0.0, 0.2, 0.5, 0.9, 1.0, 1.4_f64] {
                 let (values, slopes) = basis_with_slopes(n, x);
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_has_one_product_a_coefficient_and_adds_to_one() {
+    fn products_add_to_one() {
         let mut row = Vec::new();
         push_products(4, &nalgebra::Vector3::new(0.1, 0.6, 0.9), &mut row);
         assert_eq!(row.len(), coefficient_count(4));

@@ -2,8 +2,9 @@
 //! the paper's shortcut; what became of them, and how far the shortcut is off.
 
 use super::batch::Batch;
+use super::evaluation::OutsidePolicy;
 use super::inverse::{Inverse, InverseState};
-use super::model::{DistortionModel, OutsidePolicy};
+use super::model::DistortionModel;
 use super::samples::{MapKind, PoseError};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -69,6 +70,7 @@ pub struct Compensator<'a> {
 }
 
 impl<'a> Compensator<'a> {
+    /// Prepares a method for a model.
     pub fn new(model: &'a DistortionModel, outside: OutsidePolicy, method: Method) -> Self {
         Self {
             model,
@@ -164,6 +166,7 @@ pub struct Tally {
 }
 
 impl Tally {
+    /// Counts what became of each row.
     pub fn of(measured: &[Pose], compensated: &[Compensated]) -> Self {
         let mut tally = Self::default();
         for (reading, found) in measured.iter().zip(compensated) {
@@ -233,22 +236,6 @@ impl Difference {
             ..sum
         })
     }
-}
-
-/// How far the paper's one map for both is from the true inverse of a distortion model, over
-/// readings; `None` where no reading has a certain answer.
-///
-/// # Errors
-/// [`Cancelled`].
-pub fn shortcut_difference(
-    model: &DistortionModel,
-    measured: &[Pose],
-    outside: OutsidePolicy,
-    task: &Task,
-) -> Result<Option<Difference>, Cancelled> {
-    let inverse = compensate(model, measured, outside, Method::Inverse, task)?;
-    let shortcut = compensate(model, measured, outside, Method::Shortcut, task)?;
-    Ok(Difference::between(&inverse, &shortcut))
 }
 
 /// Millimetres and radians from one pose to another.

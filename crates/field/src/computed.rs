@@ -4,10 +4,10 @@
 //! A harmonic model is evaluated itself (`harmonic/batch.rs` says why).
 
 use super::compiled::{CompiledField, FieldBounds};
+use super::evaluation::Linearization;
+use super::evaluation::{Coefficient, Evaluation, error_of};
 use super::gaussian::Kriging;
 use super::harmonic::HarmonicModel;
-use super::jacobian::Linearization;
-use super::model::{Coefficient, Evaluation, error_of};
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use std::sync::{Arc, OnceLock};
 use trackwright_geometry::bounds::Bounds;
@@ -47,10 +47,12 @@ pub struct ComputedBatch {
 }
 
 impl ComputedField {
+    /// A field of a source over a box.
     pub fn new(source: FieldSource, bounds: Bounds) -> Self {
         Self { source, bounds, compiled: OnceLock::new() }
     }
 
+    /// What computes the field.
     pub fn source(&self) -> &FieldSource {
         &self.source
     }
@@ -139,6 +141,7 @@ impl ComputedField {
         }
     }
 
+    /// The error at one pose.
     pub fn evaluate(&self, position_mm: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Evaluation {
         let mut out = [Evaluation { error: error_of([0.0; 6]), is_inside: false }];
         let (p, n) = (std::slice::from_ref(position_mm), std::slice::from_ref(axis));

@@ -2,7 +2,8 @@
 //! order n + 1 (degree elevation, exact but for rounding).
 
 use super::bernstein::MAX_ORDER;
-use super::model::{Coefficient, DistortionModel, ModelError};
+use super::evaluation::Coefficient;
+use super::model::{DistortionModel, ModelError};
 
 impl DistortionModel {
     /// This field with the coefficients of a higher order; as it is at its own order or below.

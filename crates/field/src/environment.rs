@@ -242,7 +242,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn jitter_is_the_floor_at_the_generator_and_a_dipoles_power_law_far_away() {
+    fn jitter_is_a_floor_and_then_a_power_law() {
         let jitter =
             Jitter { growth: Some(JitterGrowth::dipole(200.0)), ..Jitter::uniform(0.1, 0.002) };
         let at = |r: f64| jitter.at(&Point3::new(0.0, 0.6 * r, -0.8 * r));
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn the_weight_is_the_designs_else_the_jitters_else_the_papers() {
+    fn weight_is_of_design_then_jitter_then_paper() {
         let bounds = trackwright_geometry::volume::Volume::AuroraCube.bounds();
         let mut room = Environment {
             name: String::new(),

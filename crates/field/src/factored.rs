@@ -1,12 +1,13 @@
 //! What a fit depends on, without its samples: systems that add up and are solved for any ridge.
 
 use super::bernstein::coefficient_count;
+use super::evaluation::OutsidePolicy;
 use super::fit::{
     Fit, FitError, FitMethod, FitSettings, SystemReport, check_damping, checked_bounds, residuals,
 };
 use super::joint::JointSystem;
 use super::least_squares::{Decomposition, Solution, Triangle};
-use super::model::{DistortionModel, OutsidePolicy};
+use super::model::DistortionModel;
 use super::rows::{Progress, Rows};
 use super::samples::SampleSet;
 use rayon::prelude::*;
@@ -43,9 +44,6 @@ pub struct Solved {
 
 /// Reduces samples to their systems, in the samples' bounding box or in `bounds` where given.
 /// Ridge and rcond of the settings are not used yet, only checked.
-///
-/// # Errors
-/// See [`FitError`].
 pub fn factor(
     set: &SampleSet,
     settings: &FitSettings,
@@ -64,7 +62,8 @@ pub(super) fn factor_in(
     let parts = if settings.order == 0 {
         Vec::new()
     } else {
-        let rows = Rows::new(&set.samples, settings, &bounds)?;
+        let FitSettings { order, directions, weighting, .. } = *settings;
+        let rows = Rows::new(&set.samples, order, directions, weighting, &bounds)?;
         match settings.method {
             FitMethod::PerDirection => {
                 let progress = Progress::new(task, rows.count_each_direction());

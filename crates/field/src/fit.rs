@@ -2,15 +2,16 @@
 
 use super::batch::Batch;
 use super::bernstein::MAX_ORDER;
+use super::evaluation::OutsidePolicy;
 use super::factored::factor_in;
 pub use super::factored::{Decomposed, Factored, Solved, factor};
 use super::joint::JointError;
 use super::least_squares::NoConvergence;
-use super::model::{DistortionModel, ModelError, OutsidePolicy};
-use super::rows::{Progress, Rows, TooManySamples};
+use super::model::{DistortionModel, ModelError};
+use super::rows::TooManySamples;
+pub use super::samples::Residuals;
 use super::samples::{MapKind, SampleSet};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
@@ -19,7 +20,7 @@ use trackwright_task::{Cancelled, Task};
 /// Singular values below this part of the largest count as zero unless told otherwise.
 pub const DEFAULT_RCOND: f64 = 1e-10;
 
-/// Part of a joint fit's time that reducing its samples takes, for telling progress only.
+/// Part of a fit's time that reducing its samples takes, for progress only.
 const FACES_PART: f64 = 0.6;
 
 /// Samples whose residuals are found at a time: enough to fill the lanes of each triangle, and no
@@ -50,6 +51,7 @@ pub struct FitSettings {
 }
 
 impl FitSettings {
+    /// The paper's method for an order and a set, without ridge.
     pub fn new(order: usize, directions: DirectionSet) -> Self {
         Self {
             order,
@@ -66,15 +68,6 @@ impl FitSettings {
     pub fn without_polynomials(map: MapKind) -> Self {
         Self { map, ..Self::new(0, DirectionSet::One) }
     }
-}
-
-/// Root mean squares of the errors' norms.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Residuals {
-    pub position_rms_mm: f64,
-    /// `None` where orientations were not measured.
-    pub angle_rms_rad: Option<f64>,
 }
 
 /// A fitted model, and everything that says how far to trust it.
@@ -101,6 +94,7 @@ pub struct SystemReport {
 }
 
 impl SystemReport {
+    /// Whether there are fewer samples than unknowns.
     pub fn is_underdetermined(&self) -> bool {
         self.samples < self.unknowns
     }
@@ -143,9 +137,6 @@ impl From<JointError> for FitError {
 }
 
 /// [`fit_with`] for a fit that nobody waits for.
-///
-/// # Errors
-/// See [`FitError`].
 pub fn fit(
     set: &SampleSet,
     settings: &FitSettings,
@@ -167,24 +158,9 @@ pub fn fit_with(
     task: &Task,
 ) -> Result<Fit, FitError> {
     let bounds = checked_bounds(set, settings, bounds)?;
-    let solved = if settings.order > 0 && settings.method == FitMethod::PerDirection {
-        // One system after the other, so that they are never all in memory.
-        let rows = Rows::new(&set.samples, settings, &bounds)?;
-        let progress = Progress::new(task, rows.count_each_direction());
-        let solutions = (0..settings.directions.len())
-            .into_par_iter()
-            .map(|direction| {
-                let system = rows.of_direction(direction, &progress)?;
-                let solution = system.solve(settings.rcond, settings.ridge)?;
-                Ok((system.rows(), solution))
-            })
-            .collect::<Result<Vec<_>, FitError>>()?;
-        Solved::of(settings, bounds, solutions)?
-    } else {
-        let factored = factor_in(bounds, set, settings, &task.stretch(0.0, FACES_PART))?;
-        let task = task.stretch(FACES_PART, 1.0);
-        factored.solve_with(settings.rcond, settings.ridge, &task)?
-    };
+    let factored = factor_in(bounds, set, settings, &task.stretch(0.0, FACES_PART))?;
+    let task = task.stretch(FACES_PART, 1.0);
+    let solved = factored.solve_with(settings.rcond, settings.ridge, &task)?;
     Ok(solved.judged(set))
 }
 
@@ -272,7 +248,7 @@ fn check(set: &SampleSet, settings: &FitSettings) -> Result<(), FitError> {
     check_damping(settings.rcond, settings.ridge)
 }
 
-pub(super) fn check_damping(rcond: f64, ridge: f64) -> Result<(), FitError> {
+pub(crate) fn check_damping(rcond: f64, ridge: f64) -> Result<(), FitError> {
     if !(ridge.is_finite() && ridge >= 0.0) {
         return Err(FitError::Ridge(ridge));
     }

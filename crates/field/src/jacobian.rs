@@ -1,27 +1,17 @@
 //! Derivatives of the error (8) by position and axis, analytic, for inverting the map.
+//!
+//! Value and three slopes of one orientation's polynomial are contracted with the six values side by
+//! side in a vector: the innermost sum runs over k with one product for the value and one for the
+//! slope along z; the sums along y and x are of lower order. Vectors of eight lanes hold a
+//! coefficient's six values and the first two of the next, which are not used.
 
-use super::bernstein::basis_with_slopes;
-use super::jacobian_kernel::Contraction;
-use super::model::{DistortionModel, Evaluation, OutsidePolicy};
+use super::bernstein::{MAX_ORDER, basis_with_slopes};
+use super::evaluation::{Coefficient, Evaluation, Linearization, Matrix6x3, OutsidePolicy};
+use super::model::DistortionModel;
 use super::samples::PoseError;
-use nalgebra::{Point3, SMatrix, Unit, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
+use pulp::{Simd, WithSimd};
 use trackwright_geometry::directions::{DirectionSet, Weighting};
-
-/// Six rows, X, Y, Z in mm and Rx, Ry, Rz in radians; three columns.
-pub type Matrix6x3 = SMatrix<f64, 6, 3>;
-
-/// A model's answer at one pose and how it changes around it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Linearization {
-    pub at: Evaluation,
-    /// Per mm. A coordinate that is clamped to the box moves nothing, so its column is zero; on a
-    /// face of the box it is the derivative from inside.
-    pub by_position: Matrix6x3,
-    /// Per radian, along the tangent plane: the change for a step `t` perpendicular to the axis is
-    /// this times `t`; the column space along the axis is zero. On an edge between triangles it is
-    /// the derivative inside the triangle that the weights were taken from.
-    pub by_axis: Matrix6x3,
-}
 
 impl DistortionModel {
     /// The error (8) with its derivatives by position and along the sphere of axes.
@@ -152,6 +142,95 @@ fn area_share(n: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> (f64, Vec
     (triple.max(0.0).atan2(denominator), slope)
 }
 
+/// A basis and its slopes along one axis.
+type BasisAndSlopes = ([f64; MAX_ORDER + 1], [f64; MAX_ORDER + 1]);
+
+/// Lanes that are loaded for a coefficient.
+const LOADED: usize = 8;
+
+/// Value, and slopes by x, y, z in the unit cube; only the first six of each count.
+type Sums = [[f64; LOADED]; 4];
+
+/// The work for up to three orientations.
+struct Contraction<'a> {
+    order: usize,
+    nets: [&'a [Coefficient]; 3],
+    bases: &'a [BasisAndSlopes; 3],
+    /// How many of the nets count.
+    count: usize,
+}
+
+impl WithSimd for Contraction<'_> {
+    type Output = [Sums; 3];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> [Sums; 3] {
+        let mut sums = [[[0.0; LOADED]; 4]; 3];
+        for (net, sums) in self.nets.iter().zip(&mut sums).take(self.count) {
+            // In vectors of one lane the last two would be for nothing.
+            for vector in 0..6_usize.div_ceil(S::F64_LANES) {
+                contract(simd, self.order + 1, net.as_flattened(), self.bases, vector, sums);
+            }
+        }
+        sums
+    }
+}
+
+/// The sums of one vector of each coefficient.
+#[inline(always)]
+fn contract<S: Simd>(
+    simd: S,
+    n: usize,
+    net: &[f64],
+    [bx, by, bz]: &[BasisAndSlopes; 3],
+    vector: usize,
+    sums: &mut Sums,
+) {
+    let zero = simd.splat_f64s(0.0);
+    let (bx0, bx1) = (&bx.0[..n], &bx.1[..n]);
+    let (by0, by1) = (&by.0[..n], &by.1[..n]);
+    let (bz0, bz1) = (&bz.0[..n], &bz.1[..n]);
+    let add = |factor: f64, value, sum| simd.mul_add_e_f64s(simd.splat_f64s(factor), value, sum);
+    let mut total = [zero; 4];
+    let mut at = 0;
+    for (&x, &x_slope) in bx0.iter().zip(bx1) {
+        let mut plane = [zero; 3];
+        for (&y, &y_slope) in by0.iter().zip(by1) {
+            let mut line = [zero; 2];
+            for (&z, &z_slope) in bz0.iter().zip(bz1) {
+                let c = load::<S>(net, at, vector);
+                at += 6;
+                line[0] = add(z, c, line[0]);
+                line[1] = add(z_slope, c, line[1]);
+            }
+            plane[0] = add(y, line[0], plane[0]);
+            plane[1] = add(y_slope, line[0], plane[1]);
+            plane[2] = add(y, line[1], plane[2]);
+        }
+        total[0] = add(x, plane[0], total[0]);
+        total[1] = add(x_slope, plane[0], total[1]);
+        total[2] = add(x, plane[1], total[2]);
+        total[3] = add(x, plane[2], total[3]);
+    }
+    for (sums, total) in sums.iter_mut().zip(total) {
+        S::as_mut_simd_f64s(sums).0[vector] = total;
+    }
+}
+
+/// One vector of the coefficient that starts at a place, and of what follows it.
+#[inline(always)]
+fn load<S: Simd>(net: &[f64], at: usize, vector: usize) -> S::f64s {
+    match net.get(at..at + LOADED) {
+        Some(loaded) => S::as_simd_f64s(loaded).0[vector],
+        // Nothing follows the last.
+        None => {
+            let mut last = [0.0; LOADED];
+            last[..6].copy_from_slice(&net[at..at + 6]);
+            S::as_simd_f64s(&last).0[vector]
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -245,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn on_edges_and_corners_they_are_those_from_inside_the_triangle() {
+    fn on_edges_slopes_are_those_from_inside() {
         let p = room().center_mm();
         for (set, weighting) in SETS.into_iter().skip(1) {
             let model = random_model(2, set, weighting, [1.0, 1.0], 5);
@@ -275,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clamped_coordinate_moves_nothing_and_an_extrapolated_one_does() {
+    fn clamped_coordinates_have_no_slope() {
         let model = random_model(3, DirectionSet::Fourteen, Weighting::Area, [1.0, 1.0], 9);
         let axis = Unit::new_normalize(Vector3::new(0.2, 0.5, -0.4));
         let p = Point3::new(300.0, 10.0, -600.0);

@@ -6,8 +6,8 @@
 //! the cube, then the six left. What comes out is the triangle of the whole design matrix, with
 //! most of its blocks left out.
 
-use super::fold::{Block, ROW_UNIT, Scratch, fold};
 use super::least_squares::{NoConvergence, Solution, Triangle, VALUES, determined};
+use super::qr_update::{Block, ROW_UNIT, Scratch, qr_update};
 use super::singular::{Dense, UpperTriangle, add_scaled, dot};
 use faer::Mat;
 use rayon::prelude::*;
@@ -42,7 +42,7 @@ pub fn face_blocks(set: DirectionSet) -> Vec<Vec<usize>> {
     faces.into_iter().map(ranked).collect()
 }
 
-/// Orientations that are eliminated together, and those that their rows touch beside them.
+/// Orientations that are eliminated together, and the others that their rows touch.
 #[derive(Clone, Debug, PartialEq)]
 struct FrontPlan {
     pivots: Vec<usize>,
@@ -136,9 +136,6 @@ impl JointSystem<'_> {
     /// The solution of least norm, as [`Triangle::solve`] gives it for the whole design matrix.
     /// Where not all unknowns are determined that takes the decomposition of all of them, which
     /// for thousands takes minutes and cannot be stopped.
-    ///
-    /// # Errors
-    /// See [`JointError`].
     pub fn solve(&self, rcond: f64, ridge: f64, task: &Task) -> Result<Solution, JointError> {
         let damped_from = if ridge > 0.0 { 0.5 } else { 1.0 };
         let triangle = self.eliminate(None, &task.stretch(0.0, damped_from))?;
@@ -306,7 +303,7 @@ fn factor_front(plan: &FrontPlan, parts: Vec<Part<'_>>, block: usize) -> (Mat<f6
     let cleared = if is_reduced { width } else { pivots };
     let mut triangle = Mat::zeros(cleared, width);
     let rows = Block { rows: stacked.as_mut(), leads: Some(&leads) };
-    fold(triangle.as_mut(), rows, &mut Scratch::default());
+    qr_update(triangle.as_mut(), rows, &mut Scratch::default());
     if is_reduced {
         let left = triangle.get(pivots.., pivots..).to_owned();
         (triangle.get(..pivots, ..).to_owned(), left)
@@ -386,7 +383,7 @@ impl Front {
     }
 
     /// Columns of the others, each with its place among the unknowns.
-    fn beside(&self, block: usize) -> impl Iterator<Item = (usize, &[f64])> {
+    fn off_diagonal(&self, block: usize) -> impl Iterator<Item = (usize, &[f64])> {
         let places = self.others.iter().flat_map(move |&at| at..at + block);
         let first = self.pivots();
         places.enumerate().map(move |(j, place)| (place, self.rows.col_as_slice(first + j)))
@@ -438,7 +435,7 @@ impl UpperTriangle for SparseTriangle {
             let (head, later) = x.split_at_mut(front.start + front.pivots());
             let own = &mut head[front.start..];
             front.triangle().multiply(own);
-            for (place, column) in front.beside(self.block) {
+            for (place, column) in front.off_diagonal(self.block) {
                 add_scaled(own, later[place - front.start - front.pivots()], column);
             }
         }
@@ -448,7 +445,7 @@ impl UpperTriangle for SparseTriangle {
         for front in self.fronts.iter().rev() {
             let (head, later) = x.split_at_mut(front.start + front.pivots());
             let own = &mut head[front.start..];
-            for (place, column) in front.beside(self.block) {
+            for (place, column) in front.off_diagonal(self.block) {
                 later[place - front.start - front.pivots()] += dot(column, own);
             }
             front.triangle().multiply_transposed(own);
@@ -459,7 +456,7 @@ impl UpperTriangle for SparseTriangle {
         for front in self.fronts.iter().rev() {
             let (head, later) = x.split_at_mut(front.start + front.pivots());
             let own = &mut head[front.start..];
-            for (place, column) in front.beside(self.block) {
+            for (place, column) in front.off_diagonal(self.block) {
                 add_scaled(own, -later[place - front.start - front.pivots()], column);
             }
             front.triangle().solve(own);
@@ -471,7 +468,7 @@ impl UpperTriangle for SparseTriangle {
             let (head, later) = x.split_at_mut(front.start + front.pivots());
             let own = &mut head[front.start..];
             front.triangle().solve_transposed(own);
-            for (place, column) in front.beside(self.block) {
+            for (place, column) in front.off_diagonal(self.block) {
                 later[place - front.start - front.pivots()] -= dot(column, own);
             }
         }

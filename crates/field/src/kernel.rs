@@ -7,7 +7,7 @@
 //! percent. Each lane computes the same whatever is in the others, and whatever its lane.
 
 use super::bernstein::MAX_ORDER;
-use super::model::Coefficient;
+use super::evaluation::Coefficient;
 use nalgebra::Vector3;
 use pulp::Simd;
 use trackwright_geometry::bounds::{Bounds, INSIDE_TOLERANCE};

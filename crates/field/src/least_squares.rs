@@ -1,11 +1,11 @@
 //! Least squares of least norm for tall design matrices that arrive row by row.
 //!
-//! Blocks of rows are folded into an upper triangle by Householder QR (tall-skinny QR), so memory
+//! Blocks of rows update an upper triangle by Householder QR (tall-skinny QR), so memory
 //! is that of the unknowns, and the SVD of the triangle has exactly the singular values of the
 //! design matrix, never their squares. Systems that determine all their unknowns are solved by
 //! back substitution; only the others need the decomposition.
 
-use super::fold::{Block, ROW_UNIT, Scratch, fold};
+use super::qr_update::{Block, ROW_UNIT, Scratch, qr_update};
 use super::singular::{Dense, Extremes, UpperTriangle, extremes};
 use faer::{Mat, MatMut};
 use std::slice::ChunksExactMut;
@@ -16,8 +16,8 @@ pub const VALUES: usize = 6;
 /// Rows that can be pushed side by side.
 pub const LANES: usize = ROW_UNIT;
 
-/// Rows gathered at least before they are folded in; more where there are more unknowns, so that
-/// fewer rows than unknowns are never folded. With 256, 512, 1,024 and 2,048 a fit of order 4 took
+/// Rows gathered at least before the triangle is updated; more where there are more unknowns, so that
+/// an update never has fewer rows than unknowns. With 256, 512, 1,024 and 2,048 a fit of order 4 took
 /// 0.38, 0.36, 0.33 and 0.34 s of one core for 100,000 samples, and one of order 6 the same with
 /// all.
 const BLOCK_ROWS: usize = 1024;
@@ -29,10 +29,10 @@ const NEAR_CUTOFF: f64 = 1e-6;
 /// `A x ≈ b` for six right-hand sides, built up row by row.
 pub struct LeastSquares {
     unknowns: usize,
-    /// Rows of `[A | b]` that are not folded in yet, column after column.
+    /// Rows of `[A | b]` that are not in the triangle yet, column after column.
     pending: Vec<f64>,
     pending_rows: usize,
-    /// Of all rows folded in so far.
+    /// Of all rows before those.
     triangle: Option<Mat<f64>>,
     rows: usize,
     row: Vec<f64>,
@@ -102,6 +102,7 @@ impl Lanes<'_> {
 }
 
 impl LeastSquares {
+    /// A system without rows.
     pub fn new(unknowns: usize) -> Self {
         Self {
             unknowns,
@@ -139,7 +140,7 @@ impl LeastSquares {
     pub fn push_lanes(&mut self, count: usize, fill: impl FnOnce(&mut Lanes<'_>)) {
         debug_assert!(count <= LANES);
         if self.pending_rows + count > self.capacity() {
-            self.fold();
+            self.reduce();
         }
         let stride = self.stride();
         if self.pending.is_empty() {
@@ -172,14 +173,14 @@ impl LeastSquares {
         rows.get_mut(..width, ..).copy_from(&other.reduced);
         let leads: Vec<_> = (0..width).collect();
         let block = Block { rows: rows.as_mut(), leads: Some(&leads) };
-        fold(triangle.as_mut(), block, &mut self.scratch);
+        qr_update(triangle.as_mut(), block, &mut self.scratch);
     }
 
     /// The triangle of all rows.
     pub fn into_triangle(mut self) -> Triangle {
         let is_triangular = self.triangle.is_some() || self.pending_rows > self.width();
         let reduced = if is_triangular {
-            self.fold();
+            self.reduce();
             self.triangle.unwrap_or_else(|| Mat::zeros(0, 0))
         } else {
             let stride = self.stride();
@@ -200,7 +201,7 @@ impl LeastSquares {
         self.unknowns + VALUES
     }
 
-    /// Rows that are gathered before they are folded.
+    /// Rows that are gathered before the triangle is updated.
     fn capacity(&self) -> usize {
         BLOCK_ROWS.max(self.width().next_multiple_of(ROW_UNIT))
     }
@@ -211,8 +212,8 @@ impl LeastSquares {
         self.capacity() + ROW_UNIT
     }
 
-    /// Folds the pending rows into the triangle.
-    fn fold(&mut self) {
+    /// Updates the triangle with the pending rows.
+    fn reduce(&mut self) {
         let (width, stride) = (self.width(), self.stride());
         let rows = self.pending_rows.next_multiple_of(ROW_UNIT);
         if rows == 0 {
@@ -225,7 +226,7 @@ impl LeastSquares {
             MatMut::from_column_major_slice_with_stride_mut(&mut self.pending, rows, width, stride);
         let triangle = self.triangle.get_or_insert_with(|| Mat::zeros(width, width));
         let block = Block { rows: pending, leads: None };
-        fold(triangle.as_mut(), block, &mut self.scratch);
+        qr_update(triangle.as_mut(), block, &mut self.scratch);
         self.pending_rows = 0;
     }
 }
@@ -263,6 +264,7 @@ impl Triangle {
         self.rows
     }
 
+    /// Columns of the design matrix.
     pub fn unknowns(&self) -> usize {
         self.unknowns
     }
@@ -310,7 +312,7 @@ impl Triangle {
         }
         let leads: Vec<_> = (0..p).collect();
         let block = Block { rows: rows.as_mut(), leads: Some(&leads) };
-        fold(triangle.as_mut(), block, &mut Scratch::default());
+        qr_update(triangle.as_mut(), block, &mut Scratch::default());
         triangle
     }
 
@@ -414,14 +416,12 @@ pub(super) fn determined(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random_models::Seeded;
 
-    /// A matrix with known solution, by a small linear congruential sequence.
+    /// A matrix with known solution, of seeded numbers.
     fn problem(rows: usize, unknowns: usize) -> (Vec<Vec<f64>>, Vec<[f64; VALUES]>) {
-        let mut state = 1_u64;
-        let mut next = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let mut seeded = Seeded::new(1);
+        let mut next = || seeded.uniform() - 0.5;
         let a = (0..rows).map(|_| (0..unknowns).map(|_| next()).collect()).collect();
         let x = (0..unknowns).map(|_| std::array::from_fn(|_| next())).collect();
         (a, x)
@@ -449,7 +449,7 @@ mod tests {
     }
 
     #[test]
-    fn fewer_rows_than_unknowns_give_the_solution_of_least_norm() {
+    fn few_rows_give_the_least_norm_solution() {
         let (a, x) = problem(5, 12);
         let found = system(&a, &x).solve(1e-10, 0.0).unwrap();
         assert_eq!(found.rank, 5);
@@ -464,7 +464,7 @@ mod tests {
     }
 
     #[test]
-    fn a_column_of_zeros_lowers_the_rank_and_gets_nothing() {
+    fn a_zero_column_lowers_the_rank() {
         let (mut a, x) = problem(40, 6);
         for row in &mut a {
             row[2] = 0.0;
@@ -490,7 +490,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_of_parts_make_the_triangle_of_all_rows() {
+    fn merged_triangles_are_that_of_all_rows() {
         let (a, x) = problem(300, 12);
         let whole = system(&a, &x).into_triangle().decompose().unwrap();
         let parts: Vec<_> = a.chunks(70).map(|rows| system(rows, &x).into_triangle()).collect();
@@ -507,7 +507,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_solution_reaches_is_the_sum_of_squared_residuals() {
+    fn residual_sum_of_squares_is_that_of_residuals() {
         let (a, x) = problem(50, 4);
         let mut ls = LeastSquares::new(4);
         for (i, row) in a.iter().enumerate() {

@@ -2,6 +2,8 @@
 
 use super::bernstein::{MAX_ORDER, basis, coefficient_count};
 use super::computed::{ComputedField, FieldSource, ModelKind};
+use super::evaluation::error_of;
+pub use super::evaluation::{Coefficient, Evaluation, OutsidePolicy};
 use super::samples::{MapKind, PoseError};
 use nalgebra::{Point3, Unit, Vector3};
 use serde::Deserialize;
@@ -10,9 +12,6 @@ use trackwright_geometry::bounds::{Bounds, BoundsError};
 use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
-
-/// The six values of one coefficient, X, Y, Z in mm and Rx, Ry, Rz in radians.
-pub type Coefficient = [f64; 6];
 
 /// Error of a sensor's reading as a function of its position and axis.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -27,26 +26,6 @@ pub struct DistortionModel {
     coefficients: Vec<Coefficient>,
     /// In the place of polynomials, with order 0 and one orientation.
     computed: Option<Arc<ComputedField>>,
-}
-
-/// What happens to a position outside the model's box.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum OutsidePolicy {
-    /// The nearest point of the box stands for it.
-    #[default]
-    Clamp,
-    /// The polynomial is used as it is.
-    Extrapolate,
-    /// The trial is left out of the statistics and counted.
-    Reject,
-}
-
-/// A model's answer at one pose.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Evaluation {
-    pub error: PoseError,
-    /// Whether the position lies in the model's box.
-    pub is_inside: bool,
 }
 
 /// Why numbers do not make a model.
@@ -66,9 +45,6 @@ pub enum ModelError {
 
 impl DistortionModel {
     /// A model from its coefficients: orientation slowest, then i, j, k.
-    ///
-    /// # Errors
-    /// See [`ModelError`].
     pub fn new(
         order: usize,
         directions: DirectionSet,
@@ -144,6 +120,7 @@ impl DistortionModel {
         self.computed.as_ref()
     }
 
+    /// What kind of model it is.
     pub fn kind(&self) -> ModelKind {
         match self.computed.as_ref().map(|c| c.source()) {
             Some(FieldSource::Kriging(_)) => ModelKind::Kriging,
@@ -152,18 +129,22 @@ impl DistortionModel {
         }
     }
 
+    /// Order of the polynomials; 0 where there are none.
     pub fn order(&self) -> usize {
         self.order
     }
 
+    /// The basis orientations.
     pub fn directions(&self) -> DirectionSet {
         self.directions
     }
 
+    /// How three basis orientations share an axis.
     pub fn weighting(&self) -> Weighting {
         self.weighting
     }
 
+    /// Whether it is a function of the ideal or of the measured pose.
     pub fn map(&self) -> MapKind {
         self.map
     }
@@ -173,6 +154,7 @@ impl DistortionModel {
         &self.bounds
     }
 
+    /// All coefficients: orientation slowest, then i, j, k.
     pub fn coefficients(&self) -> &[Coefficient] {
         &self.coefficients
     }
@@ -213,6 +195,16 @@ impl DistortionModel {
     }
 
     /// The pose a tracker would report for a sensor: equations (6) and (7).
+    ///
+    /// ```
+    /// use trackwright_field::{DistortionModel, OutsidePolicy};
+    /// use trackwright_field::{random_models::room, samples::MapKind};
+    /// use trackwright_geometry::pose::Pose;
+    ///
+    /// let model = DistortionModel::zero(room(), MapKind::Distortion);
+    /// let pose = Pose::translation(10.0, 0.0, -200.0);
+    /// assert_eq!(model.distort(&pose, OutsidePolicy::Clamp), (pose, true));
+    /// ```
     pub fn distort(&self, tracker_from_sensor: &Pose, outside: OutsidePolicy) -> (Pose, bool) {
         let at = self.evaluate(
             &tracker_from_sensor.translation.vector.into(),
@@ -274,17 +266,6 @@ impl DistortionModel {
         }
         error_of(total)
     }
-}
-
-/// The six values of an error.
-pub(super) fn values_of(error: &PoseError) -> Coefficient {
-    let (p, r) = (&error.position_mm, &error.rotation_rad);
-    [p.x, p.y, p.z, r.x, r.y, r.z]
-}
-
-/// The error of six values.
-pub(super) fn error_of([x, y, z, rx, ry, rz]: Coefficient) -> PoseError {
-    PoseError { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }
 }
 
 /// A model as it stands in a file.
@@ -355,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_the_box_clamping_gives_the_nearest_point_and_extrapolation_goes_on() {
+    fn outside_the_box_the_policy_decides() {
         let model = linear_model(3);
         let axis = Vector3::z_axis();
         let p = Point3::new(300.0, 0.0, -200.0);
@@ -367,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn a_zero_field_moves_nothing_and_still_knows_its_box() {
+    fn a_zero_field_moves_nothing() {
         let model = DistortionModel::zero(bounds(), MapKind::Distortion);
         let pose = Pose::translation(0.0, 0.0, 500.0);
         assert_eq!(model.distort(&pose, OutsidePolicy::Clamp), (pose, false));

@@ -16,6 +16,7 @@ use trackwright_geometry::rotation::exp_vector;
 pub struct Seeded(ChaCha8Rng);
 
 impl Seeded {
+    /// Numbers of a seed.
     pub fn new(seed: u64) -> Self {
         Self(ChaCha8Rng::seed_from_u64(seed))
     }
@@ -25,6 +26,7 @@ impl Seeded {
         StandardUniform.sample(&mut self.0)
     }
 
+    /// Standard normal.
     pub fn normal(&mut self) -> f64 {
         StandardNormal.sample(&mut self.0)
     }
@@ -66,6 +68,7 @@ impl Seeded {
             + Vector3::from_fn(|k, _| size[k] * (self.uniform() * (1.0 + 2.0 * margin) - margin))
     }
 
+    /// Any rotation at a [`Self::position`].
     pub fn pose(&mut self, bounds: &Bounds, margin: f64) -> Pose {
         let q = Quaternion::from_vector(nalgebra::Vector4::from_fn(|_, _| self.normal()));
         let position = self.position(bounds, margin);
@@ -73,6 +76,7 @@ impl Seeded {
     }
 }
 
+/// A box like that of a measured room, mm.
 pub fn room() -> Bounds {
     Bounds::from(([-230.0, -200.0, -530.0], [230.0, 250.0, -70.0]))
 }

@@ -4,7 +4,6 @@
 //! the triangles it needs and never looks at the others.
 
 use super::bernstein::{MAX_ORDER, coefficient_count};
-use super::fit::FitSettings;
 use super::joint::face_blocks;
 use super::least_squares::{LANES, Lanes, LeastSquares, Triangle, VALUES};
 use super::samples::Sample;
@@ -12,11 +11,11 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::DirectionSet;
+use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_task::{Cancelled, Task};
 
-/// Rows that one thread folds at a time; fixed, so that no result depends on how many threads
-/// there are. Merging costs less than a hundredth of folding from here on.
+/// Rows that one thread reduces at a time; fixed, so that no result depends on how many threads
+/// there are. Merging costs less than a hundredth of it from here on.
 const CHUNK_ROWS: usize = 16_384;
 
 /// The same, in multiples of the unknowns.
@@ -89,17 +88,18 @@ impl<'a> Rows<'a> {
     /// [`TooManySamples`].
     pub fn new(
         samples: &'a [Sample],
-        settings: &FitSettings,
+        order: usize,
+        set: DirectionSet,
+        weighting: Weighting,
         bounds: &Bounds,
     ) -> Result<Self, TooManySamples> {
         let count = u32::try_from(samples.len()).map_err(|_| TooManySamples(samples.len()))?;
-        let set = settings.directions;
         let (corners, face_of) = faces_of(set);
         let mut weights = vec![[0.0; 3]; samples.len()];
         let mut faces = vec![0_u8; samples.len()];
         (weights.par_iter_mut(), faces.par_iter_mut(), samples).into_par_iter().for_each(
             |(weights, face, sample)| {
-                let found = set.weights(&sample.axis, settings.weighting);
+                let found = set.weights(&sample.axis, weighting);
                 let [a, b, _] = found.directions;
                 (*weights, *face) = (found.weights, face_of[a * set.len() + b]);
             },
@@ -120,7 +120,7 @@ impl<'a> Rows<'a> {
         }
         Ok(Self {
             samples,
-            order: settings.order,
+            order,
             bounds: *bounds,
             weights,
             places,
@@ -162,7 +162,7 @@ impl<'a> Rows<'a> {
             let corner = face.corners.iter().position(|&c| c == direction)?;
             Some((Columns::Corner(corner), face.range.clone()))
         });
-        self.fold(coefficient_count(self.order), pieces.collect(), progress)
+        self.reduce(coefficient_count(self.order), pieces.collect(), progress)
     }
 
     /// The system of one face: the coefficients of its three corners in the order of
@@ -176,14 +176,14 @@ impl<'a> Rows<'a> {
             1 => Columns::Corner(0),
             _ => Columns::Corners(face.order),
         };
-        self.fold(
+        self.reduce(
             blocks * coefficient_count(self.order),
             vec![(columns, face.range.clone())],
             progress,
         )
     }
 
-    fn fold(
+    fn reduce(
         &self,
         unknowns: usize,
         pieces: Vec<Piece>,
@@ -372,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn every_sample_is_in_the_face_that_its_weights_name() {
+    fn samples_are_in_the_face_of_their_weights() {
         let samples: Vec<_> = (0..300)
             .map(|i| {
                 let turn = f64::from(i);
@@ -388,14 +388,13 @@ mod tests {
             })
             .collect();
         for set in DirectionSet::ALL {
-            let settings = FitSettings::new(1, set);
             let bounds = Bounds::from(([-1.0; 3], [1.0; 3]));
-            let rows = Rows::new(&samples, &settings, &bounds).unwrap();
+            let rows = Rows::new(&samples, 1, set, Weighting::Area, &bounds).unwrap();
             let mut seen = 0;
             for face in &rows.faces {
                 let mut last = None;
                 for &place in &rows.places[face.range.clone()] {
-                    let found = set.weights(&samples[place as usize].axis, settings.weighting);
+                    let found = set.weights(&samples[place as usize].axis, Weighting::Area);
                     assert_eq!(found.directions, face.corners);
                     assert!(Some(place) > last, "samples keep their order");
                     last = Some(place);

@@ -20,6 +20,15 @@ pub struct Measurement {
     pub tracker_from_measured: Pose,
 }
 
+/// Root mean squares of the errors' norms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Residuals {
+    pub position_rms_mm: f64,
+    /// `None` where orientations were not measured.
+    pub angle_rms_rad: Option<f64>,
+}
+
 /// Measurements, and how much of them is information.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasurementSet {

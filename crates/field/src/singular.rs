@@ -4,6 +4,7 @@
 //! `RᵀR` and on its inverse by back substitution. Nothing is squared that is not the vector's own
 //! step: the smallest value is as exact as the substitutions, which are backward stable.
 
+use super::random_models::Seeded;
 use faer::{Mat, MatRef, Side};
 
 /// Residual of the eigenvalue, relative to it, at which it counts as found.
@@ -107,15 +108,8 @@ fn ritz(diagonal: &[f64], off_diagonal: &[f64]) -> Option<(f64, f64)> {
 
 /// A vector that is not orthogonal to anything in particular, the same each time.
 fn start(len: usize) -> Vec<f64> {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    (0..len)
-        .map(|_| {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        })
-        .collect()
+    let mut seeded = Seeded::new(1);
+    (0..len).map(|_| seeded.uniform() - 0.5).collect()
 }
 
 fn normalise(x: &mut [f64]) -> Option<()> {

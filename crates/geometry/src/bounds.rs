@@ -41,9 +41,6 @@ fn list(values: &[f64; 3]) -> String {
 impl Bounds {
     /// Checks that this is a box where anything is: [`check_finite`](Self::check_finite), and its
     /// corners are positions.
-    ///
-    /// # Errors
-    /// See [`BoundsError`].
     pub fn check(&self) -> Result<(), BoundsError> {
         for (corner, point) in [("min", self.min_mm), ("max", self.max_mm)] {
             if let Some(expected) = position_problem(&point.coords) {
@@ -59,9 +56,6 @@ impl Bounds {
 
     /// Checks that this is a box: finite, and no axis reversed. One without extent along an axis is
     /// a box.
-    ///
-    /// # Errors
-    /// See [`BoundsError`].
     pub fn check_finite(&self) -> Result<(), BoundsError> {
         let size_mm = self.size_mm();
         // Where a corner is not finite, neither is the size.
@@ -82,6 +76,16 @@ impl Bounds {
     }
 
     /// The smallest box around the points; `None` without any.
+    ///
+    /// ```
+    /// use nalgebra::Point3;
+    /// use trackwright_geometry::bounds::Bounds;
+    ///
+    /// let corners = [Point3::new(0.0, 5.0, 2.0), Point3::new(4.0, 1.0, 2.0)];
+    /// let bounds = Bounds::around(corners).unwrap();
+    /// assert_eq!(bounds.center_mm(), Point3::new(2.0, 3.0, 2.0));
+    /// assert!(!bounds.contains(&Point3::origin()));
+    /// ```
     pub fn around(points: impl IntoIterator<Item = Point3<f64>>) -> Option<Self> {
         points.into_iter().fold(None, |bounds: Option<Self>, p| {
             Some(match bounds {
@@ -97,14 +101,17 @@ impl Bounds {
         (0..3).all(|k| min_mm[k] <= max_mm[k]).then_some(Self { min_mm, max_mm })
     }
 
+    /// Lengths of the edges.
     pub fn size_mm(&self) -> Vector3<f64> {
         self.max_mm - self.min_mm
     }
 
+    /// Middle of the box.
     pub fn center_mm(&self) -> Point3<f64> {
         nalgebra::center(&self.min_mm, &self.max_mm)
     }
 
+    /// Length of the diagonal.
     pub fn diagonal_mm(&self) -> f64 {
         self.size_mm().norm()
     }
@@ -200,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn round_off_beyond_the_box_counts_as_inside_and_more_does_not() {
+    fn only_round_off_outside_counts_as_inside() {
         assert!(cube().contains(&Point3::new(1.0 + 1e-9, 0.0, 0.0)));
         assert!(!cube().contains(&Point3::new(1.0 + 1e-8, 0.0, 0.0)));
         assert!(!cube().contains(&Point3::new(f64::NAN, 0.0, 0.0)));

@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_coarser_sphere_is_within_a_cell_of_the_fine_one_and_as_large() {
+    fn a_coarse_sphere_is_within_a_cell_of_the_fine() {
         let fine = sphere(30.0);
         let most = 5000;
         let coarse = coarser(&fine, most).unwrap();
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn few_triangles_stay_as_they_are_and_a_mesh_without_a_surface_too() {
+    fn small_or_empty_meshes_are_not_coarsened() {
         let mut part = sphere(10.0);
         assert!(coarser(&part, part.triangles.len()).is_none());
         for at in &mut part.positions_mm {

@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_eight_bit_channel_comes_back_from_linear_light() {
+    fn linear_light_round_trips_eight_bits() {
         for part in 0..=255u8 {
             let back = srgb_from_linear(linear([part; 3])[0]) * 255.0;
             // The standard's two constants round: at the joint the pieces differ by 1e-8.

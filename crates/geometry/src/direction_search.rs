@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_of_a_cell_has_the_code_of_a_cell_with_that_corner() {
+    fn a_corner_is_in_a_cell_that_has_it() {
         for cell in 0..6 * CELLS * CELLS {
             for corner in cell_corners(cell) {
                 let found = cell_corners(code(corner * 0.11));
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_number_still_has_a_place_in_the_table() {
+    fn nan_axes_stay_in_the_table() {
         let table = TriangleTable::new(&[Matrix3::identity()]);
         for v in [f64::NAN, f64::INFINITY, 0.0] {
             let code = cell_codes(Scalar::new(), [v, -v, 1.0]);

@@ -65,6 +65,7 @@ impl DirectionSet {
     pub const ALL: [Self; 6] =
         [Self::One, Self::Six, Self::Twelve, Self::Fourteen, Self::TwentySix, Self::FortyTwo];
 
+    /// Number of basis orientations.
     pub fn len(self) -> usize {
         match self {
             Self::One => 1,
@@ -113,6 +114,7 @@ impl DirectionSet {
         DirectionWeights { directions, weights }
     }
 
+    /// The set's triangles with what finds that of an axis.
     pub fn sphere(self) -> &'static Sphere {
         static SPHERES: LazyLock<[Sphere; 6]> =
             LazyLock::new(|| DirectionSet::ALL.map(|set| Sphere::new(corners(set))));
@@ -381,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn each_set_has_its_count_and_eulers_number_of_faces() {
+    fn sets_have_eulers_number_of_faces() {
         for set in DirectionSet::ALL.into_iter().skip(1) {
             assert_eq!(set.directions().len(), set.len());
             assert_eq!(set.triangles().len(), 2 * set.len() - 4, "{set:?}");
@@ -480,7 +482,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_finds_what_a_search_through_all_triangles_finds() {
+    fn the_table_agrees_with_a_full_search() {
         for set in DirectionSet::ALL.into_iter().skip(1) {
             let sphere = set.sphere();
             let axes = special_axes(set);

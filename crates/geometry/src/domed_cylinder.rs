@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sphere_about_the_origin_ends_each_wall_where_its_mesh_does() {
+    fn walls_end_where_the_published_meshes_do() {
         for (shape, published_mm) in all().iter().zip([-452.0, -519.0, -148.0]) {
             let highest = (0..360)
                 .map(|i| shape.wall_end(f64::from(i).to_radians()).z)
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn round_ones_have_the_volume_of_the_closed_form_and_the_elliptic_one_that_of_its_slices() {
+    fn volumes_are_closed_forms_and_sums_of_slices() {
         let [dome, tabletop, compact] = all();
         for round in [dome, compact] {
             let (a, reach) = (round.radii_mm[0], round.reach_mm);
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn every_point_of_the_outline_lies_on_the_surface_and_reaches_the_bounds() {
+    fn outlines_lie_on_the_surface() {
         for shape in all() {
             let outline = shape.outline();
             let points = || outline.lines.iter().flatten().copied();

@@ -71,11 +71,13 @@ pub struct Gizmo {
 }
 
 impl Handle {
+    /// The arrow along an axis.
     pub const fn arrow(axis: Axis) -> Self {
         let kind = HandleKind::Arrow;
         Self { kind, axis }
     }
 
+    /// The ring around an axis.
     pub const fn ring(axis: Axis) -> Self {
         let kind = HandleKind::Ring;
         Self { kind, axis }
@@ -100,6 +102,7 @@ impl Handle {
 }
 
 impl Gizmo {
+    /// Origin of the gizmo, tracker frame.
     pub fn pivot_mm(&self) -> Point3<f64> {
         Point3::from(self.tracker_from_gizmo.translation.vector)
     }

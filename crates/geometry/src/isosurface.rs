@@ -100,6 +100,17 @@ impl ScalarLattice {
     }
 
     /// The surface where values pass the level. What is not a number counts as infinite.
+    ///
+    /// ```
+    /// use trackwright_geometry::bounds::Bounds;
+    /// use trackwright_geometry::isosurface::ScalarLattice;
+    ///
+    /// // x at the corners of a unit cube, x slowest.
+    /// let values = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0].to_vec();
+    /// let bounds = Bounds::from(([0.0; 3], [1.0; 3]));
+    /// let surface = ScalarLattice { bounds, counts: [2; 3], values }.isosurface(0.25);
+    /// assert!((surface.volume_mm3 - 0.25).abs() < 1e-15);
+    /// ```
     pub fn isosurface(&self, level: f64) -> Isosurface {
         self.clipped_isosurface(level, None).surface
     }
@@ -364,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_linear_scalar_the_surface_is_its_plane_and_the_volume_exact() {
+    fn a_linear_scalar_gives_an_exact_plane() {
         let normal = Vector3::new(0.3, -0.5, 0.8);
         let center = Point3::new(2.0, 4.0, 0.0);
         let lattice = lattice([5, 7, 4], |p| normal.dot(&(p - center)));
@@ -382,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_is_closed_and_as_large_as_its_cells_permit() {
+    fn a_ball_is_closed_and_of_its_size() {
         let center = Point3::new(2.5, 3.7, 0.3);
         let radius = 7.0_f64;
         let lattice = lattice([25, 31, 28], |p| (p - center).norm_squared());
@@ -412,7 +423,7 @@ mod tests {
     }
 
     #[test]
-    fn all_of_the_box_none_of_it_and_no_cells_have_no_surface() {
+    fn no_crossing_has_no_surface() {
         let lattice = lattice([3, 3, 3], |p| p.x);
         let all = lattice.isosurface(14.0);
         assert!(all.triangles.is_empty());

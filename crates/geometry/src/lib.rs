@@ -1,4 +1,18 @@
-//! Poses, rotations, basis orientations and their spherical weights, volumes, surfaces: f64, mm.
+//! Poses, rotations, basis orientations, boxes and volumes, surfaces and rays: f64, mm, rad, no files.
+//!
+//! ```
+//! use nalgebra::{Unit, Vector3};
+//! use trackwright_geometry::directions::{DirectionSet, Weighting};
+//! use trackwright_geometry::rotation::{axis_rotation, exp_vector};
+//!
+//! let axis = Unit::new_normalize(Vector3::new(0.2, -0.5, 0.3));
+//! // The axis as a mean of the three basis orientations around it.
+//! let weights = DirectionSet::Fourteen.weights(&axis, Weighting::Area).weights;
+//! assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+//! // The smallest rotation that takes z to it.
+//! let turn = axis_rotation(&Vector3::z_axis(), &axis).vector_rad;
+//! assert!((exp_vector(&turn) * Vector3::z() - axis.into_inner()).norm() < 1e-15);
+//! ```
 
 pub mod bounds;
 pub mod coarse;

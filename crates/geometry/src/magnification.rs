@@ -93,7 +93,7 @@ mod tests {
     use nalgebra::UnitQuaternion;
 
     #[test]
-    fn the_vector_spans_5_to_15_percent_at_every_size_of_error() {
+    fn the_vector_spans_5_to_15_percent() {
         for i in 0..4000 {
             let error_mm = 10f64.powf(-4.0 + f64::from(i) * 0.002);
             let m = automatic_magnification(error_mm, 400.0);
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn once_is_the_believed_pose_and_tip_and_turn_grow_alike() {
+    fn ghosts_grow_with_the_magnification() {
         let (truth, believed, tip) = poses(0.003);
         let once = magnified_ghost(&truth, &believed, &tip, 1.0);
         assert!((once.world_from_body * tip - believed * tip).norm() < 1e-9);

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn anatomy_counts_neither_for_the_box_nor_for_the_long_axis() {
+    fn anatomy_is_not_part_of_the_box() {
         let mesh = SurfaceMesh {
             parts: vec![
                 part("shaft", &[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 0.0, 90.0]]),

@@ -404,7 +404,7 @@ mod tests {
     use crate::surface::tests::cylinder;
 
     #[test]
-    fn a_body_of_twenty_metres_is_doubted_with_its_length() {
+    fn a_body_of_twenty_metres_is_doubted() {
         assert_eq!(length_doubt(1500.0), None);
         assert_eq!(length_doubt(0.7), None);
         assert_eq!(
@@ -424,7 +424,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cylinder_with_caps_is_closed_though_its_parts_share_no_vertices() {
+    fn corners_at_one_place_count_as_one() {
         let report = MeshReport::of(&cylinder(2.0, 150.0, 16));
         assert!(report.is_closed() && !report.is_inside_out);
         // Two rims and two centres; two triangles a side and two on the caps.
@@ -486,7 +486,7 @@ mod tests {
     }
 
     #[test]
-    fn a_size_that_no_instrument_has_suggests_the_unit_that_explains_it() {
+    fn implausible_sizes_suggest_a_unit() {
         use MeshUnit::{Centimetre, Factor, Inch, Metre, Millimetre};
         let pointer = cylinder(2.0, 150.0, 8);
         for (factor, read_in, unit, suggested_mm) in [

@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn snapped_amounts_are_exact_multiples_of_their_steps() {
+    fn snapped_amounts_are_exact_multiples() {
         for count in -72..=72 {
             let near = f64::from(count) * 5.0 + 2.3;
             let snapped = amount(turn(near.to_radians()).snapped());
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn turning_about_a_pivot_leaves_the_pivot_where_it_is() {
+    fn turning_leaves_the_pivot_in_place() {
         let pose = pose_from_parts(
             Vector3::new(40.0, 1.5, -300.0),
             UnitQuaternion::from_euler_angles(0.3, 1.1, -2.0),
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_movement_in_another_frame_moves_the_same_thing_to_the_same_place() {
+    fn movements_agree_in_every_frame() {
         let outer_from_inner = pose_from_parts(
             Vector3::new(-4.0, 55.0, 8.0),
             UnitQuaternion::from_euler_angles(-1.0, 0.4, 0.2),

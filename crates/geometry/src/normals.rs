@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tube_is_round_from_ten_sides_on_and_has_edges_below() {
+    fn a_tube_is_smooth_from_ten_sides_on() {
         for (sides, is_round) in [(8_u32, false), (10, true), (64, true)] {
             let rim = |i: u32, z: f64| {
                 let (sine, cosine) = (TAU * f64::from(i) / f64::from(sides)).sin_cos();
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn many_triangles_around_one_vertex_take_no_longer_each() {
+    fn many_triangles_around_a_vertex_are_quick() {
         const COUNT: u32 = 200_000;
         let mut corners = vec![Point3::origin()];
         corners.extend((0..=COUNT).map(|i| {

@@ -33,6 +33,7 @@ pub enum Axis {
 impl Axis {
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
+    /// The axis in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::X => "x",
@@ -41,6 +42,7 @@ impl Axis {
         }
     }
 
+    /// Unit vector along the axis.
     pub fn unit(self) -> Unit<Vector3<f64>> {
         match self {
             Self::X => Vector3::x_axis(),
@@ -254,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn the_pose_is_a_rotation_and_tracker_minus_z_is_up_on_the_screen() {
+    fn tracker_minus_z_is_up_on_the_screen() {
         let pose = camera().tracker_from_camera();
         let m = pose.rotation.to_rotation_matrix();
         assert!((m.matrix().determinant() - 1.0).abs() < 1e-12);
@@ -263,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_projects_to_the_pixel_whose_ray_meets_it() {
+    fn projection_inverts_rays() {
         let point = Point3::new(60.0, 40.0, -250.0);
         let pixel = camera().project(&point, VIEW).unwrap();
         let ray = camera().ray(pixel, VIEW);
@@ -317,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn orbiting_by_the_view_s_height_is_half_a_turn_and_stops_at_the_poles() {
+    fn orbiting_stops_at_the_poles() {
         let mut turned = camera();
         turned.orbit([600.0, 0.0], VIEW);
         assert!((wrap_angle(turned.azimuth_rad - 0.7).abs() - std::f64::consts::PI).abs() < 1e-9);
@@ -326,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn a_whole_turn_ends_where_it_began_to_the_bit_and_half_of_one_looks_from_the_other_side() {
+    fn a_whole_turn_is_exact() {
         let camera = camera();
         assert_eq!(camera.turned(1.0), camera.turned(0.0));
         assert_eq!(camera.turned(0.0), camera);
@@ -351,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn distances_on_the_screen_are_to_the_segment_and_not_to_its_line() {
+    fn screen_distances_are_to_the_segment() {
         let [a, b] = [Point3::new(20.0, 0.0, -300.0), Point3::new(60.0, 40.0, -250.0)];
         let [pa, pb] = [a, b].map(|p| camera().project(&p, VIEW).unwrap());
         let at = |t: f64| [pa[0] + (pb[0] - pa[0]) * t, pa[1] + (pb[1] - pa[1]) * t];

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pointer_becomes_a_closed_rod_from_its_tip_to_its_last_sensor() {
+    fn a_pointer_becomes_a_closed_rod() {
         let sensors = [Point3::new(0.0, 0.0, 60.0), Point3::new(0.0, 0.0, 100.0)];
         let mesh = placeholder(&Point3::origin(), &sensors);
         let bounds = mesh.body_bounds().unwrap();

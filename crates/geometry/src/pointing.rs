@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_target_in_reach_is_pointed_at_and_none_behind() {
+    fn the_nearest_target_in_reach_is_pointed_at() {
         let target = |x: f64, z: f64, radius_mm: f64, is: u8| Target {
             ends_mm: [Point3::new(x, 0.0, z); 2],
             radius_mm,

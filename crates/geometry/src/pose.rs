@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn seven_numbers_survive_a_round_trip_with_a_positive_scalar() {
+    fn pose_arrays_round_trip() {
         let values = [1.0, -2.0, 3.0, -0.5, 0.5, -0.5, 0.5];
         let pose = pose_from_array(values).unwrap();
         let back = pose_to_array(&pose);

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn an_arrow_reaches_from_its_start_to_its_end_or_to_where_it_is_cut() {
+    fn an_arrow_reaches_its_end_or_is_cut() {
         let size =
             ArrowSize { shaft_mm: 1.0, head_width_mm: 3.0, head_length_mm: 4.0, most_mm: 50.0 };
         let start = Point3::new(1.0, 2.0, 3.0);

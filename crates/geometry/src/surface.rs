@@ -30,6 +30,7 @@ pub struct Ray {
 }
 
 impl Ray {
+    /// The point at a distance from the origin.
     pub fn at(&self, distance_mm: f64) -> Point3<f64> {
         self.origin_mm + self.direction.into_inner() * distance_mm
     }
@@ -140,6 +141,18 @@ impl Surface {
     }
 
     /// Where the ray first enters the body: the nearest triangle that faces it.
+    ///
+    /// ```
+    /// use nalgebra::{Point3, Vector3};
+    /// use trackwright_geometry::placeholder::placeholder;
+    /// use trackwright_geometry::surface::{Ray, Surface};
+    ///
+    /// // A rod of 1.5 mm from the origin along z.
+    /// let mesh = placeholder(&Point3::origin(), &[Point3::new(0.0, 0.0, 100.0)]);
+    /// let surface = Surface::new(&mesh).unwrap();
+    /// let ray = Ray { origin_mm: Point3::new(9.0, 0.0, 50.0), direction: -Vector3::x_axis() };
+    /// assert!((surface.cast(&ray).unwrap().position_mm.x - 1.5).abs() < 1e-9);
+    /// ```
     pub fn cast(&self, ray: &Ray) -> Option<SurfacePoint> {
         let (_, triangle, weights) = self.first_met(ray)?;
         Some(self.point(triangle, weights))
@@ -231,13 +244,6 @@ impl Surface {
             let beside = ray.meets_plane(near_mm, &ray.direction).unwrap_or(*near_mm);
             self.closest(&beside)
         })
-    }
-
-    /// Bytes of memory that it holds.
-    pub fn memory_bytes(&self) -> usize {
-        size_of_val(self.triangles.as_slice())
-            + size_of_val(self.normals.as_slice())
-            + size_of_val(self.nodes.as_slice())
     }
 
     fn leaf(&self, first: u32, len: u32) -> &[Triangle] {

@@ -73,13 +73,9 @@ impl SurfaceDrag {
         Self { start_body_from_sensor: body_from_sensor, start, latest: start, long_axis }
     }
 
+    /// The sensor's pose where the drag began.
     pub fn start_body_from_sensor(&self) -> &Pose {
         &self.start_body_from_sensor
-    }
-
-    /// The surface point of the latest pose: where to look for the next one.
-    pub fn latest_mm(&self) -> &Point3<f64> {
-        &self.latest.origin_mm
     }
 
     /// The sensor's pose with the surface point under the pointer at `hit`.
@@ -267,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn around_the_shaft_the_sensor_turns_with_the_surface() {
+    fn around_a_shaft_the_sensor_turns() {
         let surface = shaft();
         let start = pose_from_parts(Vector3::new(2.5, 0.0, 60.0), UnitQuaternion::identity());
         let grabbed = surface.cast(&ray_along_x(0.0, 60.0)).unwrap();
@@ -284,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn back_at_the_first_point_the_pose_is_the_first_to_the_bit() {
+    fn back_at_the_start_the_pose_is_exact() {
         let surface = shaft();
         let rotation = UnitQuaternion::from_euler_angles(0.3, 1.1, -2.0);
         let start = pose_from_parts(Vector3::new(0.3, 0.1, 60.123), rotation);
@@ -314,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn over_an_end_cap_the_frame_turns_by_the_smallest_rotation() {
+    fn over_a_cap_the_turn_is_the_smallest() {
         let start = pose_from_parts(Vector3::new(0.0, 0.0, 149.0), UnitQuaternion::identity());
         let side =
             SurfacePoint { position_mm: Point3::new(2.0, 0.0, 149.0), normal: Vector3::x_axis() };
@@ -361,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn inside_a_shaft_the_normal_leads_out_of_it_and_the_tangent_along_it() {
+    fn directions_inside_a_shaft_lead_out_and_along() {
         let surface = shaft();
         let place = Point3::new(0.0, 1.5, 60.0);
         let at = SurfaceDirections::near(&surface, &place, Vector3::z());
@@ -374,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_mesh_a_sensor_follows_the_pointer_in_the_view_plane() {
+    fn without_a_mesh_a_sensor_stays_in_the_view_plane() {
         let start = pose_from_parts(Vector3::new(5.0, 0.0, 60.0), UnitQuaternion::identity());
         let drag = PlaneDrag::new(start, &ray_along_x(1.0, 60.0), -Vector3::x_axis());
         let pose = drag.pose_at(&ray_along_x(4.0, 71.2), None).unwrap();

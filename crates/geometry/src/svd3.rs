@@ -36,6 +36,14 @@ impl Svd3 {
 const SAFE_SIZE: std::ops::Range<f64> = 1e-50..1e50;
 
 /// Singular value decomposition of a finite matrix, of any rank and size.
+///
+/// ```
+/// use nalgebra::{Matrix3, Vector3};
+/// use trackwright_geometry::svd3::svd3;
+///
+/// let svd = svd3(&Matrix3::from_diagonal(&Vector3::new(1e-12, -3.0, 0.0)));
+/// assert_eq!(svd.singular_values, Vector3::new(3.0, 1e-12, 0.0));
+/// ```
 pub fn svd3(matrix: &Matrix3<f64>) -> Svd3 {
     let size = matrix.amax();
     if SAFE_SIZE.contains(&size) || size == 0.0 || !size.is_finite() {
@@ -148,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn rank_one_and_zero_matrices_still_have_orthogonal_factors() {
+    fn low_ranks_have_orthogonal_factors() {
         let v = Vector3::new(1.0, -2.0, 0.5);
         check(&(v * v.transpose()));
         check(&(v * Vector3::x().transpose()));

@@ -50,6 +50,7 @@ impl Volume {
         }
     }
 
+    /// Whether the point is within, give or take round-off.
     pub fn contains(&self, point_mm: &Point3<f64>) -> bool {
         match self.shape() {
             Shape::Box(bounds) => bounds.contains(point_mm),
@@ -66,6 +67,7 @@ impl Volume {
         }
     }
 
+    /// Volume of the shape.
     pub fn volume_mm3(&self) -> f64 {
         match self.shape() {
             Shape::Box(bounds) => bounds.size_mm().product(),
@@ -121,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_volume_lies_in_front_of_the_generator_and_ends_where_it_should() {
+    fn volumes_lie_in_front_of_the_generator() {
         // Just within and just beyond: the top, the pole, the wall along x and y, the dome's edge.
         for (volume, within, beyond) in [
             (

@@ -3,9 +3,9 @@
 
 use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use trackwright_field::batch::{Batch, Instructions};
+use trackwright_field::evaluation::Matrix6x3;
 use trackwright_field::fit::{Fit, FitError, FitSettings, fit};
 use trackwright_field::inverse::{InverseState, undistort};
-use trackwright_field::jacobian::Matrix6x3;
 use trackwright_field::least_squares::{LeastSquares, NoConvergence, Solution};
 use trackwright_field::samples::{PoseError, SampleSet};
 use trackwright_field::{DistortionModel, OutsidePolicy};

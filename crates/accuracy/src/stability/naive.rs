@@ -2,9 +2,9 @@
 
 use super::methods::Methods;
 use nalgebra::{DMatrix, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_field::evaluation::Matrix6x3;
 use trackwright_field::fit::{Fit, FitError, FitSettings, fit};
 use trackwright_field::inverse::InverseState;
-use trackwright_field::jacobian::Matrix6x3;
 use trackwright_field::least_squares::{NoConvergence, Solution};
 use trackwright_field::model::Coefficient;
 use trackwright_field::samples::{PoseError, SampleSet};

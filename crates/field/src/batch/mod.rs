@@ -8,10 +8,11 @@
 mod tests;
 
 use super::computed::{ComputedBatch, ComputedField};
+use super::evaluation::{Coefficient, Evaluation, OutsidePolicy};
 use super::kernel::{
     Basis, Block, LaneBounds, MAX_TERMS, Values, basis, contract, weighted, weights,
 };
-use super::model::{Coefficient, DistortionModel, Evaluation, OutsidePolicy};
+use super::model::DistortionModel;
 use super::samples::PoseError;
 use nalgebra::{Point3, Unit, Vector3};
 use pulp::bytemuck::{Pod, cast_slice};
@@ -82,6 +83,19 @@ impl Batch {
 
     /// What [`DistortionModel::evaluate`] gives at each pose, to a few units in the last place of
     /// the largest coefficient.
+    ///
+    /// ```
+    /// use trackwright_field::random_models::{Seeded, random_model, room};
+    /// use trackwright_field::{Batch, OutsidePolicy};
+    /// use trackwright_geometry::directions::{DirectionSet, Weighting};
+    ///
+    /// let model = random_model(3, DirectionSet::Fourteen, Weighting::Area, [1.0, 0.01], 7);
+    /// let (positions, axes) = (vec![room().center_mm(); 9], vec![nalgebra::Vector3::z_axis(); 9]);
+    /// let mut out = Vec::new();
+    /// Batch::default().evaluate(&model, &positions, &axes, OutsidePolicy::Clamp, &mut out);
+    /// let one = model.evaluate(&positions[0], &axes[0], OutsidePolicy::Clamp);
+    /// assert!((out[8].error.position_mm - one.error.position_mm).norm() < 1e-13);
+    /// ```
     ///
     /// # Panics
     /// Where there are not as many axes as positions.

@@ -1,22 +1,12 @@
 //! A batch against single evaluations, in every set, weighting, order and instruction set.
 
 use super::*;
+use crate::random_models::Seeded;
 use crate::samples::MapKind;
 use trackwright_geometry::bounds::Bounds;
 
-/// Numbers from -1 to 1 that repeat no pattern, the same each time.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}
-
 fn model(order: usize, set: DirectionSet, weighting: Weighting) -> DistortionModel {
-    let mut numbers = Numbers(order as u64);
+    let mut seeded = Seeded::new(order as u64);
     let count = set.len() * (order + 1).pow(3);
     DistortionModel::new(
         order,
@@ -24,14 +14,15 @@ fn model(order: usize, set: DirectionSet, weighting: Weighting) -> DistortionMod
         weighting,
         MapKind::Distortion,
         Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0])),
-        (0..count).map(|_| std::array::from_fn(|_| numbers.next())).collect(),
+        (0..count).map(|_| std::array::from_fn(|_| 2.0 * seeded.uniform() - 1.0)).collect(),
     )
     .unwrap()
 }
 
 /// Poses in and around the box, axes everywhere and at all special places.
 fn poses(count: usize, set: DirectionSet) -> (Vec<Point3<f64>>, Vec<Unit<Vector3<f64>>>) {
-    let mut numbers = Numbers(99);
+    let mut seeded = Seeded::new(99);
+    let mut number = || 2.0 * seeded.uniform() - 1.0;
     let corners = set.directions().iter().map(|a| a.into_inner());
     let edges = set
         .triangles()
@@ -40,12 +31,8 @@ fn poses(count: usize, set: DirectionSet) -> (Vec<Point3<f64>>, Vec<Unit<Vector3
     let special: Vec<_> = corners.chain(edges).collect();
     (0..count)
         .map(|i| {
-            let p = Point3::new(
-                120.0 * numbers.next(),
-                60.0 * numbers.next(),
-                -200.0 + 110.0 * numbers.next(),
-            );
-            let anywhere = Vector3::from_fn(|_, _| numbers.next());
+            let p = Point3::new(120.0 * number(), 60.0 * number(), -200.0 + 110.0 * number());
+            let anywhere = Vector3::from_fn(|_, _| number());
             let axis = match i % 3 {
                 0 => special[i / 3 % special.len()],
                 _ => anywhere,
@@ -96,7 +83,7 @@ fn a_batch_gives_what_single_evaluations_give() {
 }
 
 #[test]
-fn what_a_pose_gets_does_not_depend_on_the_poses_beside_it() {
+fn results_do_not_depend_on_the_other_poses() {
     for set in [DirectionSet::One, DirectionSet::Fourteen] {
         let model = model(4, set, Weighting::Area);
         let (positions, axes) = poses(2 * CHUNK + 77, set);
@@ -150,7 +137,7 @@ fn on_a_corner_its_weight_is_exactly_one() {
 }
 
 #[test]
-fn on_an_edge_the_weight_of_the_corner_opposite_is_exactly_zero() {
+fn on_an_edge_the_opposite_weight_is_exactly_zero() {
     for set in DirectionSet::ALL.into_iter().skip(1) {
         for t in set.triangles() {
             let [a, b] = [t[0], t[1]].map(|i| set.directions()[i].into_inner());
@@ -185,7 +172,7 @@ fn no_poses_have_no_evaluations() {
 }
 
 #[test]
-fn what_is_not_a_number_harms_no_other_pose() {
+fn nan_poses_harm_no_others() {
     for set in DirectionSet::ALL {
         for weighting in [Weighting::Area, Weighting::Gnomonic] {
             let model = model(3, set, weighting);

@@ -162,7 +162,7 @@ mod tests {
     /// Unsöld's theorem: the sums of squares of a degree are (2l + 1) / 4π and, of the slopes along
     /// any tangent, l (l + 1) (2l + 1) / 8π. No wrong normalisation has both at every axis.
     #[test]
-    fn squares_of_a_degree_add_to_the_same_for_every_axis() {
+    fn a_degrees_squares_have_unsoelds_sums() {
         for i in 0..50 {
             let n = axis(i);
             let (values, slopes) = (at(&n), slopes_at(&n));
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_are_those_of_finite_differences_and_an_axis_turned_round_has_the_same_values() {
+    fn slopes_are_differences_and_values_are_even() {
         let n = axis(3);
         let tangent = n.cross(&axis(5)).normalize();
         let (here, slopes) = (at(&n), slopes_at(&n));

@@ -4,7 +4,7 @@
 use super::even_harmonics::{self, MAX_FUNCTIONS, functions};
 use super::spline::LOCAL;
 use super::{CompiledField, MAX_STRIDE};
-use crate::model::Coefficient;
+use crate::evaluation::Coefficient;
 use nalgebra::{Unit, Vector3};
 use pulp::{Simd, WithSimd};
 

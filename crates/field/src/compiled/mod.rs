@@ -8,7 +8,7 @@ pub mod spline;
 #[cfg(test)]
 mod tests;
 
-use super::model::Coefficient;
+use super::evaluation::Coefficient;
 use even_harmonics::{MAX_FUNCTIONS, functions};
 use nalgebra::{DMatrix, Point3, SMatrix, Unit, Vector3};
 use rayon::prelude::*;
@@ -89,10 +89,12 @@ impl CompiledField {
         Self { bounds, axes, degree, coefficients }
     }
 
+    /// The box that it was compiled over.
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
     }
 
+    /// Highest degree in the axis; 0 where the field is that of one axis.
     pub fn degree(&self) -> usize {
         self.degree
     }

@@ -7,7 +7,7 @@
 
 use super::CompiledField;
 use super::spline::SplineAxis;
-use crate::jacobian::Matrix6x3;
+use crate::evaluation::Matrix6x3;
 use crate::samples::PoseError;
 use nalgebra::Vector3;
 use std::f64::consts::PI;

@@ -31,6 +31,7 @@ impl SplineAxis {
         Self { cells }
     }
 
+    /// Cells along the axis.
     pub fn cells(self) -> usize {
         self.cells
     }
@@ -165,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn coefficients_and_their_differences_bound_values_and_slopes() {
+    fn coefficients_bound_values_and_slopes() {
         let axis = SplineAxis::new(6);
         let coefficients: Vec<f64> =
             (0..axis.functions()).map(|i| (i as f64 * 1.7).sin()).collect();

@@ -55,14 +55,14 @@ fn largest_difference(field: &CompiledField) -> f64 {
 }
 
 #[test]
-fn a_compiled_field_nears_what_it_was_compiled_from_by_the_fourth_power_of_its_cells() {
+fn compiled_error_falls_with_the_fourth_power() {
     let (coarse, fine) = (largest_difference(&field(60.0)), largest_difference(&field(30.0)));
     assert!(fine < 1e-3, "{fine}");
     assert!(fine < coarse / 10.0 && fine > coarse / 30.0, "{coarse} {fine}");
 }
 
 #[test]
-fn one_axis_has_the_values_of_the_field_at_that_axis_and_none_has_their_mean() {
+fn at_axis_is_the_field_or_the_mean_over_axes() {
     let field = field(80.0);
     let (unit, axis) = places().nth(17).unwrap();
     let own = field.at_axis(Some(&axis));
@@ -79,7 +79,7 @@ fn one_axis_has_the_values_of_the_field_at_that_axis_and_none_has_their_mean() {
 }
 
 #[test]
-fn slopes_are_those_of_finite_differences_and_lie_within_the_bounds() {
+fn slopes_are_differences_within_the_bounds() {
     let field = field(70.0);
     let size_mm = room().size_mm();
     let whole = field.bounds_over([[0.0, 1.0]; 3]);
@@ -132,7 +132,7 @@ fn slopes_are_those_of_finite_differences_and_lie_within_the_bounds() {
 }
 
 #[test]
-fn a_box_without_extent_along_an_axis_has_the_field_of_its_plane() {
+fn a_flat_box_has_the_field_of_its_plane() {
     let flat = Bounds::from(([-250.0, 30.0, -550.0], [250.0, 30.0, -50.0]));
     let field = CompiledField::new(flat, 40.0, 4, |nodes| nodes.iter().map(given).collect());
     let p = Point3::new(10.0, 30.0, -200.0);

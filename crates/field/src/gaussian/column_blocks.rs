@@ -61,13 +61,11 @@ fn each_block(x: MatMut<f64>, first: usize, work: &(impl Fn(MatMut<f64>, usize) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand_chacha::ChaCha8Rng;
-    use rand_chacha::rand_core::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
+    use crate::random_models::Seeded;
 
     fn random(rows: usize, columns: usize) -> Mat<f64> {
-        let mut random = ChaCha8Rng::seed_from_u64(7);
-        Mat::from_fn(rows, columns, |_, _| StandardNormal.sample(&mut random))
+        let mut random = Seeded::new(7);
+        Mat::from_fn(rows, columns, |_, _| random.normal())
     }
 
     /// Far from singular.
@@ -80,19 +78,15 @@ mod tests {
         })
     }
 
-    fn largest(difference: &Mat<f64>) -> f64 {
-        difference.norm_max()
-    }
-
     #[test]
     fn blocks_give_what_whole_matrices_give() {
         for (n, columns) in [(1, 1), (5, 64), (40, 65), (90, 300)] {
             let (l, x) = (lower(n), random(n, columns));
             let product = lower_times(l.as_ref(), x.as_ref());
-            assert!(largest(&(&product - &l * &x)) < 1e-12);
+            assert!((&product - &l * &x).norm_max() < 1e-12);
             let mut solved = product;
             solve_lower(l.as_ref(), solved.as_mut());
-            assert!(largest(&(&solved - &x)) < 1e-12);
+            assert!((&solved - &x).norm_max() < 1e-12);
             let c = random(columns, columns);
             let mut found = c.clone();
             less_gram(found.as_mut(), x.as_ref());

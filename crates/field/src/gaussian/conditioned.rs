@@ -1,8 +1,8 @@
 //! A process given rows: their covariance factored once, then evaluated at any poses.
 
-use super::Row;
 use super::amplitude::Amplitude;
 use super::column_blocks::solve_lower;
+use super::field::Row;
 use super::fit::{GaussianError, factored, scaled};
 use super::hyper_parameters::errors_of;
 use super::kernel::{FieldPoint, Kernel};

@@ -1,9 +1,10 @@
 //! Fits the process: kernel, amplitude, outliers and the covariance of the components.
 
 use super::amplitude::Amplitude;
+use super::field::{ErrorValues, GaussianField, Row, Trend};
 use super::hyper_parameters::{self, HyperParameters, errors_of};
 use super::kernel::{FieldPoint, Kernel};
-use super::{ErrorValues, GaussianField, Row, Trend};
+use crate::evaluation::values_of;
 use crate::samples::{PoseError, SampleSet};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -67,9 +68,6 @@ pub const MIN_ROWS: usize = 4;
 impl GaussianField {
     /// Fits the process to samples less what a trend gives at each of them (nothing where `None`).
     /// The result does not depend on the number of threads.
-    ///
-    /// # Errors
-    /// See [`GaussianError`].
     pub fn fit(
         set: &SampleSet,
         trend: Option<&[PoseError]>,
@@ -129,9 +127,9 @@ fn rows(set: &SampleSet, trend: Option<&[PoseError]>) -> Vec<Row> {
     let rounded = |value: f64, parts: f64| (value * parts).round() / parts;
     let row = |i: usize| {
         let sample = &set.samples[i];
-        let mut error = values(&sample.error);
+        let mut error = values_of(&sample.error);
         if let Some(trend) = trend.and_then(|t| t.get(i)) {
-            for (e, t) in error.iter_mut().zip(values(trend)) {
+            for (e, t) in error.iter_mut().zip(values_of(trend)) {
                 *e -= t;
             }
         }
@@ -148,12 +146,6 @@ fn rows(set: &SampleSet, trend: Option<&[PoseError]>) -> Vec<Row> {
         }
     };
     kept_rows(set.samples.len()).into_iter().map(row).collect()
-}
-
-/// The six values of an error.
-pub(super) fn values(error: &PoseError) -> ErrorValues {
-    let (p, r) = (&error.position_mm, &error.rotation_rad);
-    [p.x, p.y, p.z, r.x, r.y, r.z]
 }
 
 /// At most `most` of `count` indices, in order: all, or some by chance.

@@ -1,7 +1,7 @@
 //! Length scales, parts of the variance and nugget that make the measurements likely.
 
+use super::field::{ErrorValues, Row};
 use super::kernel::{Kernel, KernelScale};
-use super::{ErrorValues, Row};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use trackwright_task::{Cancelled, Task};

@@ -1,6 +1,6 @@
 //! Covariance of the field between two sensor poses.
 
-use super::Row;
+use super::field::Row;
 use super::kernel_columns::PointColumns;
 use faer::Mat;
 use nalgebra::{Point3, Unit, Vector3};

@@ -4,13 +4,13 @@
 //! too and its compiled form is exact in the axis. What is cut off counts as noise of each row.
 
 use super::amplitude::Amplitude;
+use super::field::{ErrorValues, GaussianField};
 use super::fit::{GaussianError, scaled};
 use super::hyper_parameters::errors_of;
 use super::kernel::{FieldPoint, Kernel, matern};
-use super::{ErrorValues, GaussianField};
 use crate::compiled::CompiledField;
 use crate::compiled::even_harmonics::{self, MAX_FUNCTIONS, functions};
-use crate::model::Coefficient;
+use crate::evaluation::Coefficient;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use nalgebra::Point3;
@@ -59,10 +59,12 @@ impl Kriging {
         (weights.len() == process.rows.len()).then_some(Self { process, weights })
     }
 
+    /// The process that this is the mean of.
     pub fn process(&self) -> &Arc<GaussianField> {
         &self.process
     }
 
+    /// `K⁻¹ y` of each row, of unit amplitude.
     pub fn weights(&self) -> &[ErrorValues] {
         &self.weights
     }
@@ -96,9 +98,6 @@ impl Kriging {
 
     /// What the rows outside of each fold say at the fold's rows, the hyper-parameters kept. Folds
     /// are indices of rows; the result has a value for each row of each fold, in their order.
-    ///
-    /// # Errors
-    /// As [`Kriging::new`].
     pub fn left_out(
         process: &GaussianField,
         folds: &[Vec<usize>],

@@ -2,9 +2,9 @@
 
 use super::column_blocks::{less_gram, lower_times};
 use super::conditioned::Conditioned;
+use super::field::{ErrorValues, GaussianField, Row};
 use super::fit::GaussianError;
 use super::kernel::{FieldPoint, lower_from};
-use super::{ErrorValues, GaussianField, Row};
 use faer::Mat;
 use nalgebra::Matrix6;
 use rand_chacha::ChaCha8Rng;

@@ -1,10 +1,12 @@
 //! The error of a room's model at single readings, misfit included.
 
 use super::conditioned::Conditioned;
-use super::fit::{GaussianError, values};
+use super::field::{ErrorValues, GaussianField, Trend};
+use super::fit::GaussianError;
 use super::kernel::FieldPoint;
+use super::posterior::DrawnErrors;
 use super::posterior::log_amplitude_std;
-use super::{DrawnErrors, ErrorValues, GaussianField, Trend};
+use crate::evaluation::values_of;
 use crate::samples::PoseError;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
@@ -142,7 +144,7 @@ impl GaussianField {
 fn less_model(mean: ErrorValues, trend: Trend, model: &PoseError) -> Vector6<f64> {
     let mean = Vector6::from(mean);
     match trend {
-        Trend::None => mean - Vector6::from(values(model)),
+        Trend::None => mean - Vector6::from(values_of(model)),
         Trend::Model => mean,
     }
 }

@@ -257,7 +257,7 @@ fn conditioned(set: &SampleSet) -> GaussianField {
 }
 
 #[test]
-fn rows_that_are_left_out_get_what_a_process_without_them_gives() {
+fn left_out_is_a_process_without_those_rows() {
     let process = conditioned(&drawn_samples(160, 3));
     let folds: Vec<Vec<usize>> = (0..4).map(|f| (f..160).step_by(4).collect()).collect();
     let found = Kriging::left_out(&process, &folds, &Task::default()).unwrap();
@@ -277,7 +277,7 @@ fn rows_that_are_left_out_get_what_a_process_without_them_gives() {
 }
 
 #[test]
-fn the_compiled_form_is_the_mean_within_two_hundredths_of_a_millimetre() {
+fn compiled_mean_is_within_0_02_mm() {
     let process = conditioned(&drawn_samples(400, 4));
     let kriging = Kriging::new(Arc::new(process), &Task::default()).unwrap();
     let compiled = kriging.compiled(&room());
@@ -292,7 +292,7 @@ fn the_compiled_form_is_the_mean_within_two_hundredths_of_a_millimetre() {
 }
 
 #[test]
-fn the_mean_is_the_same_for_an_axis_turned_round_and_nears_what_was_measured() {
+fn the_mean_is_even_and_nears_the_rows() {
     let process = conditioned(&drawn_samples(300, 6));
     let kriging = Kriging::new(Arc::new(process.clone()), &Task::default()).unwrap();
     let (mut left, mut measured) = (0.0, 0.0);

@@ -13,11 +13,13 @@ pub struct Dipole {
 }
 
 impl Dipole {
+    /// A dipole at a position in mm with a moment.
     #[inline]
     pub fn new(at_mm: &Point3<f64>, moment: &Vector3<f64>) -> Self {
         Self { at_mm: *at_mm, moment: *moment }
     }
 
+    /// The field at a point of the tracker frame.
     #[inline]
     pub fn field(&self, p: &Point3<f64>) -> Vector3<f64> {
         let r = p - self.at_mm;

@@ -1,8 +1,8 @@
 //! What several sensors with one axis are reported at, by a generator of dipoles, in the lanes of the
 //! machine's vectors: [`super::reading::read_axis`] for eight sensors at once.
 
+use super::coils::{Coil, Generator, MAX_COILS};
 use super::reading::{CONVERGED_MM, LEVER_MM, MAX_STEP_MM, MIN_INDEPENDENT_SQUARE};
-use super::{Coil, Generator, MAX_COILS};
 use nalgebra::{SimdComplexField, SimdPartialOrd, SimdRealField, SimdValue, Vector3};
 use simba::simd::AutoF64x8;
 

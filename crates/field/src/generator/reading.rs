@@ -4,7 +4,7 @@
 //! reports the pose whose signals in the empty room are nearest, by Gauss–Newton from the true
 //! pose. Unknowns are a position in mm and rotations in mm at a lever of [`LEVER_MM`].
 
-use super::{Generator, MAX_COILS};
+use super::coils::{Generator, MAX_COILS};
 use crate::samples::PoseError;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -107,6 +107,18 @@ impl Orientation<3, 3> for UnitQuaternion<f64> {
 /// What the tracker reports of a sensor with one axis where each coil's field is disturbed by
 /// `disturbance`, its vectors at the true position.
 ///
+/// ```
+/// use nalgebra::{Point3, Vector3};
+/// use trackwright_field::generator::{Generator, reading::read_axis};
+///
+/// let generator = Generator::planar_nine();
+/// let (at, axis) = (Point3::new(20.0, -30.0, -200.0), Vector3::x_axis());
+/// let empty_room = vec![Vector3::zeros(); generator.coils.len()];
+/// let reading = read_axis(&generator, &at, &axis, &empty_room)?;
+/// assert_eq!(reading.position_mm, at);
+/// # Ok::<(), trackwright_field::generator::reading::ReadingError>(())
+/// ```
+///
 /// # Errors
 /// See [`ReadingError`]; never a pose that is not the answer.
 ///
@@ -141,9 +153,6 @@ pub fn read_pose(
 }
 
 /// Error of a reading of a sensor with one axis, measurement error (1) of a 5-DOF sensor.
-///
-/// # Errors
-/// As [`read_axis`].
 pub fn axis_error(
     generator: &Generator,
     position: &Point3<f64>,
@@ -158,9 +167,6 @@ pub fn axis_error(
 }
 
 /// Error of a reading of a sensor with three axes, measurement error (1) of a 6-DOF sensor.
-///
-/// # Errors
-/// As [`read_pose`].
 pub fn pose_error(
     generator: &Generator,
     tracker_from_sensor: &Pose,
@@ -367,7 +373,7 @@ impl<const N: usize> Normal<N> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Coil;
+    use super::super::coils::Coil;
     use super::*;
     use trackwright_geometry::rotation::rotation_angle_rad;
 
@@ -472,7 +478,7 @@ mod tests {
     }
 
     #[test]
-    fn the_linear_error_is_the_limit_of_small_disturbances() {
+    fn linear_error_is_the_limit_of_small_ones() {
         let generator = Generator::planar_nine();
         let scatter = |i: usize| {
             let i = i as f64;

@@ -4,11 +4,11 @@
 //! that no smooth function of the axis stands for it. The model is evaluated itself, by the machine's
 //! vectors.
 
-use super::HarmonicModel;
+use super::model::HarmonicModel;
 use super::solid_harmonics::{MAX_TERMS, gradients, terms};
+use crate::evaluation::{Coefficient, values_of};
 use crate::generator::MAX_COILS;
 use crate::generator::lanes::{LANES, LaneDipole, Lanes, read_axes};
-use crate::model::{Coefficient, values_of};
 use crate::samples::PoseError;
 use nalgebra::{Point3, SimdValue, Unit, Vector3};
 use pulp::{Arch, Simd, WithSimd};

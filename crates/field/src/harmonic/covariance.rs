@@ -1,6 +1,6 @@
 //! How well measurements determine the coefficients of a harmonic model.
 
-use super::HarmonicModel;
+use super::model::HarmonicModel;
 use super::solid_harmonics::{MAX_TERMS, gradients, terms};
 use crate::generator::reading::{LEVER_MM, Orientation, ReadingError, for_rows};
 use faer::Mat;
@@ -27,6 +27,7 @@ impl CoefficientCovariance {
         self.norms.len()
     }
 
+    /// Whether there are no coefficients.
     pub fn is_empty(&self) -> bool {
         self.norms.is_empty()
     }

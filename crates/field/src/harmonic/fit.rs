@@ -6,10 +6,10 @@
 //! length (Huber, *Robust Statistics*, 1981).
 
 use super::covariance::CoefficientCovariance;
-use super::normal::{NormalError, Scaling, Solved, System};
-use super::rows::{Harmonics, Maps, RowsError};
+use super::model::{HarmonicModel, HarmonicModelError, HarmonicResiduals};
+use super::normal::{Scaling, Solved, System};
+use super::rows::{Harmonics, Maps, SolveError};
 use super::solid_harmonics::{MAX_DEGREE, terms};
-use super::{HarmonicModel, HarmonicModelError, HarmonicResiduals};
 use crate::generator::reading::ReadingError;
 use crate::generator::{Generator, GeneratorError};
 use crate::samples::{Measurement, MeasurementContent, MeasurementSet};
@@ -49,6 +49,7 @@ pub struct HarmonicFitSettings {
 }
 
 impl HarmonicFitSettings {
+    /// A degree with the default ridge and loss.
     pub fn new(degree: usize) -> Self {
         Self { degree, ridge: DEFAULT_RIDGE, loss: Loss::default() }
     }
@@ -75,6 +76,16 @@ pub struct HarmonicFit {
     pub weights: Vec<f64>,
     /// Of the coefficients, for rows with unit noise.
     pub covariance: CoefficientCovariance,
+}
+
+impl HarmonicFitError {
+    pub(super) fn of(error: SolveError, rows: usize, unknowns: usize, ridge: f64) -> Self {
+        match error {
+            SolveError::Cancelled => Self::Cancelled(Cancelled),
+            SolveError::Reading { measurement, cause } => Self::Reading { measurement, cause },
+            SolveError::NotDetermined => Self::NotDetermined { rows, unknowns, ridge },
+        }
+    }
 }
 
 impl HarmonicFit {
@@ -122,9 +133,6 @@ pub struct HarmonicRows {
 
 impl HarmonicRows {
     /// Prepares rows of degrees up to `max_degree`; the ball is that of all measurements.
-    ///
-    /// # Errors
-    /// See [`HarmonicFitError`].
     pub fn new(
         task: &Task,
         generator: &Generator,
@@ -139,7 +147,8 @@ impl HarmonicRows {
         }
         check(set)?;
         let (measurements, content) = (&set.measurements, set.content);
-        let maps = Maps::new(task, generator, measurements, content)?;
+        let maps = Maps::new(task, generator, measurements, content)
+            .map_err(|error| HarmonicFitError::of(error, measurements.len(), 0, 0.0))?;
         Ok(Self {
             generator: generator.clone(),
             content,
@@ -149,14 +158,17 @@ impl HarmonicRows {
         })
     }
 
+    /// Number of measurements prepared.
     pub fn measurements(&self) -> usize {
         self.harmonics.measurements()
     }
 
+    /// Middle of the measurements' box, tracker frame.
     pub fn center_mm(&self) -> &Point3<f64> {
         &self.harmonics.center_mm
     }
 
+    /// Half the diagonal of the measurements' box.
     pub fn scale_mm(&self) -> f64 {
         self.harmonics.scale_mm
     }
@@ -187,13 +199,8 @@ impl HarmonicRows {
         }
         let system = System::new(&self.harmonics, &self.maps, terms(degree), used);
         let rows = system.used().len() * system.dof();
-        let not_determined = |error| match error {
-            NormalError::Cancelled => HarmonicFitError::Cancelled(Cancelled),
-            NormalError::NotDetermined => {
-                HarmonicFitError::NotDetermined { rows, unknowns: system.unknowns(), ridge }
-            }
-        };
-        let weighted = Weighted::solve(task, &system, settings).map_err(not_determined)?;
+        let weighted = Weighted::solve(task, &system, settings)
+            .map_err(|error| HarmonicFitError::of(error, rows, system.unknowns(), ridge))?;
         let model = HarmonicModel::new(
             self.generator.clone(),
             self.harmonics.center_mm,
@@ -236,9 +243,6 @@ impl HarmonicRows {
 }
 
 /// Fits all measurements of a table; see [`HarmonicRows`] for several degrees or folds.
-///
-/// # Errors
-/// See [`HarmonicFitError`].
 pub fn fit(
     task: &Task,
     generator: &Generator,
@@ -268,15 +272,6 @@ pub(super) fn check(set: &MeasurementSet) -> Result<(), HarmonicFitError> {
     }
 }
 
-impl From<RowsError> for HarmonicFitError {
-    fn from(error: RowsError) -> Self {
-        match error {
-            RowsError::Cancelled => Self::Cancelled(Cancelled),
-            RowsError::Reading { measurement, cause } => Self::Reading { measurement, cause },
-        }
-    }
-}
-
 /// A solution with the weights that its own residuals give.
 struct Weighted {
     solved: Solved,
@@ -290,7 +285,7 @@ impl Weighted {
         task: &Task,
         system: &System<'_>,
         settings: &HarmonicFitSettings,
-    ) -> Result<Self, NormalError> {
+    ) -> Result<Self, SolveError> {
         let mut weights = vec![1.0; system.used().len()];
         let unweighted = system.gram(&task.stretch(0.0, 0.5), &weights)?;
         let scaling = Scaling::new(&unweighted, settings.ridge)?;

@@ -7,9 +7,9 @@
 use super::fit::{DEFAULT_RIDGE, HarmonicFitError, HarmonicFitSettings, Loss, check, fit};
 use super::rows::Harmonics;
 use super::solid_harmonics::{MAX_DEGREE, terms};
-use super::variable_projection::{Dipoles, Learned, Problem, ProjectionError};
-use crate::fit::Residuals;
+use super::variable_projection::{Dipoles, Learned, Problem};
 use crate::generator::Generator;
+use crate::samples::Residuals;
 use crate::samples::{Measurement, MeasurementSet};
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_task::Task;
@@ -207,16 +207,10 @@ fn run(
         start: start(kind),
     };
     let learned = problem.learn(task, from, max_steps);
+    let unknowns = from.0.len() * terms(settings.degree);
     learned.map_err(|error| {
-        let error = match error {
-            ProjectionError::Rows(error) => HarmonicFitError::from(error),
-            ProjectionError::NotDetermined => HarmonicFitError::NotDetermined {
-                rows: set.measurements.len() * 5,
-                unknowns: from.0.len() * terms(settings.degree),
-                ridge: settings.ridge,
-            },
-        };
-        error.into()
+        let rows = set.measurements.len() * 5;
+        HarmonicFitError::of(error, rows, unknowns, settings.ridge).into()
     })
 }
 
@@ -258,7 +252,7 @@ pub(super) fn start(kind: Start) -> Dipoles {
 #[cfg(test)]
 mod tests {
     use super::super::fit::tests::room_a;
-    use super::super::{HarmonicModel, HarmonicModelError};
+    use super::super::model::{HarmonicModel, HarmonicModelError};
     use super::*;
     use crate::samples::MeasurementContent;
 

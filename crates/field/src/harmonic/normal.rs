@@ -8,7 +8,7 @@
 //! step gains `ε κ²`; with a ridge of 1e-6 the damped condition `κ` is at most 1e6, so three digits
 //! or more. Where that is not enough the rows are put together and decomposed by QR.
 
-use super::rows::{Harmonics, Maps};
+use super::rows::{Harmonics, Maps, SolveError};
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
 use faer::{Accum, Mat, MatRef, Par, Side};
@@ -57,20 +57,6 @@ pub(super) struct Scaling {
     pub(super) norms: Vec<f64>,
     /// `(ridge · s_max)²`.
     pub(super) damping: f64,
-}
-
-/// Why there is no solution.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum NormalError {
-    /// The rows do not determine the coefficients and the ridge is too small to.
-    NotDetermined,
-    Cancelled,
-}
-
-impl From<Cancelled> for NormalError {
-    fn from(_: Cancelled) -> Self {
-        Self::Cancelled
-    }
 }
 
 impl<'a> System<'a> {
@@ -238,7 +224,7 @@ impl<'a> System<'a> {
         gram: &Mat<f64>,
         weights: &[f64],
         scaling: &Scaling,
-    ) -> Result<Solved, NormalError> {
+    ) -> Result<Solved, SolveError> {
         match self.solve_normal(gram, weights, scaling) {
             Some(solved) => Ok(solved),
             None => self.solve_rows(weights, scaling),
@@ -287,12 +273,12 @@ impl<'a> System<'a> {
     }
 
     /// By QR of all rows with the damping below them.
-    fn solve_rows(&self, weights: &[f64], scaling: &Scaling) -> Result<Solved, NormalError> {
+    fn solve_rows(&self, weights: &[f64], scaling: &Scaling) -> Result<Solved, SolveError> {
         let (unknowns, dof) = (self.unknowns(), self.maps.dof);
         let rows = self.used.len() * dof;
         let damping = scaling.damping.sqrt();
         if damping == 0.0 && rows < unknowns {
-            return Err(NormalError::NotDetermined);
+            return Err(SolveError::NotDetermined);
         }
         let mut matrix = Mat::zeros(rows + unknowns, unknowns);
         let mut right = Mat::zeros(rows + unknowns, 1);
@@ -316,7 +302,7 @@ impl<'a> System<'a> {
         let largest = (0..unknowns).fold(0.0_f64, |m, k| m.max(r[(k, k)].abs()));
         let floor = largest * f64::EPSILON * unknowns as f64;
         if (0..unknowns).any(|k| r[(k, k)].abs() <= floor) || !largest.is_finite() {
-            return Err(NormalError::NotDetermined);
+            return Err(SolveError::NotDetermined);
         }
         let mut rotated = qr.compute_thin_Q().transpose() * right;
         r.solve_upper_triangular_in_place(rotated.as_mut());
@@ -336,7 +322,7 @@ impl<'a> System<'a> {
 impl Scaling {
     /// Norms of the columns, and `(ridge · s_max)²` with the largest singular value of the columns
     /// scaled by them.
-    pub(super) fn new(gram: &Mat<f64>, ridge: f64) -> Result<Self, NormalError> {
+    pub(super) fn new(gram: &Mat<f64>, ridge: f64) -> Result<Self, SolveError> {
         let unknowns = gram.nrows();
         let norm = |k: usize| Some(gram[(k, k)].sqrt()).filter(|norm| *norm > 0.0);
         let norms: Vec<_> = (0..unknowns).map(|k| norm(k).unwrap_or(1.0)).collect();
@@ -344,7 +330,7 @@ impl Scaling {
         let eigenvalues = scaled.self_adjoint_eigenvalues(Side::Lower);
         let largest = eigenvalues.ok().and_then(|values| values.last().copied());
         let largest = largest.filter(|v| v.is_finite() && *v > 0.0);
-        let largest = largest.ok_or(NormalError::NotDetermined)?;
+        let largest = largest.ok_or(SolveError::NotDetermined)?;
         Ok(Self { norms, damping: ridge * ridge * largest })
     }
 }
@@ -436,7 +422,7 @@ mod tests {
         let weights = [1.0; 3];
         let gram = system.gram(&Task::default(), &weights).unwrap();
         let scaling = Scaling::new(&gram, 0.0).unwrap();
-        assert_eq!(system.solve(&gram, &weights, &scaling).err(), Some(NormalError::NotDetermined));
+        assert_eq!(system.solve(&gram, &weights, &scaling).err(), Some(SolveError::NotDetermined));
         let scaling = Scaling::new(&gram, 1e-6).unwrap();
         let solved = system.solve(&gram, &weights, &scaling).unwrap();
         assert!(norm(&system.residuals(&solved.coefficients)) < 1e-3 * norm(&system.right));

@@ -44,14 +44,20 @@ pub(super) struct Maps {
     pub(super) right: Vec<f64>,
 }
 
-/// A measurement whose signals determine no pose.
+/// Why there is no solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum RowsError {
-    Reading { measurement: usize, cause: ReadingError },
+pub(super) enum SolveError {
+    /// A measurement whose signals determine no pose.
+    Reading {
+        measurement: usize,
+        cause: ReadingError,
+    },
+    /// The rows do not determine the coefficients and the ridge is too small to.
+    NotDetermined,
     Cancelled,
 }
 
-impl From<Cancelled> for RowsError {
+impl From<Cancelled> for SolveError {
     fn from(_: Cancelled) -> Self {
         Self::Cancelled
     }
@@ -108,7 +114,7 @@ impl Maps {
         generator: &Generator,
         measurements: &[Measurement],
         content: MeasurementContent,
-    ) -> Result<Self, RowsError> {
+    ) -> Result<Self, SolveError> {
         let is_six = content == MeasurementContent::SixDof;
         let (axes, dof) = if is_six { (3, 6) } else { (1, 5) };
         let coils = generator.coils.len();
@@ -126,12 +132,12 @@ impl Maps {
                     } else {
                         push::<1, 2, 5, Unit<Vector3<f64>>>(generator, m, axis_of, out)
                     };
-                    result.map_err(|cause| RowsError::Reading {
+                    result.map_err(|cause| SolveError::Reading {
                         measurement: chunk * CHUNK + k,
                         cause,
                     })?;
                 }
-                Ok::<_, RowsError>((maps, right))
+                Ok::<_, SolveError>((maps, right))
             })
             .collect();
         let mut all = Self {

@@ -6,8 +6,8 @@
 //! Problems 19, 2003).
 
 use super::fit::huber_weights;
-use super::normal::{NormalError, Scaling, Solved, System};
-use super::rows::{Harmonics, Maps, RowsError, axis_of};
+use super::normal::{Scaling, Solved, System};
+use super::rows::{Harmonics, Maps, SolveError, axis_of};
 use crate::generator::dipole::Dipole;
 use crate::generator::reading::{LEVER_MM, Orientation};
 use crate::generator::{Coil, Generator};
@@ -120,34 +120,6 @@ struct State {
     cost: f64,
 }
 
-/// Why a generator has no coefficients.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum ProjectionError {
-    Rows(RowsError),
-    NotDetermined,
-}
-
-impl From<RowsError> for ProjectionError {
-    fn from(error: RowsError) -> Self {
-        Self::Rows(error)
-    }
-}
-
-impl From<Cancelled> for ProjectionError {
-    fn from(_: Cancelled) -> Self {
-        Self::Rows(RowsError::Cancelled)
-    }
-}
-
-impl From<NormalError> for ProjectionError {
-    fn from(error: NormalError) -> Self {
-        match error {
-            NormalError::Cancelled => Self::Rows(RowsError::Cancelled),
-            NormalError::NotDetermined => Self::NotDetermined,
-        }
-    }
-}
-
 impl Problem<'_> {
     /// At most `max_steps` steps from `from`; measurements are weighted anew after each.
     pub(super) fn learn(
@@ -155,7 +127,7 @@ impl Problem<'_> {
         task: &Task,
         from: &Dipoles,
         max_steps: usize,
-    ) -> Result<Learned, ProjectionError> {
+    ) -> Result<Learned, SolveError> {
         let quiet = Task::cancelled_by(task.cancel.clone());
         let mut weights = vec![1.0; self.measurements.len()];
         let mut state = self.state(&quiet, from.clone(), &weights)?;
@@ -215,17 +187,12 @@ impl Problem<'_> {
         }
         match self.state(task, state.dipoles.moved(&step), weights) {
             Ok(next) => Ok((next.cost < state.cost).then_some(next)),
-            Err(ProjectionError::Rows(RowsError::Cancelled)) => Err(Cancelled),
+            Err(SolveError::Cancelled) => Err(Cancelled),
             Err(_) => Ok(None),
         }
     }
 
-    fn state(
-        &self,
-        task: &Task,
-        dipoles: Dipoles,
-        weights: &[f64],
-    ) -> Result<State, ProjectionError> {
+    fn state(&self, task: &Task, dipoles: Dipoles, weights: &[f64]) -> Result<State, SolveError> {
         let generator = dipoles.generator("");
         let maps = Maps::new(task, &generator, self.measurements, self.content)?;
         let system = self.system(&maps);

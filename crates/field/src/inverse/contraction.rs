@@ -4,7 +4,7 @@
 use super::equations::{Place, turned_back};
 use super::tolerance::Tolerance;
 use crate::batch::Batch;
-use crate::model::Evaluation;
+use crate::evaluation::Evaluation;
 use crate::samples::PoseError;
 use crate::{DistortionModel, OutsidePolicy};
 use nalgebra::{Point3, Unit, Vector3};

@@ -2,7 +2,7 @@
 //! left of them at a guess, their Jacobian in five unknowns, and how exactly they can hold.
 
 use super::tolerance::Tolerance;
-use crate::jacobian::Linearization;
+use crate::evaluation::Linearization;
 use crate::samples::PoseError;
 use nalgebra::{Matrix5, Point3, Unit, Vector3, Vector5};
 use trackwright_geometry::pose::Pose;
@@ -231,7 +231,7 @@ mod tests {
     use trackwright_geometry::rotation::{axis_rotation, exp_vector};
 
     #[test]
-    fn turning_is_the_rotation_of_the_vector_at_every_angle() {
+    fn turn_is_the_rotation_at_every_angle() {
         let v = Vector3::new(0.3, -0.5, 0.81);
         let direction = Vector3::new(0.6, 0.64, -0.48);
         for angle in [0.0, 1e-12, 1e-3, 0.1, 0.399, 0.4, 0.401, 1.0, 3.0, 3.2, 7.0] {
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn the_jacobian_of_the_equations_is_that_of_finite_differences() {
+    fn jacobian_is_that_of_finite_differences() {
         use crate::OutsidePolicy;
         use crate::random_models::{Seeded, random_model, room};
         use trackwright_geometry::directions::{DirectionSet, Weighting};

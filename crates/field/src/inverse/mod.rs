@@ -13,7 +13,8 @@ mod tests;
 mod tolerance;
 mod triangles;
 
-use super::model::{DistortionModel, OutsidePolicy};
+use super::evaluation::OutsidePolicy;
+use super::model::DistortionModel;
 use super::samples::PoseError;
 use contraction::{Contraction, Stepped};
 use equations::{Place, Reading};
@@ -80,6 +81,22 @@ pub enum Ambiguity {
 
 /// The poses behind readings, by the inverse of a distortion model, on all cores.
 ///
+/// ```
+/// use trackwright_field::OutsidePolicy::Clamp;
+/// use trackwright_field::inverse::undistort;
+/// use trackwright_field::random_models::random_model;
+/// use trackwright_geometry::directions::{DirectionSet, Weighting};
+/// use trackwright_geometry::pose::Pose;
+/// use trackwright_task::Task;
+///
+/// let model = random_model(2, DirectionSet::Fourteen, Weighting::Area, [1.0, 0.005], 7);
+/// let pose = Pose::translation(10.0, 20.0, -300.0);
+/// let (reading, _) = model.distort(&pose, Clamp);
+/// let found = undistort(&model, &[reading], Clamp, &Task::default())?[0].pose.unwrap();
+/// assert!((found.translation.vector - pose.translation.vector).norm() < 1e-9);
+/// # Ok::<(), trackwright_task::Cancelled>(())
+/// ```
+///
 /// # Errors
 /// [`Cancelled`].
 pub fn undistort(
@@ -99,6 +116,7 @@ pub struct Inverse<'a> {
 }
 
 impl<'a> Inverse<'a> {
+    /// Bounds the slopes of a model, cell by cell where they are needed.
     pub fn new(model: &'a DistortionModel, outside: OutsidePolicy) -> Self {
         let diagonal_mm = model.bounds().diagonal_mm();
         let newton = Newton {

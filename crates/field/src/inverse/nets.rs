@@ -4,7 +4,7 @@ use super::slopes::{Slopes, by_axis, by_position};
 use super::triangles::Triangles;
 use crate::DistortionModel;
 use crate::bernstein::MAX_ORDER;
-use crate::model::Coefficient;
+use crate::evaluation::Coefficient;
 use nalgebra::Vector3;
 
 /// What the coefficients say that errors lie between.
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn over_a_part_of_the_box_it_is_the_same_polynomial() {
+    fn a_part_of_the_box_has_the_same_polynomial() {
         let mut seeded = Seeded::new(2);
         for order in 1..=8 {
             let model = random_model(order, DirectionSet::Six, Weighting::Area, [1.0, 1.0], 7);
@@ -204,7 +204,7 @@ mod tests {
                     let e = there.at.error;
                     assert!(e.position_mm >= errors.least_mm && e.position_mm <= errors.largest_mm);
                     assert!(e.rotation_rad.norm() <= errors.largest_rad);
-                    let norm = |m: &crate::jacobian::Matrix6x3, half: usize| {
+                    let norm = |m: &crate::evaluation::Matrix6x3, half: usize| {
                         m.fixed_rows::<3>(half).into_owned().singular_values().max()
                     };
                     largest = largest.max(Slopes {

@@ -2,7 +2,7 @@
 
 use super::equations::{Place, Reading, Remainder};
 use super::tolerance::Tolerance;
-use crate::jacobian::Linearization;
+use crate::evaluation::Linearization;
 use crate::{DistortionModel, OutsidePolicy};
 use nalgebra::{Matrix5, Vector5};
 

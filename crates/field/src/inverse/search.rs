@@ -6,7 +6,7 @@ use super::newton::{Found, Newton};
 use super::regions::Possible;
 use super::tolerance::Tolerance;
 use crate::OutsidePolicy;
-use crate::model::Evaluation;
+use crate::evaluation::Evaluation;
 use nalgebra::{Point3, Unit, Vector3};
 
 /// Answers closer than this part of the box, or this many radians, are one: two that merge in a

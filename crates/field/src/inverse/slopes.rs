@@ -3,8 +3,8 @@
 //! A polynomial in Bernstein form lies in the convex hull of its coefficients, and so do its
 //! derivatives: the largest norm over their coefficients bounds the slope everywhere in a box.
 
+use crate::evaluation::Coefficient;
 use crate::jacobian::weight_slopes;
-use crate::model::Coefficient;
 use nalgebra::{Matrix3, Unit, Vector3};
 use trackwright_geometry::directions::Weighting;
 

@@ -60,7 +60,7 @@ fn poses(count: usize, margin: f64, seed: u64) -> Vec<Pose> {
 }
 
 #[test]
-fn distorting_then_compensating_gives_the_pose_back() {
+fn undistort_inverts_distort() {
     for (k, (set, weighting)) in SETS.into_iter().enumerate() {
         for order in 1..=6 {
             // Slopes of some n σ / size: 6 · 1 / 450 and 1.6 · 0.005 radians a radian.
@@ -105,7 +105,7 @@ fn computed_models() -> [DistortionModel; 2] {
 }
 
 #[test]
-fn models_that_are_no_polynomials_give_the_pose_back() {
+fn undistort_inverts_computed_models() {
     for model in computed_models() {
         let poses = poses(40, 0.0, 5);
         let moved: f64 = poses
@@ -120,7 +120,7 @@ fn models_that_are_no_polynomials_give_the_pose_back() {
 }
 
 #[test]
-fn derivatives_of_models_that_are_no_polynomials_are_those_of_finite_differences() {
+fn computed_derivatives_are_differences() {
     for model in computed_models() {
         for pose in poses(10, 0.0, 9) {
             let p: Point3<f64> = pose.translation.vector.into();
@@ -141,7 +141,7 @@ fn derivatives_of_models_that_are_no_polynomials_are_those_of_finite_differences
 }
 
 #[test]
-fn strong_fields_give_the_pose_back_or_say_that_it_is_uncertain() {
+fn strong_fields_are_inverted_or_flagged() {
     for (k, (set, weighting)) in SETS.into_iter().enumerate() {
         for order in [1, 3] {
             let mut converged = 0;
@@ -157,7 +157,7 @@ fn strong_fields_give_the_pose_back_or_say_that_it_is_uncertain() {
 }
 
 #[test]
-fn positions_outside_the_box_come_back_under_each_policy() {
+fn positions_outside_follow_the_policy() {
     for (set, weighting) in SETS {
         let model = random_model(2, set, weighting, [2.0, 0.01], 4);
         let poses = poses(60, 0.2, 8);
@@ -223,7 +223,7 @@ fn folded(x: f64) -> (f64, f64) {
 }
 
 #[test]
-fn where_a_map_folds_every_reading_is_flagged_and_elsewhere_none() {
+fn folded_readings_are_flagged_and_no_others() {
     let model = fold();
     // Extremes of the fold: readings between them come from three positions.
     let (top, bottom) = (folded(30.0).0, folded(70.0).0);
@@ -257,7 +257,7 @@ fn where_a_map_folds_every_reading_is_flagged_and_elsewhere_none() {
 }
 
 #[test]
-fn on_the_crease_of_a_fold_no_answer_stands_without_a_flag() {
+fn on_a_crease_every_answer_is_flagged() {
     let model = fold();
     for x in [30.0, 70.0, 30.0 + 1e-7, 70.0 - 1e-7] {
         let pose = Pose::translation(x, 40.0, 60.0);
@@ -301,7 +301,7 @@ fn a_reading_that_no_pose_has_is_not_answered() {
 }
 
 #[test]
-fn readings_that_are_no_numbers_have_no_answer_and_harm_no_other() {
+fn readings_that_are_nan_have_no_answer() {
     let model = random_model(2, DirectionSet::Fourteen, Weighting::Area, [1.0, 0.01], 3);
     let poses = poses(20, 0.0, 2);
     let mut measured: Vec<_> =
@@ -319,7 +319,7 @@ fn readings_that_are_no_numbers_have_no_answer_and_harm_no_other() {
 }
 
 #[test]
-fn coordinates_of_a_million_millimetres_come_back_to_round_off() {
+fn far_coordinates_come_back_to_round_off() {
     let far = Bounds::from(([1e6; 3], [1e6 + 500.0; 3]));
     let near = random_model(2, DirectionSet::Fourteen, Weighting::Area, [1.0, 0.01], 3);
     let model = DistortionModel::new(
@@ -342,7 +342,7 @@ fn coordinates_of_a_million_millimetres_come_back_to_round_off() {
 }
 
 #[test]
-fn beside_a_jump_of_area_weights_answers_are_flagged_and_gnomonic_ones_are_not() {
+fn only_jumps_of_area_weights_are_flagged() {
     let set = DirectionSet::FortyTwo;
     // Icosahedron corner to edge middle: the triangles on both sides are unlike.
     let mut flagged = [0; 2];

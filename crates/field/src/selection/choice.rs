@@ -77,6 +77,21 @@ impl PairedDifference {
 /// [`TOLERANCE`] of the least geometric mean of position and angle RMS.
 ///
 /// Only `eligible` ones are chosen. `None` for no contenders.
+///
+/// ```
+/// use trackwright_field::selection::scoring::{FoldSums, HeldOutScores};
+/// use trackwright_field::selection::{Contender, choose};
+///
+/// let scores = [2.0, 1.009, 1.0].map(|rms_mm: f64| {
+///     let fold = FoldSums { rows: 1, position_squares_mm2: rms_mm * rms_mm, ..FoldSums::default() };
+///     HeldOutScores::of_sums(vec![fold], false)
+/// });
+/// let contender = |(size, scores)| {
+///     Contender { size, is_regularised: false, is_admissible: true, scores }
+/// };
+/// let contenders: Vec<_> = [0, 27, 64].into_iter().zip(&scores).map(contender).collect();
+/// assert_eq!(choose(&contenders).unwrap().best, 1);
+/// ```
 pub fn choose(contenders: &[Contender]) -> Option<Choice> {
     let eligible = eligible(contenders);
     let (by_position, least) = smallest(contenders, &eligible, Contender::position)?;
@@ -175,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn the_smallest_within_one_percent_of_the_least_wins() {
+    fn smallest_within_one_percent_wins() {
         let rows = |second| [row(0, 2.0), row(27, second), row(64, 1.0)];
         assert_eq!(chosen(&rows(1.009)).best, 1);
         assert_eq!(chosen(&rows(1.011)).best, 2);
@@ -224,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn an_angle_that_is_better_by_noise_changes_nothing() {
+    fn a_better_angle_within_noise_is_ignored() {
         let small = in_folds(8, &[(1.0, 0.050), (1.1, 0.052), (0.9, 0.048)], true);
         // 8 % better on the whole, in one fold of three.
         let lucky = in_folds(48, &[(1.0, 0.037), (1.1, 0.053), (0.9, 0.047)], true);

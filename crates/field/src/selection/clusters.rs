@@ -214,21 +214,16 @@ fn widest_mm(widths_mm: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random_models::Seeded;
     use nalgebra::Vector3;
 
-    /// Uniform numbers from 0 to 1, the same each time.
     fn uniform() -> impl FnMut() -> f64 {
-        let mut state = 7_u64;
-        move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        }
+        let mut seeded = Seeded::new(7);
+        move || seeded.uniform()
     }
 
     #[test]
-    fn places_that_were_measured_several_times_are_clusters_wherever_they_lie() {
+    fn repeated_places_are_clusters() {
         let mut next = uniform();
         let places: Vec<_> = (0..40).map(|_| Point3::new(next(), next(), next()) * 400.0).collect();
         // Repeats lie within 0.1 mm, and two places are hardly ever within 1 mm.
@@ -261,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_on_a_path_or_a_lattice_by_themselves_are_no_clusters() {
+    fn paths_and_lattices_are_no_clusters() {
         let path: Vec<_> =
             (0..200).map(|i| Point3::new(f64::from(i), 0.0, f64::from(i % 5))).collect();
         assert_eq!(find(&path), None);
@@ -272,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_repeats_are_clusters_and_one_place_is_none() {
+    fn exact_repeats_are_clusters() {
         let twice: Vec<_> = (0..20).map(|i| Point3::new(f64::from(i % 10), 0.0, 0.0)).collect();
         assert_eq!(find(&twice).unwrap(), (0..20).map(|i| i % 10).collect::<Vec<_>>());
         assert_eq!(find(&[Point3::origin(); 9]), None);

@@ -1,9 +1,10 @@
 //! One system on all its folds: every fold's triangles once, each complement from the others'
 //! triangles, all ridges from one decomposition.
 
+use super::clusters;
 use super::folds::Folds;
 use super::scoring::{FoldSums, HeldOutScores, Residual};
-use super::{Candidate, SelectError, SelectSettings, clusters};
+use super::settings::{Candidate, SelectError, SelectSettings};
 use crate::bernstein::{coefficient_count, push_products};
 use crate::fit::{FitMethod, FitSettings, factor};
 use crate::least_squares::{Decomposition, Triangle, VALUES};

@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn another_seed_gives_other_folds_and_the_same_seed_the_same() {
+    fn folds_depend_on_the_seed_alone() {
         assert_eq!(Folds::of_rows(50, 5, 1), Folds::of_rows(50, 5, 1));
         assert_ne!(Folds::of_rows(50, 5, 1), Folds::of_rows(50, 5, 2));
     }

@@ -1,7 +1,7 @@
 //! What is held out together, and by which of it a model is chosen: rows, groups of rows, sensors.
 
 use super::folds::{Folds, numbered};
-use super::{SelectError, SelectSettings};
+use super::settings::{SelectError, SelectSettings};
 
 /// What is held out in the folds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use super::folds::Folds;
 use super::hold_outs::{AllFolds, HoldOutBy, HoldOuts};
 use super::scoring::{FoldSums, HeldOutScores, Residual};
-use super::{SelectError, SelectSettings};
+use super::settings::{SelectError, SelectSettings};
 use crate::samples::SampleSet;
 
 /// How a model did in each hold-out.
@@ -15,6 +15,7 @@ pub struct OtherScored {
 }
 
 impl OtherScored {
+    /// The scores of a hold-out, where rows were held out so.
     pub fn held_out_by(&self, by: HoldOutBy) -> Option<&HeldOutScores> {
         let found = self.hold_outs.iter().find(|(own, _)| *own == by);
         found.map(|(_, scores)| scores)

@@ -10,7 +10,7 @@ use super::clusters::{Repeats, Tree};
 use super::cross_validation::{self, Problem, Split};
 use super::folds::Folds;
 use super::scoring::Residual;
-use super::{Candidate, DEFAULT_FOLDS, DEFAULT_SEED, SelectSettings};
+use super::settings::{Candidate, DEFAULT_FOLDS, DEFAULT_SEED, SelectSettings};
 use crate::bernstein::coefficient_count;
 use crate::samples::{Sample, SampleSet};
 use nalgebra::{Point3, Vector3};
@@ -268,27 +268,21 @@ fn drawn(rows: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random_models::Seeded;
     use crate::samples::PoseError;
     use nalgebra::Unit;
-    use rand_chacha::ChaCha8Rng;
-    use rand_chacha::rand_core::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal, Uniform};
 
     const SIZE_MM: f64 = 460.0;
 
-    struct Random(ChaCha8Rng);
+    struct Random(Seeded);
 
     impl Random {
         fn normal(&mut self, std_dev: f64) -> Vector3<f64> {
-            Vector3::from_fn(|_, _| {
-                let z: f64 = StandardNormal.sample(&mut self.0);
-                z * std_dev
-            })
+            self.0.normal_vector() * std_dev
         }
 
         fn position(&mut self) -> Point3<f64> {
-            let edge = Uniform::new(0.0, SIZE_MM).unwrap();
-            Point3::from(Vector3::from_fn(|_, _| edge.sample(&mut self.0)))
+            self.0.position(&Bounds::from(([0.0; 3], [SIZE_MM; 3])), 0.0)
         }
     }
 
@@ -327,7 +321,7 @@ mod tests {
 
     #[test]
     fn scattered_readings_of_a_place_are_one_group() {
-        let mut random = Random(ChaCha8Rng::seed_from_u64(1));
+        let mut random = Random(Seeded::new(1));
         // With 1,000 places in the cube some stand within a few millimetres of each other.
         for (places, scatter_mm) in [(20, 0.3), (100, 0.3), (300, 0.3), (100, 1.0), (1000, 0.3)] {
             let positions = repeated(&mut random, places, scatter_mm);
@@ -346,7 +340,7 @@ mod tests {
 
     #[test]
     fn independent_readings_of_a_place_are_no_group() {
-        let mut random = Random(ChaCha8Rng::seed_from_u64(2));
+        let mut random = Random(Seeded::new(2));
         let positions = repeated(&mut random, 100, 0.3);
         let noise = |_: &Point3<f64>| random.normal(0.5);
         assert_eq!(find(&set(&positions, noise, along_z)), None);
@@ -354,7 +348,7 @@ mod tests {
 
     #[test]
     fn ordinary_designs_have_no_places() {
-        let mut random = Random(ChaCha8Rng::seed_from_u64(3));
+        let mut random = Random(Seeded::new(3));
         let mut designs = Vec::new();
         for rows in [20, 60, 600, 2000] {
             for _ in 0..5 {
@@ -392,7 +386,7 @@ mod tests {
 
     #[test]
     fn readings_of_a_place_may_point_anywhere() {
-        let mut random = Random(ChaCha8Rng::seed_from_u64(4));
+        let mut random = Random(Seeded::new(4));
         let positions = repeated(&mut random, 150, 0.3);
         let axes: Vec<_> = (0..750).map(|_| random.normal(1.0)).collect();
         let noisy = |p: &Point3<f64>| field_mm(p) + random.normal(0.3);
@@ -408,7 +402,7 @@ mod tests {
         let line: Vec<_> = (0..50).map(|i| Point3::new(f64::from(i), 0.0, 0.0)).collect();
         assert_eq!(find(&set(&line, |_| Vector3::zeros(), along_z)), None);
         // Errors that are the same everywhere leave nothing to depend on each other.
-        let mut random = Random(ChaCha8Rng::seed_from_u64(5));
+        let mut random = Random(Seeded::new(5));
         let positions = repeated(&mut random, 100, 0.3);
         assert_eq!(find(&set(&positions, |_| Vector3::x(), along_z)), None);
         let infinite = set(&positions, |_| Vector3::repeat(f64::INFINITY), along_z);

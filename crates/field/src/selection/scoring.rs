@@ -42,6 +42,7 @@ pub struct PairedDifference {
 }
 
 impl FoldSums {
+    /// Sums of one row.
     pub fn of(residual: &Residual) -> Self {
         let [x, y, z, rx, ry, rz] = residual.map(|value| value * value);
         let position = x + y + z;
@@ -53,6 +54,7 @@ impl FoldSums {
         }
     }
 
+    /// Adds the rows of other sums.
     pub fn add(&mut self, other: &Self) {
         self.rows += other.rows;
         self.position_squares_mm2 += other.position_squares_mm2;
@@ -73,6 +75,7 @@ impl FoldSums {
 }
 
 impl HeldOutScores {
+    /// Scores over all folds from the sums of each.
     pub fn of_sums(by_fold: Vec<FoldSums>, has_rotations: bool) -> Self {
         let mut all = FoldSums::default();
         for sums in &by_fold {

@@ -52,9 +52,6 @@ struct Variance {
 /// `sensors` and `poses` name each row's by numbers from 0 without gaps. `held_out` are the folds
 /// that the residuals are of: where a sensor was held out whole, what it left is its offset less
 /// the mean offset of those that were fitted, and the variance is corrected for it.
-///
-/// # Errors
-/// See [`SensorSpreadError`].
 pub fn sensor_spread(
     residuals: &[Residual],
     sensors: &[usize],
@@ -265,40 +262,34 @@ impl Variance {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random_models::Seeded;
     use crate::selection::folds::numbered;
-    use rand_chacha::ChaCha8Rng;
-    use rand_chacha::rand_core::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
 
     const OFFSET: [f64; VALUES] = [2.0, 1.0, 0.5, 0.02, 0.01, 0.03];
-
-    fn normal(random: &mut ChaCha8Rng) -> f64 {
-        StandardNormal.sample(random)
-    }
 
     /// Residuals of sensors in poses, each a sensor's offset, a pose's part and noise; where
     /// `is_held_out`, less the mean offset of the other sensors. Sensors that are not `crossed` with
     /// poses have poses of their own.
     fn simulated(
-        random: &mut ChaCha8Rng,
+        random: &mut Seeded,
         [sensors, poses]: [usize; 2],
         is_held_out: bool,
         is_crossed: bool,
     ) -> Vec<Residual> {
         let offsets: Vec<Residual> =
-            (0..sensors).map(|_| OFFSET.map(|std_dev| std_dev * normal(random))).collect();
+            (0..sensors).map(|_| OFFSET.map(|std_dev| std_dev * random.normal())).collect();
         let mut residuals = Vec::new();
         for _ in 0..poses {
-            let mut pose = OFFSET.map(|std_dev| 2.0 * std_dev * normal(random));
+            let mut pose = OFFSET.map(|std_dev| 2.0 * std_dev * random.normal());
             for sensor in 0..sensors {
                 if !is_crossed {
-                    pose = OFFSET.map(|std_dev| 2.0 * std_dev * normal(random));
+                    pose = OFFSET.map(|std_dev| 2.0 * std_dev * random.normal());
                 }
                 residuals.push(std::array::from_fn(|i| {
                     let sum: f64 = offsets.iter().map(|o| o[i]).sum();
                     let others = (sum - offsets[sensor][i]) / (sensors - 1) as f64;
                     let fitted = if is_held_out { others } else { sum / sensors as f64 };
-                    offsets[sensor][i] - fitted + pose[i] + 0.3 * OFFSET[i] * normal(random)
+                    offsets[sensor][i] - fitted + pose[i] + 0.3 * OFFSET[i] * random.normal()
                 }));
             }
         }
@@ -318,7 +309,7 @@ mod tests {
                 false => Folds::of_groups(&poses, POSES, 4, 1),
             };
             for poses in [Some(poses.as_slice()), None] {
-                let mut random = ChaCha8Rng::seed_from_u64(7);
+                let mut random = Seeded::new(7);
                 let mut mean = [0.0; 3];
                 let mut held = 0;
                 let mut angle = 0.0;
@@ -352,10 +343,10 @@ mod tests {
 
     #[test]
     fn sensors_that_are_alike_differ_by_nothing() {
-        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let mut random = Seeded::new(3);
         let sensors: Vec<usize> = (0..900).map(|row| row % 3).collect();
         let residuals: Vec<Residual> =
-            (0..900).map(|_| std::array::from_fn(|_| normal(&mut random))).collect();
+            (0..900).map(|_| std::array::from_fn(|_| random.normal())).collect();
         let folds = Folds::of_groups(&sensors, 3, 3, 1);
         let found = sensor_spread(&residuals, &sensors, None, &folds, false).unwrap();
         // Means of 300 rows scatter by 0.058.

@@ -1,27 +1,28 @@
 //! Selection against what is known: data whose order is known, fits done one by one, groups.
 
 use super::folds::Folds;
+use super::scoring::HeldOutScores;
 use super::*;
-use crate::fit::fit;
-use crate::model::OutsidePolicy;
-use crate::samples::{PoseError, Sample};
+use crate::evaluation::OutsidePolicy;
+use crate::fit::{FitError, FitMethod, fit};
+use crate::random_models::Seeded;
+use crate::samples::{PoseError, Sample, SampleSet};
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::{Arc, Mutex};
-use trackwright_task::CancelToken;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_task::{CancelToken, Cancelled, Task};
 
-/// Numbers that are the same each time.
-struct Random(u64);
+/// Numbers from -1 to 1 that are the same each time.
+struct Random(Seeded);
 
 impl Random {
-    /// Uniform from -1 to 1.
-    fn next(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    fn new(seed: u64) -> Self {
+        Self(Seeded::new(seed))
     }
 
     fn vector(&mut self) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.next())
+        Vector3::from_fn(|_, _| 2.0 * self.0.uniform() - 1.0)
     }
 
     fn position(&mut self) -> Point3<f64> {
@@ -53,7 +54,7 @@ fn samples(
 
 /// A polynomial with every product of powers up to 2, and noise of 0.05 mm.
 fn quadratic(count: usize) -> SampleSet {
-    samples(count, &mut Random(3), |p, random| {
+    samples(count, &mut Random::new(3), |p, random| {
         let u = p.coords / 100.0;
         let field = Vector3::new(
             u.x * u.x * u.y - u.z,
@@ -95,7 +96,7 @@ fn a_noisy_polynomial_of_order_two_is_recognised() {
 
 #[test]
 fn pure_noise_is_not_corrected() {
-    let set = samples(400, &mut Random(5), |_, random| random.vector());
+    let set = samples(400, &mut Random::new(5), |_, random| random.vector());
     let tried = settings(&set, &[0, 1, 2, 3], &[DirectionSet::One, DirectionSet::Six]);
     let found = run(&set, None, &tried).unwrap();
     assert_eq!(found.best().candidate.order, 0);
@@ -103,10 +104,10 @@ fn pure_noise_is_not_corrected() {
 }
 
 #[test]
-fn neighbours_tell_a_held_out_row_but_not_a_held_out_group() {
+fn groups_are_not_predicted_by_neighbours() {
     // Each of 60 places has an error of its own that says nothing about the other places, and
     // was measured eight times.
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let places: Vec<_> = (0..60).map(|_| (random.position(), random.vector())).collect();
     let groups: Vec<usize> = (0..480).map(|i| i % 60).collect();
     let samples = groups
@@ -203,7 +204,7 @@ fn the_number_of_threads_changes_no_bit() {
 }
 
 #[test]
-fn what_samples_do_not_determine_is_shown_and_not_chosen() {
+fn undetermined_models_are_not_chosen() {
     // Order 2 has 27 coefficients, and 30 rows in 3 folds leave 20 to fit.
     let set = quadratic(30);
     let tried = SelectSettings { folds: 3, ..settings(&set, &[0, 1, 2], &[DirectionSet::One]) };
@@ -219,7 +220,7 @@ fn what_samples_do_not_determine_is_shown_and_not_chosen() {
 
 /// All axes along two directions of twelve.
 fn two_directions(count: usize) -> SampleSet {
-    let mut random = Random(17);
+    let mut random = Random::new(17);
     let mut set = samples(count, &mut random, |p, random| p.coords / 100.0 + random.vector() * 0.1);
     let known = DirectionSet::Twelve.directions();
     for (i, sample) in set.samples.iter_mut().enumerate() {
@@ -248,7 +249,7 @@ fn mostly_under_sampled_models_are_refused() {
 /// Three sensors in each of 60 poses, with offsets of their own along X.
 fn sensors_in_poses() -> (SampleSet, Vec<usize>, Vec<usize>) {
     const OFFSETS_MM: [f64; 3] = [-2.0, 0.0, 2.0];
-    let mut random = Random(23);
+    let mut random = Random::new(23);
     let mut set = samples(180, &mut random, |p, random| p.coords / 100.0 + random.vector() * 0.1);
     let sensors: Vec<usize> = (0..180).map(|row| row % 3).collect();
     let poses: Vec<usize> = (0..180).map(|row| row / 3).collect();
@@ -329,7 +330,7 @@ fn residuals_score_as_their_candidate_does() {
 }
 
 #[test]
-fn sensors_that_cannot_be_held_out_matter_only_when_wanted() {
+fn single_sensors_are_refused_only_if_asked_for() {
     let (set, _, poses) = sensors_in_poses();
     let tried = settings(&set, &[0, 1], &[DirectionSet::One]);
     let one = vec![4; 180];
@@ -350,7 +351,7 @@ fn sensors_that_cannot_be_held_out_matter_only_when_wanted() {
 }
 
 #[test]
-fn a_joint_model_beyond_the_rows_is_left_out_and_named() {
+fn joint_models_beyond_the_rows_are_left_out() {
     let set = quadratic(100);
     let tried = SelectSettings {
         method: FitMethod::Joint,
@@ -374,10 +375,10 @@ fn what_cannot_be_selected_says_why() {
     assert_eq!(error(&|s| s.folds = 21), SelectError::FewerRowsThanFolds { rows: 20, folds: 21 });
     assert_eq!(error(&|s| s.orders.clear()), SelectError::NothingToTry("orders"));
     assert_eq!(error(&|s| s.ridges.clear()), SelectError::NothingToTry("ridges"));
-    assert_eq!(error(&|s| s.orders.push(13)), SelectError::Order(13));
-    assert_eq!(error(&|s| s.ridges.push(-0.1)), SelectError::Ridge(-0.1));
-    assert!(matches!(error(&|s| s.ridges.push(f64::NAN)), SelectError::Ridge(_)));
-    assert_eq!(error(&|s| s.rcond = 1.0), SelectError::Rcond(1.0));
+    assert_eq!(error(&|s| s.orders.push(13)), FitError::Order(13).into());
+    assert_eq!(error(&|s| s.ridges.push(-0.1)), FitError::Ridge(-0.1).into());
+    assert!(matches!(error(&|s| s.ridges.push(f64::NAN)), SelectError::Fit(FitError::Ridge(_))));
+    assert_eq!(error(&|s| s.rcond = 1.0), FitError::Rcond(1.0).into());
     let groups: Vec<usize> = (0..20).map(|i| i / 7).collect();
     assert_eq!(
         run(&set, Some(&groups), &good),
@@ -390,7 +391,7 @@ fn what_cannot_be_selected_says_why() {
     let mut flat = set.clone();
     flat.has_rotations = false;
     let many = settings(&set, &[1], &[DirectionSet::Six]);
-    assert_eq!(run(&flat, None, &many), Err(SelectError::NeedsOneDirection(6)));
+    assert_eq!(run(&flat, None, &many), Err(FitError::NeedsOneDirection(6).into()));
     let mut wrong = set.clone();
     wrong.samples[7].error.position_mm.y = f64::INFINITY;
     assert_eq!(run(&wrong, None, &good), Err(SelectError::NotFinite(7)));
@@ -399,7 +400,7 @@ fn what_cannot_be_selected_says_why() {
 }
 
 #[test]
-fn work_that_is_cancelled_stops_and_work_that_is_not_tells_how_far_it_is() {
+fn selection_reports_progress_and_stops() {
     let set = quadratic(60);
     let tried = settings(&set, &[0, 1, 2], &[DirectionSet::One, DirectionSet::Six]);
     let token = CancelToken::default();

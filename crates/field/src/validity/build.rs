@@ -1,8 +1,8 @@
 //! Makes a support from a fit's singular value decompositions and the samples.
 
 use super::cells::Cells;
+use super::fit_validity::{FitValidity, FitValidityParts, Pairs, Weighed};
 use super::form::coefficients;
-use super::{FitValidity, FitValidityParts, Pairs, Weighed};
 use crate::bernstein::{coefficient_count, push_products};
 use crate::fit::{Factored, FitError, FitMethod, FitSettings};
 use crate::least_squares::Decomposition;
@@ -71,9 +71,6 @@ impl FitValidity {
 
     /// What the samples of a fit support. `model` is its solution with the rcond and ridge of the
     /// settings that it was factored with; the samples are those that it was made from.
-    ///
-    /// # Errors
-    /// See [`FitValidityError`].
     pub fn of_fit(
         set: &SampleSet,
         factored: &Factored,

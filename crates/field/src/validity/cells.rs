@@ -1,7 +1,7 @@
 //! Where samples are: occupied cells of a lattice with the directions that have samples in them,
 //! and the nearest to a point.
 
-use super::FitValidityPartsError;
+use super::fit_validity::FitValidityPartsError;
 use nalgebra::Point3;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::limits::{length_problem, position_problem};
@@ -35,6 +35,7 @@ impl Default for Cells {
 }
 
 impl Cells {
+    /// Cells of a lattice, with the tree that searches them.
     pub fn new(origin_mm: Point3<f64>, edge_mm: f64, cells: Vec<Cell>) -> Self {
         let center = |c: &Cell| {
             Point3::from(std::array::from_fn(|k| {
@@ -76,14 +77,17 @@ impl Cells {
         Self::new(bounds.min_mm, finest_mm * f64::from(1_u32 << level), cells)
     }
 
+    /// Corner of the lattice, tracker frame.
     pub fn origin_mm(&self) -> Point3<f64> {
         self.origin_mm
     }
 
+    /// Edge of a cell.
     pub fn edge_mm(&self) -> f64 {
         self.edge_mm
     }
 
+    /// The occupied cells.
     pub fn cells(&self) -> &[Cell] {
         &self.cells
     }
@@ -247,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tree_finds_what_trying_all_finds_to_its_resolution() {
+    fn tree_distances_are_those_of_a_full_search() {
         for count in [1, 2, 17, 1000, 60_000] {
             let samples = samples(count);
             let cells = Cells::thinned(samples.iter().copied());

@@ -14,9 +14,11 @@
 //! so that the variance at its samples' places is the stored one on average. Then `σ_b` of the support
 //! makes it mm and rad. How close this is to refits is in `tests/invariants/field_draws.rs`.
 
-use super::{FitValidity, FormBasis, Weighed};
+use super::fit_validity::{FitValidity, Weighed};
+use super::form::FormBasis;
 use crate::bernstein::push_products;
-use crate::model::{Coefficient, DistortionModel};
+use crate::evaluation::Coefficient;
+use crate::model::DistortionModel;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatMut, MatRef, RowRef, Side};
 use nalgebra::{Point3, Vector3};
@@ -114,9 +116,6 @@ impl FitValidity {
     /// `count` fields that the fit might as well have given, of the model that this support stands
     /// beside and the ridge that it was fitted with. A seed gives the same fields on any number of
     /// threads.
-    ///
-    /// # Errors
-    /// See [`DrawError`].
     pub fn draw(
         &self,
         model: &DistortionModel,

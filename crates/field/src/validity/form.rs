@@ -126,7 +126,7 @@ mod tests {
     use faer::Mat;
 
     #[test]
-    fn a_form_is_the_product_with_its_matrix_inside_and_outside_the_cube() {
+    fn a_form_is_the_product_with_its_matrix() {
         for order in [1, 2, 5] {
             let p = coefficient_count(order);
             let matrix =

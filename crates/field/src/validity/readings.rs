@@ -1,9 +1,9 @@
 //! Model validity at poses of a sensor: the error of a reading, and what the fit depends on there.
 
-use super::{FitValidity, FitValidityAt};
+use super::fit_validity::{FitValidity, FitValidityAt};
 use crate::environment::Environment;
+use crate::evaluation::OutsidePolicy;
 use crate::gaussian::{FieldPoint, GaussianError};
-use crate::model::OutsidePolicy;
 use crate::samples::PoseError;
 use rayon::prelude::*;
 

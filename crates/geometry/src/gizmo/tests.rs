@@ -33,7 +33,7 @@ fn pixel(point: &Point3<f64>) -> [f64; 2] {
 }
 
 #[test]
-fn every_handle_is_under_its_own_grip_wherever_the_camera_is() {
+fn every_handle_is_under_its_own_grip() {
     for k in 0..40 {
         let mut eye = eye();
         eye.camera.azimuth_rad = f64::from(k) * 0.41;
@@ -68,7 +68,7 @@ fn a_handle_keeps_its_size_on_the_screen() {
 }
 
 #[test]
-fn an_arrow_is_pulled_by_what_lies_under_the_pointer() {
+fn an_arrow_follows_the_pointer() {
     for axis in [Axis::X, Axis::Y, Axis::Z] {
         let arrow = Handle::arrow(axis);
         let direction = gizmo().axis(axis);
@@ -84,7 +84,7 @@ fn an_arrow_is_pulled_by_what_lies_under_the_pointer() {
 }
 
 #[test]
-fn a_ring_turns_with_the_pointer_and_goes_on_past_half_a_turn() {
+fn a_ring_turns_past_half_a_turn() {
     for axis in [Axis::X, Axis::Y, Axis::Z] {
         let at = |angle_rad: f64| pixel(&gizmo().on_ring(axis, angle_rad, 30.0));
         let start = ray(at(0.4));
@@ -142,7 +142,7 @@ fn drag_point(drag: &HandleDrag) -> Point3<f64> {
 }
 
 #[test]
-fn an_arrow_that_points_at_the_viewer_cannot_be_pulled() {
+fn an_arrow_towards_the_viewer_is_unusable() {
     let mut eye = eye();
     eye.camera.look_along(Axis::X);
     let gizmo = Gizmo {

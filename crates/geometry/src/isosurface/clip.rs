@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn two_planes_at_right_angles_leave_a_quarter_of_the_box_and_half_of_the_cut() {
+    fn two_planes_leave_a_quarter_of_the_box() {
         let mut lattice = lattice([5, 7, 4]);
         let center = Point3::new(2.0, 4.0, 0.0);
         let [normal, other] = [Vector3::new(0.6, 0.0, 0.8), Vector3::new(0.8, 0.0, -0.6)];
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn half_a_ball_is_left_where_a_plane_cuts_its_middle() {
+    fn a_plane_halves_a_ball() {
         let mut lattice = lattice([31, 31, 31]);
         let center = Point3::new(2.0, 4.0, 0.0);
         lattice.values = at_points(&lattice, |p| (p - center).norm_squared());
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_is_never_reached_beyond_the_cut_ends_the_volume_before_it() {
+    fn infinite_values_beyond_the_cut_do_not_count() {
         let mut lattice = lattice([13, 3, 3]);
         lattice.values = at_points(&lattice, |p| if p.x > 3.0 { f64::INFINITY } else { 1.0 });
         let excess = at_points(&lattice, |p| p.x - 3.0);

@@ -6,7 +6,7 @@ use crate::stability::Extent;
 use crate::stability::inputs::{Sequence, cube, model};
 use crate::stability::references::{self, axis3, distance, point3};
 use crate::stability::row::{Case, Family, Quantity, Row};
-use trackwright_field::jacobian::Matrix6x3;
+use trackwright_field::evaluation::Matrix6x3;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};

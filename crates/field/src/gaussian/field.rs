@@ -1,0 +1,48 @@
+//! A process conditioned on a room's measurements, as data.
+
+use super::amplitude::Amplitude;
+use super::kernel::{FieldPoint, Kernel};
+use serde::{Deserialize, Serialize};
+
+/// Position in mm, then rotation vector in radians.
+pub type ErrorValues = [f64; 6];
+
+/// A row that the process is conditioned on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    pub point: FieldPoint,
+    /// Measured error less the trend, mm and rad, tracker axes.
+    pub error: ErrorValues,
+    /// Variance of its noise over that of the others; large for an outlier.
+    pub noise_factor: f64,
+}
+
+/// What the process is added to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Trend {
+    /// Rows are the measured errors.
+    None,
+    /// Rows are what the room's model leaves of them.
+    Model,
+}
+
+/// A process conditioned on a room's measurements.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GaussianField {
+    pub trend: Trend,
+    pub kernel: Kernel,
+    pub amplitude: Amplitude,
+    /// Covariance of the components of unit amplitude: mm², mm rad, rad².
+    pub component_covariance: [ErrorValues; 6],
+    pub rows: Vec<Row>,
+    /// Whether rotation errors and axes were measured.
+    pub has_rotations: bool,
+    /// Rows that were measured; more than are kept where there were too many.
+    pub measured_rows: usize,
+    /// RMS of what is left of a row's position error where the row is left out, mm, outliers not
+    /// counted; by 1,000 rows at most.
+    pub left_out_rms_mm: f64,
+    /// Variance of what another sensor is off by at every pose, a component (mm², rad²), beyond what the
+    /// measurements say; `None` where they were not of several sensors.
+    pub sensor_variance: Option<ErrorValues>,
+}
