@@ -53,7 +53,7 @@ fn replay(target: &Target) {
 }
 
 #[test]
-fn every_target_holds_on_its_corpus_and_on_every_file_of_it_cut_anywhere() {
+fn targets_hold_on_their_corpora_cut_anywhere() {
     // What one thread takes from the end of the list, no other does.
     let left = std::sync::Mutex::new(TARGETS.to_vec());
     let next = || left.lock().unwrap().pop();
@@ -69,7 +69,7 @@ fn every_target_holds_on_its_corpus_and_on_every_file_of_it_cut_anywhere() {
 }
 
 #[test]
-fn every_corpus_has_its_target_and_every_target_a_program() {
+fn every_corpus_has_a_target_and_a_program() {
     let expected: BTreeSet<String> = TARGETS.iter().map(|t| t.name.to_owned()).collect();
     assert_eq!(names(&folder()), expected);
     let programs = names(&folder().join("../fuzz_targets"));

@@ -77,7 +77,7 @@ fn truncated_files_name_the_line() {
 }
 
 #[test]
-fn binary_files_and_text_that_is_not_utf8_name_the_byte() {
+fn bytes_that_are_not_utf8_are_located() {
     for file in ["tool.body.ron", "pointer-on-head.design.ron", "room.env.ron", "input.csv"] {
         spoil(
             file,
@@ -131,7 +131,7 @@ fn axes_without_length_are_named() {
 }
 
 #[test]
-fn a_body_without_sensors_or_with_two_of_one_name_is_refused() {
+fn bodies_without_distinct_sensors_are_refused() {
     spoil(
         "tool.body.ron",
         |b| {
@@ -156,7 +156,7 @@ fn an_environment_that_does_not_exist_is_named() {
 }
 
 #[test]
-fn missing_columns_no_rows_and_bad_cells_of_an_input_table_are_named() {
+fn unusable_input_tables_are_located() {
     spoil("input.csv", replace("tool_qz", "tool_q"), &["tool_qz", "column"]);
     spoil(
         "input.csv",
@@ -167,7 +167,7 @@ fn missing_columns_no_rows_and_bad_cells_of_an_input_table_are_named() {
 }
 
 #[test]
-fn a_range_of_motion_of_a_million_million_poses_is_refused_with_the_count() {
+fn a_huge_range_of_motion_is_refused() {
     spoil(
         "pointer-on-head.design.ron",
         |b| {
@@ -183,7 +183,7 @@ fn a_range_of_motion_of_a_million_million_poses_is_refused_with_the_count() {
 }
 
 #[test]
-fn misspelt_fields_are_named_with_file_line_and_the_right_ones() {
+fn misspelt_fields_are_named_with_the_right_ones() {
     for (file, from, to, words) in [
         (
             "pointer-on-head.design.ron",
@@ -210,7 +210,7 @@ fn misspelt_fields_are_named_with_file_line_and_the_right_ones() {
 }
 
 #[test]
-fn reversed_ranges_and_absurd_lengths_are_refused_with_their_numbers() {
+fn reversed_ranges_and_huge_lengths_are_refused() {
     let design = "pointer-on-head.design.ron";
     let range = "x: (min: 40.0, max: -40.0, step: 40.0)";
     spoil(
@@ -251,7 +251,7 @@ fn names_that_a_terminal_would_obey_are_escaped() {
 }
 
 #[test]
-fn a_file_of_two_gigabytes_is_refused_by_its_length() {
+fn a_two_gigabyte_file_is_refused_by_length() {
     let scratch = working();
     let design = scratch.arg("d/pointer-on-head.design.ron");
     fs::File::create(scratch.path("d/pointer-on-head.design.ron"))
@@ -267,7 +267,7 @@ fn a_file_of_two_gigabytes_is_refused_by_its_length() {
 }
 
 #[test]
-fn a_design_without_a_motion_has_no_range_of_motion_mode() {
+fn a_design_without_motion_has_no_motion_mode() {
     let scratch = working();
     let path = scratch.path("d/pointer-on-head.design.ron");
     let text = fs::read_to_string(&path).unwrap();
@@ -296,7 +296,7 @@ fn spoil_table(change: impl FnOnce(Vec<u8>) -> Vec<u8>, words: &[&str]) {
 }
 
 #[test]
-fn measurement_tables_that_cannot_be_used_say_where() {
+fn unusable_measurement_tables_are_located() {
     spoil_table(replace("measured_z", "measured"), &["measured_z", "column"]);
     spoil_table(replace("ideal_qw", "ideal_q"), &["ideal_qw", "or none of them"]);
     spoil_table(|b| b[..=b.iter().position(|&c| c == b'\n').unwrap()].to_vec(), &["no rows"]);
@@ -327,7 +327,7 @@ fn a_position_only_table_needs_one_direction() {
 }
 
 #[test]
-fn fewer_samples_than_coefficients_are_fitted_with_a_warning() {
+fn an_underdetermined_fit_warns() {
     let scratch = Scratch::new();
     let table = fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
     let few: String = table.lines().take(31).map(|l| format!("{l}\n")).collect();

@@ -142,7 +142,7 @@ fn six_rows_do_not_determine_a_field_of_order_four() {
 }
 
 #[test]
-fn a_hole_in_the_measurements_where_the_tool_is_is_seen() {
+fn a_hole_in_the_measurements_is_reported() {
     const HOLE_MM: f64 = 160.0;
     let scratch = Scratch::new();
     let room = Room::new(3, false);

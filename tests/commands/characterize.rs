@@ -73,7 +73,7 @@ fn check_covariance(found: &Value) {
 }
 
 #[test]
-fn the_real_static_room_has_the_known_errors_and_distances() {
+fn the_real_static_room_has_known_errors() {
     let Some(folder) = third_party("aurora-polaris/static") else {
         return;
     };
@@ -152,7 +152,7 @@ fn the_real_static_room_has_the_known_errors_and_distances() {
 }
 
 #[test]
-fn four_real_paths_are_aligned_in_time_by_their_frame_counters() {
+fn real_paths_are_aligned_by_frame_counters() {
     let Some(folder) = third_party("aurora-polaris/paths") else {
         return;
     };
@@ -176,7 +176,7 @@ fn four_real_paths_are_aligned_in_time_by_their_frame_counters() {
 }
 
 #[test]
-fn real_motions_that_do_not_tell_are_refused_and_one_that_does_is_printed() {
+fn undetermined_real_motions_are_refused() {
     let Some(folder) = third_party("aurora-polaris/paths") else {
         return;
     };
@@ -258,7 +258,7 @@ fn characterize<'a>(em: &'a [String], reference: &'a [String], table: &'a str) -
 }
 
 #[test]
-fn the_same_readings_of_both_trackers_give_frames_of_no_turn_and_no_error() {
+fn equal_readings_give_identity_frames() {
     let scratch = Scratch::new();
     let table = scratch.arg("room.csv");
     let [em, reference] = turning(&scratch, false);
@@ -274,7 +274,7 @@ fn the_same_readings_of_both_trackers_give_frames_of_no_turn_and_no_error() {
 }
 
 #[test]
-fn recordings_that_give_no_room_are_refused_with_the_reason_and_write_nothing() {
+fn unusable_recordings_are_refused() {
     let scratch = Scratch::new();
     let table = scratch.arg("room.csv");
     let [em, reference] = turning(&scratch, false);
@@ -310,7 +310,7 @@ fn recordings_that_give_no_room_are_refused_with_the_reason_and_write_nothing() 
 }
 
 #[test]
-fn every_pair_is_held_out_once_and_a_room_is_judged_by_what_it_never_saw() {
+fn every_pair_is_held_out_once() {
     let scratch = Scratch::new();
     let [em, reference] = turning(&scratch, false);
     let [table, held] = ["room.csv", "held.csv"].map(|name| scratch.arg(name));

@@ -43,7 +43,7 @@ impl Scratch {
 }
 
 #[test]
-fn every_row_is_a_single_run_of_simulate_to_the_bit() {
+fn each_row_equals_a_simulate_run_exactly() {
     let scratch = world();
     let designs = ["pointer-on-head", "pointer-no-crf"].map(|name| scratch.design(name));
     let rooms = ["one", "two"].map(|name| scratch.arg(&format!("rooms/{name}.env.ron")));
@@ -102,7 +102,7 @@ fn every_row_is_a_single_run_of_simulate_to_the_bit() {
 }
 
 #[test]
-fn without_rooms_each_design_is_in_its_own_and_a_shared_one_is_one() {
+fn designs_without_rooms_use_their_own() {
     let scratch = world();
     let first = scratch.design("pointer-on-head");
     let moved = scratch.changed("pointer-on-head", "moved", "0, 20, 30", "0, 20, 60");
@@ -132,7 +132,7 @@ fn without_rooms_each_design_is_in_its_own_and_a_shared_one_is_one() {
 }
 
 #[test]
-fn the_text_is_a_table_with_a_sentence_for_every_difference() {
+fn the_text_has_a_sentence_per_difference() {
     let scratch = world();
     let requirement = ", requirement: (position_rms: 0.001),\n)";
     let strict = scratch.changed("pointer-no-crf", "strict", ",\n)", requirement);
@@ -176,7 +176,7 @@ fn ideal_room(scratch: &Scratch, name: &str, at: f64) -> String {
 }
 
 #[test]
-fn a_room_that_does_not_reach_the_design_is_told_and_has_no_figures() {
+fn a_room_without_overlap_has_no_figures() {
     let scratch = world();
     let (near, far) = (ideal_room(&scratch, "near", 0.0), ideal_room(&scratch, "far", 5000.0));
     let designs = ["pointer-no-crf", "pointer-on-head"].map(|name| scratch.design(name));
@@ -199,7 +199,7 @@ fn a_room_that_does_not_reach_the_design_is_told_and_has_no_figures() {
 }
 
 #[test]
-fn a_table_holds_names_with_any_characters_and_the_figures_of_the_json() {
+fn the_csv_has_the_figures_of_the_json() {
     let scratch = world();
     let name = "A \\\"tool\\\", first\\nof two; =1+1 Ω";
     let odd = scratch.changed("pointer-no-crf", "odd", "pointer-no-crf", name);

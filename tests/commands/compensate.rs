@@ -95,7 +95,7 @@ fn a_correction_map_is_applied_as_it_is() {
 }
 
 #[test]
-fn outside_poses_are_counted_and_rejected_ones_have_no_cells() {
+fn rejected_outside_poses_have_empty_cells() {
     let scratch = room(&["--directions", "14"]);
     let far = format!("{POSES}5000,0,-200,1,0,0,0\n");
     fs::write(scratch.path("poses.csv"), far).unwrap();
@@ -112,7 +112,7 @@ fn outside_poses_are_counted_and_rejected_ones_have_no_cells() {
 }
 
 #[test]
-fn a_row_without_an_answer_has_empty_cells_and_the_command_succeeds() {
+fn a_row_without_an_answer_has_empty_cells() {
     let scratch = room(&["--directions", "1"]);
     // In a room in which x is read as 50 + 2 (x - 50)² / 100: it folds, and nothing reads below 50.
     // The written environment shows the form; its box and its coefficients are replaced.
@@ -146,7 +146,7 @@ fn a_row_without_an_answer_has_empty_cells_and_the_command_succeeds() {
 }
 
 #[test]
-fn what_cannot_be_used_is_named_and_nothing_is_written() {
+fn unusable_input_is_named_and_writes_nothing() {
     let scratch = room(&["--directions", "14", "--map", "correction"]);
     let [env, poses, out] = ["room.env.ron", "poses.csv", "out.csv"].map(|f| scratch.arg(f));
     for method in ["inverse", "shortcut"] {

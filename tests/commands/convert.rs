@@ -25,7 +25,7 @@ fn convert(args: &[&str]) -> (Value, String) {
 }
 
 #[test]
-fn every_real_definition_comes_back_byte_for_byte_through_a_body_file() {
+fn real_definitions_round_trip_to_the_byte() {
     let Some(files) = roms() else { return };
     for file in files {
         let scratch = Scratch::new();
@@ -67,7 +67,7 @@ fn trailing_bytes_and_a_long_makers_name_are_said() {
 }
 
 #[test]
-fn known_tools_have_their_known_markers_and_distances() {
+fn known_tools_have_known_markers() {
     let Some(folder) = third_party("rom") else {
         return;
     };
@@ -137,7 +137,7 @@ const COILS: &str = "(version: 1, name: \"probe\", sensors: [
 ])";
 
 #[test]
-fn what_each_format_cannot_hold_is_said_a_line_each() {
+fn each_loss_of_a_format_is_one_line() {
     let scratch = Scratch::new();
     let body = scratch.arg("a.body.ron");
     std::fs::write(&body, MARKERS).unwrap();
@@ -172,7 +172,7 @@ fn what_each_format_cannot_hold_is_said_a_line_each() {
 }
 
 #[test]
-fn what_cannot_be_converted_is_refused_with_the_reason_and_nothing_is_written() {
+fn impossible_conversions_are_refused() {
     let scratch = Scratch::new();
     let body = scratch.arg("a.body.ron");
     let rom = scratch.arg("a.rom");
@@ -228,7 +228,7 @@ fn design_with(scratch: &Scratch, tool: &str) -> String {
 }
 
 #[test]
-fn a_design_with_a_makers_file_as_its_tool_is_simulated_like_its_body() {
+fn a_makers_file_is_simulated_like_its_body() {
     let scratch = Scratch::new();
     for body in [MARKERS, COILS] {
         // Places that a 32-bit number holds, so that both are the same tool.
@@ -258,7 +258,7 @@ fn a_design_with_a_makers_file_as_its_tool_is_simulated_like_its_body() {
 }
 
 #[test]
-fn tools_that_a_tracker_cannot_tell_apart_are_named() {
+fn indistinguishable_tools_are_named() {
     let scratch = Scratch::new();
     let moved = MARKERS.replace("(0, 0, -120.5)", "(0, 0, -80.5)");
     for (name, body) in [("a.body.ron", MARKERS), ("b.body.ron", &moved), ("c.body.ron", COILS)] {

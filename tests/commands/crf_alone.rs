@@ -22,7 +22,7 @@ fn with_motion(scratch: &Scratch) -> String {
 }
 
 #[test]
-fn a_crf_alone_is_a_tool_without_a_crf_whose_tip_is_the_target() {
+fn a_crf_alone_equals_a_tool_at_the_target() {
     let scratch = Scratch::new();
     let design = with_motion(&scratch);
     let of_crf = json(&["simulate", &design, "--mode", "motion", "--body", "crf"]);
@@ -68,7 +68,7 @@ fn a_crf_alone_is_a_tool_without_a_crf_whose_tip_is_the_target() {
 }
 
 #[test]
-fn the_crfs_error_at_a_target_is_the_distance_between_the_target_and_where_it_seems() {
+fn the_crf_error_is_measured_at_the_target() {
     let of_crf =
         json(&["simulate", &built_in("pointer-on-head"), "--mode", "single", "--body", "crf"]);
     for target in of_crf["targets"].as_array().unwrap() {

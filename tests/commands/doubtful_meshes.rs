@@ -45,7 +45,7 @@ fn notes(args: &[&str]) -> String {
 }
 
 #[test]
-fn what_is_wrong_with_a_mesh_is_told_where_it_is_drawn() {
+fn mesh_problems_are_reported_where_drawn() {
     let flat = "solid tool\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 50 0 0\nvertex 100 0 0\n\
                 endloop\nendfacet\nendsolid tool\n";
     for (stl, told) in [
@@ -68,7 +68,7 @@ fn what_is_wrong_with_a_mesh_is_told_where_it_is_drawn() {
 }
 
 #[test]
-fn a_tool_of_twenty_metres_is_told_without_its_mesh() {
+fn a_tool_of_twenty_metres_is_reported() {
     let scratch = Scratch::new();
     let design = design(&scratch, &tetrahedron(100.0, false, 4), 200.0);
     let body = scratch.arg("d/tool.body.ron");

@@ -76,7 +76,7 @@ fn inches_are_a_warning_and_good_tables_are_none() {
 }
 
 #[test]
-fn mirrored_and_reordered_sides_are_refused_with_the_evidence() {
+fn mirrored_and_reordered_sides_are_refused() {
     let scratch = Scratch::new();
     let env = scratch.arg("room.env.ron");
     let mirrored = changed(&scratch, "z.csv", |k, v| if k == 9 { -v } else { v });

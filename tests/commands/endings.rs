@@ -1,7 +1,10 @@
 //! Commands end: for every bound, whatever they are given to read, with few threads, and by a signal.
 
 use crate::support::data::own;
-use crate::support::program::{Scratch, run_within, succeed, text, trackwright};
+use crate::support::program::{
+    Scratch, end_within, processor_seconds, run_within, succeed, text, trackwright,
+};
+use crate::support::wire::until;
 use std::process::{Command, Output};
 use std::time::Duration;
 
@@ -97,7 +100,7 @@ fn threads_that_cannot_start_are_one_error() {
     assert!(said.starts_with("error: the threads to compute with"), "{said}");
 }
 
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 #[test]
 fn a_signal_ends_a_long_command() {
     use std::os::unix::process::ExitStatusExt;
@@ -111,20 +114,8 @@ fn a_signal_ends_a_long_command() {
             .spawn()
             .unwrap();
         // It computes for minutes.
-        crate::support::program::pause(Duration::from_secs(2));
-        let id = child.id().to_string();
-        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
-        let started = std::time::Instant::now();
-        let status = loop {
-            if let Some(status) = child.try_wait().unwrap() {
-                break status;
-            }
-            if started.elapsed() > LIMIT {
-                child.kill().unwrap();
-                panic!("{signal} was not heard");
-            }
-            crate::support::program::pause(Duration::from_millis(20));
-        };
-        assert_eq!(status.signal(), Some(number));
+        until("work", || processor_seconds(child.id()) > 1.0);
+        crate::support::program::signal(&child, signal);
+        assert_eq!(end_within(&mut child, LIMIT).signal(), Some(number));
     }
 }

@@ -19,7 +19,7 @@ fn built_in(name: &str) -> String {
 }
 
 #[test]
-fn counts_go_to_standard_error_and_change_no_result() {
+fn counts_go_to_stderr_and_change_nothing() {
     for format in ["text", "json"] {
         let design = built_in("endoscope.design.ron");
         let (plain, silent) = simulate(&design, &["--format", format]);
@@ -34,7 +34,7 @@ fn counts_go_to_standard_error_and_change_no_result() {
 }
 
 #[test]
-fn a_crf_is_told_as_reused_and_its_absence_as_left_out() {
+fn reuse_of_the_crf_is_reported() {
     let (_, with_crf) = simulate(&built_in("pointer-on-head.design.ron"), &["--explain"]);
     let (_, without) = simulate(&built_in("endoscope.design.ron"), &["--explain"]);
     let reused = |lines: &[String]| {

@@ -110,7 +110,7 @@ fn interpolation_bound_mm(env: &str, counts: [usize; 3]) -> f64 {
 }
 
 #[test]
-fn programs_of_others_read_the_error_that_distort_makes() {
+fn other_programs_read_the_error_of_distort() {
     let scratch = Scratch::new();
     let env = room(&scratch);
     let export = |name: &str, more: &[&str]| {
@@ -176,7 +176,7 @@ fn programs_of_others_read_the_error_that_distort_makes() {
 }
 
 #[test]
-fn a_table_of_the_field_has_the_same_numbers_and_no_cells_where_there_is_no_answer() {
+fn the_field_table_has_the_errors_of_distort() {
     let scratch = Scratch::new();
     let env = room(&scratch);
     let out = scratch.arg("field.csv");
@@ -219,7 +219,7 @@ fn a_table_of_the_field_has_the_same_numbers_and_no_cells_where_there_is_no_answ
 }
 
 #[test]
-fn a_correction_takes_readings_to_where_compensate_takes_them() {
+fn a_correction_agrees_with_compensate() {
     let scratch = Scratch::new();
     let env = room(&scratch);
     let out = scratch.arg("field.csv");
@@ -258,7 +258,7 @@ fn a_correction_takes_readings_to_where_compensate_takes_them() {
 }
 
 #[test]
-fn a_transform_moves_points_in_another_program_as_the_pose_does() {
+fn a_transform_moves_points_as_the_pose_does() {
     let scratch = Scratch::new();
     let pose = pose_from_array([12.5, -80.25, -310.0, 0.5, -0.1, 0.7, 0.4]).unwrap();
     let cells = pose_to_array(&pose).map(|v| v.to_string()).join(",");
@@ -288,7 +288,7 @@ fn a_transform_moves_points_in_another_program_as_the_pose_does() {
 }
 
 #[test]
-fn tips_of_a_pivoted_tool_are_points_around_their_pivot() {
+fn tips_of_a_pivoted_tool_surround_the_pivot() {
     let Some(file) = third_party("pivot/poses-57.txt") else {
         return;
     };
@@ -317,7 +317,7 @@ fn tips_of_a_pivoted_tool_are_points_around_their_pivot() {
 }
 
 #[test]
-fn poses_of_the_programs_own_tables_are_named_by_their_columns() {
+fn columns_select_the_poses_of_a_table() {
     let scratch = Scratch::new();
     let table = text(&own("room-a/room-a-fit.csv"));
     let out = scratch.arg("measured.csv");
@@ -338,7 +338,7 @@ fn poses_of_the_programs_own_tables_are_named_by_their_columns() {
 }
 
 #[test]
-fn what_cannot_be_exported_is_said_and_nothing_is_written() {
+fn impossible_exports_write_nothing() {
     let scratch = Scratch::new();
     let env = room(&scratch);
     let out = scratch.arg("field.vti");

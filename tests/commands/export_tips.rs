@@ -38,7 +38,7 @@ fn rows(file: &str) -> Vec<[f64; 8]> {
 }
 
 #[test]
-fn tips_are_those_of_the_simulations_log_in_the_table_and_in_both_lists() {
+fn tips_are_those_of_the_simulation_log() {
     let scratch = Scratch::new();
     let design = design(&scratch);
     let [log, table, markups] = ["log.csv", "tips.csv", "tips.mrk.json"].map(|n| scratch.arg(n));
@@ -96,7 +96,7 @@ fn tips_are_those_of_the_simulations_log_in_the_table_and_in_both_lists() {
 }
 
 #[test]
-fn other_modes_are_those_of_simulate_and_what_cannot_be_written_is_said() {
+fn other_modes_are_those_of_simulate() {
     let scratch = Scratch::new();
     let design = design(&scratch);
     let table = scratch.arg("tips.csv");

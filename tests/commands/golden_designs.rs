@@ -91,7 +91,7 @@ fn every_mode_of_both_designs_agrees() {
 }
 
 #[test]
-fn single_mode_adds_the_error_vector_and_both_poses() {
+fn single_mode_adds_error_vector_and_poses() {
     let room = room();
     let case = &list(&GOLDEN, "designs")[0];
     let expected = &list(&case["single"], "first_trials")[0];
@@ -110,7 +110,7 @@ fn single_mode_adds_the_error_vector_and_both_poses() {
 }
 
 #[test]
-fn the_same_study_on_one_thread_and_on_many_gives_the_same_bytes() {
+fn threads_do_not_change_the_bytes() {
     let room = room();
     let design = room.arg("pointer-on-head/pointer-on-head.design.ron");
     let with_threads = |threads: &str, log: &str| {
@@ -128,7 +128,7 @@ fn the_same_study_on_one_thread_and_on_many_gives_the_same_bytes() {
 }
 
 #[test]
-fn a_rejected_sensor_leaves_its_trial_out_and_is_counted() {
+fn a_rejected_sensor_leaves_its_trial_out() {
     let room = room();
     let design = room.arg("pointer-on-head/pointer-on-head.design.ron");
     let all = json(&["simulate", &design, "--mode", "motion"]);

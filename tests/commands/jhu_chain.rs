@@ -114,7 +114,7 @@ const LAST_DIGIT_MM: f64 = 0.01;
 const ROUNDING_MM: f64 = 2.0 * 0.005 * 1.733;
 
 #[test]
-fn corrected_rooms_leave_the_published_errors_of_post_and_navigation() {
+fn corrected_rooms_have_the_published_errors() {
     let scratch = Scratch::new();
     for (case, figures) in PUBLISHED {
         let Some(table) = import(&scratch, case) else {
@@ -137,7 +137,7 @@ fn corrected_rooms_leave_the_published_errors_of_post_and_navigation() {
 }
 
 #[test]
-fn without_distortion_the_chain_is_exact_and_noise_leaves_what_is_predicted() {
+fn without_distortion_the_chain_is_exact() {
     if third_party("jhu-cis").is_none() {
         return;
     }
@@ -160,7 +160,7 @@ fn without_distortion_the_chain_is_exact_and_noise_leaves_what_is_predicted() {
 }
 
 #[test]
-fn an_optical_probe_finds_its_post_in_the_frame_of_the_em_tracker() {
+fn an_optical_probe_finds_its_post() {
     let Some(folder) = third_party("jhu-cis") else {
         return;
     };
@@ -182,7 +182,7 @@ fn an_optical_probe_finds_its_post_in_the_frame_of_the_em_tracker() {
 }
 
 #[test]
-fn markers_are_not_corrected_by_a_room_that_asks_for_their_axes() {
+fn marker_correction_needs_no_axes() {
     let Some(folder) = third_party("jhu-cis") else {
         return;
     };

@@ -13,7 +13,7 @@ const CASES: [(&str, f64, f64); 3] =
 const AGREEMENT: f64 = 0.02;
 
 #[test]
-fn corrections_of_order_five_reach_the_published_residuals() {
+fn order_five_has_the_published_residuals() {
     let scratch = Scratch::new();
     for (case, before, after) in CASES {
         let Some(table) = import(&scratch, case) else {
@@ -41,7 +41,7 @@ fn corrections_of_order_five_reach_the_published_residuals() {
 }
 
 #[test]
-fn a_design_in_the_room_of_case_e_simulates_in_all_three_modes() {
+fn a_design_in_room_e_runs_in_all_modes() {
     let scratch = Scratch::new();
     let Some(table) = import(&scratch, "e") else {
         return;

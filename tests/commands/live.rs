@@ -4,7 +4,7 @@ use crate::support::data::own;
 use crate::support::live_load::tracker;
 use crate::support::live_program::{Live, address_in};
 use crate::support::program::{Scratch, fail, json, succeed, text};
-use crate::support::wire::{Reader, free_address, number_of, numbered, numbered_pose, rest};
+use crate::support::wire::{Reader, free_address, number_of, numbered, numbered_pose, until};
 use serde_json::Value;
 use std::io::Read;
 use std::net::TcpListener;
@@ -23,7 +23,7 @@ fn send(server: &Server, tool: &str, number: u32) {
 }
 
 #[test]
-fn poses_are_recorded_served_on_and_counted_and_ctrl_c_ends_it_well() {
+fn poses_are_recorded_served_and_counted() {
     let scratch = Scratch::new();
     let server = tracker(free_address());
     let connect = server.address().to_string();
@@ -33,9 +33,7 @@ fn poses_are_recorded_served_on_and_counted_and_ctrl_c_ends_it_well() {
     assert!(note.contains("for this machine alone"), "{note}");
     let mut viewer = Reader::connect(address_in(&note));
     live.says("joined, 1 now");
-    while server.clients() == 0 {
-        rest(Duration::from_millis(5));
-    }
+    until("a client", || server.clients() > 0);
     for number in 1..=20 {
         for tool in ["ProbeToTracker", "StylusToTracker"] {
             send(&server, tool, number);
@@ -46,9 +44,8 @@ fn poses_are_recorded_served_on_and_counted_and_ctrl_c_ends_it_well() {
     live.says("StylusToTracker: good");
     // While it is being written.
     let read = || live_table::parse(&std::fs::read(scratch.path("live.csv")).unwrap()).unwrap();
-    while read().tools.iter().map(|tool| tool.samples.len()).sum::<usize>() < 40 {
-        rest(Duration::from_millis(5));
-    }
+    let count = || read().tools.iter().map(|tool| tool.samples.len()).sum::<usize>();
+    until("forty samples", || count() >= 40);
     let found = read();
     let probe = found.tool(Some("Probe")).unwrap();
     let off = |(pose, number): (&Pose, u32)| {
@@ -80,7 +77,7 @@ fn poses_are_recorded_served_on_and_counted_and_ctrl_c_ends_it_well() {
 }
 
 #[test]
-fn a_recording_that_fails_is_said_once_and_everything_else_goes_on() {
+fn a_failed_recording_stops_nothing_else() {
     let scratch = Scratch::new();
     let server = tracker(free_address());
     let connect = server.address().to_string();
@@ -90,9 +87,7 @@ fn a_recording_that_fails_is_said_once_and_everything_else_goes_on() {
         Live::start_on_a_small_disk(&[&["--connect", &connect][..], &served, &kept].concat());
     let mut viewer = Reader::connect(address_in(&live.says("serving at")));
     live.says("joined, 1 now");
-    while server.clients() == 0 {
-        rest(Duration::from_millis(5));
-    }
+    until("a client", || server.clients() > 0);
     let pass = |numbers: std::ops::Range<u32>, viewer: &mut Reader| {
         for number in numbers {
             send(&server, "Probe", number);
@@ -120,7 +115,7 @@ fn a_recording_that_fails_is_said_once_and_everything_else_goes_on() {
 }
 
 #[test]
-fn poses_are_served_on_as_compensate_corrects_them_and_recorded_as_measured() {
+fn served_poses_are_those_of_compensate() {
     let scratch = Scratch::new();
     let table = text(&own("room-a/room-a-fit.csv"));
     let [env, poses, out, recording] =
@@ -145,9 +140,7 @@ fn poses_are_served_on_as_compensate_corrects_them_and_recorded_as_measured() {
     let live = Live::start(&[&room[..], &served, &kept].concat());
     let mut viewer = Reader::connect(address_in(&live.says("serving at")));
     live.says("joined, 1 now");
-    while server.clients() == 0 {
-        rest(Duration::from_millis(5));
-    }
+    until("a client", || server.clients() > 0);
     // Far outside the box: said, and not sent.
     send(&server, "Probe", 100_000);
     live.says("Probe: not good, it is outside the box");
@@ -172,7 +165,7 @@ fn poses_are_served_on_as_compensate_corrects_them_and_recorded_as_measured() {
 }
 
 #[test]
-fn a_tool_of_a_design_is_served_where_its_sensors_put_it() {
+fn a_served_tool_is_where_its_sensors_are() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/designs/pointer-on-head.design.ron");
     let world = trackwright_project::open_design_without_meshes(Path::new(file)).unwrap();
     let detail = look(&trackwright_project::resolve(world.document.design(), &world.environment));
@@ -181,9 +174,7 @@ fn a_tool_of_a_design_is_served_where_its_sensors_put_it() {
     let live = Live::start(&["--connect", &connect, "--serve", "0", "--design", file]);
     let mut viewer = Reader::connect(address_in(&live.says("serving at")));
     live.says("joined, 1 now");
-    while server.clients() == 0 {
-        rest(Duration::from_millis(5));
-    }
+    until("a client", || server.clients() > 0);
     let crf = detail.crf.as_ref().unwrap();
     for (name, body) in [("PointerToTracker", &detail.tool), ("ReferenceToTracker", crf)] {
         let matrix = Matrix::from_pose(&body.tracker_from_body_fitted);
@@ -217,9 +208,7 @@ fn watched_session() -> (Server, Live, Reader) {
     let live = Live::start(&["--connect", &connect, "--serve", "0"]);
     let viewer = Reader::connect(address_in(&live.says("serving at")));
     live.says("joined, 1 now");
-    while server.clients() == 0 {
-        rest(Duration::from_millis(5));
-    }
+    until("a client", || server.clients() > 0);
     (server, live, viewer)
 }
 
@@ -259,14 +248,12 @@ fn names_are_shown_escaped_and_kept_as_they_are() {
 }
 
 #[test]
-fn clients_beyond_the_file_limit_are_told_and_the_others_served() {
+fn clients_beyond_the_file_limit_are_refused() {
     let server = tracker(free_address());
     let connect = server.address().to_string();
     let live = Live::start_after("ulimit -n 40", &["--connect", &connect, "--serve", "0"]);
     let address = address_in(&live.says("serving at"));
-    while server.clients() == 0 {
-        rest(Duration::from_millis(5));
-    }
+    until("a client", || server.clients() > 0);
     let count = 60;
     let mut clients: Vec<Reader> = (0..count).map(|_| Reader::connect(address)).collect();
     live.says("a client cannot be accepted");
@@ -301,7 +288,7 @@ fn clients_beyond_the_file_limit_are_told_and_the_others_served() {
 }
 
 #[test]
-fn what_cannot_be_done_is_said_before_anything_runs() {
+fn wrong_arguments_fail_before_anything_runs() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
     let used = fail(&["live", "--connect", "localhost:1", "--serve", &port]);

@@ -4,7 +4,7 @@ use crate::support::program::{json, succeed, text, trackwright};
 use std::path::Path;
 
 #[test]
-fn without_a_display_the_built_in_design_is_simulated_and_one_line_says_why() {
+fn without_a_display_the_design_is_simulated() {
     let output =
         trackwright(&[]).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").output().unwrap();
     let (out, err) =
@@ -17,7 +17,7 @@ fn without_a_display_the_built_in_design_is_simulated_and_one_line_says_why() {
 }
 
 #[test]
-fn each_built_in_design_simulates_and_meets_or_misses_its_requirement() {
+fn built_in_designs_simulate_with_a_verdict() {
     let designs = Path::new(env!("CARGO_MANIFEST_DIR")).join("designs");
     let mut seen = 0;
     for entry in std::fs::read_dir(designs).unwrap() {

@@ -54,7 +54,7 @@ fn assert_compensates(scratch: &Scratch, environment: &str) {
 }
 
 #[test]
-fn kriging_leaves_less_of_rows_that_it_has_not_seen_than_polynomials_and_compensates() {
+fn kriging_beats_polynomials_on_unseen_rows() {
     let scratch = Scratch::new();
     let [data, holdout] = room_a();
     let environment = scratch.arg("room.env.ron");
@@ -77,7 +77,7 @@ fn kriging_leaves_less_of_rows_that_it_has_not_seen_than_polynomials_and_compens
 }
 
 #[test]
-fn a_generator_learned_in_one_half_of_a_room_serves_the_other_and_compensates() {
+fn a_learned_generator_serves_the_other_half() {
     let scratch = Scratch::new();
     let [data, holdout] = room_a();
     let generator = scratch.arg("own.generator.ron");
@@ -118,7 +118,7 @@ fn a_generator_learned_in_one_half_of_a_room_serves_the_other_and_compensates() 
 }
 
 #[test]
-fn select_tries_kinds_on_the_same_rows_and_writes_the_best() {
+fn select_compares_kinds_on_the_same_rows() {
     let scratch = Scratch::new();
     let [data, _] = room_a();
     let environment = scratch.arg("room.env.ron");
@@ -165,7 +165,7 @@ fn select_tries_kinds_on_the_same_rows_and_writes_the_best() {
 }
 
 #[test]
-fn what_does_not_go_together_is_refused_in_one_line() {
+fn contradicting_options_are_refused() {
     let scratch = Scratch::new();
     let [data, _] = room_a();
     let environment = scratch.arg("room.env.ron");

@@ -56,7 +56,7 @@ fn poses_table(poses: &[(Point3<f64>, UnitQuaternion<f64>)]) -> String {
 }
 
 #[test]
-fn pivot_counts_readings_outside_and_leaves_them_out_on_request() {
+fn pivot_can_leave_outside_readings_out() {
     let scratch = Scratch::new();
     let (room, bounds) = room(&scratch);
     let poses = turns(&bounds);
@@ -82,7 +82,7 @@ fn pivot_counts_readings_outside_and_leaves_them_out_on_request() {
 }
 
 #[test]
-fn frames_with_a_marker_outside_are_left_out_and_counted() {
+fn frames_with_outside_markers_are_left_out() {
     let scratch = Scratch::new();
     let (room, bounds) = room(&scratch);
     let markers = [[0.0, 0.0, 0.0], [12.0, 0.0, 0.0], [0.0, 9.0, 4.0]].map(Point3::from);

@@ -5,7 +5,7 @@ use crate::support::golden::numbers;
 use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
 
 #[test]
-fn the_published_recording_gives_the_published_tip_pivot_and_residual() {
+fn the_published_recording_gives_its_tip() {
     let Some(file) = third_party("pivot/poses-57.txt") else {
         return;
     };
@@ -42,7 +42,7 @@ fn the_published_recording_gives_the_published_tip_pivot_and_residual() {
 }
 
 #[test]
-fn a_probe_that_is_known_by_its_markers_finds_the_post_of_each_jhu_case() {
+fn a_marker_probe_finds_the_jhu_posts() {
     let Some(folder) = third_party("jhu-cis") else {
         return;
     };
@@ -107,7 +107,7 @@ fn each_refusal_has_its_reason_and_its_limit() {
 }
 
 #[test]
-fn a_tool_of_an_ndi_recording_is_named_and_only_good_samples_count() {
+fn only_good_samples_of_the_named_tool_count() {
     let scratch = Scratch::new();
     let poses = std::fs::read_to_string(recording(&scratch, 60.0, true, 0.0)).unwrap();
     let columns = "Frame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz";
@@ -139,7 +139,7 @@ fn a_tool_of_an_ndi_recording_is_named_and_only_good_samples_count() {
 }
 
 #[test]
-fn real_recordings_are_read_with_every_tool_and_sample_that_they_have() {
+fn real_recordings_are_read_whole() {
     use trackwright_formats::recording::parse;
     // Tools, samples of each, and how many of them the tracker calls good.
     let expected: [(&str, usize, usize, &[usize]); 6] = [

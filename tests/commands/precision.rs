@@ -4,7 +4,7 @@ use crate::support::program::{Scratch, fail, json, succeed};
 use std::fs;
 
 #[test]
-fn json_has_the_fields_of_the_contract_for_every_family() {
+fn json_has_every_field_of_the_contract() {
     let rows = json(&["precision", "--quick"]);
     let rows = rows.as_array().unwrap();
     for what in ["field", "fit", "inverse", "uncertainty", "motion", "heatmap"] {
@@ -30,7 +30,7 @@ fn json_has_the_fields_of_the_contract_for_every_family() {
 }
 
 #[test]
-fn a_folder_gets_the_page_its_pictures_and_both_tables() {
+fn a_folder_receives_page_pictures_and_tables() {
     let scratch = Scratch::new();
     let folder = scratch.arg("new/folder");
     let text = succeed(&["precision", "--quick", "-o", &folder]);
@@ -48,7 +48,7 @@ fn a_folder_gets_the_page_its_pictures_and_both_tables() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_made_is_said_before_anything_is_measured() {
+fn an_impossible_folder_fails_first() {
     let scratch = Scratch::new();
     fs::write(scratch.path("file"), "").unwrap();
     let message = fail(&["precision", "-o", &scratch.arg("file")]);

@@ -84,7 +84,7 @@ fn recording(scratch: &Scratch, design: &str, to: &str) -> String {
 }
 
 #[test]
-fn the_figures_of_every_step_are_those_of_the_single_commands() {
+fn step_figures_are_those_of_the_commands() {
     let (scratch, design) = world();
     let recorded = recording(&scratch, &design, "built.csv");
     let ward = scratch.arg("ward/ward.env.ron");
@@ -132,7 +132,7 @@ fn the_figures_of_every_step_are_those_of_the_single_commands() {
 }
 
 #[test]
-fn what_is_decided_stays_in_the_design_and_is_told_when_it_no_longer_holds() {
+fn decisions_stay_in_the_design() {
     let (scratch, design) = world();
     let ward = scratch.arg("ward/ward.env.ron");
     let recorded = recording(&scratch, &design, "built.csv");
@@ -208,7 +208,7 @@ fn what_is_decided_stays_in_the_design_and_is_told_when_it_no_longer_holds() {
 }
 
 #[test]
-fn a_room_that_is_gone_or_elsewhere_is_a_row_that_says_so() {
+fn an_unusable_room_is_a_row_with_its_reason() {
     let (scratch, design) = world();
     let ward = scratch.arg("ward/ward.env.ron");
     succeed(&["procedure", &design, "--add-room", &ward]);
@@ -252,7 +252,7 @@ fn a_room_that_is_gone_or_elsewhere_is_a_row_that_says_so() {
 }
 
 #[test]
-fn what_cannot_be_decided_is_refused_and_nothing_is_written() {
+fn impossible_decisions_write_nothing() {
     let read_only = fail(&["procedure", "endoscope", "--decide", "tool"]);
     assert!(read_only.contains("read-only"), "{read_only}");
     let found = json(&["procedure", "endoscope"]);
@@ -309,7 +309,7 @@ fn in_another_frame(table: &str) -> String {
 }
 
 #[test]
-fn measured_poses_in_another_frame_are_no_disagreement_with_the_design() {
+fn another_frame_is_recognised_as_such() {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-no-crf", "d");
     fit(&scratch, "d/room.env.ron", "2");
@@ -342,7 +342,7 @@ fn measured_poses_in_another_frame_are_no_disagreement_with_the_design() {
 }
 
 #[test]
-fn real_recordings_agree_until_one_of_them_is_turned() {
+fn real_recordings_agree_until_turned() {
     let Some(folder) = third_party("aurora-polaris/static") else {
         return;
     };

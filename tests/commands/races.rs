@@ -44,7 +44,8 @@ fn race(first: &[&str], second: &[&str]) {
 }
 
 #[test]
-fn decisions_made_at_once_are_both_kept() {
+#[ignore = "long: races"]
+fn long_decisions_made_at_once_are_both_kept() {
     let (_scratch, design) = design();
     for run in 0..runs() {
         race(
@@ -62,7 +63,8 @@ fn decisions_made_at_once_are_both_kept() {
 }
 
 #[test]
-fn rooms_added_at_once_are_both_kept() {
+#[ignore = "long: races"]
+fn long_rooms_added_at_once_are_both_kept() {
     let (scratch, design) = design();
     let [ward, theatre] = ["d/ward.env.ron", "d/theatre.env.ron"].map(|name| scratch.arg(name));
     for run in 0..runs() {

@@ -20,7 +20,7 @@ fn write(scratch: &Scratch, name: &str, points: impl IntoIterator<Item = Point3<
 }
 
 #[test]
-fn exact_points_give_the_pose_and_move_others_without_an_error() {
+fn exact_points_give_the_exact_pose() {
     let scratch = Scratch::new();
     let source = write(&scratch, "source.txt", POINTS.map(Point3::from));
     let target = write(&scratch, "target.txt", POINTS.map(|p| pose() * Point3::from(p)));
@@ -49,7 +49,7 @@ fn exact_points_give_the_pose_and_move_others_without_an_error() {
 }
 
 #[test]
-fn the_error_that_is_to_be_expected_grows_away_from_the_points_and_is_not_what_they_leave() {
+fn the_expected_error_grows_with_distance() {
     let scratch = Scratch::new();
     let source = write(&scratch, "source.txt", POINTS.map(Point3::from));
     let target = write(&scratch, "target.txt", POINTS.map(Point3::from));
@@ -69,7 +69,7 @@ fn the_error_that_is_to_be_expected_grows_away_from_the_points_and_is_not_what_t
 }
 
 #[test]
-fn points_that_determine_no_pose_are_refused_with_the_reason() {
+fn undetermined_points_are_refused() {
     let scratch = Scratch::new();
     let all = write(&scratch, "all.txt", POINTS.map(Point3::from));
     let two = write(&scratch, "two.txt", POINTS[..2].iter().map(|p| Point3::from(*p)));

@@ -35,7 +35,7 @@ fn printed(args: &[&str]) -> String {
 }
 
 #[test]
-fn a_folder_gets_the_designs_name_and_a_file_is_the_page_itself() {
+fn a_folder_or_a_file_name_is_accepted() {
     let scratch = Scratch::new();
     let folder = scratch.arg("deep/reports");
     let said = succeed(&["report", "designs/pointer-on-head.design.ron", "-o", &folder]);
@@ -110,7 +110,7 @@ fn given_poses_and_a_single_one_have_their_pages() {
 }
 
 #[test]
-fn what_cannot_be_written_is_said_and_leaves_nothing() {
+fn impossible_outputs_leave_nothing() {
     let scratch = Scratch::new();
     std::fs::write(scratch.path("notes.txt"), "mine").unwrap();
     let said = fail(&["report", "endoscope", "-o", &scratch.arg("notes.txt")]);
@@ -130,7 +130,7 @@ fn what_cannot_be_written_is_said_and_leaves_nothing() {
 }
 
 #[test]
-fn a_missing_mesh_is_said_and_the_page_names_no_folder_of_this_machine() {
+fn a_missing_mesh_shows_no_local_folder() {
     let scratch = Scratch::new();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let copy = |from: &str, to: &str, change: &dyn Fn(String) -> String| {
@@ -153,7 +153,7 @@ fn a_missing_mesh_is_said_and_the_page_names_no_folder_of_this_machine() {
 }
 
 #[test]
-fn a_slide_whose_layer_is_gone_is_told_and_the_page_is_written() {
+fn a_slide_with_a_lost_layer_is_reported() {
     let scratch = Scratch::new();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let design = std::fs::read_to_string(folder.join("designs/new-tool.design.ron")).unwrap();
@@ -197,7 +197,7 @@ fn browse(page: &Path, out: &Path, flags: &[&str]) -> Value {
 }
 
 #[test]
-fn a_browser_without_a_network_shows_the_page_turns_its_scene_and_complains_of_nothing() {
+fn the_page_works_offline_in_a_browser() {
     let scratch = Scratch::new();
     let page = scratch.path("page.html");
     let expected = page_with_scene(trackwright_project::DEFAULT_BUILTIN, &page);
@@ -215,7 +215,7 @@ fn a_browser_without_a_network_shows_the_page_turns_its_scene_and_complains_of_n
 }
 
 #[test]
-fn a_browser_that_cannot_draw_in_three_dimensions_says_so_beside_the_drawing() {
+fn a_browser_without_webgl_shows_the_drawing() {
     let scratch = Scratch::new();
     let page = scratch.path("page.html");
     page_with_scene("endoscope", &page);

@@ -47,7 +47,7 @@ fn plain_row(found: &Value, order: usize) -> &Value {
 }
 
 #[test]
-fn the_smallest_model_within_one_percent_of_the_least_is_named() {
+fn the_smallest_model_within_1_percent_is_best() {
     let found = json(&["select", &room_a(), "--orders", "1-2", "--directions", "1,6,14"]);
     let table = list(&found, "table");
     // No correction, and two orders with three sets of orientations, each with 14 ridges.
@@ -82,7 +82,7 @@ fn the_table_is_readable_and_the_choice_is_marked() {
 }
 
 #[test]
-fn the_environment_is_that_of_a_fit_of_the_chosen_model() {
+fn the_environment_is_a_fit_of_the_best_model() {
     let scratch = Scratch::new();
     let (mine, theirs) = (scratch.arg("a/room.env.ron"), scratch.arg("b/room.env.ron"));
     for folder in ["a", "b"] {
@@ -108,7 +108,7 @@ fn the_environment_is_that_of_a_fit_of_the_chosen_model() {
 }
 
 #[test]
-fn a_fit_without_order_and_orientations_takes_what_selection_chooses_and_says_so() {
+fn a_fit_without_options_uses_the_selection() {
     let scratch = Scratch::new();
     quadratic_table(&scratch.path("q.csv"), 300);
     let (data, env) = (scratch.arg("q.csv"), scratch.arg("q.env.ron"));
@@ -418,7 +418,7 @@ fn a_hold_out_that_is_fitted_as_well_is_refused() {
 }
 
 #[test]
-fn what_cannot_be_selected_says_why_and_writes_nothing() {
+fn impossible_selections_write_nothing() {
     let scratch = Scratch::new();
     quadratic_table(&scratch.path("q.csv"), 8);
     let (data, env) = (scratch.arg("q.csv"), scratch.arg("q.env.ron"));
@@ -476,7 +476,7 @@ fn chosen_order(case: &str, found: &Value) -> usize {
 }
 
 #[test]
-fn jhu_corrections_get_order_four_or_five_and_leave_the_published_residuals() {
+fn jhu_corrections_choose_order_four_or_five() {
     let scratch = Scratch::new();
     for (case, published) in PUBLISHED {
         let Some(table) = import(&scratch, case) else {
@@ -497,7 +497,7 @@ fn jhu_corrections_get_order_four_or_five_and_leave_the_published_residuals() {
 }
 
 #[test]
-fn jhu_distortion_gets_order_four_and_noise_gets_no_correction() {
+fn jhu_distortion_chooses_order_four() {
     let scratch = Scratch::new();
     for (case, expected) in [("b", 0), ("f", 4)] {
         let Some(table) = import(&scratch, case) else {
@@ -509,7 +509,7 @@ fn jhu_distortion_gets_order_four_and_noise_gets_no_correction() {
 }
 
 #[test]
-fn the_choice_for_the_cube_does_better_on_the_holdout_than_the_best_plain_fit() {
+fn the_choice_for_the_cube_beats_plain_fits() {
     let Some(folder) = third_party("cube") else {
         return;
     };

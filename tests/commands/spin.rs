@@ -44,7 +44,7 @@ fn spun(scratch: &Scratch) -> String {
 }
 
 #[test]
-fn tip_and_shaft_come_from_one_command_and_the_shaft_points_to_the_tip() {
+fn tip_and_shaft_come_from_one_command() {
     let scratch = Scratch::new();
     let (around, about) = (pivoted(&scratch), spun(&scratch));
     let found = json(&["pivot", &around, "--spin", &about]);
@@ -65,7 +65,7 @@ fn tip_and_shaft_come_from_one_command_and_the_shaft_points_to_the_tip() {
 }
 
 #[test]
-fn without_a_tip_the_direction_is_open_and_a_stated_tip_settles_it() {
+fn a_stated_tip_settles_the_direction() {
     let scratch = Scratch::new();
     let about = spun(&scratch);
     let output = trackwright(&["pivot", "--spin", &about, "--format", "json"]).output().unwrap();
@@ -130,7 +130,7 @@ fn a_spin_has_refusals_and_limits_of_its_own() {
 }
 
 #[test]
-fn the_frame_of_the_tip_is_a_transform_for_slicer_and_a_body_for_designs() {
+fn the_tip_frame_is_exported_for_slicer() {
     let scratch = Scratch::new();
     let (around, about) = (pivoted(&scratch), spun(&scratch));
     let [transform, body] = ["tip.tfm", "probe.body.ron"].map(|name| scratch.arg(name));

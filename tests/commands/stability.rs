@@ -4,7 +4,7 @@ use crate::support::program::{Scratch, fail, succeed, trackwright};
 use serde_json::Value;
 
 #[test]
-fn the_quick_battery_holds_and_writes_a_page_json_and_a_table() {
+fn the_quick_battery_holds_and_is_written() {
     let scratch = Scratch::new();
     let folder = scratch.arg("out/of/the/way");
     let output =
@@ -37,7 +37,7 @@ fn the_quick_battery_holds_and_writes_a_page_json_and_a_table() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_made_is_said_before_the_work() {
+fn an_impossible_folder_fails_before_the_work() {
     let scratch = Scratch::new();
     std::fs::write(scratch.path("file"), "").unwrap();
     let error = fail(&["stability", "-o", &scratch.arg("file/folder")]);

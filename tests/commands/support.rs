@@ -104,7 +104,7 @@ fn every_kind_of_model_has_reading_errors() {
 }
 
 #[test]
-fn an_environment_that_does_not_tell_is_an_error_that_says_how_to_make_one_that_does() {
+fn a_room_without_validity_is_an_error() {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-on-head", "d");
     let small = ["--order", "1", "--directions", "6", "--no-support"];
@@ -125,7 +125,7 @@ fn an_environment_that_does_not_tell_is_an_error_that_says_how_to_make_one_that_
 }
 
 #[test]
-fn what_is_too_large_to_keep_is_left_out_with_a_note() {
+fn too_large_a_fit_is_left_out_with_a_note() {
     let scratch = Scratch::new();
     let (table, env) = (text(&own("room-a/room-a-fit.csv")), scratch.arg("e.env.ron"));
     let output = trackwright(&["fit", &table, "-o", &env, "--order", "8", "--directions", "14"])
@@ -138,7 +138,7 @@ fn what_is_too_large_to_keep_is_left_out_with_a_note() {
 }
 
 #[test]
-fn simulate_counts_trials_on_poorly_supported_field_where_it_is_asked_to() {
+fn simulate_counts_poorly_supported_trials() {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-on-head", "d");
     fit(&scratch, "d/room.env.ron", &["--order", "2", "--directions", "14"]);

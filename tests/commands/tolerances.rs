@@ -10,7 +10,7 @@ fn design(name: &str) -> String {
 }
 
 #[test]
-fn the_sheet_of_a_built_in_design_is_the_same_in_text_json_and_table() {
+fn the_sheet_is_the_same_in_every_format() {
     let scratch = Scratch::new();
     let (pointer, csv) = (design("pointer-on-head"), scratch.arg("sheet.csv"));
     let found = json(&["tolerances", &pointer, "--csv", &csv, "--check", "20"]);
@@ -64,7 +64,7 @@ fn changed(scratch: &Scratch, from: &str, to: &str) -> String {
 }
 
 #[test]
-fn a_requirement_that_is_missed_or_absent_is_said_in_the_sheet() {
+fn the_sheet_states_missed_requirements() {
     let scratch = Scratch::new();
     let requirement = "requirement: (position_rms: 1.0, angle_rms: 0.5),";
     let missed = changed(&scratch, requirement, "requirement: (position_max: 0.1),");

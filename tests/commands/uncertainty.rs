@@ -36,7 +36,7 @@ fn single(design: &str, more: &[&str]) -> Value {
 }
 
 #[test]
-fn both_methods_agree_side_by_side_with_the_jitter_of_the_environment() {
+fn both_uncertainty_methods_agree() {
     let scratch = room(&JITTER);
     let design = design(&scratch);
     let more = ["--uncertainty", "first-order,monte-carlo", "--samples", "20000", "--seed", "5"];
@@ -76,7 +76,7 @@ fn both_methods_agree_side_by_side_with_the_jitter_of_the_environment() {
 }
 
 #[test]
-fn without_a_weight_in_the_design_it_is_derived_from_the_jitter_and_the_command_line_wins() {
+fn the_weight_follows_jitter_unless_given() {
     let scratch = room(&JITTER);
     without_weight(&scratch);
     let design = design(&scratch);
@@ -107,7 +107,7 @@ fn without_a_weight_in_the_design_it_is_derived_from_the_jitter_and_the_command_
 }
 
 #[test]
-fn the_growth_that_fit_writes_is_the_growth_that_simulate_reads() {
+fn the_growth_of_fit_is_read_by_simulate() {
     let scratch = room(&[&JITTER[..], &["--jitter-growth-mm", "150"]].concat());
     let design = design(&scratch);
     let read = single(&design, &["--uncertainty", "first-order"]);
@@ -123,7 +123,7 @@ fn the_growth_that_fit_writes_is_the_growth_that_simulate_reads() {
 }
 
 #[test]
-fn over_a_range_of_motion_scatter_and_error_add_up_in_squares() {
+fn scatter_and_error_add_in_squares() {
     let scratch = room(&JITTER);
     let found =
         json(&["simulate", &design(&scratch), "--mode", "motion", "--uncertainty", "first-order"]);

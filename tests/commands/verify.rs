@@ -35,7 +35,7 @@ fn predicted_recording(scratch: &Scratch, design: &str, to: &str) -> String {
 }
 
 #[test]
-fn a_recording_that_is_what_the_design_predicts_is_explained_whole() {
+fn a_predicted_recording_is_fully_explained() {
     let scratch = Scratch::new();
     let design = design(&scratch, "pointer-no-crf", &ROOM);
     let recorded = predicted_recording(&scratch, &design, "r.csv");
@@ -74,7 +74,7 @@ fn a_recording_that_is_what_the_design_predicts_is_explained_whole() {
 }
 
 #[test]
-fn in_the_crf_the_same_and_without_it_being_recorded_a_note() {
+fn the_crf_recording_is_optional() {
     let scratch = Scratch::new();
     let design = design(&scratch, "pointer-on-head", &ROOM);
     // The CRF where the design has it.
@@ -123,7 +123,7 @@ fn moments_of_one_body_alone_are_counted_and_told() {
 }
 
 #[test]
-fn a_room_that_the_tool_was_not_in_is_called_no_better_than_nothing() {
+fn an_unrelated_room_explains_nothing() {
     let scratch = Scratch::new();
     let design = design(&scratch, "pointer-no-crf", &ROOM);
     let recorded = predicted_recording(&scratch, &design, "r.csv");
@@ -142,7 +142,7 @@ fn a_room_that_the_tool_was_not_in_is_called_no_better_than_nothing() {
 }
 
 #[test]
-fn sensors_recorded_one_by_one_are_fitted_as_the_design_has_them() {
+fn separate_sensor_recordings_are_fitted() {
     let scratch = Scratch::new();
     let design = design(&scratch, "pointer-no-crf", &ROOM);
     let whole = predicted_recording(&scratch, &design, "r.csv");
@@ -210,7 +210,7 @@ fn compose(body: &[f64], at: &[f64; 3], turn: &[f64; 4]) -> [f64; 7] {
 }
 
 #[test]
-fn recordings_that_cannot_be_used_are_refused_for_their_reasons() {
+fn unusable_built_tool_recordings_are_refused() {
     let scratch = Scratch::new();
     let design = design(&scratch, "pointer-no-crf", &ROOM);
     let recorded = predicted_recording(&scratch, &design, "r.csv");
@@ -275,7 +275,7 @@ fn a_real_pivot_has_the_error_that_pivot_says() {
 }
 
 #[test]
-fn a_room_of_half_of_the_real_poses_explains_the_body_at_the_other_half() {
+fn half_of_the_real_poses_predict_the_other() {
     let Some(folder) = third_party("aurora-polaris/static") else {
         return;
     };

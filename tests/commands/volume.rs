@@ -5,7 +5,7 @@ use crate::support::program::{Scratch, fail, json, succeed, text};
 use std::fs;
 
 #[test]
-fn a_volume_given_by_name_is_written_and_decides_which_sensors_are_out_of_it() {
+fn a_named_volume_decides_who_is_outside() {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-on-head", "d");
     let table = text(&own("room-a/room-a-fit.csv"));

@@ -41,7 +41,7 @@ fn open_design(app: &App) -> &Design {
 }
 
 #[test]
-fn a_file_becomes_anatomy_on_the_crf_selected_seen_and_named_apart() {
+fn a_file_becomes_anatomy_on_the_crf() {
     let (folder, mut app) = saved_app();
     let file = folder.path().join("head.obj");
     fs::write(&file, box_obj([160.0, 200.0, 230.0], "")).unwrap();
@@ -70,7 +70,7 @@ fn a_file_becomes_anatomy_on_the_crf_selected_seen_and_named_apart() {
 }
 
 #[test]
-fn a_dropped_mesh_may_be_anatomy_with_or_without_a_crf() {
+fn a_dropped_mesh_may_become_anatomy() {
     for has_crf in [true, false] {
         let answer = Rc::new(RefCell::new(None));
         let sink = Rc::clone(&answer);
@@ -102,7 +102,7 @@ fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harne
 }
 
 #[test]
-fn the_outliner_lists_anatomy_with_its_frame_and_adds_more() {
+fn the_outliner_lists_anatomy() {
     let mut design = super::app::design();
     let mut table = anatomy("table", "table.stl");
     table.on = AnatomyFrame::Tracker;
@@ -124,7 +124,7 @@ fn the_outliner_lists_anatomy_with_its_frame_and_adds_more() {
 }
 
 #[test]
-fn what_is_typed_and_chosen_for_anatomy_are_edits_of_it() {
+fn anatomy_inputs_are_edits() {
     let mut design = super::app::design();
     design.anatomy = vec![anatomy("head", "head.stl")];
     let (mut harness, asked) = harness(|ui| {
@@ -152,7 +152,7 @@ fn what_is_typed_and_chosen_for_anatomy_are_edits_of_it() {
 }
 
 #[test]
-fn anatomy_is_drawn_where_its_frame_is_and_not_while_its_layer_is_off() {
+fn anatomy_is_drawn_in_its_frame() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("head.obj");
     fs::write(&file, box_obj([160.0, 200.0, 230.0], "")).unwrap();

@@ -30,7 +30,7 @@ fn move_sensor(app: &mut App, z_mm: f64) {
 }
 
 #[test]
-fn an_app_that_ends_without_closing_keeps_its_newest_edit() {
+fn an_app_that_ends_keeps_its_newest_edit() {
     let copy = Copied::new("pointer-on-head");
     let folder = tempfile::tempdir().unwrap();
     let mut app = app(&copy, folder.path());
@@ -46,7 +46,7 @@ fn an_app_that_ends_without_closing_keeps_its_newest_edit() {
 }
 
 #[test]
-fn without_a_place_for_recovery_files_nothing_is_kept_and_that_is_said() {
+fn without_a_recovery_folder_a_notice_is_shown() {
     let copy = Copied::new("pointer-on-head");
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a file");

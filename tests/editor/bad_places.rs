@@ -69,7 +69,7 @@ fn refusal(app: &App) -> &str {
 }
 
 #[test]
-fn a_place_that_cannot_be_written_to_is_named_and_every_edit_stays() {
+fn a_read_only_place_is_named() {
     let (folder, file) = saved();
     let mut app = open(&file);
     move_tool(&mut app, 9.0);
@@ -89,7 +89,7 @@ fn a_place_that_cannot_be_written_to_is_named_and_every_edit_stays() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_full_disk_is_said_and_the_old_file_stays_whole() {
+fn a_full_disk_leaves_the_old_file_whole() {
     let (folder, file) = saved();
     let mut app = open(&file);
     move_tool(&mut app, 9.0);
@@ -106,7 +106,7 @@ fn a_full_disk_is_said_and_the_old_file_stays_whole() {
 }
 
 #[test]
-fn of_two_editors_of_one_file_the_second_to_save_is_asked_and_can_save_elsewhere() {
+fn the_second_editor_to_save_is_asked() {
     let (folder, file) = saved();
     let (mut one, mut other) = (open(&file), open(&file));
     move_tool(&mut one, 9.0);
@@ -133,7 +133,7 @@ fn of_two_editors_of_one_file_the_second_to_save_is_asked_and_can_save_elsewhere
 }
 
 #[test]
-fn where_recovery_files_cannot_be_kept_that_is_said_and_work_goes_on() {
+fn missing_recovery_folder_does_not_stop_work() {
     let (_folder, file) = saved();
     let mut app = open(&file);
     app.insert_resource(RecoveryFolder(file.join("recovery"))).add_plugins(AutosavePlugin);
@@ -145,7 +145,7 @@ fn where_recovery_files_cannot_be_kept_that_is_said_and_work_goes_on() {
 }
 
 #[test]
-fn a_recovery_folder_that_is_lost_while_working_is_said() {
+fn a_lost_recovery_folder_is_reported() {
     let (folder, file) = saved();
     let recovery = folder.path().join("recovery");
     let mut app = open(&file);

@@ -123,7 +123,7 @@ fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<PanelAction>>>) {
 }
 
 #[test]
-fn a_dropped_definition_is_the_selected_body_in_one_undo_step() {
+fn a_dropped_definition_is_one_undo_step() {
     let (folder, mut app) = app();
     let rom = write(&folder, "roms/8700339.rom", &coils());
     let before = world(&app).document.shared_design();
@@ -149,7 +149,7 @@ fn a_dropped_definition_is_the_selected_body_in_one_undo_step() {
 }
 
 #[test]
-fn with_nothing_selected_it_is_asked_which_body_it_is_and_markers_will_do() {
+fn without_a_selection_the_body_is_asked_for() {
     let (folder, mut app) = app();
     let rom = write(&folder, "8700339.rom", &markers());
     drop_file(&mut app, &rom);
@@ -167,7 +167,7 @@ fn with_nothing_selected_it_is_asked_which_body_it_is_and_markers_will_do() {
 }
 
 #[test]
-fn a_wrong_checksum_is_asked_about_and_used_only_when_that_is_said() {
+fn a_wrong_checksum_needs_consent() {
     let (folder, mut app) = app();
     let mut bytes = coils();
     bytes[60] ^= 1;
@@ -187,7 +187,7 @@ fn a_wrong_checksum_is_asked_about_and_used_only_when_that_is_said() {
 }
 
 #[test]
-fn what_is_no_definition_is_refused_with_file_place_and_reason_and_nothing_changes() {
+fn an_invalid_definition_changes_nothing() {
     let (folder, mut app) = app();
     let before = world(&app).document.shared_design();
     let whole = markers();
@@ -215,7 +215,7 @@ fn what_is_no_definition_is_refused_with_file_place_and_reason_and_nothing_chang
 }
 
 #[test]
-fn save_writes_a_dropped_definition_beside_the_design_and_never_over_the_makers_file() {
+fn save_never_overwrites_the_makers_file() {
     let (folder, mut app) = app();
     let rom = write(&folder, "pointer.rom", &coils());
     ask(&mut app, BodyFileRequest::open(BodyRole::Tool, rom.clone()));
@@ -233,7 +233,7 @@ fn save_writes_a_dropped_definition_beside_the_design_and_never_over_the_makers_
 }
 
 #[test]
-fn what_a_definition_cannot_hold_is_said_before_it_is_written_and_reads_back() {
+fn losses_are_listed_before_writing() {
     let (folder, mut app) = app();
     let tip =
         Edit::SetTip { body: BodyRole::Tool, tip_in_body: Some(Point3::new(0.0, 0.0, -12.5)) };
@@ -294,7 +294,7 @@ fn what_a_definition_cannot_hold_is_said_before_it_is_written_and_reads_back() {
 }
 
 #[test]
-fn what_was_opened_unchanged_is_written_back_to_the_byte() {
+fn an_unchanged_file_is_written_to_the_byte() {
     let (folder, mut app) = app();
     for (name, bytes) in [("coils.rom", coils()), ("markers.rom", markers())] {
         let rom = write(&folder, name, &bytes);
@@ -312,7 +312,7 @@ fn what_was_opened_unchanged_is_written_back_to_the_byte() {
 }
 
 #[test]
-fn the_inspector_says_what_a_definition_says_with_units_once_it_is_unfolded() {
+fn the_inspector_shows_a_definitions_facts() {
     let (folder, mut app) = app();
     {
         let (mut harness, asked) = section(&app);
@@ -356,7 +356,7 @@ fn the_inspector_says_what_a_definition_says_with_units_once_it_is_unfolded() {
 }
 
 #[test]
-fn only_bodies_that_the_design_has_can_be_opened_and_a_design_that_was_left_gets_none() {
+fn only_bodies_of_the_open_design_are_opened() {
     let (folder, mut app) = app();
     let rom = write(&folder, "8700339.rom", &coils());
     let open = |role| Command::OpenBody(role);

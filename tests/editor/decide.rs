@@ -85,7 +85,7 @@ pub(super) fn move_sensor(app: &mut App, by_mm: f64) {
 }
 
 #[test]
-fn a_pinned_state_differs_by_nothing_until_the_design_does_and_then_by_what_the_studies_say() {
+fn a_pinned_state_differs_by_what_changed() {
     let mut app = decide_app();
     ask(&mut app, DecideRequest::PinHere);
     let against = found(&app).comparison.rows[1].against_baseline.clone();
@@ -111,7 +111,7 @@ fn a_pinned_state_differs_by_nothing_until_the_design_does_and_then_by_what_the_
 }
 
 #[test]
-fn nothing_is_compared_outside_the_workspace_or_without_a_baseline() {
+fn comparison_needs_workspace_and_baseline() {
     let mut app = decide_app();
     move_sensor(&mut app, 1.0);
     assert_eq!(desk(&app).counts.baselines, 0, "nothing is pinned");
@@ -138,7 +138,7 @@ fn saved(folder: &Path, name: &str) -> PathBuf {
 }
 
 #[test]
-fn the_table_has_every_design_in_every_room_with_the_figures_of_their_own_studies() {
+fn the_table_has_every_design_in_every_room() {
     let folder = tempfile::tempdir().unwrap();
     let other =
         trackwright_project::builtin_names().find(|n| *n != trackwright_project::DEFAULT_BUILTIN);
@@ -181,7 +181,7 @@ fn the_table_has_every_design_in_every_room_with_the_figures_of_their_own_studie
 }
 
 #[test]
-fn a_row_opens_its_design_and_then_puts_it_into_its_room() {
+fn a_row_opens_its_design_in_its_room() {
     let folder = tempfile::tempdir().unwrap();
     let other = saved(folder.path(), trackwright_project::DEFAULT_BUILTIN);
     let mut app = decide_app();
@@ -253,7 +253,7 @@ pub(super) fn look(
 }
 
 #[test]
-fn a_baseline_whose_file_is_deleted_stays_and_says_so() {
+fn a_deleted_baseline_stays_with_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let file = saved(folder.path(), trackwright_project::DEFAULT_BUILTIN);
     let mut app = decide_app();
@@ -278,7 +278,7 @@ fn a_baseline_whose_file_is_deleted_stays_and_says_so() {
 }
 
 #[test]
-fn the_baseline_stands_in_the_scene_beside_the_designs_ghost_only_while_it_is_compared() {
+fn the_baseline_ghost_needs_a_comparison() {
     let mut app = create_scene_app_with(|app| {
         app.add_plugins((DecidePlugin, BaselineGhostPlugin));
     });
@@ -301,7 +301,7 @@ fn the_baseline_stands_in_the_scene_beside_the_designs_ghost_only_while_it_is_co
 }
 
 #[test]
-fn a_missed_step_is_decided_with_a_reason_only_and_what_changed_since_is_told() {
+fn a_missed_step_needs_a_reason() {
     let mut app = decide_app();
     let strict = Requirement { position_max_mm: Some(0.01), ..Requirement::default() };
     let loose = Requirement { position_max_mm: Some(100.0), ..Requirement::default() };
@@ -344,7 +344,7 @@ fn a_missed_step_is_decided_with_a_reason_only_and_what_changed_since_is_told() 
 }
 
 #[test]
-fn a_recording_and_reasons_of_one_design_are_not_taken_to_the_next() {
+fn the_next_design_starts_without_notes() {
     let mut app = decide_app();
     ask(&mut app, DecideRequest::SetNote(Step::Tool, "for this one".to_owned()));
     ask(&mut app, DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()));

@@ -78,7 +78,7 @@ fn undo_drops_the_selection_of_what_is_gone() {
 }
 
 #[test]
-fn a_file_that_cannot_be_opened_leaves_the_document_and_says_why() {
+fn a_failed_open_leaves_the_document() {
     let mut app = create_app();
     app.world_mut().write_message(FileRequest::Open("/no/such/design.design.ron".into()));
     app.update();
@@ -105,7 +105,7 @@ fn opening_over_unsaved_changes_asks_first() {
 }
 
 #[test]
-fn closing_an_unchanged_design_ends_the_program_and_a_changed_one_asks() {
+fn closing_asks_only_after_changes() {
     let mut app = create_app();
     request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))));
     app.world_mut().write_message(FileRequest::Quit);

@@ -16,7 +16,7 @@ use trackwright_editor::state::{
 use trackwright_editor::ui::scene_menu::SceneMenu;
 
 #[test]
-fn a_drag_slides_the_sensor_along_the_shaft_in_one_undo_step() {
+fn a_drag_along_the_shaft_is_one_undo_step() {
     // Not so far that the handle begins, which is thicker.
     const PX: f32 = 15.0;
     let mut hand = Hand::new();
@@ -46,7 +46,7 @@ fn a_drag_slides_the_sensor_along_the_shaft_in_one_undo_step() {
 }
 
 #[test]
-fn sensors_that_are_selected_together_are_dragged_together() {
+fn selected_sensors_are_dragged_together() {
     const GRIP: usize = 1;
     let mut hand = Hand::new();
     let before = hand.design();
@@ -103,7 +103,7 @@ fn what_is_hidden_or_locked_is_not_taken_hold_of() {
 }
 
 #[test]
-fn what_is_hidden_is_not_drawn_and_what_is_locked_is() {
+fn hidden_is_not_drawn_and_locked_is() {
     let mut hand = Hand::new();
     let mut view = View::default();
     view.hidden.toggle(Thing::sensor(BodyRole::Tool, "shaft"));
@@ -126,7 +126,7 @@ fn what_is_hidden_is_not_drawn_and_what_is_locked_is() {
 }
 
 #[test]
-fn the_other_button_opens_the_menu_of_a_sensor_and_selects_it() {
+fn the_other_button_opens_a_sensor_menu() {
     let mut hand = Hand::new();
     let (at, _) = hand.shaft();
     hand.press(at, PointerButton::Secondary);
@@ -155,7 +155,7 @@ fn escape_takes_a_drag_back_to_the_bit_and_lets_go() {
 }
 
 #[test]
-fn a_press_that_hardly_moves_selects_and_changes_nothing() {
+fn a_press_that_hardly_moves_only_selects() {
     let mut hand = Hand::new();
     let before = hand.design();
     let (at, _) = hand.shaft();
@@ -180,7 +180,7 @@ fn other_buttons_drag_no_sensor() {
 }
 
 #[test]
-fn a_whole_drag_between_two_slow_frames_still_starts_where_it_was_pressed() {
+fn a_drag_between_slow_frames_keeps_its_start() {
     let mut hand = Hand::new();
     let start = hand.position_mm(SHAFT);
     let (at, along) = hand.shaft();
@@ -218,7 +218,7 @@ fn layers_that_are_off_have_no_entities() {
 }
 
 #[test]
-fn the_handle_of_a_slice_that_faces_any_way_moves_it_along_its_normal() {
+fn a_slice_handle_moves_it_along_its_normal() {
     let mut hand = Hand::new();
     let world = hand.app.world_mut();
     // All of the slice is in view.

@@ -33,7 +33,7 @@ fn dialog(app: &App) -> Option<&Dialog> {
 }
 
 #[test]
-fn a_dropped_design_opens_and_asks_first_about_what_is_not_saved() {
+fn a_dropped_design_asks_about_changes() {
     let (folder, mut app) = app();
     let file = folder.path().join("b.design.ron");
     let mut other = trackwright_project::open_builtin("endoscope").unwrap();
@@ -63,7 +63,7 @@ fn a_dropped_room_is_used_as_one_undo_step() {
 }
 
 #[test]
-fn a_dropped_mesh_is_the_selected_bodys_and_asked_about_where_none_is() {
+fn a_dropped_mesh_belongs_to_the_selected_body() {
     let (folder, mut app) = app();
     let file = folder.path().join("block.OBJ");
     fs::write(&file, box_obj([20.0, 30.0, 40.0], "")).unwrap();
@@ -79,7 +79,7 @@ fn a_dropped_mesh_is_the_selected_bodys_and_asked_about_where_none_is() {
 }
 
 #[test]
-fn a_file_of_no_use_is_answered_with_what_can_be_dropped() {
+fn a_useless_file_lists_what_can_be_dropped() {
     let (folder, mut app) = app();
     for (name, said) in [
         ("notes.pdf", "meshes (.glb, .gltf, .stl, .obj)"),
@@ -96,7 +96,7 @@ fn a_file_of_no_use_is_answered_with_what_can_be_dropped() {
 }
 
 #[test]
-fn while_files_hover_it_is_said_what_will_happen_and_not_after() {
+fn hovering_files_show_what_will_happen() {
     let (_folder, mut app) = app();
     app.insert_resource(Workspace::Study);
     for name in ["/x/poses.csv", "/x/grip.stl"] {

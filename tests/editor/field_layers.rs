@@ -112,7 +112,7 @@ fn layers_that_are_off_do_no_work_at_all() {
 }
 
 #[test]
-fn arrows_are_sampled_once_and_not_again_for_a_tool_that_moves() {
+fn arrows_are_sampled_once() {
     let mut app = app();
     set(&mut app, |layers| layers.arrows = true);
     assert_eq!(named(&mut app, "field arrows"), 1);
@@ -129,7 +129,7 @@ fn arrows_are_sampled_once_and_not_again_for_a_tool_that_moves() {
 }
 
 #[test]
-fn a_body_is_painted_while_one_of_its_sensors_is_selected() {
+fn a_body_is_painted_while_its_sensor_is_selected() {
     let mut app = app();
     set(&mut app, |layers| layers.placement = true);
     assert_eq!(named(&mut app, "placement"), 0, "nothing is selected");
@@ -156,7 +156,7 @@ fn a_body_is_painted_while_one_of_its_sensors_is_selected() {
 }
 
 #[test]
-fn the_usable_region_says_how_much_of_the_volume_it_is() {
+fn the_usable_region_shows_its_share() {
     let mut app = app();
     // Loose enough for a part of the volume to be within it with 95 %.
     let loose = Requirement { position_rms_mm: Some(1.2), ..Requirement::default() };
@@ -178,7 +178,7 @@ fn the_usable_region_says_how_much_of_the_volume_it_is() {
 }
 
 #[test]
-fn arrows_are_painted_anew_and_not_sampled_anew_in_other_colours() {
+fn new_colours_need_no_new_samples() {
     let mut app = app();
     set(&mut app, |layers| layers.arrows = true);
     let once = work(&app).arrow_evaluations;
@@ -192,7 +192,7 @@ fn arrows_are_painted_anew_and_not_sampled_anew_in_other_colours() {
 }
 
 #[test]
-fn arrows_of_the_tool_follow_the_shown_trial_and_placement_is_of_the_whole_study() {
+fn tool_arrows_follow_the_shown_trial() {
     let mut app = app();
     let sensor = Selected::Sensor(BodyRole::Tool, 0);
     *app.world_mut().resource_mut::<Selection>() = Selection::of(Some(sensor));
@@ -217,7 +217,7 @@ fn arrows_of_the_tool_follow_the_shown_trial_and_placement_is_of_the_whole_study
 }
 
 #[test]
-fn model_support_is_a_surface_and_a_hatching_that_no_tool_changes() {
+fn model_validity_is_independent_of_the_tool() {
     let mut app = app();
     let hatched = |app: &App| {
         let results = app.world().resource::<Results>();

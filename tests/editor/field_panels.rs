@@ -87,7 +87,7 @@ fn an_empty_desk_says_what_to_do_and_opens_a_table() {
 }
 
 #[test]
-fn the_trackers_volume_is_one_of_those_with_a_name_or_not_known() {
+fn the_volume_is_a_named_one_or_unknown() {
     let desk = FieldDesk::default();
     let asked = look(
         |ui| settings_ui(ui, &desk),
@@ -131,7 +131,7 @@ fn a_table_shows_its_samples_and_bounds_with_units() {
 }
 
 #[test]
-fn a_table_in_metres_is_not_fitted_until_somebody_says_that_it_is_meant() {
+fn a_table_in_metres_needs_confirmation() {
     let scratch = Scratch::new();
     let file = scratch.path("metres.csv");
     let table = std::fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
@@ -169,7 +169,7 @@ fn a_table_in_metres_is_not_fitted_until_somebody_says_that_it_is_meant() {
 }
 
 #[test]
-fn a_fit_shows_both_errors_its_warnings_and_what_to_do_with_it() {
+fn a_fit_shows_both_errors_and_warnings() {
     let mut app = app();
     read(&mut app);
     fit(&mut app, Some(4), Some(DirectionSet::FortyTwo));
@@ -218,7 +218,7 @@ fn a_fit_shows_both_errors_its_warnings_and_what_to_do_with_it() {
 }
 
 #[test]
-fn what_was_selected_is_drawn_with_a_way_to_its_table() {
+fn a_selection_is_drawn_and_links_its_table() {
     let mut app = app();
     read(&mut app);
     fit(&mut app, Some(1), None);
@@ -240,7 +240,7 @@ fn what_was_selected_is_drawn_with_a_way_to_its_table() {
 }
 
 #[test]
-fn a_room_says_what_it_is_worth_and_the_designs_own_is_not_assigned_again() {
+fn the_designs_own_room_is_not_assigned_again() {
     let app = app();
     let desk = app.world().resource::<FieldDesk>();
     let asked = look(

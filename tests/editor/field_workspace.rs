@@ -139,7 +139,7 @@ fn error_text(app: &App) -> String {
 }
 
 #[test]
-fn a_table_that_is_dropped_and_fitted_gives_the_command_lines_room_to_the_byte() {
+fn a_fitted_room_equals_the_commands_output() {
     let scratch = Scratch::new();
     let mut app = saved_app(&scratch.path(""));
     let [fit, holdout] = ["cube-fit.csv", "cube-holdout.csv"]
@@ -186,7 +186,7 @@ fn a_table_that_is_dropped_and_fitted_gives_the_command_lines_room_to_the_byte()
 }
 
 #[test]
-fn every_kind_of_model_gives_the_command_lines_room_to_the_byte() {
+fn every_kind_of_model_equals_the_command() {
     let scratch = Scratch::new();
     let mut app = saved_app(&scratch.path(""));
     let [fit, _] = room_a();
@@ -229,7 +229,7 @@ fn every_kind_of_model_gives_the_command_lines_room_to_the_byte() {
 }
 
 #[test]
-fn what_is_left_open_is_what_the_command_line_selects() {
+fn open_choices_equal_the_command_selection() {
     let scratch = Scratch::new();
     let mut app = with_field(without_samples());
     let [fit, _] = room_a();
@@ -252,7 +252,7 @@ fn what_is_left_open_is_what_the_command_line_selects() {
 }
 
 #[test]
-fn a_fit_that_is_given_up_leaves_everything_as_it_was() {
+fn an_abandoned_fit_changes_nothing() {
     let mut app = with_field(without_samples());
     drop_file(&mut app, &room_a()[0]);
     set(&mut app, 1, DirectionSet::Six);
@@ -272,7 +272,7 @@ fn a_fit_that_is_given_up_leaves_everything_as_it_was() {
 }
 
 #[test]
-fn a_room_is_assigned_as_one_step_and_undo_brings_the_figures_back_to_the_bit() {
+fn assigning_a_room_is_one_undo_step() {
     let scratch = Scratch::new();
     for is_saved in [true, false] {
         let mut app = match is_saved {
@@ -323,7 +323,7 @@ fn a_room_is_assigned_as_one_step_and_undo_brings_the_figures_back_to_the_bit() 
 }
 
 #[test]
-fn a_click_on_a_room_of_the_folder_assigns_it_and_the_own_rooms_file_is_never_replaced() {
+fn the_own_rooms_file_is_never_replaced() {
     let scratch = Scratch::new();
     let [fit, _] = room_a();
     let other = scratch.arg("other.env.ron");
@@ -361,7 +361,7 @@ fn a_click_on_a_room_of_the_folder_assigns_it_and_the_own_rooms_file_is_never_re
 }
 
 #[test]
-fn tables_that_cannot_be_used_say_so_in_the_command_lines_words() {
+fn unusable_tables_use_the_commands_words() {
     let scratch = Scratch::new();
     let head = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z\n";
     for (name, content) in [
@@ -386,7 +386,7 @@ fn tables_that_cannot_be_used_say_so_in_the_command_lines_words() {
 }
 
 #[test]
-fn sensors_that_a_table_has_no_rotations_for_are_taken_back() {
+fn sensors_without_rotations_are_deselected() {
     let scratch = Scratch::new();
     let file = scratch.path("positions.csv");
     let head = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z\n";
@@ -417,7 +417,7 @@ fn a_workspace_that_is_not_shown_does_nothing() {
 }
 
 #[test]
-fn samples_are_drawn_in_this_workspace_only_and_once_for_each_look() {
+fn samples_are_drawn_once_in_this_workspace() {
     let mut app = create_scene_app_with(add_field);
     let [fit, holdout] = room_a();
     drop_file(&mut app, &fit);

@@ -30,7 +30,7 @@ fn choose(dialog: &Rc<RefCell<Dialog>>, choice: SystemChoice) {
 }
 
 #[test]
-fn what_the_systems_dialog_chose_is_answered_as_if_it_were_chosen_here() {
+fn the_system_dialogs_choice_is_used() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("grip.stl");
     std::fs::write(&file, "").unwrap();
@@ -60,7 +60,7 @@ fn what_the_systems_dialog_chose_is_answered_as_if_it_were_chosen_here() {
 }
 
 #[test]
-fn the_list_follows_the_folder_that_is_typed_and_stays_where_there_is_none() {
+fn the_list_follows_the_typed_folder() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("meshes")).unwrap();
     std::fs::write(folder.path().join("meshes/grip.stl"), "").unwrap();
@@ -79,7 +79,7 @@ fn the_list_follows_the_folder_that_is_typed_and_stays_where_there_is_none() {
 }
 
 #[test]
-fn where_there_is_no_system_dialog_that_is_said_and_ours_goes_on() {
+fn without_a_system_dialog_ours_is_used() {
     let folder = tempfile::tempdir().unwrap();
     let (mut harness, dialog, answers) = shown(Dialog::open(folder.path().to_owned()));
     choose(&dialog, SystemChoice::Nothing("this system has none".into()));
@@ -102,7 +102,7 @@ fn a_new_design_begins_with_or_without_a_crf() {
 }
 
 #[test]
-fn what_cannot_be_saved_says_why_and_can_be_saved_elsewhere() {
+fn a_failed_save_can_be_saved_elsewhere() {
     let error = trackwright_project::StoreError::Write {
         file: PathBuf::from("/full/a.design.ron"),
         cause: std::io::ErrorKind::StorageFull.into(),

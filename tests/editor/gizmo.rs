@@ -79,7 +79,7 @@ fn lock_sensors(hand: &mut Hand) {
 }
 
 #[test]
-fn the_x_arrow_of_the_crf_moves_it_along_its_x_and_the_tool_goes_along() {
+fn the_x_arrow_moves_the_crf_with_the_tool() {
     let mut hand = hand_with(CRF);
     let before = hand.design();
     let arrow = Handle::arrow(Axis::X);
@@ -117,7 +117,7 @@ fn the_x_arrow_of_the_crf_moves_it_along_its_x_and_the_tool_goes_along() {
 }
 
 #[test]
-fn with_control_an_arrow_moves_by_whole_millimetres() {
+fn control_moves_by_whole_millimetres() {
     let mut hand = hand_with(TOOL);
     let before = hand.design().tool.crf_from_tool;
     let by = direction(&hand, Axis::Y) * 37.0;
@@ -129,7 +129,7 @@ fn with_control_an_arrow_moves_by_whole_millimetres() {
 }
 
 #[test]
-fn with_control_a_ring_turns_by_steps_of_five_degrees_about_the_tip() {
+fn control_turns_by_five_degrees_about_the_tip() {
     for selected in [CRF, TOOL] {
         let mut hand = hand_with(selected);
         let before = hand.design();
@@ -150,7 +150,7 @@ fn with_control_a_ring_turns_by_steps_of_five_degrees_about_the_tip() {
 }
 
 #[test]
-fn along_the_trackers_axes_a_turned_body_moves_along_the_trackers() {
+fn tracker_axes_move_along_the_tracker() {
     let mut hand = hand_with(CRF);
     let turned = nalgebra::UnitQuaternion::from_euler_angles(0.4, -0.3, 0.8);
     let mut pose = hand.design().crf.unwrap().tracker_from_crf;
@@ -166,7 +166,7 @@ fn along_the_trackers_axes_a_turned_body_moves_along_the_trackers() {
 }
 
 #[test]
-fn a_sensor_is_turned_in_its_place_by_the_two_rings_that_matter() {
+fn two_rings_turn_a_sensor_in_place() {
     let mut hand = hand_with(Selected::Sensor(BodyRole::Tool, SHAFT));
     // Its own, whatever was chosen for bodies: another frame's could lie along its axis.
     hand.app.world_mut().resource_mut::<GizmoAxes>().0 = HandleAxes::Tracker;
@@ -205,7 +205,7 @@ fn escape_leaves_the_design_to_the_bit_and_lets_go() {
 }
 
 #[test]
-fn a_handle_that_is_pointed_at_says_what_it_does_and_a_click_changes_nothing() {
+fn a_click_on_a_handle_changes_nothing() {
     let mut hand = hand_with(CRF);
     let before = hand.design();
     lock_sensors(&mut hand);
@@ -223,7 +223,7 @@ fn a_handle_that_is_pointed_at_says_what_it_does_and_a_click_changes_nothing() {
 }
 
 #[test]
-fn a_click_goes_through_a_handle_to_the_sensor_behind_it() {
+fn a_click_passes_a_handle_to_the_sensor() {
     let mut hand = hand_with(Selected::Sensor(BodyRole::Tool, SHAFT));
     let ring = Handle::ring(Axis::X);
     // The other sensors stand along the shaft: one is brought under the ring.
@@ -255,7 +255,7 @@ fn entities(hand: &mut Hand) -> [usize; 2] {
 }
 
 #[test]
-fn there_is_a_gizmo_only_while_something_is_selected_that_it_can_move() {
+fn the_gizmo_needs_a_movable_selection() {
     let mut hand = Hand::new();
     assert_eq!(entities(&mut hand), [0, 0]);
     hand.select(Some(CRF));

@@ -78,7 +78,7 @@ fn a_layer_that_is_off_shows_no_settings() {
 }
 
 #[test]
-fn arrows_are_of_a_sensor_along_an_axis_or_of_the_tool() {
+fn arrows_are_of_a_sensor_or_of_the_tool() {
     let view = with(|view| view.layers.arrows = true);
     let room = environment();
     let views = asked(&view, &room, |harness| {
@@ -100,7 +100,7 @@ fn views_of_tool(view: &View) -> View {
 }
 
 #[test]
-fn placement_says_how_the_sensor_is_turned_and_asks_for_one() {
+fn placement_requests_a_sensor() {
     let view = with(|view| view.layers.placement = true);
     let views = asked(&view, &environment(), |harness| {
         harness.get_by_label("select a sensor");
@@ -113,7 +113,7 @@ fn placement_says_how_the_sensor_is_turned_and_asks_for_one() {
 }
 
 #[test]
-fn the_slice_faces_the_view_when_asked_and_an_axis_takes_that_back() {
+fn the_slice_faces_the_view_on_request() {
     let view = with(|view| view.layers.slice = true);
     let room = environment();
     let views = asked(&view, &room, |harness| {
@@ -131,7 +131,7 @@ fn the_slice_faces_the_view_when_asked_and_an_axis_takes_that_back() {
 }
 
 #[test]
-fn a_range_that_is_fixed_begins_at_the_largest_value_in_the_quantity_s_unit() {
+fn a_fixed_range_starts_at_the_largest_value() {
     let view = with(|view| {
         view.layers.slice = true;
         view.slice.quantity = Quantity::GradientMmPerMm;
@@ -148,7 +148,7 @@ fn a_range_that_is_fixed_begins_at_the_largest_value_in_the_quantity_s_unit() {
 }
 
 #[test]
-fn model_support_can_be_turned_on_only_where_the_room_knows_its_reach() {
+fn model_validity_needs_a_room_with_it() {
     let view = with(|_| ());
     let click = |harness: &mut Harness| harness.get_by_label("Model support").click();
     assert_eq!(asked(&view, &environment(), click), []);
@@ -158,7 +158,7 @@ fn model_support_can_be_turned_on_only_where_the_room_knows_its_reach() {
 }
 
 #[test]
-fn the_field_workspace_lists_the_layers_of_the_room_and_switches_them() {
+fn the_field_workspace_lists_room_layers() {
     let view = View::default();
     let asked = RefCell::new(Vec::new());
     let room = environment();

@@ -131,7 +131,7 @@ const TOOL: &str = "PointerToTracker";
 const CRF: &str = "HeadFrameToTracker";
 
 #[test]
-fn bodies_stand_where_compensation_puts_what_was_heard_and_their_errors_are_of_there() {
+fn live_bodies_stand_at_compensated_poses() {
     let mut app = live_app();
     let tracker = Tracker::anywhere();
     connect(&mut app, &tracker);
@@ -186,7 +186,7 @@ fn bodies_stand_where_compensation_puts_what_was_heard_and_their_errors_are_of_t
 }
 
 #[test]
-fn a_tool_that_falls_silent_is_said_to_be_stale_and_a_lost_server_is_come_back_to() {
+fn a_silent_tool_is_stale_and_reconnects() {
     let mut app = live_app();
     let address = free_address();
     let tracker = Tracker::start(address);
@@ -279,7 +279,7 @@ fn while_it_records_the_volume_fills_and_no_longer() {
 }
 
 #[test]
-fn poses_wake_the_window_only_while_the_workspace_is_shown() {
+fn poses_wake_only_the_live_workspace() {
     let mut app = live_app();
     let woken = Arc::new(AtomicUsize::new(0));
     let counter = Arc::clone(&woken);
@@ -314,7 +314,7 @@ fn poses_wake_the_window_only_while_the_workspace_is_shown() {
 }
 
 #[test]
-fn what_is_no_address_is_said_and_nothing_is_connected() {
+fn an_invalid_address_connects_nothing() {
     let mut app = live_app();
     ask(&mut app, LiveRequest::SetServer("tracker-of-room-3".into()));
     ask(&mut app, LiveRequest::Connect);
@@ -339,7 +339,7 @@ fn a_port_in_use_is_said_and_nothing_is_connected() {
 }
 
 #[test]
-fn blocks_of_the_scene_are_those_of_the_shown_workspace() {
+fn scene_blocks_belong_to_the_workspace() {
     let mut app = create_scene_app_with(|app| {
         app.add_plugins((LivePlugin, CellsPlugin)).insert_resource(Workspace::Live);
     });
@@ -365,7 +365,7 @@ fn blocks_of_the_scene_are_those_of_the_shown_workspace() {
 }
 
 #[test]
-fn the_panels_say_what_is_heard_and_ask_for_what_is_clicked() {
+fn the_live_panels_show_and_request() {
     let mut app = live_app();
     let tracker = Tracker::anywhere();
     connect(&mut app, &tracker);
@@ -401,7 +401,7 @@ fn the_panels_say_what_is_heard_and_ask_for_what_is_clicked() {
 }
 
 #[test]
-fn a_recording_that_failed_says_why_and_the_next_can_be_begun() {
+fn a_failed_recording_can_be_followed_by_another() {
     let mut app = live_app();
     let tracker = Tracker::anywhere();
     connect(&mut app, &tracker);

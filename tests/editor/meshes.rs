@@ -123,7 +123,7 @@ fn says(app: &App, what: &str) {
 }
 
 #[test]
-fn a_loaded_mesh_is_one_undo_step_referred_to_from_the_body_and_selects_it() {
+fn a_loaded_mesh_is_one_undo_step() {
     let (folder, mut app) = saved_app();
     let before = reference(&app);
     let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
@@ -158,7 +158,7 @@ fn what_is_wrong_with_a_mesh_is_said_beside_it() {
 }
 
 #[test]
-fn what_is_no_mesh_is_refused_in_words_and_the_design_stays_as_it_was() {
+fn an_invalid_mesh_leaves_the_design() {
     let (folder, mut app) = saved_app();
     let before = reference(&app);
     for (name, text, said) in [
@@ -186,7 +186,7 @@ fn what_is_no_mesh_is_refused_in_words_and_the_design_stays_as_it_was() {
 }
 
 #[test]
-fn a_mesh_in_the_wrong_unit_is_asked_about_with_the_sizes_and_the_answer_is_one_step() {
+fn a_wrong_unit_is_asked_about_once() {
     let (folder, mut app) = saved_app();
     let before = reference(&app);
     let file = write(&folder, "metres.obj", &box_obj([0.006, 0.008, 0.15], ""));
@@ -231,7 +231,7 @@ fn a_mesh_in_the_wrong_unit_is_asked_about_with_the_sizes_and_the_answer_is_one_
 }
 
 #[test]
-fn a_mesh_that_is_gone_keeps_its_reference_and_is_found_again() {
+fn a_lost_mesh_keeps_its_reference() {
     let (folder, mut app) = saved_app();
     let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
     ask(&mut app, MeshRequest::load(BodyRole::Tool, file.clone()));
@@ -277,7 +277,7 @@ fn a_body_may_be_left_without_a_mesh() {
 }
 
 #[test]
-fn what_was_read_for_a_design_that_was_left_meanwhile_is_dropped() {
+fn a_mesh_of_a_closed_design_is_dropped() {
     let (folder, mut app) = saved_app();
     let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
     let load = MeshRequest::load(BodyRole::Tool, file);

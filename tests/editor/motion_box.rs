@@ -71,7 +71,7 @@ fn trials(design: &Design) -> usize {
 }
 
 #[test]
-fn a_ball_dragged_by_pixels_moves_its_end_of_its_axis_in_one_undo_step() {
+fn a_dragged_ball_moves_its_end_in_one_step() {
     for (axes, step, counts) in [(0..3, SHIFT_STEP_MM, (3, 4)), (3..6, TURN_STEP_DEG, (5, 6))] {
         let mut hand = Hand::new();
         let before = hand.design();
@@ -110,7 +110,7 @@ fn with_control_an_end_is_rounded_to_a_millimetre() {
 }
 
 #[test]
-fn the_status_line_says_what_the_end_under_the_pointer_does() {
+fn the_status_line_explains_the_end() {
     let mut hand = Hand::new();
     let (handle, at, _) = upper_end(&mut hand, 3..6, TURN_STEP_DEG);
     hand.move_to(at);
@@ -140,7 +140,7 @@ fn escape_leaves_the_motion_as_it_was_to_the_bit() {
 }
 
 #[test]
-fn a_click_and_a_press_that_hardly_moves_change_and_select_nothing() {
+fn a_press_that_hardly_moves_changes_nothing() {
     let mut hand = Hand::new();
     let before = hand.design();
     let (_, at, _) = upper_end(&mut hand, 0..3, SHIFT_STEP_MM);
@@ -152,7 +152,7 @@ fn a_click_and_a_press_that_hardly_moves_change_and_select_nothing() {
 }
 
 #[test]
-fn nothing_is_there_without_the_layer_or_without_a_motion_and_no_balls_beside_a_selection() {
+fn balls_need_the_layer_and_a_motion() {
     let mut hand = Hand::new();
     let there = |hand: &mut Hand| (named(&mut hand.app, LINES), named(&mut hand.app, BALL));
     assert_eq!(there(&mut hand), (1, 12));

@@ -30,7 +30,7 @@ fn document(app: &App) -> &trackwright_design::Document {
 }
 
 #[test]
-fn a_new_design_takes_the_place_of_an_open_one_only_after_asking() {
+fn a_new_design_asks_about_the_open_one() {
     let mut app = create_app();
     change(&mut app);
     ask(&mut app, FileRequest::ShowNew);
@@ -50,7 +50,7 @@ fn a_new_design_takes_the_place_of_an_open_one_only_after_asking() {
 }
 
 #[test]
-fn a_new_design_is_saved_with_all_that_it_refers_to_where_the_person_says() {
+fn a_new_design_is_saved_with_its_files() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = create_app();
     ask(&mut app, FileRequest::New(Starter::ToolOnCrf));

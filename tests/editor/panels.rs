@@ -57,7 +57,7 @@ fn inspector<'a>(design: &'a Design, selected: Option<Selected>) -> (Harness<'a>
 }
 
 #[test]
-fn names_with_hidden_characters_are_shown_escaped_in_one_line() {
+fn hidden_characters_are_escaped() {
     let hidden = |text: &str| format!("{text}\u{202e}\n{text}");
     let (mut design, mut environment, view) = (design(), environment(), View::default());
     design.name = hidden("design");
@@ -77,7 +77,7 @@ fn names_with_hidden_characters_are_shown_escaped_in_one_line() {
 }
 
 #[test]
-fn the_outliner_names_the_volume_and_a_row_of_it_selects_its_sensor() {
+fn an_outliner_row_selects_its_sensor() {
     let (design, environment, view) = (design(), environment(), View::default());
     let (mut harness, asked) = harness(|ui| {
         outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
@@ -129,7 +129,7 @@ fn a_field_that_is_only_visited_changes_nothing() {
 }
 
 #[test]
-fn angles_are_typed_in_degrees_and_stored_in_radians() {
+fn angles_are_typed_in_degrees() {
     let design = design();
     let (mut harness, asked) = inspector(&design, Some(Selected::Body(BodyRole::Tool)));
     harness.get_by_label("rotation rz in degrees").click();
@@ -154,7 +154,7 @@ fn the_range_of_motion_says_how_many_poses_it_has() {
 }
 
 #[test]
-fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
+fn the_result_shows_the_commands_digits() {
     let world = world();
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
@@ -192,7 +192,7 @@ fn the_result_has_the_digits_of_the_command_line_and_says_met_or_missed() {
 }
 
 #[test]
-fn an_interval_around_the_bound_is_shown_as_what_the_room_cannot_tell() {
+fn an_interval_around_the_bound_is_undecided() {
     let world =
         trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
             .unwrap();
@@ -278,7 +278,7 @@ fn a_preview_says_of_how_many_trials_it_is_a_part() {
 }
 
 #[test]
-fn a_weight_that_the_jitter_gives_is_shown_as_derived_until_it_is_typed() {
+fn a_derived_weight_is_shown_as_derived() {
     let jitter = Jitter::uniform(0.5, 0.005);
     let mut design = design();
     let weight = OrientationWeight { value_mm: 100.0, source: OrientationWeightSource::Jitter };
@@ -362,7 +362,7 @@ fn the_menu_names_what_undo_takes_back() {
 }
 
 #[test]
-fn another_axis_moves_the_slice_to_the_middle_of_the_box() {
+fn a_new_axis_centres_the_slice() {
     let view = View::default();
     let bounds = *environment().model.bounds();
     let (mut harness, asked) = harness(|ui| {
@@ -406,7 +406,7 @@ fn answer(dialog: Dialog, act: impl Fn(&mut Harness)) -> Option<DialogAnswer> {
 }
 
 #[test]
-fn a_path_typed_into_the_open_dialog_is_opened_by_enter() {
+fn enter_opens_a_typed_path() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.design.ron");
     std::fs::write(&file, "").unwrap();

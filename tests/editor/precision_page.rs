@@ -67,7 +67,7 @@ fn look(
 }
 
 #[test]
-fn a_measured_page_shows_every_family_and_belongs_to_the_design_as_it_was() {
+fn a_measured_page_shows_every_family() {
     let mut app = app();
     ask(&mut app, PrecisionRequest::Measure);
     assert!(app.world().resource::<PrecisionPage>().part().is_some());

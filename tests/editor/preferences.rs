@@ -42,7 +42,7 @@ fn show_window(app: &mut App, width: u32, height: u32) {
 }
 
 #[test]
-fn the_next_session_begins_as_the_last_one_was_left() {
+fn the_next_session_restores_the_last() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = session(folder.path());
     app.world_mut().resource_mut::<PanelsShown>().left = false;
@@ -61,7 +61,7 @@ fn the_next_session_begins_as_the_last_one_was_left() {
 }
 
 #[test]
-fn a_session_in_which_nothing_changed_writes_nothing() {
+fn an_unchanged_session_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = session(folder.path());
     for _ in 0..3 {
@@ -72,7 +72,7 @@ fn a_session_in_which_nothing_changed_writes_nothing() {
 }
 
 #[test]
-fn a_damaged_file_is_said_and_written_anew_and_that_of_another_version_is_left_alone() {
+fn a_damaged_preferences_file_is_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join(FILE);
     let later = "(version: 7, moon: true)";
@@ -91,7 +91,7 @@ fn a_damaged_file_is_said_and_written_anew_and_that_of_another_version_is_left_a
 
 /// Nobody can make a folder under a regular file.
 #[test]
-fn a_state_folder_that_cannot_be_written_to_stops_nothing() {
+fn a_read_only_state_folder_stops_nothing() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let mut app = session(&file.path().join("state"));
     app.insert_resource(Workspace::Field);
@@ -109,7 +109,7 @@ fn a_workspace_of_another_version_is_the_first_one() {
 }
 
 #[test]
-fn a_window_larger_than_every_screen_is_reduced_to_the_largest() {
+fn a_too_large_window_is_reduced() {
     let screens = || [Vec2::new(1280.0, 720.0), Vec2::new(800.0, 600.0)].into_iter();
     let fits = |width, height| fitting(Vec2::new(width, height), screens());
     assert_eq!(fits(3840.0, 700.0), Vec2::new(1280.0, 700.0));
@@ -118,7 +118,7 @@ fn a_window_larger_than_every_screen_is_reduced_to_the_largest() {
 }
 
 #[test]
-fn the_interface_grows_and_shrinks_in_steps_within_bounds() {
+fn the_interface_scales_within_bounds() {
     let mut scale = InterfaceScale::default();
     scale.step(1);
     assert_eq!(scale.0, 1.1);

@@ -60,7 +60,7 @@ fn ask(app: &mut App, asked: PresentRequest) {
 }
 
 #[test]
-fn each_slide_is_looked_at_its_own_way_and_the_designs_own_view_comes_back_unchanged() {
+fn slides_leave_the_designs_own_view() {
     let slides = [slide("one", 0.1), slide("two", 0.7)];
     let mut app = present_app(&slides);
     let own = document(&app).view().clone();
@@ -78,7 +78,7 @@ fn each_slide_is_looked_at_its_own_way_and_the_designs_own_view_comes_back_uncha
 }
 
 #[test]
-fn looking_around_changes_a_slide_only_when_that_is_kept() {
+fn only_keeping_a_view_changes_a_slide() {
     let mut app = present_app(&[slide("one", 0.1), slide("two", 0.7)]);
     go_to(&mut app, Workspace::Present);
     let mut around = document(&app).view().clone();
@@ -102,7 +102,7 @@ fn looking_around_changes_a_slide_only_when_that_is_kept() {
 }
 
 #[test]
-fn a_design_without_slides_is_presented_and_what_is_changed_becomes_its_first_slide() {
+fn changes_without_slides_make_the_first_slide() {
     let mut app = present_app(&[]);
     go_to(&mut app, Workspace::Present);
     let layers = document(&app).view().layers;
@@ -136,7 +136,7 @@ fn a_design_without_slides_is_presented_and_what_is_changed_becomes_its_first_sl
 }
 
 #[test]
-fn the_motion_is_played_on_a_slide_and_is_over_when_the_presentation_is() {
+fn a_slides_motion_ends_with_it() {
     let mut app = present_app(&[slide("one", 0.1)]);
     go_to(&mut app, Workspace::Present);
     let shown = |app: &App| app.world().resource::<ShownDesign>().trial.clone();
@@ -184,7 +184,7 @@ fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Asked) {
 }
 
 #[test]
-fn what_is_written_on_a_slide_stands_clear_of_the_rest_and_on_the_screen() {
+fn slide_text_stays_clear_and_visible() {
     let mut app = present_app(&[slide("one", 0.1), slide("two", 0.7)]);
     go_to(&mut app, Workspace::Present);
     let presenter = app.world().resource::<Presenter>().clone();
@@ -194,7 +194,7 @@ fn what_is_written_on_a_slide_stands_clear_of_the_rest_and_on_the_screen() {
 }
 
 #[test]
-fn words_are_written_on_the_slide_itself_and_are_one_step_once_the_field_is_left() {
+fn text_on_a_slide_is_one_step() {
     let mut app = present_app(&[slide("one", 0.1)]);
     go_to(&mut app, Workspace::Present);
     ask(&mut app, PresentRequest::ToggleEditing);
@@ -220,7 +220,7 @@ fn words_are_written_on_the_slide_itself_and_are_one_step_once_the_field_is_left
 
 /// The slide of a file that turns on what this program does not have and what this design cannot show.
 #[test]
-fn a_slide_whose_layers_are_gone_is_shown_without_them_and_its_panel_says_so_until_it_is_kept() {
+fn a_slide_with_lost_layers_is_shown() {
     let mut gone = slide("one", 0.1);
     gone.view.layers.region = true;
     gone.view.layers.support = true;

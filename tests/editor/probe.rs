@@ -74,7 +74,7 @@ fn slice(app: &App) -> SliceOutcome {
 }
 
 #[test]
-fn over_the_slice_the_plate_says_the_value_that_was_sampled_there() {
+fn over_the_slice_the_sampled_value_is_shown() {
     let mut app = app(|view| {
         view.layers.slice = true;
         without_bodies(view);
@@ -98,7 +98,7 @@ fn over_the_slice_the_plate_says_the_value_that_was_sampled_there() {
 }
 
 #[test]
-fn beyond_the_box_it_says_so_and_beside_the_slice_nothing() {
+fn outside_the_box_no_value_is_shown() {
     let mut app = app(|view| {
         view.layers.slice = true;
         without_bodies(view);
@@ -124,7 +124,7 @@ fn beyond_the_box_it_says_so_and_beside_the_slice_nothing() {
 }
 
 #[test]
-fn nothing_is_looked_for_while_nothing_is_coloured_or_something_is_dragged() {
+fn dragging_and_no_colours_stop_the_probe() {
     let mut app = app(|_| ());
     let focus = app.world().resource::<OrbitRig>().camera.focus_mm;
     let looks = |app: &App| app.world().resource::<ProbeLooks>().0;
@@ -152,7 +152,7 @@ fn a_pointer_at_rest_asks_for_no_frame() {
 }
 
 #[test]
-fn a_body_in_front_hides_the_slice_and_says_its_own_value_where_it_is_painted() {
+fn a_painted_body_hides_the_slice() {
     let mut app = app(|view| view.layers.slice = true);
     let sensor = Selected::Sensor(BodyRole::Tool, 0);
     let on_shaft = {

@@ -257,7 +257,7 @@ fn from_an_empty_design_to_a_decided_tool() {
 
 /// Without the CRF's own poses the errors are those in the tracker's frame, and the panel says so.
 #[test]
-fn with_the_crfs_recording_beside_it_the_built_tool_is_judged_in_the_crf() {
+fn a_crf_recording_judges_in_the_crf() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = decide_app();
     file(&mut app, FileRequest::New(Starter::ToolOnCrf));

@@ -34,7 +34,7 @@ fn write(app: &mut App, file: &Path) {
 }
 
 #[test]
-fn the_report_is_of_the_design_as_it_is_saved_or_not() {
+fn the_report_is_of_the_unsaved_design() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = report_app();
     let edit = |edit| EditRequest::Apply(edit);
@@ -58,7 +58,7 @@ fn the_report_is_of_the_design_as_it_is_saved_or_not() {
 }
 
 #[test]
-fn a_place_that_cannot_be_written_is_told_in_the_words_of_the_command() {
+fn an_unwritable_place_uses_the_commands_words() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = report_app();
     write(&mut app, &folder.path().join("no-such").join("report.html"));

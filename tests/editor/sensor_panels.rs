@@ -66,7 +66,7 @@ fn a_field_takes_expressions_and_other_units() {
 }
 
 #[test]
-fn a_text_that_is_no_number_changes_nothing_and_the_field_says_why_until_the_next_key() {
+fn a_text_that_is_no_number_shows_why() {
     let (mut harness, asked) = type_number(NumberField::length("length"), 2.0, "2 furlong");
     assert!(asked.is_empty(), "{asked:?}");
     let why = |harness: &Harness| harness.query_all_by_label_contains("furlong").count();
@@ -79,7 +79,7 @@ fn a_text_that_is_no_number_changes_nothing_and_the_field_says_why_until_the_nex
 }
 
 #[test]
-fn a_row_of_the_outliner_is_added_with_control_and_has_a_menu() {
+fn control_adds_a_row_and_opens_its_menu() {
     let (design, environment, view) = (design(), environment(), View::default());
     let selection = Selection::of(Some(Selected::Sensor(BodyRole::Tool, 0)));
     let (mut harness, asked) =
@@ -101,7 +101,7 @@ fn a_row_of_the_outliner_is_added_with_control_and_has_a_menu() {
 }
 
 #[test]
-fn the_row_that_adds_a_sensor_asks_for_the_tool_that_does() {
+fn the_add_row_requests_the_tool() {
     let (design, environment, view) = (design(), environment(), View::default());
     let (mut harness, asked) = harness(|ui| {
         outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
@@ -115,7 +115,7 @@ fn the_row_that_adds_a_sensor_asks_for_the_tool_that_does() {
 }
 
 #[test]
-fn the_eye_and_the_lock_of_a_row_change_the_view_and_select_nothing() {
+fn eye_and_lock_change_only_the_view() {
     let (design, environment, view) = (design(), environment(), View::default());
     let (mut harness, asked) = harness(|ui| {
         outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
@@ -137,7 +137,7 @@ fn the_eye_and_the_lock_of_a_row_change_the_view_and_select_nothing() {
 }
 
 #[test]
-fn buttons_of_the_inspector_run_commands_and_what_cannot_be_done_is_grey() {
+fn inspector_buttons_run_commands() {
     let design = design();
     let selection = Selection::of_sensors(BodyRole::Tool, [0, 1]);
     let remove = Command::Sensors(SensorCommand::Remove);
@@ -207,7 +207,7 @@ fn a_click_in_the_history_jumps_to_that_state() {
 }
 
 #[test]
-fn the_history_shows_where_the_document_is_and_what_is_around_it() {
+fn the_history_shows_the_current_step() {
     let mut document = Document::new(design(), View::default(), Origin::BuiltIn("test"));
     for name in 0..20 {
         document.apply(Edit::SetName(name.to_string())).unwrap();

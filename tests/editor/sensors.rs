@@ -52,7 +52,7 @@ fn is_available(app: &App, command: SensorCommand) -> bool {
 }
 
 #[test]
-fn copies_are_selected_in_the_place_of_what_was_copied() {
+fn copies_are_selected() {
     let mut app = app();
     select(&mut app, BodyRole::Tool, &[0, 1]);
     run(&mut app, SensorCommand::Duplicate);
@@ -76,7 +76,7 @@ fn what_is_moved_in_place_stays_selected() {
 }
 
 #[test]
-fn the_last_sensors_of_a_body_cannot_be_deleted_and_the_body_is_selected_after_others() {
+fn deleting_the_last_sensors_is_refused() {
     let mut app = app();
     select(&mut app, BodyRole::Crf, &[0, 1, 2]);
     assert!(!is_available(&app, SensorCommand::Remove));
@@ -103,7 +103,7 @@ fn a_sensor_stays_selected_when_one_before_it_goes() {
 }
 
 #[test]
-fn commands_that_would_change_nothing_are_not_available() {
+fn useless_commands_are_unavailable() {
     let mut app = app();
     assert!(!is_available(&app, SensorCommand::Duplicate));
     select(&mut app, BodyRole::Tool, &[0]);
@@ -117,7 +117,7 @@ fn commands_that_would_change_nothing_are_not_available() {
 }
 
 #[test]
-fn axes_are_turned_along_the_shaft_and_out_of_it_in_one_step() {
+fn turning_axes_along_the_shaft_is_one_step() {
     let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     let surface = Surface::new(world.mesh(BodyRole::Tool).unwrap()).unwrap();
     let selection = Selection::of_sensors(BodyRole::Tool, [1, 0]);
@@ -153,7 +153,7 @@ fn axes_are_turned_along_the_shaft_and_out_of_it_in_one_step() {
 }
 
 #[test]
-fn the_row_is_asked_about_first_and_its_new_sensors_are_selected() {
+fn the_row_dialog_selects_its_new_sensors() {
     let mut app = app();
     select(&mut app, BodyRole::Tool, &[0]);
     run(&mut app, SensorCommand::Row);
@@ -175,7 +175,7 @@ fn the_row_is_asked_about_first_and_its_new_sensors_are_selected() {
 }
 
 #[test]
-fn a_jump_in_the_history_goes_over_many_steps_at_once() {
+fn a_history_jump_spans_many_steps() {
     let mut app = app();
     select(&mut app, BodyRole::Tool, &[0]);
     for _ in 0..3 {

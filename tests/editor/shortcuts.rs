@@ -48,7 +48,7 @@ fn is_as_it_was(app: &App) -> bool {
 }
 
 #[test]
-fn a_quick_control_z_undoes_and_with_shift_does_again() {
+fn control_z_undoes_and_shift_redoes() {
     let mut app = edited_app();
     assert!(!is_as_it_was(&app));
     let z = Key::Character("z".into());
@@ -92,7 +92,7 @@ fn tool_sensors(app: &App) -> usize {
 }
 
 #[test]
-fn control_d_copies_the_selected_sensor_and_delete_takes_the_copy_away() {
+fn control_d_copies_and_delete_removes() {
     let mut app = edited_app();
     let shaft = Selection::of_sensors(BodyRole::Tool, [0]);
     *app.world_mut().resource_mut::<Selection>() = shaft;

@@ -19,7 +19,7 @@ fn show(app: &mut App, quantity: Quantity) {
 }
 
 #[test]
-fn the_slice_has_the_standard_error_and_the_distance_that_the_room_s_fit_tells() {
+fn the_slice_has_standard_error_and_distance() {
     let mut app = create_app();
     let builtin = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     app.insert_resource(OpenWorld(builtin));
@@ -44,7 +44,7 @@ fn the_slice_has_the_standard_error_and_the_distance_that_the_room_s_fit_tells()
 }
 
 #[test]
-fn a_room_that_does_not_say_where_to_believe_it_has_no_such_slice() {
+fn a_room_without_validity_has_no_such_slice() {
     let mut app = create_app();
     show(&mut app, Quantity::PositionErrorMm);
     assert!(app.world().resource::<Results>().slice.is_some());

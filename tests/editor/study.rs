@@ -79,7 +79,7 @@ fn scenario(app: &App) -> Scenario {
 }
 
 #[test]
-fn a_profile_is_computed_and_kept_only_while_the_workspace_is_shown() {
+fn a_profile_needs_the_study_workspace() {
     let mut app = create_app();
     app.add_plugins(StudyPlugin);
     settle(&mut app);
@@ -108,7 +108,7 @@ fn a_profile_is_computed_and_kept_only_while_the_workspace_is_shown() {
 }
 
 #[test]
-fn a_shown_trial_has_the_figures_of_its_pose_alone_and_leaves_the_design_as_it_is() {
+fn a_shown_trial_has_its_own_figures() {
     let mut app = study_app();
     for trial in [0, 7, 14] {
         ask(&mut app, StudyRequest::Show(Some(trial)));
@@ -133,7 +133,7 @@ fn a_shown_trial_has_the_figures_of_its_pose_alone_and_leaves_the_design_as_it_i
 }
 
 #[test]
-fn the_scene_has_the_tool_where_the_trial_has_it_and_elsewhere_where_the_design_does() {
+fn the_scene_shows_the_trials_tool() {
     let mut app = create_scene_app();
     show_workspace(&mut app, Workspace::Study);
     let place = |app: &mut App| {
@@ -158,7 +158,7 @@ fn the_scene_has_the_tool_where_the_trial_has_it_and_elsewhere_where_the_design_
 }
 
 #[test]
-fn an_edit_keeps_the_trial_where_it_still_exists_and_else_shows_the_design_s_own_pose() {
+fn an_edit_keeps_an_existing_trial() {
     let mut app = study_app();
     ask(&mut app, StudyRequest::Show(Some(12)));
     let moved = Pose::translation(3.0, 0.0, 30.0);
@@ -179,7 +179,7 @@ fn an_edit_keeps_the_trial_where_it_still_exists_and_else_shows_the_design_s_own
 }
 
 #[test]
-fn steps_stay_within_the_trials_and_the_worst_is_that_of_the_figures() {
+fn steps_stay_within_the_trials() {
     let mut app = study_app();
     ask(&mut app, StudyRequest::Step(1));
     assert_eq!(shown_trial(&app), Some(0));
@@ -193,7 +193,7 @@ fn steps_stay_within_the_trials_and_the_worst_is_that_of_the_figures() {
 }
 
 #[test]
-fn playing_goes_through_the_trials_at_its_rate_and_then_rests() {
+fn playback_keeps_its_rate_and_stops() {
     let mut app = study_app();
     let tenth = TimeUpdateStrategy::ManualDuration(Duration::from_millis(100));
     app.insert_resource(tenth);
@@ -268,7 +268,7 @@ fn press(app: &mut App, key: &Key) {
 }
 
 #[test]
-fn the_workspace_s_keys_do_nothing_in_other_workspaces() {
+fn study_keys_need_the_study_workspace() {
     let mut app = study_app();
     app.add_plugins((ShortcutsPlugin, CommandsPlugin));
     press(&mut app, &Key::ArrowRight);
@@ -287,7 +287,7 @@ fn the_workspace_s_keys_do_nothing_in_other_workspaces() {
 }
 
 #[test]
-fn a_chosen_mode_is_that_of_the_figures_and_no_part_of_the_design() {
+fn a_chosen_mode_is_no_part_of_the_design() {
     let mut app = study_app();
     assert_eq!(results(&app).mode, Some(ModeKind::Motion));
     ask(&mut app, StudyRequest::Choose(ModeKind::Single));
@@ -318,7 +318,7 @@ fn drop_file(app: &mut App, path: &Path) {
 }
 
 #[test]
-fn a_table_that_is_dropped_is_studied_in_this_workspace_and_in_no_other() {
+fn a_dropped_table_is_studied_here_only() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(&folder, "poses.csv", POSES);
     let mut app = study_app();
@@ -343,7 +343,7 @@ fn a_table_that_is_dropped_is_studied_in_this_workspace_and_in_no_other() {
 }
 
 #[test]
-fn a_table_that_cannot_be_read_says_so_in_the_words_of_the_command_line() {
+fn an_unreadable_table_uses_the_commands_words() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(&folder, "wrong.csv", "tool_x,tool_y\n1,2\n");
     let mut app = study_app();
@@ -356,7 +356,7 @@ fn a_table_that_cannot_be_read_says_so_in_the_words_of_the_command_line() {
 }
 
 #[test]
-fn another_design_begins_with_its_own_mode_and_pose() {
+fn another_design_starts_with_its_own_mode() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(&folder, "poses.csv", POSES);
     let mut app = study_app();

@@ -83,7 +83,7 @@ fn click(harness: &mut Harness, at: egui::Pos2) {
 }
 
 #[test]
-fn the_timeline_says_which_trial_is_shown_and_its_buttons_are_commands() {
+fn timeline_buttons_are_commands() {
     let scenario = scenario();
     let (charted, shown) = (charted(&scenario), trial(&scenario, 3));
     let (mut harness, asked) =
@@ -108,7 +108,7 @@ fn the_timeline_says_which_trial_is_shown_and_its_buttons_are_commands() {
 }
 
 #[test]
-fn a_click_in_the_timeline_shows_the_trial_under_it() {
+fn a_timeline_click_shows_its_trial() {
     let scenario = scenario();
     let charted = charted(&scenario);
     let (mut harness, asked) =
@@ -143,7 +143,7 @@ fn a_log_under_way_can_be_cancelled() {
 }
 
 #[test]
-fn a_study_of_too_many_trials_says_why_it_has_no_timeline() {
+fn a_study_of_too_many_trials_has_no_timeline() {
     let scenario = scenario();
     let charted = charted(&scenario);
     let (harness, _) = harness([1200.0, 156.0], |ui| {
@@ -188,7 +188,7 @@ fn a_trial_is_told_in_numbers_with_units() {
 }
 
 #[test]
-fn charts_say_the_share_within_the_requirement_and_choose_axes() {
+fn charts_show_the_share_and_choose_axes() {
     let scenario = scenario();
     let charted = charted(&scenario);
     let (mut harness, asked) = harness([276.0, 500.0], |ui| {

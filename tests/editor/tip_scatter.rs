@@ -55,7 +55,7 @@ fn a_room_without_jitter_has_no_ellipsoid() {
 }
 
 #[test]
-fn the_ellipsoid_has_the_half_axes_of_the_95_percent_and_is_magnified_like_the_errors() {
+fn the_ellipsoid_is_the_magnified_95_percent() {
     let mut app = app(jitter());
     assert_eq!(named(&mut app, GLYPH), 1);
     let times = 25.0;

@@ -40,7 +40,7 @@ fn off_surface_mm(hand: &Hand, point: &Point3<f64>) -> f64 {
 }
 
 #[test]
-fn a_click_on_the_surface_adds_one_sensor_there_which_is_selected() {
+fn a_surface_click_adds_a_selected_sensor() {
     let mut hand = hand_with(SceneTool::AddSensor);
     let before = hand.design();
     let (at, _) = hand.shaft();
@@ -68,7 +68,7 @@ fn a_click_on_the_surface_adds_one_sensor_there_which_is_selected() {
 }
 
 #[test]
-fn with_shift_every_click_adds_a_sensor_until_escape() {
+fn shift_adds_sensors_until_escape() {
     let mut hand = hand_with(SceneTool::AddSensor);
     let before = hand.design();
     let (at, along) = hand.shaft();
@@ -100,7 +100,7 @@ fn a_click_sets_the_tip_on_the_surface_in_one_step() {
 }
 
 #[test]
-fn what_a_click_would_do_is_shown_where_it_does_something_and_else_why_not() {
+fn the_preview_shows_what_a_click_does() {
     let mut hand = hand_with(SceneTool::AddSensor);
     let before = hand.design();
     let (at, along) = hand.shaft();
@@ -131,7 +131,7 @@ fn what_a_click_would_do_is_shown_where_it_does_something_and_else_why_not() {
 }
 
 #[test]
-fn without_a_mesh_there_is_nothing_to_click_on_and_that_is_said() {
+fn without_a_mesh_no_click_is_possible() {
     let app = create_scene_app_with(|app| {
         app.insert_resource(OpenWorld(world())).insert_resource(SceneTool::AddSensor);
     });
@@ -147,7 +147,7 @@ fn without_a_mesh_there_is_nothing_to_click_on_and_that_is_said() {
 }
 
 #[test]
-fn no_sensor_is_dragged_and_no_handle_shown_while_a_tool_is_in_hand() {
+fn an_active_tool_stops_drags_and_handles() {
     let mut hand = hand_with(SceneTool::AddSensor);
     let before = hand.design();
     hand.select(Some(Selected::Body(BodyRole::Tool)));
@@ -160,7 +160,7 @@ fn no_sensor_is_dragged_and_no_handle_shown_while_a_tool_is_in_hand() {
 }
 
 #[test]
-fn the_same_command_takes_a_tool_and_puts_it_back_and_one_adds_a_sensor_without_it() {
+fn one_command_starts_and_stops_a_tool() {
     let mut hand = hand_with(SceneTool::SetTip);
     assert_eq!(*hand.resource::<SceneTool>(), SceneTool::SetTip);
     run(&mut hand, Command::Tool(SceneTool::AddSensor));

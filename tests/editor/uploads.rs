@@ -50,7 +50,7 @@ fn nothing_is_uploaded_while_nothing_changes() {
 }
 
 #[test]
-fn an_edit_uploads_its_error_vectors_and_none_of_those_that_are_hidden() {
+fn an_edit_uploads_only_visible_errors() {
     let mut app = app();
     let all = uploads_of_an_edit(&mut app, 1.0);
     assert!(all > 0, "vectors are drawn anew");

@@ -329,9 +329,9 @@ fn a_client_that_pauses_gets_fresh_poses() {
 }
 
 #[test]
-#[ignore = "takes two minutes; run when something of the queue is changed"]
+#[ignore = "long: two minutes"]
 #[expect(clippy::print_stdout, reason = "its figures are what it is run for")]
-fn a_client_that_pauses_for_a_minute_gets_fresh_poses() {
+fn long_pause_of_a_client_ends_in_fresh_poses() {
     let found = pause(60, reader_of_little);
     println!("{found:?}");
     assert!(found.old < 200, "{found:?}");

@@ -3,7 +3,7 @@
 use crate::support::live_load::{Load, run, tracker};
 use crate::support::live_program::{Live, address_in};
 use crate::support::program::trackwright;
-use crate::support::wire::{events, rest};
+use crate::support::wire::{events, until};
 use std::time::Duration;
 use trackwright_openigtlink::client::ClientOptions;
 use trackwright_openigtlink::relay::RelayOptions;
@@ -11,7 +11,8 @@ use trackwright_openigtlink::server::{ServerEvent, ServerOptions};
 use trackwright_openigtlink::session::{Session, SessionEvent, SessionSettings};
 
 #[test]
-fn thirty_seconds_of_load_lose_nothing_but_what_was_sent_to_nobody() {
+#[ignore = "long: thirty seconds of load"]
+fn long_load_loses_only_what_was_sent_to_nobody() {
     let load = Load { tools: 8, rate_hz: 40, clients: 16, seconds: 30 };
     let server = tracker("127.0.0.1:0".parse().unwrap());
     let mut options = ServerOptions::at("127.0.0.1:0".parse().unwrap());
@@ -34,9 +35,7 @@ fn thirty_seconds_of_load_lose_nothing_but_what_was_sent_to_nobody() {
         },
     )
     .unwrap();
-    while server.clients() == 0 {
-        rest(Duration::from_millis(5));
-    }
+    until("a client", || server.clients() > 0);
     let wait_for_clients = || {
         heard.wait_for("all clients", |event| match event {
             SessionEvent::Server(ServerEvent::Joined { clients, .. }) => {
@@ -83,9 +82,9 @@ fn resident_kb(process: u32) -> u64 {
 const FLAT_KB: u64 = 4096;
 
 #[test]
-#[ignore = "takes ten minutes, or TRACKWRIGHT_LOAD_SECONDS"]
+#[ignore = "long: ten minutes, or TRACKWRIGHT_LOAD_SECONDS"]
 #[expect(clippy::print_stdout, reason = "its figures are what it is run for")]
-fn ten_minutes_of_load_send_nothing_old_and_keep_memory() {
+fn long_load_keeps_memory_and_sends_nothing_old() {
     let seconds = std::env::var("TRACKWRIGHT_LOAD_SECONDS").ok();
     let load = Load {
         tools: 8,

@@ -116,7 +116,7 @@ fn corrections_of_measured_poses_agree() {
 }
 
 #[test]
-fn clamped_and_extrapolated_errors_outside_the_box_agree() {
+fn errors_outside_the_box_agree() {
     let model = fitted(&settings()).model;
     for case in list(&GOLDEN, "outside") {
         for (policy, key) in
@@ -138,7 +138,7 @@ fn a_single_orientation_agrees() {
 }
 
 #[test]
-fn fewer_samples_than_coefficients_give_the_solution_of_least_norm() {
+fn too_few_samples_give_least_norm() {
     let case = &GOLDEN["least_norm"];
     let all = samples("room-a-fit.csv", MapKind::Distortion);
     let bounds = Bounds::around(all.samples.iter().map(|s| s.position_mm)).unwrap();

@@ -2,7 +2,8 @@
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use super::wire::rest;
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// The program with arguments, ready to run.
@@ -12,17 +13,10 @@ pub fn trackwright(args: &[&str]) -> Command {
     command
 }
 
-/// Runs and gives standard output; panics with standard error where it fails.
+/// Runs and returns standard output; panics with standard error where it fails.
 #[track_caller]
 pub fn succeed(args: &[&str]) -> String {
-    let output = trackwright(args).output().unwrap();
-    assert!(
-        output.status.success(),
-        "{args:?} ended with {}: {}",
-        output.status,
-        String::from_utf8_lossy(&output.stderr)
-    );
-    String::from_utf8(output.stdout).unwrap()
+    String::from_utf8(good(trackwright(args)).stdout).unwrap()
 }
 
 /// Runs with `--format json` and gives what was printed.
@@ -35,42 +29,141 @@ pub fn json(args: &[&str]) -> Value {
 /// Runs what has to fail with exit status 2, and gives the one error it prints.
 #[track_caller]
 pub fn fail(args: &[&str]) -> String {
-    let Output { status, stdout, stderr } = trackwright(args).output().unwrap();
-    let stderr = String::from_utf8(stderr).unwrap();
-    assert_eq!(status.code(), Some(2), "{args:?}: {stderr}");
-    assert!(stdout.is_empty(), "{args:?} printed a result: {}", String::from_utf8_lossy(&stdout));
-    stderr
+    bad(trackwright(args))
+}
+
+/// Whether a message is one line that has all words.
+#[track_caller]
+pub fn assert_one_line(message: &str, words: &[&str]) {
+    assert_eq!(message.lines().count(), 1, "one line: {message}");
+    for word in words {
+        assert!(message.contains(word), "{word:?} is not in: {message}");
+    }
 }
 
 /// Runs and waits so long at most; panics where it has not ended by then.
 #[track_caller]
 pub fn run_within(mut command: Command, limit: Duration) -> Output {
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let started = Instant::now();
     // What it prints is little: no pipe fills up.
-    while child.try_wait().unwrap().is_none() {
-        if started.elapsed() > limit {
-            child.kill().unwrap();
-            child.wait().unwrap();
-            panic!("{command:?} had not ended after {limit:?}");
-        }
-        pause(Duration::from_millis(20));
-    }
+    end_within(&mut child, limit);
     child.wait_with_output().unwrap()
 }
 
-/// Waits without anything to wait for: a command is to be interrupted in the middle of its work.
-pub fn pause(duration: std::time::Duration) {
-    let (_sender, never) = std::sync::mpsc::channel::<()>();
-    let _ = never.recv_timeout(duration);
+/// Waits for a program's end so long at most; kills it and panics where it has not ended by then.
+#[track_caller]
+pub fn end_within(child: &mut Child, limit: Duration) -> ExitStatus {
+    let started = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            return status;
+        }
+        if started.elapsed() > limit {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            panic!("{} had not ended after {limit:?}", child.id());
+        }
+        rest(Duration::from_millis(20));
+    }
 }
 
-/// A folder of its own for one test.
+/// Sends a signal, such as `-INT`, to a program that still runs.
+#[track_caller]
+pub fn signal(child: &Child, signal: &str) {
+    let sent = Command::new("kill").args([signal, &child.id().to_string()]).status();
+    assert!(sent.unwrap().success(), "{signal}: the program had ended");
+}
+
+/// User and system time of a process and all its threads, in seconds.
+pub fn processor_seconds(pid: u32) -> f64 {
+    /// On Linux everywhere.
+    const TICKS_A_SECOND: f64 = 100.0;
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
+    // The name in parentheses may contain anything; fields are counted from behind it.
+    let fields: Vec<&str> = stat[stat.rfind(')').unwrap() + 1..].split_whitespace().collect();
+    let ticks = [11, 12].map(|k| fields[k].parse::<f64>().unwrap());
+    (ticks[0] + ticks[1]) / TICKS_A_SECOND
+}
+
+/// The output of a program that ends well; panics with its standard error where it does not.
+#[track_caller]
+fn good(mut command: Command) -> Output {
+    let output = command.output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{command:?} ended with {}: {stderr}", output.status);
+    output
+}
+
+/// What ends with exit status 2 and no result; the error it prints.
+#[track_caller]
+fn bad(mut command: Command) -> String {
+    let Output { status, stdout, stderr } = command.output().unwrap();
+    let stderr = String::from_utf8(stderr).unwrap();
+    assert_eq!(status.code(), Some(2), "{command:?}: {stderr}");
+    assert!(stdout.is_empty(), "{command:?} printed {}", String::from_utf8_lossy(&stdout));
+    stderr
+}
+
+/// A folder of its own for one test, and the program run in it: a line of arguments is split at
+/// spaces, and `own:PATH` is a file of `tests/data`.
 pub struct Scratch(tempfile::TempDir);
 
 impl Scratch {
     pub fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn command(&self, line: &str) -> Command {
+        let argument = |word: &str| match word.strip_prefix("own:") {
+            Some(path) => text(&super::data::own(path)),
+            None => word.to_owned(),
+        };
+        let arguments: Vec<String> = line.split_whitespace().map(argument).collect();
+        let mut command = trackwright(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        command.current_dir(self.0.path());
+        command
+    }
+
+    /// Standard output of a line that ends well.
+    #[track_caller]
+    pub fn succeed(&self, line: &str) -> String {
+        String::from_utf8(good(self.command(line)).stdout).unwrap()
+    }
+
+    /// Standard error of a line that ends well.
+    #[track_caller]
+    pub fn notes(&self, line: &str) -> String {
+        String::from_utf8(good(self.command(line)).stderr).unwrap()
+    }
+
+    #[track_caller]
+    pub fn json(&self, line: &str) -> Value {
+        let out = self.succeed(&format!("{line} --format json"));
+        serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}"))
+    }
+
+    /// The error of a line that ends with status 2.
+    #[track_caller]
+    pub fn fail(&self, line: &str) -> String {
+        bad(self.command(line))
+    }
+
+    /// The one line of an error that has all words.
+    #[track_caller]
+    pub fn fail_with(&self, line: &str, words: &[&str]) {
+        assert_one_line(&self.fail(line), words);
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), content).unwrap();
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        self.path(name).exists()
     }
 
     pub fn path(&self, name: &str) -> PathBuf {

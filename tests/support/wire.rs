@@ -52,6 +52,16 @@ pub fn rest(time: Duration) {
     let _ = events.recv_timeout(time);
 }
 
+/// Looks until something holds; panics where it does not in time.
+#[track_caller]
+pub fn until(what: &str, mut holds: impl FnMut() -> bool) {
+    let end = Instant::now() + PATIENCE;
+    while !holds() {
+        assert!(Instant::now() < end, "waited for {what} in vain");
+        rest(Duration::from_millis(5));
+    }
+}
+
 /// A port that nobody serves on now.
 pub fn free_address() -> SocketAddr {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();

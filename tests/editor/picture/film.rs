@@ -3,7 +3,10 @@
 use super::render;
 use crate::copied::Copied;
 use crate::pixels::Picture;
-use crate::support::program::{Scratch, fail, text, trackwright};
+use crate::support::program::{
+    Scratch, end_within, fail, processor_seconds, signal, text, trackwright,
+};
+use crate::support::wire::until;
 use std::fs;
 use std::path::Path;
 
@@ -22,7 +25,7 @@ fn numbered(folder: &Path) -> Vec<Picture> {
 }
 
 #[test]
-fn a_turn_begins_as_the_picture_is_and_every_frame_is_from_elsewhere() {
+fn a_turntable_starts_at_the_still_picture() {
     let copy = Copied::new("pointer-on-head");
     let folder = text(&copy.path("turn")) + "/";
     let design = text(&copy.design);
@@ -43,7 +46,7 @@ fn a_turn_begins_as_the_picture_is_and_every_frame_is_from_elsewhere() {
 }
 
 #[test]
-fn a_motion_ends_with_the_tool_where_the_last_trial_has_it() {
+fn a_motion_ends_at_the_last_trial() {
     let copy = Copied::new("pointer-on-head");
     let folder = text(&copy.path("motion")) + "/";
     let design = text(&copy.design);
@@ -62,7 +65,7 @@ fn a_motion_ends_with_the_tool_where_the_last_trial_has_it() {
 
 #[cfg(unix)]
 #[test]
-fn an_encoder_gets_every_byte_and_what_it_says_when_it_fails_is_told() {
+fn an_encoder_receives_every_byte() {
     use std::os::unix::fs::PermissionsExt;
     let copy = Copied::new("pointer-on-head");
     let scratch = Scratch::new();
@@ -106,7 +109,7 @@ fn an_encoder_gets_every_byte_and_what_it_says_when_it_fails_is_told() {
 }
 
 #[test]
-fn what_cannot_be_a_video_is_said_before_anything_is_painted() {
+fn impossible_videos_fail_before_painting() {
     let copy = Copied::new("endoscope");
     let design = text(&copy.design);
     for (more, why) in [
@@ -121,12 +124,12 @@ fn what_cannot_be_a_video_is_said_before_anything_is_painted() {
     }
 }
 
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 #[test]
-fn a_signal_ends_a_report_that_paints_its_slides() {
+#[ignore = "long: it paints for a while"]
+fn long_report_ends_by_a_signal() {
     use std::os::unix::process::ExitStatusExt;
-    use std::process::Command;
-    use std::time::{Duration, Instant};
+    use std::time::Duration;
     use trackwright_design::{Edit, MAX_SLIDES, SlideEdit};
     let copy = Copied::new("endoscope");
     let mut world = trackwright_project::open_design(&copy.design).unwrap();
@@ -140,22 +143,9 @@ fn a_signal_ends_a_report_that_paints_its_slides() {
     trackwright_project::save(&mut world).unwrap();
     let (design, page) = (text(&copy.design), text(&copy.path("page.html")));
     let mut child = trackwright(&["report", &design, "-o", &page]).spawn().unwrap();
-    // The study is done, and pictures are painted.
-    crate::support::program::pause(Duration::from_secs(15));
-    let id = child.id().to_string();
-    let sent = Command::new("kill").args(["-TERM", &id]).status();
-    assert!(sent.unwrap().success(), "it had ended");
-    let started = Instant::now();
-    let status = loop {
-        if let Some(status) = child.try_wait().unwrap() {
-            break status;
-        }
-        if started.elapsed() > Duration::from_secs(20) {
-            child.kill().unwrap();
-            panic!("it went on");
-        }
-        crate::support::program::pause(Duration::from_millis(20));
-    };
-    assert_eq!(status.signal(), Some(15));
+    // The study takes less than a second: pictures are painted.
+    until("pictures", || processor_seconds(child.id()) > 15.0);
+    signal(&child, "-TERM");
+    assert_eq!(end_within(&mut child, Duration::from_secs(60)).signal(), Some(15));
     assert!(!copy.path("page.html").exists());
 }

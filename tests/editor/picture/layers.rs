@@ -21,7 +21,7 @@ fn the_same_design_gives_the_same_bytes_twice() {
 }
 
 #[test]
-fn each_layer_draws_what_it_is_named_for_and_nothing_where_it_is_off() {
+fn each_layer_draws_only_itself() {
     let copy = Copied::new("pointer-on-head");
     let layers = |list: &str| render(&copy, SIZE, &["--layers", list]);
     let none = layers("none");

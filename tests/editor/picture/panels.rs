@@ -67,7 +67,7 @@ fn areas(workspace: &str, [width, height]: [f32; 2]) -> (Vec<(&'static str, Area
 }
 
 #[test]
-fn every_workspace_has_its_panels_written_in_and_the_view_between_them_free() {
+fn every_workspace_has_readable_panels() {
     let copy = Copied::new("pointer-on-head");
     let data = |name: &str| {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -100,7 +100,7 @@ fn every_workspace_has_its_panels_written_in_and_the_view_between_them_free() {
 }
 
 #[test]
-fn the_inspector_shows_another_page_for_each_thing_that_is_selected() {
+fn each_selection_has_its_inspector_page() {
     let copy = Copied::new("pointer-on-head");
     let size = SIZES[1];
     let name = format!("{}x{}", size[0], size[1]);

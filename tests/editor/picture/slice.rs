@@ -116,7 +116,7 @@ fn distorted_mm(copy: &Copied, points: &[Seen]) -> Vec<f64> {
 }
 
 #[test]
-fn five_pixels_of_the_slice_have_the_colours_of_what_distort_gives_there() {
+fn slice_pixels_have_the_colours_of_distort() {
     let copy = Copied::new("pointer-on-head");
     copy.look(|view| {
         view.slice = slice();
@@ -141,7 +141,7 @@ fn five_pixels_of_the_slice_have_the_colours_of_what_distort_gives_there() {
 }
 
 #[test]
-fn a_slice_that_faces_the_view_is_hatched_where_it_leaves_the_box_and_nowhere_else() {
+fn a_facing_slice_is_hatched_outside_the_box() {
     let copy = Copied::new("pointer-on-head");
     let oblique = OrbitCamera {
         // In front of all bodies.

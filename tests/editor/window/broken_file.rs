@@ -14,7 +14,7 @@ fn open_with_keys(window: &mut Window, file: &Path) {
 }
 
 #[test]
-fn a_broken_file_is_told_as_on_the_command_line_and_the_document_stays() {
+fn a_broken_file_leaves_the_document() {
     let copy = Copied::new("pointer-on-head");
     let sound = std::fs::read_to_string(&copy.design).unwrap();
     let broken = |name: &str, bytes: &[u8]| {

@@ -17,7 +17,7 @@ fn decided(copy: &Copied) -> Option<Decision> {
 }
 
 #[test]
-fn a_state_is_pinned_and_a_step_decided_with_a_reason_that_the_file_keeps() {
+fn a_decision_with_its_reason_is_saved() {
     let copy = Copied::new("pointer-on-head");
     let mut window = Window::open(&copy.design);
     window.key("ctrl+5");

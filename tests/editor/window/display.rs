@@ -30,7 +30,7 @@ fn without_a_display_the_design_is_simulated() {
 }
 
 #[test]
-fn with_a_display_that_does_not_answer_the_design_is_simulated() {
+fn a_silent_display_simulates_the_design() {
     // Displays are numbered from 0; nobody starts this many.
     let line = does_the_main_job(|command| {
         command.env("DISPLAY", ":9999");
@@ -46,7 +46,7 @@ fn without_adapter(command: &mut Command) {
 }
 
 #[test]
-fn without_a_graphics_adapter_the_design_is_simulated() {
+fn without_an_adapter_the_design_is_simulated() {
     let screen = Screen::start();
     let line = does_the_main_job(|command| {
         command.env("DISPLAY", &screen.name);
@@ -56,7 +56,7 @@ fn without_a_graphics_adapter_the_design_is_simulated() {
 }
 
 #[test]
-fn without_a_graphics_adapter_there_is_no_picture_and_one_line_says_why() {
+fn without_an_adapter_there_is_no_picture() {
     let scratch = Scratch::new();
     let design = Path::new(env!("CARGO_MANIFEST_DIR")).join("designs/pointer-on-head.design.ron");
     let mut command = trackwright(&["render", &text(&design), "-o", &scratch.arg("a.png")]);

@@ -97,7 +97,7 @@ fn drag_shaft_sensor(
 }
 
 #[test]
-fn a_dragged_sensor_changes_the_figures_and_the_ghost_and_undo_restores_the_files() {
+fn a_dragged_sensor_can_be_undone_exactly() {
     let (copy, camera) = pointer_on_head();
     let files = copy.bytes();
     let world = trackwright_project::open_design(&copy.design).unwrap();

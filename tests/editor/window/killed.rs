@@ -114,7 +114,8 @@ fn promised_mm(turn: &Turn, copy: &Copied, state: &Path, seed: u64) -> f64 {
 }
 
 #[test]
-fn every_edit_that_was_on_the_screen_ten_seconds_before_a_kill_is_recovered() {
+#[ignore = "long: twenty kills"]
+fn long_kills_lose_at_most_ten_seconds() {
     let turn = Turn::wait();
     std::thread::scope(|scope| {
         for first in 0..SIDE_BY_SIDE {
@@ -134,7 +135,8 @@ fn every_edit_that_was_on_the_screen_ten_seconds_before_a_kill_is_recovered() {
 }
 
 #[test]
-fn where_no_recovery_file_can_be_written_a_kill_loses_the_same_edits() {
+#[ignore = "long: edits for ten seconds"]
+fn long_kill_without_a_recovery_file_loses_all() {
     let copy = Copied::new("pointer-on-head");
     let state = tempfile::tempdir().unwrap();
     let folder = state.path().join("recovery");
@@ -146,7 +148,7 @@ fn where_no_recovery_file_can_be_written_a_kill_loses_the_same_edits() {
 }
 
 #[test]
-fn the_next_start_offers_what_was_lost_and_shows_its_figures() {
+fn the_next_start_offers_what_was_lost() {
     let copy = Copied::new("pointer-on-head");
     let state = tempfile::tempdir().unwrap();
     let turn = Turn::wait();

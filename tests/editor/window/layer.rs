@@ -6,7 +6,7 @@ use crate::copied::Copied;
 use trackwright_editor::solve::slice_plan;
 
 #[test]
-fn the_slice_is_evaluated_at_its_points_when_turned_on_and_not_at_all_while_off() {
+fn a_slice_is_evaluated_only_while_on() {
     let copy = Copied::new("pointer-on-head");
     let world = trackwright_project::open_design(&copy.design).unwrap();
     let plan = slice_plan(&world.environment, &world.document.view().slice);

@@ -11,7 +11,7 @@ const STAGE_POINTS: f64 = 560.0;
 const TITLE_AT: [f64; 2] = [60.0, 40.0];
 
 #[test]
-fn slides_are_turned_by_keys_written_on_in_place_and_saved_and_the_window_comes_back() {
+fn slides_are_edited_presented_and_saved() {
     let copy = Copied::new("pointer-on-head");
     let slides = |copy: &Copied| {
         let world = trackwright_project::open_design(&copy.design).unwrap();

@@ -5,7 +5,7 @@ use crate::support::jhu_cis::import;
 use crate::support::program::{Scratch, succeed};
 
 #[test]
-fn a_design_in_the_room_of_case_e_opens_with_the_figures_of_simulate() {
+fn room_e_opens_with_the_figures_of_simulate() {
     let scratch = Scratch::new();
     let Some(table) = import(&scratch, "e") else {
         return;

@@ -89,7 +89,7 @@ fn drag(window: &mut Window, at: [f64; 2], along: [f64; 2], way_px: u32) {
 }
 
 #[test]
-fn a_session_undone_redone_saved_and_opened_again_shows_the_same_figures_to_the_last_digit() {
+fn undo_save_and_reopen_keep_every_digit() {
     let (copy, camera) = pointer_on_head();
     let world = trackwright_project::open_design(&copy.design).unwrap();
     let design = world.document.design();

@@ -5,7 +5,7 @@ use super::places::{in_inspector, in_outliner, tool_sensor};
 use crate::copied::Copied;
 
 #[test]
-fn a_typed_number_gives_the_figures_of_the_saved_design() {
+fn a_typed_number_gives_the_saved_figures() {
     let copy = Copied::new("pointer-on-head");
     let world = trackwright_project::open_design(&copy.design).unwrap();
     let (selected, _) = tool_sensor(&world, "shaft");
