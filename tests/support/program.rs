@@ -1,8 +1,8 @@
 //! Runs the built program.
 
+use super::wire::rest;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use super::wire::rest;
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::time::{Duration, Instant};
 
