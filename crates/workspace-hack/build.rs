@@ -1,0 +1,3 @@
+//! Exists so that build dependencies have one set of features too.
+
+fn main() {}
